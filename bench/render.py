@@ -44,7 +44,7 @@ def measured(log: imc.Log, folder: Path, cameras: Path, processes: int) -> tuple
 
 
 def main() -> int:
-    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 3
+    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 2
     found: dict[int, list[tuple[int, float, float]]] = {1: [], 2: []}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

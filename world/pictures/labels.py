@@ -176,15 +176,17 @@ class Labeller:
     def _ground(self, sight: Sight, ranging: Ranging) -> tuple[Floats, NDArray[np.uint8]]:
         """The same with a relief below."""
         near, (a, b, c) = ranging.nearness(sight.place, sight.turn), sight.turn[2].tolist()
-        distance = np.full(self._rays.all.shape[1], np.nan)
-        kinds = np.zeros(distance.shape, dtype=np.uint8)
+        distance, kinds = np.empty(near.size), np.empty(near.size, dtype=np.uint8)
+        a, b, c = (each * (-1.0 / sight.depth) for each in (a, b, c))
         for start in range(0, near.size, BLOCK):
-            pixels = ranging.seen[start : start + BLOCK]
-            own, (x, y, z) = near[start : start + BLOCK], self._rays.all[:, pixels]
-            top = (a * x + b * y + c * z) * (-1.0 / sight.depth)
-            kinds[pixels] = np.where(top > own, np.uint8(self._above), np.uint8(self._below))
+            part = slice(start, start + BLOCK)
+            own, (x, y, z) = near[part], self._rays.all[:, part]
+            top = a * x + b * y + c * z
+            kinds[part] = np.where(top > own, np.uint8(self._above), np.uint8(self._below))
+            np.maximum(top, own, out=top)
             with np.errstate(divide="ignore"):
-                distance[pixels] = 1.0 / np.maximum(np.maximum(top, own), 0.0)
+                np.divide(1.0, np.maximum(top, 0.0, out=top), out=distance[part])
+        kinds[~self._rays.covered] = Kind.VOID
         return distance, kinds
 
     def _wall_in(self, sight: Sight, distance: Floats, kinds: NDArray[np.uint8]) -> None:

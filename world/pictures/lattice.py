@@ -71,13 +71,16 @@ class Lattice:
                 continue
             errors = np.zeros(w.shape)
             for axis in (0, 1):
-                if w.shape[axis] > 2:
-                    bend = np.abs(np.diff(w, 2, axis=axis)) / 8.0
-                    errors += np.pad(bend, [(1, 1) if axis == a else (0, 0) for a in (0, 1)], mode="edge")
-            worst = _corners(np.where(given, np.inf, errors / most), np.maximum)
-            worst[_corners(w, np.maximum) <= nearest] = 0.0
+                errors += np.abs(second(w, axis)) / 8.0
+            worst = corners(np.where(given, np.inf, errors / most), np.maximum)
+            worst[corners(w, np.maximum) <= nearest] = 0.0
             found.append(worst)
         return found
+
+    def nearest(self, nearness: Floats, rough: Bools) -> list[Floats]:
+        """The largest nearness at the corners of the cells of each face, infinite where one is in the rough."""
+        values = np.where(rough, np.inf, nearness)
+        return [corners(patch.of(values), np.maximum) for patch in self.patches]
 
 
 def turned(turn: Floats, vectors: Floats) -> Floats:
@@ -100,7 +103,17 @@ def spread(values: Floats, rows: slice) -> Floats:
     return tall.reshape(len(values), -1, wide.shape[2])
 
 
-def _corners(values: Any, fold: Any) -> Any:
+def second(values: Floats, axis: int) -> Floats:
+    """Second differences (n, m) along an axis; at the border those next to it, 0 where there are too few values."""
+    found = np.zeros(values.shape)
+    if values.shape[axis] > 2:
+        along, given = (np.moveaxis(each, axis, 0) for each in (found, values))
+        along[1:-1] = given[2:] - 2.0 * given[1:-1] + given[:-2]
+        along[0], along[-1] = along[1], along[-2]
+    return found
+
+
+def corners(values: Any, fold: Any) -> Any:
     """What `fold` makes of the four corners of each cell."""
     rows = fold(values[1:], values[:-1])
     return fold(rows[:, 1:], rows[:, :-1])

@@ -1,20 +1,37 @@
 """Exact distances from a camera to the relief of the seabed, for all pixels of its picture."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from world.attitude import Vector
 from world.optics import CameraModel, Floats
 from world.pictures.faces import rotations
-from world.pictures.lattice import PITCH, TINY, Lattice, turned
+from world.pictures.lattice import PITCH, TINY, Lattice, Patch, corners, second, turned
 from world.pictures.lookup import Lookup, finest_face
 from world.pictures.rays import Rays
-from world.pictures.relief import Relief
+from world.pictures.relief import SINCE, Relief
+
+Places = NDArray[np.intp]
 
 FACES = 6
-ERROR = 1e-4  # share of a distance that may be wrong where it is interpolated between rays
-FINER = 2, 4  # parts of a side into which cells are divided whose error is 4 or 16 times as large
+ERROR = 2e-4  # share of a distance that may be wrong where it is interpolated between rays
+NEARLY = 0.1  # share of a distance by which it may be wrong to be settled from there
 BLOCK = 1 << 14  # pixels per step: their arrays fit into the L2 cache
+
+
+class Cells(NamedTuple):
+    """What interpolation does in cells (n,): where it errs by more than ERROR, and by how much if edges are bent.
+
+    `bends` (2, n) are half the second differences across and down. `near` (n,) is the largest nearness at corners,
+    infinite in the rough.
+    """
+
+    crooked: NDArray[np.bool_]
+    bent: Floats
+    bends: Floats
+    near: Floats
 
 
 class Ranging:
@@ -25,12 +42,11 @@ class Ranging:
         self._width, self._turns = finest_face(optics), rotations(FACES)
         lookup = Lookup(optics, self._width, FACES)
         self._lattice = lattice = Lattice(self._width, self._turns, list(zip(lookup.rows, lookup.columns, strict=True)))
-        self.seen = np.flatnonzero(rays.covered)
-        face = lookup.face.ravel()[self.seen]
-        u, v = (place.ravel()[self.seen] / PITCH for place in (lookup.u, lookup.v))
-        self._node, self._below, self._cell = np.empty((3, self.seen.size), dtype=np.intp)
-        self._along = np.empty(self.seen.size)
-        cells = [np.empty((3, 0), dtype=np.intp)]  # face, first column and first row of each
+        covered = rays.covered
+        face = np.where(covered, lookup.face.ravel(), -1)
+        u, v = (np.where(covered, place.ravel(), 0.0) / PITCH for place in (lookup.u, lookup.v))
+        self._node, self._below = np.zeros((2, face.size), dtype=np.intp)
+        cell, self._along = np.full(face.size, -1), np.full(face.size, np.nan)
         count = 0
         for number, (patch, turn) in enumerate(zip(lattice.patches, self._turns, strict=True)):
             own = np.flatnonzero(face == number)
@@ -42,66 +58,82 @@ class Ranging:
                 v[own] -= j + patch.row
                 self._node[own] = patch.nodes.start + j * columns + i
                 self._below[own] = self._node[own] + columns
-                self._cell[own] = count + j * (columns - 1) + i
-                self._along[own] = turned(turn.T, rays.all[:, self.seen[own]])[2]
-                y, x = np.mgrid[: rows - 1, : columns - 1].reshape(2, -1)
-                cells.append(np.stack((np.full(y.size, number), x + patch.column, y + patch.row)))
-                count += y.size
-        self._cells = np.concatenate(cells, axis=1)
+                cell[own] = count + j * (columns - 1) + i
+                self._along[own] = turned(turn.T, rays.all[:, own])[2]
+                count += (rows - 1) * (columns - 1)
         self._right, self._down = u, v
+        self._pixels = np.argsort(cell, kind="stable")[np.count_nonzero(cell < 0) :]  # cell by cell
+        self._first = np.searchsorted(cell[self._pixels], np.arange(count + 1))
 
     def nearness(self, place: Vector, turn: Floats) -> NDArray[np.float64]:
-        """1 over the distance (m) of each pixel in `seen`, 0 or less where there is no ground.
+        """1 over the distance (m) of each pixel, 0 or less where there is no ground, NaN where the lens sees nothing.
 
         The camera is at a place (m; north, east, down); `turn` (3, 3) rotates its frame to NED.
         """
         lattice = self._lattice
         near, rough = self.relief.meet(place, turned(turn, lattice.rays), exact=True, cell=lattice.cell)
-        found = np.empty(self.seen.size)
+        found = np.empty(self._along.size)
         for start in range(0, found.size, BLOCK):
             part = slice(start, start + BLOCK)
             mixed = _mixed(near, self._node[part], self._below[part], self._right[part], self._down[part])
             np.multiply(mixed, self._along[part], out=found[part])
-        errors = lattice.errors(near, rough, ERROR * np.abs(near) + TINY, -np.inf)
-        worst = np.concatenate([error.ravel() for error in errors])
-        if not np.any(worst > 1.0):
+        cells = self._looked_over(near, rough)
+        crooked = np.flatnonzero(cells.crooked)
+        if not crooked.size:
             return found
-        worst = worst.take(self._cell)
-        least = 1.0
-        for parts in FINER:
-            own = np.flatnonzero((worst > least) & (worst <= parts * parts))
-            least = float(parts * parts)
-            if own.size:
-                found[own] = self._refined(place, turn, own, parts)
-        own = np.flatnonzero(worst > least)
-        if own.size:
-            found[own], _ = self.relief.meet(place, turned(turn, self._rays.all[:, self.seen[own]]), exact=True)
+        own, cell = self._within(crooked)
+        along = self._along[own]
+        for bend, place_in in zip(cells.bends, (self._right, self._down), strict=True):
+            share = place_in[own]
+            found[own] += bend[cell] * share * (share - 1.0) * along
+        errs, guess = cells.bent[cell] * along, np.maximum(found[own], 0.0)
+        cast = np.flatnonzero(errs > ERROR * guess)
+        own, cell, along = own[cast], cell[cast], along[cast]
+        rays, about = turned(turn, self._rays.all[:, own]), (errs < NEARLY * guess)[cast]
+        if about.any():
+            closer, good = self.relief.settle(place, rays[:, about], found[own[about]])
+            found[own[about]] = closer
+            about[about] = good
+        rest = np.flatnonzero(~about)
+        if rest.size:
+            since = SINCE / (cells.near[cell[rest]] * along[rest])
+            found[own[rest]], _ = self.relief.meet(place, rays[:, rest], exact=True, since=since)
         return found
 
-    def _refined(self, place: Vector, turn: Floats, own: NDArray[np.intp], parts: int) -> Floats:
-        """The nearness of some pixels by a lattice that is as many times as fine."""
-        cells, cell = np.unique(self._cell[own], return_inverse=True)
-        face, *first = self._cells[:, cells]
-        fine = np.arange(parts + 1) / parts
-        x, y = (2.0 * PITCH * (start[:, np.newaxis] + fine) + 1.0 for start in first)
-        shape = len(cells), parts + 1, parts + 1
-        tangents = (np.broadcast_to(each, shape) / self._width - 1.0 for each in (x[:, np.newaxis], y[..., np.newaxis]))
-        grid = np.stack((*tangents, np.ones(shape)))
-        rays = np.empty((3, *shape))
-        for number in np.unique(face).tolist():
-            rays[:, face == number] = turned(turn, turned(self._turns[number], grid[:, face == number]))
-        near, _ = self.relief.meet(place, rays.reshape(3, -1), exact=True)
-        (right, i), (down, j) = (self._within(share[own] * parts, parts) for share in (self._right, self._down))
-        node = (cell * (parts + 1) + j) * (parts + 1) + i
-        return _mixed(near, node, node + parts + 1, right, down) * self._along[own]
+    def _looked_over(self, near: Floats, rough: NDArray[np.bool_]) -> Cells:
+        found = [_cells(patch, near, rough) for patch in self._lattice.patches if min(patch.shape) > 1]
+        return Cells(*(np.concatenate(each, axis=-1) for each in zip(*found, strict=True)))
 
-    @staticmethod
-    def _within(places: Floats, parts: int) -> tuple[Floats, NDArray[np.intp]]:
-        first = np.clip(np.floor(places).astype(np.intp), 0, parts - 1)
-        return places - first, first
+    def _within(self, cells: Places) -> tuple[Places, Places]:
+        """The pixels in cells, and the cell of each."""
+        first, count = self._first[cells], self._first[cells + 1] - self._first[cells]
+        start = np.cumsum(count) - count
+        return self._pixels[np.arange(count.sum()) + np.repeat(first - start, count)], np.repeat(cells, count)
 
 
-def _mixed(near: Floats, node: NDArray[np.intp], below: NDArray[np.intp], right: Floats, down: Floats) -> Floats:
+def _cells(patch: Patch, near: Floats, rough: NDArray[np.bool_]) -> Cells:
+    """What interpolation does in the cells of a patch, by the nearness at all rays."""
+    w = patch.of(near)
+    straight, bent = np.zeros(w.shape), np.zeros(tuple(n - 1 for n in w.shape))
+    bends: list[Floats] = []
+    for axis in (1, 0):
+        bend = second(w, axis)
+        straight += np.abs(bend) / 8.0
+        middle = corners(bend, np.add) / 4.0
+        bends.append(middle.ravel() / 2.0)
+        bent += np.maximum(corners(bend, np.maximum) - middle, middle - corners(bend, np.minimum)) / 8.0
+    worst = corners(straight, np.maximum)
+    bent[[0, -1]], bent[:, [0, -1]] = worst[[0, -1]], worst[:, [0, -1]]  # beyond the border it is not known
+    given, most = corners(patch.of(rough), np.logical_or), ERROR * np.abs(w) + TINY
+    return Cells(
+        (given | (corners(straight / most, np.maximum) > 1.0)).ravel(),
+        np.where(given, np.inf, bent).ravel(),
+        np.stack(bends),
+        np.maximum(corners(patch.of(np.where(rough, np.inf, near)), np.maximum), TINY).ravel(),
+    )
+
+
+def _mixed(near: Floats, node: Places, below: Places, right: Floats, down: Floats) -> Floats:
     """Bilinear, from four nodes."""
     top, bottom = (_across(near, each, right) for each in (node, below))
     bottom -= top
@@ -110,7 +142,7 @@ def _mixed(near: Floats, node: NDArray[np.intp], below: NDArray[np.intp], right:
     return top
 
 
-def _across(near: Floats, node: NDArray[np.intp], share: Floats) -> Floats:
+def _across(near: Floats, node: Places, share: Floats) -> Floats:
     left, right = near.take(node, mode="clip"), near.take(node + 1, mode="clip")
     right -= left
     right *= share

@@ -7,86 +7,45 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.attitude import Vector
+from world.pictures.grids import COARSER, CURVED, LEVELS, REACH, Curved, Grids
+from world.pictures.march import March, Rays
 from world.sea import Bathymetry
 
 Floats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]
 Places = NDArray[np.intp]
 
-FINEST = 0.25  # m, between the depths of the first grid; each next one is COARSER times as coarse and as wide
-COARSER = 4
-REACH = 16.0  # m around the camera in which the first grid counts
-LEVELS = 4
-TILE = 32  # cells: grids consist of tiles at fixed places, so that a depth does not depend on where the camera was
-STRIDE = 2.0  # cells of the grid between samples along a ray
-SAMPLES = 6  # of each ray that are taken together
-TOUCH = 0.02  # of the bend of a crest, by which its height between samples is not known
-STEPS = 4  # of false position, between two samples
-TRIES, HALVINGS = 14, 50
-NEARLY = 0.25  # of `cell` by which a ray may pass over a crest that the next ray meets
+BLOCK = 1 << 12  # rays that are marched together: their arrays fit into the L2 cache
 BEHIND = 0.8  # a crest hides what is farther than its own way by this
-CLOSE = 1e-7  # of the way, to which exact crossings are found where the bottom is not smooth
+SINCE = 0.7  # of the way that the rays around a ray go, it is taken to be above the ground
+TRIES, CUTS = 4, 20
+WIDER, CUT = np.array((1.0, 3.0, 7.0, 15.0)), np.arange(1, 8) / 8
+NARROW = 3e-5  # of the way, to which crossings are found where the bottom is not smooth
 SMOOTH = 2e-4  # of the way: a last step towards a crossing that is shorter leaves an error that is far smaller
-AGO = 0.98
-FLATTEST = 1e-3
-SLACK = 1e-9
+SECANTS = 3  # towards a crossing that is about known
+STRAYED = 0.12  # of the way, by which a crossing may be from where it was thought to be
+OVER = 2.0  # cells beyond the reach of a grid, where its curves still hold
+BEFORE = 0.98, 0.94  # shares of that way, at which a ray must be above the ground
+AGO = 1e-3  # of the way, in which it is measured how fast a ray falls
+TRUE = 3e-4  # of the way, by which a crossing of curves may be from that of the bottom
 
 
-class Grid(NamedTuple):
-    """Depths (m) at nodes `step` m apart, from `north`, `east`; row by row of `columns`."""
+class Crossings(NamedTuple):
+    """What rays (n,) meet: `way`, NaN without a crossing; how fast they `fall` there; on which `level` of the grids.
 
-    north: float
-    east: float
-    step: float
-    nodes: Floats
-    columns: int
-    shallowest: float
-    deepest: float
+    `crest` is the way to the first place where they nearly touched the ground before; `sunk` are those that began under
+    the ground.
+    """
 
-    def depths(self, north: Floats, east: Floats) -> Floats:
-        """Bilinear."""
-        x, y = (north - self.north) / self.step, (east - self.east) / self.step
-        i, j = x.astype(np.intp), y.astype(np.intp)
-        x -= i
-        y -= j
-        i *= self.columns
-        i += j
-        near, far = (self._across(corner, y) for corner in (i, i + self.columns))
-        far -= near
-        far *= x
-        near += far
-        return near
+    way: Floats
+    fall: Floats
+    level: NDArray[np.int8]
+    crest: Floats
+    sunk: Bools
 
-    def _across(self, corner: Places, share: Floats) -> Floats:
-        left, right = self.nodes.take(corner, mode="clip"), self.nodes.take(corner + 1, mode="clip")
-        right -= left
-        right *= share
-        left += right
-        return left
-
-
-class Rays(NamedTuple):
-    """Rays from a place (m; north, east, down): `north`, `east`, `down` (n,) per unit of way, of any length."""
-
-    place: Vector
-    north: Floats
-    east: Floats
-    down: Floats
-    lowered: float
-
-    def at(self, chosen: Places) -> "Rays":
-        return Rays(self.place, self.north[chosen], self.east[chosen], self.down[chosen], self.lowered)
-
-    def clear(self, ground: Any, way: Floats) -> Floats:
-        """How far (m) the ground is below the points (n, ...) after some way."""
-        shape = (-1, *(1,) * (way.ndim - 1))
-        north, east, down = (each.reshape(shape) for each in (self.north, self.east, self.down))
-        n, e, d = self.place
-        points = north * way + n, east * way + e
-        found = ground.depths(*(np.ascontiguousarray(each).ravel() for each in points)).reshape(way.shape)
-        found += self.lowered - d
-        found -= down * way
-        return found
+    def put(self, chosen: Places, other: "Crossings") -> None:
+        for own, theirs in zip(self, other, strict=True):
+            own[chosen] = theirs
 
 
 class Relief:
@@ -94,8 +53,7 @@ class Relief:
 
     def __init__(self, sea: Bathymetry):
         self.sea = sea
-        self._tiles: dict[tuple[int, int, int], Floats] = {}
-        self._grids: dict[int, tuple[tuple[int, int, int, int], Grid]] = {}
+        self._grids = Grids(sea)
 
     def meet(
         self,
@@ -105,6 +63,7 @@ class Relief:
         *,
         exact: bool = False,
         cell: float = 0.0,
+        since: Floats | None = None,
         until: Floats | None = None,
         lowered: float = 0.0,
     ) -> tuple[Floats, Bools]:
@@ -113,31 +72,53 @@ class Relief:
         Farther than the grids reach, the bottom is level; a ray that never meets it has a nearness of 0 or less. With a
         `reach` (m) it goes on from there as deep as it is beneath the place. In the rough rays that are up to
         `cell` per unit of way beside may meet something nearer. `exact` crossings are those of the true bottom, others
-        those of the grid. A crossing after the way `until` (n,) may be missed. The bottom lies `lowered` m deeper.
+        those of the grid. Rays are taken to be above the ground `since` some way (n,) if they are there.
+        A crossing after the way `until` (n,) may be missed. The bottom lies `lowered` m deeper.
         """
-        own = Rays(place, rays[0], rays[1], rays[2], lowered)
+        own = Rays.of(place, rays, lowered)
         level = (self.sea.elsewhere if reach == math.inf else self.sea.depth(*place[:2])) + lowered - place[2]
         nearness = own.down / level if level > 0.0 else np.minimum(own.down, 0.0)
         if reach < math.inf:
             nearness = np.minimum(nearness, np.hypot(own.north, own.east) / reach)
-        crest = np.full(len(nearness), np.inf)
-        left, begin = np.arange(len(nearness)), 0.0
-        for number in range(LEVELS):
-            end = min(reach, REACH * COARSER**number)
-            if not left.size or begin >= end:
-                break
-            grid = self._grid(number, place)
-            march = _March(own.at(left), grid, begin, end, None if until is None else until[left])
-            march.go(cell)
-            hit = march.hits()
-            if exact and hit.size:
-                march.low[hit] = _exact(self.sea, own.at(left[hit]), march.low[hit], march.falls[hit])
-            nearness[left[hit]] = 1.0 / march.low[hit]
-            crest[left] = np.minimum(crest[left], march.crest)
-            left, begin = np.delete(left, hit), end
-            if until is not None:
-                left = left[until[left] * np.hypot(own.north[left], own.east[left]) > end]
-        return nearness, (crest < math.inf) & (np.maximum(nearness, 1.0 / reach) < BEHIND / crest)
+        found = _crossings(len(nearness))
+        self._march(own, reach, cell, since, until, found)
+        again = np.flatnonzero(found.sunk)
+        if again.size:
+            over = _crossings(again.size)
+            self._march(own.at(again), reach, cell, None, None if until is None else until[again], over)
+            found.put(again, over)
+        hit = np.flatnonzero(found.level >= 0)
+        if exact and hit.size:
+            found.way[hit] = self._true(own.at(hit), found.way[hit], found.fall[hit], found.level[hit])
+        nearness[hit] = 1.0 / found.way[hit]
+        if not cell:
+            return nearness, found.sunk
+        return nearness, (found.crest < math.inf) & (np.maximum(nearness, 1.0 / reach) < BEHIND / found.crest)
+
+    def settle(self, place: Vector, rays: Floats, nearness: Floats) -> tuple[Floats, Bools]:
+        """The nearness (n,) of rays of which one is about known, and which of them (n,) are found by that.
+
+        It is that of the next crossing; the ground before it is looked at in a few places only.
+        """
+        own, found = Rays.of(place, rays, 0.0), nearness.copy()
+        good, way = np.zeros(len(found), dtype=np.bool_), 1.0 / np.maximum(nearness, 1e-9)
+        away, begin = np.hypot(own.north, own.east) * way, 0.0
+        for number in range(CURVED):
+            end = REACH * COARSER**number
+            every = np.flatnonzero((away >= begin) & (away < end) & (own.down > 0.0))
+            begin = end
+            for start in range(0, every.size, BLOCK):
+                part, curved = every[start : start + BLOCK], self._grids.curved(number, place)
+                there, guess = own.at(part), way[part]
+                clear, fall = there.clear(curved, guess), there.down
+                after, sure = _secant(there, curved, guess, clear, guess + clear / fall, SECANTS)
+                sure &= np.abs(after - guess) < STRAYED * guess
+                sure &= np.hypot(there.north, there.east) * after < end + OVER * curved.grid.step
+                for share in BEFORE:
+                    sure &= there.clear(curved.grid, share * after) > 0.0
+                sure &= _is_true(there, curved, after)
+                found[part[sure]], good[part] = 1.0 / after[sure], sure
+        return found, good
 
     def slopes(self, place: Vector, points: Floats, reach: float) -> Floats:
         """(2, n) slopes of the bottom, down per m north and east, at points (3, n; m, NED from a place).
@@ -151,198 +132,135 @@ class Relief:
             own = np.flatnonzero((away >= begin) & (away < end))
             begin = end
             if own.size:
-                grid = self._grid(number, place)
+                grid = self._grids.around(number, place)
                 n, e, half = points[0, own] + place[0], points[1, own] + place[1], grid.step / 2
                 found[0, own] = (grid.depths(n + half, e) - grid.depths(n - half, e)) / grid.step
                 found[1, own] = (grid.depths(n, e + half) - grid.depths(n, e - half)) / grid.step
         return found
 
-    def _grid(self, number: int, place: Vector) -> Grid:
-        """The grid of a level around a place."""
-        step = FINEST * COARSER**number
-        side, reach = step * TILE, REACH * COARSER**number + 2.0 * step
-        first = [math.floor((middle - reach) / side) for middle in place[:2]]
-        last = [math.floor((middle + reach) / side) + 1 for middle in place[:2]]
-        wanted = first[0], first[1], last[0], last[1]
-        kept = self._grids.get(number)
-        if kept is not None and kept[0] == wanted:
-            return kept[1]
-        rows, columns = (TILE * (b - a) for a, b in zip(first, last, strict=True))
-        nodes, tiles = np.empty((rows, columns)), dict[tuple[int, int, int], Floats]()
-        for i in range(first[0], last[0]):
-            for j in range(first[1], last[1]):
-                key = number, i, j
-                found = self._tiles.get(key)
-                tiles[key] = found = self._tile(key, step) if found is None else found
-                row, column = TILE * (i - first[0]), TILE * (j - first[1])
-                nodes[row : row + TILE, column : column + TILE] = found
-        self._tiles = {key: tile for key, tile in self._tiles.items() if key[0] != number} | tiles
-        grid = Grid(
-            first[0] * side, first[1] * side, step, nodes.ravel(), columns, float(nodes.min()), float(nodes.max())
-        )
-        self._grids[number] = wanted, grid
-        return grid
+    def _march(
+        self, rays: Rays, reach: float, cell: float, since: Floats | None, until: Floats | None, found: Crossings
+    ) -> None:
+        """Fill in where rays cross the grids."""
+        flat = np.hypot(rays.north, rays.east)
+        over = self.sea.shallowest + rays.lowered >= rays.place[2]
+        left, begin = np.flatnonzero(rays.down > 0.0) if over else np.arange(len(flat)), 0.0
+        for number in range(LEVELS):
+            end = min(reach, REACH * COARSER**number)
+            if not left.size or begin >= end:
+                break
+            going = left if since is None else left[since[left] * flat[left] < end]
+            grid = self._grids.around(number, rays.place)
+            extent = self._grids.extent(number, rays.place, begin)
+            for start in range(0, going.size, BLOCK):
+                own = going[start : start + BLOCK]
+                ends = (None if each is None else each[own] for each in (since, until))
+                march = March(rays.at(own), grid, extent, (begin, end), *ends)
+                march.go(cell)
+                found.crest[own] = np.minimum(found.crest[own], march.crest)
+                hit = march.hits()
+                own = own[hit]
+                found.way[own], found.fall[own], found.level[own] = march.low[hit], march.falls[hit], number
+                found.sunk[own] = march.sunk[hit]
+            left = left[found.level[left] < 0]
+            begin = end
+            if until is not None:
+                left = left[until[left] * flat[left] > end]
 
-    def _tile(self, key: tuple[int, int, int], step: float) -> Floats:
-        _, i, j = key
-        places = np.arange(TILE) * step
-        north, east = np.meshgrid(places + i * TILE * step, places + j * TILE * step, indexing="ij")
-        return self.sea.depths(north.ravel(), east.ravel()).reshape(TILE, TILE)
-
-
-class _March:
-    """Rays on their way over a grid, from `begin` to `end` m around the camera.
-
-    `low` (n,) is the way of each to its crossing, NaN without one; `falls` (n,) is how fast it comes down to the ground
-    there; `crest` (n,) is the way to the first place where it nearly touched the ground before.
-    """
-
-    def __init__(self, rays: Rays, grid: Grid, begin: float, end: float, until: Floats | None):
-        self.rays, self.grid = rays, grid
-        count = len(rays.down)
-        self.low, self.falls = np.full(count, np.nan), np.ones(count)
-        self.crest = np.full(count, np.inf)
-        flat = np.maximum(np.hypot(rays.north, rays.east), SLACK)
-        top, bottom = (depth + rays.lowered - rays.place[2] for depth in (grid.shallowest, grid.deepest))
-        first, last = begin / flat, end / flat
-        with np.errstate(divide="ignore", invalid="ignore"):
-            if top > 0.0:
-                first = np.where(rays.down > 0.0, np.maximum(first, top / rays.down * (1.0 - CLOSE)), np.inf)
-            else:
-                last = np.where(rays.down < 0.0, np.minimum(last, top / rays.down), last)
-            falling = bottom / rays.down * (1.0 + CLOSE) + SLACK
-            last = np.where(rays.down > 0.0, np.minimum(last, falling), last)
-        if until is not None:
-            last = np.minimum(last, until)
-        self._first, self._last = first, last
-        with np.errstate(invalid="ignore"):
-            steps = np.ceil(flat * (last - first) / (STRIDE * grid.step))
-            self._step = (last - first) / np.maximum(steps, 2.0)
-
-    def hits(self) -> Places:
-        return np.flatnonzero(np.isfinite(self.low))
-
-    def go(self, cell: float) -> None:
-        going = np.flatnonzero(self._first < self._last)
-        way = self._first[going]
-        clear = self.rays.at(going).clear(self.grid, way)
-        ways, clears = np.stack((way, way), axis=1), np.stack((clear, clear), axis=1)
-        at_once = clear <= 0.0
-        if at_once.any():  # by no more than the difference of two grids
-            own, there = going[at_once], way[at_once]
-            before = self.rays.at(own).clear(self.grid, AGO * there)
-            self.low[own] = there
-            self.falls[own] = np.maximum((before - clear[at_once]) / ((1.0 - AGO) * there + SLACK), FLATTEST)
-        going, ways, clears = going[~at_once], ways[~at_once], clears[~at_once]
-        while going.size:
-            rays, step, last = self.rays.at(going), self._step[going], self._last[going]
-            more = ways[:, 1:] + step[:, np.newaxis] * np.arange(1, SAMPLES + 1)
-            np.minimum(more, last[:, np.newaxis], out=more)
-            ways = np.concatenate((ways, more), axis=1)
-            clears = np.concatenate((clears, rays.clear(self.grid, more)), axis=1)
-            hit = self._pass(going, rays, ways, clears, cell)
-            stay = ~hit & (ways[:, -1] < last)
-            going, ways, clears = going[stay], ways[stay, -2:], clears[stay, -2:]
-
-    def _pass(self, going: Places, rays: Rays, ways: Floats, clears: Floats, cell: float) -> Bools:
-        """Look for crossings among samples (n, m), and for crests that a ray may touch between them."""
-        under = clears <= 0.0
-        place = under.argmax(axis=1)
-        place[~under.any(axis=1)] = ways.shape[1]
-        rises = clears[:, 1:] >= clears[:, :-1]
-        row, column = np.nonzero(rises[:, 1:] & ~rises[:, :-1])
-        ahead = column + 1 < place[row]
-        row, column = row[ahead], column[ahead]
-        if row.size:
-            before, middle, after = (clears[row, column + n] for n in range(3))
-            close = np.flatnonzero(middle < NEARLY * cell * ways[row, column + 1])[::-1]  # the first one is set last
-            crests = self.crest[going[row[close]]]
-            self.crest[going[row[close]]] = np.minimum(crests, ways[row[close], column[close] + 1])
-            bend = before - 2.0 * middle + after
-            near = middle < (after - before) ** 2 / (8.0 * bend) + TOUCH * bend
-            row, column, bend, lean = row[near], column[near], bend[near], (before - after)[near]
-            if row.size:
-                spacing = ways[row, column + 1] - ways[row, column]
-                top = ways[row, column + 1] + lean / (2.0 * bend) * spacing
-                clear = rays.at(row).clear(self.grid, top)
-                sunk = np.flatnonzero(clear <= 0.0)[::-1]  # the first crest of a ray is set last
-                row, column = row[sunk], column[sunk] + 1
-                ways[row, column], clears[row, column], place[row] = top[sunk], clear[sunk], column
-        hit: Bools = place < ways.shape[1]
-        rows = np.flatnonzero(hit)
-        if rows.size:
-            end = place[rows]
-            span = ways[rows, end - 1], clears[rows, end - 1], ways[rows, end], clears[rows, end]
-            way, falls = _false_position(rays.at(rows), self.grid, *span)
-            self.low[going[rows]], self.falls[going[rows]] = way, falls
-        return hit
+    def _true(self, rays: Rays, way: Floats, fall: Floats, level: NDArray[np.int8]) -> Floats:
+        """Ways to the crossings of the true bottom next to those of grids: of curves, where these are near enough."""
+        rest = [np.flatnonzero(level >= CURVED)]
+        for number in range(CURVED):
+            every = np.flatnonzero(level == number)
+            for start in range(0, every.size, BLOCK):
+                own = every[start : start + BLOCK]
+                curved = self._grids.curved(number, rays.place)
+                there = rays.at(own)
+                found, good = _stepped(curved, there, way[own], fall[own])
+                good &= _is_true(there, curved, found)
+                way[own[good]] = found[good]
+                rest.append(own[~good])
+        own = np.concatenate(rest)
+        if own.size:
+            there = rays.at(own)
+            found, good = _stepped(self.sea, there, way[own], fall[own])
+            bad = np.flatnonzero(~good)
+            if bad.size:
+                clear = there.at(bad).clear(self.sea, way[own[bad]])
+                found[bad] = _bracketed(self.sea, there.at(bad), way[own[bad]], clear, fall[own[bad]])
+            way[own] = found
+        return way
 
 
-def _false_position(
-    rays: Rays, ground: Any, low: Floats, above: Floats, high: Floats, below: Floats
-) -> tuple[Floats, Floats]:
-    """Ways to the crossings between low and high, where the ground is `above` > 0 >= `below`, and how fast it nears."""
-    falls = (above - below) / np.maximum(high - low, SLACK)
-    for _ in range(STEPS):
-        way = low + (high - low) * (above / (above - below))
-        clear = rays.clear(ground, way)
-        over = clear > 0.0
-        # The end that stays weighs half, so that it does not stay for long (Dowell and Jarratt 1971).
-        low, high = np.where(over, way, low), np.where(over, high, way)
-        above, below = np.where(over, clear, 0.5 * above), np.where(over, 0.5 * below, clear)
-        below = np.minimum(below, -1e-300)
-    return low + (high - low) * (above / (above - below)), falls
+def _crossings(count: int) -> Crossings:
+    """Of rays that meet nothing."""
+    none, never = np.full(count, np.nan), np.full(count, np.inf)
+    return Crossings(none, np.ones(count), np.full(count, -1, np.int8), never, np.zeros(count, np.bool_))
 
 
-def _exact(sea: Bathymetry, rays: Rays, way: Floats, falls: Floats) -> Floats:
-    """Ways to the crossings of the true bottom next to those of a grid."""
-    clear = rays.clear(sea, way)
+def _is_true(rays: Rays, curved: Curved, way: Floats) -> Bools:
+    """Whether crossings of curves are near those of the bottom, by how fast rays fall there."""
+    falls: Floats = rays.clear(curved, (1.0 - AGO) * way) / AGO
+    return rays.error(curved, way) < TRUE * falls
+
+
+def _stepped(ground: Any, rays: Rays, way: Floats, falls: Floats) -> tuple[Floats, Bools]:
+    """Ways to the crossings of a ground next to those of a grid, and which ones are found."""
+    clear = rays.clear(ground, way)
     found = way + clear / falls
-    left = np.flatnonzero(~(np.abs(found - way) < SMOOTH * way))
-    if not left.size:
-        return found
-    rays, way, clear, falls, after = rays.at(left), way[left], clear[left], falls[left], found[left]
-    again = rays.clear(sea, after)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        nearer = after - again * (after - way) / (again - clear)
-    good = np.isfinite(nearer) & (np.abs(nearer - after) < SMOOTH * way)
-    found[left[good]] = nearer[good]
-    bad = np.flatnonzero(~good)
-    if bad.size:
-        found[left[bad]] = _bisected(sea, rays.at(bad), way[bad], clear[bad], falls[bad])
-    return found
+    good: Bools = np.abs(found - way) < SMOOTH * way
+    left = np.flatnonzero(~good)
+    if left.size:
+        nearer, good[left] = _secant(rays.at(left), ground, way[left], clear[left], found[left])
+        found[left[good[left]]] = nearer[good[left]]
+    return found, good
 
 
-def _bisected(sea: Bathymetry, rays: Rays, way: Floats, clear: Floats, falls: Floats) -> Floats:
+def _secant(rays: Rays, ground: Any, way: Floats, clear: Floats, after: Floats, steps: int = 1) -> tuple[Floats, Bools]:
+    """Ways to the crossings of a ground by secants, from two ways and how clear the first is; which ones are found."""
+    good, nearer = np.zeros(len(way), dtype=np.bool_), after
+    for _ in range(steps):
+        again = rays.clear(ground, after)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            nearer = np.where(good, after, after - again * (after - way) / (again - clear))
+        good |= np.isfinite(nearer) & (np.abs(nearer - after) < SMOOTH * way)
+        if good.all():
+            break
+        way, clear, after = after, again, np.where(np.isfinite(nearer), nearer, after)
+    return nearer, good
+
+
+def _bracketed(sea: Bathymetry, rays: Rays, way: Floats, clear: Floats, falls: Floats) -> Floats:
     """The same from a bracket that is sought around each crossing; without one it is left as it is."""
-    low, high = way.copy(), way.copy()
-    step = np.maximum(2.0 * np.abs(clear) / falls, 1e-5 * way)
-    searching = np.arange(len(way))
-    over = clear > 0.0
+    low, high, rows = way.copy(), way.copy(), np.arange(len(way))
+    step, over = np.maximum(2.0 * np.abs(clear) / falls, NARROW * way), clear > 0.0
+    searching = rows
     for _ in range(TRIES):
         if not searching.size:
             break
-        ahead = over[searching]
-        own = np.where(ahead, high[searching] + step[searching], np.maximum(low[searching] - step[searching], 0.0))
-        now = rays.at(searching).clear(sea, own) > 0.0
-        high[searching] = np.where(ahead, own, high[searching])
-        low[searching] = np.where(ahead, low[searching], own)
-        still = now == ahead
-        inner = searching[still]
-        low[inner], high[inner] = (
-            np.where(over[inner], own[still], low[inner]),
-            np.where(over[inner], high[inner], own[still]),
-        )
-        step[searching] *= 2.0
-        searching = inner
-    found = np.ones(len(way), dtype=np.bool_)
-    found[searching] = False
-    going = np.flatnonzero(found)
-    for _ in range(HALVINGS):
-        going = going[high[going] - low[going] > CLOSE * high[going]]
+        ahead, begin = over[searching], np.where(over, high, low)[searching]
+        more = np.where(ahead, step[searching], -step[searching])[:, np.newaxis] * WIDER
+        ways = np.maximum(begin[:, np.newaxis] + more, 0.0)
+        changed = (rays.at(searching).clear(sea, ways) > 0.0) != ahead[:, np.newaxis]
+        found = changed.any(axis=1)
+        which = np.where(found, changed.argmax(axis=1), WIDER.size - 1)
+        last = np.take_along_axis(ways, which[:, np.newaxis], axis=1)[:, 0]
+        ways = np.concatenate((begin[:, np.newaxis], ways), axis=1)
+        before = np.take_along_axis(ways, np.where(found, which, which + 1)[:, np.newaxis], axis=1)[:, 0]
+        low[searching], high[searching] = np.where(ahead, before, last), np.where(ahead, last, before)
+        step[searching] *= 1.0 + WIDER[-1]
+        searching = searching[~found]
+    good = np.ones(len(way), dtype=np.bool_)
+    good[searching] = False
+    going = rows[good]
+    for _ in range(CUTS):
+        going = going[high[going] - low[going] > NARROW * high[going]]
         if not going.size:
             break
-        middle = 0.5 * (low[going] + high[going])
-        over = rays.at(going).clear(sea, middle) > 0.0
-        low[going], high[going] = np.where(over, middle, low[going]), np.where(over, high[going], middle)
-    return np.where(found, 0.5 * (low + high), way)
+        span = high[going] - low[going]
+        ways = low[going, np.newaxis] + span[:, np.newaxis] * CUT
+        under = rays.at(going).clear(sea, ways) <= 0.0
+        place = np.where(under.any(axis=1), under.argmax(axis=1), CUT.size)
+        ends = np.concatenate((low[going, np.newaxis], ways, high[going, np.newaxis]), axis=1)
+        low[going], high[going] = (np.take_along_axis(ends, (place + n)[:, np.newaxis], axis=1)[:, 0] for n in (0, 1))
+    return np.where(good, 0.5 * (low + high), way)

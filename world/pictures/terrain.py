@@ -12,7 +12,7 @@ from world.pictures import light
 from world.pictures.lamps import Beam
 from world.pictures.lattice import PITCH, TINY, Lattice, spread, turned
 from world.pictures.planes import BITS, GRAZING, Caster, Plane, Print, Shot, Strip, Window, Words, whole
-from world.pictures.relief import Relief
+from world.pictures.relief import SINCE, Relief
 from world.pictures.scenes import SHALLOWEST, Seabed, Standpoint
 from world.pictures.texture import TONES
 
@@ -21,6 +21,7 @@ Bools = NDArray[np.bool_]
 
 LENGTHS = 7.0  # attenuation lengths after which the ground is not looked for
 SEEN = 4.5  # attenuation lengths within which its edges are sharp
+FAINT = 0.4  # of the nearness of one attenuation length: where the ground may be elsewhere by twice as much
 FARTHEST = 1000.0  # m
 ERROR = 0.25  # px by which a point of the ground may be elsewhere between the rays of the lattice
 FLATTEST = 0.02  # sine of the angle between a ray and the ground, below which texture is invisible
@@ -56,10 +57,11 @@ class Terrain:
         rays = turned(camera, lattice.rays)
         nearness, rough = view.meet(rays, lattice.cell)
         fields, sine = view.fields(rays, nearness)
-        error = ERROR * 2.0 / self.width / sine * np.abs(nearness) + TINY
+        close = np.abs(nearness)
+        error = ERROR * 2.0 / self.width / sine * (close + view.faint / np.maximum(close, view.nearest)) + TINY
         cells = [worst > 1.0 for worst in lattice.errors(nearness, rough, error, view.nearest)]
         masks = [spot.repeat(PITCH, axis=0).repeat(PITCH, axis=1) if spot.any() else None for spot in cells]
-        exact = self._in_the_rough(view, camera, masks)
+        exact = self._in_the_rough(view, camera, masks, lattice.nearest(nearness, rough))
         pixels = atlas[:-1].reshape(len(self.turns), self.width, self.width)
         done = 0
         for patch, turn, window, face, close, mask in zip(
@@ -81,12 +83,19 @@ class Terrain:
                     inner = values[:, strip[0].start - top : strip[0].stop - top, left - side : right - side]
                     close[strip] = view.paint(face[strip], turn, strip, inner)
 
-    def _in_the_rough(self, view: "_View", camera: NDArray[np.float64], masks: Sequence[Bools | None]) -> Floats:
-        """The fields (FIELDS, n) of the pixels that `masks` of the patches choose, ray by ray."""
+    def _in_the_rough(
+        self, view: "_View", camera: NDArray[np.float64], masks: Sequence[Bools | None], nearest: Sequence[Floats]
+    ) -> Floats:
+        """The fields (FIELDS, n) of the pixels that `masks` of the patches choose, ray by ray.
+
+        `nearest` is the largest nearness at the corners of each cell, infinite in the rough.
+        """
         found: list[Floats] = []
-        for mask, patch, turn in zip(masks, self.lattice.patches, self.turns, strict=True):
+        since: list[Floats] = []
+        for mask, near, patch, turn in zip(masks, nearest, self.lattice.patches, self.turns, strict=True):
             if mask is not None:
                 j, i = np.nonzero(mask)
+                since.append(SINCE / np.maximum(near[j // PITCH, i // PITCH], TINY))
                 y, x = (
                     (2.0 * (place + PITCH * start) + 1.0) / self.width - 1.0
                     for place, start in ((j, patch.row), (i, patch.column))
@@ -95,7 +104,7 @@ class Terrain:
         if not found:
             return np.empty((FIELDS, 0), dtype=np.float32)
         rays = turned(camera, np.concatenate(found, axis=1))
-        nearness, _ = view.meet(rays, 0.0)
+        nearness, _ = view.meet(rays, 0.0, np.concatenate(since))
         return view.fields(rays, nearness)[0]
 
 
@@ -109,6 +118,7 @@ class _View:
         self.place: Vector = (pose.north, pose.east, pose.depth)
         length = 1.0 / float(scene.water.attenuation.min())
         self.reach, self.nearest = min(LENGTHS * length, FARTHEST), 1.0 / (SEEN * length)
+        self.faint = (FAINT / length) ** 2
         self.surface: Shot | None = None
         bottom = Plane(1, 1.0, scene.bottom, np.empty(0, dtype=np.uint32))
         self.prints = [Print(layer, bottom, 1.0, (pose.north, pose.east), pose.time) for layer in scene.bottom]
@@ -116,8 +126,8 @@ class _View:
         self.coarsest = min(layer.coarsest + texel for layer, texel in zip(self.prints, self.texels, strict=True))
         self.colours = scene.bottom_colours[:, 0]
 
-    def meet(self, rays: Floats, cell: float) -> tuple[Floats, Bools]:
-        return self.terrain.relief.meet(self.place, rays, self.reach, cell=cell)
+    def meet(self, rays: Floats, cell: float, since: Floats | None = None) -> tuple[Floats, Bools]:
+        return self.terrain.relief.meet(self.place, rays, self.reach, cell=cell, since=since)
 
     def fields(self, rays: Floats, nearness: Floats) -> tuple[Floats, Floats]:
         """(FIELDS, n) of what rays (3, n; NED) meet at a nearness (n,), and the sines (n,) of their angles with it."""
@@ -138,9 +148,19 @@ class _View:
 
     def paint(self, out: Words, turn: NDArray[np.float64], strip: Strip, fields: Floats) -> Floats:
         """Color the pixels (n, m) of a strip, whose fields are (FIELDS, n, m), and return how near they are."""
-        caster, nearness = self.terrain.caster, fields[0]
-        up = caster.affine(-turn[2] / max(self.pose.depth, SHALLOWEST), strip)
+        nearness = fields[0]
+        up = self.terrain.caster.affine(-turn[2] / max(self.pose.depth, SHALLOWEST), strip)
         over = up > nearness
+        ground, water = _box(~over), _box(over)
+        if ground is not None:
+            self._paint_ground(out[ground], turn, _part(strip, ground), fields[:, *ground])
+        if water is not None:
+            self._paint_surface(out[water], turn, _part(strip, water), over[water])
+            nearness = np.maximum(nearness, up)
+        return nearness
+
+    def _paint_ground(self, out: Words, turn: NDArray[np.float64], strip: Strip, fields: Floats) -> None:
+        caster, nearness = self.terrain.caster, fields[0]
         scale = np.reciprocal(np.maximum(nearness, np.float32(0.5 / self.reach)))
         index, bend = np.zeros(nearness.shape, dtype=np.uint16), None
         for layer, texel in zip(self.prints, self.texels, strict=True):
@@ -159,12 +179,28 @@ class _View:
         linear = self.colours.take(index, axis=1, mode="clip")
         linear *= fields[2:5]
         out[...] = light.rgba_words(linear, fields[5:8]).reshape(out.shape)
-        if over.any():
-            if self.surface is None:
-                top = self.scene.surface_plane(self.pose, self.lights)
-                self.surface = Shot(caster, top, (self.pose.north, self.pose.east), self.pose.time)
-            sky = np.empty_like(out)
-            self.surface.shade(sky, turn, strip, np.maximum(caster.affine(-turn[2], strip), GRAZING))
-            np.copyto(out, sky, where=over)
-            nearness = np.maximum(nearness, up)
-        return nearness
+
+    def _paint_surface(self, out: Words, turn: NDArray[np.float64], strip: Strip, over: Bools) -> None:
+        caster = self.terrain.caster
+        if self.surface is None:
+            top = self.scene.surface_plane(self.pose, self.lights)
+            self.surface = Shot(caster, top, (self.pose.north, self.pose.east), self.pose.time)
+        sky = np.empty_like(out)
+        self.surface.shade(sky, turn, strip, np.maximum(caster.affine(-turn[2], strip), GRAZING))
+        np.copyto(out, sky, where=over)
+
+
+def _box(mask: Bools) -> Strip | None:
+    """The rows and columns that hold all that a mask chooses; None if that is nothing."""
+    spans: list[slice] = []
+    for axis in (1, 0):
+        own = np.flatnonzero(mask.any(axis=axis))
+        if not own.size:
+            return None
+        spans.append(slice(int(own[0]), int(own[-1]) + 1))
+    return spans[0], spans[1]
+
+
+def _part(strip: Strip, box: Strip) -> Strip:
+    rows, columns = (slice(of.start + own.start, of.start + own.stop) for of, own in zip(strip, box, strict=True))
+    return rows, columns

@@ -91,12 +91,11 @@ class Bathymetry:
         side = self._radius / PARTS
         parts = np.floor(np.stack((north, east)) / side)
         order = np.lexsort((parts[1], parts[0]))
-        found, sorted_parts = np.empty(len(order)), parts[:, order]
-        borders = np.flatnonzero(np.any(np.diff(sorted_parts), axis=0)) + 1
-        for first, last in zip([0, *borders.tolist()], [*borders.tolist(), len(order)], strict=True):
+        found, rows, columns = np.empty(len(order)), parts[0, order], parts[1, order]
+        borders = (np.flatnonzero((rows[1:] != rows[:-1]) | (columns[1:] != columns[:-1])) + 1).tolist()
+        for first, last in zip([0, *borders], [*borders, len(order)], strict=True):
             if first < last:
-                part = int(sorted_parts[0, first]), int(sorted_parts[1, first])
-                self._in_part(part, north, east, order[first:last], found)
+                self._in_part((int(rows[first]), int(columns[first])), north, east, order[first:last], found)
         return found
 
     def _in_part(
@@ -124,7 +123,8 @@ class Bathymetry:
             across *= across
             square += across
             at = square < 1e-6
-            weight = np.sqrt(np.where(at, 1.0, square))
+            on_any = bool(at.any())
+            weight = np.sqrt(np.where(at, 1.0, square) if on_any else square)
             np.divide(1.0, weight, out=weight)
             weight -= 1.0 / self._radius
             weight *= weight
@@ -132,10 +132,15 @@ class Bathymetry:
             weights = np.add.reduce(weight, axis=0)  # row by row, in the order of `depth`
             weight *= depth
             total = np.add.reduce(weight, axis=0)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                result = np.where(weights > 0.0, total / weights, self._elsewhere)
-            for column in np.flatnonzero(at.any(axis=0)).tolist():
-                result[column] = depth[at[:, column].argmax(), 0]
+            in_range = weights > 0.0
+            if in_range.all():
+                result = np.divide(total, weights, out=total)
+            else:
+                result = np.full(len(own), self._elsewhere)
+                np.divide(total, weights, out=result, where=in_range)
+            if on_any:
+                for column in np.flatnonzero(at.any(axis=0)).tolist():
+                    result[column] = depth[at[:, column].argmax(), 0]
             found[own] = result
 
     def _within_reach(self, part: tuple[int, int]) -> list[Sounding]:

@@ -1,0 +1,224 @@
+"""Grids of the depths of the sea, finer the nearer they are, and curves between their nodes that follow the bottom."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.attitude import Vector
+from world.sea import Bathymetry
+
+Floats = NDArray[np.floating[Any]]
+Places = NDArray[np.intp]
+
+FINEST = 0.25  # m, between the depths of the first grid; each next one is COARSER times as coarse and as wide
+COARSER = 4
+REACH = 16.0  # m around the camera in which the first grid counts
+LEVELS = 4
+CURVED = 3  # of these, whose curves are compared with the bottom: coarser ones seldom follow it
+TILE = 32  # cells: grids consist of tiles at fixed places, so that a depth does not depend on where the camera was
+MARGIN = 4.0  # cells around what is looked up: curves and their errors are those of several nodes
+SAFE = 3.0  # times as much as curves were found to err, they may err in between
+WHOLE = np.zeros(TILE), np.zeros(TILE)  # where in cells depths are taken: north, east
+# At quarters of a cell, and not in its middle, errors of the third order are the largest. North and east they may
+# cancel in one cell, but not in the next one as well, which is probed at three quarters.
+ASIDE = np.full(TILE, 0.25), np.where(np.arange(TILE) % 2, 0.75, 0.25)
+
+Number = tuple[int, int, int]
+"""The level of a tile, and its place in its grid."""
+
+
+class Extent(NamedTuple):
+    """How deep (m) nodes are: all within two depths, and those that are less deep than `middle` are within `edge` m."""
+
+    shallowest: float
+    deepest: float
+    middle: float
+    edge: float
+
+
+class Grid(NamedTuple):
+    """Depths (m) at nodes `step` m apart, from `north`, `east`; row by row of `columns`.
+
+    It is nowhere steeper than `steepest`, m per m.
+    """
+
+    north: float
+    east: float
+    step: float
+    nodes: Floats
+    columns: int
+    steepest: float
+
+    def depths(self, north: Floats, east: Floats) -> Floats:
+        """Bilinear."""
+        corner, x, y = self.places(north, east)
+        return self.mixed(corner, x, y)
+
+    def extent_beyond(self, begin: float, place: Vector) -> "Extent":
+        """That of all that is farther than `begin` m from a place; it may be that of more."""
+        nodes, half = self.nodes.reshape(-1, self.columns), begin / math.sqrt(2.0) - 2.0 * self.step
+        away = [(at - start) / self.step for at, start in zip(place[:2], (self.north, self.east), strict=True)]
+        parts = [nodes]
+        if half > 0.0:
+            (top, bottom), (left, right) = (
+                (math.ceil(at - half / self.step), math.floor(at + half / self.step)) for at in away
+            )
+            parts = [nodes[:top], nodes[bottom:], nodes[top:bottom, :left], nodes[top:bottom, right:]]
+        shallowest, deepest = float(min(part.min() for part in parts)), float(max(part.max() for part in parts))
+        middle = 0.5 * (shallowest + deepest)
+        shallow = nodes < middle
+        if not shallow.any():
+            return Extent(shallowest, deepest, middle, 0.0)
+        ends = (np.flatnonzero(shallow.any(axis=axis))[[0, -1]] for axis in (1, 0))
+        farthest = (max(abs(float(end) - at) for end in both) for both, at in zip(ends, away, strict=True))
+        return Extent(shallowest, deepest, middle, (math.hypot(*farthest) + 2.0) * self.step)
+
+    def places(self, north: Floats, east: Floats) -> tuple[Places, Floats, Floats]:
+        """The corners of the cells that hold places, and where in these they are, 0 to 1 north and east."""
+        x, y = (north - self.north) / self.step, (east - self.east) / self.step
+        i, j = x.astype(np.intp), y.astype(np.intp)
+        x -= i
+        y -= j
+        i *= self.columns
+        i += j
+        return i, x, y
+
+    def mixed(self, corner: Places, x: Floats, y: Floats) -> Floats:
+        near, far = (self._across(each, y) for each in (corner, corner + self.columns))
+        far -= near
+        far *= x
+        near += far
+        return near
+
+    def _across(self, corner: Places, share: Floats) -> Floats:
+        left, right = self.nodes.take(corner, mode="clip"), self.nodes.take(corner + 1, mode="clip")
+        right -= left
+        right *= share
+        left += right
+        return left
+
+
+class Curved(NamedTuple):
+    """The same, bent in each cell as its neighbours tell: `bends` (2, nodes) north and east, by corner.
+
+    `errors` (nodes) is how far (m) that may be from the bottom in a cell, as found where smooth ones err most.
+    """
+
+    grid: Grid
+    bends: Floats
+    errors: Floats
+
+    def depths(self, north: Floats, east: Floats) -> Floats:
+        corner, x, y = self.grid.places(north, east)
+        found = self.grid.mixed(corner, x, y)
+        for bend, share in zip(self.bends, (x, y), strict=True):
+            rise = share * share
+            rise -= share
+            rise *= bend.take(corner, mode="clip")
+            found += rise
+        return found
+
+    def errors_at(self, north: Floats, east: Floats) -> Floats:
+        return self.errors.take(self.grid.places(north, east)[0], mode="clip")
+
+
+class Grids:
+    """The grids of a bottom around cameras. What is kept for the next picture does not depend on the last one."""
+
+    def __init__(self, sea: Bathymetry):
+        self.sea = sea
+        self._tiles: dict[Number, Floats] = {}
+        self._probes: dict[Number, Floats] = {}
+        self._grids: dict[int, tuple[tuple[int, int, int, int], Grid]] = {}
+        self._curved: dict[int, Curved] = {}
+        self._extents: dict[int, tuple[tuple[Vector, float], Extent]] = {}
+
+    def around(self, level: int, place: Vector) -> Grid:
+        """The grid of a level around a place."""
+        step = FINEST * COARSER**level
+        side, reach = step * TILE, REACH * COARSER**level + MARGIN * step
+        first = [math.floor((middle - reach) / side) for middle in place[:2]]
+        last = [math.floor((middle + reach) / side) + 1 for middle in place[:2]]
+        wanted = first[0], first[1], last[0], last[1]
+        kept = self._grids.get(level)
+        if kept is not None and kept[0] == wanted:
+            return kept[1]
+        nodes = self._laid(self._tiles, level, wanted, WHOLE)
+        slopes = math.hypot(*(float(np.abs(np.diff(nodes, axis=axis)).max()) / step for axis in (0, 1)))
+        grid = Grid(first[0] * side, first[1] * side, step, nodes.ravel(), nodes.shape[1], slopes)
+        self._grids[level] = wanted, grid
+        self._curved.pop(level, None)
+        return grid
+
+    def extent(self, level: int, place: Vector, begin: float) -> Extent:
+        """That of the grid of a level farther than `begin` m from a place."""
+        kept = self._extents.get(level)
+        if kept is None or kept[0] != (place, begin):
+            self._extents[level] = kept = (place, begin), self.around(level, place).extent_beyond(begin, place)
+        return kept[1]
+
+    def curved(self, level: int, place: Vector) -> Curved:
+        """The curves of the grid of a level, below CURVED, around a place."""
+        grid, kept = self.around(level, place), self._curved.get(level)
+        if kept is not None:
+            return kept
+        nodes = grid.nodes.reshape(-1, grid.columns)
+        probes = self._laid(self._probes, level, self._grids[level][0], ASIDE)
+        found = Curved(grid, np.stack([_bend(nodes), _bend(nodes.T).T]).reshape(2, -1), np.empty(0))
+        rows, columns = (np.arange(count) for count in nodes.shape)
+        north = grid.north + grid.step * (rows + ASIDE[0][rows % TILE])
+        east = grid.east + grid.step * (columns + ASIDE[1][columns % TILE])
+        between = found.depths(*(each.ravel() for each in np.meshgrid(north, east, indexing="ij")))
+        errors = SAFE * _around(np.abs(between.reshape(nodes.shape) - probes))
+        self._curved[level] = found = found._replace(errors=errors.ravel())
+        return found
+
+    def _laid(
+        self, kept: dict[Number, Floats], level: int, ends: tuple[int, int, int, int], aside: tuple[Floats, Floats]
+    ) -> Floats:
+        """The depths of the tiles from the first to before the last ones, at places in cells; `kept` keeps them."""
+        top, left, bottom, right = ends
+        found, tiles = np.empty((TILE * (bottom - top), TILE * (right - left))), dict[Number, Floats]()
+        step = FINEST * COARSER**level
+        for i in range(top, bottom):
+            for j in range(left, right):
+                key = level, i, j
+                tile = kept.get(key)
+                if tile is None:
+                    north, east = (
+                        (TILE * n + np.arange(TILE) + own) * step for n, own in zip((i, j), aside, strict=True)
+                    )
+                    tile = self._depths(north, east)
+                tiles[key] = tile
+                row, column = TILE * (i - top), TILE * (j - left)
+                found[row : row + TILE, column : column + TILE] = tile
+        for key in [key for key in kept if key[0] == level]:
+            del kept[key]
+        kept.update(tiles)
+        return found
+
+    def _depths(self, north: Floats, east: Floats) -> Floats:
+        places = (each.ravel() for each in np.meshgrid(north, east, indexing="ij"))
+        return self.sea.depths(*places).reshape(len(north), len(east))
+
+
+def _bend(nodes: Floats) -> Floats:
+    """Half the second differences down the columns, in the middle of cells, by their corners; 0 at the border."""
+    found = np.zeros(nodes.shape)
+    steps = np.diff(nodes, axis=0)
+    own = 0.25 * (steps[2:] - steps[:-2])
+    found[1:-2, :-1] = 0.5 * (own[:, 1:] + own[:, :-1])
+    return found
+
+
+def _around(values: Floats) -> Floats:
+    """The largest among each one and its eight neighbours."""
+    for axis in (0, 1):
+        padded = np.pad(values, [(1, 1) if axis == n else (0, 0) for n in (0, 1)], mode="edge")
+        values = np.maximum(
+            np.maximum(padded.take(range(2, padded.shape[axis]), axis), values),
+            padded.take(range(padded.shape[axis] - 2), axis),
+        )
+    return values

@@ -1,0 +1,208 @@
+"""Rays on their way over a grid of depths, and where they cross it."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.attitude import Vector
+from world.pictures.grids import Curved, Extent, Grid
+
+Floats = NDArray[np.floating[Any]]
+Bools = NDArray[np.bool_]
+Places = NDArray[np.intp]
+
+STRIDE = 2.0  # cells of the grid between samples along a ray
+SAMPLES, MOST_SAMPLES = 6, 24  # of each ray that are taken together: more, if there are few rays
+TOGETHER = 6000  # samples of all rays, if they are few
+TOUCH = 0.02  # of the bend of a crest, by which its height between samples is not known
+NEARLY = 0.25  # of `cell` by which a ray may pass over a crest that the next ray meets
+STEEPER = 1.25  # times as steep as a grid, a ray comes down to it so fast that it crosses it once
+MOST = 6  # steps of false position
+CLOSE = 1e-7  # of the way, to which a ray is begun before a depth and ended after it
+CROSSED = 3e-5  # of the way, to which crossings are found
+AGO = 0.98
+FLATTEST = 1e-3
+SLACK = 1e-9
+
+
+class Rays(NamedTuple):
+    """Rays from a place (m; north, east, down): `north`, `east`, `down` (n,) per unit of way, of any length."""
+
+    place: Vector
+    north: Floats
+    east: Floats
+    down: Floats
+    lowered: float
+
+    @classmethod
+    def of(cls, place: Vector, rays: Floats, lowered: float) -> "Rays":
+        """Rays (3, n)."""
+        north, east, down = rays
+        return cls(place, north, east, down, lowered)
+
+    def at(self, chosen: Places | slice) -> "Rays":
+        return Rays(self.place, self.north[chosen], self.east[chosen], self.down[chosen], self.lowered)
+
+    def clear(self, ground: Any, way: Floats) -> Floats:
+        """How far (m) the ground is below the points (n, ...) after some way."""
+        shape = (-1, *(1,) * (way.ndim - 1))
+        north, east, down = (each.reshape(shape) * way for each in (self.north, self.east, self.down))
+        n, e, d = self.place
+        north += n
+        east += e
+        found = ground.depths(north.ravel(), east.ravel()).reshape(way.shape)
+        found += self.lowered - d
+        found -= down
+        return found
+
+    def error(self, curved: Curved, way: Floats) -> Floats:
+        """By how much (m) curves may be from the bottom at the points (n,) after some way."""
+        n, e, _ = self.place
+        return curved.errors_at(self.north * way + n, self.east * way + e)
+
+
+class March:
+    """Rays on their way over a grid, in a `reach` from some to more m around the camera.
+
+    In it the grid is of an `extent`.
+    `low` (n,) is the way of each to its crossing, NaN without one; `falls` (n,) is how fast it comes down to the ground
+    there; `crest` (n,) is the way to the first place where it nearly touched the ground before. A ray goes `since` some
+    way (n,), if that is given, and `until` another one; `sunk` (n,) are those that are under the ground there already.
+    """
+
+    def __init__(
+        self,
+        rays: Rays,
+        grid: Grid,
+        extent: Extent,
+        reach: tuple[float, float],
+        since: Floats | None,
+        until: Floats | None,
+    ):
+        self.rays, self.grid = rays, grid
+        count = len(rays.down)
+        self.low, self.falls = np.full(count, np.nan), np.ones(count)
+        self.crest, self.sunk = np.full(count, np.inf), np.zeros(count, dtype=np.bool_)
+        flat = np.maximum(np.hypot(rays.north, rays.east), SLACK)
+        top, bottom, middle = (depth + rays.lowered - rays.place[2] for depth in extent[:3])
+        first, last = (each / flat for each in reach)
+        self._late = np.zeros(count, dtype=np.bool_)
+        if since is not None:
+            self._late = since > first
+            first = np.maximum(first, since)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if top > 0.0:
+                first = np.where(rays.down > 0.0, np.maximum(first, top / rays.down * (1.0 - CLOSE)), np.inf)
+            else:
+                last = np.where(rays.down < 0.0, np.minimum(last, top / rays.down), last)
+            last = np.where(rays.down * last < middle, np.minimum(last, extent.edge / flat), last)
+            falling = bottom / rays.down * (1.0 + CLOSE) + SLACK
+            last = np.where(rays.down > 0.0, np.minimum(last, falling), last)
+        if until is not None:
+            last = np.minimum(last, until)
+        self._first, self._last = first, last
+        self._once = rays.down > STEEPER * grid.steepest * flat
+        with np.errstate(invalid="ignore"):
+            steps = np.ceil(flat * (last - first) / (STRIDE * grid.step))
+            self._step = (last - first) / np.maximum(steps, 2.0)
+
+    def hits(self) -> Places:
+        return np.flatnonzero(np.isfinite(self.low))
+
+    def go(self, cell: float) -> None:
+        going = np.flatnonzero(self._first < self._last)
+        way = self._first[going]
+        clear = self.rays.at(going).clear(self.grid, way)
+        at_once = clear <= 0.0
+        if at_once.any():
+            self._begin_under(going[at_once], way[at_once], clear[at_once])
+            going, way, clear = going[~at_once], way[~at_once], clear[~at_once]
+        once = self._once[going]
+        if once.any():
+            self._drop(going[once], way[once], clear[once])
+            going, way, clear = going[~once], way[~once], clear[~once]
+        ways, clears, done = np.stack((way, way), axis=1), np.stack((clear, clear), axis=1), 1
+        while going.size:
+            rays, last = self.rays.at(going), self._last[going]
+            places = np.arange(done, done + min(MOST_SAMPLES, max(SAMPLES, TOGETHER // going.size)))
+            done += places.size
+            more = self._first[going][:, np.newaxis] + self._step[going][:, np.newaxis] * places
+            np.minimum(more, last[:, np.newaxis], out=more)
+            ways = np.concatenate((ways, more), axis=1)
+            clears = np.concatenate((clears, rays.clear(self.grid, more)), axis=1)
+            hit = self._pass(going, rays, ways, clears, cell)
+            stay = ~hit & (ways[:, -1] < last)
+            going, ways, clears = going[stay], ways[stay, -2:], clears[stay, -2:]
+
+    def _begin_under(self, own: Places, way: Floats, clear: Floats) -> None:
+        """Rays that begin under the ground: by no more than the difference of two grids, unless they began late."""
+        before = self.rays.at(own).clear(self.grid, AGO * way)
+        self.low[own] = way
+        self.falls[own] = np.maximum((before - clear) / ((1.0 - AGO) * way + SLACK), FLATTEST)
+        self.sunk[own] = self._late[own]
+
+    def _drop(self, own: Places, way: Floats, clear: Floats) -> None:
+        """Rays that are so steep that they come ever nearer to the ground."""
+        rays, last = self.rays.at(own), self._last[own]
+        after = rays.clear(self.grid, last)
+        hit = np.flatnonzero(after <= 0.0)
+        if hit.size:
+            span = way[hit], clear[hit], last[hit], after[hit]
+            self.low[own[hit]], self.falls[own[hit]] = _false_position(rays.at(hit), self.grid, *span)
+
+    def _pass(self, going: Places, rays: Rays, ways: Floats, clears: Floats, cell: float) -> Bools:
+        """Look for crossings among samples (n, m), and for crests that a ray may touch between them."""
+        under = clears <= 0.0
+        place = under.argmax(axis=1)
+        place[~under.any(axis=1)] = ways.shape[1]
+        rises = clears[:, 1:] >= clears[:, :-1]
+        row, column = np.nonzero(rises[:, 1:] & ~rises[:, :-1])
+        ahead = column + 1 < place[row]
+        row, column = row[ahead], column[ahead]
+        if row.size:
+            before, middle, after = (clears[row, column + n] for n in range(3))
+            close = np.flatnonzero(middle < NEARLY * cell * ways[row, column + 1])[::-1]  # the first one is set last
+            crests = self.crest[going[row[close]]]
+            self.crest[going[row[close]]] = np.minimum(crests, ways[row[close], column[close] + 1])
+            bend = before - 2.0 * middle + after
+            near = middle < (after - before) ** 2 / (8.0 * bend) + TOUCH * bend
+            row, column, bend, lean = row[near], column[near], bend[near], (before - after)[near]
+            if row.size:
+                spacing = ways[row, column + 1] - ways[row, column]
+                top = ways[row, column + 1] + lean / (2.0 * bend) * spacing
+                clear = rays.at(row).clear(self.grid, top)
+                sunk = np.flatnonzero(clear <= 0.0)[::-1]  # the first crest of a ray is set last
+                row, column = row[sunk], column[sunk] + 1
+                ways[row, column], clears[row, column], place[row] = top[sunk], clear[sunk], column
+        hit: Bools = place < ways.shape[1]
+        rows = np.flatnonzero(hit)
+        if rows.size:
+            end = place[rows]
+            span = ways[rows, end - 1], clears[rows, end - 1], ways[rows, end], clears[rows, end]
+            way, falls = _false_position(rays.at(rows), self.grid, *span)
+            self.low[going[rows]], self.falls[going[rows]] = way, falls
+        return hit
+
+
+def _false_position(
+    rays: Rays, ground: Any, low: Floats, above: Floats, high: Floats, below: Floats
+) -> tuple[Floats, Floats]:
+    """Ways to the crossings between low and high, where the ground is `above` > 0 >= `below`, and how fast it nears.
+
+    A crossing that is found stays as it is: it does not depend on which rays are sought together.
+    """
+    falls = (above - below) / np.maximum(high - low, SLACK)
+    enough = CROSSED * falls
+    for _ in range(MOST):
+        way = low + (high - low) * (above / (above - below))
+        clear = rays.clear(ground, way)
+        found = np.abs(clear) <= enough * way
+        over = clear > 0.0
+        # The end that stays weighs half, so that it does not stay for long (Dowell and Jarratt 1971).
+        low, high = np.where(over | found, way, low), np.where(over & ~found, high, way)
+        if found.all():
+            break
+        above, below = np.where(over, clear, 0.5 * above), np.where(over, 0.5 * below, clear)
+        below = np.minimum(below, -1e-300)
+    return low + (high - low) * (above / (above - below)), falls
