@@ -112,9 +112,13 @@ class End:
         self._waiting.clear()
 
     def move(self, state: imc.SimulatedState) -> None:
-        """Keep where the vehicle truly is."""
-        if state.src == self.vehicle.system:
+        """Keep where the vehicle truly is; a place that is not finite is none."""
+        if state.src != self.vehicle.system:
+            return
+        if math.isfinite(state.lat + state.lon + state.height + state.x + state.y + state.z):
             self._channel.places[state.src] = state
+        else:
+            self._channel.places.pop(state.src, None)
 
     def send(self, message: imc.Message, packet: bytes) -> None:
         wanted = self._link.messages

@@ -26,6 +26,8 @@ class Talker(Task):
     speed: float = param(0.0, "m/s", "Speed to the north.", minimum=-1e3)
     moves_origin: bool = param(False, "", "Whether the reference of its place differs from that of others.")
 
+    vanishes_after: float = param(1e9, "s", "Time after which its place is no number.")
+
     def start(self) -> None:
         self.said, self.heard = 0, []
 
@@ -36,6 +38,7 @@ class Talker(Task):
         if self.moves_origin:
             lat, lon, _ = displace(lat, lon, 0.0, north, 0.0)
             north = 0.0
+        north = north if self.now - START < self.vanishes_after else math.nan
         self.publish(imc.SimulatedState(lat=lat, lon=lon, x=north))
 
     @periodic("rate")
@@ -102,6 +105,13 @@ def test_beyond_the_range_nothing_arrives():
     (a, b), (channel,) = talk(link(range=120.0), places=((0.0, 0.0), (100.0, 5.0)))
     assert max(value for _, value, _ in b.heard) == pytest.approx(4.0 * 4.0, abs=1.0)
     assert channel.counts["out of range"] == a.said + b.said - channel.counts["received"]
+
+
+def test_a_place_that_is_not_finite_is_out_of_range():
+    (a, b), (channel,) = talk(link(propagation=1500.0), vanishes_after=5.0)
+    assert max(value for _, value, _ in b.heard) == pytest.approx(20, abs=1)
+    assert channel.counts["out of range"] == a.said + b.said - channel.counts["received"]
+    assert channel.counts["out of range"] == pytest.approx(40, abs=4)
 
 
 def test_one_that_moves_does_not_change_the_order():
