@@ -127,15 +127,20 @@ def _work(pipe: Connection, make: Callable[[], Do], code: Sequence[Path], folder
             search_code(place)
     do = make()
     gc.set_threshold(GARBAGE)
-    gc.freeze()  # what is imported stays
     with contextlib.suppress(EOFError, OSError), (folder / HUNG).open("w") as hung:
         pipe.send(None)
+        is_warm = False
         while True:
             job = pipe.recv()
             faulthandler.dump_traceback_later(wall_limit, file=hung)
             result = attempt(do, job)
             faulthandler.cancel_dump_traceback_later()
             pipe.send(result)
+            del job, result
+            gc.collect()  # vehicles are cycles: else those of many runs would wait for the next time
+            if not is_warm:
+                is_warm = True
+                gc.freeze()  # what a first run has imported stays, and is not looked at again
 
 
 def attempt(do: Do, job: Job) -> Result:
