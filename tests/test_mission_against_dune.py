@@ -50,6 +50,8 @@ def ours(flown):
     return bench.reduce(flown[1])
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_the_recorded_plan_completes_as_it_did_in_dune(flown):
     report, _ = flown
     assert report.completed

@@ -121,6 +121,8 @@ def mission(tmp_path_factory):
     return fly(tmp_path_factory.mktemp("log"), paths, 230.0)
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_it_keeps_to_its_track(mission):
     samples, _ = mission
     assert rms(s.east for s in between(samples, 30.0, 110.0)) < 1.0
@@ -171,6 +173,8 @@ def test_a_current_from_the_side_is_held_against(tmp_path):
     assert stream.y == pytest.approx(0.3, abs=0.02)
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_without_velocities_over_ground_the_error_is_still_what_it_says(tmp_path):
     """The speed comes from the motor, which is less accurate."""
     lost = [*DEEP, "Simulators.DVL:Invalid Reading Probability=100"]
@@ -179,6 +183,8 @@ def test_without_velocities_over_ground_the_error_is_still_what_it_says(tmp_path
     assert samples[-1].variance_north > 1.0
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_a_circle_is_kept(tmp_path):
     circle = path(1, 60.0, 0.0, 2.0, lradius=20.0)
     samples, messages = fly(tmp_path, [circle], 150.0, seed=5)

@@ -91,6 +91,7 @@ def test_a_vehicle_that_is_too_busy_for_a_flood_says_whose_packets_it_dropped(ne
     assert taken + dropped <= sent, "each packet is taken or dropped once"
 
 
+@pytest.mark.heavy
 def test_a_name_that_is_on_the_network_is_refused_until_its_vehicle_has_gone(network: Network, tmp_path: Path) -> None:
     twins = [Vehicle(network, tmp_path / str(number)) for number in range(2)]
     wait_until(lambda: any(twin.ended() for twin in twins), *twins)

@@ -53,6 +53,8 @@ def mask(segmentation):
     return inside.reshape(width, height).T
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_a_data_set_has_the_pictures_of_the_run_with_boxes_and_masks(log):
     folder = log()
     assert shoal("export", folder, "set", "-f", "coco")[0] == 0

@@ -24,6 +24,8 @@ NORTHWARD = ("Simulators.StreamVelocity:Default Speed North=0.3",)
 WIND = ("Simulators.Wind:Speed=6", "Simulators.Wind:Direction=45", "Simulators.Wind:Gusts=1")
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize(("boat", "corner"), [("otter", 2.5), ("caravel", 3.5)])
 def test_a_plan_is_flown_along_its_legs_and_around_its_corners(boat, corner):
     voyage = sail(boat, load_plan(HARBOUR))
@@ -54,6 +56,8 @@ def test_a_station_is_kept_in_a_current(boat, beyond):
     assert min(m.value for m in voyage.of(imc.DesiredSpeed)) < 0.8
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize("weather", [(), CURRENT, NORTHWARD, WIND], ids=["calm", "east", "north", "wind"])
 @pytest.mark.parametrize("boat", BOATS)
 def test_a_station_behind_a_sharp_turn_is_reached(boat, weather):
@@ -72,6 +76,8 @@ def test_a_leg_across_current_and_wind_is_followed(boat):
     assert max(m.x for m in voyage.of(imc.SimulatedState)) > 80.0
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_areas_paths_and_circles_are_sailed():
     field_ = imc.Rows(**at(20, 0), z_units=DEPTH, speed=1.5, width=10, length=30, hstep=10, bearing=0.3)
     points = [imc.PathPoint(x=10), imc.PathPoint(x=10, y=30)]

@@ -3,6 +3,7 @@
 import math
 from itertools import pairwise
 
+import pytest
 from aloft import CCU, OWN, START, Flight
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -51,6 +52,8 @@ def plans(draw):
     )
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @settings(max_examples=4, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(plan=plans(), north=st.floats(-8, 8), east=st.floats(-5, 5), abort=st.none() | st.floats(START, 60))
 def test_every_flight_ends_softly_on_the_ground(tmp_path, plan, north, east, abort):

@@ -140,6 +140,8 @@ def test_specific_force_is_that_of_the_motion(swim):
     assert down == pytest.approx(sinking(states[1899]) - sinking(states[299]), abs=0.1)
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize("time", [2.005, 9.137])
 def test_it_goes_on_from_a_snapshot_with_the_same_bytes(tmp_path, time):
     first = vehicle(tmp_path / "a")

@@ -57,6 +57,7 @@ def test_a_late_computer_costs_no_way_at_real_time(name, tmp_path):
     assert path == pytest.approx(integral, rel=1e-3)
 
 
+@pytest.mark.heavy
 def test_a_scaled_clock_gives_way_and_no_tick_is_lost(tmp_path):
     states = truth("lauv-noptilus-1", ScaledClock(100_000.0), 60.0, tmp_path)
     assert {round(100.0 * (b.timestamp - a.timestamp)) for a, b in pairwise(states)} == {1}

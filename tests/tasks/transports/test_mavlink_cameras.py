@@ -193,6 +193,8 @@ def test_an_order_to_all_is_for_those_who_know_it(dive):
     assert not dive.ask("COMMAND_LONG", 102, command=520)
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_a_detected_glider_is_shown_where_it_is(dive):
     dive.said()
     count = len(dive.mugs)

@@ -60,6 +60,8 @@ def flown(request, tmp_path):
     found.vehicle.close()
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_the_vehicle_follows_the_stick(flown):
     console = Helmsman(flown)
     console.steer(1.0, x=1000, z=500)

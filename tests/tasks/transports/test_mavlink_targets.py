@@ -61,6 +61,8 @@ def test_a_guided_vehicle_goes_where_the_last_target_is(flown):
     assert flown.modes[-1] == "MANUAL"
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_a_heading_and_a_thrust_are_followed_while_they_come(flown):
     """Starboard, then back; at the end of the stream the vehicle holds, although it is in guided."""
     console = Helmsman(flown)
@@ -86,6 +88,8 @@ def test_a_heading_and_a_thrust_are_followed_while_they_come(flown):
     assert flown.modes[-1] == "HOLD"
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_the_end_of_a_stream_is_a_reason_to_hold(flown):
     console = Helmsman(flown, "px4")
     assert console.order(1, 6) == 1, "no target has come"

@@ -190,6 +190,8 @@ def test_an_abort_is_an_emergency(flown):
     assert flown.modes[-1] == "MANUAL"
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_a_new_speed_is_that_of_the_way_that_it_is_on(flown):
     console = Console(flown)
     if flown.profile == "hexa-00":
@@ -252,6 +254,8 @@ def test_px4_takes_off_to_an_altitude_above_the_sea(tmp_path):
     flown.vehicle.close()
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_mission_planner_and_mavproxy_send_items_as_orders(flown):
     console = Console(flown, "ardupilot")
     if flown.profile == "hexa-00":

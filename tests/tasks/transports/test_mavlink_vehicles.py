@@ -81,6 +81,8 @@ class Commanded:
             self.vehicle.run(1.0)
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize(("profile", "current"), NEAR)
 def test_hold_means_to_stay_there(profile, current, tmp_path):
     flown = Commanded(profile, tmp_path, current=current)
@@ -100,6 +102,8 @@ def test_hold_means_to_stay_there(profile, current, tmp_path):
     assert all(abs(t.z - held.z) < 0.5 for t in later), "at its depth or height: an aircraft does not land"
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize("profile", PLANS)
 def test_the_first_hold_ends_the_plan_that_began_by_itself(profile, tmp_path):
     flown = Commanded(profile, tmp_path, autostart=True)

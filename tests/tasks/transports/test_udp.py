@@ -150,6 +150,8 @@ def test_a_peer_that_sends_by_turns_from_two_addresses_is_greeted_once(vessel):
     assert one.get(imc.EulerAngles), "it has come back"
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_any_number_of_systems_shuts_out_neither_an_operator_nor_an_abort(tmp_path):
     """More of them than there is room for, all from one address."""
     with afloat(tmp_path) as vessel:

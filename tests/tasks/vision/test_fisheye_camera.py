@@ -232,6 +232,8 @@ def test_a_picture_that_cannot_be_written_leaves_no_part_of_it(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["1.png", "2.png"]
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize("rate", [20.0, 30.0])
 def test_a_latency_drops_no_frames_of_a_shipped_vehicle_on_a_virtual_clock(rate, tmp_path):
     values = {"Enabled": "Always", "Frame Rate": rate, "Size": 16, "Face Size": 16}

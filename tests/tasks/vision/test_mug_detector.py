@@ -85,6 +85,8 @@ def sailed(profile, seconds, folder, *overrides):
     return detector, found
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize(("profile", "error"), [("lauv-noptilus-1", 0.5), ("hexa-00", 1.0)])
 def test_a_shipped_vehicle_finds_its_gliders(profile, error, tmp_path):
     detector, found = sailed(profile, 40.0, tmp_path)

@@ -24,6 +24,8 @@ def test_the_mode_camera_takes_pictures_of_what_is_below(name, tmp_path):
         assert len(picture.getcolors(64 * 64) or []) > 100  # neither black nor one color
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize("water", ["Water Type=9C", "Water Visibility=3"])
 def test_the_water_of_the_world_is_that_of_shipped_cameras(water, tmp_path):
     def means(*overrides):

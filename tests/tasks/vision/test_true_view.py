@@ -64,6 +64,8 @@ def ahead(pose, downs):
     return np.array(to_gliders) @ camera(pose)
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize("profile", CONTEXT)
 def test_gliders_are_where_the_logged_truth_puts_them(profile, tmp_path):
     truths, frames, world = sailed(profile, tmp_path)

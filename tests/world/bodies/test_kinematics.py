@@ -49,6 +49,8 @@ def motions(draw):
     return make(pattern, current, heading, speed, draw(st.floats(0.0, 6.0)), turn_rate, pitch, 2.0)
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @settings(max_examples=25)
 @given(motions())
 def test_velocities_are_derivatives_and_agree_with_attitude(motion):
@@ -102,12 +104,16 @@ def test_it_starts_at_rest_on_the_surface():
     assert travel(motion, 40.0)[-1]["depth"] == 3.0
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_circle_is_round_also_in_a_current():
     for current, tolerance in (((0.0, 0.0), 0.02), ((0.3, 0.2), 0.05)):
         states = travel(make(Circle(0.0, 20.0, 20.0, 7.5), current), 200.0, 0.01)[4000:]
         assert max(abs(math.hypot(s["north"], s["east"] - 20.0) - 20.0) for s in states) < tolerance
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_legs_are_followed_in_order_and_again():
     corners = lawn_mower(50.0, 10.0, 4, 0.5)
     c, s = math.cos(0.5), math.sin(0.5)

@@ -71,6 +71,8 @@ def sail(pictures, width, period=0.2, speed=1.0):
     return found / shown, errors, len(false)
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_gliders_are_found_and_within_five_centimeters():
     share, errors, false = sail(50, 640)
     assert share >= 0.99

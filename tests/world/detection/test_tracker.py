@@ -76,6 +76,8 @@ def passes():
     return [passed(seed, WRONG) for seed in range(RUNS)]
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize("at", [0, 20, -1])
 def test_errors_are_as_large_as_the_covariance_says(passes, at):
     """One value of each of 100 passes: they do not depend on each other. First, later and last picture of a pass."""

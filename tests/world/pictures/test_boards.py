@@ -74,6 +74,8 @@ def seen(optics, pose):
     return (pixels if np.abs(pixels[0] - wanted[0]).max() < 5.0 else pixels[::-1]), wanted
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize("optics", [BROWN, ODD, QUARTIC], ids=["brown", "kannala", "quartic"])
 def test_corners_are_found_where_they_project_to(optics):
     pairs = [pair for pose in standpoints(3, 0.1) if (pair := seen(optics, pose)) is not None]

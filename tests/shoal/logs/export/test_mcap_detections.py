@@ -40,6 +40,8 @@ def reader(source, tmp_path_factory):
     return Reader(path)
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_pictures_have_circles_around_the_gliders_that_they_show(source, reader):
     pictures = [message.log_time for message, _ in reader.on(f"{NAME}/Fisheye_Camera/image")]
     found = reader.on(f"{NAME}/Fisheye_Camera/annotations")

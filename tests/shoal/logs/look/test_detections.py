@@ -39,6 +39,8 @@ def judged(folder):
     return {found.label: found for found in content_of(log, summarize(log)).judged}
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_misses_false_alarms_switches_and_nees_of_a_shipped_vehicle(sailed):
     found = judged(sailed)
     assert set(found) == {"MUG Camera", "MUG Detector"}
