@@ -179,6 +179,13 @@ class _Performance:
         margin = math.inf if passed else -math.inf
         return Verdict(expected.name, passed, margin, reason, time=self._seconds, origin=expected.origin)
 
+    def _first_log(self, name: str, first: Path) -> Path:
+        """The first log of a vehicle, relative to the current folder if its last one is."""
+        last = self._vehicles[name].log_folder
+        assert last is not None
+        root = last.parents[1]  # <day>/<log>
+        return root / first.relative_to(root.absolute())
+
     def result(self, *, keep_logs: bool) -> Result:
         """What the run has shown, after it was closed."""
         warnings = [*self._scenario.warnings, *(self._stage.warnings if self._stage is not None else ())]
@@ -201,7 +208,7 @@ class _Performance:
             self._seconds,
             self.error,
             tuple(warnings),
-            {name: self._logs.get(name, folders[0]) for name, folders in all_logs.items()},
+            {name: self._logs.get(name) or self._first_log(name, folders[0]) for name, folders in all_logs.items()},
             {name: _hash(folders) for name, folders in all_logs.items()},
             tracks={name: track.points for name, track in self._tracks.items() if track.points},
         )
