@@ -16,6 +16,7 @@ DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 # Flights of several seconds of computing each, 70 s together: heavy.
 LONG = (
     "aerial",
+    "campaigns",
     "detection",
     "dynamics",
     "export",
