@@ -141,6 +141,7 @@ def _work(pipe: Connection, make: Callable[[], Do], code: Sequence[Path], folder
             if not is_warm:
                 is_warm = True
                 gc.freeze()  # what a first run has imported stays, and is not looked at again
+    _clear(folder)
 
 
 def attempt(do: Do, job: Job) -> Result:
@@ -156,10 +157,15 @@ def _end_with_parent(folder: Path) -> None:
     parent = parent_process()
     if parent is not None:
         wait([parent.sentinel])
-        shutil.rmtree(folder, ignore_errors=True)
-        with contextlib.suppress(OSError):  # the last process removes the folder of all
-            folder.parent.rmdir()
+        _clear(folder)
         os._exit(1)
+
+
+def _clear(folder: Path) -> None:
+    """Remove what the parent cannot, since it has ended."""
+    shutil.rmtree(folder, ignore_errors=True)
+    with contextlib.suppress(OSError):  # the last process removes the folder of all
+        folder.parent.rmdir()
 
 
 def _place(stacks: str) -> str:
