@@ -3,6 +3,7 @@
 import hashlib
 import math
 import tempfile
+import traceback
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -146,8 +147,11 @@ class _Performance:
             return "; ".join(placed(problem, settings) for problem in error.problems)
         if isinstance(error, ScenarioFileError):
             return str(error)
-        notes = "; ".join(getattr(error, "__notes__", ()))
-        return f"{type(error).__name__}: {error}" + (f" ({notes})" if notes else "")
+        told, notes = f"{type(error).__name__}: {error}", "; ".join(getattr(error, "__notes__", ()))
+        if not notes:
+            return told
+        (frame,) = traceback.extract_tb(error.__traceback__, limit=-1)
+        return f"{told} ({notes}, {Path(frame.filename).name}:{frame.lineno})"
 
     def close(self) -> None:
         """End all vehicles; what is judged is the state before."""

@@ -48,7 +48,7 @@ class Result:
     logs: dict[str, Path] = field(default_factory=dict[str, Path])
     hashes: dict[str, str] = field(default_factory=dict[str, str])
     fingerprint: str = ""
-    tracks: dict[str, list[float]] = field(default_factory=dict[str, list[float]])
+    tracks: dict[str, list[float]] = field(default_factory=dict[str, list[float]], repr=False)
 
     @property
     def passed(self) -> bool:
