@@ -151,7 +151,7 @@ class Codec:
         return found
 
     def _make_passage(self, kind: type[Message], encodes: bool) -> Passage:
-        if not self._has(kind):
+        if not self.makes(kind):
             return self._general(encodes)
         if not VARIABLE.intersection(kind.WIRE):
             return compile_passage(kind, encodes, self._general(encodes))
@@ -171,7 +171,8 @@ class Codec:
 
         return passage
 
-    def _has(self, kind: type[Message]) -> bool:
+    def makes(self, kind: type[Message]) -> bool:
+        """Whether `decode` returns messages of this very class; other schemas have classes of their own."""
         try:
             return self._by_id(kind.ID) is kind
         except KeyError:

@@ -269,7 +269,8 @@ class Bus:
 
     def _plan(self, kind: type[imc.Message], own: bool) -> _Plan:
         receivers = tuple((s.handler, s.owner, s.packets) for s in self._route(kind) if own or s.others)
-        direct = not (self._transports or self.needs_packets or self._backlog is not None)
+        busy = self._transports or self.needs_packets or self._backlog is not None
+        direct = not busy and self.messages.codec.makes(kind)  # else receivers are those of the class that it becomes
         encodes = not direct or any(packets for _, _, packets in receivers)
         plan = (self._of_own if own else self._of_others)[kind] = _Plan(receivers, encodes, direct)
         return plan

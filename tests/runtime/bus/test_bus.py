@@ -40,6 +40,17 @@ def test_what_is_published_here_goes_out_as_the_same_bytes(bus):
     assert wire.sent[0] is packet
 
 
+def test_what_is_published_as_of_other_definitions_is_heard_by_those_of_its_message(bus, tmp_path):
+    (tmp_path / "IMC.xml.gz").write_bytes(imc.dump(imc.builtin()) + b"\n")
+    strange, heard = imc.load(tmp_path / "IMC.xml.gz")["Depth"], []
+    assert strange is not imc.Depth
+    bus.subscribe(Subscription(imc.Depth, heard.append))
+    for message in (strange(value=1.5), imc.Unknown(id=imc.Depth.ID, payload=b"\0\0\0\x40")):
+        bus.send(message, 1.0, OWN, 7, None)
+    bus.kernel.run()
+    assert [(type(message), message.value) for message in heard] == [(imc.Depth, 1.5), (imc.Depth, 2.0)]
+
+
 def test_what_comes_in_is_delivered_and_not_sent_back(bus):
     wire, heard = Wire(), []
     bus.attach(wire)
