@@ -159,7 +159,12 @@ class Codec:
 
         def passage(m: Message, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> Any:
             packet = m.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
-            seen = self._read(packet) if m.surplus else read(packet, HEADER_SIZE, *_ADDRESS(packet, at), 0)[0]
+            try:
+                seen, end = read(packet, HEADER_SIZE, *_ADDRESS(packet, at), 0)
+            except _UNSUITABLE:
+                seen, end = m, 0
+            if end != len(packet) - FOOTER_SIZE:  # surplus bytes, or a message of other definitions inside
+                seen = self._read(packet)
             return (seen, packet) if encodes else seen
 
         return passage

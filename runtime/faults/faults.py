@@ -33,6 +33,12 @@ class Faults:
         self._vehicle = vehicle
         self._sources: dict[str, Source] = {}
         self._begun = Counter[str]()
+        self._spoils: list[tuple[Source, object, str]] = []
+
+    @property
+    def idle(self) -> list[str]:
+        """The faults that have begun and changed nothing: the task has said nothing that they concern."""
+        return [text for source, spoil, text in self._spoils if id(spoil) not in source.acted]
 
     def expect(self, task: str, fault: Fault) -> None:
         """Be ready for a fault that comes later: one that repeats values has to know them.
@@ -62,6 +68,7 @@ class Faults:
         self._begun[task] += 1
         if spoil is not None:
             source.spoils.append(spoil)
+            self._spoils.append((source, spoil, f"fault of {task}: {fault}"))
         source.settle()
         ended = False
 

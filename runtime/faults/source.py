@@ -16,7 +16,7 @@ class Source:
     """What one task publishes and shares: it goes through the `spoils` in the order in which they began.
 
     With `remembers`, `last` has the latest message or frame of each kind, as the task itself would have it. `crashes`
-    counts those that keep the task from starting.
+    counts those that keep the task from starting, `acted` has the ids of the spoils that have changed something.
     The task gets its own methods back when nothing is left to do, so that tasks without faults cost nothing.
     """
 
@@ -26,6 +26,7 @@ class Source:
         self.last: dict[object, Item] = {}
         self.remembers = False
         self.crashes = 0
+        self.acted = set[int]()
 
     def settle(self) -> None:
         """Stand between the task and its bus if there is a reason, else leave."""
@@ -63,7 +64,9 @@ class Source:
     def _spoilt(self, item: Item) -> Item | None:
         heard: Item | None = item
         for spoil in self.spoils:
-            heard = spoil(heard)
+            before, heard = heard, spoil(heard)
+            if heard is not before:
+                self.acted.add(id(spoil))
             if heard is None:
                 break
         if self.remembers:

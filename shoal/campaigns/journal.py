@@ -45,7 +45,7 @@ class Journal:
 
     def add(self, record: Mapping[str, Any]) -> None:
         """Append a record. If the disk is full, raises OSError, and the journal is as before."""
-        text = json.dumps(record, ensure_ascii=False, separators=(",", ":")).encode()
+        text = json.dumps(record, separators=(",", ":")).encode()
         line = b"%08x %s\n" % (zlib.crc32(text), text)
         written = 0
         try:

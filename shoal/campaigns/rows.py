@@ -16,6 +16,7 @@ Row = dict[str, Any]
 
 HEAD = ("run", "seed", "passed", "margin", "error", "reason", "warnings", "seconds", "cpu", "versions", "fingerprint")
 _STEPS = (1e7, 1e7, 1e2)
+_MOST = 2.0**31 - 1.0
 GROUPS = ("values", "metrics", "margins", "verdicts", "applied", "outcomes", "hashes", "logs", "tracks")
 
 
@@ -54,7 +55,7 @@ def row_of(
 def packed(track: Sequence[float]) -> str:
     """A track as one text, which is read ten times faster than numbers: latitude, longitude (1e-7 °), depth (cm)."""
     places = np.asarray(track, float).reshape(-1, 3) * _STEPS
-    return base64.b64encode(np.rint(places).astype("<i4").tobytes()).decode()
+    return base64.b64encode(np.rint(np.clip(places, -_MOST, _MOST)).astype("<i4").tobytes()).decode()
 
 
 def track_of(text: str) -> Any:

@@ -98,10 +98,24 @@ class _Reader:
         design.runs = ending.most if sampling in WHOLE else 0
         logs = self._word("logs", LOGS, "none")
         name = self._text("study", self._path.name.removesuffix(SUFFIX))
-        self._draft.scenario({**self._fixed, **design.values(0)})  # an error shows before the first run
+        self._check_first(design)
         digest = self._digest(design)
         about = self._text("description", "")
         return Study(name, self._path, path, design, ending, logs, self._fixed, digest, about)
+
+    def _check_first(self, design: Design) -> None:
+        """Refuse what the first run cannot have, before any run; of a single value, at its line of the study."""
+        values = design.values(0)
+        try:
+            self._draft.scenario({**self._fixed, **values})
+        except ValueError:
+            nodes = self._inside | (self._nodes["vary"].mapping() if "vary" in self._nodes else {})
+            for place, value in values.items():
+                try:
+                    self._draft.scenario({**self._fixed, place: value})
+                except ValueError as error:
+                    nodes[place].fail(f"{place}: {error}")
+            raise
 
     def _scenario_file(self) -> Path:
         node = self._nodes["scenario"]

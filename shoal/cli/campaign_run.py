@@ -26,7 +26,15 @@ from shoal.campaigns import (
 )
 from shoal.campaigns import rerun as rerun_run
 from shoal.cli.log_export import extra
-from shoal.cli.options import check_log_folder, code_option, parse_time, parse_values, use_code, values_option
+from shoal.cli.options import (
+    check_log_folder,
+    check_wall_limit,
+    code_option,
+    parse_time,
+    parse_values,
+    use_code,
+    values_option,
+)
 
 STOPPED = 130  # exit status after Ctrl-C
 TELL_PERIOD = 30.0  # s between lines in a pipe
@@ -50,7 +58,12 @@ def refusals() -> Generator[None]:
 @click.command()
 @click.argument("study", type=FILE)
 @click.option("-o", "--out", type=FOLDER, help="Folder of the data set. [default: campaigns/NAME]")
-@click.option("-j", "--workers", type=click.IntRange(0), help="How many run at a time. [default: one a processor]")
+@click.option(
+    "-j",
+    "--workers",
+    type=click.IntRange(0),
+    help="How many run at a time; with 0 this process does it, and ends none that hangs. [default: one a processor]",
+)
 @click.option("--runs", type=click.IntRange(1), help="How many runs, instead of what the study says.")
 @click.option("--logs", type=click.Choice(LOGS), help="Logs to keep, instead of what the study says.")
 @values_option
@@ -78,6 +91,7 @@ def run(
     Ended at any moment, the same command goes on where it was. With --set all runs have this value; the draws of the
     others stay what they are, so that `shoal campaign compare` has pairs.
     """
+    check_wall_limit(workers, given=wall_limit != WALL_LIMIT)
     with refusals():
         folders = use_code(code, [str(study)])
         plan = load_study(study, fixed=parse_values(values), runs=runs, logs=logs)

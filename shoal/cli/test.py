@@ -33,6 +33,7 @@ from shoal.campaigns import (
 from shoal.cli import WRONG_USE
 from shoal.cli.options import (
     check_log_folder,
+    check_wall_limit,
     code_option,
     log_dir_option,
     parse_time,
@@ -48,7 +49,12 @@ FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 
 @click.command()
 @click.argument("paths", nargs=-1, metavar="[PATH]...", type=click.Path(path_type=Path))
-@click.option("-j", "--workers", type=click.IntRange(0), help="How many run at a time. [default: one a processor]")
+@click.option(
+    "-j",
+    "--workers",
+    type=click.IntRange(0),
+    help="How many run at a time; with 0 this process does it, and ends none that hangs. [default: one a processor]",
+)
 @click.option("--junit", "junit_file", type=FILE, metavar="FILE", help="Write the results as JUnit's XML.")
 @click.option("--json", "json_file", type=FILE, metavar="FILE", help="Write the results as JSON; - prints them.")
 @click.option(
@@ -83,6 +89,7 @@ def test(
     A scenario that has failed is run again, the same way, for its log. The exit status is 0 if all have passed, 1 if
     one has failed, 2 if a file cannot be read, or there is none.
     """
+    check_wall_limit(workers, given=wall_limit != WALL_LIMIT)
     try:
         files = find_scenarios(paths or (Path(),))
     except OSError as error:

@@ -1,7 +1,7 @@
 """What events do to a vehicle; the log of the vehicle tells each of them."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 
 import imc
@@ -54,7 +54,7 @@ class Leak(Act):
     sensor: str
 
     def check(self, stage: Stage) -> None:
-        labels = [label for task in stage.vehicles[self.vehicle].tasks for label in getattr(task, "leak_entities", ())]
+        labels = self._labels(stage)
         if not labels:
             raise ValueError(f"{self.vehicle} has no simulated leak sensor")
         if self.sensor and self.sensor not in labels:
@@ -64,12 +64,20 @@ class Leak(Act):
         vehicle, what = stage.vehicles[self.vehicle], f"leak of {self.sensor or 'all sensors'}"
         tell(vehicle, what, lasting)
         say(vehicle, imc.LeakSimulation(op=imc.LeakSimulation.Op.ON, entities=self.sensor))
+        sensors, holder = [self.sensor] if self.sensor else self._labels(stage), object()
+        for sensor in sensors:
+            stage.overlaps.begin((self.vehicle, Leak, sensor), holder, "wet", "")
 
         def end() -> None:
             tell(vehicle, f"end of the {what}")
-            say(vehicle, imc.LeakSimulation(op=imc.LeakSimulation.Op.OFF, entities=self.sensor))
+            dry = [sensor for sensor in sensors if not stage.overlaps.end((self.vehicle, Leak, sensor), holder)]
+            if dry:
+                say(vehicle, imc.LeakSimulation(op=imc.LeakSimulation.Op.OFF, entities=",".join(dry)))
 
         return end
+
+    def _labels(self, stage: Stage) -> list[str]:
+        return [label for task in stage.vehicles[self.vehicle].tasks for label in getattr(task, "leak_entities", ())]
 
 
 @dataclass(frozen=True)
@@ -93,7 +101,10 @@ class Drain(Act):
 
 @dataclass(frozen=True)
 class Set(Act):
-    """Parameters have other values, by section or label of a task and name; at the end, those that they had before."""
+    """Parameters have other values, by section or label of a task and name; at the end, those that they had before.
+
+    Of several such events the latest counts.
+    """
 
     values: Mapping[str, Mapping[str, str]]
 
@@ -110,16 +121,20 @@ class Set(Act):
                     raise ValueError(f"{task.name}: {error}") from None
 
     def begin(self, stage: Stage, lasting: float) -> End:
-        vehicle, before = stage.vehicles[self.vehicle], dict[str, dict[str, str]]()
+        vehicle, holder, places = stage.vehicles[self.vehicle], object(), dict[str, dict[str, Hashable]]()
         for name, options in self.values.items():
             task = self._task(vehicle, name)
-            parameters = [self._parameter(task, option) for option in options]
-            before[name] = {one.name: one.format(task.parameter_set.value(one)) for one in parameters}
+            places[name] = {}
+            for option, text in options.items():
+                parameter = self._parameter(task, option)
+                place = places[name][parameter.name] = self.vehicle, task.name, parameter.name
+                stage.overlaps.begin(place, holder, text, parameter.format(task.parameter_set.value(parameter)))
             self._put(vehicle, task, options, lasting)
 
         def end() -> None:
-            for name, options in before.items():
-                self._put(vehicle, self._task(vehicle, name), options)
+            for name, options in places.items():
+                left = {option: stage.overlaps.end(place, holder) for option, place in options.items()}
+                self._put(vehicle, self._task(vehicle, name), left)
 
         return end
 

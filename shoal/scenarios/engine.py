@@ -65,6 +65,10 @@ class _Performance:
         self._logs: dict[str, Path] = {}
         self._tracks: dict[str, Track] = {}
         self._seconds = 0.0
+        self._has_begun = False
+        self._verdicts: list[Verdict] = []
+        self._metrics: dict[str, float] = {}
+        self._final: list[tuple[tuple[str, str], dict[str, object]]] = []
 
     def build(self, log_root: Path | None, folder: Path) -> None:
         """Make the vehicles and what watches them; they are not started."""
@@ -118,6 +122,7 @@ class _Performance:
     def play(self) -> None:
         """Start all vehicles and run to the end of the scenario."""
         assert self._fleet is not None
+        self._has_begun = True
         for name, vehicle in self._vehicles.items():
             if name in self._missions:
                 self._missions[name].begin()
@@ -156,16 +161,24 @@ class _Performance:
     def close(self) -> None:
         """End all vehicles; what is judged is the state before."""
         self._seconds = self._stage.time if self._stage is not None else 0.0
-        self._verdicts = list(self._judge())
-        channels = self._stage.channels.values() if self._stage is not None else ()
-        self._metrics = {name: count for channel in channels for name, count in channel.figures().items()}
-        self._metrics |= {meter.metric.name: meter.value() for meter in self._meters}
-        self._final = [(key, last.to_dict()) for key, tell in self._last.items() if (last := tell()) is not None]
+        try:
+            self._look_back()
+        except Exception as error:
+            self.note(error)
         if self._fleet is not None:
             try:
                 self._fleet.close()
             except Exception as error:
                 self.note(error)
+
+    def _look_back(self) -> None:
+        if not self._has_begun:
+            return
+        channels = self._stage.channels.values() if self._stage is not None else ()
+        self._metrics = {name: count for channel in channels for name, count in channel.figures().items()}
+        self._metrics |= {meter.metric.name: meter.value() for meter in self._meters}
+        self._final = [(key, last.to_dict()) for key, tell in self._last.items() if (last := tell()) is not None]
+        self._verdicts = list(self._judge())
 
     def _judge(self) -> Iterator[Verdict]:
         asked = {expected.vehicle for expected, _ in self._judges if expected.kind == "outcome"}
@@ -203,12 +216,14 @@ class _Performance:
             if keep_logs and vehicle.keeps_log and vehicle.log_folder is None and not lost:
                 lost = ["nothing of it was written"]
             warnings += [f"the log of {name} is not complete: {words}" for words in lost]
+        if self._stage is not None and not self.error:
+            warnings += [f"{words}: this changed nothing" for words in self._stage.idle_faults()]
         found = Result(
             self._scenario.name,
             self._seed,
             tuple(self._verdicts),
             self._metrics,
-            {name: mission.report.outcome for name, mission in self._missions.items()},
+            {name: mission.report.outcome for name, mission in self._missions.items() if self._has_begun},
             self._seconds,
             self.error,
             tuple(warnings),

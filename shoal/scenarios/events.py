@@ -77,16 +77,20 @@ def _event(node: Node, roles: Mapping[str, Role], links: Collection[str], limit:
     if not kinds:
         wrong = next((key for key in given if key not in (*TIMES, "for")), "")
         node.fail(hinted(f"expected one of {', '.join((*KINDS, 'cut'))}", wrong, (*KINDS, "cut")))
+    if len(kinds) > 1:
+        given[kinds[1]].fail(f"an event is of one kind: {kinds[0]} or {kinds[1]}")
     kind = kinds[0]
     more = KINDS[kind].more if kind in KINDS else ("for",)
     parts = known(node, kind, *TIMES, *more)
+    if "for" in parts and not seconds(parts["for"]) > 0.0:
+        parts["for"].fail("for must be above 0")
     if ("at" in parts) == ("when" in parts):
         node.fail("an event has either a time, at: 60 s, or a condition, when: EstimatedState.depth > 3")
     if "after" in parts and "when" not in parts:
         parts["after"].fail("after is the time from a condition: it needs when")
     at = seconds(parts["at"]) if "at" in parts else 0.0
     if at >= limit:
-        parts["at"].fail(f"is not before the end of the run, at {limit:g} s")
+        parts["at"].fail(f"at: {at:g} s is not before the end of the run, at {limit:g} s")
     schemas = {name: role.schema for name, role in roles.items()}
     only = next(iter(roles)) if len(roles) == 1 else ""
     vehicle = one_of(parts["vehicle"], roles, "vehicle") if "vehicle" in parts else only

@@ -199,19 +199,23 @@ class After(Judge):
         self._close(now)
         holds = self.test(self.seen, -math.inf) > 0.0
         if holds and not self._held:
-            self._open.append([now, math.inf if self.expected.steady else -math.inf])
+            self._open.append([now, math.nan])
         self._held = holds
         margin = self.then(self.then_seen, math.nan)
         choose = min if self.expected.steady else max
         if margin == margin:
             for window in self._open:
-                window[1] = choose(window[1], margin)
+                window[1] = choose(window[1], margin) if window[1] == window[1] else margin
 
     def _close(self, now: float) -> None:
         while self._open and now > self._open[0][0] + self.expected.within:
             self._decide(*self._open.pop(0))
 
     def _decide(self, begin: float, margin: float) -> None:
+        if margin != margin:
+            if self.expected.steady:  # nothing was there to judge
+                return
+            margin = -math.inf
         self.count += 1
         if margin < self._least or self.count == 1:
             self._least, self._time = margin, begin

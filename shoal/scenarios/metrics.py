@@ -2,7 +2,7 @@
 
 import math
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from shoal.scenarios.conditions import Condition, Expression
@@ -96,6 +96,7 @@ class Meter:
         return {"max": larger, "min": smaller, "last": latest, **first}
 
     def _mark(self, now: float, *, beyond: bool) -> None:
+        now = min(now, self.metric.end)
         if self._since == self._since:
             self._duration += now - self._since
         self._since = now if beyond else math.nan
@@ -106,13 +107,13 @@ class Meter:
         if not samples or self._undefined:
             return math.nan
         if kind == "mean":
-            return math.fsum(samples) / len(samples)
+            return _mean(samples)
         if kind == "rms":
-            return math.sqrt(math.fsum(x * x for x in samples) / len(samples))
+            return math.sqrt(_mean(x * x for x in samples))
         if kind == "percentile":
             return _percentile(samples, self.metric.bound)
         if kind in ("time above", "time below"):
-            self._mark(min(self._stage.time, self.metric.end), beyond=False)
+            self._mark(self._stage.time, beyond=False)
             return self._duration
         return samples[0]
 
@@ -122,11 +123,22 @@ class Meter:
             return (
                 f"metric {self.metric.name}: {self._undefined} values of {self.metric.expression.text} are no numbers"
             )
+        if self._samples and math.isnan(self.value()):
+            return f"metric {self.metric.name}: values of {self.metric.expression.text} are too large for a mean"
         if not self._samples:
             absent = missing(self.metric.expression.watches, self._seen[0])
             why = f"no {', no '.join(absent)} arrived" if absent else "there was never anything to measure"
             return f"metric {self.metric.name}: {why}"
         return ""
+
+
+def _mean(values: Iterable[float]) -> float:
+    """The mean; NaN if the sum is too large for a number, or of both infinities."""
+    kept = list(values)
+    try:
+        return math.fsum(kept) / len(kept)
+    except (OverflowError, ValueError):
+        return math.nan
 
 
 def _percentile(samples: "array[float]", percentage: float) -> float:

@@ -1,6 +1,6 @@
 """Where a scenario runs: its vehicles, their common time, and what watches them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
 from runtime.faults import Faults
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 class Stage:
     """The vehicles of a run by name, built and not yet started, and their kernel; `warnings` are for the result.
 
-    `channels` are their links by name, `unhappened` the places of events that have not happened yet.
+    `channels` are their links by name, `unhappened` the places of events that have not happened yet, `overlaps` the
+    values that events have set.
     """
 
     def __init__(self, fleet: Fleet, vehicles: Mapping[str, Vehicle], seed: int):
@@ -27,6 +28,7 @@ class Stage:
         self.channels: dict[str, Channel] = {}
         self.unhappened: list[str] = []
         self.warnings: list[str] = []
+        self.overlaps = Overlaps()
         self._faults: dict[str, Faults] = {}
         self._start_ns = fleet.kernel.now_ns
 
@@ -45,6 +47,10 @@ class Stage:
             self._faults[vehicle] = Faults(self.vehicles[vehicle])
         return self._faults[vehicle]
 
+    def idle_faults(self) -> list[str]:
+        """The faults that have changed nothing so far."""
+        return [text for faults in self._faults.values() for text in faults.idle]
+
     def at(self, seconds: float, function: Callable[[], object]) -> None:
         """Call a function at a time of the run (s)."""
         self.kernel.at(self._start_ns + round(seconds * SECOND), function)
@@ -57,6 +63,26 @@ class Stage:
     def stop(self) -> None:
         """End the run."""
         self.fleet.stop()
+
+
+class Overlaps:
+    """Values that events set for a while: the latest one counts, and after all of them what was there before."""
+
+    def __init__(self) -> None:
+        self._before: dict[Hashable, str] = {}
+        self._held: dict[Hashable, dict[object, str]] = {}
+
+    def begin(self, what: Hashable, holder: object, value: str, before: str) -> None:
+        """`holder` sets a value; `before` is the present one."""
+        if not self._held.get(what):
+            self._before[what] = before
+        self._held.setdefault(what, {})[holder] = value
+
+    def end(self, what: Hashable, holder: object) -> str:
+        """The value that counts without that of `holder`."""
+        held = self._held[what]
+        del held[holder]
+        return next(reversed(held.values()), self._before[what])
 
 
 class Event(Protocol):

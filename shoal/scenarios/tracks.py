@@ -20,6 +20,8 @@ class Track:
     def keep(self, truth: imc.SimulatedState) -> None:
         """A state of any vehicle."""
         if truth.src == self._system and truth.timestamp >= self._next:
+            if not math.isfinite(truth.lat + truth.lon + truth.height + truth.x + truth.y + truth.z):
+                return
             self._next = truth.timestamp + TRACK_PERIOD
             lat, lon, _ = displace(truth.lat, truth.lon, truth.height, truth.x, truth.y, truth.z)
             self.points += [round(math.degrees(lat), 7), round(math.degrees(lon), 7), round(truth.z, 2)]

@@ -1,6 +1,7 @@
 """Reads the values of scenario files: times, numbers with units, names, texts for options of a profile."""
 
 import math
+import re
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
@@ -10,6 +11,7 @@ from runtime.problem import hinted
 from shoal.missions import quantity
 
 T = TypeVar("T")
+_METERS = re.compile(r"\dm(?![a-z])|\d\s+m(?![a-z])")
 
 
 def known(node: Node, *allowed: str, what: str = "key") -> dict[str, Node]:
@@ -99,4 +101,6 @@ def _duration(value: Any) -> float:
         if not (math.isfinite(value) and value >= 0.0):
             raise ValueError(f"{value} is not a time")
         return float(value)
+    if _METERS.search(str(value)):
+        raise ValueError(f"{value!r}: m is for meters; write min for minutes")
     return parse_duration(str(value))

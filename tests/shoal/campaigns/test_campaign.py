@@ -221,3 +221,10 @@ def test_an_interrupt_leaves_a_table(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         do(write_study(tmp_path), folder, tell=interrupt)
     assert until(lambda: pyarrow.parquet.read_table(folder / "runs.parquet").num_rows == 12)
+
+
+def test_a_text_that_is_not_utf_8_is_kept(tmp_path):
+    record = {"error": "Bad \udcff text", "margin": math.inf, "run": 3}
+    with Journal(tmp_path / "j") as journal:
+        journal.add(record)
+    assert read_journal(tmp_path / "j") == ([record], 0)

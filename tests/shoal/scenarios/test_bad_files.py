@@ -1,5 +1,7 @@
 """Mistakes in scenario files: each is an error with file, line and, if a name is near, a hint."""
 
+import re
+
 import pytest
 
 from shoal.scenarios import ScenarioFileError, load_draft
@@ -110,3 +112,17 @@ def test_an_entity_that_the_vehicle_lacks_is_an_error_of_the_run(play):
 def test_a_file_that_is_not_there_is_an_error_of_the_system(tmp_path):
     with pytest.raises(FileNotFoundError):
         load_draft(tmp_path / "none.scenario.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("limit: 5 m", "trial.scenario.yaml:3: '5 m': m is for meters; write min for minutes"),
+        ("limit: 1h 5m", "trial.scenario.yaml:3: '1h 5m': m is for meters; write min for minutes"),
+        ("events: [{at: 1 s, silent: Simulators.GPS, for: 0 s}]", ":3: for must be above 0"),
+        ("events: [{at: 1 s, silent: Simulators.GPS, crash: Simulators.GPS}]", "of one kind: silent or crash"),
+    ],
+)
+def test_what_would_mean_something_else_is_refused(draft, text, words):
+    with pytest.raises(ScenarioFileError, match=re.escape(words)):
+        draft(text, "\nvehicle: {profile: otter}\n").scenario()

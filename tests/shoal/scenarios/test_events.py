@@ -233,3 +233,47 @@ def test_events_that_the_vehicle_cannot_have_are_an_error_of_the_run(play, event
     result = play(f"events:\n  - {event}", SHORT.replace("otter", "lauv-noptilus-1"))
     assert "trial.scenario.yaml:5: " in result.error
     assert words.replace("\\", "") in result.error
+
+
+def test_of_overlapping_settings_and_leaks_the_latest_counts_and_nothing_stays(told, tmp_path):
+    text = """
+    limit: 18 s
+    events:
+      - {at: 6 s, set: {Simulators.GPS: {HACC: 9}}, for: 4 s}
+      - {at: 8 s, set: {Simulators.GPS: {HACC: 7}}, for: 6 s}
+      - {at: 6 s, leak: all, for: 4 s}
+      - {at: 8 s, leak: Leak Sensor - Tail, for: 6 s}
+    metrics:
+      first: {last: "GpsFix[GPS].hacc", to: 7.5 s}
+      both: {last: "GpsFix[GPS].hacc", to: 9.5 s}
+      second: {last: "GpsFix[GPS].hacc", to: 13.5 s}
+      after: {last: "GpsFix[GPS].hacc"}
+      wet: {last: "EntityState[Leak Sensor - Tail].state", to: 13.5 s}
+      dry: {last: "EntityState[Leak Sensor - Nose].state", to: 13.5 s}
+      dried: {last: "EntityState[Leak Sensor - Tail].state"}
+    """
+    metrics = told(text, "vehicle: {profile: lauv-noptilus-1}")[0].metrics
+    assert [metrics[name] for name in ("first", "both", "second", "after")] == [9.0, 7.0, 7.0, 2.0]
+    assert [metrics[name] for name in ("wet", "dry", "dried")] == [
+        imc.EntityState.State.ERROR,
+        imc.EntityState.State.NORMAL,
+        imc.EntityState.State.NORMAL,
+    ]
+
+
+def test_a_fault_that_changed_nothing_is_told(play):
+    text = """
+    limit: 3 s
+    events:
+      - {at: 1 s, silent: Simulators.GPS, of: Temperature}
+      - {at: 1 s, silent: Simulators.GPS, of: GpsFix}
+    """
+    assert play(text, "vehicle: {profile: otter}").warnings == (
+        "fault of Simulators.GPS: silent, Temperature: this changed nothing",
+    )
+
+
+def test_a_run_that_cannot_begin_has_no_results(play):
+    result = play("events: [{at: 1 s, leak: Bow}]", DIVE)
+    assert "there is no leak sensor 'Bow'" in result.error
+    assert (result.passed, result.verdicts, result.outcomes, result.metrics) == (False, (), {}, {})

@@ -198,3 +198,27 @@ def test_metrics_are_in_order(values):
     found = {kind: measured(kind, depths(*values)).value() for kind in ("min", "mean", "max", "rms")}
     assert found["min"] - 1e-5 <= found["mean"] <= found["max"] + 1e-5
     assert found["rms"] >= abs(found["mean"]) - 1e-5
+
+
+@pytest.mark.parametrize("values", [(1e308, 1e308), (math.inf, -math.inf)])
+def test_a_mean_that_is_too_large_says_so(values):
+    course = [(float(at), imc.EstimatedState(lat=value)) for at, value in enumerate(values)]
+    meter = measured("mean", course, "EstimatedState.lat")
+    assert math.isnan(meter.value())
+    assert meter.complaint() == "metric name: values of EstimatedState.lat are too large for a mean"
+    assert measured("rms", course, "EstimatedState.lat").value() == math.inf
+
+
+def test_times_beyond_a_limit_end_with_the_time_of_the_metric():
+    stage = Course()
+    above = Metric("a", "time above", "", parse_expression("Depth.value", ALONE), bound=2.0, end=10.0).measure(stage)
+    stage.play(*((time, imc.Depth(value=3.0)) for time in (0.0, 4.0, 8.0, 12.0)))
+    assert above.value() == 10.0
+
+
+@pytest.mark.parametrize("steady", [True, False])
+def test_what_had_nothing_to_follow_it_proves_nothing(steady):
+    found = judged(
+        "after", "Depth.value > 5", depths(1, 6, 6, 6, 6), then="Temperature.value < 3", within=2.0, steady=steady
+    )
+    assert (found.passed, found.applied) == ((True, False) if steady else (False, True))

@@ -21,3 +21,10 @@ def test_a_track_has_a_true_position_every_five_seconds_of_its_own_vehicle():
         [41.0 + degrees for degrees in (50 / 111_046, 100 / 111_046, 150 / 111_046)], abs=1e-6
     )
     assert track.points[5::3] == pytest.approx([5.0, 10.0, 15.0])
+
+
+def test_a_place_that_is_no_number_is_left_out():
+    track = Track(system=7)
+    for value in (math.nan, math.inf, 0.0):
+        track.keep(imc.SimulatedState(lat=value, src=7, timestamp=1.0))
+    assert track.points == [0.0, 0.0, 0.0]
