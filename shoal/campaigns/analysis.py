@@ -12,6 +12,7 @@ from shoal.campaigns.library import library
 from shoal.campaigns.rows import Row
 
 LEAST = 10  # runs for a correlation
+MOST_CHOICES = 30  # of one input
 LEAST_FIRST_ORDER, MOST_FIRST_ORDER = 100, 2000  # runs for indices without a design
 Columns = dict[str, Any]
 """Arrays of floats by name, one value per run, NaN where there is none."""
@@ -38,6 +39,37 @@ def inputs_of(rows: Sequence[Row]) -> Columns:
 def outputs_of(rows: Sequence[Row]) -> Columns:
     """Metrics and margins that are finite in some runs and vary."""
     return _varying(rows, ("metrics.", "margins."))
+
+
+def choices_of(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
+    """For each input that is chosen among a few words or truths, the places of the rows that drew each of them."""
+    names = dict.fromkeys(name for row in rows for name in row if name.startswith("values."))
+    found: dict[str, dict[str, Any]] = {}
+    for name in sorted(names):
+        drawn = [row.get(name) for row in rows]
+        if not any(isinstance(value, str | bool) for value in drawn):
+            continue
+        words = sorted({str(value) for value in drawn if value is not None})
+        if 1 < len(words) <= MOST_CHOICES:
+            found[name] = {word: np.array([k for k, value in enumerate(drawn) if str(value) == word]) for word in words}
+    return found
+
+
+def parted(groups: Sequence[Any], output: Any) -> float:
+    """The share of the variance of an output's ranks that lies between groups of its runs; NaN if there are too few.
+
+    It is eta squared of H of Kruskal and Wallis (1952): 0 if the groups are alike, 8/9 if three equal ones do not
+    overlap.
+    """
+    good = [group[np.isfinite(output[group])] for group in groups]
+    whole = np.concatenate(good)
+    if len(whole) < LEAST or float(np.ptp(output[whole])) == 0.0:
+        return math.nan
+    ranks = np.full(len(output), np.nan)
+    ranks[whole] = library("scipy.stats").rankdata(output[whole])
+    middle, spread = float(np.mean(ranks[whole])), float(np.var(ranks[whole]))
+    between = math.fsum(len(group) * (float(np.mean(ranks[group])) - middle) ** 2 for group in good if len(group))
+    return between / (len(whole) * spread)
 
 
 def _varying(rows: Sequence[Row], prefixes: tuple[str, ...]) -> Columns:

@@ -15,8 +15,10 @@ from shoal.campaigns.analysis import (
     Columns,
     Index,
     by_chance,
+    choices_of,
     inputs_of,
     outputs_of,
+    parted,
     rank_correlations,
     sobol_indices,
 )
@@ -28,6 +30,7 @@ from shoal.campaigns.rows import Row
 WORST = 20
 MOST_INDICES = 12  # outputs
 SCATTERS = 6
+MEDIANS = 4  # outputs beside each choice
 STRONG = 0.1  # a coefficient below is not worth a picture
 LONGEST_TEXT = 300
 _HERE = Path(__file__).parent
@@ -52,6 +55,7 @@ def campaign_page(data: DataSet, beside: Path) -> str:
         _tiles(data, rows, rate),
         _section("Expectations", _expectations(rows, rate.confidence)),
         _section("Pass rate over what varies, %", pass_rates(inputs, passed, units, rate.confidence)),
+        _section("Choices", _choices(rows, outputs, rate.confidence), _CHOICES),
         _section("Metrics and margins", histograms(outputs, passed, units), _LEGEND + _only_first(outputs)),
         _section("Rank correlation", _correlations(inputs, outputs, correlations), _CORRELATION),
         _section("Sobol indices", _indices(indices), _SOBOL),
@@ -77,6 +81,7 @@ def campaign_page(data: DataSet, beside: Path) -> str:
 
 
 _LEGEND = "Blue: passed. Red: failed."
+_CHOICES = "Runs by what they drew, and the medians of the outputs that differ most between them."
 _CORRELATION = "Spearman's coefficient: 1 if the output rises with the input, -1 if it falls. Gray may be chance."
 _SOBOL = (
     "The share of an output's variance that an input has, by SALib: first, alone; total, with all that it acts "
@@ -99,6 +104,7 @@ def _tiles(data: DataSet, rows: Sequence[Row], rate: Rate) -> str:
         ("bad" if errors else "", str(errors), "ended out of order"),
         ("", f"{simulated / 3600.0:.1f} h", "simulated"),
         ("", f"{cpu / 3600.0:.2f} h", "of CPU"),
+        ("", f"{len(rows) * 3600.0 / cpu:.0f}" if cpu else "", "runs per hour of CPU"),
     ]
     if data.end is None:
         tiles.append(("fair", "not over", "campaign"))
@@ -121,6 +127,27 @@ def _expectations(rows: Sequence[Row], confidence: float) -> str:
         lines.append((name, f"{rate.share:.1%}", f"{low:.1%} to {high:.1%}", least, median, str(idle or "")))
     heads = ("expectation", "passed", "interval", "least margin", "median margin", "never applied")
     return _table(heads, lines, numbers=range(1, 6)) if lines else ""
+
+
+def _choices(rows: Sequence[Row], outputs: Columns, confidence: float) -> str:
+    tables: list[str] = []
+    for name, groups in choices_of(rows).items():
+        shares = {output: parted(list(groups.values()), column) for output, column in outputs.items()}
+        told = sorted((o for o in shares if shares[o] > STRONG), key=lambda output: -shares[output])[:MEDIANS]
+        lines: list[Sequence[str]] = []
+        for word, group in groups.items():
+            rate = Rate(len([k for k in group if rows[k]["passed"]]), len(group), confidence)
+            low, high = rate.interval
+            medians = [_median(outputs[output][group]) for output in told]
+            lines.append((word, str(rate.runs), f"{rate.share:.1%}", f"{low:.1%} to {high:.1%}", *medians))
+        heads = (name.partition(".")[2], "runs", "passed", "interval", *told)
+        tables.append(_table(heads, lines, numbers=range(1, len(heads))))
+    return "".join(tables)
+
+
+def _median(column: Any) -> str:
+    finite = column[np.isfinite(column)]
+    return f"{np.median(finite):.4g}" if len(finite) else ""
 
 
 def _correlations(inputs: Columns, outputs: Columns, found: dict[tuple[str, str], tuple[float, int]]) -> str:

@@ -76,10 +76,12 @@ def scatters(
 ) -> str:
     """Outputs over inputs, one point per run."""
 
+    size = max(2.0, min(6.0, 60.0 / math.sqrt(len(passed))))  # pt
+
     def draw(axes: Any, pair: tuple[str, str]) -> None:
         x, y = inputs[pair[0]], outputs[pair[1]]
         for chosen, color in ((passed, PASSED), (~passed, FAILED)):
-            axes.plot(x[chosen], y[chosen], ".", color=color, markersize=2, alpha=0.5, markeredgewidth=0)
+            axes.plot(x[chosen], y[chosen], ".", color=color, markersize=size, alpha=0.5, markeredgewidth=0)
         axes.set_xlabel(_named(pair[0], units))
         axes.set_title(pair[1].partition(".")[2], fontsize=8)
 

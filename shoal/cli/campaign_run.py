@@ -158,6 +158,10 @@ class _Bar:
 def _sum_up(data: DataSet) -> None:
     rows = data.counted
     click.echo(f"{printable(data.name)}: {data.rate}")
+    simulated, cpu = (math.fsum(row[name] for row in rows) for name in ("seconds", "cpu"))
+    if cpu:
+        pace = f"{len(rows) * 3600.0 / cpu:.0f} runs per hour of CPU"
+        click.echo(f"  {simulated / 3600.0:.2f} h simulated in {cpu / 3600.0:.3g} h of CPU: {pace}")
     if errors := [row for row in rows if row["error"]]:
         first = errors[0]
         click.echo(f"{len(errors)} ended out of order, the first is run {first['run']}: {_last(first['error'])}")

@@ -6,9 +6,10 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from scipy.stats import kruskal
 
 from imc.schema.yamltree import read_tree
-from shoal.campaigns.analysis import inputs_of, outputs_of, rank_correlations, sobol_indices
+from shoal.campaigns.analysis import choices_of, inputs_of, outputs_of, parted, rank_correlations, sobol_indices
 from shoal.campaigns.campaign import carry_out
 from shoal.campaigns.dataset import DataSet, DataSetError, open_data_set
 from shoal.campaigns.design import Design
@@ -83,6 +84,35 @@ def test_the_page_says_all_and_needs_no_network(data):
     worst = min(data.counted, key=lambda row: row["margin"])
     assert read.text.index(f"{worst['margin']:.4g}") > 0
     assert f"--run {sorted(data.counted, key=lambda row: row['margin'])[19]['run']}" not in logs
+
+
+def test_a_choice_is_told_by_what_was_drawn(data):
+    sensors = ("DVL", "<GPS>", "IMU")
+    rows = {run: row | {"values.events/0/silent": sensors[run % 3]} for run, row in data.rows.items()}
+    for run, row in rows.items():
+        row["metrics.drift"] = 10.0 * (run % 3) + row["metrics.drift"]
+    chosen = DataSet(data.folder, data.about, rows, end=data.end)
+    groups = choices_of(chosen.counted)["values.events/0/silent"]
+    assert {word: len(places) for word, places in groups.items()} == {"<GPS>": 50, "DVL": 50, "IMU": 50}
+    text = Reading(campaign_page(chosen, data.folder)).text
+    table = text[text.index("Choices") : text.index("Metrics and margins")]
+    of_gps = [row for run, row in rows.items() if run % 3 == 1]
+    share = len([row for row in of_gps if row["passed"]]) / 50
+    assert re.search(rf"<GPS>50{share:.1%}", table)
+    assert f"{np.median([row['metrics.drift'] for row in of_gps]):.4g}" in table
+
+
+def test_groups_are_parted_if_they_do_not_overlap():
+    rng = np.random.default_rng(1)
+    groups = np.array_split(np.arange(300), 3)
+    alike = rng.normal(size=300)
+    apart = alike + np.repeat([0.0, 100.0, 200.0], 100)
+    assert parted(groups, alike) < 0.05
+    assert parted(groups, apart) == pytest.approx(8 / 9, abs=1e-3)
+    found = kruskal(*(alike[group] for group in groups))
+    assert parted(groups, alike) == pytest.approx(found.statistic / 299)
+    assert math.isnan(parted(groups, np.full(300, np.nan)))
+    assert math.isnan(parted(groups, np.ones(300)))
 
 
 def test_tracks_survive_the_data_set(data):
