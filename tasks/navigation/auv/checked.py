@@ -142,6 +142,8 @@ class CheckedSensors(Sensors):
             return "turn rates are missing"
         if now - max(self._plumbed, began) > self.depth_timeout:
             return f"depth {plight(stuck=False, jumps=self._depth_check.rejects)}"
+        if 0.0 < self.dvl_silence < now - self.spoken:
+            return f"{self.dvl or 'the velocity log'} is silent"
         self._attitude.remember(bool(self._attitude.fault))
         fault = self._attitude.fault or self._depth_check.fault
         if fault:

@@ -41,6 +41,9 @@ class Sensors(Task):
     depth_timeout: float = param(5.0, "s", "Time without depth before an error.", name="Depth timeout", minimum=0)
     euler_timeout: float = param(10.0, "s", "Time without attitude before an error.", name="Euler timeout", minimum=0)
     dvl_timeout: float = param(3.0, "s", "Time after which velocities count as missing.", name="DVL timeout", minimum=0)
+    dvl_silence: float = param(
+        60.0, "s", "Time without any message of the DVL before an error; 0 for never.", name="DVL silence", minimum=0
+    )
     dvl_jumps: list[float] = param(
         [1.5, 0.6], "m/s", "Largest change of surge and sway.", name="DVL relative thresholds", size=2
     )
@@ -88,6 +91,8 @@ class Sensors(Task):
         self._sounder = true if true and self.vehicle.entities.find(true) is not None else self.altimeter
         self.received: imc.GpsFix | None = None
         self.place: imc.GpsFix | None = None
+        fitted = bool(self.dvl) and self.vehicle.entities.find(self.dvl) is not None
+        self.spoken = self.now if fitted else math.inf  # a vehicle without a DVL does not wait for one
         self.rpm = 0
         self.altitude = UNKNOWN_ALTITUDE
         self.revolved = self.sounded = -math.inf
@@ -149,7 +154,10 @@ class Sensors(Task):
     @consume
     def hear_velocity(self, velocity: imc.GroundVelocity | imc.WaterVelocity) -> None:
         numbers = velocity.x, velocity.y, velocity.z
-        if velocity.validity & VEL_X_AND_Y != VEL_X_AND_Y or not self._is_from(velocity, self.dvl):
+        if not self._is_from(velocity, self.dvl):
+            return
+        self.spoken = self.now
+        if velocity.validity & VEL_X_AND_Y != VEL_X_AND_Y:
             return
         if not all(map(math.isfinite, numbers)):
             return
@@ -173,6 +181,13 @@ class Sensors(Task):
                 self.heave_at = self.now
         if not self.velocity_doubt:
             mean.add(self.now, velocity.x, y, velocity.z if heave else self.ground.value[2])
+
+    @consume
+    def note_rest(self, activation: imc.EntityActivationState) -> None:
+        """Do not wait for a DVL that was switched off, until it speaks again."""
+        if self.dvl and self._is_from(activation, self.dvl):
+            active = activation.state == imc.EntityActivationState.State.ACTIVE
+            self.spoken = self.now if active else math.inf
 
     def _contradicts_motor(self, surge: float) -> bool:
         """Whether a surge (m/s) is backward or ahead of the motor by more than a current; a stop is possible."""

@@ -17,6 +17,7 @@ Mode = imc.VehicleState.OpMode
 PLACE = 41.05, -9.1  # °, where the simulated sea is 120 m deep
 DIVE, FAULT = 10, 55  # s; at the fault the vehicle goes ahead at a depth of 10 m
 LOOK = 25.0  # s after the fault
+PATIENCE = 60  # s without the DVL, with the speed of the motor
 DEEPER = 3.5  # m, at most, until it rises; fins that have stopped as they were, and what speed is left, lead down
 PAGE = Path(__file__).parents[3] / "docs" / "mission.md"
 SETUP = (
@@ -52,7 +53,7 @@ GOES_ON = {
     "Plan.DB": "only needed for a START that names a stored plan",
     "Plan.Generator": "only needed for its requests",
     "Simulators.Battery": "`Fuel Monitor` is in FAULT",
-    "Simulators.DVL": "the speed follows from the motor",
+    "Simulators.DVL": "for 60 s: the speed follows from the motor",
     "Simulators.Environment": "a depth is kept as planned, an altitude for 60 s",
     "Simulators.GPS": "normal under water",
     "Simulators.Gaussian/SoundSpeed": "not used for control",
@@ -171,6 +172,14 @@ def test_the_plan_goes_on_without_all_others(diving, tmp_path):
     assert set(dive.modes) == {Mode.MANEUVER}
     assert not dive.replies
     assert all(abs(depth - 10.0) < 0.5 for depth in dive.depths)
+
+
+def test_a_dvl_that_stays_silent_ends_the_plan_after_a_minute(diving, tmp_path):
+    dive = Dive(diving, tmp_path, ["Simulators.DVL"], seconds=PATIENCE + 15)
+    assert PATIENCE <= dive.rises_after <= PATIENCE + 10, dive.depths
+    assert all(abs(depth - 10.0) < 0.5 for depth in dive.depths[:PATIENCE])
+    assert dive.thrust == 0.0
+    assert "Navigation: DVL is silent" in dive.errors[-1]
 
 
 @pytest.mark.parametrize("silent", ["Supervisors.Vehicle", "Supervisors.Failsafe", "Maneuver.Goto"])

@@ -6,7 +6,7 @@ import pytest
 
 import imc
 from imc.coordinates import displace, displacement
-from runtime import State
+from runtime import State, Task, param
 from runtime.testing import simulate
 from tasks.navigation.auv.navigation import Navigation
 
@@ -83,6 +83,51 @@ def test_it_goes_on_with_the_motor_where_velocities_are_missing_and_is_less_sure
     kept = simulate(Navigation, feed=sensors(40.0, surge=1.4, rpm=1400, fixes=fixes), **ANY)
     assert lost.of(imc.EstimatedState)[-1].x == pytest.approx(kept.of(imc.EstimatedState)[-1].x, abs=3.0)
     assert lost.of(imc.NavigationUncertainty)[-1].x > kept.of(imc.NavigationUncertainty)[-1].x + 1.0
+
+
+def test_a_velocity_log_that_falls_silent_is_an_error_until_it_is_back():
+    feed = list(sensors(40.0, surge=1.4, rpm=1400, doppler=lambda t: t < 5.0 or t > 35.0))
+    run = simulate(Navigation, feed=feed, dvl_silence=20.0, **ANY)
+    told = [
+        (m.timestamp - run.vehicle.start_time, m.description) for m in run.of(imc.EntityState) if m.state == State.ERROR
+    ]
+    assert {description for _, description in told} == {"the velocity log is silent"}
+    assert told[0][0] == pytest.approx(25.0, abs=0.5)
+    assert run.task.entity.state is State.NORMAL
+    for options in ({"dvl_silence": 0.0}, {"dvl_silence": 60.0}):
+        run = simulate(Navigation, feed=[m for m in feed if m.timestamp < 34.0], **options, **ANY)
+        assert (run.task.entity.state, run.task.entity.description) == (State.NORMAL, "active without DVL")
+
+
+def test_a_velocity_log_without_echoes_or_at_rest_is_not_silent():
+    quiet = list(sensors(40.0, surge=1.4, rpm=1400, doppler=lambda t: t < 5.0))
+    unheard = [imc.GroundVelocity(timestamp=t + 0.5) for t in range(5, 40)]  # as over a bottom out of its range
+    run = simulate(Navigation, feed=sorted([*quiet, *unheard], key=lambda m: m.timestamp), dvl_silence=20.0, **ANY)
+    assert (run.task.entity.state, run.task.entity.description) == (State.NORMAL, "active without DVL")
+    never = simulate(Navigation, feed=sensors(40.0, rpm=1400, doppler=lambda t: False), dvl_silence=20.0, **ANY)
+    assert (never.task.entity.state, never.task.entity.description) == (State.NORMAL, "active without DVL")
+
+
+class SwitchedOff(Task):
+    """A velocity log that is switched off after 5 s, and on again, if `on`, after 6 s; from then on it is silent."""
+
+    on: bool = param(False, "", "Whether it is switched on again.")
+
+    def start(self) -> None:
+        self.after(5.0, self.tell, imc.EntityActivationState.State.INACTIVE)
+        if self.on:
+            self.after(6.0, self.tell, imc.EntityActivationState.State.ACTIVE)
+
+    def tell(self, state: imc.EntityActivationState.State) -> None:
+        self.publish(imc.EntityActivationState(state=state))
+
+
+@pytest.mark.parametrize(("on", "state"), [(False, State.NORMAL), (True, State.ERROR)])
+def test_a_velocity_log_that_was_switched_off_is_not_waited_for(on, state):
+    log = SwitchedOff, {"on": on}
+    navigation = Navigation, {**ANY, "dvl": "SwitchedOff", "dvl_silence": 20.0}
+    run = simulate([log, navigation], feed=sensors(40.0, rpm=1400, doppler=lambda t: False))
+    assert run.vehicle.tasks[-1].entity.state is state
 
 
 def test_pitch_and_depth_give_the_sinking_rate_and_the_heave():
