@@ -16,6 +16,10 @@ from runtime.problem import naming
 LONGEST_LABEL = 100  # bytes
 
 
+class LogRemovedError(FileNotFoundError):
+    """Somebody removed the folder of a log that is being written."""
+
+
 class LogFolder:
     """One log: Data.lsf and Output.txt, beside the files that say how to read it and which log of the run it is.
 
@@ -69,9 +73,9 @@ class LogFolder:
         self._files.clear()
 
     def flush(self) -> None:
-        """Hand everything to the operating system. Raises OSError; FileNotFoundError if the folder was removed."""
+        """Hand everything to the operating system. Raises OSError; LogRemovedError if the folder was removed."""
         if self.removed:
-            raise FileNotFoundError(errno.ENOENT, "the log was removed", str(self.path))
+            raise LogRemovedError(errno.ENOENT, "the log was removed", str(self.path))
         self.data.flush()
         self.text.flush()
 

@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from tasks.transports.log_folder import LogFolder
+from tasks.transports.log_folder import LogFolder, LogRemovedError
 
 
 class LogSeries:
@@ -40,11 +40,11 @@ class LogSeries:
             self.current = None
 
     def settle(self) -> None:
-        """Write what waits, the oldest log first. Raises OSError; FileNotFoundError if somebody removed a log."""
+        """Write what waits, the oldest log first. Raises OSError; LogRemovedError if somebody removed a log."""
         while self.waiting_logs:
             try:
                 self._write(self.waiting_logs[0])
-            except FileNotFoundError:
+            except LogRemovedError:
                 self.waiting_logs.pop(0).close()
                 raise
             self.waiting_logs.pop(0).close()

@@ -11,7 +11,7 @@ from runtime.problem import of_file
 from runtime.snapshot import SnapshotError
 from tasks.transports.imc_links.announcement import SYSTEM_TYPES, announcement
 from tasks.transports.imc_links.message_list import message_named
-from tasks.transports.log_folder import LogFolder, clean_label, line_of, synchronize, utc
+from tasks.transports.log_folder import LogFolder, LogRemovedError, clean_label, line_of, synchronize, utc
 from tasks.transports.log_series import LogSeries
 
 MIB = 1 << 20
@@ -267,7 +267,7 @@ class Logging(Task):
         log, error = self._logs.current, None
         try:
             self._logs.settle()
-        except FileNotFoundError as removed:
+        except LogRemovedError as removed:
             self._fail(removed)
             if log is not None and log.removed:
                 self._open()

@@ -1,5 +1,6 @@
 """Logs where disks, folders and processes fail."""
 
+import os
 import resource
 import shutil
 import signal
@@ -14,6 +15,7 @@ import pytest
 import imc
 from runtime import Script, State
 from runtime.testing import simulate
+from tasks.transports.log_series import LogSeries
 from tasks.transports.logging import Logging
 from tests.tasks.transports.logs_of_tests import Whistle, only_log, read_by_imcpy, unpacked
 
@@ -74,6 +76,42 @@ def test_no_folder_can_be_made(tmp_path: Path) -> None:
     assert log.path.parent.name == "000000"
     assert log.counts()["Temperature"] == 200
     assert any("recorded again; 0 were lost" in text for text in run.log)
+
+
+def without_folders(disk: Path) -> None:
+    """A place that is there, in which the system answers to each new folder that there is no such file."""
+    if sys.platform != "linux":
+        pytest.skip("needs /proc")
+    disk.symlink_to("/proc")
+
+
+def test_no_folder_can_be_made_where_no_such_file_is_the_answer(tmp_path: Path) -> None:
+    disk = tmp_path / "disk"
+    without_folders(disk)
+    run = simulate(
+        [(Logging, {"flush_interval": 1.0}), Whistle],
+        seconds=20.0,
+        log_root=disk / "log",
+        script=disturb(lambda: None, disk.unlink),
+    )
+    assert [state for state, _ in states(run)] == [State.FAILURE, State.NORMAL]
+    assert "No such file or directory" in states(run)[0][1]
+    assert only_log(disk / "log").counts()["Temperature"] == 200
+    assert any("recorded again; 0 were lost" in text for text in run.log)
+
+
+def test_a_log_that_has_ended_and_waits_for_its_folder_is_not_given_up(tmp_path: Path) -> None:
+    disk = tmp_path / "disk"
+    without_folders(disk)
+    series = LogSeries(disk / "vehicle", os.close)
+    series.begin("20260101/000000", "none", {}).data.write(imc.encode(imc.Temperature(value=4.0)))
+    series.end()
+    with pytest.raises(FileNotFoundError):
+        series.settle()
+    disk.unlink()
+    series.settle()
+    assert imc.Log(disk / "vehicle" / "20260101" / "000000").counts()["Temperature"] == 1
+    assert not series.waiting_logs
 
 
 def test_folder_that_vanishes_is_followed_by_another(tmp_path: Path) -> None:
