@@ -1,4 +1,4 @@
-"""Draws the pictures of the README, of a run and of the fisheye camera: `python bench/pictures.py docs/images`."""
+"""Draws the pictures of README and docs, of a run and of cameras: `python bench/pictures.py docs/images`."""
 
 import io
 import math
@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 from rich.console import Console
 
 from runtime.kernel import ScaledClock
@@ -17,8 +17,8 @@ from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli.status import Status
 from world import Pose, Sun
-from world.optics import FisheyeCamera, preset_lens
-from world.pictures import Camera, Lamp, Standpoint
+from world.optics import DoubleSphereCamera, FisheyeCamera, PinholeCamera, kannala_brandt, preset_lens
+from world.pictures import Board, Camera, Glider, Lamp, Standpoint, chessboard
 
 COMMAND = "shoal run lauv-noptilus-1 -p Simulation --clock 20x"
 SECONDS = 300.0  # of the vehicle
@@ -29,6 +29,24 @@ FISHEYES = (
     ("Seabed", Standpoint(0.0, 0.0, 3.0, depth=8.0, roll=math.radians(38), yaw=math.radians(20))),
     ("Sea Surface", Standpoint(0.0, 0.0, 7.0, roll=math.radians(-28), pitch=math.radians(8))),
 )
+
+VIEW, CAPTION = 196, 20  # px
+PINHOLE = PinholeCamera(VIEW, VIEW, fx=150.0, fy=150.0, cx=VIEW / 2, cy=VIEW / 2)
+MODELS = {
+    "pinhole": PINHOLE,
+    "Brown-Conrady": PinholeCamera(VIEW, VIEW, fx=150.0, fy=150.0, cx=VIEW / 2, cy=VIEW / 2, k1=-0.18, k2=0.03),
+    "Kannala-Brandt": FisheyeCamera.square(kannala_brandt((0.03, -0.02, 0.0, 0.0), math.pi), VIEW),
+    "quartic": FisheyeCamera.square(preset_lens("tumvi_195", math.pi), VIEW),
+    "double sphere": DoubleSphereCamera(VIEW, VIEW, fx=75.0, fy=75.0, cx=VIEW / 2, cy=VIEW / 2, xi=-0.2, alpha=0.6),
+}
+DOWN = Pose(theta=math.radians(-90))
+SIGNS = {
+    "looks down, bow up": (DOWN, {}),
+    "roll 15°": (DOWN, {"roll": math.radians(15)}),
+    "pitch 15°": (DOWN, {"pitch": math.radians(15)}),
+    "yaw 15°": (DOWN, {"yaw": math.radians(15)}),
+    "looks forward": (Pose(), {"height": 0.8, "north": -2.0}),
+}
 
 
 def draw_run(path: Path) -> None:
@@ -62,6 +80,26 @@ def draw_fisheye(path: Path) -> None:
     sheet.save(path, optimize=True)
 
 
+def draw_cameras(path: Path) -> None:
+    """One place by each model; then what the signs of angles and mounts mean."""
+    views = [(caption, optics, DOWN, {}) for caption, optics in MODELS.items()]
+    views += [(caption, PINHOLE, mount, turned) for caption, (mount, turned) in SIGNS.items()]
+    gliders = [Glider(1.0, 0.3, heading=0.3), Glider(-0.8, -0.7, heading=2.4)]
+    board = Board(chessboard(6, 9), cell=0.07, north=0.0, east=0.0)
+    step, font = VIEW + 8, ImageFont.load_default(size=13)
+    sheet = Image.new("RGB", (len(MODELS) * step - 8, 2 * (VIEW + CAPTION)), "white")
+    pen = ImageDraw.Draw(sheet)
+    for place, (caption, optics, mount, turned) in enumerate(views):
+        camera = Camera(optics, 1024, faces=6, mount=mount, interpolation="bilinear")
+        here = Standpoint(**{"north": 0.0, "east": 0.0, "height": 2.0, "depth": 5.0, **turned})
+        picture = Image.fromarray(camera.picture(here, gliders, [board]))
+        row, column = divmod(place, len(MODELS))
+        corner = column * step, row * (VIEW + CAPTION)
+        sheet.paste(picture, corner, mask=picture)
+        pen.text((corner[0] + VIEW / 2, corner[1] + VIEW + 2), caption, "#333", font, anchor="ma")
+    sheet.save(path, quality=90)
+
+
 def draw_water(path: Path) -> None:
     """A seabed in waters of Jerlov, by day and at night in the light of two lamps."""
     optics = FisheyeCamera.square(preset_lens("equidistant", math.radians(150)), 2 * TILE)
@@ -81,5 +119,6 @@ def draw_water(path: Path) -> None:
 if __name__ == "__main__":
     folder = Path(sys.argv[1]).resolve()
     draw_fisheye(folder / "fisheye.png")
+    draw_cameras(folder / "cameras.jpg")
     draw_water(folder / "water.jpg")
     draw_run(folder / "run.svg")
