@@ -6,10 +6,13 @@ from shoal.campaigns.comparison import Comparison, Pair, compare
 from shoal.campaigns.dataset import DataSet, open_data_set
 from shoal.campaigns.job import SUFFIX, Do, Job, Unfinished, Unreadable
 from shoal.campaigns.junit import junit_xml
+from shoal.campaigns.merging import Merged, merge
 from shoal.campaigns.notebook import run
 from shoal.campaigns.page import campaign_page
 from shoal.campaigns.pool import WALL_LIMIT, Pool, processors
+from shoal.campaigns.rows import is_finished
 from shoal.campaigns.runner import Runner
+from shoal.campaigns.shards import WHOLE, Shard, parse_shard, shard_folder
 from shoal.campaigns.study import LOGS, Study, load_study
 from shoal.campaigns.study_runner import StudyRunner
 from shoal.campaigns.suite import Outcome, find_scenarios, log_again, run_jobs
@@ -19,15 +22,18 @@ __all__ = [
     "LOGS",
     "SUFFIX",
     "WALL_LIMIT",
+    "WHOLE",
     "Comparison",
     "DataSet",
     "Do",
     "Job",
+    "Merged",
     "Outcome",
     "Pair",
     "Pool",
     "Rerun",
     "Runner",
+    "Shard",
     "Study",
     "StudyRunner",
     "Unfinished",
@@ -39,13 +45,17 @@ __all__ = [
     "facts_of",
     "failures_of",
     "find_scenarios",
+    "is_finished",
     "junit_xml",
     "load_study",
     "log_again",
+    "merge",
     "open_data_set",
+    "parse_shard",
     "processors",
     "rerun",
     "run",
     "run_jobs",
+    "shard_folder",
     "warnings_of",
 ]

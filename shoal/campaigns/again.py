@@ -23,11 +23,14 @@ class Rerun:
     differences: tuple[str, ...]
 
 
-def study_of(data: DataSet, *, make: Make = Draft) -> Study:
-    """The study that a data set is of. Raises DataSetError if it has changed since, or is not there any more."""
-    path = Path(str(data.about["file"]))
+def study_of(data: DataSet, *, make: Make = Draft, file: Path | None = None) -> Study:
+    """The study that a data set is of, which may now be another `file`.
+
+    Raises DataSetError if it has changed since, or is not there any more.
+    """
+    path = file or Path(str(data.about["file"]))
     if not path.is_file():
-        raise DataSetError(f"{data.folder} is of the study {path}, which is not there any more")
+        raise DataSetError(f"{data.folder} is of the study {path}, which is not there; --study FILE says where it is")
     study = load_study(path, make=make, fixed=data.about["fixed"], runs=data.about["runs"] or None)
     if study.digest != data.about["digest"]:
         raise DataSetError(f"{path}, or a file that it names, has changed since {data.folder} was made")
@@ -42,12 +45,14 @@ def rerun(
     changes: Mapping[str, object] | None = None,
     log_root: Path | None = None,
     make: Make = Draft,
+    file: Path | None = None,
 ) -> Rerun:
     """Do a run again; with `changes`, by path, some of its values are others, and nothing has to be as it was.
+    `file` is the study's, if it is not where it was.
 
     Raises DataSetError, and what reading the study raises.
     """
-    row, study = data.row(run), study_of(data, make=make)
+    row, study = data.row(run), study_of(data, make=make, file=file)
     values = {**study.values(run), **(changes or {})}
     result = do(Job(run, study.path, values, study.seed_of(run), log_root.absolute() if log_root else None))
     return Rerun(row, result, values, () if changes else tuple(_differences(row, result)))

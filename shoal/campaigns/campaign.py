@@ -8,11 +8,12 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
-from shoal.campaigns.dataset import LOGS, DataSet, Recording
+from shoal.campaigns.dataset import LOGS, DataSet, Recording, about_study
 from shoal.campaigns.job import Do, Job, Unfinished, Unreadable
 from shoal.campaigns.library import library
 from shoal.campaigns.pool import WALL_LIMIT, Pool
 from shoal.campaigns.rows import row_of
+from shoal.campaigns.shards import WHOLE, Shard, check_shard
 from shoal.campaigns.study import Study
 from shoal.campaigns.study_runner import StudyRunner
 from shoal.campaigns.versions import versions
@@ -42,7 +43,9 @@ class Timing:
         first = replace(job, log_root=None) if self.only_failed else job
         result = self.do(first)
         cpu = time.process_time() - started
-        if self.only_failed and not result.passed and not isinstance(result, Unfinished | Unreadable):
+        if isinstance(result, Unfinished | Unreadable):
+            return result
+        if self.only_failed and not result.passed:
             result = self.do(job)
         return Timed(**vars(result), cpu=cpu)
 
@@ -60,18 +63,21 @@ def carry_out(
     workers: int | None = None,
     wall_limit: float = WALL_LIMIT,
     code: Sequence[Path] = (),
+    shard: Shard = WHOLE,
     tell: Tell = lambda _: None,
 ) -> DataSet:
     """Do the runs of a study that its folder does not have yet, until there are enough; `tell` hears of each one.
 
-    Whatever ends it, the runs done stay, and the next call does the others. Raises what `Recording` and `Pool` raise;
+    Whatever ends it, the runs done stay, and the next call does the others, and those again that did not end. Of a
+    `shard` only its runs. Raises what `Recording` and `Pool` raise; ValueError if a shard cannot know when it is over;
     OSError if the disk is full.
     """
     library("pyarrow.parquet")  # before hours of runs, not after them
+    check_shard(shard, study.ending)
     with ExitStack() as stack:
-        recording = stack.enter_context(Recording(folder, study, confidence=study.ending.confidence))
+        recording = stack.enter_context(Recording(folder, about_study(study)))
         data = recording.data
-        progress = _Progress(study, data)
+        progress = _Progress(study, data, shard)
         tell(data)
         try:
             if progress.end is None:
@@ -108,8 +114,9 @@ class _Progress:
     """Which runs are left. Whether there are enough is judged on runs 0 to N, in this order, not as they come in:
     the answer is the same for any number of workers."""
 
-    def __init__(self, study: Study, data: DataSet):
+    def __init__(self, study: Study, data: DataSet, shard: Shard):
         self._study, self._data = study, data
+        self._runs = shard.runs(study.ending.most)
         self._judged = self._passed = 0
         self.end: int | None = None
         self.look()
@@ -117,15 +124,20 @@ class _Progress:
     def look(self) -> None:
         """Judge the runs that have come in."""
         rows = self._data.rows
-        while self.end is None and self._judged in rows:
-            self._passed += bool(rows[self._judged]["passed"])
-            self._judged += 1
-            if self._study.ending.reached(self._passed, self._judged):
-                self.end = self._judged
+        while self.end is None:
+            if self._judged == len(self._runs):
+                self.end = self._study.ending.most
+            elif (run := self._runs[self._judged]) in rows:
+                self._passed += bool(rows[run]["passed"])
+                self._judged += 1
+                if self._study.ending.reached(self._passed, self._judged):
+                    self.end = run + 1
+            else:
+                break
 
     def jobs(self, folder: Path) -> Generator[Job]:
         study = self._study
-        for run in range(study.ending.most):
+        for run in self._runs:
             if self.end is not None:
                 return
             if run in self._data.rows:

@@ -10,13 +10,13 @@ from typing import Any, cast
 from runtime.problem import quoted
 from shoal.campaigns.journal import Journal, Record, read_journal
 from shoal.campaigns.rates import Rate
-from shoal.campaigns.rows import Row
+from shoal.campaigns.rows import Row, is_finished
 from shoal.campaigns.study import Study
 from shoal.campaigns.table import frame_of, write_table
 from shoal.campaigns.versions import versions
 
 JOURNAL, TABLE, LOGS = "runs.journal", "runs.parquet", "logs"
-_END = "end"
+_END, _MOST = "end", "most"
 
 
 class DataSetError(ValueError):
@@ -27,7 +27,8 @@ class DataSetError(ValueError):
 class DataSet:
     """The runs of a campaign, by number. `about` says what they are of, `damaged` how many lines could not be read.
 
-    `end` is the number of runs after which it was complete; those with a higher number are not part of it.
+    `end` is the number of runs after which it was complete; those with a higher number are not part of it. A part of
+    a campaign, see `Shard`, has only some of the numbers below.
     """
 
     folder: Path
@@ -73,6 +74,8 @@ class DataSet:
         """A record of the journal: that of a run, or the end."""
         if _END in record:
             self.end = record[_END]
+        elif _MOST in record:
+            self.about[_MOST] = record[_MOST]
         elif isinstance(record.get("run"), int):
             self.rows[record["run"]] = record
 
@@ -95,23 +98,27 @@ def _data_set(folder: Path, records: list[Record], damaged: int) -> DataSet:
 
 
 class Recording:
-    """A data set that is being made; only one process can have it open. Close it.
+    """A data set that is being made, of what `about` says; only one process can have it open. Close it.
 
-    Raises DataSetError if the folder has runs of another study or of other versions, JournalInUse, and OSError.
+    Runs that did not end are left out of what it has, so that they are done again. Raises DataSetError if the folder
+    has runs of another study or of other versions, JournalInUse, and OSError.
     """
 
-    def __init__(self, folder: Path, study: Study, *, confidence: float = 0.95):
+    def __init__(self, folder: Path, about: Mapping[str, Any]):
         folder.mkdir(parents=True, exist_ok=True)
-        about = about_study(study, confidence)
         self._journal = Journal(folder / JOURNAL)
         try:
             if self._journal.records:
                 self.data = _data_set(folder, self._journal.records, self._journal.damaged)
-                _check_same(self.data, about)
+                if why := difference(self.data.about, about):
+                    raise DataSetError(f"{folder} has {why}; name another folder")
+                self.data.rows = {run: row for run, row in self.data.rows.items() if is_finished(row)}
+                if self.data.about.get(_MOST) != about[_MOST]:
+                    self._add({_MOST: about[_MOST]})
                 if self.data.end is not None:
                     self._add({_END: None})
             else:
-                self.data = DataSet(folder, about)
+                self.data = DataSet(folder, dict(about))
                 self._journal.add(about)
         except BaseException:
             self._journal.close()
@@ -137,8 +144,11 @@ class Recording:
         self.data.take(dict(record))
 
 
-def about_study(study: Study, confidence: float) -> dict[str, Any]:
-    """What the first line of a journal says, and the metadata of the Parquet file."""
+def about_study(study: Study) -> dict[str, Any]:
+    """What the first line of a journal says, and the metadata of the Parquet file.
+
+    `runs` are those that all draws depend on, if they do; `most` is how many there are to be.
+    """
     varied = {name: found.text for name, found in study.design.varied.items()}
     return {
         "study": study.name,
@@ -151,22 +161,19 @@ def about_study(study: Study, confidence: float) -> dict[str, Any]:
         "varied": varied,
         "units": {name: found.unit for name, found in study.design.varied.items()},
         "fixed": dict(study.fixed),
-        "confidence": confidence,
+        "most": study.ending.most,
+        "confidence": study.ending.confidence,
         "versions": versions(),
     }
 
 
-def _check_same(data: DataSet, about: Mapping[str, Any]) -> None:
-    had = data.about
+def difference(had: Mapping[str, Any], about: Mapping[str, Any]) -> str:
+    """Why runs of one study and version cannot be among those of another, after "it has"; empty if they can."""
     if had["digest"] != about["digest"]:
-        reasons = [
-            key for key in ("study", "seed", "sampling", "runs", "varied", "fixed") if had.get(key) != about[key]
-        ]
+        keys = ("study", "seed", "sampling", "runs", "varied", "fixed")
+        reasons = [key for key in keys if had.get(key) != about.get(key)]
         why = f"{', '.join(reasons)} differ" if reasons else "the scenario or one of its files has changed"
-        raise DataSetError(
-            f"{data.folder} has runs of another study, {quoted(cast(str, had['study']))}: {why}; name another folder"
-        )
+        return f"runs of another study, {quoted(cast(str, had['study']))}: {why}"
     if had["versions"] != about["versions"]:
-        raise DataSetError(
-            f"{data.folder} was begun with {had['versions']}, and this is {about['versions']}; name another folder"
-        )
+        return f"runs of another version: they were made with {had['versions']}, others with {about['versions']}"
+    return ""

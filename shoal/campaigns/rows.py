@@ -9,12 +9,16 @@ from typing import Any
 import numpy as np
 
 from shoal.campaigns.distributions import Scalar
+from shoal.campaigns.job import Unfinished
 from shoal.scenarios import Result
 
 Row = dict[str, Any]
 """A run: `run`, `seed`, `passed`, `margin` ..., and columns of groups such as `metrics.drift`."""
 
-HEAD = ("run", "seed", "passed", "margin", "error", "reason", "warnings", "seconds", "cpu", "versions", "fingerprint")
+HEAD = (
+    *("run", "seed", "finished", "passed", "margin", "error", "reason", "warnings", "seconds", "cpu"),
+    *("versions", "fingerprint"),
+)
 _STEPS = (1e7, 1e7, 1e2)
 _MOST = 2.0**31 - 1.0
 GROUPS = ("values", "metrics", "margins", "verdicts", "applied", "outcomes", "hashes", "logs", "tracks")
@@ -28,6 +32,7 @@ def row_of(
     row: Row = {
         "run": run,
         "seed": seed,
+        "finished": not isinstance(result, Unfinished),
         "passed": result.passed,
         "margin": float(result.margin) if result.verdicts else math.nan,
         "error": result.error,
@@ -50,6 +55,11 @@ def row_of(
     for vehicle, log in result.logs.items():
         row[f"logs.{vehicle}"] = (log.relative_to(whole) if log.is_relative_to(whole) else log).as_posix()
     return row
+
+
+def is_finished(row: Row) -> bool:
+    """Whether the run came to an end: neither its limit of wall time nor the death of its process cut it short."""
+    return row.get("finished", True)
 
 
 def packed(track: Sequence[float]) -> str:

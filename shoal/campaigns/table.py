@@ -11,7 +11,7 @@ from shoal.campaigns.library import library
 from shoal.campaigns.rows import Row, columns_of, track_of
 
 _NUMBERS = ("margin", "seconds", "cpu", "metrics", "margins")
-_TRUTHS = ("passed", "verdicts", "applied")
+_TRUTHS = ("finished", "passed", "verdicts", "applied")
 _KINDS = {"run": "int64", "seed": "int64", **dict.fromkeys(_NUMBERS, "float64"), **dict.fromkeys(_TRUTHS, "bool_")}
 _TEXTS = ("error", "reason", "warnings", "versions", "fingerprint", "outcomes", "hashes", "logs")
 

@@ -10,6 +10,7 @@ from shoal.cli import LazyGroup
 COMMANDS = {
     "run": ("shoal.cli.campaign_run", "Run a study; the word may be left out."),
     "rerun": ("shoal.cli.campaign_run", "Do one run of a campaign again, as it was or with other values."),
+    "merge": ("shoal.cli.campaign_merge", "Make one data set of those of several computers."),
     "report": ("shoal.cli.campaign_look", "Draw a campaign as one HTML page."),
     "compare": ("shoal.cli.campaign_look", "Show what a change made better and worse, run by run."),
 }

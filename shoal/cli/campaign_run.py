@@ -16,25 +16,28 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from runtime.problem import of_file, printable
 from shoal.campaigns import (
     LOGS,
-    WALL_LIMIT,
+    WHOLE,
     DataSet,
     Rerun,
+    Shard,
     StudyRunner,
     carry_out,
+    is_finished,
     load_study,
     open_data_set,
+    parse_shard,
+    shard_folder,
 )
 from shoal.campaigns import rerun as rerun_run
 from shoal.cli.log_export import extra
 from shoal.cli.options import (
     check_log_folder,
-    check_wall_limit,
     code_option,
-    parse_time,
     parse_values,
     use_code,
     values_option,
 )
+from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
 
 STOPPED = 130  # exit status after Ctrl-C
 TELL_PERIOD = 30.0  # s between lines in a pipe
@@ -55,26 +58,27 @@ def refusals() -> Generator[None]:
             raise click.ClickException(printable(of_file(error))) from None
 
 
+def _parse_shard(_: click.Context, __: click.Parameter, text: str | None) -> Shard:
+    try:
+        return parse_shard(text) if text is not None else WHOLE
+    except ValueError as error:
+        raise click.BadParameter(printable(str(error))) from None
+
+
 @click.command()
 @click.argument("study", type=FILE)
 @click.option("-o", "--out", type=FOLDER, help="Folder of the data set. [default: campaigns/NAME]")
-@click.option(
-    "-j",
-    "--workers",
-    type=click.IntRange(0),
-    help="How many run at a time; with 0 this process does it, and ends none that hangs. [default: one a processor]",
-)
+@workers_option
 @click.option("--runs", type=click.IntRange(1), help="How many runs, instead of what the study says.")
 @click.option("--logs", type=click.Choice(LOGS), help="Logs to keep, instead of what the study says.")
 @values_option
 @code_option
+@wall_limit_option
 @click.option(
-    "--wall-limit",
-    callback=parse_time,
-    default=f"{WALL_LIMIT:g} s",
-    show_default=True,
-    metavar="TIME",
-    help="End a run that takes longer.",
+    "--shard",
+    callback=_parse_shard,
+    metavar="K/N",
+    help="Do each N-th run only, from the K-th on, in the folder shard-K-of-N of the data set; see `merge`.",
 )
 def run(
     study: Path,
@@ -85,23 +89,26 @@ def run(
     values: tuple[str, ...],
     code: tuple[Path, ...],
     wall_limit: float,
+    shard: Shard,
 ) -> None:
     """Do the runs of a study that its data set does not have yet, until there are enough.
 
-    Ended at any moment, the same command goes on where it was. With --set all runs have this value; the draws of the
-    others stay what they are, so that `shoal campaign compare` has pairs.
+    Ended at any moment, the same command goes on where it was, and does those runs again that did not end. With --set
+    all runs have this value; the draws of the others stay what they are, so that `shoal campaign compare` has pairs.
     """
-    check_wall_limit(workers, given=wall_limit != WALL_LIMIT)
+    check_wall_limit(workers, wall_limit)
     with refusals():
         folders = use_code(code, [str(study)])
         plan = load_study(study, fixed=parse_values(values), runs=runs, logs=logs)
-        folder = out or Path("campaigns") / plan.name
+        folder = shard_folder(out or Path("campaigns") / plan.name, shard)
         if plan.logs != "none":
             check_log_folder(folder)
-        bar = _Bar(plan.ending.most)
+        bar = _Bar(len(shard.runs(plan.ending.most)))
         try:
             with bar.progress:
-                data = carry_out(plan, folder, workers=workers, wall_limit=wall_limit, code=folders, tell=bar.tell)
+                data = carry_out(
+                    plan, folder, workers=workers, wall_limit=wall_limit, code=folders, shard=shard, tell=bar.tell
+                )
         except KeyboardInterrupt:
             done = open_data_set(folder)
             click.echo(f"stopped: {done.rate}; the same command goes on", err=True)
@@ -115,9 +122,17 @@ def run(
 @click.argument("folder", type=FOLDER)
 @click.option("--run", "number", type=click.IntRange(0), required=True, help="Its number.")
 @click.option("--log-dir", type=FOLDER, help="Keep its log in this folder.")
+@click.option("--study", type=FILE, help="The study's file, if it is not where it was.")
 @values_option
 @code_option
-def rerun(folder: Path, number: int, log_dir: Path | None, values: tuple[str, ...], code: tuple[Path, ...]) -> None:
+def rerun(
+    folder: Path,
+    number: int,
+    log_dir: Path | None,
+    study: Path | None,
+    values: tuple[str, ...],
+    code: tuple[Path, ...],
+) -> None:
     """Do one run of the campaign in FOLDER again.
 
     It must go as it did: the fingerprint, and the hash of the log if both runs have one, are checked, and the exit
@@ -125,10 +140,10 @@ def rerun(folder: Path, number: int, log_dir: Path | None, values: tuple[str, ..
     """
     with refusals():
         data = open_data_set(folder)
-        use_code(code, [str(data.about["file"])])
+        use_code(code, [str(study or data.about["file"])])
         if log_dir is not None:
             check_log_folder(log_dir)
-        again = rerun_run(data, number, StudyRunner(), changes=parse_values(values), log_root=log_dir)
+        again = rerun_run(data, number, StudyRunner(), changes=parse_values(values), log_root=log_dir, file=study)
     _show(again, number, bool(values))
     sys.exit(1 if again.differences else 0)
 
@@ -165,12 +180,16 @@ def _sum_up(data: DataSet) -> None:
     if errors := [row for row in rows if row["error"]]:
         first = errors[0]
         click.echo(f"{len(errors)} ended out of order, the first is run {first['run']}: {_last(first['error'])}")
+    if cut_short := len([row for row in rows if not is_finished(row)]):
+        click.echo(f"{cut_short} did not come to an end; the same command does them again")
     names = dict.fromkeys(name for row in rows for name in row if name.startswith(("metrics.", "margins.")))
     for name in sorted(names)[:MOST_NAMES]:
         found = sorted(value for row in rows if math.isfinite(value := row.get(name, math.nan)))
         if found:
             middle = statistics.median(found)
             click.echo(f"  {printable(name)}: median {middle:.4g}, from {found[0]:.4g} to {found[-1]:.4g}")
+    if not rows:
+        return
     place = shlex.quote(str(data.folder))
     worst = min(rows, key=lambda row: (not row["error"], row["passed"], row["margin"]))
     why = _last(worst["error"]) or worst["reason"] or f"least margin {worst['margin']:.4g}"

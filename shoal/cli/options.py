@@ -48,12 +48,6 @@ log_dir_option = click.option(
 )
 
 
-def check_wall_limit(workers: int | None, *, given: bool) -> None:
-    """Refuse a limit that nobody watches. Raises UsageError."""
-    if workers == 0 and given:
-        raise click.UsageError("with -j 0 nothing can end a run that hangs: leave --wall-limit out")
-
-
 def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool = False) -> Sequence[Path]:
     """Search these folders for a user's tasks; without any the current one, unless it or a profile is part of a log.
 

@@ -33,15 +33,14 @@ from shoal.campaigns import (
 from shoal.cli import WRONG_USE
 from shoal.cli.options import (
     check_log_folder,
-    check_wall_limit,
     code_option,
     log_dir_option,
-    parse_time,
     parse_values,
     use_code,
     values_option,
 )
 from shoal.cli.plain import json_text
+from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
 
 STOPPED = 130  # exit status after Ctrl-C
 FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
@@ -49,12 +48,7 @@ FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 
 @click.command()
 @click.argument("paths", nargs=-1, metavar="[PATH]...", type=click.Path(path_type=Path))
-@click.option(
-    "-j",
-    "--workers",
-    type=click.IntRange(0),
-    help="How many run at a time; with 0 this process does it, and ends none that hangs. [default: one a processor]",
-)
+@workers_option
 @click.option("--junit", "junit_file", type=FILE, metavar="FILE", help="Write the results as JUnit's XML.")
 @click.option("--json", "json_file", type=FILE, metavar="FILE", help="Write the results as JSON; - prints them.")
 @click.option(
@@ -64,14 +58,7 @@ FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 @click.option("--seed", type=click.IntRange(0), help="Seed of all random numbers. [default: that of each file]")
 @values_option
 @code_option
-@click.option(
-    "--wall-limit",
-    callback=parse_time,
-    default=f"{WALL_LIMIT:g} s",
-    show_default=True,
-    metavar="TIME",
-    help="End a run that takes longer.",
-)
+@wall_limit_option
 def test(
     paths: tuple[Path, ...],
     workers: int | None,
@@ -89,7 +76,7 @@ def test(
     A scenario that has failed is run again, the same way, for its log. The exit status is 0 if all have passed, 1 if
     one has failed, 2 if a file cannot be read, or there is none.
     """
-    check_wall_limit(workers, given=wall_limit != WALL_LIMIT)
+    check_wall_limit(workers, wall_limit)
     try:
         files = find_scenarios(paths or (Path(),))
     except OSError as error:

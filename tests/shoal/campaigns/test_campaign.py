@@ -162,7 +162,10 @@ def test_a_folder_of_another_version_is_refused(tmp_path, monkeypatch):
     study, folder = write_study(tmp_path), tmp_path / "runs"
     do(study, folder)
     monkeypatch.setattr("shoal.campaigns.dataset.versions", lambda: "shoal 9")
-    with pytest.raises(DataSetError, match=r"was begun with shoal .*, and this is shoal 9"):
+    with pytest.raises(
+        DataSetError,
+        match=r"another version: they were made with shoal .*, others with shoal 9; name",
+    ):
         do(study, folder)
 
 

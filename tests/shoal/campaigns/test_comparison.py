@@ -107,6 +107,6 @@ def test_a_run_of_a_study_that_has_changed_is_not_done_again(tmp_path):
     with pytest.raises(DataSetError, match=r"dive\.study\.yaml, or a file that it names, has changed since"):
         rerun(data, 3, StandInRuns(), make=StandInDraft)
     path.unlink()
-    with pytest.raises(DataSetError, match="which is not there any more"):
+    with pytest.raises(DataSetError, match="which is not there; --study FILE says where it is"):
         rerun(data, 3, StandInRuns(), make=StandInDraft)
     assert math.isnan(data.rows[0]["metrics.never"])

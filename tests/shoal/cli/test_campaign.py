@@ -88,6 +88,21 @@ def test_it_goes_on_where_it_was_and_compares_pairs(place):
     assert "limit exceeded: metrics.north changed by" in limit.output
 
 
+def test_shards_are_merged_and_what_is_missing_can_be_done(place):
+    words = ("rest.study.yaml", "-j", 0, "--runs", 3, "-o", "parts")
+    assert "of 2 passed" in shoal(*words, "--shard", "1/2").output
+    some = shoal("merge", "parts/shard-1-of-2", "-o", "parts")
+    assert some.exit_code == 1
+    assert "missing: 1 of 3 runs: 1\n" in some.output
+    assert "rest.study.yaml --runs 3 -o parts does them" in some.output
+    assert "of 1 passed" in shoal(*words, "--shard", "2/2").output
+    whole = shoal("merge", "parts/shard-1-of-2", "parts/shard-2-of-2", "-o", "parts")
+    assert whole.exit_code == 0, whole.output
+    assert "of 3 passed" in whole.output
+    one, other = (open_data_set(place / name).frame() for name in ("campaigns/rest", "parts"))
+    assert one["fingerprint"][:3].equals(other["fingerprint"])
+
+
 def test_the_report_is_a_file(place):
     made = shoal("report", "campaigns/rest")
     assert made.exit_code == 0
@@ -120,6 +135,9 @@ def test_a_scenario_inside_the_study_is_the_same(place):
         (["absent.study.yaml"], "absent.study.yaml: No such file or directory"),
         (["raport", "x"], "no such command: raport. Did you mean report?"),
         (["rerun", "campaigns/rest", "--run", "9"], "campaigns/rest has no run 9; it has runs 0 to 4"),
+        (["rest.study.yaml", "--shard", "0/4"], "'0/4' is no shard such as 3/16, the third of sixteen; the first is 1"),
+        (["merge", ".", "-o", "out"], ". is not the data set of a campaign"),
+        (["merge", "campaigns/rest"], "Missing option '-o' / '--out'"),
         (["report", "."], ". is not the data set of a campaign"),
         (["compare", "campaigns/rest", "campaigns/rest", "--fail-if", "x"], "'x' is no limit"),
         (["rest.study.yaml", "-o", "campaigns/rest", "--set", "vehicle/seed=4"], "has runs of another study"),

@@ -1,0 +1,56 @@
+"""Parts of a campaign that are done in different places, each with a data set of its own."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from shoal.campaigns.rates import Ending
+
+MOST = 100_000  # shards
+_SHARD = re.compile(r"\s*(\d{1,6})\s*/\s*(\d{1,6})\s*")
+
+
+@dataclass(frozen=True)
+class Shard:
+    """Part `number` of `count`, from 1 on: each `count`-th run, so that all parts have about the same work."""
+
+    number: int
+    count: int
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.count}"
+
+    @property
+    def folder(self) -> str:
+        """The name of its data set inside the folder of the campaign; names sort as numbers do."""
+        return f"shard-{self.number:0{len(str(self.count))}d}-of-{self.count}"
+
+    def runs(self, most: int) -> range:
+        """Its runs out of `most`."""
+        return range(self.number - 1, most, self.count)
+
+
+WHOLE = Shard(1, 1)
+
+
+def parse_shard(text: str) -> Shard:
+    """The shard that a text such as 3/16 names. Raises ValueError."""
+    match = _SHARD.fullmatch(text)
+    number, count = (int(match.group(1)), int(match.group(2))) if match else (0, 0)
+    if not 1 <= number <= count <= MOST:
+        hint = "; the first is 1" if match and number == 0 and count else ""
+        raise ValueError(f"{text!r} is no shard such as 3/16, the third of sixteen{hint}")
+    return Shard(number, count)
+
+
+def shard_folder(folder: Path, shard: Shard) -> Path:
+    """Where the data set of a shard is: that of the whole campaign is `folder`."""
+    return folder if shard == WHOLE else folder / shard.folder
+
+
+def check_shard(shard: Shard, ending: Ending) -> None:
+    """Raise ValueError if a part cannot know when the whole is over."""
+    if shard != WHOLE and ending.within is not None:
+        raise ValueError(
+            f"until: shard {shard} cannot know how well the pass rate of all shards is known; give --runs NUMBER"
+        )
