@@ -2,15 +2,14 @@
 
 import math
 
-from flying import CCU, control, goto, place, plan_of
+from flying import goto, place, plan_of
 
 import imc
 from imc.coordinates import absolute, displacement
-from shoal.missions import prepare
+from tests.tasks.mission.underway import Underway, underway
 
 FAULT = 25.0  # s
 DEEP = "Bathymetry:Data=0 0 120, 500 500 120, -500 -500 120"
-LIGHT = "Transports.Logging:Transports=EstimatedState"
 BLIND = "Simulators.MUGDetectionCamera:Enabled=Never"
 Mode = imc.VehicleState.OpMode
 HIGH = {"z": 10.0, "z_units": imc.ZUnits.ALTITUDE}
@@ -78,39 +77,30 @@ def fixes_under_water(vehicle):
         vehicle.kernel.after(delay, vehicle.task(GPS).publish, fix)
 
 
-class Flight:
-    """A plan with a lie: the largest errors of the estimate after it, modes, errors, depth, descriptions.
+def before(flight: str) -> Underway:
+    """A vehicle as it is when it begins to lie."""
+    plan, settings = FLIGHTS[flight]
+    return underway(flight.partition(",")[0], plan, FAULT, *settings)
 
-    It ends after `seconds`, or when a multirotor in error has been on the ground for 10 s.
+
+class Flight:
+    """What comes of a lie: the largest errors of the estimate, modes, errors, depths, descriptions.
+
+    It ends after `seconds` from the start, or when a multirotor in error has been on the ground for 10 s.
     """
 
-    def __init__(self, folder, inject, profile="lauv-noptilus-1", seconds=50.0):
-        plan, settings = FLIGHTS[profile]
-        profile = profile.partition(",")[0]
-        made = prepare(profile, overrides=(LIGHT, *settings), log_root=folder / "log", state_folder=folder / "db")
-        self.vehicle = vehicle = made.vehicle
-        vehicle.keep_going = True
+    def __init__(self, state: Underway, folder, inject, seconds=50.0):
+        self.vehicle = vehicle = state.go_on(folder)
         self.modes, self.errors, self.said, self.depths, self.failed, self.truth = [], [], set(), [], math.inf, None
         self.aloft, self.astray, self.wrong_depth = math.inf, 0.0, 0.0
-        self.variances, self.results = [], []
+        self.variances = []
         vehicle.tap(imc.VehicleState, self._note)
         vehicle.tap(imc.SimulatedState, self._measure)
         vehicle.tap(imc.EstimatedState, self._compare)
         vehicle.tap(imc.EntityState, lambda state: self.said.add(state.description))
         vehicle.tap(imc.NavigationUncertainty, lambda sure: self.variances.append((sure.x, sure.z)))
-        vehicle.tap(imc.PlanControl, lambda reply: self.results.append(reply.type) if reply.dst == CCU else None)
-
-        async def happen(script):
-            await script.sleep(10.0)
-            start = control(imc.PlanControl.Op.START, -1.0, plan.plan_id, 1, arg=plan, dst=vehicle.system)
-            packet = imc.encode_as(start, script.now, CCU, 3, vehicle.system, 0xFF)
-            vehicle.bus.publish(imc.decode(packet), packet, None)
-            await script.sleep(FAULT - 10.0)
-            inject(vehicle)
-
-        vehicle.start()
-        vehicle.kernel.soon(vehicle.daemon.run, happen)
-        vehicle.run(seconds)
+        inject(vehicle)
+        vehicle.run(seconds - FAULT)
         vehicle.close()
 
     def _note(self, state):
@@ -130,7 +120,7 @@ class Flight:
             self.vehicle.stop()  # it has landed
 
     def _compare(self, state):
-        if self.truth is None or state.timestamp - self.vehicle.start_time < FAULT:
+        if self.truth is None:
             return
         north, east, _ = displacement(self.truth.lat, self.truth.lon, 0.0, *absolute(state)[:2], 0.0)
         self.astray = max(self.astray, math.hypot(north - self.truth.x, east - self.truth.y))

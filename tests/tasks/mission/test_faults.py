@@ -2,19 +2,22 @@
 
 import math
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
-from flying import CCU, DEPTH, OWN, control, goto, place, plan_of
+from flying import CCU, DEPTH, OWN, goto, place, plan_of
 
 import imc
-from shoal.missions import prepare
+from tests.tasks.mission.underway import say, underway
 
 FAULT, END = 25.0, 36.0  # s
-PLAN = plan_of(goto(60, 0, 2.0))
-STATION = plan_of(imc.StationKeeping(**place(5, 0), z=2.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=25))
+PLANS = {
+    "legs": plan_of(goto(60, 0, 2.0)),
+    "station": plan_of(imc.StationKeeping(**place(5, 0), z=2.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=25)),
+}
 Mode = imc.VehicleState.OpMode
-LIGHT = ("Simulators.MUGDetectionCamera:Enabled=Never", "Transports.Logging:Transports=EstimatedState")
+BLIND = "Simulators.MUGDetectionCamera:Enabled=Never"
 
 
 def fails():
@@ -53,11 +56,7 @@ def stuck(*numbers, value=0.4):
 
 
 def says(message):
-    def inject(vehicle):
-        packet = imc.encode_as(message, vehicle.kernel.now_ns * 1e-9, CCU, 3, OWN, 0xFF)
-        vehicle.bus.publish(imc.decode(packet), packet, None)
-
-    return inject
+    return lambda vehicle: say(vehicle, message.replace(dst=OWN, dst_ent=0xFF))
 
 
 LEAK = imc.LeakSimulation(op=imc.LeakSimulation.Op.ON)
@@ -95,26 +94,14 @@ class Flight:
     `loops` are the control loops that are enabled at the end.
     """
 
-    def __init__(self, folder, inject, end, plan=PLAN):
-        made = prepare("lauv-noptilus-1", overrides=LIGHT, log_root=folder / "log", state_folder=folder / "db")
-        self.vehicle = vehicle = made.vehicle
-        vehicle.keep_going = True
+    def __init__(self, state, folder, inject, end):
+        self.vehicle = vehicle = state.go_on(folder)
         self.failed, self.modes, self.errors, self.depths = [], [], [], []
         vehicle.tap(imc.VehicleState, self._note)
         vehicle.tap(imc.PlanControl, self._note_reply)
         vehicle.tap(imc.SimulatedState, self._measure)
-
-        async def happen(script):
-            await script.sleep(10.0)
-            start = control(imc.PlanControl.Op.START, -1.0, plan.plan_id, 1, arg=plan)
-            packet = imc.encode_as(start, script.now, CCU, 3, OWN, 0xFF)
-            vehicle.bus.publish(imc.decode(packet), packet, None)
-            await script.sleep(FAULT - 10.0)
-            inject(vehicle)
-
-        vehicle.start()
-        vehicle.kernel.soon(vehicle.daemon.run, happen)
-        vehicle.run(end)
+        inject(vehicle)
+        vehicle.run(end - FAULT)
         self.descriptions = {entity.label: entity.description for entity in vehicle.entities}
         self.loops = vehicle.task("Control.Path.VectorField")._loops.mask
         vehicle.close()
@@ -135,10 +122,17 @@ class Flight:
         self.depths.append(state.z)
 
 
+@pytest.fixture(scope="module")
+def fly():
+    """Flies a plan on from the fault, up to which all are the same."""
+    state = cache(lambda plan: underway("lauv-noptilus-1", PLANS[plan], FAULT, BLIND))
+    return lambda folder, inject, end, plan="legs": Flight(state(plan), folder, inject, end)
+
+
 @pytest.mark.parametrize("fault", ENDS)
-def test_a_fault_ends_the_plan_in_error_and_the_vehicle_comes_up(fault, tmp_path):
+def test_a_fault_ends_the_plan_in_error_and_the_vehicle_comes_up(fault, fly, tmp_path):
     inject, error, seconds = ENDS[fault]
-    flight = Flight(tmp_path, inject, END)
+    flight = fly(tmp_path, inject, END)
     assert flight.failed
     assert 0.0 <= flight.failed[0] <= seconds
     assert Mode.ERROR in flight.modes
@@ -147,15 +141,15 @@ def test_a_fault_ends_the_plan_in_error_and_the_vehicle_comes_up(fault, tmp_path
     assert flight.depths[-1] < max(0.3, flight.depths[-200]), "it is at the surface, or has risen in the last 2 s"
 
 
-def test_a_maneuver_whose_task_fails_ends_the_plan_at_once(tmp_path):
-    flight = Flight(tmp_path, broken("Maneuver.Goto"), 30.0)
+def test_a_maneuver_whose_task_fails_ends_the_plan_at_once(fly, tmp_path):
+    flight = fly(tmp_path, broken("Maneuver.Goto"), 30.0)
     assert flight.failed[0] < 0.1
     assert set(flight.modes) <= {Mode.MANEUVER, Mode.SERVICE}
     assert flight.errors[-1] == "Goto maneuver error: its task has failed: RuntimeError: broken"
 
 
-def test_a_plan_ends_whose_engine_fails_and_restarts(tmp_path):
-    flight = Flight(tmp_path, broken("Plan.Engine"), END)
+def test_a_plan_ends_whose_engine_fails_and_restarts(fly, tmp_path):
+    flight = fly(tmp_path, broken("Plan.Engine"), END)
     assert 1.0 <= flight.failed[0] <= 1.1, "the console that started it hears of it after the restart"
     assert flight.modes[-1] == Mode.SERVICE
     assert flight.loops == 0
@@ -163,17 +157,17 @@ def test_a_plan_ends_whose_engine_fails_and_restarts(tmp_path):
 
 
 @pytest.mark.parametrize("fault", [broken("Maneuver.Idle"), silent("Maneuver.Idle")])
-def test_no_loop_stays_enabled_after_a_plan_whose_last_maneuver_was_steering(fault, tmp_path):
+def test_no_loop_stays_enabled_after_a_plan_whose_last_maneuver_was_steering(fault, fly, tmp_path):
     """A restarted task does not know of the loops; one that is silent does not disable them."""
-    flight = Flight(tmp_path, fault, 60.0, STATION)
+    flight = fly(tmp_path, fault, 60.0, "station")
     assert flight.modes[-1] == Mode.SERVICE
     assert flight.loops == 0
 
 
 @pytest.mark.parametrize("fault", GOES_ON)
-def test_a_fault_that_the_vehicle_can_bear_is_said(fault, tmp_path):
+def test_a_fault_that_the_vehicle_can_bear_is_said(fault, fly, tmp_path):
     inject, label, description = GOES_ON[fault]
-    flight = Flight(tmp_path, inject, END if fault != "battery silent" else 41.0)
+    flight = fly(tmp_path, inject, END if fault != "battery silent" else 41.0)
     assert set(flight.modes) == {Mode.MANEUVER}
     assert not flight.failed
     assert flight.descriptions[label] == description

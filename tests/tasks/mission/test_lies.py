@@ -1,6 +1,7 @@
 """Sensors of the shipped vehicles that lie while a plan is flown: what is believed, and who is named."""
 
 import math
+from functools import cache
 
 import pytest
 
@@ -16,6 +17,7 @@ from tests.tasks.mission.lies import (
     SOUNDER,
     Flight,
     Mode,
+    before,
     fixes_under_water,
     late,
     lies,
@@ -122,10 +124,17 @@ DRIFTS = (
 )
 
 
+@pytest.fixture(scope="module")
+def fly():
+    """Flies a vehicle on from the moment at which it begins to lie, up to which all of one kind are the same."""
+    state = cache(before)
+    return lambda folder, inject, flight="lauv-noptilus-1", seconds=50.0: Flight(state(flight), folder, inject, seconds)
+
+
 @pytest.mark.parametrize("lie", HARMLESS)
-def test_a_lie_that_others_contradict_is_rejected_and_the_plan_goes_on(lie, tmp_path):
+def test_a_lie_that_others_contradict_is_rejected_and_the_plan_goes_on(lie, fly, tmp_path):
     inject, astray = HARMLESS[lie]
-    flight = Flight(tmp_path, inject, seconds=42.0)
+    flight = fly(tmp_path, inject, seconds=42.0)
     assert set(flight.modes) == {Mode.MANEUVER}
     assert flight.astray < astray
     assert flight.wrong_depth < 0.5
@@ -133,9 +142,9 @@ def test_a_lie_that_others_contradict_is_rejected_and_the_plan_goes_on(lie, tmp_
 
 
 @pytest.mark.parametrize("lie", UNTRUE)
-def test_a_sensor_that_lies_on_and_on_is_named_and_the_vehicle_comes_up(lie, tmp_path):
+def test_a_sensor_that_lies_on_and_on_is_named_and_the_vehicle_comes_up(lie, fly, tmp_path):
     inject, error, seconds = UNTRUE[lie]
-    flight = Flight(tmp_path, inject)
+    flight = fly(tmp_path, inject)
     assert flight.failed <= seconds
     assert flight.errors[0] == f"Navigation: {error}"
     assert Mode.MANEUVER not in flight.modes[flight.modes.index(Mode.ERROR) :]
@@ -143,37 +152,37 @@ def test_a_sensor_that_lies_on_and_on_is_named_and_the_vehicle_comes_up(lie, tmp
     assert flight.depths[-1] < flight.depths[-1000] - 0.5 or flight.depths[-1] < 0.3
 
 
-def test_a_depth_beyond_the_limit_names_its_sensor(tmp_path):
-    flight = Flight(tmp_path, lies(DEPTH, imc.Depth, ("value", 1e6), times=20))
+def test_a_depth_beyond_the_limit_names_its_sensor(fly, tmp_path):
+    flight = fly(tmp_path, lies(DEPTH, imc.Depth, ("value", 1e6), times=20))
     assert flight.failed <= 2.0
     assert flight.errors[0] == "Failsafe: depth 1000000.0 m (Depth Sensor) is deeper than the limit of 50 m"
 
 
 @pytest.mark.parametrize(("profile", "lie"), AFLOAT)
-def test_a_lie_on_boats_and_multirotors_ends_the_plan(profile, lie, tmp_path):
+def test_a_lie_on_boats_and_multirotors_ends_the_plan(profile, lie, fly, tmp_path):
     inject, error, seconds = AFLOAT[profile, lie]
-    flight = Flight(tmp_path, inject, profile, 37.0)
+    flight = fly(tmp_path, inject, profile, 37.0)
     assert flight.failed <= seconds
     assert flight.errors[0].startswith(f"Navigation: {error}")
 
 
 @pytest.mark.parametrize("lie", DRIFTS)
-def test_a_multirotor_whose_sensors_drift_apart_comes_down(lie, tmp_path):
+def test_a_multirotor_whose_sensors_drift_apart_comes_down(lie, fly, tmp_path):
     inject, error = DRIFTS[lie]
-    flight = Flight(tmp_path, inject, "hexa-00", 170.0)
+    flight = fly(tmp_path, inject, "hexa-00", 170.0)
     assert flight.errors[0].startswith(f"Navigation: {error}")
     assert -min(flight.depths) < 60.0
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
 
 
-def test_a_navigation_that_restarts_in_the_air_still_knows_the_ground(tmp_path):
+def test_a_navigation_that_restarts_in_the_air_still_knows_the_ground(fly, tmp_path):
     def fail():
         raise RuntimeError("broken")
 
     def inject(vehicle):
         vehicle.kernel.after(0.0, fail).owner = vehicle.task("Navigation.UAV.Navigation")
 
-    flight = Flight(tmp_path, inject, "hexa-00", 130.0)
+    flight = fly(tmp_path, inject, "hexa-00", 130.0)
     assert min(flight.depths) < -8.0
     assert flight.wrong_depth < 2.0
     assert flight.astray < 5.0
@@ -181,43 +190,43 @@ def test_a_navigation_that_restarts_in_the_air_still_knows_the_ground(tmp_path):
 
 
 @pytest.mark.parametrize("task", [AHRS, BAROMETER])
-def test_a_multirotor_whose_sensors_are_two_seconds_late_comes_down(task, tmp_path):
-    flight = Flight(tmp_path, late(task, 2.0), "hexa-00", 200.0)
+def test_a_multirotor_whose_sensors_are_two_seconds_late_comes_down(task, fly, tmp_path):
+    flight = fly(tmp_path, late(task, 2.0), "hexa-00", 200.0)
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
 
 
 @pytest.mark.parametrize("profile", ["otter", "caravel", "hexa-00"])
-def test_one_fix_far_away_moves_nothing(profile, tmp_path):
+def test_one_fix_far_away_moves_nothing(profile, fly, tmp_path):
     once = lies(GPS, imc.GpsFix, ("lat", lambda lat, t: lat + FAR), ("sog", 1e6), times=1)
-    flight = Flight(tmp_path, once, profile, 35.0)
+    flight = fly(tmp_path, once, profile, 35.0)
     assert set(flight.modes) == {Mode.MANEUVER}
     assert flight.astray < 3.0
 
 
-def test_a_depth_that_is_stuck_is_found_in_the_gentlest_dive(tmp_path):
-    flight = Flight(tmp_path, lies(DEPTH, imc.Depth, ("value", 0.0)), "lauv-noptilus-1, gently", 80.0)
+def test_a_depth_that_is_stuck_is_found_in_the_gentlest_dive(fly, tmp_path):
+    flight = fly(tmp_path, lies(DEPTH, imc.Depth, ("value", 0.0)), "lauv-noptilus-1, gently", 80.0)
     assert flight.failed < 40.0
     assert flight.errors[0] == "Navigation: depth is stuck"
     assert max(flight.depths) < 6.0
 
 
-def test_a_depth_that_lies_is_uncertain(tmp_path):
-    flight = Flight(tmp_path, UNTRUE["depth stuck"][0], seconds=40.0)
+def test_a_depth_that_lies_is_uncertain(fly, tmp_path):
+    flight = fly(tmp_path, UNTRUE["depth stuck"][0], seconds=40.0)
     assert max(depth for _, depth in flight.variances) > 4.0
 
 
-def test_an_altimeter_that_is_stuck_is_not_believed(tmp_path):
+def test_an_altimeter_that_is_stuck_is_not_believed(fly, tmp_path):
     def stick(vehicle):
         lies(SOUNDER, imc.Distance, ("value", 20.0))(vehicle)
 
-    flight = Flight(tmp_path, stick, seconds=40.0)
+    flight = fly(tmp_path, stick, seconds=40.0)
     assert "active without altitude" in flight.said
 
 
 @pytest.mark.parametrize("lie", [lambda d, t: 30.0 + 0.1 * math.sin(9.0 * t), lambda d, t: d + min(10.0, t)])
-def test_an_altimeter_that_leads_to_the_bottom_does_not_keep_the_vehicle_there(lie, tmp_path):
+def test_an_altimeter_that_leads_to_the_bottom_does_not_keep_the_vehicle_there(lie, fly, tmp_path):
     lying = lies(SOUNDER, imc.Distance, ("value", lie))
-    flight = Flight(tmp_path, lying, "lauv-noptilus-1, in the basin", seconds=75.0)
+    flight = fly(tmp_path, lying, "lauv-noptilus-1, in the basin", seconds=75.0)
     assert max(flight.depths) > 3.8, "it gets there"
     assert flight.errors[0] == "Speed Control: not moving though the motor runs"
     assert flight.failed < 40.0

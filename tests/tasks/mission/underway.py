@@ -1,0 +1,59 @@
+"""A shipped vehicle that flies a plan, saved at a moment from which several tests go on."""
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from flying import CCU, control
+
+import imc
+from runtime.kernel import SECOND, VirtualClock
+from runtime.snapshot import Journals, Snapshot, load, restore, save
+from runtime.vehicle import Vehicle
+from shoal.missions import prepare
+
+START = 10.0  # s, when the plan begins
+UNLOGGED = "Transports.Logging:Enabled=Never"  # less to compute, and the same run: test_without_a_log.py
+
+
+@dataclass(frozen=True)
+class Underway:
+    """The state of a vehicle. What goes on from it is equal to a run from the start: test_snapshot_missions.py."""
+
+    profile: str
+    overrides: tuple[str, ...]
+    state: Snapshot
+
+    def go_on(self, folder: Path) -> Vehicle:
+        """A vehicle in this state; its tasks may fail."""
+        vehicle = _vehicle(self.profile, self.overrides, folder, VirtualClock(self.state.time))
+        restore(vehicle, self.state)
+        return vehicle
+
+
+def underway(profile: str, plan: imc.PlanSpecification, moment: float, *overrides: str) -> Underway:
+    """How a vehicle is at a moment (s) of a plan, without a log."""
+    overrides = (UNLOGGED, *overrides)
+    with tempfile.TemporaryDirectory() as folder:
+        vehicle = _vehicle(profile, overrides, Path(folder))
+        Journals(vehicle)
+        vehicle.start()
+        vehicle.run(START)
+        say(vehicle, control(imc.PlanControl.Op.START, -1.0, plan.plan_id, 1, arg=plan, dst=vehicle.system))
+        vehicle.run(moment - START)
+        state = load(save(vehicle))
+        vehicle.close()
+    return Underway(profile, overrides, state)
+
+
+def say(vehicle: Vehicle, message: imc.Message) -> None:
+    """Publish a message as one of a console."""
+    packet = imc.encode_as(message, vehicle.kernel.now_ns / SECOND, CCU, 3, message.dst, message.dst_ent)
+    vehicle.bus.publish(imc.decode(packet), packet, None)
+
+
+def _vehicle(profile: str, overrides: tuple[str, ...], folder: Path, clock: VirtualClock | None = None) -> Vehicle:
+    places = {"log_root": folder / "log", "state_folder": folder / "db"}
+    made = prepare(profile, overrides=overrides, **places, **({} if clock is None else {"clock": clock}))
+    made.vehicle.keep_going = True
+    return made.vehicle
