@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from lean import UNLOGGED
 
 import imc
 from runtime import Frame, ParameterError
@@ -30,7 +31,7 @@ MUG_CAMERA = "Simulators.MUGDetectionCamera"
 
 def sailed(folder, seconds, *overrides, modes="Simulation", kinds=(imc.EstimatedMugState, imc.SimulatedState)):
     """The shipped AUV, which circles under water by itself; returns the vehicle, and what it published of `kinds`."""
-    profile = load_profile("lauv-noptilus-1", overrides=overrides)
+    profile = load_profile("lauv-noptilus-1", overrides=(UNLOGGED, *overrides))
     vehicle = build(profile, profile.select(modes), clock=VirtualClock(profile.start_time_ns), log_root=folder).vehicle
     heard = {kind: [] for kind in kinds}
     for kind, messages in heard.items():

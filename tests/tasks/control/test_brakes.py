@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from lean import BLIND, UNLOGGED
 
 import imc
 from imc.coordinates import displace
@@ -118,7 +119,7 @@ def test_a_vehicle_stops_before_a_wall(tmp_path, north, braking):
     wall = f"Simulators.Environment:Pier Points={', '.join(map(repr, ends))}"
     made = prepare(
         "lauv-noptilus-1",
-        overrides=(wall, "Simulators.Environment:Simulate Pier=true", "Simulators.MUGDetectionCamera:Enabled=Never"),
+        overrides=(UNLOGGED, BLIND, wall, "Simulators.Environment:Simulate Pier=true"),
         log_root=tmp_path / "log",
         state_folder=tmp_path / "db",
     )

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
+from lean import BLIND, UNLOGGED
 
 import imc
 from imc.tuples import read_tuples, whole_number
@@ -151,7 +152,9 @@ def test_tuples():
 
 
 def test_teleoperation_moves_the_vehicle_until_its_operator_leaves(tmp_path: Path):
-    made = prepare("lauv-noptilus-1", log_root=tmp_path / "log", state_folder=tmp_path / "db")
+    made = prepare(
+        "lauv-noptilus-1", overrides=(UNLOGGED, BLIND), log_root=tmp_path / "log", state_folder=tmp_path / "db"
+    )
     vehicle, begin = made.vehicle, made.vehicle.start_time
     states, replies = list[imc.SimulatedState](), list[str]()
     vehicle.tap(imc.SimulatedState, states.append)

@@ -3,6 +3,8 @@
 import math
 from pathlib import Path
 
+from lean import UNLOGGED
+
 import imc
 from shoal.missions import parse_plan, prepare
 
@@ -17,13 +19,13 @@ START = 5.0
 class Flight:
     """A hovering vehicle with an event: a message, or a task that becomes silent.
 
-    With `until_down` the flight ends 5 s after landing.
+    With `until_down` the flight ends 5 s after landing. There is no log unless it is `logged`.
     """
 
-    def __init__(self, folder: Path, *events, seconds, overrides=(), plan=HOVER, until_down=False):
-        self.vehicle = prepare(
-            "hexa-00", overrides=overrides, log_root=folder / "log", state_folder=folder / "db"
-        ).vehicle
+    def __init__(self, folder: Path, *events, seconds, overrides=(), plan=HOVER, until_down=False, logged=False):
+        overrides = overrides if logged else (UNLOGGED, *overrides)
+        places = {"log_root": folder / "log", "state_folder": folder / "db"}
+        self.vehicle = prepare("hexa-00", overrides=overrides, **places).vehicle
         self.truths, self.modes, self.log, self.op_modes = [], [], [], []
         self.vehicle.tap(imc.SimulatedState, self.truths.append)
         self.volts, self.amperes = [], []

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from flying import CCU, DEPTH, OWN, control, goto, place, plan_of
 from hypothesis import strategies as st
+from lean import UNLOGGED
 
 import imc
 from shoal.missions import prepare
@@ -88,6 +89,7 @@ def sail(sailing: Sailing) -> Voyage:
     voyage = Voyage()
     water = {"North": sailing.north, "East": sailing.east, "Down": sailing.down}
     overrides = [f"Simulators.StreamVelocity:Default Speed {name}={value}" for name, value in water.items()]
+    overrides.append(UNLOGGED)
     overrides.append(f"General:Absolute Maximum Depth={DEEPEST}")
     overrides.append(f"Monitors.OperationalLimits:Initial Setting - Maximum Depth={DEEPEST}")
     with tempfile.TemporaryDirectory() as folder:

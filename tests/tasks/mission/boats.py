@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
+from lean import UNLOGGED
+
 import imc
 from imc.coordinates import displace
 from shoal.missions import Mission, Report, prepare
@@ -51,7 +53,8 @@ def sail(boat, plan, *overrides, seed=1, happen=None, until=None, keep_all=False
     kinds = (imc.SimulatedState, imc.VehicleState, imc.PathControlState, imc.SetThrusterActuation, imc.DesiredSpeed)
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)
-        vehicle = prepare(boat, overrides=overrides, seed=seed, log_root=root / "log", state_folder=root / "db").vehicle
+        places = {"log_root": root / "log", "state_folder": root / "db"}
+        vehicle = prepare(boat, overrides=(UNLOGGED, *overrides), seed=seed, **places).vehicle
         voyage = Voyage(Report(), {kind: [] for kind in kinds})
         for kind in kinds:
             vehicle.tap(kind, lambda m, found=voyage.heard[kind]: found.append((m.timestamp - vehicle.start_time, m)))

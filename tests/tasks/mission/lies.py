@@ -3,6 +3,7 @@
 import math
 
 from flying import goto, place, plan_of
+from lean import BLIND
 
 import imc
 from imc.coordinates import absolute, displacement
@@ -10,7 +11,6 @@ from tests.tasks.mission.underway import Underway, underway
 
 FAULT = 25.0  # s
 DEEP = "Bathymetry:Data=0 0 120, 500 500 120, -500 -500 120"
-BLIND = "Simulators.MUGDetectionCamera:Enabled=Never"
 Mode = imc.VehicleState.OpMode
 HIGH = {"z": 10.0, "z_units": imc.ZUnits.ALTITUDE}
 GENTLE = {"z": 20.0, "z_units": imc.ZUnits.DEPTH, "amplitude": 15.0, "pitch": math.radians(3.0), "speed": 1.2}

@@ -1,6 +1,7 @@
 """Plans with numbers that no vehicle can carry out, on shipped vehicles, from files and from consoles."""
 
 import pytest
+from lean import BLIND, UNLOGGED
 
 import imc
 from shoal import fly
@@ -88,12 +89,14 @@ def test_an_absurd_time_from_the_database_is_refused(tmp_path, arrival):
     ],
 )
 def test_what_dune_carries_out_is_no_absurd_number(maneuver):
-    assert fly(plan(maneuver), limit=200).reason == "plan completed"
+    assert fly(plan(maneuver), limit=200, overrides=[UNLOGGED, BLIND]).reason == "plan completed"
 
 
 @pytest.mark.parametrize(("profile", "head"), [(LAUV, "depth: 0\n"), ("otter", "")])
 def test_a_circle_that_is_not_reached_is_said(profile, head):
-    report = fly(plan("loiter: {north: 20, radius: 1000, duration: 20}", head), profile, limit=200)
+    report = fly(
+        plan("loiter: {north: 20, radius: 1000, duration: 20}", head), profile, limit=200, overrides=[UNLOGGED]
+    )
     assert report.completed
     assert report.reason.startswith("plan completed; M: radius ")
     assert report.reason.endswith(" m instead of 1000 m")

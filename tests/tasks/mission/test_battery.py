@@ -5,6 +5,7 @@ import re
 
 import pytest
 from flying import CCU, OWN, control, plan_of
+from lean import BLIND, UNLOGGED
 
 import imc
 from shoal.missions import prepare
@@ -13,9 +14,9 @@ Mode = imc.VehicleState.OpMode
 START = 10.0  # s
 PLACE = 41.05, -9.1  # °, in 120 m of water
 LEAN = (
+    UNLOGGED,
+    BLIND,
     f"Simulators.GPS:Initial Position={PLACE[0]}, {PLACE[1]}",
-    "Simulators.MUGDetectionCamera:Enabled=Never",
-    "Transports.Logging:Transports=VehicleState",
 )
 LAT, LON, _ = imc.coordinates.displace(*map(math.radians, PLACE), 0.0, 2000.0, 0.0)
 PLAN = plan_of(imc.Goto(lat=LAT, lon=LON, z=5.0, z_units=imc.ZUnits.DEPTH, speed=1.4))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from flying import CCU, DEPTH, OWN, goto, place, plan_of
+from lean import BLIND
 
 import imc
 from tests.tasks.mission.underway import say, underway
@@ -17,7 +18,6 @@ PLANS = {
     "station": plan_of(imc.StationKeeping(**place(5, 0), z=2.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=25)),
 }
 Mode = imc.VehicleState.OpMode
-BLIND = "Simulators.MUGDetectionCamera:Enabled=Never"
 
 
 def fails():

@@ -5,6 +5,7 @@ import math
 
 import pytest
 from aloft import CCU, HEAD, HOVER, OWN, Flight
+from lean import UNLOGGED
 
 import imc
 from runtime.kernel import VirtualClock
@@ -29,7 +30,7 @@ SQUARE = parse_plan(
 
 
 def test_a_square_at_several_heights():
-    report = fly(SQUARE, "hexa-00", limit=600)
+    report = fly(SQUARE, "hexa-00", limit=600, overrides=[UNLOGGED])
     assert report.completed, report.reason
     assert report.maneuvers == ["Takeoff1", "Goto2", "Goto3", "Goto4", "Loiter5", "Loiter6", "Land7"]
     assert report.cross_track < 1.5
@@ -48,7 +49,7 @@ def test_an_area_in_wind():
   - land: {}
 """
     )
-    report = fly(plan, "hexa-00", limit=600, overrides=["Simulators.StreamVelocity:Default Speed North=-7"])
+    report = fly(plan, "hexa-00", limit=600, overrides=[UNLOGGED, "Simulators.StreamVelocity:Default Speed North=-7"])
     assert report.completed, report.reason
     assert report.cross_track < 1.5
 
@@ -169,7 +170,7 @@ def test_beyond_the_limits_the_plan_ends(tmp_path):
 
 def test_two_flights_are_the_same(tmp_path):
     def digest(folder):
-        Flight(folder, seconds=30.0)
+        Flight(folder, seconds=30.0, logged=True)
         logs = sorted(folder.rglob("Data.lsf.gz"))
         assert len(logs) == 2
         return [hashlib.sha256(log.read_bytes()).hexdigest() for log in logs]

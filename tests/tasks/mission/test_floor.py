@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from lean import BLIND, UNLOGGED
 
 import imc
 from imc.coordinates import displace, displacement
@@ -61,7 +62,8 @@ def dive(maneuvers, overrides=(), *, steer=(), silent="", at=0.0, profile="lauv-
     result = Dive()
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)
-        made = prepare(profile, overrides=overrides, log_root=root / "log", state_folder=root / "db")
+        lean = (UNLOGGED, BLIND) if profile == "lauv-noptilus-1" else (UNLOGGED,)
+        made = prepare(profile, overrides=(*lean, *overrides), log_root=root / "log", state_folder=root / "db")
         vehicle, value = made.vehicle, made.vehicle.profile.value
         begin, sea = vehicle.start_time, read_world(value).seabed
 

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from lean import BLIND, UNLOGGED
 
 import imc
 from imc.coordinates import displacement
@@ -10,7 +11,6 @@ from shoal.missions import Mission, parse_plan, prepare
 
 HEAD = "origin: 41.185°, -8.7062°\nspeed: 1.2 m/s\ndepth: 0\nmaneuvers:\n"
 ORIGIN = math.radians(41.185), math.radians(-8.7062)
-LIGHT = ("Simulators.MUGDetectionCamera:Enabled=Never", "Transports.Logging:Transports=EstimatedState")
 CCU, OTHER = 0x4000, 0x4001
 Op, Type = imc.PlanControl.Op, imc.PlanControl.Type
 
@@ -18,14 +18,9 @@ Op, Type = imc.PlanControl.Op, imc.PlanControl.Type
 class Flown:
     """A plan flown by the simulated vehicle of a profile; messages of the types `kept` are kept."""
 
-    def __init__(self, text, folder, *kept, profile="lauv-noptilus-1", limit=200.0, feed=()):
-        made = prepare(
-            profile,
-            overrides=LIGHT if profile == "lauv-noptilus-1" else (),
-            log_root=folder / "log",
-            state_folder=folder / "db",
-        )
-        self.vehicle = made.vehicle
+    def __init__(self, text, folder, *kept, profile="lauv-noptilus-1", limit=200.0, feed=(), logged=False):
+        lean = (*([] if logged else [UNLOGGED]), *([BLIND] if profile == "lauv-noptilus-1" else []))
+        self.vehicle = prepare(profile, overrides=lean, log_root=folder / "log", state_folder=folder / "db").vehicle
         self.kept = {kind: [] for kind in (*kept, imc.PlanControl)}
         for kind, messages in self.kept.items():
             self.vehicle.tap(kind, messages.append)
@@ -222,7 +217,7 @@ def test_requests_without_an_address_of_a_task_of_the_vehicle_are_answered(tmp_p
         (12.0, imc.VehicleCommand(command=imc.VehicleCommand.Command.STOP_MANEUVER, request_id=6)),
     ]
     kinds = (imc.PlanDB, imc.LoggingControl, imc.EntityParameters, imc.VehicleCommand)
-    flown = Flown("  - goto: {north: 40}", tmp_path, *kinds, feed=feed)
+    flown = Flown("  - goto: {north: 40}", tmp_path, *kinds, feed=feed, logged=True)
     names, dbs, parameters, commands = (flown.kept[kind] for kind in (imc.LoggingControl, imc.PlanDB, *kinds[2:]))
     assert any(m.request_id == 5 and m.type == imc.PlanDB.Type.SUCCESS for m in dbs)
     assert any(m.op == imc.LoggingControl.Op.CURRENT_NAME for m in names)

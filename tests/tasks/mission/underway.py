@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flying import CCU, control
+from lean import UNLOGGED
 
 import imc
 from runtime.kernel import SECOND, VirtualClock
@@ -13,7 +14,6 @@ from runtime.vehicle import Vehicle
 from shoal.missions import prepare
 
 START = 10.0  # s, when the plan begins
-UNLOGGED = "Transports.Logging:Enabled=Never"  # less to compute, and the same run: test_without_a_log.py
 
 
 @dataclass(frozen=True)
