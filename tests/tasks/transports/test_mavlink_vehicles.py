@@ -7,6 +7,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from lean import BLIND, UNLOGGED
 
 import imc
 from imc.discovery import Service, Services
@@ -43,8 +44,8 @@ class Commanded:
     """A vehicle that executes its plan until a ground station tells it to hold."""
 
     def __init__(self, profile, folder, *, autostart=False, current=0.1, **options):
-        flat = ["Bathymetry:Data="] if profile == "lauv-noptilus-1" else []
-        loaded = load_profile(profile, overrides=[f"{CURRENT}{current}", *flat])
+        flat = ["Bathymetry:Data=", BLIND] if profile == "lauv-noptilus-1" else []
+        loaded = load_profile(profile, overrides=[UNLOGGED, f"{CURRENT}{current}", *flat])
         loaded.override(f"Plan.Autostart:Enabled={'Simulation' if autostart else 'Never'}")
         made = build(
             loaded,
