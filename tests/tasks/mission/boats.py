@@ -10,12 +10,15 @@ from lean import UNLOGGED
 
 import imc
 from imc.coordinates import displace
+from runtime.kernel import SECOND
 from shoal.missions import Mission, Report, prepare
+from tests.tasks.mission.underway import note
 
 BOATS = ("otter", "caravel")
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 DEPTH, ALTITUDE = imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE
 Mode = imc.VehicleState.OpMode
+KINDS = (imc.SimulatedState, imc.VehicleState, imc.PathControlState, imc.SetThrusterActuation, imc.DesiredSpeed)
 
 
 @dataclass
@@ -50,14 +53,12 @@ def sail(boat, plan, *overrides, seed=1, happen=None, until=None, keep_all=False
 
     `happen` is a coroutine function that gets the vehicle and a script.
     """
-    kinds = (imc.SimulatedState, imc.VehicleState, imc.PathControlState, imc.SetThrusterActuation, imc.DesiredSpeed)
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)
         places = {"log_root": root / "log", "state_folder": root / "db"}
         vehicle = prepare(boat, overrides=(UNLOGGED, *overrides), seed=seed, **places).vehicle
-        voyage = Voyage(Report(), {kind: [] for kind in kinds})
-        for kind in kinds:
-            vehicle.tap(kind, lambda m, found=voyage.heard[kind]: found.append((m.timestamp - vehicle.start_time, m)))
+        voyage = Voyage(Report(), {kind: [] for kind in KINDS})
+        note(vehicle, voyage.heard)
         if keep_all:
             vehicle.tap(imc.Message, lambda _, packet: voyage.packets.append(packet), packets=True)
         if happen is not None:
@@ -77,6 +78,20 @@ def sail(boat, plan, *overrides, seed=1, happen=None, until=None, keep_all=False
             vehicle.run(until)
         finally:
             vehicle.close()
+    return voyage
+
+
+def sail_on(state, *events, until):
+    """Sail on from a state, until a time (s); events are times (s) and functions of the vehicle."""
+    with tempfile.TemporaryDirectory() as folder:
+        vehicle = state.go_on(Path(folder))
+        voyage = Voyage(Report(), {kind: list(before) for kind, before in state.heard.items()})
+        note(vehicle, voyage.heard)
+        for time, event in events:
+            vehicle.run(vehicle.start_time + time - vehicle.kernel.now_ns / SECOND)
+            event(vehicle)
+        vehicle.run(vehicle.start_time + until - vehicle.kernel.now_ns / SECOND)
+        vehicle.close()
     return voyage
 
 

@@ -1,10 +1,21 @@
 """Boats in trouble: silent tasks, aborts, an empty battery, a stuck rudder, lost fixes."""
 
+from functools import cache
+
 import pytest
 
 import imc
 from shoal import fly
-from tests.tasks.mission.boats import BOATS, Mode, goto, plan_of, sail
+from tests.tasks.mission.boats import BOATS, KINDS, Mode, goto, plan_of, sail, sail_on
+from tests.tasks.mission.underway import underway
+
+FAULT = 25.0  # s
+
+
+@pytest.fixture(scope="module")
+def at_fault():
+    """A boat that goes ahead, at the time of the fault."""
+    return cache(lambda boat: underway(boat, plan_of(goto(200, 0)), FAULT, kinds=KINDS))
 
 
 @pytest.mark.parametrize("boat", BOATS)
@@ -25,7 +36,7 @@ def silenced(task):
     """What happens to a voyage whose task falls silent after 25 s."""
 
     async def silence(vehicle, script):
-        await script.sleep(25.0)
+        await script.sleep(FAULT)
         vehicle.task(task).disconnect()
 
     return silence
@@ -51,8 +62,8 @@ def silenced(task):
         ("otter", "Supervisors.Failsafe", 7.0),
     ],
 )
-def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, task, within):
-    voyage = sail(boat, plan_of(goto(200, 0)), happen=silenced(task), until=30.0 + within)
+def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, task, within, at_fault):
+    voyage = sail_on(at_fault(boat), (FAULT, lambda v: v.task(task).disconnect()), until=30.0 + within)
     assert voyage.modes[:4] == [Mode.BOOT, Mode.SERVICE, Mode.MANEUVER, Mode.ERROR]
     assert voyage.since(Mode.ERROR) < 25.0 + within
     last = {m.id: m.value for m in voyage.of(imc.SetThrusterActuation, 0.0, 29.0 + within)}
@@ -72,17 +83,13 @@ def test_the_motors_stop_without_supervisor_and_failsafe(boat):
 
 @pytest.mark.parametrize("boat", BOATS)
 @pytest.mark.parametrize(("task", "to"), [("Supervisors.Vehicle", 0xFFFF), ("Maneuver.Goto", 0xFFF0)])
-def test_the_motors_stop_without_supervisor_or_maneuver_and_an_abort_stops_them_at_once(boat, task, to):
-    async def abort(vehicle, script):
-        await silenced(task)(vehicle, script)
-        await script.sleep(1.0)
-        script.publish(imc.Abort(dst=to))
-
-    voyage = sail(boat, plan_of(goto(200, 0)), happen=silenced(task), until=32.0)
+def test_the_motors_stop_without_supervisor_or_maneuver_and_an_abort_stops_them_at_once(boat, task, to, at_fault):
+    silence = FAULT, lambda vehicle: vehicle.task(task).disconnect()
+    voyage = sail_on(at_fault(boat), silence, until=32.0)
     assert {m.value for m in voyage.of(imc.SetThrusterActuation, 29.5)} <= {0.0}
-    assert {
-        m.value for m in sail(boat, plan_of(goto(200, 0)), happen=abort, until=28.0).of(imc.SetThrusterActuation, 26.1)
-    } <= {0.0}
+    abort = FAULT + 1.0, lambda vehicle: vehicle.daemon.publish(imc.Abort(dst=to))
+    stopped = sail_on(at_fault(boat), silence, abort, until=28.0)
+    assert {m.value for m in stopped.of(imc.SetThrusterActuation, 26.1)} <= {0.0}
 
 
 @pytest.mark.parametrize("boat", BOATS)

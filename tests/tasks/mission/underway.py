@@ -1,6 +1,7 @@
 """A shipped vehicle that flies a plan, saved at a moment from which several tests go on."""
 
 import tempfile
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,11 +19,15 @@ START = 10.0  # s, when the plan begins
 
 @dataclass(frozen=True)
 class Underway:
-    """The state of a vehicle. What goes on from it is equal to a run from the start: test_snapshot_missions.py."""
+    """The state of a vehicle, and what it published before, with times from the start (s).
+
+    What goes on from it is equal to a run from the start: test_snapshot_missions.py.
+    """
 
     profile: str
     overrides: tuple[str, ...]
     state: Snapshot
+    heard: dict[type[imc.Message], list[tuple[float, imc.Message]]]
 
     def go_on(self, folder: Path) -> Vehicle:
         """A vehicle in this state; its tasks may fail."""
@@ -31,19 +36,33 @@ class Underway:
         return vehicle
 
 
-def underway(profile: str, plan: imc.PlanSpecification, moment: float, *overrides: str) -> Underway:
-    """How a vehicle is at a moment (s) of a plan, without a log."""
+def note(vehicle: Vehicle, heard: dict[type[imc.Message], list[tuple[float, imc.Message]]]) -> None:
+    """Keep what a vehicle publishes of some types."""
+    for kind, found in heard.items():
+        vehicle.tap(kind, lambda m, found=found: found.append((m.timestamp - vehicle.start_time, m)))
+
+
+def underway(
+    profile: str,
+    plan: imc.PlanSpecification,
+    moment: float,
+    *overrides: str,
+    kinds: Iterable[type[imc.Message]] = (),
+) -> Underway:
+    """How a vehicle is at a moment (s) of a plan, without a log; messages of `kinds` are kept."""
     overrides = (UNLOGGED, *overrides)
     with tempfile.TemporaryDirectory() as folder:
         vehicle = _vehicle(profile, overrides, Path(folder))
         Journals(vehicle)
+        heard = {kind: list[tuple[float, imc.Message]]() for kind in kinds}
+        note(vehicle, heard)
         vehicle.start()
         vehicle.run(START)
         say(vehicle, control(imc.PlanControl.Op.START, -1.0, plan.plan_id, 1, arg=plan, dst=vehicle.system))
         vehicle.run(moment - START)
         state = load(save(vehicle))
         vehicle.close()
-    return Underway(profile, overrides, state)
+    return Underway(profile, overrides, state, heard)
 
 
 def say(vehicle: Vehicle, message: imc.Message) -> None:
