@@ -116,7 +116,7 @@ class Pool:
             self._stillborn += 1
             if self._stillborn >= STILLBORN:
                 raise OSError(f"processes end before they can work: {how}")
-        elif job is not None:
+        elif job is not None and worker.has_begun:  # else it had died before
             deaths += 1
             if deaths >= TRIES:
                 return job.failed(f"the process that ran it ended ({how}), and so did a second one", Unfinished)

@@ -21,6 +21,7 @@ from shoal.scenarios import Result
 
 GRACE = 1.0  # s from the limit, at which the process notes where it hangs, to its end
 HUNG = "hung.txt"  # in the folder of the process
+READY, BEGUN = "ready", "begun"  # what a process says before results
 GARBAGE = 20_000  # new objects after which Python looks for garbage; by default 700, which takes a tenth of a run
 KERNEL = os.path.join("runtime", "kernel", "")
 _FRAME = re.compile(r'^  File "(.*)", line (\d+) in (\w+|<\w+>)$')
@@ -36,7 +37,7 @@ class Worker:
     def __init__(self, make: Callable[[], Do], code: Sequence[Path], folder: Path, wall_limit: float):
         self.job: Job | None = None
         self.deaths = 0
-        self.is_ready = False
+        self.is_ready = self.has_begun = False
         self._wall_limit, self._deadline = wall_limit, float("inf")
         self._folder = Path(tempfile.mkdtemp(dir=folder))
         fresh = get_context("spawn")
@@ -55,16 +56,19 @@ class Worker:
 
     def give(self, job: Job, deaths: int) -> None:
         """A job for it; it begins once the process is ready. `deaths` is how many processes the job has ended."""
-        self.job, self.deaths = job, deaths
+        self.job, self.deaths, self.has_begun = job, deaths, False
         if self.is_ready:
             self._send()
 
     def take(self) -> Result | None:
-        """What it says: the result of its job, or None if it is only ready now. Raises EOFError if it has ended."""
+        """The result of its job, or None if it says that it is ready or has begun. Raises EOFError if it has ended."""
         try:
             said = self.pipe.recv()
         except OSError:
             raise EOFError from None
+        if said == BEGUN:
+            self.has_begun = True
+            return None
         self._deadline = float("inf")
         if isinstance(said, Result):
             self.job = None
@@ -128,10 +132,11 @@ def _work(pipe: Connection, make: Callable[[], Do], code: Sequence[Path], folder
     do = make()
     gc.set_threshold(GARBAGE)
     with contextlib.suppress(EOFError, OSError), (folder / HUNG).open("w") as hung:
-        pipe.send(None)
+        pipe.send(READY)
         is_warm = False
         while True:
             job = pipe.recv()
+            pipe.send(BEGUN)
             faulthandler.dump_traceback_later(wall_limit, file=hung)
             result = attempt(do, job)
             faulthandler.cancel_dump_traceback_later()

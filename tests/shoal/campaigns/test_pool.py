@@ -120,6 +120,14 @@ def test_processes_that_are_killed_from_outside_lose_nothing_and_double_nothing(
     assert sorted(told) == list(range(30))
 
 
+def test_a_process_that_died_while_it_was_idle_costs_its_next_job_nothing(tmp_path):
+    with Pool(1, make=Trial) as pool:
+        [(_, first)] = pool.run(jobs("tell"))
+        os.kill(int(first.metrics["pid"]), signal.SIGKILL)
+        [(_, result)] = pool.run([Job("x", Path("die_once 9"), log_root=tmp_path)])
+    assert not result.error
+
+
 def test_a_job_that_kills_two_processes_is_a_result():
     with Pool(1, make=Trial) as pool:
         told = {job.key: result for job, result in pool.run(jobs("tell", "die 11", "tell"))}
