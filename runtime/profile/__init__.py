@@ -3,7 +3,7 @@
 from runtime.profile import dune
 from runtime.profile.config import Config, Option, Section, items, statement, write
 from runtime.profile.dune import EVERY_TASK
-from runtime.profile.folders import available, find_profile, own_etc, search_path
+from runtime.profile.folders import available, find_profile, own_etc, search_path, user_etc
 from runtime.profile.ini import parse, read_sections, write_sections
 from runtime.profile.profile import (
     ALWAYS,
@@ -40,6 +40,7 @@ __all__ = [
     "read_sections",
     "search_path",
     "statement",
+    "user_etc",
     "write",
     "write_sections",
 ]

@@ -2,57 +2,25 @@
 
 import shutil
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 
 from shoal.campaigns.dataset import LOGS, DataSet, Recording, about_study
-from shoal.campaigns.job import Do, Job, Unfinished, Unreadable
+from shoal.campaigns.engine import Engine
+from shoal.campaigns.engines import open_engine
+from shoal.campaigns.job import Do, Job
 from shoal.campaigns.library import library
-from shoal.campaigns.pool import WALL_LIMIT, Pool
+from shoal.campaigns.pool import WALL_LIMIT
 from shoal.campaigns.rows import row_of
 from shoal.campaigns.shards import WHOLE, Shard, check_shard
 from shoal.campaigns.study import Study
 from shoal.campaigns.study_runner import StudyRunner
+from shoal.campaigns.timing import Timed
 from shoal.campaigns.versions import versions
-from shoal.scenarios import Result
 
 TABLE_PERIOD = 60.0  # s of wall time between two Parquet files
 Tell = Callable[[DataSet], None]
-
-
-@dataclass(frozen=True)
-class Timed(Result):
-    """A result with the CPU seconds that its run took."""
-
-    cpu: float = field(default=0.0, compare=False)
-
-
-@dataclass
-class Timing:
-    """Does what `do` does, and takes the time. With `only_failed` a run that passes keeps no log: it is run without
-    one first, which is faster, and once more if it fails."""
-
-    do: Do
-    only_failed: bool
-
-    def __call__(self, job: Job) -> Result:
-        started = time.process_time()
-        first = replace(job, log_root=None) if self.only_failed else job
-        result = self.do(first)
-        cpu = time.process_time() - started
-        if isinstance(result, Unfinished | Unreadable):
-            return result
-        if self.only_failed and not result.passed:
-            result = self.do(job)
-        return Timed(**vars(result), cpu=cpu)
-
-
-def timing(make: Callable[[], Do], only_failed: bool) -> Timing:
-    """Makes in a process what does the jobs there."""
-    return Timing(make(), only_failed)
 
 
 def carry_out(
@@ -62,15 +30,15 @@ def carry_out(
     make: Callable[[], Do] = StudyRunner,
     workers: int | None = None,
     wall_limit: float = WALL_LIMIT,
-    code: Sequence[Path] = (),
     shard: Shard = WHOLE,
+    on: str = "",
     tell: Tell = lambda _: None,
 ) -> DataSet:
     """Do the runs of a study that its folder does not have yet, until there are enough; `tell` hears of each one.
 
     Whatever ends it, the runs done stay, and the next call does the others, and those again that did not end. Of a
-    `shard` only its runs. Raises what `Recording` and `Pool` raise; ValueError if a shard cannot know when it is over;
-    OSError if the disk is full.
+    `shard` only its runs. Raises what `Recording` and `open_engine` raise; ValueError if a shard cannot know when it is
+    over; OSError if the disk is full.
     """
     library("pyarrow.parquet")  # before hours of runs, not after them
     check_shard(shard, study.ending)
@@ -81,9 +49,8 @@ def carry_out(
         tell(data)
         try:
             if progress.end is None:
-                do = partial(timing, make, study.logs == "failed")
-                pool = stack.enter_context(Pool(workers, make=do, wall_limit=wall_limit, code=code))
-                _work_off(study, recording, progress, pool, tell)
+                engine = open_engine(study, make=make, workers=workers, wall_limit=wall_limit, on=on)
+                _work_off(study, recording, progress, stack.enter_context(engine), tell)
         except BaseException:
             with suppress(OSError):  # the journal has all of it anyway
                 data.write()
@@ -95,10 +62,10 @@ def carry_out(
     return data
 
 
-def _work_off(study: Study, recording: Recording, progress: "_Progress", pool: Pool, tell: Tell) -> None:
+def _work_off(study: Study, recording: Recording, progress: "_Progress", engine: Engine, tell: Tell) -> None:
     folder = recording.data.folder
     written = time.monotonic()
-    for job, result in pool.run(progress.jobs(folder)):
+    for job, result in engine.run(progress.jobs(folder)):
         run, cpu = int(job.key), result.cpu if isinstance(result, Timed) else 0.0
         numbers = study.design.numbers(run)
         row = row_of(run, study.seed_of(run), numbers, result, versions=versions(), cpu=cpu, folder=folder)

@@ -3,12 +3,14 @@
 import hashlib
 import json
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from imc.schema.yamltree import Node, read_text, read_tree
 from runtime.problem import hinted
+from shoal.campaigns.bundle import Bundle, make_bundle
 from shoal.campaigns.design import SAMPLINGS, WHOLE, Design, seed_of
 from shoal.campaigns.distributions import Distribution, StudyFileError, read_distribution
 from shoal.campaigns.rates import Ending
@@ -17,7 +19,7 @@ from shoal.scenarios import Draft
 
 SUFFIX = ".study.yaml"
 LOGS = ("all", "failed", "none")
-_KEYS = ("study", "description", "scenario", "vary", "runs", "until", "seed", "sampling", "logs")
+_KEYS = ("study", "description", "scenario", "vary", "runs", "until", "seed", "sampling", "logs", "files")
 _UNTIL = ("pass rate known to", "at most", "confidence")
 _MOST = 10_000_000  # runs
 _PERCENT = re.compile(r"(\d+\.?\d*|\.\d+)\s*%")
@@ -29,7 +31,8 @@ class Study:
     """What is to be run: the scenario in the file `path` with the values of `design`, and with those in `fixed`.
 
     `digest` is the same for studies of which each run is the same: it covers the scenario with its files, what varies
-    and how, and the seed; not the number of runs where no run depends on it.
+    and how, the seed, and the user's tasks; not the number of runs where no run depends on it. `bundle` has the
+    contents of all these files.
     """
 
     name: str
@@ -41,6 +44,7 @@ class Study:
     fixed: Mapping[str, object]
     digest: str
     description: str = ""
+    bundle: Bundle = field(default_factory=lambda: Bundle({}), repr=False)
 
     @property
     def seed(self) -> int:
@@ -99,9 +103,10 @@ class _Reader:
         logs = self._word("logs", LOGS, "none")
         name = self._text("study", self._path.name.removesuffix(SUFFIX))
         self._check_first(design)
-        digest = self._digest(design)
+        bundle = self._bundle(design, path)
+        digest = self._digest(design, bundle)
         about = self._text("description", "")
-        return Study(name, self._path, path, design, ending, logs, self._fixed, digest, about)
+        return Study(name, self._path, path, design, ending, logs, self._fixed, digest, about, bundle)
 
     def _check_first(self, design: Design) -> None:
         """Refuse what the first run cannot have, before any run; of a single value, at its line of the study."""
@@ -207,7 +212,29 @@ class _Reader:
     def _text(self, key: str, default: str) -> str:
         return self._nodes[key].text().strip() if key in self._nodes else default
 
-    def _digest(self, design: Design) -> str:
+    def _bundle(self, design: Design, path: Path) -> Bundle:
+        """All files of all runs: a value that is a text may name a plan or a profile."""
+        first = {**self._fixed, **design.values(0)}
+        sources = self._draft.sources(first)
+        for place, varied in design.varied.items():
+            for cell in varied.cells:
+                if isinstance(cell, str):
+                    with suppress(ValueError):  # the run with this value tells it
+                        sources |= self._draft.sources({**first, place: cell})
+        return make_bundle((self._path, path), sources, dict(self._named_files()))
+
+    def _named_files(self) -> Iterator[tuple[str, Path]]:
+        for node in self._nodes["files"].items() if "files" in self._nodes else ():
+            place = self._path.parent / node.text()
+            if not place.exists():
+                node.fail(f"there is no file or folder {node.text()!r}")
+            for file in sorted(place.rglob("*")) if place.is_dir() else [place]:
+                below = file.relative_to(place).parts
+                if file.is_file() and not any(part.startswith((".", "__pycache__")) for part in below):
+                    yield Path(node.text(), *below).as_posix(), file
+
+    def _digest(self, design: Design, bundle: Bundle) -> str:
         varied = {name: [found.text, found.unit] for name, found in design.varied.items()}
         parts = [self._draft.digest, design.seed, design.sampling, design.runs, varied, dict(self._fixed)]
+        parts += [bundle.digest] if bundle.digest else []
         return hashlib.sha256(json.dumps(parts, ensure_ascii=False).encode()).hexdigest()

@@ -7,7 +7,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from imc.schema.yamltree import Node, read_text, read_tree
 from shoal.campaigns.distributions import is_distribution, read_distribution
-from shoal.scenarios import ScenarioFileError
+from shoal.scenarios import ScenarioFileError, Sources
 
 
 class Changeable(Protocol):
@@ -17,6 +17,7 @@ class Changeable(Protocol):
     def digest(self) -> str: ...
     def places(self) -> Mapping[str, Node]: ...
     def scenario(self, values: Mapping[str, object] | None = ...) -> Any: ...
+    def sources(self, values: Mapping[str, object] | None = ...) -> Sources: ...
 
 
 D = TypeVar("D", bound=Changeable)

@@ -6,6 +6,8 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from runtime.profile import own_etc
+
 _ROOMS = ("imc", "mavlink", "runtime", "shoal", "tasks", "world")
 _APART = ("cli", "campaigns", "fleet", "logs", "network", "neptus", "rendering", "rerun")  # a run knows nothing of them
 _ENDINGS = (".py", ".yaml", ".ini", ".xml", ".npz", ".csv", ".txt")
@@ -24,12 +26,16 @@ def versions() -> str:
 
 def _digest() -> str:
     """A digest of all files of Shoal that a run depends on: a version number does not change with each of them."""
-    root = Path(__file__).parent.parent.parent
+    root, etc = Path(__file__).parent.parent.parent, own_etc()
     total = hashlib.sha256()
-    for room in _ROOMS:
-        for path in sorted((root / room).rglob("*")):
-            parts = path.relative_to(root).parts
-            if path.suffix in _ENDINGS and not (room == "shoal" and len(parts) > 2 and parts[1] in _APART):
-                total.update(str(path.relative_to(root)).encode())
+    for folder in (*(root / room for room in _ROOMS), etc):
+        for path in sorted(folder.rglob("*")):
+            if path.suffix not in _ENDINGS or (
+                folder != etc and path.is_relative_to(etc)
+            ):  # etc is in an installed runtime
+                continue
+            parts = path.relative_to(folder).parts
+            if not (folder.name == "shoal" and len(parts) > 1 and parts[0] in _APART):
+                total.update("/".join((folder.name, *parts)).encode())
                 total.update(path.read_bytes())
     return total.hexdigest()

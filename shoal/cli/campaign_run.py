@@ -98,7 +98,7 @@ def run(
     """
     check_wall_limit(workers, wall_limit)
     with refusals():
-        folders = use_code(code, [str(study)])
+        use_code(code, [str(study)])
         plan = load_study(study, fixed=parse_values(values), runs=runs, logs=logs)
         folder = shard_folder(out or Path("campaigns") / plan.name, shard)
         if plan.logs != "none":
@@ -106,9 +106,7 @@ def run(
         bar = _Bar(len(shard.runs(plan.ending.most)))
         try:
             with bar.progress:
-                data = carry_out(
-                    plan, folder, workers=workers, wall_limit=wall_limit, code=folders, shard=shard, tell=bar.tell
-                )
+                data = carry_out(plan, folder, workers=workers, wall_limit=wall_limit, shard=shard, tell=bar.tell)
         except KeyboardInterrupt:
             done = open_data_set(folder)
             click.echo(f"stopped: {done.rate}; the same command goes on", err=True)

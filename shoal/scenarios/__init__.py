@@ -4,5 +4,16 @@ from shoal.scenarios.draft import Draft, load_draft
 from shoal.scenarios.engine import run
 from shoal.scenarios.result import Result, Verdict
 from shoal.scenarios.scenario import Scenario, ScenarioFileError
+from shoal.scenarios.sources import Sources, absolute
 
-__all__ = ["Draft", "Result", "Scenario", "ScenarioFileError", "Verdict", "load_draft", "run"]
+__all__ = [
+    "Draft",
+    "Result",
+    "Scenario",
+    "ScenarioFileError",
+    "Sources",
+    "Verdict",
+    "absolute",
+    "load_draft",
+    "run",
+]

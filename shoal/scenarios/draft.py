@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any, cast
 
 from imc.schema.yamltree import Node, read_text, read_tree
+from runtime.profile import load_profile
 from shoal.scenarios.profiles import Profiles
 from shoal.scenarios.reader import ScenarioReader
 from shoal.scenarios.scenario import Scenario, ScenarioFileError
+from shoal.scenarios.sources import Sources, absolute, sources_of
 
 Place = tuple[str, ...]
 
@@ -51,6 +53,17 @@ class Draft:
         for place, value in (values or {}).items():
             root = _put(root, place.split("/"), value)
         return ScenarioReader(root, self.path, self._profiles).scenario()
+
+    def sources(self, values: Mapping[str, object] | None = None) -> Sources:
+        """What the scenario with these values is made of, besides the file itself. Raises as `scenario` does."""
+        found = Sources()
+        for actor in self.scenario(values).actors:
+            overrides = [setting.override for setting in actor.settings]
+            profile = load_profile(actor.profile, (actor.folder,), vehicle=actor.name, overrides=overrides)
+            found |= sources_of(profile, actor.modes)
+            if actor.plan_file is not None:
+                found |= Sources(frozenset([absolute(actor.plan_file)]))
+        return found
 
     @property
     def digest(self) -> str:

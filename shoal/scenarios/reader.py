@@ -134,6 +134,7 @@ class ScenarioReader:
             self._plan(parts["plan"]) if "plan" in parts else None,
             self._profiles.start_ns(cast.node, cast.profile, found),
             tuple(tasks.of(LOGGER)),
+            self._plan_file(parts["plan"]) if "plan" in parts and isinstance(parts["plan"].content, str) else None,
         )
 
     def _check_world(self, cast: list[_Cast]) -> None:
@@ -146,13 +147,16 @@ class ScenarioReader:
     def _plan(self, node: Node) -> imc.PlanSpecification:
         if isinstance(node.content, dict):
             return read_plan(node, self._own_name)
-        path = self._profiles.folder / word(node)
+        path = self._plan_file(node)
         try:
             return load_plan(path)
         except PlanFileError as error:
             node.fail(str(error))
         except OSError as error:
             node.fail(f"{path}: {error.strerror or error}")
+
+    def _plan_file(self, node: Node) -> Path:
+        return self._profiles.folder / word(node)
 
     def _events(
         self, cast: list[_Cast], actors: tuple[Actor, ...], links: set[str], limit: float

@@ -1,0 +1,87 @@
+"""The files of a study by content, so that it is the same on every computer, and whatever becomes of the files."""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import accumulate
+from pathlib import Path
+
+from runtime.profile import user_etc
+from shoal.campaigns.own_modules import own_modules
+from shoal.campaigns.site import BundleError, Site, below
+from shoal.scenarios import Sources, absolute
+
+MOST_BYTES = 256 << 20
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """`files` are the contents by absolute path on the computer of the study, `folder` is the working folder there.
+
+    `etc` is where the user's profiles are, `code` the folders in which modules are searched for, `modules` their
+    names. `digest` is that of what a scenario does not know of itself: code, messages, and files that are named.
+    """
+
+    files: Mapping[str, bytes]
+    folder: str = "/"
+    etc: str = "/"
+    code: tuple[str, ...] = ()
+    modules: tuple[str, ...] = ()
+    digest: str = ""
+
+    def pack(self) -> bytes:
+        """All of it as bytes: a line of JSON, and then the contents one after another."""
+        sizes = [[path, len(data)] for path, data in self.files.items()]
+        head = [self.folder, self.etc, self.code, self.modules, self.digest, sizes]
+        return b"\n".join([json.dumps(head).encode(), b"".join(self.files.values())])
+
+    def unpack(self, root: Path) -> "Site":
+        """Write the files below a folder. Raises OSError, and BundleError for a path that leads out of it."""
+        root = root.resolve()
+        for path, data in self.files.items():
+            place = below(root, path)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(data)
+        below(root, self.folder).mkdir(parents=True, exist_ok=True)
+        return Site(root, self.folder, self.etc, self.code, self.modules)
+
+
+def read_bundle(data: bytes) -> Bundle:
+    """The bundle that `pack` has made. Raises BundleError."""
+    head, _, contents = data.partition(b"\n")
+    try:
+        folder, etc, code, modules, digest, sizes = json.loads(head)
+        ends = list(accumulate(size for _, size in sizes))
+        if sum(ends[-1:]) != len(contents):  # integers
+            raise ValueError
+        files = {path: contents[end - size : end] for (path, size), end in zip(sizes, ends, strict=True)}
+        return Bundle(files, folder, etc, tuple(code), tuple(modules), digest)
+    except (ValueError, TypeError):
+        raise BundleError("these bytes are no bundle of a study") from None
+
+
+def make_bundle(files: Iterable[Path], sources: Sources, named: Mapping[str, Path]) -> Bundle:
+    """Read these files, the sources of a scenario with the modules of a user, and files that a study names.
+
+    Raises OSError, and BundleError if they are too large.
+    """
+    modules = own_modules(sources.modules)
+    content: dict[str, bytes] = {}
+    total = 0
+    own = [file for _, file in modules.values()]
+    for path in sorted(
+        {absolute(path) for path in (*files, *sources.files, *sources.data.values(), *named.values(), *own)}
+    ):
+        total += path.stat().st_size
+        if total > MOST_BYTES:
+            raise BundleError(f"the files of the study have more than {MOST_BYTES >> 20} MiB together, with {path}")
+        content[str(path)] = path.read_bytes()
+    parts = [(name, content[str(file)]) for name, (_, file) in modules.items()]
+    parts += [(name, content[str(absolute(path))]) for name, path in sorted({**sources.data, **named}.items())]
+    digest = hashlib.sha256()
+    for name, data in parts:
+        digest.update(f"{name!r} {len(data)} ".encode() + data)
+    roots = dict.fromkeys(str(root) for root, _ in modules.values())
+    folder, etc = str(absolute(Path())), str(absolute(user_etc()))
+    return Bundle(content, folder, etc, tuple(roots), tuple(modules), digest.hexdigest() if parts else "")

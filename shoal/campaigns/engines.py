@@ -1,0 +1,47 @@
+"""Where the runs of a study are done: in processes of this computer, or on a cluster."""
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from shoal.campaigns.engine import Engine
+from shoal.campaigns.job import Do
+from shoal.campaigns.pool import Pool
+from shoal.campaigns.site import Named, OnSite, Site
+from shoal.campaigns.study import Study
+from shoal.campaigns.study_runner import StudyRunner
+from shoal.campaigns.timing import Timing, timing
+
+
+@contextmanager
+def open_engine(
+    study: Study,
+    *,
+    make: Callable[[], Do] = StudyRunner,
+    workers: int | None = None,
+    wall_limit: float,
+    on: str = "",
+) -> Generator[Engine]:
+    """An engine for the runs of a study, until the end of the block.
+
+    Processes use the files of the study as they were when it was read; with `workers` 0 this process uses them as they
+    are. `on` is the address of a cluster, such as dask://scheduler:8786; `make` and `workers` are for this computer.
+    Raises OSError, also if nothing is at the address, ModuleNotFoundError without the extra, ValueError for others.
+    """
+    only_failed = study.logs == "failed"
+    if workers == 0:
+        with Pool(0, make=partial(timing, make, only_failed)) as pool:
+            yield pool
+        return
+    with TemporaryDirectory(prefix="shoal-", ignore_cleanup_errors=True) as folder:
+        site = study.bundle.unpack(Path(folder))
+        with Pool(workers, make=partial(settle, site, make, only_failed), wall_limit=wall_limit) as pool:
+            yield Named(pool, site)
+
+
+def settle(site: Site, make: Callable[[], Do], only_failed: bool) -> Timing:
+    """Makes in a process what does the jobs there, with the files of a site."""
+    site.enter()
+    return Timing(OnSite(site, make()), only_failed)

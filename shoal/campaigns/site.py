@@ -1,0 +1,93 @@
+"""Where a process finds the files of a study that it has by content."""
+
+import os
+import sys
+from collections.abc import Generator, Iterable
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TypeVar
+
+from runtime.vehicle import search_code
+from shoal.campaigns.engine import Engine
+from shoal.campaigns.job import Do, Job
+from shoal.campaigns.own_modules import SHOAL
+from shoal.scenarios import Result
+
+R = TypeVar("R", bound=Result)
+
+
+class BundleError(ValueError):
+    """Files that cannot travel, or bytes that are no bundle."""
+
+
+@dataclass(frozen=True)
+class Site:
+    """The files of a `Bundle` in a folder `root`, below which each has the path that it had."""
+
+    root: Path
+    folder: str
+    etc: str
+    code: tuple[str, ...]
+    modules: tuple[str, ...] = field(repr=False)
+
+    def enter(self) -> None:
+        """Let this process find the files of the bundle in place of those that it was made of."""
+        for place in self.code:
+            found = below(self.root, place)
+            here = Path(place).resolve()
+            at = next((i for i, name in enumerate(sys.path) if Path(name).resolve() == here), len(sys.path))
+            sys.path[at : at + (here != SHOAL)] = [str(found)]
+            search_code(found)
+        for name in self.modules:
+            sys.modules.pop(name, None)
+        os.environ["SHOAL_ETC"] = str(below(self.root, self.etc))
+        os.chdir(below(self.root, self.folder))
+
+    def path(self, path: Path) -> Path:
+        """Where a file is here; a relative path stays one."""
+        return below(self.root, str(path)) if path.is_absolute() else path
+
+    def told(self, result: R) -> R:
+        """A result that names the files by the paths that they had."""
+        verdicts = tuple(
+            replace(verdict, reason=self._named(verdict.reason), origin=self._named(verdict.origin))
+            for verdict in result.verdicts
+        )
+        warnings = tuple(map(self._named, result.warnings))
+        return replace(result, verdicts=verdicts, warnings=warnings, error=self._named(result.error))
+
+    def _named(self, text: str) -> str:
+        return text.replace(str(self.root), "")
+
+
+@dataclass(frozen=True)
+class OnSite:
+    """Does jobs with the files of a site, in a process that has entered it."""
+
+    site: Site
+    do: Do
+
+    def __call__(self, job: Job) -> Result:
+        return self.do(replace(job, path=self.site.path(job.path)))
+
+
+@dataclass(frozen=True)
+class Named:
+    """An engine whose results name the files of a site by the paths that they had."""
+
+    engine: Engine
+    site: Site
+
+    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, Result]]:
+        with closing(self.engine.run(jobs)) as done:
+            for job, result in done:
+                yield job, self.site.told(result)
+
+
+def below(root: Path, path: str) -> Path:
+    """The place of an absolute path below a folder. Raises BundleError if it leads out."""
+    parts = Path(path).parts[1:]
+    if not Path(path).is_absolute() or ".." in parts:
+        raise BundleError(f"{path!r} is no absolute path")
+    return root.joinpath(*parts)

@@ -1,0 +1,60 @@
+"""What a scenario is made of besides its own file."""
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from runtime.profile import Profile, items
+from runtime.vehicle import TaskImportError, find_task
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Absolute paths of what was read: `files` are plans, profiles and what these include.
+
+    `data` are files that values of profiles name, by section, option and text; `modules` have the tasks of sections.
+    """
+
+    files: frozenset[Path] = frozenset()
+    data: Mapping[str, Path] = field(default_factory=dict[str, Path])
+    modules: frozenset[str] = frozenset()
+
+    def __or__(self, other: "Sources") -> "Sources":
+        return Sources(self.files | other.files, {**self.data, **other.data}, self.modules | other.modules)
+
+
+def sources_of(profile: Profile, modes: Iterable[str]) -> Sources:
+    """The sources of a profile with these modes; tasks that are not enabled count, too, but not the files they name."""
+    modes = tuple(modes)
+    files = frozenset(absolute(Path(name)) for name in profile.config.files)
+    data: dict[str, Path] = {}
+    modules: set[str] = set()
+    for section in profile.config.sections.values():
+        try:
+            found = find_task(section.name)
+        except TaskImportError:  # the run tells it
+            found = None
+        name, dot, _ = section.name.partition("/")[0].rpartition(".")
+        modules |= {found.__module__, name} if found is not None and dot else set()
+        if found is not None and not profile.enabled(section.name, modes):
+            continue
+        for option in section.options.values():
+            places = [profile.folder, Path(option.origin.file).parent, Path()]
+            for text in items(option.value):
+                place = next((place / text for place in places if _is_file(place / text)), None)
+                if place is not None:
+                    data[f"{section.name}: {option.name} = {text}"] = absolute(place)
+    return Sources(files, data, frozenset(modules))
+
+
+def absolute(path: Path) -> Path:
+    """The path from the root, without links followed and without a/../."""
+    return Path(os.path.abspath(path))
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a value that cannot be a path
+        return False
