@@ -103,7 +103,7 @@ class Truth:
 
     def follow(self, state: imc.SimulatedState) -> None:
         """Take the next state; one that is not finite is passed over."""
-        if BodyMotion.of(state).is_finite and math.isfinite(state.lat + state.lon + state.x + state.y + state.z):
+        if BodyMotion.is_finite(state) and math.isfinite(state.lat + state.lon + state.x + state.y + state.z):
             self._state, self._place = state, self._chart.place(state)
 
     def at(self, now: float, oldest: float) -> Placed | None:

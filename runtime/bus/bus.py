@@ -141,10 +141,14 @@ class Bus:
             seen, packet = self._encoding[kind](message, timestamp, source, speaker, message.dst, message.dst_ent)
         else:
             seen = self._rounding[kind](message, timestamp, source, speaker, message.dst, message.dst_ent)
-        if direct:
-            self._enqueue(receivers, seen, packet, origin)
-        else:
+        if not direct:
             self.publish(seen, packet, origin)
+            return seen
+        self.delivered += 1
+        enqueue, alone = self.kernel.enqueue, (seen,)
+        for handler, owner, packets in receivers:
+            if owner is not origin or origin is None:
+                enqueue((handler, (seen, packet) if packets else alone))
         return seen
 
     def publish(self, message: imc.Message, packet: bytes, origin: object) -> None:

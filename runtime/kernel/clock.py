@@ -121,7 +121,8 @@ class VirtualClock:
     def advance(self, target: int | None, wait: Callable[[float], object]) -> int | None:
         if target is None:
             return None
-        self._now = max(self._now, target)
+        if target > self._now:
+            self._now = target
         return self._now
 
 

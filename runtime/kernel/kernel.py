@@ -1,9 +1,9 @@
 """One queue of events, ordered by time, then by arrival, and the clock that it runs on."""
 
-import heapq
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
+from heapq import heapify, heappop, heappush
 from typing import Any
 
 from runtime.kernel.clock import SECOND, Clock
@@ -79,7 +79,7 @@ class Kernel:
         self.clear()
         for timer in timers:
             self._arrivals += 1
-            heapq.heappush(self._later, (timer.time, self._arrivals, timer))
+            heappush(self._later, (timer.time, self._arrivals, timer))
 
     def take(self, owner: object) -> Timer | None:
         """Take the next timer of `owner` that is due now out of the queue."""
@@ -106,13 +106,15 @@ class Kernel:
 
     def again(self, timer: Timer, time_ns: int) -> None:
         """Schedule a timer that is not pending, such as one whose call is being made."""
-        timer.time = max(time_ns, self.now_ns)
+        now, later = self.now_ns, self._later
         self._arrivals += 1
-        if timer.time == self.now_ns and not (self._holding and time_ns < self.now_ns):
+        if time_ns <= now and not (self._holding and time_ns < now):
+            timer.time = now
             self._due.append((self._fire, (timer,)))
         else:
-            heapq.heappush(self._later, (timer.time, self._arrivals, timer))
-            if len(self._later) > self._sweep_at:
+            timer.time = time_ns = time_ns if time_ns > now else now
+            heappush(later, (time_ns, self._arrivals, timer))
+            if len(later) > self._sweep_at:
                 self._sweep()
 
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
@@ -246,7 +248,7 @@ class Kernel:
         """Let time pass until something is due, and queue it; False at the end of the run."""
         later = self._later
         while later and later[0][2].function is None:
-            heapq.heappop(later)
+            heappop(later)
         return self._advance_virtual(until) if self.virtual else self._advance_wall(until)
 
     def _advance_virtual(self, until: int | None) -> bool:
@@ -321,12 +323,12 @@ class Kernel:
 
     def _gather(self) -> None:
         """Move the timers that are due to the queue."""
-        due, later, put_off, now = self._due, self._later, self._put_off, self.now_ns
+        later, put_off, now, enqueue, fire = self._later, self._put_off, self.now_ns, self.enqueue, self._fire
         if put_off:
-            due.extend((function, ()) for time_ns, function in put_off if time_ns <= now)
+            self._due.extend((function, ()) for time_ns, function in put_off if time_ns <= now)
             put_off[:] = [entry for entry in put_off if entry[0] > now]
         while later and later[0][0] <= now:
-            due.append((self._fire, (heapq.heappop(later)[2],)))
+            enqueue((fire, (heappop(later)[2],)))
 
     def _poll(self, timeout: float) -> None:
         self._due.extend((self._fire, (timer,)) for timer in self._sources.wait(timeout))
@@ -334,7 +336,7 @@ class Kernel:
     def _sweep(self) -> None:
         """Drop cancelled timers, so that watchdogs that are restarted all the time do not pile up."""
         self._later[:] = [entry for entry in self._later if entry[2].function is not None]
-        heapq.heapify(self._later)
+        heapify(self._later)
         self._sweep_at = max(FEW_TIMERS, 2 * len(self._later))
 
     def _admit(self) -> None:

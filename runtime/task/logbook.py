@@ -42,6 +42,8 @@ class Logbook:
 
 def cut(text: str) -> str:
     """`text` cut to 1023 bytes of UTF-8, with ? for what UTF-8 cannot encode."""
+    if len(text) <= LONGEST and text.isascii():
+        return text
     return text.encode(errors="replace")[:LONGEST].decode(errors="ignore")
 
 

@@ -154,14 +154,13 @@ class IMU(Task):
 
     @consume
     def measure(self, truth: imc.SimulatedState) -> None:
-        motion = BodyMotion.of(truth)
-        if not motion.is_finite:
+        if not BodyMotion.is_finite(truth):
             self.dropped += 1
             self.set_entity_state(State.FAULT, f"SimulatedState is not finite ({self.dropped} dropped)")
             return
         if self.entity.state is State.FAULT:
             self.set_entity_state(State.NORMAL, "active")
-        for sample in self._sampler.feed(motion):
+        for sample in self._sampler.feed(BodyMotion.of(truth)):
             self._report(*self._disturbed(sample))
 
     def _disturbed(self, sample: InertialSample) -> tuple[float, Vector, Vector, Vector]:

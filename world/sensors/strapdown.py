@@ -36,10 +36,11 @@ class BodyMotion(NamedTuple):
             (state.svx, state.svy, state.svz),
         )
 
-    @property
-    def is_finite(self) -> bool:
-        (phi, theta, psi), (p, q, r), (u, v, w), (x, y, z) = self.angles, self.rates, self.velocity, self.stream
-        return math.isfinite(phi + theta + psi + p + q + r + u + v + w + x + y + z)
+    @staticmethod
+    def is_finite(state: Any) -> bool:
+        """Whether that of a SimulatedState has no infinite or missing numbers."""
+        angles, rates = state.phi + state.theta + state.psi, state.p + state.q + state.r
+        return math.isfinite(angles + rates + state.u + state.v + state.w + state.svx + state.svy + state.svz)
 
     def moved(self, seconds: float) -> tuple[Vector, Vector]:
         """The way north, east and down (m) in some moments, and the angles (rad) after them."""
@@ -52,8 +53,8 @@ class BodyMotion(NamedTuple):
 
     def ground_velocity_at(self, place: Vector) -> Vector:
         """That of a place of the body (m, x forward, y right, z down from its origin): north, east and down (m/s)."""
-        velocity = _add(self.velocity, cross(self.rates, place), 1.0) if place != CENTRE else self.velocity
-        return _add(to_ned(rotation(*self.angles), velocity), self.stream, 1.0)
+        velocity = _add(self.velocity, cross(self.rates, place)) if place != CENTRE else self.velocity
+        return _add(to_ned(rotation(*self.angles), velocity), self.stream)
 
 
 class InertialSample(NamedTuple):
@@ -102,23 +103,24 @@ class InertialSampler:
             return []
         step = _Step(last, state, before, self._moving)
         samples: list[InertialSample] = []
-        begin = last.time
-        for number in range(self._count + 1, math.floor((state.time - self._first) * self.rate + TIMING) + 1):
+        begin, now = last.time, state.time
+        for number in range(self._count + 1, math.floor((now - self._first) * self.rate + TIMING) + 1):
             end = self._first + number / self.rate
-            end = state.time if state.time - end < TIMING / self.rate else max(begin, end)
-            self._integrate(step, begin, end)
+            end = now if now - end < TIMING / self.rate else max(begin, end)
+            if end > begin:
+                self._integrate(step, begin, end)
             samples.append(self._sample(step, end))
             begin, self._count = end, number
-        self._integrate(step, begin, state.time)
+        if now > begin:
+            self._integrate(step, begin, now)
         return samples
 
     def _integrate(self, step: "_Step", begin: float, end: float) -> None:
-        length, middle = end - begin, 0.5 * (begin + end)
-        if length > 0.0:
-            angles, rates = step.at(middle)
-            force = specific_force(rotation(*angles), step.acceleration, self.gravity)
-            self._turned = _add(self._turned, rates, length)
-            self._pushed = _add(self._pushed, force, length)
+        length, (angles, (p, q, r)) = end - begin, step.at(0.5 * (begin + end))
+        x, y, z = specific_force(rotation(*angles), step.acceleration, self.gravity)
+        (a, b, c), (d, e, f) = self._turned, self._pushed
+        self._turned = a + length * p, b + length * q, c + length * r
+        self._pushed = d + length * x, e + length * y, f + length * z
 
     def _sample(self, step: "_Step", time: float) -> InertialSample:
         interval = time - self._sampled
@@ -138,25 +140,22 @@ class _Step:
     """
 
     def __init__(self, begin: BodyMotion, end: BodyMotion, before: Vector, after: Vector):
-        self._began, self._angles, self._rates = begin.time, begin.angles, begin.rates
-        self._length = end.time - begin.time
-        self.acceleration = _scaled(_less(after, before), 1.0 / self._length)
-        phi, theta, psi = _less(end.angles, begin.angles)
-        self._turn = wrap(phi), wrap(theta), wrap(psi)
-        self._spin = _less(end.rates, begin.rates)
+        self._began, (phi, theta, psi), (p, q, r) = begin.time, begin.angles, begin.rates
+        self._length = length = end.time - begin.time
+        (a, b, c), (x, y, z), per_second = before, after, 1.0 / length
+        self.acceleration = per_second * (x - a), per_second * (y - b), per_second * (z - c)
+        (a, b, c), (x, y, z) = end.angles, end.rates
+        self._motion = phi, wrap(a - phi), theta, wrap(b - theta), psi, wrap(c - psi), p, x - p, q, y - q, r, z - r
 
     def at(self, time: float) -> tuple[Vector, Vector]:
         """Angles and rates at a time."""
         share = (time - self._began) / self._length
-        return _add(self._angles, self._turn, share), _add(self._rates, self._spin, share)
+        phi, a, theta, b, psi, c, p, x, q, y, r, z = self._motion
+        return (phi + share * a, theta + share * b, psi + share * c), (p + share * x, q + share * y, r + share * z)
 
 
-def _less(a: Vector, b: Vector) -> Vector:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _add(a: Vector, b: Vector, factor: float) -> Vector:
-    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
+def _add(a: Vector, b: Vector) -> Vector:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def _scaled(a: Vector, factor: float) -> Vector:
