@@ -50,6 +50,8 @@ class Battery(Task):
         self._rpm, self._watt = (rpm, watt) if rpm else ([0.0, 1400.0], [0.0, 70.0])
         known = _numbers("Battery Capacity", value("General", "Battery Capacity"))
         self._full = 3600.0 * (self.capacity or (known[0] if known else 700.0))  # J
+        steps = len(self.voltage_curve) - 1
+        self._levels = [k / steps for k in range(steps + 1)]  # of charge, that voltages are given for
         if min(self.voltage_curve) <= 0.0:
             raise ParameterError("Voltage Curve", "must be more than 0")
         if self.error_level > self.warning_level:
@@ -90,8 +92,7 @@ class Battery(Task):
         """Draw the energy used since the last call."""
         elapsed, self._since = (self.now_ns - self._since) * 1e-9, self.now_ns
         power = self.hotel_load + math.fsum(self._propulsion(share) for share in self._actuations.values())
-        steps = len(self.voltage_curve) - 1
-        voltage = _interpolate([k / steps for k in range(steps + 1)], self.voltage_curve, self._charge)
+        voltage = _interpolate(self._levels, self.voltage_curve, self._charge)
         if self._charge <= 0.0:
             self._voltage = self._current = 0.0
             return

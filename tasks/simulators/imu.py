@@ -168,12 +168,12 @@ class IMU(Task):
         angles, rates, force = sample.angles, sample.rates, sample.force
         if not self.generate_noise:
             return sample.time, angles, rates, force
-        draws = next(self._normals)
-        rates = self.gyroscope.corrupt(self.gyro_device.measured(rates), sample.interval, draws)
-        force = self.accelerometer.corrupt(self.accel_device.measured(force), sample.interval, draws[6:])
+        draws, interval = next(self._normals), sample.interval
+        rates = self.gyroscope.corrupt(self.gyro_device.measured(rates), interval, draws[:6])
+        force = self.accelerometer.corrupt(self.accel_device.measured(force), interval, draws[6:12])
         if self.fidelity == "Physical":
-            sigma = math.radians(self.euler_angles_noise)
-            angles = angles[0] + sigma * draws[12], angles[1] + sigma * draws[13], angles[2] + sigma * draws[14]
+            sigma, (phi, theta, psi), (a, b, c) = math.radians(self.euler_angles_noise), angles, draws[12:]
+            angles = phi + sigma * a, theta + sigma * b, psi + sigma * c
         if self.angular_velocity_noise:
             sigma, further = math.radians(self.angular_velocity_noise), next(self._rate_normals)
             rates = rates[0] + sigma * further[0], rates[1] + sigma * further[1], rates[2] + sigma * further[2]

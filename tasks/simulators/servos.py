@@ -27,6 +27,10 @@ class Servos(Powered):
     generate_faults: bool = param(False, "", "Whether the servos get stuck.")
     fault_time: float = param(10.0, "s", "Time from the start to the fault.", minimum=0)
 
+    def configure(self) -> None:
+        self._limit = math.radians(self.maximum_angle)
+        self._fastest = math.radians(self.maximum_rate) if self.enable_rotation_rate else math.inf
+
     def start(self) -> None:
         count = self.number_of_servos
         self._position, self._target = [0.0] * count, [0.0] * count
@@ -43,9 +47,9 @@ class Servos(Powered):
         servo = wish.id
         if servo >= self.number_of_servos or not math.isfinite(wish.value) or self._stuck or not self.powered:
             return
-        limit = math.radians(self.maximum_angle)
+        limit, angle = self._limit, wish.value
         self._commanded[servo] = self.now
-        self._aim(servo, max(-limit, min(limit, wish.value)))
+        self._aim(servo, -limit if angle < -limit else limit if angle > limit else angle)
 
     def lose_power(self) -> None:
         self._freeze()
@@ -71,20 +75,19 @@ class Servos(Powered):
     def _advance(self, servo: int) -> None:
         """Turn a servo for the time since it was last turned."""
         now, target, position = self.now_ns, self._target[servo], self._position[servo]
-        reach = math.inf if not self.enable_rotation_rate else math.radians(self.maximum_rate)
-        reach = ROUNDING + reach * max(now - self._since[servo], 1) * 1e-9
-        self._since[servo] = now
-        self._position[servo] = (
-            target if abs(target - position) <= reach else position + math.copysign(reach, target - position)
-        )
+        elapsed, self._since[servo] = now - self._since[servo], now
+        reach = ROUNDING + self._fastest * (elapsed if elapsed > 1 else 1) * 1e-9
+        if abs(target - position) > reach:
+            target = position + math.copysign(reach, target - position)
+        self._position[servo] = target
 
     def _go_on(self, servo: int) -> None:
         """Look again when the servo arrives, or when the next report is due, whichever is first."""
         distance = abs(self._target[servo] - self._position[servo])
-        self._moving[servo] = distance > 0.0
-        if self._moving[servo]:
-            arrival = distance / math.radians(self.maximum_rate) if self.enable_rotation_rate else 0.0
-            arrival = math.ceil(arrival * MICROSECONDS) / MICROSECONDS  # rounded up to a time that a log can represent
+        moving = self._moving[servo] = distance > 0.0
+        if moving:
+            # rounded up to a time that a log can represent
+            arrival = math.ceil(distance / self._fastest * MICROSECONDS) / MICROSECONDS
             self.after(min(arrival, 1.0 / self.update_rate), self._arrive, servo)
 
     def _arrive(self, servo: int) -> None:

@@ -68,17 +68,18 @@ class UnderwaterVehicle:
         a, b, c, d = self._attitude
         return (
             math.atan2(2.0 * (a * b + c * d), 1.0 - 2.0 * (b * b + c * c)),
-            math.asin(max(-1.0, min(1.0, 2.0 * (a * c - b * d)))),
+            math.asin(_clip(2.0 * (a * c - b * d), 1.0)),
             math.atan2(2.0 * (a * d + b * c), 1.0 - 2.0 * (c * c + d * d)),
         )
 
     def deflect(self, fin: int, angle: float) -> None:
         """Set a fin to an angle (rad), limited to 25 degrees. Raises IndexError if there is no such fin."""
-        deflection = self.deflections[fin] = max(-FULL_DEFLECTION, min(FULL_DEFLECTION, angle))
+        deflection = self.deflections[fin] = _clip(angle, FULL_DEFLECTION)
         part, share = self.model.fins[fin], 0.5 * deflection / FULL_DEFLECTION
-        force = share * part.force[0], share * part.force[1], share * part.force[2]
+        x, y, z = part.force
+        force = x, y, z = share * x, share * y, share * z
         roll, pitch, yaw = cross(part.position, force)
-        self._shares[fin] = *force, roll if self.model.fins_roll else 0.0, pitch, yaw
+        self._shares[fin] = x, y, z, roll if self.model.fins_roll else 0.0, pitch, yaw
         x = y = z = k = m = n = 0.0
         for fx, fy, fz, fk, fm, fn in self._shares:
             x, y, z, k, m, n = x + fx, y + fy, z + fz, k + fk, m + fm, n + fn
@@ -157,7 +158,8 @@ class UnderwaterVehicle:
             (aa - bb + cc - dd) * vm + 2.0 * ((bm * cm + am * dm) * um + (cm * dm - am * bm) * wm)
         )
         sinking = (aa - bb - cc + dd) * wm + 2.0 * ((bm * dm - am * cm) * um + (cm * dm + am * bm) * vm)
-        self.z = max(0.0, self.z + h * down + k * sinking)
+        z = self.z + h * down + k * sinking
+        self.z = z if z > 0.0 else 0.0
 
 
 @functools.lru_cache(maxsize=64)

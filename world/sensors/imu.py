@@ -42,7 +42,7 @@ class NoiseDensity:
 
     def per_sample(self, interval: float) -> tuple[float, float]:
         """Standard deviations of the white noise and of the bias step for samples `interval` s apart."""
-        root = math.sqrt(max(interval, SHORTEST_INTERVAL))
+        root = math.sqrt(interval if interval > SHORTEST_INTERVAL else SHORTEST_INTERVAL)
         return self.white / root, self.walk * root
 
 
@@ -58,9 +58,9 @@ class NoisyTriad:
     def corrupt(self, value: Vector, interval: float, draws: Sequence[float]) -> Vector:
         """`value` with noise from six standard normal `draws`: three for white noise, three for the bias."""
         white, step = self.density.per_sample(interval)
-        x, y, z = self._bias
-        self._bias = (x + step * draws[3], y + step * draws[4], z + step * draws[5])
-        return value[0] + white * draws[0] + x, value[1] + white * draws[1] + y, value[2] + white * draws[2] + z
+        (x, y, z), (p, q, r), (a, b, c, d, e, f) = self._bias, value, draws
+        self._bias = x + step * d, y + step * e, z + step * f
+        return p + white * a + x, q + white * b + y, r + white * c + z
 
 
 class StandardNormals:

@@ -62,10 +62,11 @@ class Allocator(Task):
 
     @consume
     def hear(self, position: imc.ServoPosition) -> None:
-        self._servos[position.id] = self.now
-        if position.id < len(self._fins):
-            follows = abs(position.value - self._fins[position.id]) <= NEAR
-            self._followed[position.id] = self.now if follows else self._followed.get(position.id, self.now)
+        servo, now = position.id, self.now
+        self._servos[servo] = now
+        if servo < len(self._fins):
+            follows = abs(position.value - self._fins[servo]) <= NEAR
+            self._followed[servo] = now if follows else self._followed.get(servo, now)
 
     @periodic(1.0)
     def supervise(self) -> None:

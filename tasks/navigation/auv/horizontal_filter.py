@@ -82,12 +82,22 @@ class HorizontalFilter:
         self.x = [a + innovation * g for a, g in zip(self.x, gain, strict=True)]
         # Nine by nine without inner loops takes half of the time, and this is much of a simulated vehicle's.
         b0, b1, b2, b3, b4, b5, b6, b7, b8 = ph
-        rows: list[Row] = []
-        for (a0, a1, a2, a3, a4, a5, a6, a7, a8), g in zip(p, gain, strict=True):
-            low = [a0 - g * b0, a1 - g * b1, a2 - g * b2, a3 - g * b3, a4 - g * b4]
-            rows.append([*low, a5 - g * b5, a6 - g * b6, a7 - g * b7, a8 - g * b8])
-        self.p = rows
+        self.p = [
+            [
+                a0 - g * b0,
+                a1 - g * b1,
+                a2 - g * b2,
+                a3 - g * b3,
+                a4 - g * b4,
+                a5 - g * b5,
+                a6 - g * b6,
+                a7 - g * b7,
+                a8 - g * b8,
+            ]
+            for (a0, a1, a2, a3, a4, a5, a6, a7, a8), g in zip(p, gain, strict=True)
+        ]
 
     def variance(self, index: int) -> float:
         """Variance of a state."""
-        return max(0.0, self.p[index][index])
+        found = self.p[index][index]
+        return found if found > 0.0 else 0.0
