@@ -3,6 +3,8 @@
 import math
 from collections.abc import Sequence
 
+HALF_TURN = math.pi
+BACK = -math.pi
 STEEPEST = 1e-3  # least cosine of the pitch: straight up or down, roll and yaw cannot be told apart
 
 Vector = tuple[float, float, float]
@@ -79,7 +81,7 @@ def turned(angles: Vector, rates: Vector, seconds: float) -> Vector:
 
 def wrap(angle: float) -> float:
     """The angle wrapped to [-pi, pi), rad."""
-    return angle if -math.pi <= angle < math.pi else (angle + math.pi) % (2.0 * math.pi) - math.pi
+    return angle if BACK <= angle < HALF_TURN else (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
 def quaternion(r: Sequence[Sequence[float]]) -> Quaternion:

@@ -118,7 +118,10 @@ class Kernel:
                 self._sweep()
 
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
-        return self.at(self.now_ns + round(seconds * SECOND), function, *args)
+        time_ns = self.now_ns + round(seconds * SECOND)
+        timer = Timer(time_ns, function, args)
+        self.again(timer, time_ns)
+        return timer
 
     def put_off(self, seconds: float, function: Callable[[], object]) -> None:
         """Call `function` after so many seconds, or as soon as there is nothing else to do. Not on a virtual clock."""

@@ -193,7 +193,9 @@ class Task(Attached):
 
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
         """Call `function` after `seconds`."""
-        return self._owned(self._kernel.after(seconds, function, *args))
+        timer = self._kernel.after(seconds, function, *args)
+        timer.owner = self
+        return timer
 
     def at(self, time: float, function: Callable[..., object], *args: Any) -> Timer:
         """Call `function` at a time (s since 1970 UTC)."""

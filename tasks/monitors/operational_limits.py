@@ -8,6 +8,9 @@ from imc.coordinates import absolute, displacement
 from runtime import ParameterError, State, Task, consume, param, periodic
 
 Limit = imc.OpLimitsMask
+MAX_DEPTH, MIN_ALT, MAX_ALT = Limit.MAX_DEPTH.value, Limit.MIN_ALT.value, Limit.MAX_ALT.value
+MIN_SPEED, MAX_SPEED, MAX_VRATE = Limit.MIN_SPEED.value, Limit.MAX_SPEED.value, Limit.MAX_VRATE.value
+AREA = Limit.AREA.value
 UNSET = -1.0
 
 
@@ -81,15 +84,15 @@ class OperationalLimits(Task):
             orientation = math.radians(self.area_orientation)
             initial = initial.replace(lat=lat, lon=lon, length=length, width=width, orientation=orientation)
         values = {
-            Limit.MAX_DEPTH: self.maximum_depth,
-            Limit.MIN_ALT: self.minimum_altitude,
-            Limit.MAX_ALT: self.maximum_altitude,
-            Limit.MIN_SPEED: self.minimum_speed,
-            Limit.MAX_SPEED: self.maximum_speed,
-            Limit.MAX_VRATE: self.maximum_vertical_rate,
+            MAX_DEPTH: self.maximum_depth,
+            MIN_ALT: self.minimum_altitude,
+            MAX_ALT: self.maximum_altitude,
+            MIN_SPEED: self.minimum_speed,
+            MAX_SPEED: self.maximum_speed,
+            MAX_VRATE: self.maximum_vertical_rate,
         }
         mask = sum(limit for limit, value in values.items() if value >= 0.0)  # integers
-        self._limits = initial.replace(mask=mask | (Limit.AREA if self.area_center else 0))
+        self._limits = initial.replace(mask=mask | (AREA if self.area_center else 0))
         self._state: imc.EstimatedState | None = None
         self._passed: set[str] = set()
         self.publish(self._limits)
@@ -136,13 +139,13 @@ class OperationalLimits(Task):
         deep = state.alt >= 0.0 and state.depth > self.minimum_depth_to_check_altitude
         high = deep or state.depth <= UNSET  # aircraft have no depth; they start and land on the ground
         found = {
-            "maximum depth": mask & Limit.MAX_DEPTH and state.depth > limits.max_depth - depth_back,
-            "minimum altitude": mask & Limit.MIN_ALT and deep and state.alt < limits.min_altitude + altitude_back,
-            "maximum altitude": mask & Limit.MAX_ALT and high and state.alt > limits.max_altitude,
-            "minimum speed": mask & Limit.MIN_SPEED and speed < limits.min_speed,
-            "maximum speed": mask & Limit.MAX_SPEED and speed > limits.max_speed,
-            "maximum vertical rate": mask & Limit.MAX_VRATE and sinking > limits.max_vrate,
-            "area": mask & Limit.AREA and self._is_outside(state),
+            "maximum depth": mask & MAX_DEPTH and state.depth > limits.max_depth - depth_back,
+            "minimum altitude": mask & MIN_ALT and deep and state.alt < limits.min_altitude + altitude_back,
+            "maximum altitude": mask & MAX_ALT and high and state.alt > limits.max_altitude,
+            "minimum speed": mask & MIN_SPEED and speed < limits.min_speed,
+            "maximum speed": mask & MAX_SPEED and speed > limits.max_speed,
+            "maximum vertical rate": mask & MAX_VRATE and sinking > limits.max_vrate,
+            "area": mask & AREA and self._is_outside(state),
         }
         return {name for name, passed in found.items() if passed}
 

@@ -104,10 +104,11 @@ class GPS(Task):
             self._truths.clear()
             self.set_entity_state(State.FAULT, "SimulatedState is not finite")
             return
-        if self._truths and truth.timestamp < self._truths[-1].timestamp:
-            self._truths.clear()
-        self._truths.append(truth)
-        self._drop_older_than(truth.timestamp - self.latency)
+        truths, time = self._truths, truth.timestamp
+        if truths and time < truths[-1].timestamp:
+            truths.clear()
+        truths.append(truth)
+        self._drop_older_than(time - self.latency)
 
     @periodic("execution_frequency")
     def report(self, periods: int) -> None:
@@ -162,8 +163,9 @@ class GPS(Task):
 
     def _drop_older_than(self, time: float) -> None:
         """Keep the last state before a time, and what is newer."""
-        while len(self._truths) > 1 and self._truths[1].timestamp <= time:
-            self._truths.popleft()
+        truths = self._truths
+        while len(truths) > 1 and truths[1].timestamp <= time:
+            truths.popleft()
 
     def _lose(self, why: str, elapsed: float) -> None:
         hdop, hacc = self._last.hdop + elapsed, self._last.hacc + elapsed

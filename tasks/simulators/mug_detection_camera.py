@@ -317,7 +317,8 @@ class MUGDetectionCamera(Task):
         if self.errors in ("GSD", "Covariance"):
             north, east = self.random.standard_normal(2).tolist()
         elif self.errors == "Uniform":
-            north, east = (2.0 * share - 1.0 for share in self.random.random(2).tolist())
+            north, east = self.random.random(2).tolist()
+            north, east = 2.0 * north - 1.0, 2.0 * east - 1.0
         else:
             north, east = mug_original.FROZEN
         return north, east

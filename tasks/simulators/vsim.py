@@ -11,6 +11,7 @@ from tasks.simulators.power import Powered
 from tasks.simulators.steps import Steps
 from tasks.surroundings import world_of
 from world import SECTIONS
+from world.attitude import Vector
 from world.bodies import (
     Boat,
     BoatModel,
@@ -193,13 +194,12 @@ class VSIM(Powered):
             keep_time=True,
         )
 
-    def _motion(self) -> Riding:
+    def _motion(self) -> Riding | tuple[Vector, Vector, Vector, Vector]:
         craft = self.craft
         if self._sea is not None and isinstance(craft, Boat):
             return ride(craft, self._sea, self._start, self._steps.time - self.vehicle.start_time)
-        return Riding(
-            (craft.x, craft.y, craft.z), (craft.u, craft.v, craft.w), craft.euler_angles(), (craft.p, craft.q, craft.r)
-        )
+        place, velocity, rates = (craft.x, craft.y, craft.z), (craft.u, craft.v, craft.w), (craft.p, craft.q, craft.r)
+        return place, velocity, craft.euler_angles(), rates
 
     def _step(self, seconds: float) -> None:
         self.craft.step(seconds)

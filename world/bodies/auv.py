@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable
 
 from world.attitude import Matrix, Vector, cross, rotation, to_body, to_ned
-from world.bodies.auv_model import FULL_DEFLECTION, MAXIMUM_TORQUE, UnderwaterModel
+from world.bodies.auv_model import FULL_DEFLECTION, MAXIMUM_TORQUE, Thruster, UnderwaterModel
 
 GRAVITY = 9.80665
 WATER = 1000.0  # kg/m³
@@ -13,6 +13,7 @@ LIMIT = 1e3  # m/s and rad/s; beyond it, the motion has diverged
 
 Rates = tuple[float, float, float, float, float, float]
 Quaternion = tuple[float, float, float, float]
+Lever = tuple[float, tuple[float, float, float, float, float] | None]
 Thrust = tuple[float, float, float, tuple[float, float, float, float, float] | None]
 Acceleration = Callable[[float, Quaternion, Rates, Rates, tuple[Thrust, ...]], Rates]
 
@@ -48,8 +49,9 @@ class UnderwaterVehicle:
         self.actuations = [0.0] * len(model.engines)
         self._attitude: Quaternion = (1.0, 0.0, 0.0, 0.0)
         self._shares: list[Rates] = [(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)] * len(model.fins)  # of each fin in `_fins`
-        self._fins: Rates = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self._fins: Rates | None = None  # the sum of these, until one moves
         self._thrusts: tuple[Thrust, ...] = ()
+        self._levers = [_lever(engine) for engine in model.engines]
 
     def orient(self, phi: float, theta: float, psi: float) -> None:
         """Set the attitude to these Euler angles (rad)."""
@@ -80,22 +82,23 @@ class UnderwaterVehicle:
         force = x, y, z = share * x, share * y, share * z
         roll, pitch, yaw = cross(part.position, force)
         self._shares[fin] = x, y, z, roll if self.model.fins_roll else 0.0, pitch, yaw
+        self._fins = None
+
+    def _sum_of_fins(self) -> Rates:
         x = y = z = k = m = n = 0.0
         for fx, fy, fz, fk, fm, fn in self._shares:
             x, y, z, k, m, n = x + fx, y + fy, z + fz, k + fk, m + fm, n + fn
         self._fins = x, y, z, k, m, n
+        return self._fins
 
     def drive(self, engine: int, actuation: float) -> None:
         """Set an engine to a share of its full speed, -1 to 1. Raises IndexError if there is no such engine."""
         self.actuations[engine] = max(-1.0, min(1.0, actuation))
         thrusts: list[Thrust] = []
-        for part, share in zip(self.model.engines, self.actuations, strict=True):
+        for part, lever, share in zip(self.model.engines, self._levers, self.actuations, strict=True):
             n = share * part.full_speed
             if n:
-                x, *rest = *part.direction, *cross(part.position, part.direction)
-                y, z, k, m, n_ = (0.0 if abs(share) < 1e-12 else share for share in rest)
-                others = (y, z, k, m, n_) if y or z or k or m or n_ else None
-                thrusts.append((part.gain * n * abs(n), part.loss * abs(n), x, others))
+                thrusts.append((part.gain * n * abs(n), part.loss * abs(n), *lever))
         self._thrusts = tuple(thrusts)
 
     @property
@@ -121,14 +124,15 @@ class UnderwaterVehicle:
     def accelerations(self) -> Rates:
         """Derivatives of u, v, w (m/s²) and p, q, r (rad/s²) at this instant."""
         velocity = self.u, self.v, self.w, self.p, self.q, self.r
-        return _accelerations(self.model)(self.z, self._attitude, velocity, self._fins, self._thrusts)
+        return _accelerations(self.model)(self.z, self._attitude, velocity, self._sum_of_fins(), self._thrusts)
 
     def step(self, h: float) -> None:
         """Advance by `h` s. Raises Diverged."""
         a, b, c, d = attitude = self._attitude
         u, v, w, p, q, r = velocity = self.u, self.v, self.w, self.p, self.q, self.r
         north, east, down = self.stream
-        accelerate, fins, thrusts, half = _accelerations(self.model), self._fins, self._thrusts, 0.5 * h
+        fins = self._fins or self._sum_of_fins()
+        accelerate, thrusts, half = _accelerations(self.model), self._thrusts, 0.5 * h
         du, dv, dw, dp, dq, dr = accelerate(self.z, attitude, velocity, fins, thrusts)
         um, vm, wm = u + half * du, v + half * dv, w + half * dw
         pm, qm, rm = p + half * dp, q + half * dq, r + half * dr
@@ -217,6 +221,13 @@ def _accelerations(model: UnderwaterModel) -> Acceleration:
         return bu * x, bv * y, bw * lower, bp * k, bq * m, br * n
 
     return accelerate
+
+
+def _lever(engine: Thruster) -> Lever:
+    """The share of a thrust that pushes ahead, and those for the other forces and the torques; None without them."""
+    x, *rest = *engine.direction, *cross(engine.position, engine.direction)
+    y, z, k, m, n = (0.0 if abs(share) < 1e-12 else share for share in rest)
+    return x, (y, z, k, m, n) if y or z or k or m or n else None
 
 
 def _clip(value: float, limit: float) -> float:

@@ -54,7 +54,9 @@ class Bathymetry:
                     self._cells.setdefault((home[0] + i, home[1] + j), []).append(sounding)
         self._near: dict[tuple[int, int], list[Sounding]] = {}
         self._nearby: dict[tuple[int, int], Floats] = {}
-        self._shallowest = {cell: min(depth for *_, depth in found) for cell, found in self._cells.items()}
+        self._shallowest = {
+            cell: min(self._elsewhere, *(depth for *_, depth in found)) for cell, found in self._cells.items()
+        }
 
     def depth(self, north: float, east: float) -> float:
         """Depth (m) at an offset (m) from the reference."""
@@ -159,7 +161,8 @@ class Bathymetry:
 
     def shallowest_near(self, north: float, east: float) -> float:
         """A depth (m) that is nowhere less around an offset (m) from the reference position."""
-        return min(self._elsewhere, self._shallowest.get(self._cell(north, east), math.inf))
+        radius = self._radius
+        return self._shallowest.get((math.floor(north / radius), math.floor(east / radius)), self._elsewhere)
 
     def _cell(self, north: float, east: float) -> tuple[int, int]:
         return math.floor(north / self._radius), math.floor(east / self._radius)

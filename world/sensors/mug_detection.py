@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from world.attitude import rotation
+from world.attitude import rotation, to_body, to_ned
 from world.detection import Accuracy, Floats, Sighting, Standing, sight, spot_at
 from world.optics import Pinhole
 from world.sensors import mug_original
@@ -37,10 +37,11 @@ class CameraPose(NamedTuple):
 
 def to_camera(view: CameraPose, target: Offset, mount: Floats = LOOKING_DOWN) -> tuple[float, float, float]:
     """Where a `target` (m, from the vehicle) is in the optical frame (m); `mount` (4, 4) leads from it to the body."""
-    body = np.array(rotation(view.phi, view.theta, view.psi))
-    to_target = np.array([*target, view.height]) - body @ mount[:3, 3]
-    x, y, z = (to_target @ body @ mount[:3, :3]).tolist()
-    return x, y, z
+    (a, b, c, forward), (d, e, f, right), (g, h, i, down), _ = mount.tolist()
+    body = rotation(view.phi, view.theta, view.psi)
+    x, y, z = to_ned(body, (forward, right, down))
+    from_body = to_body(body, (target[0] - x, target[1] - y, view.height - z))
+    return to_body(((a, b, c), (d, e, f), (g, h, i)), from_body)
 
 
 def detect(

@@ -99,7 +99,7 @@ class Allocator(Task):
         step = self._rate * dt if 0.0 < dt <= LONGEST_STEP else math.inf
         crossed = self.brake_margin * self._limit if self._braking else 0.0
         fins = allocate(wanted, self._effects, self._limit, crossed)
-        a, b, c, d = (max(old - step, min(old + step, new)) for old, new in zip(self._fins, fins, strict=True))
+        a, b, c, d = map(_moved, self._fins, fins, (step, step, step, step))
         self._move((a, b, c, d))
         k, m, n = torques(self._fins, self._effects)
         self.publish(imc.AllocatedControlTorques(k=k, m=m, n=n))
@@ -108,3 +108,9 @@ class Allocator(Task):
         self._fins = fins
         for number, value in enumerate(fins):
             self.publish(imc.SetServoPosition(id=number, value=value))
+
+
+def _moved(old: float, new: float, step: float) -> float:
+    """From `old` to `new`, but no farther than a step."""
+    low, high = old - step, old + step
+    return low if new < low else high if new > high else new

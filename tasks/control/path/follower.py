@@ -17,6 +17,8 @@ from world.attitude import wrap
 Flags = imc.DesiredPath.Flags
 StateFlags = imc.PathControlState.Flags
 Loops = imc.CLoopsMask
+DEPTH, ALTITUDE = Loops.DEPTH.value, Loops.ALTITUDE.value
+YAW, SPEED = Loops.YAW.value, Loops.SPEED.value
 KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
 Z_LOOPS: Mapping[int, int] = {imc.ZUnits.DEPTH: Loops.DEPTH, imc.ZUnits.ALTITUDE: Loops.ALTITUDE}
 LONGEST = 25000.0  # m
@@ -219,7 +221,7 @@ class PathFollower(Task):
         self._straight = self._track.tangent() if path.lradius > 0.0 else self._track
 
     def _enable_for(self, path: imc.DesiredPath) -> None:
-        wanted = int(Loops.YAW | Loops.SPEED)
+        wanted = YAW | SPEED
         if not path.flags & Flags.NO_Z:
             wanted |= Z_LOOPS.get(path.end_z_units, 0)
         if self._enabled & ~wanted:
@@ -227,7 +229,7 @@ class PathFollower(Task):
         if wanted & ~self._enabled:
             self._switch(imc.ControlLoops.Enable.ENABLE, wanted & ~self._enabled)
         self._enabled = wanted
-        if wanted & (Loops.DEPTH | Loops.ALTITUDE):
+        if wanted & (DEPTH | ALTITUDE):
             self.publish(imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
         self.publish(imc.DesiredSpeed(value=path.speed, speed_units=path.speed_units))
 
@@ -262,7 +264,7 @@ class PathFollower(Task):
             self._reported = state.timestamp
             self._report(path, state, where, wrap(target - course), eta)
         self._supervise(where, target)
-        if self.watch_bottom and self._enabled & Loops.DEPTH and self._bottom.watch(path.end_z, state.depth, state.alt):
+        if self.watch_bottom and self._enabled & DEPTH and self._bottom.watch(path.end_z, state.depth, state.alt):
             avoids = imc.DesiredZ(value=self.lowest, z_units=imc.ZUnits.ALTITUDE)
             self.publish(avoids if self._bottom.active else imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
 

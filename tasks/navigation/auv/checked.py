@@ -54,8 +54,9 @@ class CheckedSensors(Sensors):
         before = self.euler.value
         if not self.euler.take():
             return False
-        fresh = self.now - self.rates.last <= self.euler_timeout
-        elapsed, self._turned = self.now - self._turned, self.now
+        now = self.now
+        fresh = now - self.rates.last <= self.euler_timeout
+        elapsed, self._turned = now - self._turned, now
         verdict = self._attitude.judge(elapsed, self.euler.value, self.rates.between if fresh else None)
         if verdict is Verdict.REJECTED:
             self.euler.value = before

@@ -86,14 +86,15 @@ class Navigation(CheckedSensors):
 
     @periodic("execution_frequency")
     def estimate(self) -> None:
-        dt, self._stepped = self.now - self._stepped, self.now
+        now = self.now
+        dt, self._stepped = now - self._stepped, now
         self._vertical.predict(dt)
         new_rates, new_attitude = self.rates.take(), self._take_attitude()
         self._take_depth(dt)
         fix, self.received = self.received, None
         if fix is not None and self._is_submerged(fix):
             fix = None
-        if self.now - self.sounded > self.altitude_timeout:
+        if now - self.sounded > self.altitude_timeout:
             self.altitude = UNKNOWN_ALTITUDE
         if self._position is None and fix is not None:
             self.place = fix
@@ -139,12 +140,12 @@ class Navigation(CheckedSensors):
 
     def _take_velocity(self, state: HorizontalFilter, along: float, across: float) -> None:
         """Apply the velocity over ground; without it, that of water and stream; without both, of motor and stream."""
-        new_ground, new_water = self.ground.take(), self.water.take()
+        now, new_ground, new_water = self.now, self.ground.take(), self.water.take()
         if new_ground and new_water:
             self._learn_stream()
         velocity: Vector | None = self.ground.value if new_ground else None
         stream = to_body(rotation(*self.euler.value), self._stream) if self._stream is not None else (0.0, 0.0, 0.0)
-        if velocity is None and new_water and self.now - self.ground.last > self.dvl_timeout:
+        if velocity is None and new_water and now - self.ground.last > self.dvl_timeout:
             (u, v, w), (du, dv, dw) = self.water.value, stream
             velocity = u + du, v + dv, w + dw
         if velocity is not None:
@@ -154,10 +155,10 @@ class Navigation(CheckedSensors):
             phi, theta, _ = self.euler.value
             cp = math.cos(theta)
             sinking = -math.sin(theta) * u + cp * (math.sin(phi) * v + math.cos(phi) * w)
-            if not new_ground or self.now - self.heave_at < FRESH:
+            if not new_ground or now - self.heave_at < FRESH:
                 self._vertical.measure_rate(sinking, along)
-        deaf = self.now - max(self.ground.last, self.water.last) > self.dvl_timeout
-        if self.now - self.revolved <= self.dvl_timeout and (self.rpm or deaf):
+        deaf = now - max(self.ground.last, self.water.last) > self.dvl_timeout
+        if now - self.revolved <= self.dvl_timeout and (self.rpm or deaf):
             if deaf:
                 state.drive(float(self.rpm - self._driven))
             u = state.x[K] * self.rpm + stream[0]
