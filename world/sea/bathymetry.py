@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ Floats = NDArray[np.floating[Any]]
 PARTS = 4  # of each side of a cell; only soundings near a part are searched for its points
 REMEMBERED = 20000  # parts whose soundings are kept, of a survey of some hours
 CHUNK = 1 << 13  # pairs of soundings and points per step: their arrays fit into the L2 cache
+SCATTERED = 24  # points in a part: if they are fewer, it is quicker to look at all soundings around a cell
 Sounding = tuple[float, float, float]
 Offset = Callable[[float, float, float, float], tuple[float, float]]
 
@@ -54,6 +56,7 @@ class Bathymetry:
                     self._cells.setdefault((home[0] + i, home[1] + j), []).append(sounding)
         self._near: dict[tuple[int, int], list[Sounding]] = {}
         self._nearby: dict[tuple[int, int], Floats] = {}
+        self._around: dict[tuple[int, int], Floats] = {}
         self._shallowest = {
             cell: min(self._elsewhere, *(depth for *_, depth in found)) for cell, found in self._cells.items()
         }
@@ -92,25 +95,33 @@ class Bathymetry:
         """`depth` at many offsets (n,) at once, to the last bit."""
         side = self._radius / PARTS
         parts = np.floor(np.stack((north, east)) / side)
-        order = np.lexsort((parts[1], parts[0]))
-        found, rows, columns = np.empty(len(order)), parts[0, order], parts[1, order]
-        borders = (np.flatnonzero((rows[1:] != rows[:-1]) | (columns[1:] != columns[:-1])) + 1).tolist()
-        for first, last in zip([0, *borders], [*borders, len(order)], strict=True):
-            if first < last:
-                self._in_part((int(rows[first]), int(columns[first])), north, east, order[first:last], found)
+        order, borders = _grouped(parts)
+        cells = len(borders) * SCATTERED > len(order)
+        if cells:
+            parts = np.floor_divide(parts, PARTS, out=parts)
+            order, borders = _grouped(parts)
+        found = np.empty(len(order))
+        for first, last in pairwise(borders):
+            group = order[first:last]
+            place = int(parts[0, group[0]]), int(parts[1, group[0]])
+            self._among(self._soundings(place, cells), north, east, group, found)
         return found
 
-    def _in_part(
-        self, part: tuple[int, int], north: Floats, east: Floats, places: NDArray[np.intp], found: Floats
-    ) -> None:
-        """Set the depths at offsets of one part of a cell."""
-        near = self._nearby.get(part)
-        if near is None:
-            near = np.array(self._within_reach(part), dtype=np.float64).reshape(-1, 3).T
-            if near.size:
-                if len(self._nearby) >= REMEMBERED:
-                    self._nearby.clear()
-                self._nearby[part] = near
+    def _soundings(self, place: tuple[int, int], cells: bool) -> Floats:
+        """North, east and depth (3, n) of those that may be within the radius of a point in a cell, or in a part."""
+        kept = self._around if cells else self._nearby
+        found = kept.get(place)
+        if found is None:
+            rows = self._cells.get(place, ()) if cells else self._within_reach(place)
+            found = np.array(rows, dtype=np.float64).reshape(-1, 3).T
+            if found.size:
+                if len(kept) >= REMEMBERED:
+                    kept.clear()
+                kept[place] = found
+        return found
+
+    def _among(self, near: Floats, north: Floats, east: Floats, places: NDArray[np.intp], found: Floats) -> None:
+        """Set the depths at some of the offsets, next to which all soundings are `near`."""
         if not near.size:
             found[places] = self._elsewhere
             return
@@ -166,6 +177,14 @@ class Bathymetry:
 
     def _cell(self, north: float, east: float) -> tuple[int, int]:
         return math.floor(north / self._radius), math.floor(east / self._radius)
+
+
+def _grouped(places: Floats) -> tuple[NDArray[np.intp], list[int]]:
+    """The order of whole places (2, n) that puts equal ones together, and where in it they begin, and end."""
+    order = np.lexsort((places[1], places[0]))
+    rows, columns = places[:, order]
+    ends = (np.flatnonzero((rows[1:] != rows[:-1]) | (columns[1:] != columns[:-1])) + 1).tolist()
+    return order, [0, *ends, len(order)] if len(order) else []
 
 
 def read_bathymetry(

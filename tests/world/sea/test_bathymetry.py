@@ -46,3 +46,13 @@ def test_many_depths_at_once_are_those_one_by_one(soundings, points, radius):
     places = [*points, *((n, e) for n, e, _ in soundings), *((n + 5e-4, e) for n, e, _ in soundings)]
     north, east = np.array(places).reshape(-1, 2).T
     np.testing.assert_array_equal(sea.depths(north, east), [sea.depth(*place) for place in places])
+
+
+@pytest.mark.parametrize("span", [8.0, 400.0])
+def test_many_depths_are_those_one_by_one_whether_they_are_close_together_or_scattered(span):
+    random = np.random.default_rng(4)
+    soundings = [(6.0 * i, 6.0 * j, random.uniform(3.0, 9.0)) for i in range(-15, 16) for j in range(-15, 16)]
+    sea, (north, east) = Bathymetry(soundings, 25.0, 12.0), random.uniform(-0.5 * span, 0.5 * span, (2, 1200))
+    found = sea.depths(north, east)
+    np.testing.assert_array_equal(found, [sea.depth(*place) for place in zip(north, east, strict=True)])
+    assert np.unique(found).size > 200
