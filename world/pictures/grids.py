@@ -29,19 +29,11 @@ Number = tuple[int, int, int]
 """The level of a tile, and its place in its grid."""
 
 
-class Extent(NamedTuple):
-    """How deep (m) nodes are: all within two depths, and those that are less deep than `middle` are within `edge` m."""
-
-    shallowest: float
-    deepest: float
-    middle: float
-    edge: float
-
-
 class Grid(NamedTuple):
     """Depths (m) at nodes `step` m apart, from `north`, `east`; row by row of `columns`.
 
-    It is nowhere steeper than `steepest`, m per m.
+    It is nowhere steeper than `steepest`, m per m, and nowhere out of `shallowest` and `deepest`. `least` are the least
+    depths in a cell, by its corner, and in the eight around it.
     """
 
     north: float
@@ -50,30 +42,14 @@ class Grid(NamedTuple):
     nodes: Floats
     columns: int
     steepest: float
+    shallowest: float
+    deepest: float
+    least: Floats
 
     def depths(self, north: Floats, east: Floats) -> Floats:
         """Bilinear."""
         corner, x, y = self.places(north, east)
         return self.mixed(corner, x, y)
-
-    def extent_beyond(self, begin: float, place: Vector) -> "Extent":
-        """That of all that is farther than `begin` m from a place; it may be that of more."""
-        nodes, half = self.nodes.reshape(-1, self.columns), begin / math.sqrt(2.0) - 2.0 * self.step
-        away = [(at - start) / self.step for at, start in zip(place[:2], (self.north, self.east), strict=True)]
-        parts = [nodes]
-        if half > 0.0:
-            (top, bottom), (left, right) = (
-                (math.ceil(at - half / self.step), math.floor(at + half / self.step)) for at in away
-            )
-            parts = [nodes[:top], nodes[bottom:], nodes[top:bottom, :left], nodes[top:bottom, right:]]
-        shallowest, deepest = float(min(part.min() for part in parts)), float(max(part.max() for part in parts))
-        middle = 0.5 * (shallowest + deepest)
-        shallow = nodes < middle
-        if not shallow.any():
-            return Extent(shallowest, deepest, middle, 0.0)
-        ends = (np.flatnonzero(shallow.any(axis=axis))[[0, -1]] for axis in (1, 0))
-        farthest = (max(abs(float(end) - at) for end in both) for both, at in zip(ends, away, strict=True))
-        return Extent(shallowest, deepest, middle, (math.hypot(*farthest) + 2.0) * self.step)
 
     def places(self, north: Floats, east: Floats) -> tuple[Places, Floats, Floats]:
         """The corners of the cells that hold places, and where in these they are, 0 to 1 north and east."""
@@ -133,7 +109,6 @@ class Grids:
         self._probes: dict[Number, Floats] = {}
         self._grids: dict[int, tuple[tuple[int, int, int, int], Grid]] = {}
         self._curved: dict[int, Curved] = {}
-        self._extents: dict[int, tuple[tuple[Vector, float], Extent]] = {}
 
     def around(self, level: int, place: Vector) -> Grid:
         """The grid of a level around a place."""
@@ -147,17 +122,12 @@ class Grids:
             return kept[1]
         nodes = self._laid(self._tiles, level, wanted, WHOLE)
         slopes = math.hypot(*(float(np.abs(np.diff(nodes, axis=axis)).max()) / step for axis in (0, 1)))
-        grid = Grid(first[0] * side, first[1] * side, step, nodes.ravel(), nodes.shape[1], slopes)
+        ends = float(nodes.min()), float(nodes.max())
+        corner = first[0] * side, first[1] * side
+        grid = Grid(*corner, step, nodes.ravel(), nodes.shape[1], slopes, *ends, _least(nodes).ravel())
         self._grids[level] = wanted, grid
         self._curved.pop(level, None)
         return grid
-
-    def extent(self, level: int, place: Vector, begin: float) -> Extent:
-        """That of the grid of a level farther than `begin` m from a place."""
-        kept = self._extents.get(level)
-        if kept is None or kept[0] != (place, begin):
-            self._extents[level] = kept = (place, begin), self.around(level, place).extent_beyond(begin, place)
-        return kept[1]
 
     def curved(self, level: int, place: Vector) -> Curved:
         """The curves of the grid of a level, below CURVED, around a place."""
@@ -210,6 +180,15 @@ def _bend(nodes: Floats) -> Floats:
     steps = np.diff(nodes, axis=0)
     own = 0.25 * (steps[2:] - steps[:-2])
     found[1:-2, :-1] = 0.5 * (own[:, 1:] + own[:, :-1])
+    return found
+
+
+def _least(nodes: Floats) -> Floats:
+    """The least at the corners of each cell and its eight neighbours, by its corner; infinite at the border."""
+    found = np.full(nodes.shape, np.inf)
+    rows, columns = nodes.shape
+    across = np.minimum.reduce([nodes[:, n : columns - 3 + n] for n in range(4)])
+    found[1:-2, 1:-2] = np.minimum.reduce([across[n : rows - 3 + n] for n in range(4)])
     return found
 
 

@@ -77,11 +77,6 @@ class Lattice:
             found.append(worst)
         return found
 
-    def nearest(self, nearness: Floats, rough: Bools) -> list[Floats]:
-        """The largest nearness at the corners of the cells of each face, infinite where one is in the rough."""
-        values = np.where(rough, np.inf, nearness)
-        return [corners(patch.of(values), np.maximum) for patch in self.patches]
-
 
 def turned(turn: Floats, vectors: Floats) -> Floats:
     """By hand: what a library sums may depend on how many threads it has."""

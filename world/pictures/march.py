@@ -6,20 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.attitude import Vector
-from world.pictures.grids import Curved, Extent, Grid
+from world.pictures.grids import Curved, Grid
 
 Floats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]
 Places = NDArray[np.intp]
 
-STRIDE = 2.0  # cells of the grid between samples along a ray
+STRIDE = 1.0  # cells of the grid between samples along a ray
 SAMPLES, MOST_SAMPLES = 6, 24  # of each ray that are taken together: more, if there are few rays
 TOGETHER = 6000  # samples of all rays, if they are few
 TOUCH = 0.02  # of the bend of a crest, by which its height between samples is not known
 NEARLY = 0.25  # of `cell` by which a ray may pass over a crest that the next ray meets
-STEEPER = 1.25  # times as steep as a grid, a ray comes down to it so fast that it crosses it once
 MOST = 6  # steps of false position
-CLOSE = 1e-7  # of the way, to which a ray is begun before a depth and ended after it
+ABOUT = 2  # of these, to where a crossing of curves is near
 CROSSED = 3e-5  # of the way, to which crossings are found
 AGO = 0.98
 FLATTEST = 1e-3
@@ -62,103 +61,84 @@ class Rays(NamedTuple):
         return curved.errors_at(self.north * way + n, self.east * way + e)
 
 
-class March:
-    """Rays on their way over a grid, in a `reach` from some to more m around the camera.
+class Legs(NamedTuple):
+    """From which to which way (n,) each ray may cross a grid, and which ones do so `once` at most."""
 
-    In it the grid is of an `extent`.
+    first: Floats
+    last: Floats
+    once: Bools
+
+    def at(self, part: slice) -> "Legs":
+        return Legs(self.first[part], self.last[part], self.once[part])
+
+
+class March:
+    """Rays on their way over a grid, each on its leg.
+
     `low` (n,) is the way of each to its crossing, NaN without one; `falls` (n,) is how fast it comes down to the ground
-    there; `crest` (n,) is the way to the first place where it nearly touched the ground before. A ray goes `since` some
-    way (n,), if that is given, and `until` another one; `sunk` (n,) are those that are under the ground there already.
+    there; `crest` (n,) is the way to the first place where it nearly touched the ground before.
     """
 
-    def __init__(
-        self,
-        rays: Rays,
-        grid: Grid,
-        extent: Extent,
-        reach: tuple[float, float],
-        since: Floats | None,
-        until: Floats | None,
-    ):
-        self.rays, self.grid = rays, grid
+    def __init__(self, rays: Rays, grid: Grid, legs: Legs):
+        self.rays, self.grid, self._legs = rays, grid, legs
         count = len(rays.down)
-        self.low, self.falls = np.full(count, np.nan), np.ones(count)
-        self.crest, self.sunk = np.full(count, np.inf), np.zeros(count, dtype=np.bool_)
-        flat = np.maximum(np.hypot(rays.north, rays.east), SLACK)
-        top, bottom, middle = (depth + rays.lowered - rays.place[2] for depth in extent[:3])
-        first, last = (each / flat for each in reach)
-        self._late = np.zeros(count, dtype=np.bool_)
-        if since is not None:
-            self._late = since > first
-            first = np.maximum(first, since)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            if top > 0.0:
-                first = np.where(rays.down > 0.0, np.maximum(first, top / rays.down * (1.0 - CLOSE)), np.inf)
-            else:
-                last = np.where(rays.down < 0.0, np.minimum(last, top / rays.down), last)
-            last = np.where(rays.down * last < middle, np.minimum(last, extent.edge / flat), last)
-            falling = bottom / rays.down * (1.0 + CLOSE) + SLACK
-            last = np.where(rays.down > 0.0, np.minimum(last, falling), last)
-        if until is not None:
-            last = np.minimum(last, until)
-        self._first, self._last = first, last
-        self._once = rays.down > STEEPER * grid.steepest * flat
-        with np.errstate(invalid="ignore"):
-            steps = np.ceil(flat * (last - first) / (STRIDE * grid.step))
-            self._step = (last - first) / np.maximum(steps, 2.0)
+        self.low, self.falls, self.crest = np.full(count, np.nan), np.ones(count), np.full(count, np.inf)
+        length = legs.last - legs.first
+        steps = np.ceil(np.hypot(rays.north, rays.east) * length / (STRIDE * grid.step))
+        self._step = length / np.maximum(steps, 2.0)
 
     def hits(self) -> Places:
         return np.flatnonzero(np.isfinite(self.low))
 
-    def go(self, cell: float) -> None:
-        going = np.flatnonzero(self._first < self._last)
-        way = self._first[going]
-        clear = self.rays.at(going).clear(self.grid, way)
+    def go(self, cell: float, steps: int) -> None:
+        """Find the crossings, by some steps of false position, and crests within NEARLY of a `cell`."""
+        going, (starts, ends, _) = np.arange(len(self.low)), self._legs
+        way = starts
+        clear = self.rays.clear(self.grid, way)
         at_once = clear <= 0.0
         if at_once.any():
             self._begin_under(going[at_once], way[at_once], clear[at_once])
             going, way, clear = going[~at_once], way[~at_once], clear[~at_once]
-        once = self._once[going]
+        once = self._legs.once[going]
         if once.any():
-            self._drop(going[once], way[once], clear[once])
+            self._drop(going[once], way[once], clear[once], steps)
             going, way, clear = going[~once], way[~once], clear[~once]
         ways, clears, done = np.stack((way, way), axis=1), np.stack((clear, clear), axis=1), 1
         while going.size:
-            rays, last = self.rays.at(going), self._last[going]
+            rays, last = self.rays.at(going), ends[going]
             places = np.arange(done, done + min(MOST_SAMPLES, max(SAMPLES, TOGETHER // going.size)))
             done += places.size
-            more = self._first[going][:, np.newaxis] + self._step[going][:, np.newaxis] * places
+            more = starts[going][:, np.newaxis] + self._step[going][:, np.newaxis] * places
             np.minimum(more, last[:, np.newaxis], out=more)
             ways = np.concatenate((ways, more), axis=1)
             clears = np.concatenate((clears, rays.clear(self.grid, more)), axis=1)
-            hit = self._pass(going, rays, ways, clears, cell)
+            hit = self._pass(going, rays, ways, clears, cell, steps)
             stay = ~hit & (ways[:, -1] < last)
             going, ways, clears = going[stay], ways[stay, -2:], clears[stay, -2:]
 
     def _begin_under(self, own: Places, way: Floats, clear: Floats) -> None:
-        """Rays that begin under the ground: by no more than the difference of two grids, unless they began late."""
+        """Rays that begin under the ground: by no more than the difference of two grids."""
         before = self.rays.at(own).clear(self.grid, AGO * way)
         self.low[own] = way
         self.falls[own] = np.maximum((before - clear) / ((1.0 - AGO) * way + SLACK), FLATTEST)
-        self.sunk[own] = self._late[own]
 
-    def _drop(self, own: Places, way: Floats, clear: Floats) -> None:
+    def _drop(self, own: Places, way: Floats, clear: Floats, steps: int) -> None:
         """Rays that are so steep that they come ever nearer to the ground."""
-        rays, last = self.rays.at(own), self._last[own]
+        rays, last = self.rays.at(own), self._legs.last[own]
         after = rays.clear(self.grid, last)
         hit = np.flatnonzero(after <= 0.0)
         if hit.size:
             span = way[hit], clear[hit], last[hit], after[hit]
-            self.low[own[hit]], self.falls[own[hit]] = _false_position(rays.at(hit), self.grid, *span)
+            self.low[own[hit]], self.falls[own[hit]] = _false_position(rays.at(hit), self.grid, steps, *span)
 
-    def _pass(self, going: Places, rays: Rays, ways: Floats, clears: Floats, cell: float) -> Bools:
+    def _pass(self, going: Places, rays: Rays, ways: Floats, clears: Floats, cell: float, steps: int) -> Bools:
         """Look for crossings among samples (n, m), and for crests that a ray may touch between them."""
         under = clears <= 0.0
         place = under.argmax(axis=1)
         place[~under.any(axis=1)] = ways.shape[1]
         rises = clears[:, 1:] >= clears[:, :-1]
         row, column = np.nonzero(rises[:, 1:] & ~rises[:, :-1])
-        ahead = column + 1 < place[row]
+        ahead = (column + 1 < place[row]) & (ways[row, column + 2] > ways[row, column + 1])
         row, column = row[ahead], column[ahead]
         if row.size:
             before, middle, after = (clears[row, column + n] for n in range(3))
@@ -180,29 +160,34 @@ class March:
         if rows.size:
             end = place[rows]
             span = ways[rows, end - 1], clears[rows, end - 1], ways[rows, end], clears[rows, end]
-            way, falls = _false_position(rays.at(rows), self.grid, *span)
+            way, falls = _false_position(rays.at(rows), self.grid, steps, *span)
             self.low[going[rows]], self.falls[going[rows]] = way, falls
         return hit
 
 
 def _false_position(
-    rays: Rays, ground: Any, low: Floats, above: Floats, high: Floats, below: Floats
+    rays: Rays, ground: Any, steps: int, low: Floats, above: Floats, high: Floats, below: Floats
 ) -> tuple[Floats, Floats]:
     """Ways to the crossings between low and high, where the ground is `above` > 0 >= `below`, and how fast it nears.
 
-    A crossing that is found stays as it is: it does not depend on which rays are sought together.
+    A crossing does not depend on which rays are sought together.
     """
     falls = (above - below) / np.maximum(high - low, SLACK)
-    enough = CROSSED * falls
-    for _ in range(MOST):
-        way = low + (high - low) * (above / (above - below))
+    result, left = low + (high - low) * (above / (above - below)), np.arange(len(low))
+    way, enough = result, CROSSED * falls
+    for _ in range(steps):
         clear = rays.clear(ground, way)
-        found = np.abs(clear) <= enough * way
+        going = np.flatnonzero(np.abs(clear) > enough * way)
+        if not going.size:
+            break
+        if going.size < clear.size:
+            left, rays, clear, way, enough = left[going], rays.at(going), clear[going], way[going], enough[going]
+            low, above, high, below = low[going], above[going], high[going], below[going]
         over = clear > 0.0
         # The end that stays weighs half, so that it does not stay for long (Dowell and Jarratt 1971).
-        low, high = np.where(over | found, way, low), np.where(over & ~found, high, way)
-        if found.all():
-            break
+        low, high = np.where(over, way, low), np.where(over, high, way)
         above, below = np.where(over, clear, 0.5 * above), np.where(over, 0.5 * below, clear)
         below = np.minimum(below, -1e-300)
-    return low + (high - low) * (above / (above - below)), falls
+        way = low + (high - low) * (above / (above - below))
+        result[left] = way
+    return result, falls

@@ -11,7 +11,7 @@ from world.pictures.faces import rotations
 from world.pictures.lattice import PITCH, TINY, Lattice, Patch, corners, second, turned
 from world.pictures.lookup import Lookup, finest_face
 from world.pictures.rays import Rays
-from world.pictures.relief import SINCE, Relief
+from world.pictures.relief import Relief
 
 Places = NDArray[np.intp]
 
@@ -24,14 +24,12 @@ BLOCK = 1 << 14  # pixels per step: their arrays fit into the L2 cache
 class Cells(NamedTuple):
     """What interpolation does in cells (n,): where it errs by more than ERROR, and by how much if edges are bent.
 
-    `bends` (2, n) are half the second differences across and down. `near` (n,) is the largest nearness at corners,
-    infinite in the rough.
+    `bends` (2, n) are half the second differences across and down.
     """
 
     crooked: NDArray[np.bool_]
     bent: Floats
     bends: Floats
-    near: Floats
 
 
 class Ranging:
@@ -96,8 +94,7 @@ class Ranging:
             about[about] = good
         rest = np.flatnonzero(~about)
         if rest.size:
-            since = SINCE / (cells.near[cell[rest]] * along[rest])
-            found[own[rest]], _ = self.relief.meet(place, rays[:, rest], exact=True, since=since)
+            found[own[rest]], _ = self.relief.meet(place, rays[:, rest], exact=True)
         return found
 
     def _looked_over(self, near: Floats, rough: NDArray[np.bool_]) -> Cells:
@@ -129,7 +126,6 @@ def _cells(patch: Patch, near: Floats, rough: NDArray[np.bool_]) -> Cells:
         (given | (corners(straight / most, np.maximum) > 1.0)).ravel(),
         np.where(given, np.inf, bent).ravel(),
         np.stack(bends),
-        np.maximum(corners(patch.of(np.where(rough, np.inf, near)), np.maximum), TINY).ravel(),
     )
 
 

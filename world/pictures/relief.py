@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from world.attitude import Vector
 from world.pictures.grids import COARSER, CURVED, LEVELS, REACH, Curved, Grids
-from world.pictures.march import March, Rays
+from world.pictures.horizon import Horizon, Sectors, sectors
+from world.pictures.march import ABOUT, MOST, NEARLY, SLACK, Legs, March, Rays
 from world.sea import Bathymetry
 
 Floats = NDArray[np.floating[Any]]
@@ -17,7 +18,8 @@ Places = NDArray[np.intp]
 
 BLOCK = 1 << 12  # rays that are marched together: their arrays fit into the L2 cache
 BEHIND = 0.8  # a crest hides what is farther than its own way by this
-SINCE = 0.7  # of the way that the rays around a ray go, it is taken to be above the ground
+STEEPER = 1.25  # times as steep as a grid, a ray comes down to it so fast that it crosses it once
+CLOSE = 1e-7  # of the way, to which a ray is begun before a depth and ended after it
 TRIES, CUTS = 4, 20
 WIDER, CUT = np.array((1.0, 3.0, 7.0, 15.0)), np.arange(1, 8) / 8
 NARROW = 3e-5  # of the way, to which crossings are found where the bottom is not smooth
@@ -33,19 +35,13 @@ TRUE = 3e-4  # of the way, by which a crossing of curves may be from that of the
 class Crossings(NamedTuple):
     """What rays (n,) meet: `way`, NaN without a crossing; how fast they `fall` there; on which `level` of the grids.
 
-    `crest` is the way to the first place where they nearly touched the ground before; `sunk` are those that began under
-    the ground.
+    `crest` is the way to the first place where they nearly touched the ground before.
     """
 
     way: Floats
     fall: Floats
     level: NDArray[np.int8]
     crest: Floats
-    sunk: Bools
-
-    def put(self, chosen: Places, other: "Crossings") -> None:
-        for own, theirs in zip(self, other, strict=True):
-            own[chosen] = theirs
 
 
 class Relief:
@@ -53,7 +49,8 @@ class Relief:
 
     def __init__(self, sea: Bathymetry):
         self.sea = sea
-        self._grids = Grids(sea)
+        self._grids, self._sectors = Grids(sea), Sectors()
+        self._horizons: dict[int, tuple[Vector, Horizon]] = {}
 
     def meet(
         self,
@@ -63,7 +60,6 @@ class Relief:
         *,
         exact: bool = False,
         cell: float = 0.0,
-        since: Floats | None = None,
         until: Floats | None = None,
         lowered: float = 0.0,
     ) -> tuple[Floats, Bools]:
@@ -72,8 +68,7 @@ class Relief:
         Farther than the grids reach, the bottom is level; a ray that never meets it has a nearness of 0 or less. With a
         `reach` (m) it goes on from there as deep as it is beneath the place. In the rough rays that are up to
         `cell` per unit of way beside may meet something nearer. `exact` crossings are those of the true bottom, others
-        those of the grid. Rays are taken to be above the ground `since` some way (n,) if they are there.
-        A crossing after the way `until` (n,) may be missed. The bottom lies `lowered` m deeper.
+        those of the grid. A crossing after the way `until` (n,) may be missed. The bottom lies `lowered` m deeper.
         """
         own = Rays.of(place, rays, lowered)
         level = (self.sea.elsewhere if reach == math.inf else self.sea.depth(*place[:2])) + lowered - place[2]
@@ -81,18 +76,13 @@ class Relief:
         if reach < math.inf:
             nearness = np.minimum(nearness, np.hypot(own.north, own.east) / reach)
         found = _crossings(len(nearness))
-        self._march(own, reach, cell, since, until, found)
-        again = np.flatnonzero(found.sunk)
-        if again.size:
-            over = _crossings(again.size)
-            self._march(own.at(again), reach, cell, None, None if until is None else until[again], over)
-            found.put(again, over)
+        self._march(own, reach, cell, until, exact, found)
         hit = np.flatnonzero(found.level >= 0)
         if exact and hit.size:
             found.way[hit] = self._true(own.at(hit), found.way[hit], found.fall[hit], found.level[hit])
         nearness[hit] = 1.0 / found.way[hit]
         if not cell:
-            return nearness, found.sunk
+            return nearness, np.zeros(len(nearness), dtype=np.bool_)
         return nearness, (found.crest < math.inf) & (np.maximum(nearness, 1.0 / reach) < BEHIND / found.crest)
 
     def settle(self, place: Vector, rays: Floats, nearness: Floats) -> tuple[Floats, Bools]:
@@ -139,33 +129,69 @@ class Relief:
         return found
 
     def _march(
-        self, rays: Rays, reach: float, cell: float, since: Floats | None, until: Floats | None, found: Crossings
+        self, rays: Rays, reach: float, cell: float, until: Floats | None, exact: bool, found: Crossings
     ) -> None:
         """Fill in where rays cross the grids."""
-        flat = np.hypot(rays.north, rays.east)
         over = self.sea.shallowest + rays.lowered >= rays.place[2]
-        left, begin = np.flatnonzero(rays.down > 0.0) if over else np.arange(len(flat)), 0.0
+        left, begin = np.flatnonzero(rays.down > 0.0) if over else np.arange(len(rays.down)), 0.0
+        flat = np.maximum(np.hypot(rays.north, rays.east), SLACK)
         for number in range(LEVELS):
             end = min(reach, REACH * COARSER**number)
             if not left.size or begin >= end:
                 break
-            going = left if since is None else left[since[left] * flat[left] < end]
-            grid = self._grids.around(number, rays.place)
-            extent = self._grids.extent(number, rays.place, begin)
-            for start in range(0, going.size, BLOCK):
-                own = going[start : start + BLOCK]
-                ends = (None if each is None else each[own] for each in (since, until))
-                march = March(rays.at(own), grid, extent, (begin, end), *ends)
-                march.go(cell)
+            last = end / flat[left] if until is None else np.minimum(end / flat[left], until[left])
+            every, legs = self._legs(rays, number, left, flat, (begin / flat[left], last), cell)
+            for start in range(0, every.size, BLOCK):
+                part = slice(start, start + BLOCK)
+                own = every[part]
+                march = March(rays.at(own), self._grids.around(number, rays.place), legs.at(part))
+                march.go(cell, ABOUT if exact else MOST)
                 found.crest[own] = np.minimum(found.crest[own], march.crest)
                 hit = march.hits()
                 own = own[hit]
                 found.way[own], found.fall[own], found.level[own] = march.low[hit], march.falls[hit], number
-                found.sunk[own] = march.sunk[hit]
             left = left[found.level[left] < 0]
             begin = end
             if until is not None:
                 left = left[until[left] * flat[left] > end]
+
+    def _legs(
+        self, rays: Rays, number: int, own: Places, flat: Floats, ends: tuple[Floats, Floats], cell: float
+    ) -> tuple[Places, Legs]:
+        """Those of some rays that may touch the grid of a level between two ways, and where.
+
+        By `cell`, a ray touches what it nearly does.
+        """
+        grid = self._grids.around(number, rays.place)
+        top, bottom = (depth + rays.lowered - rays.place[2] for depth in (grid.shallowest, grid.deepest))
+        lowest = rays.down[own] + NEARLY * cell
+        near = np.flatnonzero(lowest * np.where(lowest < 0.0, *ends) >= top)
+        own, (first, last) = own[near], (each[near] for each in ends)
+        down, flat = rays.down[own], flat[own]
+        with np.errstate(divide="ignore"):
+            falling = bottom / down * (1.0 + CLOSE) + SLACK
+            last = np.where(down > 0.0, np.minimum(last, falling), last)
+            once = down > STEEPER * grid.steepest * flat
+            first = np.where(once, np.maximum(first, top / down * (1.0 - CLOSE)), first)
+        slant = np.flatnonzero(~once)
+        if slant.size:
+            there = own[slant]
+            sector = sectors(rays.north[there], rays.east[there])
+            horizon = self._horizon(number, rays.place)
+            touch, nearest, farthest = horizon.touched(sector, lowest[near[slant]] / flat[slant])
+            first[slant[~touch]] = np.inf
+            slant = slant[touch]
+            first[slant] = np.maximum(first[slant], nearest / flat[slant])
+            last[slant] = np.minimum(last[slant], farthest / flat[slant])
+        going = np.flatnonzero(first < last)
+        return own[going], Legs(first[going], last[going], once[going])
+
+    def _horizon(self, number: int, place: Vector) -> Horizon:
+        kept = self._horizons.get(number)
+        if kept is None or kept[0] != place:
+            kept = place, Horizon.around(place, self._grids.around(number, place), number, self._sectors)
+            self._horizons[number] = kept
+        return kept[1]
 
     def _true(self, rays: Rays, way: Floats, fall: Floats, level: NDArray[np.int8]) -> Floats:
         """Ways to the crossings of the true bottom next to those of grids: of curves, where these are near enough."""
@@ -176,9 +202,9 @@ class Relief:
                 own = every[start : start + BLOCK]
                 curved = self._grids.curved(number, rays.place)
                 there = rays.at(own)
-                found, good = _stepped(curved, there, way[own], fall[own])
-                good &= _is_true(there, curved, found)
+                found, good = _stepped(curved, there, way[own], fall[own], SECANTS)
                 way[own[good]] = found[good]
+                good &= _is_true(there, curved, found)
                 rest.append(own[~good])
         own = np.concatenate(rest)
         if own.size:
@@ -195,7 +221,7 @@ class Relief:
 def _crossings(count: int) -> Crossings:
     """Of rays that meet nothing."""
     none, never = np.full(count, np.nan), np.full(count, np.inf)
-    return Crossings(none, np.ones(count), np.full(count, -1, np.int8), never, np.zeros(count, np.bool_))
+    return Crossings(none, np.ones(count), np.full(count, -1, np.int8), never)
 
 
 def _is_true(rays: Rays, curved: Curved, way: Floats) -> Bools:
@@ -204,14 +230,14 @@ def _is_true(rays: Rays, curved: Curved, way: Floats) -> Bools:
     return rays.error(curved, way) < TRUE * falls
 
 
-def _stepped(ground: Any, rays: Rays, way: Floats, falls: Floats) -> tuple[Floats, Bools]:
+def _stepped(ground: Any, rays: Rays, way: Floats, falls: Floats, steps: int = 1) -> tuple[Floats, Bools]:
     """Ways to the crossings of a ground next to those of a grid, and which ones are found."""
     clear = rays.clear(ground, way)
     found = way + clear / falls
     good: Bools = np.abs(found - way) < SMOOTH * way
     left = np.flatnonzero(~good)
     if left.size:
-        nearer, good[left] = _secant(rays.at(left), ground, way[left], clear[left], found[left])
+        nearer, good[left] = _secant(rays.at(left), ground, way[left], clear[left], found[left], steps)
         found[left[good[left]]] = nearer[good[left]]
     return found, good
 

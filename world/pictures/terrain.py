@@ -12,7 +12,7 @@ from world.pictures import light
 from world.pictures.lamps import Beam
 from world.pictures.lattice import PITCH, TINY, Lattice, spread, turned
 from world.pictures.planes import BITS, GRAZING, Caster, Plane, Print, Shot, Strip, Window, Words, whole
-from world.pictures.relief import SINCE, Relief
+from world.pictures.relief import Relief
 from world.pictures.scenes import SHALLOWEST, Seabed, Standpoint
 from world.pictures.texture import TONES
 
@@ -61,7 +61,7 @@ class Terrain:
         error = ERROR * 2.0 / self.width / sine * (close + view.faint / np.maximum(close, view.nearest)) + TINY
         cells = [worst > 1.0 for worst in lattice.errors(nearness, rough, error, view.nearest)]
         masks = [spot.repeat(PITCH, axis=0).repeat(PITCH, axis=1) if spot.any() else None for spot in cells]
-        exact = self._in_the_rough(view, camera, masks, lattice.nearest(nearness, rough))
+        exact = self._in_the_rough(view, camera, masks)
         pixels = atlas[:-1].reshape(len(self.turns), self.width, self.width)
         done = 0
         for patch, turn, window, face, close, mask in zip(
@@ -83,19 +83,12 @@ class Terrain:
                     inner = values[:, strip[0].start - top : strip[0].stop - top, left - side : right - side]
                     close[strip] = view.paint(face[strip], turn, strip, inner)
 
-    def _in_the_rough(
-        self, view: "_View", camera: NDArray[np.float64], masks: Sequence[Bools | None], nearest: Sequence[Floats]
-    ) -> Floats:
-        """The fields (FIELDS, n) of the pixels that `masks` of the patches choose, ray by ray.
-
-        `nearest` is the largest nearness at the corners of each cell, infinite in the rough.
-        """
+    def _in_the_rough(self, view: "_View", camera: NDArray[np.float64], masks: Sequence[Bools | None]) -> Floats:
+        """The fields (FIELDS, n) of the pixels that `masks` of the patches choose, ray by ray."""
         found: list[Floats] = []
-        since: list[Floats] = []
-        for mask, near, patch, turn in zip(masks, nearest, self.lattice.patches, self.turns, strict=True):
+        for mask, patch, turn in zip(masks, self.lattice.patches, self.turns, strict=True):
             if mask is not None:
                 j, i = np.nonzero(mask)
-                since.append(SINCE / np.maximum(near[j // PITCH, i // PITCH], TINY))
                 y, x = (
                     (2.0 * (place + PITCH * start) + 1.0) / self.width - 1.0
                     for place, start in ((j, patch.row), (i, patch.column))
@@ -104,7 +97,7 @@ class Terrain:
         if not found:
             return np.empty((FIELDS, 0), dtype=np.float32)
         rays = turned(camera, np.concatenate(found, axis=1))
-        nearness, _ = view.meet(rays, 0.0, np.concatenate(since))
+        nearness, _ = view.meet(rays, 0.0)
         return view.fields(rays, nearness)[0]
 
 
@@ -126,8 +119,8 @@ class _View:
         self.coarsest = min(layer.coarsest + texel for layer, texel in zip(self.prints, self.texels, strict=True))
         self.colours = scene.bottom_colours[:, 0]
 
-    def meet(self, rays: Floats, cell: float, since: Floats | None = None) -> tuple[Floats, Bools]:
-        return self.terrain.relief.meet(self.place, rays, self.reach, cell=cell, since=since)
+    def meet(self, rays: Floats, cell: float) -> tuple[Floats, Bools]:
+        return self.terrain.relief.meet(self.place, rays, self.reach, cell=cell)
 
     def fields(self, rays: Floats, nearness: Floats) -> tuple[Floats, Floats]:
         """(FIELDS, n) of what rays (3, n; NED) meet at a nearness (n,), and the sines (n,) of their angles with it."""

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from world.pictures.grids import CURVED, REACH, Grids
+from world.pictures.grids import CURVED, LEVELS, REACH, Grids
+from world.pictures.horizon import Horizon, Sectors, sectors
 from world.pictures.relief import Relief
 from world.sea import Bathymetry
 
@@ -38,15 +39,28 @@ def test_curves_are_as_near_to_the_bottom_as_they_tell(level):
         assert np.median(apart) < 0.25 * np.median(straight)
 
 
-def test_extents_hold_all_depths_farther_than_told():
-    grid = Grids(hills()).around(2, PLACE)
-    extent = grid.extent_beyond(64.0, PLACE)
-    nodes = grid.nodes.reshape(-1, grid.columns)
-    north, east = (start + grid.step * np.arange(count) for start, count in zip(grid[:2], nodes.shape, strict=True))
-    away = np.hypot(north[:, None] - PLACE[0], east - PLACE[1])
-    assert extent.shallowest <= nodes[away > 64.0].min()
-    assert extent.deepest >= nodes[away > 64.0].max()
-    assert away[nodes < extent.middle].max() <= extent.edge < away.max()
+@pytest.mark.parametrize("level", range(LEVELS))
+@pytest.mark.parametrize("deep", [2.0, 6.9, 12.0])
+def test_no_ray_touches_a_grid_before_or_after_where_the_horizon_tells(level, deep):
+    place, rays = (*PLACE[:2], deep), rays_down(1500)
+    slope = rays[2] * 0.1
+    grid = Grids(hills()).around(level, place)
+    horizon = Horizon.around(place, grid, level, Sectors())
+    touch, nearest, farthest = horizon.touched(sectors(rays[0], rays[1]), slope)
+    first, last = np.full(len(slope), np.inf), np.zeros(len(slope))
+    first[touch], last[touch] = nearest, farthest
+    begin, end = (0.0 if level == 0 else REACH * 4 ** (level - 1)), REACH * 4**level
+    away = np.linspace(begin, end, 600)
+    places = [at + np.outer(each, away) for at, each in zip(PLACE[:2], rays[:2], strict=True)]
+    clear = grid.depths(*(each.ravel() for each in places)).reshape(places[0].shape) - deep - np.outer(slope, away)
+    outside = (away < first[:, np.newaxis]) | (away > last[:, np.newaxis])
+    assert (clear > 0.0)[outside].all()
+    crossing = (clear <= 0.0).any(axis=1)
+    assert touch[crossing].all()
+    if (~crossing).sum() > 100:
+        assert (~touch[~crossing]).mean() > 0.5  # most of those that miss are told
+    if level < 2 and crossing.any():
+        assert np.median(away[(clear <= 0.0).argmax(axis=1)][crossing] - first[crossing]) < 8 * grid.step
 
 
 @pytest.mark.parametrize("exact", [False, True])
@@ -57,14 +71,6 @@ def test_what_a_ray_meets_does_not_depend_on_the_rays_beside_it(exact):
         alone, same = relief.meet(PLACE, rays[:, own], exact=exact, cell=0.05)
         np.testing.assert_array_equal(alone, together[own])
         np.testing.assert_array_equal(same, rough[own])
-
-
-def test_a_ray_that_is_begun_under_the_ground_is_begun_again():
-    relief, rays = Relief(hills()), rays_down(2000)
-    expected, _ = relief.meet(PLACE, rays, exact=True)
-    hit = expected > 1.0 / 15.0
-    found, _ = relief.meet(PLACE, rays[:, hit], exact=True, since=1.05 / expected[hit])
-    np.testing.assert_allclose(found, expected[hit], rtol=1e-4)
 
 
 def test_a_crossing_that_is_about_known_is_settled():
