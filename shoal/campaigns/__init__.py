@@ -16,7 +16,7 @@ from shoal.campaigns.shards import WHOLE, Shard, parse_shard, shard_folder
 from shoal.campaigns.study import LOGS, Study, load_study
 from shoal.campaigns.study_runner import StudyRunner
 from shoal.campaigns.suite import Outcome, find_scenarios, log_again, run_jobs
-from shoal.campaigns.telling import details_of, facts_of, failures_of, warnings_of
+from shoal.campaigns.telling import details_of, facts_of, failures_of, other_logs, warnings_of
 
 __all__ = [
     "LOGS",
@@ -51,6 +51,7 @@ __all__ = [
     "log_again",
     "merge",
     "open_data_set",
+    "other_logs",
     "parse_shard",
     "processors",
     "rerun",

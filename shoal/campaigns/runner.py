@@ -1,9 +1,11 @@
 """Does jobs in the process that calls it."""
 
+import contextlib
 from pathlib import Path
 
 from runtime.problem import of_file
 from shoal.campaigns.job import Job, Unreadable
+from shoal.campaigns.template import load_template
 from shoal.scenarios import Draft, Result, ScenarioFileError, load_draft, run
 
 KEPT = 16  # drafts
@@ -22,12 +24,21 @@ class Runner:
         except OSError as error:
             return job.failed(of_file(error, job.path), Unreadable)
         except ScenarioFileError as error:
-            return job.failed(str(error), Unreadable)
+            return job.failed(f"{error}{self.hint(job.path)}", Unreadable)
         return run(scenario, seed=job.seed, log_root=job.log_root)
 
     def load(self, path: Path) -> Draft:
         """The draft of a file."""
         return load_draft(path)
+
+    def hint(self, path: Path) -> str:
+        """What may be meant by a file that is wrong; empty if nothing is known."""
+        with contextlib.suppress(ScenarioFileError, OSError):
+            if not path.is_file():
+                return ""
+            for place in load_template(path, Draft).distributions:
+                return f" (a value that varies, as {place} does, is for `shoal campaign`)"
+        return ""
 
     def _draft(self, path: Path) -> Draft:
         if path not in self._drafts:

@@ -13,3 +13,7 @@ class StudyRunner(Runner):
     def load(self, path: Path) -> Draft:
         """The draft of a scenario's file or of a study's."""
         return load_template(path, Draft).draft
+
+    def hint(self, path: Path) -> str:
+        """Nothing: values may vary here."""
+        return ""

@@ -1,7 +1,10 @@
 """What came of a run, in words."""
 
+import os
 from dataclasses import asdict
+from pathlib import Path
 
+from runtime.logs import logs_of_run
 from shoal.campaigns.suite import Outcome
 from shoal.scenarios import Result
 
@@ -26,6 +29,16 @@ def warnings_of(outcome: Outcome) -> list[str]:
     if not outcome.repeated:
         lines.append("the run for the log went otherwise: something in it depends on more than file and seed")
     return lines
+
+
+def other_logs(folder: Path) -> list[Path]:
+    """The other logs of the run that a log is of, in order: a vehicle begins a new one with a plan, and after it."""
+    try:
+        logs = logs_of_run(folder)
+    except (OSError, ValueError):
+        return []
+    others = [log for log in logs if log != folder.absolute()]
+    return others if folder.is_absolute() else [Path(os.path.relpath(log)) for log in others]
 
 
 def facts_of(outcome: Outcome) -> dict[str, object]:

@@ -27,6 +27,7 @@ from shoal.campaigns import (
     find_scenarios,
     junit_xml,
     log_again,
+    other_logs,
     run_jobs,
     warnings_of,
 )
@@ -188,7 +189,7 @@ class Tally:
         for outcome in self.outcomes:
             result = outcome.result
             warnings = [f"warning: {warning}" for warning in warnings_of(outcome)]
-            if not warnings and result.passed:
+            if outcome.is_wrong_use or (not warnings and result.passed):  # what is wrong with a file was told
                 continue
             self._print(f"\n{outcome.job.path}", "bold")
             for line in details_of(result):
@@ -198,6 +199,8 @@ class Tally:
             if not result.passed:
                 for vehicle, folder in result.logs.items():
                     self._print(f"  log of {vehicle}: {folder}")
+                    for other in other_logs(folder):
+                        self._print(f"    of the same run: {other}")
                 self._print(f"  again: {self.command(outcome)}")
 
     def sum_up(self, wall: float) -> None:

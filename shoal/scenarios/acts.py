@@ -1,6 +1,7 @@
 """What events do to a vehicle; the log of the vehicle tells each of them."""
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 
@@ -20,17 +21,17 @@ End = Callable[[], object]
 
 
 @dataclass(frozen=True)
-class Act:
+class Act(ABC):
     """What an event does to the vehicle of this name. `begin` may return the function that ends it."""
 
     vehicle: str
 
-    def check(self, stage: Stage) -> None:
+    def check(self, stage: Stage) -> None:  # noqa: B027, most have nothing to prepare
         """Prepare it, before the vehicles start. Raises ValueError if the vehicle cannot do it."""
 
+    @abstractmethod
     def begin(self, stage: Stage, lasting: float) -> End | None:
         """Do it, for so many seconds if that is finite; the caller ends it then."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import imc
 from imc.schema.yamltree import Node
@@ -14,6 +14,7 @@ from shoal.scenarios.margins import MEANING, Latest, Margin, gap, verdict
 from shoal.scenarios.operands import Operand, Operands, Watch
 from tasks.plan import COMPARISONS, SIGN, Logic
 
+T = TypeVar("T")
 _UNIT = "|".join(map(re.escape, sorted(UNITS, key=len, reverse=True)))
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _NAME = r"[A-Za-z_]\w*(?:\[[^\]]*\])?(?:\.\w+)?(?:@\w+(?:[-.]\w+)*)?"
@@ -57,6 +58,7 @@ class Expression(NamedTuple):
     watches: tuple[Watch, ...]
     value: Callable[[Latest], float]
     unit: str
+    is_enumeration: bool = False
 
 
 def parse(text: str, scope: Scope) -> Condition:
@@ -79,23 +81,23 @@ def parse_expression(text: str, scope: Scope) -> Expression:
     operand = operands.sum(logic)
     logic.end()
     operand.must_be_number()
-    return Expression(text, tuple(operands.watches), operand.value, operand.unit)
+    return Expression(text, tuple(operands.watches), operand.value, operand.unit, operand.enum is not None)
 
 
 def read_condition(node: Node, scope: Scope) -> Condition:
     """The condition in a file. Raises the error of the file, which names the line."""
-    text = node.text()
-    try:
-        return parse(text, scope)
-    except ValueError as error:
-        node.fail(f"{text}: {error}")
+    return _read(node, scope, parse)
 
 
 def read_expression(node: Node, scope: Scope) -> Expression:
     """The expression in a file. Raises the error of the file, which names the line."""
+    return _read(node, scope, parse_expression)
+
+
+def _read(node: Node, scope: Scope, parse: Callable[[str, Scope], T]) -> T:
     text = node.text()
     try:
-        return parse_expression(text, scope)
+        return parse(text, scope)
     except ValueError as error:
         node.fail(f"{text}: {error}")
 

@@ -1,6 +1,7 @@
 """What is expected of a run: how expectations are judged, each with its margin."""
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -41,7 +42,7 @@ class Expectation:
         return kinds.get(self.kind, Always)(self, stage)
 
 
-class Judge:
+class Judge(ABC):
     """Judges an expectation at each message that it watches; `verdict` is its judgement at the end."""
 
     transient = True
@@ -67,13 +68,13 @@ class Judge:
             return
         self.consider(now)
 
+    @abstractmethod
     def consider(self, now: float) -> None:
         """Judge at a time at which the expectation applies."""
-        raise NotImplementedError
 
+    @abstractmethod
     def verdict(self) -> Verdict:
         """The judgement, at the end of the run."""
-        raise NotImplementedError
 
     def said(self, margin: float, reason: str, time: float, *, applied: bool = True) -> Verdict:
         passed = margin > 0.0
@@ -221,9 +222,10 @@ class After(Judge):
             self._least, self._time = margin, begin
 
     def verdict(self) -> Verdict:
+        end = min(self._stage.time, self.expected.end)
         for begin, margin in self._open:
-            is_over = self._stage.time >= begin + self.expected.within
-            if is_over or (margin > 0.0) != self.expected.steady:  # what the end of the run leaves open is not judged
+            is_over = end >= begin + self.expected.within
+            if is_over or (margin > 0.0) != self.expected.steady:  # what the end leaves open is not judged
                 self._decide(begin, margin)
         self._open.clear()
         if not self.count:

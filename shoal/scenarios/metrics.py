@@ -10,6 +10,7 @@ from shoal.scenarios.lookout import missing
 from shoal.scenarios.stage import Stage
 
 KINDS = ("max", "min", "mean", "rms", "first", "last", "percentile", "time above", "time below")
+OF_ENUMERATIONS = ("first", "last")
 
 
 @dataclass(frozen=True, eq=False)

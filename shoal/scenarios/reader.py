@@ -15,7 +15,7 @@ from shoal.scenarios.events import Occurrence, Role, read_events
 from shoal.scenarios.expectations import Expectation
 from shoal.scenarios.link_reader import read_links
 from shoal.scenarios.margins import contrary
-from shoal.scenarios.metrics import KINDS, Metric
+from shoal.scenarios.metrics import KINDS, OF_ENUMERATIONS, Metric
 from shoal.scenarios.profiles import Profiles
 from shoal.scenarios.scenario import Actor, Scenario, Setting
 from shoal.scenarios.shorthands import Tasks, start_settings, world_settings
@@ -247,6 +247,9 @@ class ScenarioReader:
             parts = known(node, kind, *([needed] if needed else []), "from", "to", "while", "vehicle")
             scope = self._scope(parts.get("vehicle"))
             expression = read_expression(parts[kind], scope)
+            if expression.is_enumeration and kind not in OF_ENUMERATIONS:
+                parts[kind].fail(f"{expression.text} is an enumeration, whose numbers have no {kind}: "
+                                 f"{' or '.join(OF_ENUMERATIONS)} of it, or an expectation such as always")  # fmt: skip
             bound = math.nan
             if needed:
                 if needed not in parts:

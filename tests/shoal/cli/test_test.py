@@ -16,6 +16,14 @@ from tests.outside import children, until
 from tests.shoal.campaigns.examples import FLAT, NAME, TROUBLE, scenario, trouble
 from tests.shoal.cli.installed import ENVIRONMENT, SHOAL, shoal
 
+PLANNED = f"""\
+vehicle:
+  profile: {NAME}
+  plan: {{origin: "41.185°, -8.7062°", speed: 1.2 m/s, depth: 0 m, maneuvers: [{{goto: {{north: 90}}}}]}}
+limit: 12 s
+expect:
+  - {{outcome: SUCCESS}}
+"""
 LOG = f"{NAME}/20260101/000000"
 
 
@@ -112,6 +120,28 @@ def test_a_file_that_cannot_be_read_is_one_line_and_the_others_run(write):
     assert "No such file" in told["e"][1]
     assert told["f"][1] == "f.scenario.yaml: a scenario is a file"
     assert "1 passed, 1 failed, 5 not readable" in out
+    assert out.count("'nothere'") == 1  # each is told once
+    assert out.count("again: ") == 1
+
+
+def test_a_distribution_in_a_scenario_is_said_to_be_for_a_campaign(write):
+    folder = write(a=scenario().replace("limit: 20 s", "limit: {uniform: [10 s, 20 s]}"))
+    status, out, _ = shoal("test", cwd=folder)
+    assert status == 2
+    assert "(a value that varies, as limit does, is for `shoal campaign`)" in out
+    assert shoal("test", "--set", "limit=1 s", cwd=folder).returncode == 0
+
+
+def test_all_logs_of_a_failed_run_are_told(write):
+    """A vehicle begins a log with a plan."""
+    folder = write(a=PLANNED)
+    status, out, _ = shoal("test", cwd=folder)
+    assert status == 1
+    told = [
+        Path(place) for place in re.findall(r"(?:log of lauv-noptilus-1|of the same run): (.*)$", out, re.MULTILINE)
+    ]
+    assert len(told) == 2
+    assert {folder / place for place in told} == {path.parent for path in folder.rglob("Data.lsf.gz")}
 
 
 @pytest.mark.parametrize(

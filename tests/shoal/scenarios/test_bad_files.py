@@ -59,6 +59,8 @@ OTTER = "vehicle: {profile: otter}\n"
         (OTTER + "metrics: {a: {percentile: SimulatedState.z, of: 101 %}}", 2, "from 0 to 100"),
         (OTTER + "metrics: {a: {time above: SimulatedState.z, limit: 3 s}}", 2, "should be in m"),
         (OTTER + "metrics: {a: {max: SimulatedState.z < 3}}", 2, "'<' is not expected"),
+        (OTTER + "metrics: {a: {max: VehicleState.op_mode}}", 2, "is an enumeration, whose numbers have no max"),
+        (OTTER + "metrics: {a: {time above: VehicleState.op_mode, limit: 1}}", 2, "first or last of it"),
         (OTTER + "limit: soon", 2, "'soon' is not a duration"),
         (OTTER + "limit: 0", 2, "limit must be above 0"),
         (OTTER + "seed: -1", 2, "expected a whole number"),

@@ -107,6 +107,19 @@ def test_until_needs_what_holds_before():
     assert judged("until", "Depth.value > 5", depths(7, 9), then="Depth.value < 3").passed
 
 
+@pytest.mark.parametrize(("end", "applied"), [(2.5, False), (3.0, True), (9.0, True)])
+def test_what_should_follow_is_not_judged_if_its_time_is_cut_short(end, applied):
+    """It begins at 1 s, and has 2 s."""
+    found = judged("after", "Depth.value > 5", depths(1, 6, 6, 6, 6), then="Depth.value > 7", within=2.0, end=end)
+    assert (found.passed, found.applied) == (not applied, applied)
+    met = judged("after", "Depth.value > 5", depths(1, 6, 8, 6, 6), then="Depth.value > 7", within=2.0, end=2.5)
+    assert (met.passed, met.applied, met.margin) == (True, True, 1.0)
+    broken = judged(
+        "after", "Depth.value > 5", depths(1, 6, 8, 6), then="Depth.value < 7", within=2.0, end=2.5, steady=True
+    )
+    assert (broken.passed, broken.margin) == (False, -1.0)
+
+
 def test_after_each_beginning_something_follows():
     course = depths(1, 6, 6, 9, 1, 6, 8, 1)
     followed = judged("after", "Depth.value > 5", course, then="Depth.value > 7", within=2.0)
