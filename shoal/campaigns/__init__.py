@@ -6,12 +6,14 @@ from shoal.campaigns.comparison import Comparison, Pair, compare
 from shoal.campaigns.dataset import DataSet, open_data_set
 from shoal.campaigns.job import SUFFIX, Do, Job, Unfinished, Unreadable
 from shoal.campaigns.junit import junit_xml
+from shoal.campaigns.keeping import findings_of, told
 from shoal.campaigns.merging import Merged, merge
 from shoal.campaigns.notebook import run
 from shoal.campaigns.page import campaign_page
 from shoal.campaigns.pool import WALL_LIMIT, Pool, processors
 from shoal.campaigns.rows import is_finished
 from shoal.campaigns.runner import Runner
+from shoal.campaigns.search import Findings
 from shoal.campaigns.shards import WHOLE, Shard, parse_shard, shard_folder
 from shoal.campaigns.study import LOGS, Study, load_study
 from shoal.campaigns.study_runner import StudyRunner
@@ -26,6 +28,7 @@ __all__ = [
     "Comparison",
     "DataSet",
     "Do",
+    "Findings",
     "Job",
     "Merged",
     "Outcome",
@@ -45,6 +48,7 @@ __all__ = [
     "facts_of",
     "failures_of",
     "find_scenarios",
+    "findings_of",
     "is_finished",
     "junit_xml",
     "load_study",
@@ -58,5 +62,6 @@ __all__ = [
     "run",
     "run_jobs",
     "shard_folder",
+    "told",
     "warnings_of",
 ]

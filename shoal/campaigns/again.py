@@ -7,6 +7,7 @@ from pathlib import Path
 from shoal.campaigns.dataset import DataSet, DataSetError
 from shoal.campaigns.job import Do, Job
 from shoal.campaigns.rows import Row
+from shoal.campaigns.search import values_of
 from shoal.campaigns.study import Study, load_study
 from shoal.campaigns.template import Make
 from shoal.campaigns.versions import versions
@@ -53,7 +54,7 @@ def rerun(
     Raises DataSetError, and what reading the study raises.
     """
     row, study = data.row(run), study_of(data, make=make, file=file)
-    values = {**study.values(run), **(changes or {})}
+    values = {**study.written(values_of(row, study.design.varied)), **(changes or {})}
     result = do(Job(run, study.path, values, study.seed_of(run), log_root.absolute() if log_root else None))
     return Rerun(row, result, values, () if changes else tuple(_differences(row, result)))
 

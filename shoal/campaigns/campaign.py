@@ -2,17 +2,20 @@
 
 import shutil
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from shoal.campaigns.dataset import LOGS, DataSet, Recording, about_study
+from shoal.campaigns.distributions import Scalar
 from shoal.campaigns.engine import Engine
 from shoal.campaigns.engines import open_engine
 from shoal.campaigns.job import Do, Job
+from shoal.campaigns.keeping import keep_findings
 from shoal.campaigns.library import library
 from shoal.campaigns.pool import WALL_LIMIT
 from shoal.campaigns.rows import row_of
+from shoal.campaigns.search import Course
 from shoal.campaigns.shards import WHOLE, Shard, check_shard
 from shoal.campaigns.study import Study
 from shoal.campaigns.study_runner import StudyRunner
@@ -41,11 +44,11 @@ def carry_out(
     over; OSError if the disk is full.
     """
     library("pyarrow.parquet")  # before hours of runs, not after them
-    check_shard(shard, study.ending)
+    check_shard(shard, study.ending, searches=study.search is not None)
     with ExitStack() as stack:
         recording = stack.enter_context(Recording(folder, about_study(study)))
         data = recording.data
-        progress = _Progress(study, data, shard)
+        progress = _progress(study, data, shard)
         tell(data)
         try:
             if progress.end is None:
@@ -59,22 +62,39 @@ def carry_out(
             raise RuntimeError("a run has no result")
         recording.finish(progress.end)
         data.write()
+        if study.search is not None:
+            keep_findings(study, data)
     return data
 
 
-def _work_off(study: Study, recording: Recording, progress: "_Progress", engine: Engine, tell: Tell) -> None:
+def _progress(study: Study, data: DataSet, shard: Shard) -> "_Progress | Course":
+    if study.search is None:
+        return _Progress(study, data, shard)
+    return Course(study.search, study.ending.most, study.seed, data.rows)
+
+
+def _work_off(study: Study, recording: Recording, progress: "_Progress | Course", engine: Engine, tell: Tell) -> None:
     folder = recording.data.folder
     written = time.monotonic()
-    for job, result in engine.run(progress.jobs(folder)):
-        run, cpu = int(job.key), result.cpu if isinstance(result, Timed) else 0.0
-        numbers = study.design.numbers(run)
-        row = row_of(run, study.seed_of(run), numbers, result, versions=versions(), cpu=cpu, folder=folder)
-        recording.add(row)
-        progress.look()
-        tell(recording.data)
-        if time.monotonic() - written > TABLE_PERIOD:
-            recording.data.write()
-            written = time.monotonic()
+    for runs in progress.rounds():
+        jobs = (_job(study, folder, run, progress.numbers(run)) for run in runs)
+        for job, result in engine.run(jobs):
+            run, cpu = int(job.key), result.cpu if isinstance(result, Timed) else 0.0
+            numbers = progress.numbers(run)
+            row = row_of(run, study.seed_of(run), numbers, result, versions=versions(), cpu=cpu, folder=folder)
+            recording.add({**row, **progress.marks(run)})
+            progress.look()
+            tell(recording.data)
+            if time.monotonic() - written > TABLE_PERIOD:
+                recording.data.write()
+                written = time.monotonic()
+
+
+def _job(study: Study, folder: Path, run: int, numbers: Mapping[str, Scalar]) -> Job:
+    logs = None if study.logs == "none" else log_folder(folder, run)
+    if logs is not None and logs.exists():  # of a run that was not ended
+        shutil.rmtree(logs)
+    return Job(run, study.path, study.written(numbers), study.seed_of(run), logs)
 
 
 class _Progress:
@@ -102,17 +122,24 @@ class _Progress:
             else:
                 break
 
-    def jobs(self, folder: Path) -> Generator[Job]:
-        study = self._study
+    def numbers(self, run: int) -> Mapping[str, Scalar]:
+        """What a run has drawn, without units."""
+        return self._study.design.numbers(run)
+
+    def marks(self, run: int) -> dict[str, object]:
+        """What its row says besides."""
+        return {}
+
+    def rounds(self) -> Generator[Iterable[int]]:
+        """The runs that are left, all in one round: none depends on others."""
+        yield self._left()
+
+    def _left(self) -> Generator[int]:
         for run in self._runs:
             if self.end is not None:
                 return
-            if run in self._data.rows:
-                continue
-            logs = None if study.logs == "none" else log_folder(folder, run)
-            if logs is not None and logs.exists():  # of a run that was not ended
-                shutil.rmtree(logs)
-            yield Job(run, study.path, study.values(run), study.seed_of(run), logs)
+            if run not in self._data.rows:
+                yield run
 
 
 def log_folder(folder: Path, run: int) -> Path:

@@ -150,6 +150,7 @@ def about_study(study: Study) -> dict[str, Any]:
     `runs` are those that all draws depend on, if they do; `most` is how many there are to be.
     """
     varied = {name: found.text for name, found in study.design.varied.items()}
+    search = study.search
     return {
         "study": study.name,
         "description": study.description,
@@ -163,14 +164,15 @@ def about_study(study: Study) -> dict[str, Any]:
         "fixed": dict(study.fixed),
         "most": study.ending.most,
         "confidence": study.ending.confidence,
-        "versions": versions(),
+        "versions": f"{versions()}, {search.library}" if search is not None else versions(),
+        **({"search": search.about()} if search is not None else {}),
     }
 
 
 def difference(had: Mapping[str, Any], about: Mapping[str, Any]) -> str:
     """Why runs of one study and version cannot be among those of another, after "it has"; empty if they can."""
     if had["digest"] != about["digest"]:
-        keys = ("study", "seed", "sampling", "runs", "varied", "fixed")
+        keys = ("study", "seed", "sampling", "runs", "varied", "fixed", "search")
         reasons = [key for key in keys if had.get(key) != about.get(key)]
         why = f"{', '.join(reasons)} differ" if reasons else "the scenario or one of its files has changed"
         return f"runs of another study, {quoted(cast(str, had['study']))}: {why}"

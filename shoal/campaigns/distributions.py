@@ -53,6 +53,12 @@ class Distribution:
         return f"{value!r} {self.unit}" if self.unit and not isinstance(value, str) else value
 
 
+def parse_scalar(value: float | str) -> tuple[float, str] | None:
+    """The number of a value and its unit; None if it is no number."""
+    match = _QUANTITY.fullmatch(str(value).strip())
+    return (float(match.group(1)), (match.group(2) or "").strip()) if match else None
+
+
 def is_distribution(node: Node) -> bool:
     """Whether a mapping in a scenario stands for the value that a distribution gives."""
     return isinstance(node.content, dict) and len(node.content) >= 1 and next(iter(node.content)) in KINDS

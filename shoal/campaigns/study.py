@@ -12,14 +12,15 @@ from imc.schema.yamltree import Node, read_text, read_tree
 from runtime.problem import hinted
 from shoal.campaigns.bundle import Bundle, make_bundle
 from shoal.campaigns.design import SAMPLINGS, WHOLE, Design, seed_of
-from shoal.campaigns.distributions import Distribution, StudyFileError, read_distribution
+from shoal.campaigns.distributions import Distribution, Scalar, StudyFileError, read_distribution
 from shoal.campaigns.rates import Ending
+from shoal.campaigns.search import Search, read_search
 from shoal.campaigns.template import Make, load_template
 from shoal.scenarios import Draft
 
 SUFFIX = ".study.yaml"
 LOGS = ("all", "failed", "none")
-_KEYS = ("study", "description", "scenario", "vary", "runs", "until", "seed", "sampling", "logs", "files")
+_KEYS = ("study", "description", "scenario", "vary", "runs", "until", "seed", "sampling", "logs", "files", "search")
 _UNTIL = ("pass rate known to", "at most", "confidence")
 _MOST = 10_000_000  # runs
 _PERCENT = re.compile(r"(\d+\.?\d*|\.\d+)\s*%")
@@ -45,6 +46,7 @@ class Study:
     digest: str
     description: str = ""
     bundle: Bundle = field(default_factory=lambda: Bundle({}), repr=False)
+    search: Search | None = None
 
     @property
     def seed(self) -> int:
@@ -52,10 +54,15 @@ class Study:
 
     def values(self, run: int) -> dict[str, object]:
         """What a run sets in the scenario, by path."""
-        return {**self.fixed, **self.design.values(run)}
+        return self.written(self.design.numbers(run))
+
+    def written(self, numbers: Mapping[str, Scalar]) -> dict[str, object]:
+        """What a run sets in the scenario, by path, from what varies without its units."""
+        return {**self.fixed, **{name: self.design.varied[name].written(found) for name, found in numbers.items()}}
 
     def seed_of(self, run: int) -> int:
-        return seed_of(self.design.seed, run)
+        """The seed of a run. In a search all have that of the scenario: what differs is due to the values alone."""
+        return self.search.seed if self.search is not None else seed_of(self.design.seed, run)
 
 
 def load_study(
@@ -98,15 +105,22 @@ class _Reader:
         sampling = self._word("sampling", SAMPLINGS, "random")
         seed = self._nodes["seed"].integer() if "seed" in self._nodes else 0
         design = Design(varied, sampling, seed, 0)
+        search = self._search(varied) if "search" in self._nodes else None
         ending = self._ending(design, runs)
-        design.runs = ending.most if sampling in WHOLE else 0
+        design.runs = ending.most if sampling in WHOLE or search is not None else 0
         logs = self._word("logs", LOGS, "none")
         name = self._text("study", self._path.name.removesuffix(SUFFIX))
         self._check_first(design)
         bundle = self._bundle(design, path)
-        digest = self._digest(design, bundle)
+        digest = self._digest(design, bundle, search)
         about = self._text("description", "")
-        return Study(name, self._path, path, design, ending, logs, self._fixed, digest, about, bundle)
+        return Study(name, self._path, path, design, ending, logs, self._fixed, digest, about, bundle, search)
+
+    def _search(self, varied: Mapping[str, Distribution]) -> Search:
+        for key in ("until", "sampling"):
+            if key in self._nodes:
+                self._nodes[key].fail(f"search and {key} exclude each other: a search chooses the values of its runs")
+        return read_search(self._nodes["search"], self._draft, varied, self._lines(), self._fixed)
 
     def _check_first(self, design: Design) -> None:
         """Refuse what the first run cannot have, before any run; of a single value, at its line of the study."""
@@ -114,7 +128,7 @@ class _Reader:
         try:
             self._draft.scenario({**self._fixed, **values})
         except ValueError:
-            nodes = self._inside | (self._nodes["vary"].mapping() if "vary" in self._nodes else {})
+            nodes = self._lines()
             for place, value in values.items():
                 try:
                     self._draft.scenario({**self._fixed, place: value})
@@ -132,14 +146,16 @@ class _Reader:
 
     def _varied(self) -> dict[str, Distribution]:
         """Distributions in the scenario itself, then those under `vary`, which replace the former."""
-        nodes = dict(self._inside)
-        if "vary" in self._nodes:
-            nodes |= self._nodes["vary"].mapping()
+        nodes = self._lines()
         varied = {place: read_distribution(node) for place, node in nodes.items() if place not in self._fixed}
         for place, found in varied.items():
             first = {place: found.written(found.at([0.5])[0])}
             self._check_place(place, nodes[place], first, varied)
         return varied
+
+    def _lines(self) -> dict[str, Node]:
+        """Where the distributions are, by the place of their value."""
+        return self._inside | (self._nodes["vary"].mapping() if "vary" in self._nodes else {})
 
     def _check_place(
         self, place: str, node: Node | None, first: Mapping[str, object], varied: Mapping[str, Distribution]
@@ -216,6 +232,8 @@ class _Reader:
         """All files of all runs: a value that is a text may name a plan or a profile."""
         first = {**self._fixed, **design.values(0)}
         sources = self._draft.sources(first)
+        with suppress(ValueError):
+            sources |= self._draft.sources(self._fixed)  # what a search may go back to
         for place, varied in design.varied.items():
             for cell in varied.cells:
                 if isinstance(cell, str):
@@ -233,8 +251,9 @@ class _Reader:
                 if file.is_file() and not any(part.startswith((".", "__pycache__")) for part in below):
                     yield Path(node.text(), *below).as_posix(), file
 
-    def _digest(self, design: Design, bundle: Bundle) -> str:
+    def _digest(self, design: Design, bundle: Bundle, search: Search | None) -> str:
         varied = {name: [found.text, found.unit] for name, found in design.varied.items()}
         parts = [self._draft.digest, design.seed, design.sampling, design.runs, varied, dict(self._fixed)]
         parts += [bundle.digest] if bundle.digest else []
+        parts += search.parts if search is not None else []
         return hashlib.sha256(json.dumps(parts, ensure_ascii=False).encode()).hexdigest()

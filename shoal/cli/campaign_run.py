@@ -22,6 +22,7 @@ from shoal.campaigns import (
     Shard,
     StudyRunner,
     carry_out,
+    findings_of,
     is_finished,
     load_study,
     open_data_set,
@@ -29,6 +30,7 @@ from shoal.campaigns import (
     shard_folder,
 )
 from shoal.campaigns import rerun as rerun_run
+from shoal.cli.campaign_search import show_findings, state_of
 from shoal.cli.log_export import extra
 from shoal.cli.options import (
     check_log_folder,
@@ -103,17 +105,21 @@ def run(
         folder = shard_folder(out or Path("campaigns") / plan.name, shard)
         if plan.logs != "none":
             check_log_folder(folder)
-        bar = _Bar(len(shard.runs(plan.ending.most)))
+        shrinking = plan.search.shrink if plan.search and plan.search.goal.breaks else 0
+        bar = _Bar(len(shard.runs(plan.ending.most)) + shrinking)
         try:
             with bar.progress:
                 data = carry_out(plan, folder, workers=workers, wall_limit=wall_limit, shard=shard, tell=bar.tell)
         except KeyboardInterrupt:
             done = open_data_set(folder)
-            click.echo(f"stopped: {done.rate}; the same command goes on", err=True)
+            click.echo(f"stopped: {state_of(done)}; the same command goes on", err=True)
             sys.exit(STOPPED)
     if data.damaged:
         click.echo(f"warning: {data.damaged} lines of the journal were damaged; their runs were done again", err=True)
-    _sum_up(data)
+    if (shown := findings_of(data)) is not None:
+        show_findings(data, shown)
+    else:
+        _sum_up(data)
 
 
 @click.command()
@@ -160,12 +166,10 @@ class _Bar:
     def tell(self, data: DataSet) -> None:
         now = time.monotonic()
         if self._is_live:
-            rate = data.rate
-            words = f"{rate.share:.1%} ± {rate.half_width:.1%} passed" if rate.runs else "starting"
-            self.progress.update(self._task, completed=rate.runs, description=words)
+            self.progress.update(self._task, completed=len(data.rows), description=state_of(data, is_short=True))
         elif now - self._told > TELL_PERIOD:
             self._told = now
-            click.echo(str(data.rate), err=True)
+            click.echo(state_of(data), err=True)
 
 
 def _sum_up(data: DataSet) -> None:

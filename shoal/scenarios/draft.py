@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from imc.schema.yamltree import Node, read_text, read_tree
 from runtime.profile import load_profile
+from shoal.scenarios.paths import moved
 from shoal.scenarios.profiles import Profiles
 from shoal.scenarios.reader import ScenarioReader
 from shoal.scenarios.scenario import Scenario, ScenarioFileError
@@ -49,10 +50,26 @@ class Draft:
 
         Numbers are in SI, or in the unit of a parameter. Raises ScenarioFileError naming the line of the value.
         """
-        root = self._root
-        for place, value in (values or {}).items():
-            root = _put(root, place.split("/"), value)
-        return ScenarioReader(root, self.path, self._profiles).scenario()
+        return ScenarioReader(self._changed(values or {}), self.path, self._profiles).scenario()
+
+    def tree(self, values: Mapping[str, object], folder: Path) -> Node:
+        """The tree with some values replaced, for a file in a folder: paths of plans and profiles begin there."""
+        return moved(self._changed(values), self.path.parent, folder)
+
+    def usual(self, place: str) -> object:
+        """The value at a place: that of the file, or that of a parameter which the file does not set; None if unknown.
+
+        A text that is a number is given as one.
+        """
+        if (node := self.places().get(place)) is not None:
+            return node.value()
+        for actor in self.scenario().actors:
+            for start in ("vehicle/parameters/", f"vehicles/{actor.name}/parameters/"):
+                if place.startswith(start):
+                    section, _, option = place.removeprefix(start).rpartition("/")
+                    text = self._profiles.usual(actor.profile, actor.name, section, option)
+                    return None if text is None else Node(text, "", 0, plain=True).value()
+        return None
 
     def sources(self, values: Mapping[str, object] | None = None) -> Sources:
         """What the scenario with these values is made of, besides the file itself. Raises as `scenario` does."""
@@ -76,6 +93,12 @@ class Draft:
             if actor.plan is not None:
                 made.update(actor.plan.replace(timestamp=0.0).to_json().encode())
         return made.hexdigest()
+
+    def _changed(self, values: Mapping[str, object]) -> Node:
+        root = self._root
+        for place, value in values.items():
+            root = _put(root, place.split("/"), value)
+        return root
 
 
 def _mended(node: Node) -> Node:

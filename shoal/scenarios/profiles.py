@@ -59,7 +59,17 @@ class Profiles:
 
     def dump(self, name: str, vehicle: str) -> str:
         """The effective configuration of a profile."""
-        return self._read.get((name, vehicle), self._read.get((name, "")) or self._read[name, vehicle]).dump()
+        return self._known(name, vehicle).dump()
+
+    def usual(self, name: str, vehicle: str, section: str, option: str) -> str | None:
+        """The text of an option of a profile that was read, else the default of the task; None if there is none."""
+        text = self._known(name, vehicle).value(section, option)
+        cls = find_task(section)
+        parameter = find_parameter(cls.parameters(), option) if cls is not None else None
+        if text or parameter is None:
+            return text or None
+        default = parameter.default
+        return str(default).lower() if isinstance(default, bool) else str(default)
 
     def start_ns(self, node: Node, profile: Profile, settings: Sequence[Setting]) -> int:
         """When virtual time starts (ns since 1970 UTC). Raises the error of the file."""
@@ -96,6 +106,9 @@ class Profiles:
         if len(self._fine) >= MOST_FINE:
             self._fine.clear()
         self._fine.add(key)
+
+    def _known(self, name: str, vehicle: str) -> Profile:
+        return self._read.get((name, vehicle), self._read.get((name, "")) or self._read[name, vehicle])
 
 
 def placed(problem: Problem, settings: Sequence[Setting]) -> str:

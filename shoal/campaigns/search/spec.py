@@ -1,0 +1,92 @@
+"""The key `search` of a study: what is sought, among which values, and with how many runs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from imc.schema.yamltree import Node
+from runtime.problem import hinted
+from shoal.campaigns.distributions import Distribution, Scalar, parse_scalar
+from shoal.campaigns.search.axes import Axis, axis_of
+from shoal.campaigns.search.goal import COUNTED, MAXIMISE, MINIMISE, Goal, read_goal
+
+KEYS = (MINIMISE, MAXIMISE, COUNTED, "at a time", "shrink")
+AT_A_TIME, MOST_AT_A_TIME = 8, 1000
+SHRINK, MOST_SHRINK = 60, 100_000
+
+
+@dataclass(frozen=True)
+class Search:
+    """A search among `axes`, by place. All its runs have the `seed` of the scenario.
+
+    Of the runs of the study the first is the scenario as it is, the others are trials, `at_a_time` of which follow
+    from those before. Up to `shrink` runs more make the change that breaks it smaller.
+    """
+
+    goal: Goal
+    axes: Mapping[str, Axis]
+    seed: int
+    at_a_time: int = AT_A_TIME
+    shrink: int = SHRINK
+
+    def about(self) -> dict[str, Any]:
+        """What a data set says of it."""
+        return {**self.goal.about(), "axes": {place: axis.about() for place, axis in self.axes.items()}}
+
+    @property
+    def parts(self) -> list[object]:
+        """What its runs depend on."""
+        return [*self.goal.about().values(), self.seed, self.at_a_time, self.shrink]
+
+    @property
+    def library(self) -> str:
+        """Name and version of the library that chooses the trials: another version may choose others."""
+        try:
+            return f"optuna {version('optuna')}"
+        except PackageNotFoundError:
+            return "no optuna"
+
+
+def read_search(
+    node: Node, draft: Any, varied: Mapping[str, Distribution], lines: Mapping[str, Node], fixed: Mapping[str, object]
+) -> Search:
+    """The search of a study. `lines` are where the distributions are. Raises the error of the tree, with its line."""
+    nodes = node.mapping()
+    for key, item in nodes.items():
+        if key not in KEYS:
+            item.fail(hinted(f"search: unknown key {key!r}", key, KEYS))
+    scenario = draft.scenario(fixed)
+    goal = read_goal(node, scenario)
+    if not varied:
+        node.fail("a search needs something to vary: there is no distribution")
+    axes: dict[str, Axis] = {}
+    for place, found in varied.items():
+        if found.gridded:
+            lines[place].fail(f"{place}: a search chooses values itself: write choice or uniform instead of grid")
+        try:
+            axes[place] = axis_of(place, found, _default(draft.usual(place), found))
+        except ValueError as error:
+            lines[place].fail(f"{place}: {error}")
+    at_a_time = _count(nodes, "at a time", 1, MOST_AT_A_TIME, AT_A_TIME)
+    return Search(goal, axes, scenario.seed, at_a_time, _count(nodes, "shrink", 0, MOST_SHRINK, SHRINK))
+
+
+def _count(nodes: Mapping[str, Node], key: str, least: int, most: int, default: int) -> int:
+    if key not in nodes:
+        return default
+    found = nodes[key].integer()
+    if not least <= found <= most:
+        nodes[key].fail(f"{key}: expected {least} to {most}, not {found}")
+    return found
+
+
+def _default(value: object, found: Distribution) -> Scalar | None:
+    """The value of a scenario as a number in the unit of a distribution; None if it is in another unit."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return value if isinstance(value, bool) else None
+    number = parse_scalar(value)
+    if number is None:
+        return str(value) if value in found.cells else None
+    size, unit = number
+    return size if unit == found.unit or not size else None

@@ -1,0 +1,98 @@
+"""Writes what a search has found as files that other commands read: a scenario, and options of a profile."""
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from imc.schema.yamltree import Node
+from runtime.problem import printable
+from shoal.campaigns.job import SUFFIX
+from shoal.campaigns.template import load_template
+from shoal.scenarios import Draft
+
+WIDTH = 110
+_YAML: Any = yaml
+_TYPES: Any = yaml.SafeLoader("")
+_MAP, _SEQ, _STR = (f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "str"))
+
+
+def write_scenario(path: Path, values: Mapping[str, object], folder: Path, words: list[str]) -> Path:
+    """Write the scenario in a file, or in that of a study, with other values, by place; and return the new file.
+
+    `words` are told in comments at its top. It is called as the other, since plans within it are, too. Raises OSError.
+    """
+    draft = load_template(path, Draft).draft
+    name = path.name.removesuffix(".yaml").removesuffix(".scenario").removesuffix(".study")
+    target = folder / f"{name}{SUFFIX}"
+    _write(target, _comments(words) + yaml_of(draft.tree(values, folder)))
+    return target
+
+
+def write_options(path: Path, values: Mapping[str, object], folder: Path, words: list[str]) -> list[Path]:
+    """Write those values that are parameters as options of a profile, in a file for each vehicle. Raises OSError."""
+    draft = load_template(path, Draft).draft
+    actors = draft.scenario(values).actors
+    written: list[Path] = []
+    for actor in actors:
+        starts = ("vehicle/parameters/", f"vehicles/{actor.name}/parameters/")
+        chosen = {place.removeprefix(start) for place in values for start in starts if place.startswith(start)}
+        sections: dict[str, list[str]] = {}
+        for setting in actor.settings:
+            if f"{setting.section}/{setting.option}" in chosen:
+                sections.setdefault(setting.section, []).append(f"{setting.option} = {setting.value}")
+        if sections:
+            blocks = [f"[{section}]\n" + "\n".join(lines) + "\n" for section, lines in sections.items()]
+            written.append(folder / ("tuned.ini" if len(actors) == 1 else f"tuned-{actor.name}.ini"))
+            _write(written[-1], _comments(words) + "\n".join(blocks))
+    return written
+
+
+def yaml_of(root: Node) -> str:
+    """A tree as YAML that reads as the same tree."""
+    made = _node(root, is_root=True)
+    return str(_YAML.serialize(made, Dumper=yaml.SafeDumper, width=WIDTH, allow_unicode=True))
+
+
+def _node(node: Node, *, is_root: bool = False) -> Any:
+    if isinstance(node.content, str):
+        tag = _TYPES.resolve(yaml.ScalarNode, node.content, (True, False)) if node.plain else _STR
+        return yaml.ScalarNode(tag, node.content)
+    if isinstance(node.content, list):
+        items = [_node(item) for item in node.content]
+        inline = all(isinstance(item.content, str) for item in node.content)
+        return yaml.SequenceNode(_SEQ, items, flow_style=inline and _length(node) <= WIDTH)
+    pairs = [(yaml.ScalarNode(_STR, key), _node(item)) for key, item in node.content.items()]
+    return yaml.MappingNode(_MAP, pairs, flow_style=not is_root and _length(node) <= WIDTH)
+
+
+def _length(node: Node) -> int:
+    """About how long it is in one line."""
+    if isinstance(node.content, str):
+        return len(node.content) + 4
+    if isinstance(node.content, list):
+        return 2 + sum(map(_length, node.content))  # integers
+    return 2 + sum(len(key) + 2 + _length(item) for key, item in node.content.items())  # integers
+
+
+def _comments(words: list[str]) -> str:
+    return "".join(f"# {printable(line)}\n" for text in words for line in text.splitlines())
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a file in one step: an older one stays until this one is whole."""
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", errors="surrogateescape") as file:
+            file.write(text)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except OSError as error:
+        raise OSError(error.errno, os.strerror(error.errno) if error.errno else str(error), str(path)) from None
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(name)

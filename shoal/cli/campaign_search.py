@@ -1,0 +1,69 @@
+"""What a campaign tells while it runs, and what a search has found."""
+
+import math
+import shlex
+
+import click
+
+from runtime.problem import printable
+from shoal.campaigns import DataSet, Findings, findings_of, told
+
+
+def state_of(data: DataSet, *, is_short: bool = False) -> str:
+    """What is known by now, in a line."""
+    if (shown := findings_of(data)) is not None:
+        best = shown.course[-1] if shown.course else math.nan
+        words = f"{len(data.rows)} runs, {_kind(shown)} {shown.goal.text} {best:.4g}"
+        return printable(words if best == best else f"{len(data.rows)} runs")
+    rate = data.rate
+    if not is_short:
+        return str(rate)
+    return f"{rate.share:.1%} ± {rate.half_width:.1%} passed" if rate.runs else "starting"
+
+
+def show_findings(data: DataSet, shown: Findings) -> None:
+    """Tell what a search has found, and the commands for what it has written."""
+    goal = shown.goal
+    smaller = len(data.rows) - len(shown.trials) - 1
+    more = f", {smaller} made the change smaller" if smaller else ""
+    click.echo(printable(f"{data.name}: {len(shown.trials)} runs sought the {_kind(shown)} {goal.text}{more}"))
+    if shown.as_it_is is not None:
+        click.echo(f"  as it is: {goal.value(shown.as_it_is):.4g}")
+    if shown.best is not None:
+        click.echo(f"  {_kind(shown)}: {goal.value(shown.best):.4g}, run {shown.best['run']}")
+    if shown.found is not None:
+        _show_found(shown, data.about["units"])
+    else:
+        click.echo("  no run fails" if goal.breaks and shown.best is not None else f"  no run has {_wanted(shown)}")
+    if not any(math.isfinite(value) for value in shown.course) and shown.trials:
+        click.echo(f"warning: no run has {_wanted(shown)} that is finite: the search had nothing to go by", err=True)
+    files = [*sorted(data.folder.glob("*.scenario.yaml")), *sorted(data.folder.glob("tuned*.ini"))]
+    for file in files:
+        click.echo(printable(str(file)))
+    place = shlex.quote(str(data.folder))
+    if files and goal.breaks:
+        click.echo(printable(f"shoal test {shlex.quote(str(files[0]))}"))
+    click.echo(printable(f"shoal campaign report {place}"))
+
+
+def _show_found(shown: Findings, units: dict[str, str]) -> None:
+    found = shown.found
+    assert found is not None
+    _, *lines = told(shown, found, units)
+    if not shown.goal.breaks:
+        words = ""
+    elif shown.changes(found):
+        count = len(shown.broken)
+        words = f"{count} run{'s fail' if count > 1 else ' fails'}; the smallest change that does is run {found['run']}"
+    else:
+        words = "it fails as it is: there is nothing to look for"
+    for line in ([words] if words else []) + lines:
+        click.echo(printable(f"    {line}" if line != words else f"  {line}"))
+
+
+def _kind(shown: Findings) -> str:
+    return "largest" if shown.goal.is_largest else "smallest"
+
+
+def _wanted(shown: Findings) -> str:
+    return f"{shown.goal.text}" + (" and passes" if shown.goal.only_passed else "")

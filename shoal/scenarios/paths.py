@@ -1,0 +1,34 @@
+"""Files that a scenario names, when the scenario itself is written to another folder."""
+
+import os
+from pathlib import Path
+
+from imc.schema.yamltree import Node
+
+
+def moved(root: Node, old: Path, new: Path) -> Node:
+    """The tree of a scenario in the folder `old` as one in the folder `new`: it names the same plans and profiles."""
+    if not isinstance(root.content, dict):
+        return root
+    found = dict(root.content)
+    if "vehicle" in found:
+        found["vehicle"] = _vehicle(found["vehicle"], old, new)
+    if "vehicles" in found:
+        many = found["vehicles"]
+        content = {name: _vehicle(item, old, new) for name, item in many.mapping().items()}
+        found["vehicles"] = Node(content, many.file, many.line, many.error)
+    return Node(found, root.file, root.line, root.error)
+
+
+def _vehicle(node: Node, old: Path, new: Path) -> Node:
+    found = dict(node.mapping())
+    for key in ("profile", "plan"):
+        item = found.get(key)
+        if item is None or not isinstance(item.content, str):
+            continue
+        text = item.content.strip()
+        path = old / (text if key == "plan" or text.endswith(".ini") else f"{text}.ini")
+        if key == "plan" or path.exists():
+            text = Path(os.path.relpath(path.resolve(), new.resolve())).as_posix()
+            found[key] = Node(text, item.file, item.line, item.error)
+    return Node(found, node.file, node.line, node.error)
