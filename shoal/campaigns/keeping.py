@@ -30,7 +30,7 @@ def keep_findings(study: Study, data: DataSet) -> list[Path]:
 def told(shown: Findings, row: Row, units: dict[str, str]) -> list[str]:
     """Lines that say what came of a run of a search, and what it changes."""
     goal, before = shown.goal, shown.as_it_is
-    was = f"; as it was: {goal.value(before):.4g}" if before is not None else ""
+    was = f"; as it was: {goal.value(before):.4g}" if before is not None and before is not row else ""
     lines = [f"{goal.text}: {goal.value(row):.4g}{was}"]
     if goal.breaks and row["reason"]:
         lines.append(row["reason"])

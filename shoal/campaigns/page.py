@@ -3,14 +3,13 @@
 import math
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from runtime.problem import printable
 from shoal.campaigns.analysis import (
     Columns,
     Index,
@@ -23,16 +22,18 @@ from shoal.campaigns.analysis import (
     sobol_indices,
 )
 from shoal.campaigns.dataset import DataSet, DataSetError
-from shoal.campaigns.plots import MOST_PLOTS, histograms, pass_rates, scatters, track_map
+from shoal.campaigns.keeping import findings_of, told
+from shoal.campaigns.pieces import safe, section, short, table
+from shoal.campaigns.plots import MOST_PLOTS, best_so_far, histograms, pass_rates, scatters, track_map
 from shoal.campaigns.rates import Rate
 from shoal.campaigns.rows import Row
+from shoal.campaigns.search import Findings
 
 WORST = 20
 MOST_INDICES = 12  # outputs
 SCATTERS = 6
 MEDIANS = 4  # outputs beside each choice
 STRONG = 0.1  # a coefficient below is not worth a picture
-LONGEST_TEXT = 300
 _HERE = Path(__file__).parent
 
 
@@ -46,23 +47,16 @@ def campaign_page(data: DataSet, beside: Path) -> str:
         raise DataSetError(f"{data.folder} has no run yet")
     passed = np.array([bool(row["passed"]) for row in rows])
     inputs, outputs = inputs_of(rows), outputs_of(rows)
-    units = data.about["units"]
-    rate = data.rate
-    correlations = rank_correlations(inputs, outputs)
-    indices = sobol_indices(data, rows, dict(list(outputs.items())[:MOST_INDICES]))
-    strongest = _strongest(correlations, indices)
+    shown = findings_of(data)
+    if shown is not None:
+        first = _of_search(data, rows, shown, inputs, outputs, passed)
+    else:
+        first = _of_samples(data, rows, inputs, outputs, passed)
     parts = [
-        _tiles(data, rows, rate),
-        _section("Expectations", _expectations(rows, rate.confidence)),
-        _section("Pass rate over what varies, %", pass_rates(inputs, passed, units, rate.confidence)),
-        _section("Choices", _choices(rows, outputs, rate.confidence), _CHOICES),
-        _section("Metrics and margins", histograms(outputs, passed, units), _LEGEND + _only_first(outputs)),
-        _section("Rank correlation", _correlations(inputs, outputs, correlations), _CORRELATION),
-        _section("Sobol indices", _indices(indices), _SOBOL),
-        _section("Strongest relations", scatters(strongest, inputs, outputs, passed, units), _LEGEND),
-        _section("Tracks", track_map(rows), _LEGEND + " Green points are starts."),
-        _section(f"The {min(WORST, len(rows))} worst runs", _worst(data, rows, beside)),
-        _section("Runs that ended out of order", _errors(rows)),
+        *first,
+        section("Tracks", track_map(rows), _LEGEND + " Green points are starts."),
+        section(f"The {min(WORST, len(rows))} worst runs", _worst(data, rows, beside)),
+        section("Runs that ended out of order", _errors(rows)),
     ]
     style = (_HERE / "page.css").read_text(encoding="utf-8")
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'"
@@ -71,13 +65,61 @@ def campaign_page(data: DataSet, beside: Path) -> str:
 <html lang="en"><head><meta charset="utf-8">
 <meta http-equiv="Content-Security-Policy" content="{policy}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{_safe(data.name)}</title><style>{style}</style></head>
-<body><main><header><h1>{_safe(data.name)}</h1><p>{_safe(about["description"])}</p>
-<p>{_safe(about["file"])} · seed {_safe(about["seed"])} · sampling {_safe(about["sampling"])}</p></header>
+<title>{safe(data.name)}</title><style>{style}</style></head>
+<body><main><header><h1>{safe(data.name)}</h1><p>{safe(about["description"])}</p>
+<p>{safe(about["file"])} · seed {safe(about["seed"])} · sampling {safe(about["sampling"])}</p></header>
 {"".join(parts)}
-<footer>Made with {_safe(about["versions"])}.</footer></main></body></html>
+<footer>Made with {safe(about["versions"])}.</footer></main></body></html>
 """
     return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def _of_samples(data: DataSet, rows: Sequence[Row], inputs: Columns, outputs: Columns, passed: Any) -> list[str]:
+    """What runs show that are a sample of all that may happen."""
+    units, rate = data.about["units"], data.rate
+    correlations = rank_correlations(inputs, outputs)
+    indices = sobol_indices(data, rows, dict(list(outputs.items())[:MOST_INDICES]))
+    strongest = _strongest(correlations, indices)
+    return [
+        _tiles(data, rows, rate),
+        section("Expectations", _expectations(rows, rate.confidence)),
+        section("Pass rate over what varies, %", pass_rates(inputs, passed, units, rate.confidence)),
+        section("Choices", _choices(rows, outputs, rate.confidence), _CHOICES),
+        _histograms(outputs, passed, units),
+        section("Rank correlation", _correlations(inputs, outputs, correlations), _CORRELATION),
+        section("Sobol indices", _indices(indices), _SOBOL),
+        section("Strongest relations", scatters(strongest, inputs, outputs, passed, units), _LEGEND),
+    ]
+
+
+def _of_search(
+    data: DataSet, rows: Sequence[Row], shown: Findings, inputs: Columns, outputs: Columns, passed: Any
+) -> list[str]:
+    """What the runs of a search show: no pass rate, since they are where it looked."""
+    goal, units = shown.goal, data.about["units"]
+    words = ((row, title, "<br>".join(map(safe, told(shown, row, units)))) for title, row in _kept(shown))
+    lines = [(str(row["run"]), title, text) for row, title, text in words]
+    found = table(("run", "", ""), lines, numbers=(0,), as_is=True)
+    values = np.array([goal.value(row) for row in rows], float)
+    column = {goal.column: np.where(np.isfinite(values), values, np.nan)}
+    pairs = [(name, goal.column) for name in inputs] if np.isfinite(values).any() else []
+    trials = [goal.value(row) for row in shown.trials]
+    return [
+        section(f"{'Largest' if goal.is_largest else 'Smallest'} {goal.text}", found),
+        section("Best so far", best_so_far(trials, shown.course), "Points: trials. Line: the best until then."),
+        section("Where it looked", scatters(pairs[:MOST_PLOTS], inputs, {**outputs, **column}, passed, units), _LEGEND),
+        _histograms(outputs, passed, units),
+    ]
+
+
+def _histograms(outputs: Columns, passed: Any, units: dict[str, str]) -> str:
+    return section("Metrics and margins", histograms(outputs, passed, units), _LEGEND + _only_first(outputs))
+
+
+def _kept(shown: Findings) -> list[tuple[str, Row]]:
+    names = ("as it is", "best", "smallest change that fails")
+    rows = (shown.as_it_is, shown.best, shown.smallest)
+    return [(name, row) for name, row in zip(names, rows, strict=True) if row is not None]
 
 
 _LEGEND = "Blue: passed. Red: failed."
@@ -109,7 +151,7 @@ def _tiles(data: DataSet, rows: Sequence[Row], rate: Rate) -> str:
     if data.end is None:
         tiles.append(("fair", "not over", "campaign"))
     return '<div class="tiles">' + "".join(
-        f'<div class="tile {kind}"><b>{_safe(value)}</b><span>{_safe(what)}</span></div>' for kind, value, what in tiles
+        f'<div class="tile {kind}"><b>{safe(value)}</b><span>{safe(what)}</span></div>' for kind, value, what in tiles
     ) + "</div>"  # fmt: skip
 
 
@@ -126,22 +168,22 @@ def _expectations(rows: Sequence[Row], confidence: float) -> str:
         low, high = rate.interval
         lines.append((name, f"{rate.share:.1%}", f"{low:.1%} to {high:.1%}", least, median, str(idle or "")))
     heads = ("expectation", "passed", "interval", "least margin", "median margin", "never applied")
-    return _table(heads, lines, numbers=range(1, 6)) if lines else ""
+    return table(heads, lines, numbers=range(1, 6)) if lines else ""
 
 
 def _choices(rows: Sequence[Row], outputs: Columns, confidence: float) -> str:
     tables: list[str] = []
     for name, groups in choices_of(rows).items():
         shares = {output: parted(list(groups.values()), column) for output, column in outputs.items()}
-        told = sorted((o for o in shares if shares[o] > STRONG), key=lambda output: -shares[output])[:MEDIANS]
+        shown = sorted((o for o in shares if shares[o] > STRONG), key=lambda output: -shares[output])[:MEDIANS]
         lines: list[Sequence[str]] = []
         for word, group in groups.items():
             rate = Rate(len([k for k in group if rows[k]["passed"]]), len(group), confidence)
             low, high = rate.interval
-            medians = [_median(outputs[output][group]) for output in told]
+            medians = [_median(outputs[output][group]) for output in shown]
             lines.append((word, str(rate.runs), f"{rate.share:.1%}", f"{low:.1%} to {high:.1%}", *medians))
-        heads = (name.partition(".")[2], "runs", "passed", "interval", *told)
-        tables.append(_table(heads, lines, numbers=range(1, len(heads))))
+        heads = (name.partition(".")[2], "runs", "passed", "interval", *shown)
+        tables.append(table(heads, lines, numbers=range(1, len(heads))))
     return "".join(tables)
 
 
@@ -164,8 +206,8 @@ def _correlations(inputs: Columns, outputs: Columns, found: dict[tuple[str, str]
             kind = "n soft" if abs(r) < by_chance(count) else "n"
             color = f"rgba({'198,47,54' if r < 0 else '23,105,194'},{min(abs(r), 1.0) * 0.7:.2f})"
             cells.append(f'<td class="{kind}" style="background:{color}">{r:+.2f}</td>')
-        rows.append(f"<tr><td>{_safe(output)}</td>{''.join(cells)}</tr>")
-    heads = "".join(f'<th class="n">{_safe(name.partition(".")[2])}</th>' for name in inputs)
+        rows.append(f"<tr><td>{safe(output)}</td>{''.join(cells)}</tr>")
+    heads = "".join(f'<th class="n">{safe(name.partition(".")[2])}</th>' for name in inputs)
     return f'<div class="scroll"><table><tr><th></th>{heads}</tr>{"".join(rows)}</table></div>'
 
 
@@ -174,7 +216,7 @@ def _indices(found: dict[tuple[str, str], Index]) -> str:
     for (name, output), index in sorted(found.items(), key=lambda item: (item[0][1], -item[1].first)):
         total = "" if math.isnan(index.total) else f"{index.total:.2f} ± {index.total_half:.2f}"
         lines.append((output, name.partition(".")[2], f"{index.first:.2f} ± {index.first_half:.2f}", total))
-    return _table(("output", "input", "first", "total"), lines, numbers=(2, 3)) if lines else ""
+    return table(("output", "input", "first", "total"), lines, numbers=(2, 3)) if lines else ""
 
 
 def _strongest(
@@ -192,14 +234,14 @@ def _worst(data: DataSet, rows: Sequence[Row], beside: Path) -> str:
     worst = sorted(rows, key=lambda row: (not row["error"], row["passed"], row["margin"], row["run"]))[:WORST]
     lines: list[Sequence[str]] = []
     for row in worst:
-        drawn = [f"{name.partition('.')[2]} = {_short(row[name])}" for name in row if name.startswith("values.")]
+        drawn = [f"{name.partition('.')[2]} = {short(row[name])}" for name in row if name.startswith("values.")]
         links = [_link(data.folder / row[name], name.partition(".")[2], beside) for name in row if _is_log(name)]
         why = row["error"].strip().splitlines()[-1] if row["error"] else row["reason"]
         again = f"shoal campaign rerun {shlex.quote(str(data.folder))} --run {row['run']}"
-        code = f"<code>{_safe(again)}</code>"
-        cells = (str(row["run"]), f"{row['margin']:.4g}", _safe(why), _safe(", ".join(drawn)), ", ".join(links) or code)
+        code = f"<code>{safe(again)}</code>"
+        cells = (str(row["run"]), f"{row['margin']:.4g}", safe(why), safe(", ".join(drawn)), ", ".join(links) or code)
         lines.append(cells)
-    return _table(("run", "margin", "why", "drawn", "log, or how to get it"), lines, numbers=(0, 1), safe=True)
+    return table(("run", "margin", "why", "drawn", "log, or how to get it"), lines, numbers=(0, 1), as_is=True)
 
 
 def _is_log(name: str) -> bool:
@@ -209,39 +251,11 @@ def _is_log(name: str) -> bool:
 def _link(folder: Path, words: str, beside: Path) -> str:
     place, base = folder.resolve(), beside.resolve()
     target = place.relative_to(base).as_posix() if place.is_relative_to(base) else place.as_uri()
-    return f'<a href="{escape(target)}">{_safe(words)}</a>'
+    return f'<a href="{escape(target)}">{safe(words)}</a>'
 
 
 def _errors(rows: Sequence[Row]) -> str:
     last = Counter(row["error"].strip().splitlines()[-1] for row in rows if row["error"].strip())
     first = {row["error"].strip().splitlines()[-1]: str(row["run"]) for row in reversed(rows) if row["error"].strip()}
     lines = [(str(count), first[text], text) for text, count in last.most_common(WORST)]
-    return _table(("runs", "first", "error"), lines, numbers=(0, 1)) if lines else ""
-
-
-def _section(title: str, content: str, words: str = "") -> str:
-    told = f'<p class="none">{_safe(words)}</p>' if words else ""
-    return f"<section><h2>{_safe(title)}</h2>{told}{content}</section>" if content else ""
-
-
-def _table(heads: Sequence[str], lines: Iterable[Sequence[str]], *, numbers: Iterable[int], safe: bool = False) -> str:
-    """A table of texts; if they are `safe` they are HTML already."""
-    right = set(numbers)
-
-    def cells(words: Sequence[str], tag: str, as_is: bool) -> str:
-        kinds = (' class="n"' if place in right else "" for place in range(len(words)))
-        return "".join(
-            f"<{tag}{kind}>{word if as_is else _safe(word)}</{tag}>" for kind, word in zip(kinds, words, strict=True)
-        )
-
-    body = "".join(f"<tr>{cells(line, 'td', safe)}</tr>" for line in lines)
-    return f'<div class="scroll"><table><tr>{cells(heads, "th", False)}</tr>{body}</table></div>'
-
-
-def _short(value: Any) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
-
-
-def _safe(value: Any) -> str:
-    text = str(value)
-    return escape(printable(text if len(text) <= LONGEST_TEXT else text[: LONGEST_TEXT - 1] + "…"))
+    return table(("runs", "first", "error"), lines, numbers=(0, 1)) if lines else ""

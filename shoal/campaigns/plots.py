@@ -83,9 +83,23 @@ def scatters(
         for chosen, color in ((passed, PASSED), (~passed, FAILED)):
             axes.plot(x[chosen], y[chosen], ".", color=color, markersize=size, alpha=0.5, markeredgewidth=0)
         axes.set_xlabel(_named(pair[0], units))
-        axes.set_title(pair[1].partition(".")[2], fontsize=8)
+        axes.set_title(pair[1].partition(".")[2] or pair[1], fontsize=8)
 
     return _grid_of(list(pairs), draw, 1.9, picture=True)
+
+
+def best_so_far(values: Sequence[float], best: Sequence[float]) -> str:
+    """The values of the trials of a search, and the best one until each; empty without a finite one."""
+    if not any(math.isfinite(value) for value in best):
+        return ""
+    finite = [[value if math.isfinite(value) else math.nan for value in column] for column in (values, best)]
+    with library("matplotlib").rc_context(_STYLE):
+        figure = _figure(9.0, 2.2)
+        axes = figure.add_subplot()
+        axes.plot(range(1, len(values) + 1), finite[0], ".", color=LINE, markersize=4, markeredgewidth=0)
+        axes.step(range(1, len(best) + 1), finite[1], where="post", color=PASSED, linewidth=1)
+        axes.set_xlabel("trial")
+        return _drawing(figure)
 
 
 def track_map(rows: Sequence[Row]) -> str:

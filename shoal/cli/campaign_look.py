@@ -10,6 +10,7 @@ from runtime.problem import naming, printable
 from shoal.campaigns import Comparison, Pair, campaign_page, open_data_set
 from shoal.campaigns import compare as compare_data
 from shoal.cli.campaign_run import FILE, FOLDER, refusals
+from shoal.cli.campaign_search import state_of
 from shoal.cli.tables import open_console, plain_table
 
 MOST_PAIRS = 10
@@ -26,7 +27,7 @@ def report(folder: Path, out: Path | None) -> None:
         text = campaign_page(data, place.parent)
         with naming(place):
             place.write_text(text, encoding="utf-8")
-    click.echo(f"{printable(str(place))}: {data.rate}")
+    click.echo(f"{printable(str(place))}: {state_of(data)}")
 
 
 @click.command()
