@@ -40,11 +40,15 @@ def carry_out(
     """Do the runs of a study that its folder does not have yet, until there are enough; `tell` hears of each one.
 
     Whatever ends it, the runs done stay, and the next call does the others, and those again that did not end. Of a
-    `shard` only its runs. Raises what `Recording` and `open_engine` raise; ValueError if a shard cannot know when it is
-    over; OSError if the disk is full.
+    `shard` only its runs; a search has no shards. Raises what `Recording` and `open_engine` raise; ValueError if a
+    shard cannot know when it is over; OSError if the disk is full.
     """
     library("pyarrow.parquet")  # before hours of runs, not after them
-    check_shard(shard, study.ending, searches=study.search is not None)
+    check_shard(shard, study.ending)
+    if study.search is not None:
+        library("optuna")
+        if shard != WHOLE:
+            raise ValueError(f"search: there is no shard {shard} of it: its trials follow from all those before")
     with ExitStack() as stack:
         recording = stack.enter_context(Recording(folder, about_study(study)))
         data = recording.data

@@ -157,7 +157,7 @@ def about_study(study: Study) -> dict[str, Any]:
         "file": str(study.file.resolve()),
         "digest": study.digest,
         "seed": study.seed,
-        "sampling": study.design.sampling,
+        "sampling": "search" if search is not None else study.design.sampling,
         "runs": study.design.runs,
         "varied": varied,
         "units": {name: found.unit for name, found in study.design.varied.items()},

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from shoal.campaigns.dataset import DataSet
+from shoal.campaigns.dataset import DataSet, DataSetError
 from shoal.campaigns.rows import Row
 from shoal.campaigns.search import Findings, findings, write_options, write_scenario
-from shoal.campaigns.study import Study
+from shoal.campaigns.study import Study, load_study
 
 
 def findings_of(data: DataSet) -> Findings | None:
@@ -14,10 +14,16 @@ def findings_of(data: DataSet) -> Findings | None:
 
 
 def keep_findings(study: Study, data: DataSet) -> list[Path]:
-    """Write what a search has found: a scenario that fails, or the best one and its parameters. Raises OSError."""
+    """Write what a search has found: a scenario that fails, or the best one and its parameters.
+
+    Raises DataSetError if the files of the study have changed since, and OSError.
+    """
     shown = findings_of(data)
     if shown is None or shown.found is None:
         return []
+    runs = study.design.runs
+    if load_study(study.file, fixed=study.fixed, runs=runs).digest != study.digest:
+        raise DataSetError(f"{study.file}, or a file that it names, has changed: what was found cannot be written")
     numbers = shown.changes(shown.found)
     values = {**study.fixed, **study.written(numbers)}
     words = [f"Found by a search of {study.file.name}.", *told(shown, shown.found, data.about["units"])]

@@ -103,10 +103,10 @@ def _of_search(
     values = np.array([goal.value(row) for row in rows], float)
     column = {goal.column: np.where(np.isfinite(values), values, np.nan)}
     pairs = [(name, goal.column) for name in inputs] if np.isfinite(values).any() else []
-    trials = [goal.value(row) for row in shown.trials]
+    tried = [goal.value(row) for row in rows[: len(shown.course)]]
     return [
         section(f"{'Largest' if goal.is_largest else 'Smallest'} {goal.text}", found),
-        section("Best so far", best_so_far(trials, shown.course), "Points: trials. Line: the best until then."),
+        section("Best so far", best_so_far(tried, shown.course), "Points: runs. Line: the best until then."),
         section("Where it looked", scatters(pairs[:MOST_PLOTS], inputs, {**outputs, **column}, passed, units), _LEGEND),
         _histograms(outputs, passed, units),
     ]
@@ -117,7 +117,7 @@ def _histograms(outputs: Columns, passed: Any, units: dict[str, str]) -> str:
 
 
 def _kept(shown: Findings) -> list[tuple[str, Row]]:
-    names = ("as it is", "best", "smallest change that fails")
+    names = ("as it is", "largest" if shown.goal.is_largest else "smallest", "smallest change that fails")
     rows = (shown.as_it_is, shown.best, shown.smallest)
     return [(name, row) for name, row in zip(names, rows, strict=True) if row is not None]
 

@@ -89,16 +89,16 @@ def scatters(
 
 
 def best_so_far(values: Sequence[float], best: Sequence[float]) -> str:
-    """The values of the trials of a search, and the best one until each; empty without a finite one."""
+    """The values of the runs of a search, and the best one until each; empty without a finite one."""
     if not any(math.isfinite(value) for value in best):
         return ""
     finite = [[value if math.isfinite(value) else math.nan for value in column] for column in (values, best)]
     with library("matplotlib").rc_context(_STYLE):
         figure = _figure(9.0, 2.2)
         axes = figure.add_subplot()
-        axes.plot(range(1, len(values) + 1), finite[0], ".", color=LINE, markersize=4, markeredgewidth=0)
-        axes.step(range(1, len(best) + 1), finite[1], where="post", color=PASSED, linewidth=1)
-        axes.set_xlabel("trial")
+        axes.plot(range(len(values)), finite[0], ".", color=LINE, markersize=4, markeredgewidth=0)
+        axes.step(range(len(best)), finite[1], where="post", color=PASSED, linewidth=1)
+        axes.set_xlabel("run")
         return _drawing(figure)
 
 

@@ -48,10 +48,8 @@ def shard_folder(folder: Path, shard: Shard) -> Path:
     return folder if shard == WHOLE else folder / shard.folder
 
 
-def check_shard(shard: Shard, ending: Ending, *, searches: bool = False) -> None:
-    """Raise ValueError if a part cannot know what the whole needs: when it is over, or what a search does next."""
-    if shard != WHOLE and searches:
-        raise ValueError(f"search: shard {shard} cannot know what the runs of all shards have found; leave out --shard")
+def check_shard(shard: Shard, ending: Ending) -> None:
+    """Raise ValueError if a part cannot know when the whole is over."""
     if shard != WHOLE and ending.within is not None:
         raise ValueError(
             f"until: shard {shard} cannot know how well the pass rate of all shards is known; give --runs NUMBER"

@@ -105,8 +105,8 @@ def run(
         folder = shard_folder(out or Path("campaigns") / plan.name, shard)
         if plan.logs != "none":
             check_log_folder(folder)
-        shrinking = plan.search.shrink if plan.search and plan.search.goal.breaks else 0
-        bar = _Bar(len(shard.runs(plan.ending.most)) + shrinking)
+        smaller = plan.search.shrink if plan.search and plan.search.goal.breaks else 0
+        bar = _Bar(len(shard.runs(plan.ending.most)) + smaller)
         try:
             with bar.progress:
                 data = carry_out(plan, folder, workers=workers, wall_limit=wall_limit, shard=shard, tell=bar.tell)
@@ -166,7 +166,8 @@ class _Bar:
     def tell(self, data: DataSet) -> None:
         now = time.monotonic()
         if self._is_live:
-            self.progress.update(self._task, completed=len(data.rows), description=state_of(data, is_short=True))
+            words = state_of(data, is_short=True)
+            self.progress.update(self._task, completed=len(data.counted), description=words)
         elif now - self._told > TELL_PERIOD:
             self._told = now
             click.echo(state_of(data), err=True)

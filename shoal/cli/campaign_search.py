@@ -34,7 +34,8 @@ def show_findings(data: DataSet, shown: Findings) -> None:
     if shown.found is not None:
         _show_found(shown, data.about["units"])
     else:
-        click.echo("  no run fails" if goal.breaks and shown.best is not None else f"  no run has {_wanted(shown)}")
+        nothing = "no run fails" if goal.breaks else "no run is better than the scenario as it is"
+        click.echo(printable(f"  {nothing}" if shown.best is not None else f"  no run has {_wanted(shown)}"))
     if not any(math.isfinite(value) for value in shown.course) and shown.trials:
         click.echo(f"warning: no run has {_wanted(shown)} that is finite: the search had nothing to go by", err=True)
     files = [*sorted(data.folder.glob("*.scenario.yaml")), *sorted(data.folder.glob("tuned*.ini"))]

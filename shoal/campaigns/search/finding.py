@@ -13,9 +13,9 @@ from shoal.campaigns.search.goal import Goal, goal_of
 
 @dataclass(frozen=True)
 class Findings:
-    """Rows of a search: `as_it_is`, the trials, the best of them, those that fail, the smallest change that does.
+    """Rows of a search: `as_it_is`, the trials, the best of all these, those that fail, the smallest change that does.
 
-    `course` is the best value up to each run (NaN before the first). Rows are None if there are none such.
+    `course` is the best value until each of the first two (NaN if there is none). Rows are None if there are none such.
     """
 
     goal: Goal
@@ -29,8 +29,10 @@ class Findings:
 
     @property
     def found(self) -> Row | None:
-        """What is worth keeping: the smallest change that fails, or the best trial."""
-        return self.smallest if self.goal.breaks else self.best
+        """What is worth keeping: the smallest change that fails, or a trial better than the scenario as it is."""
+        if self.goal.breaks:
+            return self.smallest
+        return self.best if self.best is not self.as_it_is else None
 
     def changes(self, row: Row) -> Values:
         """What a run changes, without units."""
@@ -47,11 +49,11 @@ def findings(about: Mapping[str, Any], rows: Sequence[Row]) -> Findings:
     best: Row | None = None
     value, course = math.nan, list[float]()
     trials = [row for row in rows if row[PART] == TRIAL]
-    for row in trials:
+    as_it_is = next((row for row in rows if row[PART] == AS_IT_IS), None)
+    for row in [as_it_is, *trials] if as_it_is is not None else trials:
         if goal.is_better(goal.value(row), value):
             best, value = row, goal.value(row)
         course.append(value)
     broken = [row for row in rows if goal.is_broken(row)]
     smallest = min(broken, key=lambda row: (size(values_of(row, axes), axes), row["run"]), default=None)
-    as_it_is = next((row for row in rows if row[PART] == AS_IT_IS), None)
     return Findings(goal, axes, as_it_is, trials, broken, best, smallest, course)

@@ -1,0 +1,427 @@
+"""Searches: what they find, how small they make it, that nothing but the study decides it, and what they refuse."""
+
+import json
+import math
+import signal
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from imc.schema.yamltree import read_tree
+from shoal.campaigns import Shard, campaign_page, findings_of, open_data_set, rerun, run
+from shoal.campaigns.campaign import carry_out
+from shoal.campaigns.dataset import DataSetError
+from shoal.campaigns.distributions import StudyFileError, read_distribution
+from shoal.campaigns.search.axes import axis_of, size
+from shoal.campaigns.search.course import Course
+from shoal.campaigns.search.goal import Goal
+from shoal.campaigns.search.spec import Search
+from shoal.campaigns.search.writing import yaml_of
+from shoal.campaigns.study import load_study
+from shoal.scenarios import Result, ScenarioFileError, Verdict, load_draft
+
+ROOT = Path(__file__).parents[3]
+SCENARIO = """\
+scenario: dive
+seed: 3
+vehicle:
+  profile: lauv-noptilus-1
+  modes: Kinematic
+  parameters: {Control.Path.VectorField: {Corridor -- Width: 2.5}}
+world: {current: {north: 0.1 m/s, east: 0}}
+expect:
+  - {name: stays, always: SimulatedState.x < 3 m}
+  - {name: dives, eventually: SimulatedState.z > 3 m}
+metrics:
+  far: {last: SimulatedState.x}
+limit: 20 s
+"""
+NORTH, EAST, GPS = "world/current/north", "world/current/east", "vehicle/parameters/Simulators.GPS/HACC"
+STUDY = f"""\
+scenario: dive.scenario.yaml
+vary:
+  {NORTH}: {{uniform: [-1 m/s, 1 m/s]}}
+  {EAST}: {{normal: [0, 0.3]}}
+  {GPS}: {{integer: [1, 9]}}
+search: {{minimise: margin of stays, shrink: 40}}
+runs: 30
+seed: 5
+"""
+
+
+class Slope:
+    """Stands in for runs: the margin falls with the current north, and with east a little; notes each run in a file."""
+
+    def __init__(self, counter=None, dead=False):
+        self._counter, self._dead = counter, dead
+
+    def __call__(self, job):
+        if self._counter is not None:
+            with Path(self._counter).open("a") as file:
+                file.write(f"{job.key}\n")
+        if self._dead and job.key == 4:
+            return Result("dive", job.seed, error="Navigation.AUV: ZeroDivisionError")
+        north, east, gps = (float(str(job.values.get(place, usual)).split()[0]) for place, usual in USUAL.items())
+        margin = 0.413 - north - 0.01 * abs(east) + 0.0 * gps
+        stays = Verdict("stays", margin > 0.0, margin, "" if margin > 0.0 else f"failed by {-margin:.3f}")
+        depth = Verdict("dives", north > -0.9, math.inf if north > -0.9 else -math.inf)
+        far = (north + 0.95) ** 2 + (gps - 7.0) ** 2 / 64.0
+        digest = f"{job.seed} {north!r} {east!r} {gps!r}"
+        return Result("dive", job.seed, (stays, depth), {"far": far}, fingerprint=digest)
+
+
+USUAL = {NORTH: 0.1, EAST: 0.0, GPS: 4.0}
+
+
+def write(folder, text=STUDY, scenario=SCENARIO):
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "dive.scenario.yaml").write_text(scenario)
+    path = folder / "dive.study.yaml"
+    path.write_text(text)
+    return path
+
+
+def do(path, folder, workers=0, make=Slope, **options):
+    return carry_out(load_study(path, **options), folder, make=make, workers=workers)
+
+
+def comparable(data):
+    return repr([{key: value for key, value in row.items() if key != "cpu"} for row in data.counted])
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("search")
+    return do(write(folder), folder / "runs")
+
+
+def test_it_finds_what_breaks_a_scenario_and_the_smallest_change_that_does(found):
+    shown = findings_of(found)
+    assert shown.as_it_is["run"] == 0
+    assert shown.goal.value(shown.as_it_is) == pytest.approx(0.313)
+    assert [row["run"] for row in shown.trials] == list(range(1, 30))
+    assert shown.goal.value(shown.best) < -0.45  # -0.6 is the least there is
+    assert shown.course[-1] == shown.goal.value(shown.best)
+    assert len(shown.course) == 30
+    assert list(shown.course) == sorted(shown.course, reverse=True)
+    [(place, north)] = shown.changes(shown.smallest).items()
+    assert place == NORTH
+    assert 0.413 <= north < 0.43
+    assert len(found.rows) <= 30 + 40
+    assert found.end == len(found.rows)
+    assert {row["seed"] for row in found.counted} == {3}  # that of the scenario
+
+
+def test_what_it_found_is_a_scenario_that_says_why(found):
+    path = found.folder / "dive.scenario.yaml"
+    shown = findings_of(found)
+    text = path.read_text()
+    north = shown.changes(shown.smallest)[NORTH]
+    assert "# Found by a search of dive.study.yaml.\n# margin of stays: -" in text
+    assert f"# {NORTH} = {north:g} m/s, instead of 0.1 m/s\n" in text
+    assert text.count("instead of") == 1
+    scenario = load_draft(path).scenario()
+    assert scenario.name == "dive"
+    assert scenario.seed == 3
+    speeds = [s.value for s in scenario.actors[0].settings if s.option == "Current North"]
+    assert speeds == [repr(float(north))]
+
+
+def test_it_is_the_same_for_any_number_of_workers(found, tmp_path):
+    two = do(write(tmp_path), tmp_path / "runs", workers=2)
+    assert comparable(two) == comparable(found)
+    name = "dive.scenario.yaml"
+    assert (tmp_path / "runs" / name).read_bytes() == (found.folder / name).read_bytes()
+
+
+SCRIPT = """
+import sys, time
+from functools import partial
+from pathlib import Path
+from tests.shoal.campaigns.test_search import Slope, carry_out, load_study
+def slow(data):
+    print(len(data.rows), flush=True)
+    time.sleep(0.005)
+folder = Path(sys.argv[1])
+study = load_study(folder / "dive.study.yaml")
+carry_out(study, folder / "runs", make=partial(Slope, folder / "count"), workers=0, tell=slow)
+"""
+
+
+@pytest.mark.heavy
+def test_killed_at_any_moment_it_goes_on_and_does_nothing_twice(found, tmp_path):
+    """In the first trials, in the middle of a batch, and while the change is made smaller."""
+    write(tmp_path)
+    command = [sys.executable, "-c", SCRIPT, str(tmp_path)]
+    kills = (2, 20, 33)
+    for done in kills:
+        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+            while int(process.stdout.readline()) < done:
+                pass
+            process.send_signal(signal.SIGKILL)
+            process.communicate()
+    subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
+    data = open_data_set(tmp_path / "runs")
+    assert comparable(data) == comparable(found)
+    counted = (tmp_path / "count").read_text().split()
+    assert set(map(int, counted)) == set(found.rows)
+    assert len(counted) <= len(found.rows) + len(kills)  # at most the runs in which it was killed
+
+
+def test_a_search_that_is_over_does_nothing_again(found, tmp_path):
+    count = tmp_path / "count"
+    again = do(found.folder.parent / "dive.study.yaml", found.folder, make=partial(Slope, count))
+    assert not count.exists()
+    assert comparable(again) == comparable(found)
+
+
+@pytest.mark.parametrize("change", [("shrink: 40", "shrink: 39"), ("minimise", "maximise"), ("runs: 30", "runs: 31")])
+def test_a_folder_of_another_search_is_refused(found, tmp_path, change):
+    path = write(tmp_path, STUDY.replace(*change))
+    with pytest.raises(DataSetError, match="has runs of another study, 'dive'"):
+        do(path, found.folder)
+
+
+def test_a_run_of_a_search_is_done_again(found):
+    shown = findings_of(found)
+    again = rerun(found, shown.smallest["run"], Slope())
+    assert not again.differences
+    assert again.values == {NORTH: f"{shown.changes(shown.smallest)[NORTH]!r} m/s"}
+
+
+def test_the_page_has_no_pass_rate(found):
+    page = campaign_page(found, found.folder)
+    assert "Smallest margin of stays" in page
+    assert "Best so far" in page
+    assert "smallest change that fails" in page
+    assert "Wilson" not in page
+    assert "pass rate" not in page.lower()
+
+
+def test_the_best_parameters_are_options_of_a_profile(tmp_path):
+    text = STUDY.replace("minimise: margin of stays, shrink: 40", "minimise: metrics.far")
+    data = do(write(tmp_path, text), tmp_path / "runs")
+    shown = findings_of(data)
+    assert shown.best["passed"]  # north below -0.9 would be better, but does not dive
+    assert shown.changes(shown.best)[NORTH] > -0.9
+    assert shown.smallest is None
+    chosen = shown.changes(shown.best)[GPS]
+    ini = (tmp_path / "runs" / "tuned.ini").read_text()
+    assert ini.endswith(f"[Simulators.GPS]\nHACC = {chosen}\n")
+    assert "# metrics.far: " in ini
+    assert f"{GPS} = {chosen}, instead of " in ini
+    own = SCENARIO.replace("lauv-noptilus-1", "mine.ini").replace("seed: 3\n", "")
+    (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n[Require runs/tuned.ini]\n")
+    (tmp_path / "own.scenario.yaml").write_text(own)
+    assert load_draft(tmp_path / "own.scenario.yaml").usual(GPS) == chosen
+    everything = do(write(tmp_path, text.replace("metrics.far", "metrics.far, of: all")), tmp_path / "all")
+    assert findings_of(everything).goal.value(findings_of(everything).best) < shown.goal.value(shown.best)
+
+
+def test_a_scenario_that_fails_as_it_is_leaves_nothing_to_look_for(tmp_path):
+    data = do(write(tmp_path, scenario=SCENARIO.replace("0.1 m/s", "0.5 m/s")), tmp_path / "runs", make=Failing)
+    assert [row["part"] for row in data.counted] == ["as it is"]
+    assert findings_of(data).changes(findings_of(data).smallest) == {}
+
+
+class Failing(Slope):
+    """Fails whatever the values are."""
+
+    def __call__(self, job):
+        return Result("dive", job.seed, (Verdict("stays", False, -0.1, "failed"),))
+
+
+def test_what_ends_with_an_error_is_no_finding_about_one_expectation(tmp_path):
+    data = do(write(tmp_path), tmp_path / "runs", make=partial(Slope, dead=True))
+    shown = findings_of(data)
+    assert math.isnan(shown.goal.value(data.rows[4]))
+    assert data.rows[4] not in shown.broken
+    assert shown.smallest is not None
+
+
+def test_all_combinations_are_tried_once_and_then_it_ends(tmp_path):
+    text = f"scenario: dive.scenario.yaml\nvary: {{{GPS}: {{choice: [3, 2, 7]}}}}\nsearch: {{minimise: metrics.far}}\n"
+    data = do(write(tmp_path, text), tmp_path / "runs")
+    assert sorted(row[f"values.{GPS}"] for row in data.counted[1:]) == [3, 7]  # 2 is that of the scenario
+    assert findings_of(data).best[f"values.{GPS}"] == 7
+
+
+def test_the_order_in_which_runs_end_does_not_matter():
+    """Rows come in backwards within each batch, and a second search goes on from the rows of half of the first."""
+
+    def rows_of(order, rows):
+        course = Course(search, 40, 9, rows)
+        for runs in course.rounds():
+            for number in order(list(runs)):
+                values = course.numbers(number)
+                margin = 0.5 - values.get("x", 0.0)
+                row = {"run": number, "error": "", "passed": margin > 0.0, "margin": margin, **course.marks(number)}
+                rows[number] = {**row, **{f"values.{place}": value for place, value in values.items()}}
+        return rows
+
+    node = read_tree("{uniform: [-1, 1]}", "s.yaml", StudyFileError)
+    axes = {place: axis_of(place, read_distribution(node), 0.0) for place in "xy"}
+    search = Search(Goal("margin", "margin", is_largest=False, only_passed=False), axes, seed=0)
+    whole = rows_of(lambda runs: runs, {})
+    assert rows_of(lambda runs: runs[::-1], {}) == whole
+    half = {number: row for number, row in whole.items() if number % 2 or number < 7}
+    assert rows_of(lambda runs: runs, half) == whole
+    smallest = min((row for row in whole.values() if row["margin"] <= 0.0), key=lambda row: abs(row["values.x"]))
+    assert "values.y" not in smallest
+    assert 0.5 <= smallest["values.x"] < 0.52
+
+
+@pytest.mark.parametrize(
+    ("text", "low", "high", "ordered"),
+    [
+        ("{uniform: [1, 3]}", 1.0, 3.0, True),
+        ("{normal: [0, 1]}", -3.0902, 3.0902, True),
+        ("{log uniform: [0.001, 10]}", 0.001, 10.0, True),
+        ("{scipy: weibull_min, c: 2, scale: 1}", 0.0, 2.6283, True),
+        ("{integer: [-2, 2]}", -2, 2, True),
+        ("{choice: [1, 5]}", 1, 5, True),
+        ("{choice: {low: 1, no: 0, high: 2}}", "low", "high", False),
+        ("{choice: [true, false]}", True, False, False),
+    ],
+)
+def test_it_goes_from_one_end_of_a_distribution_to_the_other(text, low, high, ordered):
+    axis = axis_of("x", read_distribution(read_tree(text, "s.yaml", StudyFileError)), None)
+    assert axis.cells[0] == pytest.approx(low, abs=1e-4)
+    assert axis.cells[-1] == pytest.approx(high, abs=1e-4)
+    assert axis.ordered is ordered
+    assert all(axis.cell(axis.share(cell)) == cell for cell in axis.cells)
+    assert "no" not in axis.cells
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("margin of stays", "margin of stay"), r"l:6: the scenario has no expectation 'stay'.*'margin of stays'"),
+        (("margin of stays", "metrics.fare"), r"l:6: the scenario has no metric 'metrics.fare'.*'metrics.far'"),
+        (
+            ("margin of stays", "margins.stays"),
+            r"l:6: the scenario has no margin or metric 'margins.stays'",
+        ),
+        (("minimise", "minimize"), r"l:6: search: unknown key 'minimize'.*'minimise'"),
+        (("minimise: margin of stays, ", ""), r"l:6: a search has either minimise or maximise"),
+        (("shrink: 40", "maximise: margin"), r"l:6: a search has either minimise or maximise"),
+        (("shrink: 40", "shrink: -1"), r"l:6: shrink: expected 0 to 100000, not -1"),
+        (("shrink: 40", "at a time: 0"), r"l:6: at a time: expected 1 to 1000, not 0"),
+        (("shrink: 40", "of: pass"), r"l:6: of: expected all or passed, not 'pass'.*'passed'"),
+        (("shrink: 40", "of: passed"), r"l:6: a run that passes has no margin that fails"),
+        (("runs: 30", "until: {pass rate known to: 1 %}"), r"l:7: search and until exclude each other"),
+        (("runs: 30", "sampling: saltelli"), r"l:7: search and sampling exclude each other"),
+        (("integer: [1, 9]", "grid: [1, 9]"), r"l:5: .*HACC: a search chooses values itself: .* instead of grid"),
+        (("integer: [1, 9]", "choice: [3]"), r"l:5: .*HACC: a search needs two values at least"),
+        (("search: {minimise: margin of stays, shrink: 40}", "search: margin"), r"l:6: expected a mapping"),
+    ],
+)
+def test_a_search_that_makes_no_sense_is_refused_at_its_line(tmp_path, change, words):
+    path = write(tmp_path, STUDY.replace(*change))
+    with pytest.raises((StudyFileError, ScenarioFileError), match=words):
+        load_study(path)
+
+
+def test_a_search_of_nothing_is_refused(tmp_path):
+    text = "scenario: dive.scenario.yaml\nsearch: {minimise: margin}\n"
+    with pytest.raises(StudyFileError, match="l:2: a search needs something to vary"):
+        load_study(write(tmp_path, text))
+    bare = SCENARIO[: SCENARIO.index("expect:")] + "limit: 20 s\n"
+    with pytest.raises(StudyFileError, match="l:6: the scenario expects nothing, so it has no margin"):
+        load_study(write(tmp_path, STUDY.replace("margin of stays", "margin"), bare))
+
+
+def test_without_optuna_it_says_so_before_any_run(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "optuna", None)
+    count = tmp_path / "count"
+    with pytest.raises(ModuleNotFoundError, match=r"this needs optuna: pip install 'shoal\[campaigns\]'"):
+        do(write(tmp_path), tmp_path / "runs", make=partial(Slope, count))
+    assert not count.exists()
+
+
+def test_optuna_says_nothing(tmp_path, capfd):
+    do(write(tmp_path), tmp_path / "runs")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_another_optuna_does_not_go_on(found, monkeypatch):
+    monkeypatch.setattr("shoal.campaigns.search.spec.version", lambda _: "99")
+    with pytest.raises(DataSetError, match=r"another version: .*optuna \d.*, others with .*optuna 99"):
+        do(found.folder.parent / "dive.study.yaml", found.folder)
+
+
+def test_paths_in_what_it_writes_lead_to_the_same_files(tmp_path):
+    """A study elsewhere than its data set; the profile and the plan are beside the scenario."""
+    (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n")
+    plan = "plan: out\norigin: 41.185°, -8.7062°\nmaneuvers:\n  - goto: {north: 80, east: 20}\n"
+    (tmp_path / "out.yaml").write_text(plan)
+    text = SCENARIO.replace("lauv-noptilus-1", "mine").replace("  modes", "  plan: out.yaml\n  modes")
+    data = do(write(tmp_path, scenario=text), tmp_path / "deep" / "er" / "runs")
+    first = load_draft(tmp_path / "dive.scenario.yaml").scenario().actors[0]
+    found = load_draft(data.folder / "dive.scenario.yaml").scenario().actors[0]
+    assert Path(found.profile).resolve() == (tmp_path / "mine.ini").resolve()
+    assert found.plan.replace(timestamp=0.0) == first.plan.replace(timestamp=0.0)
+
+
+TEXTS = st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=12)
+TREES = st.recursive(
+    TEXTS | st.integers() | st.floats(allow_nan=False) | st.booleans(),
+    lambda below: st.lists(below, max_size=4) | st.dictionaries(TEXTS.filter(bool), below, max_size=4),
+    max_leaves=12,
+)
+
+
+def test_a_search_has_no_shards(tmp_path):
+    study = load_study(write(tmp_path))
+    with pytest.raises(ValueError, match="search: there is no shard 2/3 of it"):
+        carry_out(study, tmp_path / "runs", make=Slope, workers=0, shard=Shard(2, 3))
+    assert not (tmp_path / "runs").exists()
+
+
+def test_nothing_is_written_of_a_scenario_that_has_changed_meanwhile(tmp_path):
+    path = write(tmp_path)
+
+    def change(_):
+        (tmp_path / "dive.scenario.yaml").write_text(SCENARIO.replace("20 s", "21 s"))
+
+    with pytest.raises(DataSetError, match=r"dive.study.yaml, or a file that it names, has changed"):
+        carry_out(load_study(path), tmp_path / "runs", make=Slope, workers=0, tell=change)
+    assert not (tmp_path / "runs" / "dive.scenario.yaml").exists()
+    (tmp_path / "dive.scenario.yaml").write_text(SCENARIO)
+    do(path, tmp_path / "runs", make=Dead)  # it has all runs
+    assert (tmp_path / "runs" / "dive.scenario.yaml").exists()
+
+
+class Dead:
+    """Does nothing."""
+
+    def __call__(self, job):
+        raise AssertionError(job)
+
+
+@given(st.dictionaries(TEXTS.filter(bool), TREES, min_size=1, max_size=4))
+def test_any_tree_reads_as_it_was_written(values):
+    tree = read_tree(json.dumps(values, ensure_ascii=False), "s.yaml")
+    again = read_tree(yaml_of(tree), "s.yaml")
+    assert again.value() == tree.value()
+    assert yaml.safe_load(yaml_of(tree)) == tree.value()
+
+
+def test_fewer_changes_are_smaller_than_short_ones():
+    axes = {"x": {"default": 0.0, "span": 2.0}, "y": {"default": None, "span": None}}
+    assert size({"x": 1.0}, axes) == (1, 0.5)
+    assert size({"x": 1.0}, axes) < size({"y": "b"}, axes) < size({"x": 0.1, "y": "b"}, axes)
+
+
+def test_a_search_gives_a_frame(tmp_path):
+    text = STUDY.replace("runs: 30", "runs: 3").replace("shrink: 40", "at a time: 2")
+    study = write(tmp_path, text, SCENARIO.replace("< 3 m", "< 90 m"))
+    frame = run(study, tmp_path / "runs", workers=0)
+    assert list(frame["part"])[:3] == ["as it is", "trial", "trial"]
+    assert math.isnan(frame.loc[0, f"values.{NORTH}"])
