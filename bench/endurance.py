@@ -97,6 +97,9 @@ def kills(folder: Path) -> bool:
     times = Counter(record["run"] for line in lines if "run" in (record := json.loads(line[9:])))
     bare = [[{key: row[key] for key in row if key != "cpu"} for row in data.counted] for data in (quiet, disturbed)]
     same = repr(bare[0]) == repr(bare[1])
+    for one, other in zip(*bare, strict=True):
+        for name in [name for name in one if repr(one[name]) != repr(other.get(name))]:
+            print(f"run {one['run']}: {name} is {one[name]!r} and {other.get(name)!r}")
     once = set(times) == set(range(KILLED_RUNS)) and max(times.values()) == 1
     print(f"{count[0]} of 2 processes killed, one every {KILL_PERIOD:.0f} s: {len(times)} of {KILLED_RUNS} rows, "
           f"{'none' if once else 'some'} twice, {'equal' if same else 'NOT equal'}")  # fmt: skip

@@ -25,7 +25,10 @@ class Runner:
             return job.failed(of_file(error, job.path), Unreadable)
         except ScenarioFileError as error:
             return job.failed(f"{error}{self.hint(job.path)}", Unreadable)
-        return run(scenario, seed=job.seed, log_root=job.log_root)
+        try:
+            return run(scenario, seed=job.seed, log_root=job.log_root)
+        except ScenarioFileError as error:
+            return job.failed(str(error), Unreadable)
 
     def load(self, path: Path) -> Draft:
         """The draft of a file."""

@@ -126,12 +126,12 @@ class _Reader:
         """Refuse what the first run cannot have, before any run; of a single value, at its line of the study."""
         values = design.values(0)
         try:
-            self._draft.scenario({**self._fixed, **values})
+            self._draft.rehearse({**self._fixed, **values})
         except ValueError:
             nodes = self._lines()
             for place, value in values.items():
                 try:
-                    self._draft.scenario({**self._fixed, place: value})
+                    self._draft.rehearse({**self._fixed, place: value})
                 except ValueError as error:
                     nodes[place].fail(f"{place}: {error}")
             raise

@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from imc.schema.yamltree import Node, read_text, read_tree
 from runtime.profile import load_profile
+from shoal.scenarios.engine import rehearse
 from shoal.scenarios.paths import moved
 from shoal.scenarios.profiles import Profiles
 from shoal.scenarios.reader import ScenarioReader
@@ -81,6 +82,10 @@ class Draft:
             if actor.plan_file is not None:
                 found |= Sources(frozenset([absolute(actor.plan_file)]))
         return found
+
+    def rehearse(self, values: Mapping[str, object] | None = None) -> None:
+        """Make sure that the scenario can begin with these values. Raises ScenarioFileError like `scenario`."""
+        rehearse(self.scenario(values))
 
     @property
     def digest(self) -> str:

@@ -32,19 +32,45 @@ def run(scenario: Scenario, *, seed: int | None = None, log_root: Path | None = 
     """Run a scenario once in virtual time, in this process, and judge it.
 
     `seed` replaces that of the scenario. Logs are kept only with a `log_root`, in a folder for each vehicle. What goes
-    wrong in the run, such as an exception of a task, is the `error` of the result. Nothing else is left behind.
+    wrong in the run, such as an exception of a task, is the `error` of the result. Nothing else is left behind. Raises
+    ScenarioFileError before the run if a vehicle has not got what the file names, as `rehearse` does.
     """
-    seed = scenario.seed if seed is None else seed
+    with _performance(scenario, scenario.seed if seed is None else seed, log_root) as performance:
+        if not performance.error:
+            try:
+                performance.play()
+            except Exception as error:
+                performance.note(error)
+        performance.close()
+        return performance.result(keep_logs=log_root is not None)
+
+
+def rehearse(scenario: Scenario) -> None:
+    """Build the vehicles of a scenario, and prepare all that happens to them, without a run.
+
+    Raises ScenarioFileError for what only a vehicle knows: labels of entities, leak sensors, what may change.
+    """
+    with _performance(scenario, scenario.seed, None):
+        pass
+
+
+@contextmanager
+def _performance(scenario: Scenario, seed: int, log_root: Path | None) -> "Generator[_Performance]":
+    """A run that can begin; it is closed at the end."""
     with tempfile.TemporaryDirectory(prefix="shoal-") as folder:
         performance = _Performance(scenario, seed)
         try:
-            performance.build(log_root, Path(folder))
-            performance.play()
-        except Exception as error:
-            performance.note(error)
+            try:
+                performance.build(log_root, Path(folder))
+            except ProfileError as error:
+                raise ScenarioFileError(performance.told(error)) from None
+            except ScenarioFileError:
+                raise
+            except Exception as error:
+                performance.note(error)
+            yield performance
         finally:
             performance.close()
-        return performance.result(keep_logs=log_root is not None)
 
 
 class _Performance:
@@ -65,7 +91,7 @@ class _Performance:
         self._logs: dict[str, Path] = {}
         self._tracks: dict[str, Track] = {}
         self._seconds = 0.0
-        self._has_begun = False
+        self._has_begun = self._is_closed = False
         self._verdicts: list[Verdict] = []
         self._metrics: dict[str, float] = {}
         self._final: list[tuple[tuple[str, str], dict[str, object]]] = []
@@ -143,9 +169,9 @@ class _Performance:
 
     def note(self, error: Exception) -> None:
         """Keep the first error of the run, for people."""
-        self.error = self.error or self._told(error)
+        self.error = self.error or self.told(error)
 
-    def _told(self, error: Exception) -> str:
+    def told(self, error: Exception) -> str:
         """An error in one line, with what is known of where it was."""
         if isinstance(error, ProfileError):
             settings = [setting for actor in self._scenario.actors for setting in actor.settings]
@@ -159,7 +185,10 @@ class _Performance:
         return f"{told} ({notes}, {Path(frame.filename).name}:{frame.lineno})"
 
     def close(self) -> None:
-        """End all vehicles; what is judged is the state before."""
+        """End all vehicles, once; what is judged is the state before."""
+        if self._is_closed:
+            return
+        self._is_closed = True
         self._seconds = self._stage.time if self._stage is not None else 0.0
         try:
             self._look_back()

@@ -13,6 +13,7 @@ from runtime.problem import hinted
 from shoal.missions import read_field
 from shoal.scenarios.acts import Act, Break, Cut, Drain, Leak, Say, Set
 from shoal.scenarios.conditions import Condition, Scope, read_condition
+from shoal.scenarios.scenario import ScenarioFileError
 from shoal.scenarios.stage import Stage
 from shoal.scenarios.values import known, number, one_of, option_text, seconds, told, word
 
@@ -43,16 +44,16 @@ class Occurrence:
     lasting: float = math.inf
 
     def arm(self, stage: Stage) -> None:
-        """Prepare it. Raises ValueError with the place in the file if a vehicle cannot do it."""
+        """Prepare it. Raises ScenarioFileError with the place in the file if a vehicle cannot do it."""
         try:
             self.act.check(stage)
+            if self.when is not None:
+                stage.when(self.when, lambda: stage.at(stage.time + self.after, lambda: self._begin(stage)))
         except ValueError as error:
-            raise ValueError(f"{self.where}: {error}") from None
+            raise ScenarioFileError(f"{self.where}: {error}") from None
         stage.unhappened.append(self.where)
         if self.when is None:
             stage.at(self.at, lambda: self._begin(stage))
-        else:
-            stage.when(self.when, lambda: stage.at(stage.time + self.after, lambda: self._begin(stage)))
 
     def _begin(self, stage: Stage) -> None:
         stage.unhappened.remove(self.where)

@@ -7,8 +7,8 @@ from typing import NoReturn
 import imc
 from imc.coordinates import offset
 from imc.schema.yamltree import Node
-from runtime.problem import COMMAND_LINE, Problem, ProfileError
-from runtime.profile import Profile, load_profile
+from runtime.problem import COMMAND_LINE, Problem, ProfileError, hinted
+from runtime.profile import Profile, dune, load_profile
 from runtime.task import find_parameter
 from runtime.vehicle import TaskImportError, all_tasks, check, find_task
 from shoal.missions import usual_modes
@@ -85,6 +85,7 @@ class Profiles:
         """Raise the error of the file for settings that the profile does not know, or with a wrong value."""
         for setting in settings:
             _check_value(node, setting)
+            _check_general(node, setting, profile)
         names = frozenset((setting.section, setting.option) for setting in settings)
         world = frozenset(setting for setting in settings if setting.section.partition("/")[0] in OF_WORLD)
         key = (str(profile.path), profile.vehicle, modes, names, world)
@@ -128,6 +129,16 @@ def _fail(node: Node, settings: Sequence[Setting], problem: Problem) -> NoReturn
 
 def _order(setting: Setting) -> tuple[str, str]:
     return setting.section, setting.option
+
+
+def _check_general(node: Node, setting: Setting, profile: Profile) -> None:
+    """Refuse an option of [General] that neither Shoal nor the profile has: a profile may have any for its own use."""
+    if setting.section != "General":
+        return
+    options = {*dune.GENERAL, *(option.name for option in profile.config.options("General"))}
+    if setting.option not in options:
+        reason = hinted(f"[General] has no option {setting.option!r}", setting.option, sorted(options))
+        raise node.error(f"{setting.where}: {reason}")
 
 
 def _check_value(node: Node, setting: Setting) -> None:

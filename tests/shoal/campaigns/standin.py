@@ -56,6 +56,9 @@ class StandInDraft:
     def sources(self, values=None):
         return Sources()
 
+    def rehearse(self, values=None):
+        self.scenario(values)
+
 
 class StandInRuns:
     """Runs that drift by the current; a run fails if it drifts by more than 0.8 m. Counts those done in a file."""

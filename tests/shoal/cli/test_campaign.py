@@ -150,6 +150,16 @@ def test_mistakes_are_one_line_and_status_2(words, said):
     assert "Traceback" not in done.output
 
 
+def test_what_the_vehicle_has_not_got_is_told_before_any_run(place):
+    events = "events: [{at: 1 s, leak: Bow}]\n"
+    (place / "leak.scenario.yaml").write_text(SCENARIO + events)
+    (place / "leak.study.yaml").write_text(STUDY.replace("rest.", "leak."))
+    done = shoal("leak.study.yaml", "-o", "leak")
+    assert done.exit_code == 2, done.output
+    assert "leak.scenario.yaml:9: there is no leak sensor 'Bow'" in done.output.replace("\n", " ")
+    assert not (place / "leak").exists()
+
+
 def test_without_the_extra_it_says_what_to_install(place):
     code = "import sys; sys.modules['scipy'] = None; sys.modules['pyarrow'] = None\nfrom shoal.cli import main; main()"
     words = [sys.executable, "-c", code, "campaign", "rest.study.yaml", "-o", "none", "-j", "0"]

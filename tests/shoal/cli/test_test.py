@@ -103,6 +103,7 @@ def test_logs_of_all_or_of_none(write, keep, logs):
 
 def test_a_file_that_cannot_be_read_is_one_line_and_the_others_run(write):
     broken = {"a": "vehicle: [", "b": scenario(profile="nothere"), "c": scenario("always: EstimatedState.deep < 1 m")}
+    broken["g"] = scenario() + "events: [{at: 1 s, set: {Control.Path: {Nothing: 1}}}]\n"
     folder = write(**broken, good=scenario(), bad=scenario(FLAT))
     os.mkfifo(folder / "f.scenario.yaml")
     (folder / "d.scenario.yaml").mkdir()
@@ -110,7 +111,7 @@ def test_a_file_that_cannot_be_read_is_one_line_and_the_others_run(write):
     status, out, err = shoal("test", ".", "bad.scenario.yaml", cwd=folder)
     assert (status, err) == (2, "")
     told = lines(out)
-    assert {name: word for name, (word, _) in told.items()} == dict.fromkeys("abcef", "FAILED") | {
+    assert {name: word for name, (word, _) in told.items()} == dict.fromkeys("abcefg", "FAILED") | {
         "good": "passed",
         "bad": "FAILED",
     }
@@ -119,7 +120,8 @@ def test_a_file_that_cannot_be_read_is_one_line_and_the_others_run(write):
     assert re.search(r"c\.scenario\.yaml:5: .*deep", told["c"][1])
     assert "No such file" in told["e"][1]
     assert told["f"][1] == "f.scenario.yaml: a scenario is a file"
-    assert "1 passed, 1 failed, 5 not readable" in out
+    assert re.match(r"g\.scenario\.yaml:\d+: there is no task 'Control.Path'", told["g"][1])
+    assert "1 passed, 1 failed, 6 not readable" in out
     assert out.count("'nothere'") == 1  # each is told once
     assert out.count("again: ") == 1
 

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from shoal.scenarios import ScenarioFileError, load_draft
+from shoal.scenarios import ScenarioFileError, load_draft, run
 
 OTTER = "vehicle: {profile: otter}\n"
 
@@ -29,6 +29,12 @@ OTTER = "vehicle: {profile: otter}\n"
             "vehicle:\n  profile: otter\n  parameters:\n    Simulators.GPS:\n      HACC: 2\n      HACK: 3",
             6,
             "'HACK' is not a parameter of Simulators.GPS (did you mean 'HACC'?)",
+        ),
+        ("vehicle:\n  profile: otter\n  parameters: {General: {Absolute: 1}}", 3, "[General] has no option 'Absolute'"),
+        (
+            "vehicle:\n  profile: otter\n  parameters: {General: {Absolute Maximum Dept: 1}}",
+            3,
+            "(did you mean 'Absolute Maximum Depth'?)",
         ),
         ("vehicle:\n  profile: otter\n  parameters: {Simulators.GPS: {HACC: -3}}", 3, "-3 is below the minimum"),
         ("vehicle:\n  profile: otter\n  parameters: {Simulators.GPS: {HACC: 3 km}}", 3, "'km' is too much"),
@@ -105,10 +111,20 @@ def test_a_wrong_value_is_told_with_the_line_that_it_replaces(draft, values, lin
     assert reason in str(caught.value)
 
 
-def test_an_entity_that_the_vehicle_lacks_is_an_error_of_the_run(play):
-    result = play("expect:\n  - always: SimulatedState[GSP].z < 3")
-    assert "trial.scenario.yaml:5: otter has no entity with the label 'GSP' (did you mean 'GPS'?)" in result.error
-    assert not result.passed
+@pytest.mark.parametrize(
+    "text",
+    [
+        "expect:\n  - always: SimulatedState[GSP].z < 3",
+        "metrics:\n  a: {max: 'SimulatedState[GSP].z'}",
+        "events:\n  - {when: 'SimulatedState[GSP].z < 3', abort: true}",
+    ],
+)
+def test_an_entity_that_the_vehicle_lacks_is_told_before_the_run(draft, text):
+    made, said = draft(text), "trial.scenario.yaml:5: otter has no entity with the label 'GSP' (did you mean 'GPS'?)"
+    with pytest.raises(ScenarioFileError, match=re.escape(said)):
+        made.rehearse()
+    with pytest.raises(ScenarioFileError, match=re.escape(said)):
+        run(made.scenario())
 
 
 def test_a_file_that_is_not_there_is_an_error_of_the_system(tmp_path):

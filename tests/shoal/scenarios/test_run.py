@@ -12,7 +12,7 @@ import pytest
 
 import imc
 from runtime import Task, periodic
-from shoal.scenarios import load_draft, run
+from shoal.scenarios import ScenarioFileError, load_draft, run
 from tests.shoal.scenarios.conftest import DIVE
 
 JUDGED = """
@@ -124,6 +124,21 @@ class Faulty(Task):
     def fail(self):
         if self.now_ns % 10_000_000_000 == 2_000_000_000:
             raise RuntimeError("out of order")
+
+
+class Unable(Task):
+    """Cannot be made."""
+
+    def __init__(self, *given, **more):
+        raise ZeroDivisionError("of a kind")
+
+
+def test_a_vehicle_that_cannot_be_built_is_told_before_the_run(draft, tmp_path):
+    profile = tmp_path / "own.ini"
+    profile.write_text(f"[Require otter.ini]\n[{__name__}.Unable]\nEnabled = Simulation\n[General]\nVehicle = own\n")
+    made = draft("expect: [{always: SimulatedState.z < 9 m}]", "vehicle: {profile: own.ini}\n")
+    with pytest.raises(ScenarioFileError, match=r"own.ini:2: error: .*Unable: ZeroDivisionError: of a kind"):
+        run(made.scenario())
 
 
 def test_a_task_that_fails_is_named(play, tmp_path):
