@@ -39,6 +39,9 @@ class Phase(Enum):
 class Memory:
     """Writes a mission and reads it back, as the client of MAVLink's mission protocol.
 
+    The last acknowledgment of an upload may be lost; then autopilots leave the repeated last item unanswered, or
+    refuse it. What is read back decides.
+
     `first` is the number of the first item that is flown: ArduPilot keeps its home as item 0. `current` is the item
     that it heads for, -1 if unknown; `reached` the last one that it says it has done. `changed`: another mission has
     come in the place of ours. `begun`: it is at an item that it was told to go to.
@@ -60,6 +63,7 @@ class Memory:
     _id: int = 0
     _total: int = UNKNOWN_TOTAL
     _recalled: float = -math.inf
+    _unsure: bool = False
 
     @property
     def busy(self) -> bool:
@@ -79,7 +83,7 @@ class Memory:
         """There is no mission of ours any more: the autopilot has gone, or it is not wanted."""
         self.phase, self.error, self.items, self.changed = Phase.NONE, "", (), False
         self.begun, self.current, self.reached = False, -1, -1
-        self._id, self._total, self._recalled = 0, UNKNOWN_TOTAL, -math.inf
+        self._id, self._total, self._recalled, self._unsure = 0, UNKNOWN_TOTAL, -math.inf, False
 
     def fail(self, reason: str) -> None:
         """There will be no mission."""
@@ -101,6 +105,10 @@ class Memory:
     def look_after(self, now: float) -> None:
         """Send again what was not answered."""
         if not self.busy or now < self._due:
+            return
+        if self._tries >= TRIES and self._may_be_written:
+            self._unsure = True
+            self._read_back(now)
             return
         if self._tries >= TRIES:
             doing = "was not taken" if self.phase is Phase.WRITING else "could not be read back"
@@ -135,10 +143,21 @@ class Memory:
                 self._say("MISSION_ITEM_INT", self.items[seq].fields(seq), now)
         elif name == "MISSION_ACK" and values["type"] == MissionResult.ACCEPTED:
             self._id = values["opaque_id"]
-            self.phase, self._read = Phase.READING, self.first
-            self._say("MISSION_REQUEST_LIST", {}, now)
+            self._read_back(now)
+        elif name == "MISSION_ACK" and self._may_be_written and self._tries > 1:
+            self._unsure = True
+            self._read_back(now)
         elif name == "MISSION_ACK":
             self.fail(f"the mission was refused: {_in_words(values['type'])}")
+
+    @property
+    def _may_be_written(self) -> bool:
+        """Whether all items were sent."""
+        return self.phase is Phase.WRITING and self._last[1].get("seq") == len(self.items) - 1
+
+    def _read_back(self, now: float) -> None:
+        self.phase, self._read = Phase.READING, self.first
+        self._say("MISSION_REQUEST_LIST", {}, now)
 
     def _go_on_reading(self, name: str, values: Mapping[str, Any], now: float) -> None:
         if name == "MISSION_COUNT":
@@ -156,7 +175,7 @@ class Memory:
             else:
                 self.send("MISSION_ACK", {"type": MissionResult.ACCEPTED})
                 self.phase = Phase.READY
-        elif name == "MISSION_ACK" and values["type"] != MissionResult.ACCEPTED:
+        elif name == "MISSION_ACK" and values["type"] != MissionResult.ACCEPTED and not self._unsure:
             self.fail(f"the mission could not be read back: {_in_words(values['type'])}")
 
     def _differ(self, how: str) -> None:

@@ -18,6 +18,7 @@ ALOFT = 1.0  # m above home; higher, it is in the air
 WINGS_ALOFT = 15.0  # m; higher, a plane has taken off
 TARGET = "SET_POSITION_TARGET_GLOBAL_INT"
 IN_AIR = 2  # MAV_LANDED_STATE
+LATE = 3.0  # s in which an autopilot tells again how far it has come with its mission
 WARM_UP = 1.0  # s of setpoints before PX4 is asked to follow them
 
 Give = Callable[[str, Fields, Callable[[int], object]], object]
@@ -143,7 +144,7 @@ class Pilot:
         self.errand, self.since = errand, now
         self._sent = self._sped = self._asked = self._taken = self._had_arms = self._yields = False
         self._reached: int | None = None
-        self._streams_since = math.inf
+        self._streams_since = self._left = math.inf
         self._tries, self._due = 0, -math.inf
         self._asked_for: tuple[float, ...] = ()
         self._number += 1
@@ -204,8 +205,22 @@ class Pilot:
         elif not self.armed and not body.roams:  # ArduPilot's copters are not armed in AUTO
             if self._reach(now, body.mission if body.px4 else body.ready):
                 self._arm(now, 1)
+        elif self._may_be_over(body, now):
+            return
         elif self._reach(now, body.mission) and self._arm(now, 1) and starts and not self._sent:
             self._command(command("the mission", MISSION_START, (0.0, 0.0)))
+
+    def _may_be_over(self, body: Body, now: float) -> bool:
+        """Whether it has left the mission at its last item just now: that it has done it may not be told yet, or lost.
+
+        Autopilots hold or return by themselves after a mission.
+        """
+        left = self._reached == body.mission and self.mode in (body.hold, body.back)
+        if not left or self.memory.current < len(self.memory.items) - 1:
+            self._left = math.inf
+            return False
+        self._left = min(self._left, now)
+        return now - self._left < LATE
 
     def _stream(self, body: Body, now: float) -> None:
         """Send setpoints while PX4 is led, or still follows them: it takes an end of the stream for a failure."""

@@ -19,6 +19,7 @@ def parse_options():
     parser.add_argument("--north", type=float, default=0.0)
     parser.add_argument("--wind", type=float, default=0.0, help="m/s towards the north")
     parser.add_argument("--loss", type=float, default=0.0, help="part of the messages that is lost, each way")
+    parser.add_argument("--seed", type=int, default=7, help="of what is lost")
     parser.add_argument("--of-loss", type=float, default=1.0, help="s without setpoints that end offboard")
     parser.add_argument("--old", action="store_true", help="knows no SET_MESSAGE_INTERVAL, and addresses no answers")
     parser.add_argument("--unready", action="store_true", help="refuses to arm")

@@ -11,7 +11,7 @@ class Wire:
     """Where pymavlink writes, and what it reads; `loss` is the part of the portions that never arrive."""
 
     def __init__(self, options):
-        self.loss, self.random = options.loss, random.Random(7)
+        self.loss, self.random = options.loss, random.Random(options.seed)
         self.peer = self.file = self.listener = None
         if options.serial:
             self.file = options.serial  # the other end of a pseudo terminal

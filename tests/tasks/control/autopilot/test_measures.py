@@ -192,6 +192,7 @@ class Remembered:
     """A mission that is in the autopilot's memory already."""
 
     busy, ready, error = False, True, ""
+    items, current = ("home", "there", "back"), 1
 
     def recall(self, start, now):
         return True
@@ -213,6 +214,25 @@ def test_orders_that_took_several_tries_leave_the_next_ones_theirs():
     assert (before, line.pilot.error) == (3, "")
     line.run(2.0)
     assert line.pilot.error == "the mode was accepted, but did not come"
+
+
+@pytest.mark.parametrize(("current", "mode", "waits"), [(2, "hold", True), (1, "hold", False), (2, "guided", False)])
+def test_a_mission_that_is_left_at_its_last_item_may_be_over(current, mode, waits):
+    """Whatever told so was lost, or comes after the mode in which autopilots are then."""
+    rover = body_of(ARDUPILOT, 10)
+    line = Deaf(rover)
+    line.pilot.memory, line.pilot.mode = Remembered(), rover.mission
+    line.pilot.memory.current = current
+    leg = Leg(path(), HERE, 0.0)
+    leg.item = 2
+    line.pilot.follow(leg, 0.0)
+    line.run(1.0)
+    line.pilot.mode = getattr(rover, mode)
+    line.run(2.0)
+    assert (line.pilot.error == "") is waits
+    line.run(2.0)
+    assert line.pilot.error.startswith("a pilot or a failsafe has chosen another mode")
+    assert line.said == []
 
 
 def fix(**values):

@@ -75,6 +75,33 @@ def test_what_was_lost_is_sent_again_and_silence_ends_it():
     assert f"no answer for {PATIENCE * TRIES:g} s" in talk.memory.error
 
 
+def test_a_mission_whose_acknowledgment_was_lost_is_read_back_after_silence():
+    talk = Talk()
+    talk.memory.write(ITEMS, 0.0)
+    for seq in range(len(ITEMS)):
+        talk.hear("MISSION_REQUEST_INT", seq=seq)
+    for tick in range(80):
+        talk.memory.look_after(tick / 10.0)
+    assert [name for name, _ in talk.sent[-2:]] == ["MISSION_ITEM_INT", "MISSION_REQUEST_LIST"]
+    talk.read_back()
+    assert talk.memory.ready
+
+
+def test_a_repeated_last_item_that_is_refused_may_have_been_taken_before():
+    """As ArduPilot and PX4 do after the end of an upload."""
+    for items, ready in ((ITEMS, True), (ITEMS[:2], False)):
+        talk = Talk()
+        talk.memory.write(ITEMS, 0.0)
+        for seq in range(len(ITEMS)):
+            talk.hear("MISSION_REQUEST_INT", seq=seq)
+        talk.memory.look_after(PATIENCE)
+        talk.hear("MISSION_ACK", type=MissionResult.INVALID_SEQUENCE, now=PATIENCE + 0.1)
+        talk.hear("MISSION_ACK", type=MissionResult.INVALID_SEQUENCE, now=PATIENCE + 0.2)  # to one that came late
+        talk.read_back(items)
+        assert talk.memory.ready is ready
+        assert ready or "2 items instead of 3" in talk.memory.error
+
+
 def test_a_refusal_tells_the_result():
     talk = Talk()
     talk.memory.write(ITEMS, 0.0)
