@@ -24,6 +24,7 @@ _KEYS = ("study", "description", "scenario", "vary", "runs", "until", "seed", "s
 _UNTIL = ("pass rate known to", "at most", "confidence")
 _MOST = 10_000_000  # runs
 _PERCENT = re.compile(r"(\d+\.?\d*|\.\d+)\s*%")
+_REHEARSED = 50  # words to choose from
 _RUNS, _UNTIL_MOST = 100, 10_000  # defaults
 
 
@@ -135,6 +136,17 @@ class _Reader:
                 except ValueError as error:
                     nodes[place].fail(f"{place}: {error}")
             raise
+        self._check_choices(design, {**self._fixed, **values})
+
+    def _check_choices(self, design: Design, first: Mapping[str, object]) -> None:
+        """Refuse words to choose from with which the scenario cannot begin."""
+        nodes = self._inside | (self._nodes["vary"].mapping() if "vary" in self._nodes else {})
+        words = [(place, cell) for place, found in design.varied.items() for cell in found.cells]
+        for place, cell in [item for item in words if isinstance(item[1], str)][:_REHEARSED]:
+            try:
+                self._draft.rehearse({**first, place: cell})
+            except ValueError as error:
+                nodes[place].fail(f"{place}: {cell}: {error}")
 
     def _scenario_file(self) -> Path:
         node = self._nodes["scenario"]

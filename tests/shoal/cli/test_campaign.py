@@ -160,6 +160,17 @@ def test_what_the_vehicle_has_not_got_is_told_before_any_run(place):
     assert not (place / "leak").exists()
 
 
+def test_a_choice_that_the_vehicle_has_not_got_is_told_before_any_run(place):
+    events = "events: [{at: 1 s, silent: Simulators.GPS}]\n"
+    (place / "choice.scenario.yaml").write_text(SCENARIO + events)
+    study = "scenario: choice.scenario.yaml\nvary:\n  events/0/silent: {choice: [Simulators.GPS, Simulators.GPSS]}\n"
+    (place / "choice.study.yaml").write_text(study)
+    done = shoal("choice.study.yaml", "-o", "choice")
+    assert done.exit_code == 2, done.output
+    assert "choice.study.yaml:3: events/0/silent: Simulators.GPSS: " in done.output.replace("\n", " ")
+    assert not (place / "choice").exists()
+
+
 def test_without_the_extra_it_says_what_to_install(place):
     code = "import sys; sys.modules['scipy'] = None; sys.modules['pyarrow'] = None\nfrom shoal.cli import main; main()"
     words = [sys.executable, "-c", code, "campaign", "rest.study.yaml", "-o", "none", "-j", "0"]
