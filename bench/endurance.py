@@ -15,7 +15,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from shoal.campaigns import Job, Pool, StudyRunner, carry_out, load_study
+from shoal.campaigns import Job, Pool, StudyRunner, carry_out, is_finished, load_study
 
 RUNS, MOST_GROWTH = 1000, 1.05  # of the memory, from the 100th run to the last
 KILL_PERIOD, KILLED_RUNS = 20.0, 120  # s
@@ -93,8 +93,12 @@ def kills(folder: Path) -> bool:
     finally:
         over.set()
         killer.join()
+    cut_short = [row["run"] for row in disturbed.counted if not is_finished(row)]
+    if cut_short:  # hit twice: the next start does them
+        print(f"{len(cut_short)} runs were hit twice, and are done when the campaign is started again: {cut_short}")
+        disturbed = carry_out(study, folder / "disturbed", workers=2)
     lines = (folder / "disturbed" / "runs.journal").read_text().splitlines()[1:]
-    times = Counter(record["run"] for line in lines if "run" in (record := json.loads(line[9:])))
+    times = Counter(record["run"] for line in lines if (record := json.loads(line[9:])).get("finished"))
     bare = [[{key: row[key] for key in row if key != "cpu"} for row in data.counted] for data in (quiet, disturbed)]
     same = repr(bare[0]) == repr(bare[1])
     for one, other in zip(*bare, strict=True):

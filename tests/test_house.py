@@ -150,6 +150,24 @@ def test_what_a_face_exports_has_a_docstring(trees):
     assert not wrong
 
 
+def test_no_task_hands_on_its_publish(trees):
+    """A fault stands before the method of one task: who keeps the method itself would not notice."""
+    kept = []
+    for path in [path for path in SOURCES if path.relative_to(ROOT).parts[0] == "tasks"]:
+        called = {id(node.func) for node in ast.walk(trees[path]) if isinstance(node, ast.Call)}
+        for node in ast.walk(trees[path]):
+            if (
+                isinstance(node, ast.Attribute)
+                and node.attr in ("publish", "share")
+                and isinstance(node.value, ast.Name)
+                and node.value.id == "self"
+                and isinstance(node.ctx, ast.Load)
+                and id(node) not in called
+            ):
+                kept.append(f"{path}:{node.lineno}")
+    assert not kept
+
+
 # Functions whose last digit, or whose sequence, depends on the version of Python or NumPy, and what replaces them.
 UNSTABLE = {
     "sum": "math.fsum; for integers, say so in a comment on the line: # integers",  # compensated since Python 3.12

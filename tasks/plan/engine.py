@@ -223,6 +223,9 @@ class Engine(Task):
             self._plan_id = outlook.graph.plan.plan_id
             self._replies.succeed(request, "plan loaded", outlook.statistics(self._preflight.capacity))
 
+    def _say(self, message: imc.Message) -> None:
+        self.publish(message)  # looked up each time: a fault may stand before it
+
     async def _fly(self, script: Script, flight: Flight) -> None:
         """START: from loading to the last maneuver."""
         inbox = script.listen(imc.VehicleCommand, imc.VehicleState)
@@ -230,7 +233,7 @@ class Engine(Task):
             outlook = flight.outlook or await self._prepare(script, flight.request)
             graph = outlook.graph
             self._plan_id = graph.plan.plan_id
-            flight.actions = PlanActions(graph, self.publish, self._leads.of)
+            flight.actions = PlanActions(graph, self._say, self._leads.of)
             if flight.request.flags & imc.PlanControl.Flags.CALIBRATE and self.perform_calibration:
                 preparation = max(self.minimum_calibration_time, flight.actions.preparation)
                 outlook = replace(outlook, calibration=preparation)

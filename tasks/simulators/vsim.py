@@ -51,6 +51,7 @@ class VSIM(Powered):
 
     execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=20, maximum=1000, editable=False)
     initial_heading: float = param(0.0, "°", "Heading at the start, true north.", minimum=-360, maximum=360)
+    initial_depth: float = param(0.0, "m", "Depth at the start, of a vehicle that dives.", minimum=0, maximum=11000)
     stream_source: str = param(
         "Stream Velocity Simulator",
         "",
@@ -66,6 +67,8 @@ class VSIM(Powered):
             self._model = self._read(self.vehicle.profile.value)
         except ModelError as error:
             raise ParameterError("Vehicle Type", str(error)) from None
+        if self.initial_depth and isinstance(self._model, BoatModel):
+            raise ParameterError("Initial Depth", "a boat floats")
         world = world_of(self)
         self._seabed = world.seabed
         self._sea = world.sea(self.vehicle.seed) if isinstance(self._model, BoatModel) else None
@@ -125,6 +128,8 @@ class VSIM(Powered):
             return  # a receiver that lost its fix repeats the last position
         if self._origin is None:
             self.craft.orient(0.0, 0.0, math.radians(self.initial_heading))
+            if isinstance(self.craft, UnderwaterVehicle):
+                self.craft.z = self.initial_depth
         self.craft.x = self.craft.y = 0.0
         self._origin = fix
         origin = world_of(self).origin

@@ -29,7 +29,7 @@ class MAVLink(GroundLinks):
             parameters=ParameterTable(self.vehicle.tasks),
             entities=lambda: (e for e in self.vehicle.entities if e.component != self.name),
             imc_id=self.system,
-            publish=self.publish,
+            publish=lambda message: self.publish(message),  # noqa: PLW0108, a fault may stand before it later
             folders={"logs": logs, "@MAV_LOG": logs},
             set_parameter=self.ask_for,
             say=self.say,

@@ -4,6 +4,8 @@ import math
 
 import pytest
 
+from shoal.scenarios import ScenarioFileError
+
 PAIR = """
 vehicles:
   first: {profile: lauv-noptilus-1}
@@ -94,6 +96,50 @@ def test_starts_are_those_of_the_file(play, profile):
     assert math.degrees(result.metrics["lon"]) == pytest.approx(-8.75)
     assert result.metrics["heading"] == pytest.approx(math.radians(90.0), abs=1e-3)
     assert result.metrics["level"] == pytest.approx(55.0, abs=0.2)
+
+
+def test_an_auv_can_start_under_water(play):
+    begin = "vehicle: {profile: lauv-noptilus-1, start: {depth: 3 m}}\nlimit: 2 s\n"
+    result = play("metrics: {deep: {first: SimulatedState.z}, known: {last: EstimatedState.depth}}", begin)
+    assert result.metrics["deep"] == pytest.approx(3.0, abs=0.01)
+    assert result.metrics["known"] == pytest.approx(3.0, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("profile", "said"),
+    [("otter", "Initial Depth: a boat floats"), ("hexa-00", "this vehicle has no option for depth")],
+)
+def test_what_does_not_dive_cannot_start_under_water(draft, profile, said):
+    made = draft(begin=f"vehicle:\n  profile: {profile}\n  start: {{depth: 3 m}}\nlimit: 2 s\n")
+    with pytest.raises(ScenarioFileError, match=rf"trial.scenario.yaml:3: .*{said}"):
+        made.rehearse()
+
+
+def test_a_multirotor_flies_a_plan(play):
+    begin = """
+    vehicle:
+      profile: hexa-00
+      plan:
+        origin: 41.185°, -8.7062°
+        speed: 5 m/s
+        altitude: 8
+        maneuvers:
+          - takeoff: {altitude: 8, speed: 2 m/s}
+          - goto: {north: 15}
+    world: {wind: {speed: 3 m/s, from: 90°, gusts: 0}}
+    limit: 90 s
+    """
+    text = """
+    expect:
+      - {name: flies there, eventually: SimulatedState.x > 13 m}
+      - {name: stays low, always: "-SimulatedState.z < 12 m"}
+      - {outcome: SUCCESS}
+    metrics: {climbed: {max: -SimulatedState.z}}
+    """
+    result = play(text, begin)
+    assert result.passed, (result.error, result.verdicts)
+    assert result.metrics["climbed"] == pytest.approx(8.0, abs=1.0)
+    assert result.outcomes == {"hexa-00": "SUCCESS"}
 
 
 def test_the_current_carries_and_the_wind_blows(play):
