@@ -2,8 +2,11 @@
 
 from shoal.campaigns.again import Rerun, rerun
 from shoal.campaigns.campaign import carry_out
+from shoal.campaigns.cluster import cluster_address
 from shoal.campaigns.comparison import Comparison, Pair, compare
 from shoal.campaigns.dataset import DataSet, open_data_set
+from shoal.campaigns.engine import Engine
+from shoal.campaigns.engines import open_engine
 from shoal.campaigns.job import SUFFIX, Do, Job, Unfinished, Unreadable
 from shoal.campaigns.junit import junit_xml
 from shoal.campaigns.keeping import findings_of, told
@@ -28,6 +31,7 @@ __all__ = [
     "Comparison",
     "DataSet",
     "Do",
+    "Engine",
     "Findings",
     "Job",
     "Merged",
@@ -43,6 +47,7 @@ __all__ = [
     "Unreadable",
     "campaign_page",
     "carry_out",
+    "cluster_address",
     "compare",
     "details_of",
     "facts_of",
@@ -55,6 +60,7 @@ __all__ = [
     "log_again",
     "merge",
     "open_data_set",
+    "open_engine",
     "other_logs",
     "parse_shard",
     "processors",

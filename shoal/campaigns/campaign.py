@@ -36,6 +36,7 @@ def carry_out(
     shard: Shard = WHOLE,
     on: str = "",
     tell: Tell = lambda _: None,
+    note: Callable[[str], None] = lambda _: None,
 ) -> DataSet:
     """Do the runs of a study that its folder does not have yet, until there are enough; `tell` hears of each one.
 
@@ -56,7 +57,7 @@ def carry_out(
         tell(data)
         try:
             if progress.end is None:
-                engine = open_engine(study, make=make, workers=workers, wall_limit=wall_limit, on=on)
+                engine = open_engine(study, make=make, workers=workers, wall_limit=wall_limit, on=on, note=note)
                 _work_off(study, recording, progress, stack.enter_context(engine), tell)
         except BaseException:
             with suppress(OSError):  # the journal has all of it anyway

@@ -23,13 +23,21 @@ def open_engine(
     workers: int | None = None,
     wall_limit: float,
     on: str = "",
+    note: Callable[[str], None] = lambda _: None,
 ) -> Generator[Engine]:
     """An engine for the runs of a study, until the end of the block.
 
     Processes use the files of the study as they were when it was read; with `workers` 0 this process uses them as they
-    are. `on` is the address of a cluster, such as dask://scheduler:8786; `make` and `workers` are for this computer.
+    are. `on` is the address of a cluster, such as dask://scheduler:8786, of which `note` hears the workers that are
+    refused; `make` and `workers` are for this computer.
     Raises OSError, also if nothing is at the address, ModuleNotFoundError without the extra, ValueError for others.
     """
+    if on:
+        from shoal.campaigns.cluster import Cluster  # which needs this module
+
+        with Cluster(on, study, wall_limit=wall_limit, note=note) as cluster:
+            yield cluster
+        return
     only_failed = study.logs == "failed"
     if workers == 0:
         with Pool(0, make=partial(timing, make, only_failed)) as pool:

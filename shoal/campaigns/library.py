@@ -4,10 +4,10 @@ from importlib import import_module
 from typing import Any
 
 
-def library(name: str) -> Any:
-    """A module of the extra `campaigns`. Raises ModuleNotFoundError that says how to install it."""
+def library(name: str, extra: str = "campaigns") -> Any:
+    """A module of an extra. Raises ModuleNotFoundError that says how to install it."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
         missing = (error.name or name).partition(".")[0]
-        raise ModuleNotFoundError(f"this needs {missing}: pip install 'shoal[campaigns]'", name=missing) from None
+        raise ModuleNotFoundError(f"this needs {missing}: pip install 'shoal[{extra}]'", name=missing) from None

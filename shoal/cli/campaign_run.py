@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 
 import click
@@ -22,6 +23,7 @@ from shoal.campaigns import (
     Shard,
     StudyRunner,
     carry_out,
+    cluster_address,
     findings_of,
     is_finished,
     load_study,
@@ -71,6 +73,7 @@ def _parse_shard(_: click.Context, __: click.Parameter, text: str | None) -> Sha
 @click.argument("study", type=FILE)
 @click.option("-o", "--out", type=FOLDER, help="Folder of the data set. [default: campaigns/NAME]")
 @workers_option
+@click.option("--on", metavar="ADDRESS", help="Do the runs on a cluster of Dask, such as dask://scheduler:8786.")
 @click.option("--runs", type=click.IntRange(1), help="How many runs, instead of what the study says.")
 @click.option("--logs", type=click.Choice(LOGS), help="Logs to keep, instead of what the study says.")
 @values_option
@@ -86,6 +89,7 @@ def run(
     study: Path,
     out: Path | None,
     workers: int | None,
+    on: str | None,
     runs: int | None,
     logs: str | None,
     values: tuple[str, ...],
@@ -99,6 +103,8 @@ def run(
     all runs have this value; the draws of the others stay what they are, so that `shoal campaign compare` has pairs.
     """
     check_wall_limit(workers, wall_limit)
+    if on:
+        check_cluster(on, workers)
     with refusals():
         use_code(code, [str(study)])
         plan = load_study(study, fixed=parse_values(values), runs=runs, logs=logs)
@@ -109,7 +115,16 @@ def run(
         bar = _Bar(len(shard.runs(plan.ending.most)) + smaller)
         try:
             with bar.progress:
-                data = carry_out(plan, folder, workers=workers, wall_limit=wall_limit, shard=shard, tell=bar.tell)
+                data = carry_out(
+                    plan,
+                    folder,
+                    workers=workers,
+                    wall_limit=wall_limit,
+                    shard=shard,
+                    on=on or "",
+                    tell=bar.tell,
+                    note=bar.note,
+                )
         except KeyboardInterrupt:
             done = open_data_set(folder)
             click.echo(f"stopped: {state_of(done)}; the same command goes on", err=True)
@@ -152,6 +167,18 @@ def rerun(
     sys.exit(1 if again.differences else 0)
 
 
+def check_cluster(on: str, workers: int | None) -> None:
+    """Refuse what is no address, and -j, since a cluster has its own workers. Raises UsageError."""
+    if workers is not None:
+        raise click.UsageError("-j is for this computer; a cluster has as many workers as it has: leave it out")
+    try:
+        cluster_address(on)
+    except ValueError as error:
+        raise click.BadParameter(printable(str(error)), param_hint="--on") from None
+    with extra("cluster"):
+        import_module("distributed")
+
+
 class _Bar:
     """A progress bar with the pass rate on a terminal; a line now and then in a pipe."""
 
@@ -162,6 +189,9 @@ class _Bar:
         self._task = self.progress.add_task("starting", total=most)
         self._is_live = console.is_terminal
         self._told = time.monotonic()
+
+    def note(self, words: str) -> None:
+        self.progress.console.print(f"note: {printable(words)}", markup=False, highlight=False, soft_wrap=True)
 
     def tell(self, data: DataSet) -> None:
         now = time.monotonic()

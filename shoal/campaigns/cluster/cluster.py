@@ -1,0 +1,282 @@
+"""The engine of a campaign whose runs are done by workers of Dask."""
+
+import json
+import logging
+import pkgutil
+import shutil
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any
+from uuid import uuid4
+
+from runtime.task import one_line
+from shoal.campaigns.cluster import outpost
+from shoal.campaigns.cluster.address import cluster_address
+from shoal.campaigns.cluster.arithmetic import arithmetic
+from shoal.campaigns.cluster.wire import Line, job_line, packed, result_of
+from shoal.campaigns.job import Job, Unfinished
+from shoal.campaigns.library import library
+from shoal.campaigns.study import Study
+from shoal.campaigns.versions import versions
+from shoal.scenarios import Result
+
+CONNECT = 10.0  # s until the scheduler must have answered
+LOOK = 1.0  # s between two looks at who is there
+PATIENCE = 30.0  # s without any worker that may do jobs: one may just start again
+DEATHS = 5  # workers that may be lost, one after another, with the same job
+FETCH = 5.0  # s for a result to arrive, until it is asked whether its worker is still there
+LEAVE = 5.0  # s
+
+
+@dataclass
+class _Errand:
+    """A job that was given to a worker. `deaths` is how many have been lost with it before."""
+
+    job: Job
+    worker: str
+    deaths: int
+    future: Any
+
+
+@dataclass
+class _Worker:
+    """A worker that may do jobs, as many at a time as it has threads."""
+
+    name: str
+    threads: int
+    errands: set[str] = field(default_factory=set[str])
+
+
+class Cluster:
+    """Does jobs of a study on all workers of a Dask cluster, as many at a time as they have threads.
+
+    Each worker gets the files of the study, once. One that has another Shoal, Python or NumPy, or computes otherwise,
+    is refused: `note` hears which and why. Workers may come, go and die; their jobs are done elsewhere. Close it.
+
+    Raises ValueError for what is no address, ModuleNotFoundError without the extra `cluster`, OSError if no scheduler
+    answers.
+    """
+
+    def __init__(self, address: str, study: Study, *, wall_limit: float, note: Callable[[str], None] = lambda _: None):
+        self._address, self._note = address, note
+        place = cluster_address(address)
+        distributed = library("distributed", "cluster")
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it has to say is raised here
+        try:
+            self._client = distributed.Client(place, timeout=CONNECT, set_as_default=False, name="shoal")
+        except (OSError, TimeoutError) as error:
+            raise OSError(f"no scheduler of Dask answers at {address}: {one_line(error)}") from None
+        self._token = f"shoal-{uuid4().hex}"
+        self._bundle = study.bundle.pack()
+        self._order = {
+            "study": str(study.file),
+            "fixed": dict(study.fixed),
+            "runs": study.design.runs or None,
+            "digest": study.digest,
+            "only_failed": study.logs == "failed",
+            "wall_limit": wall_limit,
+        }
+        self._workers: dict[str, _Worker] = {}
+        self._refused: dict[str, str] = {}
+        self._errands: dict[str, _Errand] = {}
+        self._again = deque[tuple[Job, int]]()
+        self._done = SimpleQueue[str]()
+        self._count = 0
+        self._looked = -LOOK
+        self._alone_since = time.monotonic()
+
+    def __enter__(self) -> "Cluster":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End what is under way, and leave nothing on the workers."""
+        self._cancel()
+        if self._client.status == "running":
+            with suppress(Exception):  # they end by themselves if they hear nothing
+                self._client.run(outpost.leave, self._token, workers=list(self._workers), on_error="ignore")
+        with suppress(Exception):
+            self._client.close(timeout=LEAVE)
+
+    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, Result]]:
+        """See `Engine.run`. Raises OSError if the scheduler goes away, or no worker is left for `PATIENCE`."""
+        coming = iter(jobs)
+        try:
+            while self._hand_out(coming):
+                yield from self._listen()
+                yield from self._give_up()
+        finally:  # the caller may have heard enough
+            self._again.clear()
+            self._cancel()
+
+    def _hand_out(self, coming: Iterator[Job]) -> bool:
+        """Give jobs to all that have none; False if there is no job left, and nobody has one."""
+        self._look()
+        while (free := self._free()) is not None:
+            job, deaths = self._again.popleft() if self._again else (next(coming, None), 0)
+            if job is None:
+                return bool(self._errands)
+            self._give(job, deaths, free)
+        return True
+
+    def _free(self) -> str | None:
+        """The worker with the most threads that have nothing to do."""
+        free = {at: worker.threads - len(worker.errands) for at, worker in self._workers.items()}
+        best = max(free, key=free.__getitem__, default=None)
+        return best if best is not None and free[best] > 0 else None
+
+    def _give(self, job: Job, deaths: int, at: str) -> None:
+        self._count += 1
+        key = f"{self._token}-{self._count}"
+        future: Any = self._client.submit(
+            *(outpost.do, self._token, packed(job_line(job))), key=key, workers=[at], allow_other_workers=False
+        )
+        self._errands[key] = _Errand(job, at, deaths, future)
+        self._workers[at].errands.add(key)
+        future.add_done_callback(partial(self._hear, key))
+
+    def _hear(self, key: str, _: Any) -> None:
+        self._done.put(key)
+
+    def _listen(self) -> Iterator[tuple[Job, Result]]:
+        with suppress(Empty):
+            key = self._done.get(timeout=LOOK)
+            errand = self._errands.get(key)
+            if errand is not None and (result := self._fetch(key, errand)) is not None:
+                yield errand.job, result
+
+    def _fetch(self, key: str, errand: _Errand) -> Result | None:
+        """The result of an errand that is over; None if it has to be done again."""
+        reply = self._reply(key, errand)
+        if key not in self._errands:  # its worker has gone
+            return None
+        self._forget(key)
+        if isinstance(reply, Exception):
+            self._again.append((errand.job, errand.deaths + 1))
+            return None
+        text, files = reply if reply is not None else (b"{}", [])
+        line: Line = json.loads(text)
+        if reply is None or "refused" in line:  # without a reply the worker has started anew at the same address
+            if line:
+                self._refuse(errand.worker, self._workers[errand.worker].name, line["refused"])
+            self._again.append((errand.job, errand.deaths))
+            self._drop(errand.worker, deaths=0)
+            return None
+        log_root = errand.job.log_root
+        if log_root is not None:
+            _write(log_root, files)
+        return result_of(line, log_root)
+
+    def _reply(self, key: str, errand: _Errand) -> outpost.Reply | Exception | None:
+        wait = FETCH
+        while key in self._errands:
+            try:
+                return errand.future.result(timeout=wait)
+            except TimeoutError:  # a long log, or its worker has died with it
+                wait *= 2.0
+                self._look(at_once=True)
+            except Exception as error:
+                self._check()
+                return error
+        return None
+
+    def _give_up(self) -> Iterator[tuple[Job, Result]]:
+        """The jobs with which too many workers have been lost."""
+        for job, _ in [lost for lost in self._again if lost[1] >= DEATHS]:
+            yield job, job.failed(f"{DEATHS} workers, one after another, were lost with it", Unfinished)
+        self._again = deque(lost for lost in self._again if lost[1] < DEATHS)
+
+    def _look(self, *, at_once: bool = False) -> None:
+        """See who has come and who has gone. Raises OSError if the scheduler has gone, or nobody is left."""
+        if time.monotonic() - self._looked < LOOK and not at_once:
+            return
+        self._check()
+        try:
+            there = self._client.scheduler_info()["workers"]
+        except Exception as error:
+            raise self._gone(one_line(error)) from None
+        for at in [at for at in self._workers if at not in there]:
+            self._drop(at)
+        self._refused = {at: why for at, why in self._refused.items() if at in there}
+        self._vet({at: about for at, about in there.items() if at not in self._workers and at not in self._refused})
+        self._looked = time.monotonic()
+        if self._workers:
+            self._alone_since = self._looked
+        elif self._looked - self._alone_since > (LOOK if self._refused else PATIENCE):
+            whys = "; ".join(self._refused.values()) or "it has none"
+            raise OSError(f"no worker is left at {self._address} that could do a run: {whys}")
+
+    def _vet(self, new: dict[str, Any]) -> None:
+        """Let those workers do jobs that compute as this computer does."""
+        self._ask(new, pkgutil.resolve_name, f"{outpost.__name__}:probe")  # which fails where there is no such Shoal
+        for at, (name, theirs, computes) in self._ask(new, outpost.probe).items():
+            if theirs != versions():
+                self._refuse(at, name, f"it has {theirs}, and this is {versions()}")
+            elif computes != arithmetic():
+                self._refuse(at, name, "its processor or libraries round otherwise than those of this computer")
+            elif at in self._ask({at: new[at]}, outpost.camp, self._token, self._bundle, self._order):
+                self._workers[at] = _Worker(name, max(1, int(new[at]["nthreads"])))
+
+    def _ask(self, workers: dict[str, Any], function: Any, *given: object) -> dict[str, Any]:
+        """What a function gives on each of these workers, called there; refuse those on which it fails."""
+        asked = [at for at in workers if at not in self._refused]
+        if not asked:
+            return {}
+        replies: dict[str, Any] = self._client.run(function, *given, workers=asked, on_error="return")
+        for at, reply in replies.items():
+            if isinstance(reply, ImportError | AttributeError):
+                self._refuse(at, str(workers[at]["name"]), f"it has no Shoal that can do this: {one_line(reply)}")
+            elif isinstance(reply, Exception) and not isinstance(reply, OSError):
+                self._refuse(at, str(workers[at]["name"]), f"{one_line(reply)}")
+        return {at: reply for at, reply in replies.items() if not isinstance(reply, Exception)}
+
+    def _refuse(self, at: str, name: str, why: str) -> None:
+        self._refused[at] = f"worker {name} ({at}) is refused: {why}"
+        self._note(self._refused[at])
+
+    def _drop(self, at: str, *, deaths: int = 1) -> None:
+        """A worker that is not there any more, or may do no more jobs; others do those that it had."""
+        for key in list(self._workers.pop(at).errands):
+            errand = self._errands.pop(key)
+            errand.future.cancel()
+            self._again.append((errand.job, errand.deaths + deaths))
+
+    def _forget(self, key: str) -> None:
+        errand = self._errands.pop(key)
+        if errand.worker in self._workers:
+            self._workers[errand.worker].errands.discard(key)
+
+    def _cancel(self) -> None:
+        for errand in self._errands.values():
+            with suppress(Exception):  # with the scheduler gone there is nothing to cancel
+                errand.future.cancel()
+        self._errands.clear()
+        for worker in self._workers.values():
+            worker.errands.clear()
+
+    def _check(self) -> None:
+        if self._client.status != "running":
+            raise self._gone("the connection is lost")
+
+    def _gone(self, why: str) -> OSError:
+        return OSError(f"the scheduler at {self._address} has gone away: {why}; what is done stays")
+
+
+def _write(folder: Path, files: Iterable[tuple[str, bytes]]) -> None:
+    """Write logs that have come. Raises OSError, and ValueError for a path that leads out of the folder."""
+    folder = folder.absolute()
+    shutil.rmtree(folder, ignore_errors=True)  # of a run that was begun before
+    for name, data in files:
+        place = folder / name
+        if ".." in Path(name).parts or not place.is_relative_to(folder):
+            raise ValueError(f"a worker has sent a log with the path {name!r}")
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(data)

@@ -1,0 +1,75 @@
+"""A process beside a worker of Dask that does the jobs of one study, one after another, in a process of its own.
+
+Dask's workers may have no child of multiprocessing, and a run that hangs cannot be ended within one of them.
+"""
+
+import json
+import os
+import queue
+import shutil
+import sys
+import threading
+from functools import partial
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from runtime.problem import of_file
+from shoal.campaigns.cluster.wire import Line, job_of, packed, result_line
+from shoal.campaigns.engines import settle
+from shoal.campaigns.pool import Pool
+from shoal.campaigns.site import Named, Site
+from shoal.campaigns.study import load_study
+from shoal.campaigns.study_runner import StudyRunner
+
+IDLE = 600.0  # s without a job, after which it ends
+
+
+def main() -> None:
+    """Read the order from standard input, answer whether the study is the one that was meant, and then do jobs."""
+    out = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # where a user's task may print
+    order = json.loads(sys.stdin.buffer.readline())
+    site = Site(Path(order["root"]), order["folder"], order["etc"], tuple(order["code"]), tuple(order["modules"]))
+    lines = queue.SimpleQueue[bytes]()
+    threading.Thread(target=_listen, args=(sys.stdin.buffer, lines, site.root), daemon=True).start()
+    make = partial(settle, site, StudyRunner, bool(order["only_failed"]))
+    with Pool(1, make=make, wall_limit=order["wall_limit"]) as pool:
+        site.enter()
+        why = _refusal(site, order)
+        _write(out, {"refused": why} if why else {})
+        if not why:
+            _work(Named(pool, site), lines, out)
+
+
+def _listen(stdin: BinaryIO, lines: "queue.SimpleQueue[bytes]", root: Path) -> None:
+    """Take lines; without the worker of Dask nobody wants a result, and what was unpacked is left to this process."""
+    for line in stdin:
+        lines.put(line)
+    shutil.rmtree(root, ignore_errors=True)
+    os._exit(0)
+
+
+def _work(pool: Named, lines: "queue.SimpleQueue[bytes]", out: BinaryIO) -> None:
+    while True:
+        try:
+            line = json.loads(lines.get(timeout=IDLE))
+        except queue.Empty:
+            return
+        for _, result in pool.run([job_of(line)]):
+            _write(out, result_line(result, Path(line["log_root"])))
+
+
+def _refusal(site: Site, order: dict[str, Any]) -> str:
+    """Why the study here is not the one that is meant: a library may be missing, or a task that was not found."""
+    try:
+        study = load_study(site.path(Path(order["study"])), fixed=order["fixed"], runs=order["runs"])
+    except (ValueError, ImportError) as error:
+        return str(error).replace(str(site.root), "")
+    except OSError as error:
+        return of_file(error).replace(str(site.root), "")
+    return "" if study.digest == order["digest"] else "its files make another study there"
+
+
+def _write(out: BinaryIO, line: Line) -> None:
+    out.write(packed(line))
+    out.flush()
