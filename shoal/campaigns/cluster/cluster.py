@@ -125,7 +125,10 @@ class Cluster:
             if job is None:
                 return bool(self._errands)
             self._give(job, deaths, free)
-        return True
+        if not self._errands and not self._again:  # nobody is there: for want of jobs that is no error
+            job = next(coming, None)
+            self._again += [(job, 0)] if job is not None else []
+        return bool(self._errands or self._again)
 
     def _free(self) -> str | None:
         """The worker with the most threads that have nothing to do."""

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from shoal.campaigns import carry_out, load_study, open_data_set
+from shoal.campaigns import Job, carry_out, load_study, open_data_set, open_engine
 from shoal.campaigns.cluster import cluster as cluster_module
 from shoal.campaigns.journal import read_journal
 from tests.outside import until
@@ -149,6 +149,18 @@ def test_a_cluster_without_workers_is_an_error_after_a_while(own, study, tmp_pat
     monkeypatch.setattr(cluster_module, "PATIENCE", 1.0)
     with pytest.raises(OSError, match=r"no worker is left at dask://127.0.0.1:\d+ that could do a run: it has none"):
         carry_out(load_study(study, runs=4), tmp_path / "there", on=own.address)
+
+
+def test_a_worker_that_leaves_after_the_last_run_is_no_error(own, study, tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster_module, "PATIENCE", 2.0)
+    worker = own.worker("last", "--no-nanny")
+    plan = load_study(study, runs=2)
+    place = plan.path, plan.values(0), plan.seed_of(0)
+    with open_engine(plan, wall_limit=60.0, on=own.address) as engine:
+        done = engine.run([Job(0, *place)])
+        assert not next(done)[1].error
+        own.kill(worker)
+        assert list(done) == []
 
 
 def test_a_scheduler_that_is_not_there_is_an_error_that_names_it(study, tmp_path, monkeypatch):
