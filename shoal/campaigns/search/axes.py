@@ -79,12 +79,15 @@ def _cut(found: Distribution) -> tuple[Scalar, ...]:
     first, last = (float(value) for value in found.at([0.0, 1.0]))
     low, high = 0.0 if math.isfinite(first) else TAIL, 1.0 if math.isfinite(last) else 1.0 - TAIL
     values = [float(value) for value in found.at([low + (high - low) * step / STEPS for step in range(STEPS + 1)])]
-    steps = [b - a for a, b in pairwise(values) if b > a]
-    if not all(map(math.isfinite, values)) or not steps:
+    if not all(map(math.isfinite, values)) or not values[0] < values[-1]:
         raise ValueError("a search cannot go through this distribution: its values are not finite")
-    digits = min(15, max(0, math.ceil(-math.log10(min(steps)))))
-    inner = [min(max(round(value, digits), values[0]), values[-1]) for value in values[1:-1]]
-    return tuple(dict.fromkeys([values[0], *inner, values[-1]]))
+    inner = [_rounded(value, value - before) for before, value in pairwise(values[:-1]) if value > before]
+    return tuple(dict.fromkeys([values[0], *(v for v in inner if values[0] < v < values[-1]), values[-1]]))
+
+
+def _rounded(value: float, step: float) -> float:
+    """A value with no more digits than tell it from one that is a step away."""
+    return round(value, min(15, max(0, math.ceil(-math.log10(step)))))
 
 
 def size(values: Mapping[str, Scalar], axes: Mapping[str, Mapping[str, Any]]) -> tuple[int, float]:

@@ -43,7 +43,8 @@ def write_options(path: Path, values: Mapping[str, object], folder: Path, words:
         chosen = {place.removeprefix(start) for place in values for start in starts if place.startswith(start)}
         sections: dict[str, list[str]] = {}
         for setting in actor.settings:
-            if f"{setting.section}/{setting.option}" in chosen:
+            place = f"{setting.section}/{setting.option}"
+            if any(name == place or name.startswith(f"{place}/") for name in chosen):  # also an item of a list
                 sections.setdefault(setting.section, []).append(f"{setting.option} = {setting.value}")
         if sections:
             blocks = [f"[{section}]\n" + "\n".join(lines) + "\n" for section, lines in sections.items()]

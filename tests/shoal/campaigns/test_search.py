@@ -58,8 +58,8 @@ seed: 5
 class Slope:
     """Stands in for runs: the margin falls with the current north, and with east a little; notes each run in a file."""
 
-    def __init__(self, counter=None, dead=False):
-        self._counter, self._dead = counter, dead
+    def __init__(self, counter=None, dead=False, gain=""):
+        self._counter, self._dead, self._gain = counter, dead, gain
 
     def __call__(self, job):
         if self._counter is not None:
@@ -71,7 +71,7 @@ class Slope:
         margin = 0.413 - north - 0.01 * abs(east) + 0.0 * gps
         stays = Verdict("stays", margin > 0.0, margin, "" if margin > 0.0 else f"failed by {-margin:.3f}")
         depth = Verdict("dives", north > -0.9, math.inf if north > -0.9 else -math.inf)
-        far = (north + 0.95) ** 2 + (gps - 7.0) ** 2 / 64.0
+        far = (north + 0.95) ** 2 + (gps - 7.0) ** 2 / 64.0 + abs(job.values.get(self._gain, 9.0) - 2.0)
         digest = f"{job.seed} {north!r} {east!r} {gps!r}"
         return Result("dive", job.seed, (stays, depth), {"far": far}, fingerprint=digest)
 
@@ -222,6 +222,21 @@ def test_the_best_parameters_are_options_of_a_profile(tmp_path):
     assert load_draft(tmp_path / "own.scenario.yaml").usual(GPS) == chosen
     everything = do(write(tmp_path, text.replace("metrics.far", "metrics.far, of: all")), tmp_path / "all")
     assert findings_of(everything).goal.value(findings_of(everything).best) < shown.goal.value(shown.best)
+
+
+def test_a_gain_in_a_list_is_tuned(tmp_path):
+    gain = "vehicle/parameters/Control.AUV.Attitude/Heading PID Gains/0"
+    gains = "Control.AUV.Attitude: {Heading PID Gains: [1.5, 0, 0.15]}, Control.Path"
+    text = SCENARIO.replace("modes: Kinematic", "modes: Simulation").replace("Control.Path", gains)
+    study = (
+        f"scenario: dive.scenario.yaml\nvary: {{{gain}: {{uniform: [0.5, 3]}}}}\nsearch: {{minimise: metrics.far}}\n"
+    )
+    data = do(write(tmp_path, study, text), tmp_path / "runs", make=partial(Slope, gain=gain), runs=4)
+    [(place, best)] = findings_of(data).changes(findings_of(data).best).items()
+    assert place == gain
+    assert findings_of(data).default(gain) == 1.5
+    ini = (tmp_path / "runs" / "tuned.ini").read_text()
+    assert ini.endswith(f"[Control.AUV.Attitude]\nHeading PID Gains = {best}, 0, 0.15\n")
 
 
 def test_a_scenario_that_fails_as_it_is_leaves_nothing_to_look_for(tmp_path):
