@@ -268,8 +268,7 @@ class Kernel:
         if reached is None:
             return False
         if reached > self.now_ns:
-            self.reach(reached)
-            self._busy = 0
+            self.now_ns, self.now, self._busy = reached, reached / SECOND, 0
         elif reached != target:
             self._count_standstill()
         if reached != target:

@@ -181,9 +181,9 @@ class IMU(Task):
 
     def _report(self, time: float, angles: Vector, rates: Vector, force: Vector) -> None:
         phi, theta, psi = angles
-        wrong = self._offset + math.radians(self.gyro_rate_bias) / 3600.0 * (self.now - self._began)
-        if not self.generate_noise:
-            wrong = 0.0
+        wrong = 0.0
+        if self.generate_noise:
+            wrong = self._offset + math.radians(self.gyro_rate_bias) / 3600.0 * (self.now - self._began)
         p, q, r = self.grade.gyroscope.digitised(rates)
         x, y, z = self.grade.accelerometer.digitised(force)
         for message in (

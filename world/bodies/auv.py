@@ -198,7 +198,8 @@ def _accelerations(model: UnderwaterModel) -> Acceleration:
             speed = sqrt(square)
             for gain, loss, ahead, others in thrusts:
                 force = gain - loss * speed
-                x += _clip(ahead * force, strongest)
+                push = ahead * force
+                x += -strongest if push < -strongest else strongest if push > strongest else push
                 if others is not None:
                     ty, tz, tk, tm, tn = others
                     y += _clip(ty * force, strongest)

@@ -139,6 +139,8 @@ class _Step:
     `before` and `after` are the velocities (m/s) of the place at both.
     """
 
+    __slots__ = ("_began", "_length", "_motion", "acceleration")
+
     def __init__(self, begin: BodyMotion, end: BodyMotion, before: Vector, after: Vector):
         self._began, (phi, theta, psi), (p, q, r) = begin.time, begin.angles, begin.rates
         self._length = length = end.time - begin.time

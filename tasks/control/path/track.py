@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import imc
 from world.attitude import wrap
@@ -36,8 +37,7 @@ class Track:
         return Track(self.start, end)
 
 
-@dataclass(frozen=True)
-class PathProgress:
+class PathProgress(NamedTuple):
     """Position of a vehicle (m): `x` along and `y` to starboard of the track, `left` before and `range` to its end.
 
     `speed` (m/s) and `course` (rad) describe its motion, `vx` and `vy` (m/s) are the parts along and across the track;
