@@ -100,8 +100,9 @@ class Entities:
 
     def label(self, system: int, entity: int) -> str:
         """The label of an entity of any system, empty if unknown."""
-        own = self._by_id.get(entity) if system == self._system else None
-        return own.label if own is not None else self.heard.get((system, entity), "")
+        if system == self._system and (own := self._by_id.get(entity)) is not None:
+            return own.label
+        return self.heard.get((system, entity), "")
 
     def _free_id(self, label: str) -> int:
         if label == "Daemon":

@@ -53,8 +53,12 @@ class BodyMotion(NamedTuple):
 
     def ground_velocity_at(self, place: Vector) -> Vector:
         """That of a place of the body (m, x forward, y right, z down from its origin): north, east and down (m/s)."""
-        velocity = _add(self.velocity, cross(self.rates, place)) if place != CENTRE else self.velocity
-        return _add(to_ned(rotation(*self.angles), velocity), self.stream)
+        (u, v, w), (x, y, z) = self.velocity, self.stream
+        if place != CENTRE:
+            a, b, c = cross(self.rates, place)
+            u, v, w = u + a, v + b, w + c
+        north, east, down = to_ned(rotation(*self.angles), (u, v, w))
+        return north + x, east + y, down + z
 
 
 class InertialSample(NamedTuple):
@@ -154,10 +158,6 @@ class _Step:
         share = (time - self._began) / self._length
         phi, a, theta, b, psi, c, p, x, q, y, r, z = self._motion
         return (phi + share * a, theta + share * b, psi + share * c), (p + share * x, q + share * y, r + share * z)
-
-
-def _add(a: Vector, b: Vector) -> Vector:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def _scaled(a: Vector, factor: float) -> Vector:

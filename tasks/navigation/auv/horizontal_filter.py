@@ -69,7 +69,8 @@ class HorizontalFilter:
     def update(self, innovation: float, variance: float, *parts: tuple[int, float]) -> None:
         """Apply a measurement: its innovation, its variance, and its partial derivatives by state."""
         p = self.p
-        (first, factor), *others = parts
+        first, factor = parts[0]
+        others = parts[1:]
         ph = p[first] if factor == 1.0 else [factor * a for a in p[first]]
         for index, other in others:
             ph = [a + other * b for a, b in zip(ph, p[index], strict=True)]
