@@ -101,10 +101,15 @@ def draw(
         own = np.nonzero(cover > 0.0)
         pixels = own[0] + touched[0].start, own[1] + touched[1].start
         cover[own] *= ~hidden(pixels, norm[own] / distance[own])
+    own = np.nonzero(cover)
+    if not own[0].size:
+        return
+    box = tuple(slice(int(places.min()), int(places.max()) + 1) for places in own)
+    apart, ray, gap, distance, cover = apart[:, *box], ray[:, *box], gap[box], distance[box], cover[box]
     normal = -apart / mug.radius - ray * np.sqrt(np.clip(1 - (gap / mug.radius) ** 2, 0.0, 1.0))
     lit = 0.4 + 0.6 * np.clip(_dot(turn.T @ np.array(sun), normal), 0.0, 1.0)
     colour = np.moveaxis(light((YELLOW * lit).astype(np.float32), distance.astype(np.float32)), 0, -1)
-    shown = face[touched[0], touched[1], :3]
+    shown = face[touched[0], touched[1], :3][box]
     shown[...] = np.rint(shown + (colour - shown) * cover[..., np.newaxis])
 
 

@@ -60,6 +60,7 @@ class Ranging:
                 self._along[own] = turned(turn.T, rays.all[:, own])[2]
                 count += (rows - 1) * (columns - 1)
         self._right, self._down = u, v
+        self._weights = _weights(u, v, self._along)
         self._pixels = np.argsort(cell, kind="stable")[np.count_nonzero(cell < 0) :]  # cell by cell
         self._first = np.searchsorted(cell[self._pixels], np.arange(count + 1))
 
@@ -70,11 +71,10 @@ class Ranging:
         """
         lattice = self._lattice
         near, rough = self.relief.meet(place, turned(turn, lattice.rays), exact=True, cell=lattice.cell)
-        found = np.empty(self._along.size)
+        found, close = np.empty(self._along.size), near.astype(np.float32)
         for start in range(0, found.size, BLOCK):
             part = slice(start, start + BLOCK)
-            mixed = _mixed(near, self._node[part], self._below[part], self._right[part], self._down[part])
-            np.multiply(mixed, self._along[part], out=found[part])
+            found[part] = _mixed(close, self._node[part], self._below[part], self._weights[:, part])
         cells = self._looked_over(near, rough)
         crooked = np.flatnonzero(cells.crooked)
         if not crooked.size:
@@ -86,8 +86,12 @@ class Ranging:
             found[own] += bend[cell] * share * (share - 1.0) * along
         errs, guess = cells.bent[cell] * along, np.maximum(found[own], 0.0)
         cast = np.flatnonzero(errs > ERROR * guess)
-        own, cell, along = own[cast], cell[cast], along[cast]
-        rays, about = turned(turn, self._rays.all[:, own]), (errs < NEARLY * guess)[cast]
+        rays = turned(turn, self._rays.all[:, own[cast]])
+        if place[2] <= self.relief.sea.shallowest:  # all ground is below
+            down = rays[2] > 0.0
+            found[own[cast[~down]]] = 0.0
+            cast, rays = cast[down], rays[:, down]
+        own, about = own[cast], (errs < NEARLY * guess)[cast]
         if about.any():
             closer, good = self.relief.settle(place, rays[:, about], found[own[about]])
             found[own[about]] = closer
@@ -129,18 +133,18 @@ def _cells(patch: Patch, near: Floats, rough: NDArray[np.bool_]) -> Cells:
     )
 
 
-def _mixed(near: Floats, node: Places, below: Places, right: Floats, down: Floats) -> Floats:
-    """Bilinear, from four nodes."""
-    top, bottom = (_across(near, each, right) for each in (node, below))
-    bottom -= top
-    bottom *= down
-    top += bottom
-    return top
+def _weights(right: Floats, down: Floats, along: Floats) -> NDArray[np.float32]:
+    """(4, n) shares of four nodes in what is between them: the upper two, and the lower two."""
+    rows, columns = (along * (1.0 - down), along * down), (1.0 - right, right)
+    return np.stack([row * column for row in rows for column in columns]).astype(np.float32)
 
 
-def _across(near: Floats, node: Places, share: Floats) -> Floats:
-    left, right = near.take(node, mode="clip"), near.take(node + 1, mode="clip")
-    right -= left
-    right *= share
-    left += right
-    return left
+def _mixed(near: Floats, node: Places, below: Places, weights: Floats) -> Floats:
+    """Bilinear, from four nodes. What single precision rounds off is far less than ERROR."""
+    found = near.take(node, mode="clip")
+    found *= weights[0]
+    for place, weight in zip((node + 1, below, below + 1), weights[1:], strict=True):
+        more = near.take(place, mode="clip")
+        more *= weight
+        found += more
+    return found

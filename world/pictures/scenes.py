@@ -96,10 +96,14 @@ class Seabed:
             Plane(-1, depth, self.surface, self._palette(self.surface_colours * on_top, -1, depth, around)),
         )
 
-    def surface_plane(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> Plane:
-        """The plane above the camera."""
+    def surface_plane(self, pose: Standpoint, lights: Sequence[Beam] = (), highest: float = 1.0) -> Plane:
+        """The plane above the camera, for rays up to an elevation whose sine is `highest`."""
         depth, (lit, _) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
-        return Plane(-1, depth, self.surface, self._palette(self.surface_colours * lit(0.0), -1, depth, lit(depth)))
+        seen = min(light.ROWS, max(1, math.ceil(highest * light.ROWS)))
+        words = np.zeros((light.ROWS, light.SUMS), dtype=np.uint32)
+        palette = self._palette(self.surface_colours[:, :seen] * lit(0.0), -1, depth, lit(depth), seen)
+        words[:seen] = palette.reshape(seen, -1)
+        return Plane(-1, depth, self.surface, words.ravel())
 
     def facing(self, north: Any, east: Any, up: Any) -> Any:
         """Daylight on what looks to a direction (unit vectors, one or many), as share of that on level ground."""
@@ -211,9 +215,12 @@ class Seabed:
     def _glow(self, sine: Floats, around: Floats) -> Floats:
         return light.sideways(self.water.glow * around, sine)
 
-    def _palette(self, colours: Floats, side: int, distance: float, around: Floats) -> NDArray[np.uint32]:
-        away = distance / light.sines()
-        veil = self._glow(-side * light.sines(), around) * self.water.veil(away)
+    def _palette(
+        self, colours: Floats, side: int, distance: float, around: Floats, rows: int = light.ROWS
+    ) -> NDArray[np.uint32]:
+        sines = light.sines()[:rows]
+        away = distance / sines
+        veil = self._glow(-side * sines, around) * self.water.veil(away)
         return light.rgba_words(colours * self.water.transmission(away), veil)
 
 

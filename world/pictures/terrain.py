@@ -55,6 +55,7 @@ class Terrain:
         view = _View(self, camera, pose, scene, lights)
         lattice = self.lattice
         rays = turned(camera, lattice.rays)
+        view.highest = float((-rays[2] / np.sqrt(np.sum(rays * rays, axis=0))).max(initial=0.0)) + lattice.cell
         nearness, rough = view.meet(rays, lattice.cell)
         fields, sine = view.fields(rays, nearness)
         close = np.abs(nearness)
@@ -113,6 +114,7 @@ class _View:
         self.reach, self.nearest = min(LENGTHS * length, FARTHEST), 1.0 / (SEEN * length)
         self.faint = (FAINT / length) ** 2
         self.surface: Shot | None = None
+        self.highest = 1.0
         bottom = Plane(1, 1.0, scene.bottom, np.empty(0, dtype=np.uint32))
         self.prints = [Print(layer, bottom, 1.0, (pose.north, pose.east), pose.time) for layer in scene.bottom]
         self.texels = [np.float32(np.log2(layer.texel)) for layer in scene.bottom]
@@ -176,7 +178,7 @@ class _View:
     def _paint_surface(self, out: Words, turn: NDArray[np.float64], strip: Strip, over: Bools) -> None:
         caster = self.terrain.caster
         if self.surface is None:
-            top = self.scene.surface_plane(self.pose, self.lights)
+            top = self.scene.surface_plane(self.pose, self.lights, self.highest)
             self.surface = Shot(caster, top, (self.pose.north, self.pose.east), self.pose.time)
         sky = np.empty_like(out)
         self.surface.shade(sky, turn, strip, np.maximum(caster.affine(-turn[2], strip), GRAZING))
