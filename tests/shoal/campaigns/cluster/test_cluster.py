@@ -89,6 +89,15 @@ def test_content_travels_and_not_the_files(grid, study, tmp_path):
     assert comparable(carry_out(plan, tmp_path / "there", on=grid.address)) == comparable(here)
 
 
+def test_a_search_has_the_same_trials(grid, study, tmp_path):
+    study.write_text(DIVES.replace("runs: 12", "runs: 6\nsearch: {maximise: metrics.pitch}"))
+    here = carry_out(load_study(study), tmp_path / "here", workers=1)
+    there = carry_out(load_study(study), tmp_path / "there", on=grid.address)
+    assert comparable(there) == comparable(here)
+    assert len(there.counted) == 6
+    assert not any(row["error"] for row in there.counted)
+
+
 def test_a_worker_that_dies_costs_no_run_and_doubles_none(own, study, tmp_path):
     first, _ = own.worker("first"), own.worker("second")
     victims = [first]
