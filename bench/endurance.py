@@ -103,9 +103,9 @@ def kills(folder: Path) -> bool:
     same = repr(bare[0]) == repr(bare[1])
     for one, other in zip(*bare, strict=True):
         for name in [name for name in one if repr(one[name]) != repr(other.get(name))]:
-            print(f"run {one['run']}: {name} is {one[name]!r} and {other.get(name)!r}")
+            print(f"run {one['run']}: {name} is {one[name]!r:.60} and {other.get(name)!r:.60}")
     once = set(times) == set(range(KILLED_RUNS)) and max(times.values()) == 1
-    print(f"{count[0]} of 2 processes killed, one every {KILL_PERIOD:.0f} s: {len(times)} of {KILLED_RUNS} rows, "
+    print(f"{count[0]} processes killed, one every {KILL_PERIOD:.0f} s: {len(times)} of {KILLED_RUNS} rows, "
           f"{'none' if once else 'some'} twice, {'equal' if same else 'NOT equal'}")  # fmt: skip
     return same and once and count[0] > 0
 
