@@ -4,6 +4,7 @@ from flying import START, fly, last, modes, replies, start
 
 import imc
 from runtime import ActivationError, Task, param
+from runtime.faults import Injection, Silent
 
 
 class Payload(Task):
@@ -57,6 +58,12 @@ def test_actions_set_parameters_ahead_and_bring_them_back():
     (payload,) = (task for task in run.tasks if isinstance(task, Payload))
     assert payload.gain == 1
     assert last(run) == ("READY", "SUCCESS")
+
+
+def test_a_fault_that_begins_in_a_plan_concerns_its_actions():
+    fault = Injection(Silent(("SetEntityParameters",)), at=START + 10.0, task="Plan.Engine")
+    run = fly(start(with_actions()), seconds=40, more=((Payload, {"activation_time": 8}),), faults=[fault])
+    assert [[p.name for p in m.params] for m in run.of(imc.SetEntityParameters)] == [["Gain"]]
 
 
 def test_a_payload_that_cannot_be_activated_ends_the_plan():
