@@ -82,7 +82,7 @@ def rendering(rounds: int) -> None:
     print("\nfive faces of 512 px, two gliders                 all rows       rows of 180°")
     gliders = Glider(1.0, 0.3), Glider(3.0, -2.0)
     for scene, pose in POSES:
-        around = surroundings(scene, 0.0, np.random.default_rng(1))
+        around = surroundings(scene, 0.0, 1)
         views = {name: Renderer(around, 512, 5, rows) for name, rows in (("all", ()), ("some", lookup.rows))}
         times = best({name: partial(v.render, pose, gliders) for name, v in views.items()}, rounds)
         columns = "   ".join(f"{t * 1e3:5.1f} ms {1 / t:4.0f} fps" for t in times.values())

@@ -4,10 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from zlib import crc32
 
 import numpy as np
-from numpy.random import PCG64, Generator, SeedSequence
 from numpy.typing import NDArray
 
 from world.optics import CameraModel
@@ -109,8 +107,7 @@ class Camera:
 
     @cached_property
     def _scene(self) -> Surroundings:
-        random = Generator(PCG64(SeedSequence([self.seed, crc32(self.scene.encode())])))
-        return surroundings(self.scene, self.visibility, random, self.waves, self.sun, self.water)
+        return surroundings(self.scene, self.visibility, self.seed, self.waves, self.sun, self.water)
 
     @cached_property
     def _snow(self) -> Snow | None:

@@ -7,7 +7,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.random import Generator
 from numpy.typing import NDArray
 
 from world.attitude import Vector, to_ned
@@ -76,11 +75,10 @@ class Seabed:
 
     visibility = 20.0
 
-    def __init__(self, visibility: float, random: Generator, waves: Waves, sun: Sun, water: str = ""):
+    def __init__(self, visibility: float, seed: int, waves: Waves, sun: Sun, water: str = ""):
         self.water = light.typed_water(water, sun.slant) if water else light.water(visibility, sun.slant)
         self.sun, self.lux = sun.towards_under_water, sun.lux
-        sand, swell = (texture.pyramid(f(random)) for f in (texture.sand, texture.waves))
-        ground = texture.bending_pyramid(texture.patches(random), texture.bends(random, 20.0))
+        sand, swell, ground = texture.under_water(seed)
         self.bottom = Layer(ground, 0.0625, 1.1), Layer(sand, 0.012, 0.3)
         self.surface = Layer(swell, 0.02, 0.5, 0.7), Layer(swell, 0.083, 0.9, 1.6)
         self.bottom_colours, self.surface_colours = light.seabed(), light.surface_from_below(waves.roughness)
@@ -229,10 +227,10 @@ class SeaSurface:
 
     visibility = 20e3
 
-    def __init__(self, visibility: float, random: Generator, waves: Waves, sun: Sun, water: str = ""):
+    def __init__(self, visibility: float, seed: int, waves: Waves, sun: Sun, water: str = ""):
         self.air = light.air(visibility)
         self.sun, self.lit = sun.towards, min(1.0, sun.lux / light.DARKEST)
-        swell, sky = (texture.pyramid(f(random)) for f in (texture.waves, texture.clouds))
+        swell, sky = texture.in_air(seed)
         self.sea = Layer(swell, 0.045, 0.4, 1.2), Layer(swell, 0.31, 0.75, 3.4)
         self.sky = Layer(sky, 3.0, 0.2, 6.0), Layer(sky, 11.0, 1.3, 6.0)
         self.sea_colours = light.sea(waves.roughness)
@@ -269,14 +267,14 @@ SCENES: tuple[str, ...] = ("Seabed", "Sea Surface")
 def surroundings(
     scene: str,
     visibility: float,
-    random: Generator,
+    seed: int,
     waves: Waves | None = None,
     sun: Sun | None = None,
     water: str = "",
 ) -> Surroundings:
-    """The scene of this name; `visibility` in m, 0 for the default of the scene.
+    """The scene of this name; `visibility` in m, 0 for the default of the scene; `seed` is that of its textures.
 
     Of Jerlov's types of water, `water` is one, which has a visibility of its own.
     """
     kind = Seabed if scene == "Seabed" else SeaSurface
-    return kind(visibility or kind.visibility, random, waves or Waves(), sun or Sun(), water)
+    return kind(visibility or kind.visibility, seed, waves or Waves(), sun or Sun(), water)

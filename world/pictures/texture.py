@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
+from zlib import crc32
 
 import numpy as np
-from numpy.random import Generator
+from numpy.random import PCG64, Generator, SeedSequence
 from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
@@ -16,6 +18,31 @@ TONES = 64  # texture values are 0 to TONES - 1
 BENDS = 256  # texels by which a texture can shift another one
 CHUNK = 64  # rows whose tones are found together: they fit into the L2 cache
 STEEPEST = 9  # cycles per side of the longest waves of sand: those that shifts of its texture make unrecognizable
+
+
+# A quarter of a second each: all cameras of a world, and the runs of a campaign, look at the same.
+@lru_cache(maxsize=2)
+def under_water(seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint16]]:
+    """Pyramids of sand, of the waves above it, and of patches of ground with shifts of the sand; read-only."""
+    random = _of(seed, "Seabed")
+    fine, swell = pyramid(sand(random)), pyramid(waves(random))
+    return _kept(fine), _kept(swell), _kept(bending_pyramid(patches(random), bends(random, 20.0)))
+
+
+@lru_cache(maxsize=2)
+def in_air(seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Pyramids of waves and of clouds; read-only."""
+    random = _of(seed, "Sea Surface")
+    return _kept(pyramid(waves(random))), _kept(pyramid(clouds(random)))
+
+
+def _of(seed: int, scene: str) -> Generator:
+    return Generator(PCG64(SeedSequence([seed, crc32(scene.encode())])))
+
+
+def _kept(shared: NDArray[Any]) -> NDArray[Any]:
+    shared.setflags(write=False)
+    return shared
 
 
 def pyramid(texture: Floats) -> NDArray[np.uint8]:

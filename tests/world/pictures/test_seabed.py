@@ -21,7 +21,7 @@ def below(scene, pose, width):
 @pytest.mark.parametrize("visibility", [5.0, 20.0, 200.0])
 @pytest.mark.parametrize("depth", [0.5, 10.0, 60.0])
 def test_sand_does_not_burn_out(visibility, depth):
-    scene = surroundings("Seabed", visibility, np.random.default_rng(3))
+    scene = surroundings("Seabed", visibility, 3)
     for height in (0.5, 1.0, 2.6, 5.0, 15.0):
         for north in (0.0, 40.0):
             picture = below(scene, Standpoint(north, 3.0, height, depth), 128)
@@ -31,7 +31,7 @@ def test_sand_does_not_burn_out(visibility, depth):
 
 def test_far_from_the_ground_the_exposure_is_that_of_the_water():
     """The aperture closes only where bright sand asks for it."""
-    scene = surroundings("Seabed", 20.0, np.random.default_rng(3))
+    scene = surroundings("Seabed", 20.0, 3)
     pose = Standpoint(0.0, 0.0, 15.0, 10.0)
     np.testing.assert_array_equal(scene._lit(pose)[0](12.0), scene.water.daylight(12.0, 10.0))
     assert scene._lit(Standpoint(0.0, 0.0, 0.5, 10.0))[0](12.0)[1] < 0.7 * scene.water.daylight(12.0, 10.0)[1]
@@ -41,7 +41,7 @@ def test_far_from_the_ground_the_exposure_is_that_of_the_water():
 def test_the_seabed_does_not_repeat(corner):
     """A place of 4 m x 4 m is like no other one within 100 m, except where it is: 120 m of ground seen from 60 m."""
     size, metre = 68, 2048 / 120
-    ground = below(surroundings("Seabed", 1e6, np.random.default_rng(1)), Standpoint(0.0, 0.0, 60.0, 10.0), 2048)
+    ground = below(surroundings("Seabed", 1e6, 1), Standpoint(0.0, 0.0, 60.0, 10.0), 2048)
     likeness = correlation(ground[..., 1].astype(float), corner, size)
     near = int(1.2 * metre)
     assert likeness[corner] == pytest.approx(1.0, abs=1e-6)
@@ -78,3 +78,13 @@ def test_words_are_those_of_the_encoding():
     words = light.rgba_words(linear.copy()).view(np.uint8).reshape(5, 7, 4)
     np.testing.assert_array_equal(words[..., :3], np.floor(np.moveaxis(light.encode(linear), 0, -1)))
     assert (words[..., 3] == 255).all()
+
+
+@pytest.mark.parametrize("draw", [texture.under_water, texture.in_air])
+def test_textures_are_drawn_once_for_all_cameras_of_a_seed_and_again_the_same(draw):
+    shared = draw(5)
+    assert draw(5) is shared
+    for kept, again, other in zip(shared, draw.__wrapped__(5), draw.__wrapped__(6), strict=True):
+        assert not kept.flags.writeable
+        assert np.array_equal(kept, again)
+        assert not np.array_equal(kept, other)
