@@ -24,7 +24,9 @@ def test_missions_of_an_ideal_vehicle(mission):
     assert happen(mission).packets == run.packets
 
 
-@settings(max_examples=3, **QUIET)
+@pytest.mark.heavy
+@pytest.mark.computing
+@settings(max_examples=10, **QUIET)
 @given(sailings())
 def test_missions_of_a_vehicle_with_dynamics(sailing):
     check_voyage(sailing, sail(sailing))

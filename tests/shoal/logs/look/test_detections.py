@@ -19,19 +19,22 @@ HEAD = "MUG detections and the truth"
 MUG_CAMERA = "Simulators.MUGDetectionCamera"
 
 
-@pytest.fixture(scope="module")
-def sailed(tmp_path_factory):
+def sail(folder, seconds):
     """The log of a shipped AUV with a camera that misses one in five gliders, and makes up one in ten seconds."""
-    folder = tmp_path_factory.mktemp("sailed")
     overrides = ["World:Gliders=1 0.3, 8 -4, 15 10", "Vision.FisheyeCamera:Save Images=false"]
     overrides += [f"{MUG_CAMERA}:Detection Probability=0.8", f"{MUG_CAMERA}:False Alarm Rate=0.1"]
     profile = load_profile("lauv-noptilus-1", overrides=overrides)
     selected = profile.select("Simulation,Camera,Detector")
     vehicle = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=folder).vehicle
     vehicle.start()
-    vehicle.run(85.0)
+    vehicle.run(seconds)
     vehicle.close()
     return sorted(folder.rglob("Data.lsf*"))[-1].parent
+
+
+@pytest.fixture(scope="module")
+def sailed(tmp_path_factory):
+    return sail(tmp_path_factory.mktemp("sailed"), 30.0)
 
 
 def judged(folder):
@@ -41,8 +44,8 @@ def judged(folder):
 
 @pytest.mark.heavy
 @pytest.mark.computing
-def test_misses_false_alarms_switches_and_nees_of_a_shipped_vehicle(sailed):
-    found = judged(sailed)
+def test_misses_false_alarms_switches_and_nees_of_a_shipped_vehicle(tmp_path):
+    found = judged(sail(tmp_path, 85.0))
     assert set(found) == {"MUG Camera", "MUG Detector"}
     camera, detector = found["MUG Camera"], found["MUG Detector"]
     assert camera.gliders == detector.gliders == (1, 2, 3)
