@@ -15,6 +15,7 @@ from shoal.scenarios import Result
 
 WALL_LIMIT = 600.0  # s
 TRIES = 2  # processes that may die of one job
+KILLS = 5  # if the last one was killed, which may come from outside: a scheduler, or the system for want of memory
 STILLBORN = 3  # processes, one after another, that ended before they could work
 
 
@@ -22,8 +23,9 @@ class Pool:
     """Processes that do jobs, and are kept for more of them until the pool is closed.
 
     `workers` is how many, by default one on each processor; with 0 this process does the jobs itself, without a limit
-    of time. A job that takes more than `wall_limit` (s of wall time), or of which two processes die, has a Result with
-    an `error`. `code` are folders with tasks of a user. `make` makes in each process what does the jobs there.
+    of time. A job that takes more than `wall_limit` (s of wall time), or of which two processes die, or five are
+    killed, has a Result with an `error`. `code` are folders with tasks of a user. `make` makes in each process what
+    does the jobs there.
     """
 
     def __init__(
@@ -118,8 +120,8 @@ class Pool:
                 raise OSError(f"processes end before they can work: {how}")
         elif job is not None and worker.has_begun:  # else it had died before
             deaths += 1
-            if deaths >= TRIES:
-                return job.failed(f"the process that ran it ended ({how}), and so did a second one", Unfinished)
+            if deaths >= (KILLS if how == "SIGKILL" else TRIES):
+                return job.failed(f"{deaths} processes that ran it ended ({how})", Unfinished)
         if job is not None:
             self._again.append((job, deaths))
         return None

@@ -172,7 +172,7 @@ def test_tasks_of_a_user_that_make_trouble_cost_their_own_runs_alone(write):
     assert (status, err) == (1, "")
     told = lines(out)
     assert {name: word for name, (word, _) in told.items()} == dict.fromkeys(hows, "FAILED") | {"good": "passed"}
-    assert told["die"][1] == "the process that ran it ended (SIGKILL), and so did a second one"
+    assert told["die"][1] == "5 processes that ran it ended (SIGKILL)"
     assert re.match(r"not done after 4 s of wall time: in .*trouble\.py:\d+ \(hang\)", told["hang"][1])
     assert "ZeroDivisionError: of a kind" in told["fail"][1]
     assert "RecursionError" in told["exhaust"][1]

@@ -212,7 +212,7 @@ def test_a_run_that_hangs_or_kills_its_process_is_a_row(grid, study, tmp_path):
     errors = [data.rows[run]["error"] for run in range(3)]
     assert errors[0].startswith("not done after 8 s of wall time: in ")
     assert f"{study.parent.resolve()}/trouble.py:" in errors[0]
-    assert errors[1] == "the process that ran it ended (SIGKILL), and so did a second one"
+    assert errors[1] == "5 processes that ran it ended (SIGKILL)"
     assert "ZeroDivisionError: of a kind" in errors[2]
 
 
