@@ -1,5 +1,7 @@
 """Carries out a study: does what is not done yet, and keeps what is."""
 
+import errno
+import os
 import shutil
 import time
 from collections.abc import Callable, Generator, Iterable, Mapping
@@ -21,6 +23,7 @@ from shoal.campaigns.study import Study
 from shoal.campaigns.study_runner import StudyRunner
 from shoal.campaigns.timing import Timed
 from shoal.campaigns.versions import versions
+from shoal.scenarios import Result
 
 TABLE_PERIOD = 60.0  # s of wall time between two Parquet files
 Tell = Callable[[DataSet], None]
@@ -86,6 +89,7 @@ def _work_off(study: Study, recording: Recording, progress: "_Progress | Course"
         for job, result in engine.run(jobs):
             run, cpu = int(job.key), result.cpu if isinstance(result, Timed) else 0.0
             numbers = progress.numbers(run)
+            _check_disk(job, result)
             row = row_of(run, study.seed_of(run), numbers, result, versions=versions(), cpu=cpu, folder=folder)
             recording.add({**row, **progress.marks(run)})
             progress.look()
@@ -93,6 +97,13 @@ def _work_off(study: Study, recording: Recording, progress: "_Progress | Course"
             if time.monotonic() - written > TABLE_PERIOD:
                 recording.data.write()
                 written = time.monotonic()
+
+
+def _check_disk(job: Job, result: Result) -> None:
+    """Raise OSError if the log of a run did not fit on the disk: the run is to be done again when there is room."""
+    for code in (errno.ENOSPC, errno.EDQUOT):
+        if job.log_root is not None and any(os.strerror(code) in words for words in (result.error, *result.warnings)):
+            raise OSError(code, os.strerror(code), str(job.log_root))
 
 
 def _job(study: Study, folder: Path, run: int, numbers: Mapping[str, Scalar]) -> Job:

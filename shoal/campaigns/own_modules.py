@@ -10,6 +10,7 @@ from pathlib import Path
 import runtime
 
 TASKS = "tasks"
+LIBRARIES = ("site-packages", "dist-packages")  # also those of a user and of Debian
 SHOAL = Path(runtime.__file__).resolve().parent.parent
 OF_SHOAL = frozenset(("imc", "mavlink", "runtime", "shoal", "world"))
 
@@ -40,7 +41,9 @@ def _roots() -> Iterator[Path]:
     installed = {Path(path).resolve() for key, path in sysconfig.get_paths().items() if "lib" in key}
     for place in sys.path:
         folder = Path(place).resolve()
-        if folder.is_dir() and not any(folder.is_relative_to(lib) for lib in installed):
+        if folder.name in LIBRARIES or any(folder.is_relative_to(lib) for lib in installed):
+            continue
+        if folder.is_dir():
             yield folder
     yield from (Path(place).resolve().parent for place in importlib.import_module(TASKS).__path__)
 

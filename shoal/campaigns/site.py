@@ -12,7 +12,7 @@ from runtime.vehicle import search_code
 from shoal.campaigns.engine import Engine
 from shoal.campaigns.job import Do, Job
 from shoal.campaigns.own_modules import SHOAL
-from shoal.scenarios import Result
+from shoal.scenarios import Result, absolute
 
 R = TypeVar("R", bound=Result)
 
@@ -46,7 +46,7 @@ class Site:
 
     def path(self, path: Path) -> Path:
         """Where a file is here; a relative path stays one."""
-        return below(self.root, str(path)) if path.is_absolute() else path
+        return below(self.root, str(absolute(path))) if path.is_absolute() else path
 
     def told(self, result: R) -> R:
         """A result that names the files by the paths that they had."""

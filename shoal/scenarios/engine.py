@@ -240,11 +240,14 @@ class _Performance:
             warnings += [f"{where}: has not happened" for where in (self._stage.unhappened if self._stage else ())]
             warnings += [words for meter in self._meters if (words := meter.complaint())]
         all_logs = {n: logs_of_run(v.log_folder) for n, v in self._vehicles.items() if keep_logs and v.log_folder}
+        whole = dict(all_logs)
         for name, vehicle in self._vehicles.items():
             lost = [words for task in vehicle.tasks if (words := getattr(task, "lost", ""))]
             if keep_logs and vehicle.keeps_log and vehicle.log_folder is None and not lost:
                 lost = ["nothing of it was written"]
             warnings += [f"the log of {name} is not complete: {words}" for words in lost]
+            if lost:
+                whole.pop(name, None)
         if self._stage is not None and not self.error:
             warnings += [f"{words}: this changed nothing" for words in self._stage.idle_faults()]
         found = Result(
@@ -257,7 +260,7 @@ class _Performance:
             self.error,
             tuple(warnings),
             {name: self._logs.get(name) or self._first_log(name, folders[0]) for name, folders in all_logs.items()},
-            {name: _hash(folders) for name, folders in all_logs.items()},
+            {name: _hash(folders) for name, folders in whole.items()},
             tracks={name: track.points for name, track in self._tracks.items() if track.points},
         )
         return replace(found, fingerprint=_fingerprint(found, self._final))

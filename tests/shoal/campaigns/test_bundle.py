@@ -170,12 +170,13 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("named", ["relative", "absolute"])
+@pytest.mark.parametrize("named", ["relative", "absolute", "roundabout"])
 def test_what_the_campaign_has_read_counts_and_not_what_is_there_later(tmp_path, named):
     study = write(tmp_path)
     (tmp_path / "go.py").write_text(SCRIPT)
-    path = study.name if named == "relative" else str(study)
-    command = [sys.executable, "go.py", path, "1"]
+    (tmp_path / "below").mkdir()
+    path = {"relative": study.name, "absolute": study, "roundabout": tmp_path / "below" / ".." / study.name}[named]
+    command = [sys.executable, "go.py", str(path), "1"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "cwd": tmp_path, "env": environment}
     with subprocess.Popen(command, **pipes) as process:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import zlib
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -89,6 +90,7 @@ def test_a_run_that_ends_with_an_exception_is_a_row(tmp_path):
 
 SCRIPT = """
 import sys, time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from shoal.campaigns.campaign import carry_out
@@ -198,6 +200,27 @@ def test_a_full_disk_is_an_error_and_what_was_done_stays(tmp_path, monkeypatch):
     for line in (folder / "runs.journal").read_bytes().splitlines():
         assert int(line[:8], 16) == zlib.crc32(line[9:])
     assert do(study, folder).rate.runs == 40
+
+
+class Cramped(StandInRuns):
+    """The disk has no room for the log of run 5."""
+
+    def __call__(self, job):
+        result = super().__call__(job)
+        if job.key != 5 or job.log_root is None:
+            return result
+        words = f"the log of lauv is not complete: {os.strerror(errno.ENOSPC)}"
+        return replace(result, warnings=(words,), hashes={})
+
+
+def test_a_run_whose_log_has_no_room_is_done_again(tmp_path):
+    study, folder = write_study(tmp_path, STUDY + "logs: all\n"), tmp_path / "runs"
+    with pytest.raises(OSError, match=r"No space left on device: .*000005"):
+        do(study, folder, make=Cramped)
+    assert sorted(open_data_set(folder).rows) == list(range(5))
+    data = do(study, folder)
+    assert data.rate.runs == 40
+    assert all("hashes.lauv" in row for row in data.counted)
 
 
 def test_logs_are_kept_of_all_of_the_failed_or_of_none(tmp_path):
