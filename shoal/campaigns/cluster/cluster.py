@@ -213,7 +213,7 @@ class Cluster:
         self._looked = time.monotonic()
         if self._workers:
             self._alone_since = self._looked
-        elif self._looked - self._alone_since > (LOOK if self._refused else PATIENCE):
+        elif self._looked - self._alone_since > (LOOK if self._refused and not self._count else PATIENCE):
             whys = "; ".join(self._refused.values()) or "it has none"
             raise OSError(f"no worker is left at {self._address} that could do a run: {whys}")
 
