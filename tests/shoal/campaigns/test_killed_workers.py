@@ -26,7 +26,7 @@ vary:
   world/current/north: {uniform: [0 m/s, 0.3 m/s]}
 runs: 30
 """
-PERIOD = 2.5  # s
+PERIOD = 1.0  # s
 
 
 @pytest.mark.heavy

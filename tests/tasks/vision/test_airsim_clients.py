@@ -11,7 +11,7 @@ from tests.tasks.vision.airsim_standin import SETTINGS, StandIn
 # What pip needs is not told by the old package: its setup.py imports what it would install.
 INSTALL = {
     "airsim": (["numpy<2", "setuptools<80", "wheel"], ["msgpack-rpc-python"], ["--no-deps", "airsim==1.8.1"]),
-    "cosysairsim": (["cosysairsim==3.5.0"],),
+    "cosysairsim": (["setuptools<80", "wheel"], ["cosysairsim==3.5.0"]),
 }
 PROGRAM = """
 import sys
