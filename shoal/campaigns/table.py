@@ -1,14 +1,12 @@
 """Rows as an Arrow table, a Parquet file and a pandas data frame."""
 
-import contextlib
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from shoal.campaigns.library import library
 from shoal.campaigns.rows import Row, columns_of, track_of
+from shoal.campaigns.whole_file import whole_file
 
 _NUMBERS = ("margin", "seconds", "cpu", "metrics", "margins")
 _TRUTHS = ("finished", "passed", "verdicts", "applied")
@@ -33,19 +31,8 @@ def frame_of(rows: Sequence[Row]) -> Any:
 def write_table(path: Path, rows: Sequence[Row], about: Mapping[str, str]) -> None:
     """Write a Parquet file of rows in one step: the old one stays until the new one is whole. Raises OSError."""
     made = table_of(rows, about)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            library("pyarrow.parquet").write_table(made, file, compression="zstd")
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except OSError as error:
-        raise OSError(error.errno, os.strerror(error.errno) if error.errno else str(error), str(path)) from None
-    finally:
-        with contextlib.suppress(FileNotFoundError):
-            os.unlink(name)
+    with whole_file(path) as file:
+        library("pyarrow.parquet").write_table(made, file, compression="zstd")
 
 
 def _array(pa: Any, name: str, values: list[Any]) -> Any:

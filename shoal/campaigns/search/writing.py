@@ -1,8 +1,5 @@
 """Writes what a search has found as files that other commands read: a scenario, and options of a profile."""
 
-import contextlib
-import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +10,7 @@ from imc.schema.yamltree import Node
 from runtime.problem import printable
 from shoal.campaigns.job import SUFFIX
 from shoal.campaigns.template import load_template
+from shoal.campaigns.whole_file import whole_file
 from shoal.scenarios import Draft
 
 WIDTH = 110
@@ -85,15 +83,5 @@ def _comments(words: list[str]) -> str:
 
 
 def _write(path: Path, text: str) -> None:
-    """Write a file in one step: an older one stays until this one is whole."""
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", errors="surrogateescape") as file:
-            file.write(text)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except OSError as error:
-        raise OSError(error.errno, os.strerror(error.errno) if error.errno else str(error), str(path)) from None
-    finally:
-        with contextlib.suppress(FileNotFoundError):
-            os.unlink(name)
+    with whole_file(path) as file:
+        file.write(text.encode("utf-8", "surrogateescape"))
