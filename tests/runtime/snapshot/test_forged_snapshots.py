@@ -15,6 +15,7 @@ from runtime.snapshot import load, save
 from tests.runtime.snapshot.adversary import forgeries, opened, outcome, running, sealed, texts
 
 TEXT: Any = "x"  # where the types promise a number
+LONG = (pytest.mark.heavy, pytest.mark.computing)
 NOTHING = [["new", 1_000_001, "list", []], ["new", 1_000_002, "dict", []]]
 
 
@@ -56,7 +57,15 @@ def escaped(seen: list[str], jail: Path) -> list[str]:
     return [path for path in seen if not allowed.match(path)]
 
 
-@pytest.mark.parametrize(("profile", "count"), [("lauv-noptilus-1", 60), ("caravel", 40)])
+@pytest.mark.parametrize(
+    ("profile", "count"),
+    [
+        ("lauv-noptilus-1", 15),
+        ("caravel", 10),
+        pytest.param("lauv-noptilus-1", 60, marks=LONG),
+        pytest.param("caravel", 40, marks=LONG),
+    ],
+)
 def test_a_forged_snapshot_is_refused_or_goes_on(
     states: dict[str, bytes], tmp_path: Path, watch: list[str], profile: str, count: int
 ) -> None:
@@ -69,7 +78,7 @@ def test_a_forged_snapshot_is_refused_or_goes_on(
     assert outcome(states[profile], tmp_path) == ""
 
 
-@pytest.mark.parametrize("text", ["../../../escaped", "/tmp/escaped"])
+@pytest.mark.parametrize("text", ["../../../escaped", pytest.param("/tmp/escaped", marks=LONG)])
 def test_a_path_in_any_text_leads_nowhere(
     states: dict[str, bytes], tmp_path: Path, watch: list[str], text: str
 ) -> None:
