@@ -11,6 +11,9 @@ from world import Pose, Spot, World, WorldError, read_world
 from world.attitude import Vector
 from world.sensors import BodyMotion
 
+FARTHEST = 1e7  # m; m/s, rad, rad/s: beyond it, a number is no place of a vehicle, and no motion
+IMPOSSIBLE = "SimulatedState makes no sense"
+
 
 def world_of(task: Task) -> World:
     """The world that the profile describes, in [World]; the same for all tasks of a vehicle. Raises ParameterError."""
@@ -61,6 +64,18 @@ def mount_of(position: Sequence[float], orientation: Sequence[float] = ()) -> Po
     return Pose(x, y, z, roll, pitch, yaw)
 
 
+def is_somewhere(state: imc.EstimatedState | imc.SimulatedState) -> bool:
+    """Whether position and attitude are numbers that a vehicle on Earth can have."""
+    on_earth = abs(state.lat) <= 0.5 * math.pi and abs(state.lon) <= math.tau
+    return on_earth and math.hypot(state.x, state.y, state.z, state.phi, state.theta, state.psi) < FARTHEST
+
+
+def is_possible(truth: imc.SimulatedState) -> bool:
+    """Whether position, attitude and motion are numbers that a vehicle on Earth can have."""
+    motion = truth.u, truth.v, truth.w, truth.p, truth.q, truth.r, truth.svx, truth.svy, truth.svz
+    return is_somewhere(truth) and math.hypot(truth.height, *motion) < FARTHEST
+
+
 class Placed(NamedTuple):
     """A vehicle in the world: m north and east of its origin, m below the surface, Euler angles in rad."""
 
@@ -94,7 +109,12 @@ class Chart:
 
 
 class Truth:
-    """Follows SimulatedState, and carries it on by its velocities and rates to a moment."""
+    """Follows SimulatedState, and carries it on by its velocities and rates to a moment.
+
+    `fault` is what is wrong with the newest one.
+    """
+
+    fault = ""
 
     def __init__(self, origin: tuple[float, float] | None):
         self._chart = Chart(origin)
@@ -102,14 +122,15 @@ class Truth:
         self._place = (0.0, 0.0)
 
     def follow(self, state: imc.SimulatedState) -> None:
-        """Take the next state; one that is not finite is passed over."""
-        if BodyMotion.is_finite(state) and math.isfinite(state.lat + state.lon + state.x + state.y + state.z):
+        """Take the next state; one that makes no sense is passed over."""
+        self.fault = "" if is_possible(state) else IMPOSSIBLE
+        if not self.fault:
             self._state, self._place = state, self._chart.place(state)
 
     def at(self, now: float, oldest: float) -> Placed | None:
         """Where the vehicle is at `now` (s since 1970); None without a state of the last `oldest` s."""
         state = self._state
-        if state is None or now - state.timestamp > oldest:
+        if state is None or abs(now - state.timestamp) > oldest:  # also of a clock that was set back
             return None
         (north, east, down), angles = BodyMotion.of(state).moved(now - state.timestamp)
         return Placed(self._place[0] + north, self._place[1] + east, state.z + down, angles)

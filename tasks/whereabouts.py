@@ -5,7 +5,7 @@ from collections import deque
 from typing import NamedTuple
 
 import imc
-from tasks.surroundings import Chart
+from tasks.surroundings import FARTHEST, Chart, is_somewhere
 from world import Pose
 from world.attitude import Vector, turned, wrap
 
@@ -39,8 +39,7 @@ class Whereabouts:
 
     def follow(self, state: imc.EstimatedState) -> str:
         """Take the next state; returns what is wrong with it, if anything is. After a jump back, it is the first."""
-        place = state.lat + state.lon + state.x + state.y + state.z
-        if not math.isfinite(place + state.phi + state.theta + state.psi):
+        if not is_somewhere(state):
             return "no position or attitude"
         fault = ""
         if self._states and state.timestamp < self._states[-1][0].timestamp:
@@ -80,12 +79,12 @@ class Whereabouts:
 
 
 def _carried(state: imc.EstimatedState, belief: Belief, time: float) -> Belief:
-    """On from a state by its velocities and rates; those that are not finite count as 0."""
+    """On from a state by its velocities and rates; those that make no sense count as 0."""
     seconds = time - state.timestamp
     speeds = state.vx, state.vy, state.vz
-    north, east, down = speeds if all(map(math.isfinite, speeds)) else (0.0, 0.0, 0.0)
+    north, east, down = speeds if math.hypot(*speeds) < FARTHEST else (0.0, 0.0, 0.0)
     rates = state.p, state.q, state.r
-    angles = turned(belief.angles, rates, seconds) if all(map(math.isfinite, rates)) else belief.angles
+    angles = turned(belief.angles, rates, seconds) if math.hypot(*rates) < FARTHEST else belief.angles
     return Belief(
         belief.north + seconds * north,
         belief.east + seconds * east,

@@ -4,7 +4,7 @@ import math
 
 import imc
 from runtime import Entity, State, Task, consume, param, periodic
-from tasks.surroundings import Chart, mount_of, world_of
+from tasks.surroundings import IMPOSSIBLE, Chart, is_possible, mount_of, world_of
 from world import SECTIONS, Pose
 from world.attitude import Vector, cross, rotation, to_body, to_ned
 from world.sensors import Beam, Echo, janus, listen, to_bottom, velocity_of
@@ -77,11 +77,9 @@ class DVL(Task):
 
     @consume
     def follow(self, truth: imc.SimulatedState) -> None:
-        motion = truth.u + truth.v + truth.w + truth.svx + truth.svy + truth.svz
-        place = truth.lat + truth.lon + truth.x + truth.y + truth.z + truth.p + truth.q + truth.r
-        if not math.isfinite(motion + truth.phi + truth.theta + truth.psi + place):
+        if not is_possible(truth):
             self._truth = None
-            self._say(State.FAULT, "SimulatedState is not finite")
+            self._say(State.FAULT, IMPOSSIBLE)
             return
         if self._truth is None:
             self._say(State.NORMAL, "active")

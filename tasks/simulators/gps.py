@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import imc
 from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
-from tasks.surroundings import mount_of
+from tasks.surroundings import IMPOSSIBLE, is_possible, mount_of
 from world.attitude import cross, rotation, to_body, to_ned
 from world.sensors import Drift
 
@@ -97,12 +97,9 @@ class GPS(Task):
 
     @consume
     def follow(self, truth: imc.SimulatedState) -> None:
-        motion = truth.u + truth.v + truth.w + truth.svx + truth.svy + truth.svz
-        motion += truth.phi + truth.theta + truth.psi + truth.p + truth.q + truth.r
-        place = truth.lat + truth.lon + truth.height + truth.x + truth.y + truth.z
-        if not math.isfinite(motion + place):
+        if not is_possible(truth):
             self._truths.clear()
-            self.set_entity_state(State.FAULT, "SimulatedState is not finite")
+            self.set_entity_state(State.FAULT, IMPOSSIBLE)
             return
         truths, time = self._truths, truth.timestamp
         if truths and time < truths[-1].timestamp:

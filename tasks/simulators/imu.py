@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import imc
 from runtime import ParameterError, State, Task, consume, param
-from tasks.surroundings import mount_of
+from tasks.surroundings import IMPOSSIBLE, is_possible, mount_of
 from world.attitude import Vector, wrap
 from world.sensors import (
     DRAWS,
@@ -154,9 +154,9 @@ class IMU(Task):
 
     @consume
     def measure(self, truth: imc.SimulatedState) -> None:
-        if not BodyMotion.is_finite(truth):
+        if not is_possible(truth):
             self.dropped += 1
-            self.set_entity_state(State.FAULT, f"SimulatedState is not finite ({self.dropped} dropped)")
+            self.set_entity_state(State.FAULT, f"{IMPOSSIBLE} ({self.dropped} dropped)")
             return
         if self.entity.state is State.FAULT:
             self.set_entity_state(State.NORMAL, "active")

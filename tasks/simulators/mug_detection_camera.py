@@ -7,7 +7,7 @@ import numpy as np
 
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
-from tasks.surroundings import Chart, Placed, Truth, check_older, world_of
+from tasks.surroundings import Chart, Placed, Truth, check_older, is_somewhere, world_of
 from tasks.whereabouts import Whereabouts
 from world import DOWN, SECTIONS, Pose, Spot, Thing
 from world.detection import Accuracy, Chances, Floats, Sighting
@@ -266,9 +266,10 @@ class MUGDetectionCamera(Task):
     def _fault(self, state: imc.EstimatedState) -> str:
         if self.blindness:
             return self.blindness
-        pose = state.lat + state.lon + state.x + state.y + state.z + state.phi + state.theta + state.psi
-        if not math.isfinite(pose):
+        if not is_somewhere(state):
             return "no position or attitude"
+        if self.fidelity == "Physical" and self._truth.fault:
+            return self._truth.fault
         on_seabed = all(thing.depth is None for thing in world_of(self).gliders)
         by_altitude = self.fidelity == "Original" or (self.fidelity == "Physical" and on_seabed)
         if by_altitude and not 0.0 < state.alt < math.inf:

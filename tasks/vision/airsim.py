@@ -135,6 +135,9 @@ class AirSim(PictureKeeper):
             return
         truth, believed, pose = self._truth.at(self.now, OLDEST), self.whereabouts.pose(self.now, OLDEST), None
         if self.pose_from == SHOAL:
+            if truth is None and self._truth.fault:
+                self.set_entity_state(State.FAULT, self._truth.fault)
+                return
             pose = believed if truth is None else Pose(truth.north, truth.east, truth.down, *truth.angles)
             if pose is None:
                 if self.now - self._began > OLDEST:

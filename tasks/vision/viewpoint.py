@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 import imc
-from tasks.surroundings import Placed, Truth
+from tasks.surroundings import FARTHEST, Placed, Truth
 from tasks.whereabouts import Whereabouts
 from world import Pose, Spot, World
 from world.pictures import Board, Glider, Standpoint, board
@@ -44,6 +44,8 @@ class Viewpoint:
         """
         truth, state = self._truth.at(now, OLDEST), self.estimate
         believed = None if state is None else self._believed(state, now, now - began)
+        if truth is None and self._truth.fault:
+            return self._truth.fault
         if truth is not None:
             view = self._from_truth(world, truth, now - began)
         elif state is None:
@@ -53,7 +55,7 @@ class Viewpoint:
         else:
             scene = world, now - began, self._ground(state)
             view = View(believed, self._gliders(*scene), true=False, boards=self._boards(*scene))
-        if not view.vehicle.height > 0.0:
+        if not 0.0 < view.vehicle.height < FARTHEST:
             return "no altitude"
         return view._replace(estimate=None if believed is None else believed.pose)
 

@@ -36,12 +36,6 @@ class BodyMotion(NamedTuple):
             (state.svx, state.svy, state.svz),
         )
 
-    @staticmethod
-    def is_finite(state: Any) -> bool:
-        """Whether that of a SimulatedState has no infinite or missing numbers."""
-        angles, rates = state.phi + state.theta + state.psi, state.p + state.q + state.r
-        return math.isfinite(angles + rates + state.u + state.v + state.w + state.svx + state.svy + state.svz)
-
     def moved(self, seconds: float) -> tuple[Vector, Vector]:
         """The way north, east and down (m) in some moments, and the angles (rad) after them."""
         return _scaled(self.ground_velocity, seconds), turned(self.angles, self.rates, seconds)

@@ -185,7 +185,7 @@ def test_there_is_no_fix_from_a_state_that_is_not_finite(field):
     feed += [state.replace(timestamp=2.0 + state.timestamp, **{field: math.nan}) for state in feed]
     run = simulate(GPS, feed=feed, seconds=4.5, execution_frequency=4.0, device_position=[1.0, 0.0, 0.0])
     assert {fix.timestamp < START + 2.1 for fix in run.of(imc.GpsFix)} == {True}
-    assert (run.task.entity.state, run.task.entity.description) == (FAULT, "SimulatedState is not finite")
+    assert (run.task.entity.state, run.task.entity.description) == (FAULT, "SimulatedState makes no sense")
 
 
 def test_there_is_no_fix_without_a_recent_state():
