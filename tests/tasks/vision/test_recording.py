@@ -109,7 +109,7 @@ def test_tum(tmp_path):
 
 
 def test_photos_of_a_log_with_their_cameras(tmp_path):
-    lens = FisheyeCamera.square(preset_lens("equidistant", math.pi), 16)
+    lens = FisheyeCamera.square(preset_lens("equisolid", math.pi), 16)
     pinhole = PinholeCamera(24, 16, 20.0, 20.0, 12.0, 8.0)
     write_cameras(tmp_path / "Photos", {"Fisheye Camera": (lens, DOWN), "Front": (pinhole, Pose())}, "1")
     for number in range(4):
@@ -122,6 +122,7 @@ def test_photos_of_a_log_with_their_cameras(tmp_path):
     run = played(tmp_path, seconds=5.0, camera="Front", times="As Recorded")
     assert shown(run) == [(0, 0.5), (1, 1.5), (2, 2.5), (3, 3.5)]
     assert run.frames[0].optics == pinhole
+    assert played(tmp_path, camera="Fisheye Camera").task.known == (lens, DOWN)
     assert len(played(tmp_path, camera="Front", times="As Recorded", start=START + 2.0, seconds=4.0).frames) == 2
 
 

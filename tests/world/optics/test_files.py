@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import cv2
 import numpy as np
@@ -92,11 +93,18 @@ def test_what_opencv_has_written(model, tmp_path):
     assert said["D"][:4] == pytest.approx(d[0])
 
 
+MATRIX = {"rows": 3, "cols": 3, "data": [500.0, 0.0, 399.5, 0.0, 500.0, 299.5, 0.0, 0.0, 1.0]}
+INFO = {
+    "image_width": 800,
+    "image_height": 600,
+    "camera_matrix": MATRIX,
+    "distortion_model": "plumb_bob",
+    "distortion_coefficients": {"rows": 1, "cols": 5, "data": [-0.2, 0.05, 0.0, 0.0, 0.01]},
+}
+
+
 def test_a_camera_info_of_ros(write):
-    matrix = {"rows": 3, "cols": 3, "data": [500.0, 0.0, 399.5, 0.0, 500.0, 299.5, 0.0, 0.0, 1.0]}
-    coefficients = {"rows": 1, "cols": 5, "data": [-0.2, 0.05, 0.0, 0.0, 0.01]}
-    info = {"image_width": 800, "image_height": 600, "camera_matrix": matrix, "distortion_model": "plumb_bob"}
-    camera = read_camera(write(yaml.safe_dump({**info, "distortion_coefficients": coefficients})))
+    camera = read_camera(write(yaml.safe_dump(INFO)))
     assert (camera.fx, camera.cx, camera.k3) == (500.0, 400.0, 0.01)
 
 
@@ -118,11 +126,16 @@ BAD = [
     ({"cam0": {**CHAIN["cam0"], "intrinsics": "wide"}}, "no list of numbers"),
     ({"cam0": {**CHAIN["cam0"], "camera_model": "omni"}}, "omni is not supported"),
     ({"cam0": {**CHAIN["cam0"], "distortion_model": "fov"}}, "fov is not supported"),
-    ({"cam0": {**CHAIN["cam1"], "distortion_coeffs": [0.1, 0.2]}}, "four coefficients, not 2"),
+    ({"cam0": {**CHAIN["cam1"], "distortion_coeffs": [0.1, 0.2]}}, "has 2 numbers, not 4"),
+    ({"cam0": {**CHAIN["cam0"], "distortion_coeffs": [0.1, 0.2]}}, "has 2 numbers, not 0 or 4 or 5"),
+    ({"cam0": {**CHAIN["cam0"], "distortion_coeffs": None}}, "is no list of numbers: None"),
+    ({"cam0": {**CHAIN["cam0"], "distortion_model": "none"}}, "distortion_coeffs are given without a distortion_model"),
     ({"cam0": {**CHAIN["cam1"], "distortion_coeffs": [math.nan] * 4}}, "no camera has"),
     ({"cam0": {key: value for key, value in CHAIN["cam0"].items() if key != "resolution"}}, "resolution is missing"),
     ({"cam0": {**CHAIN["cam0"], "resolution": [math.inf, 480]}}, "resolution is inf, not a number of pixels"),
     ({"camera_matrix": [1, 0.1, 0, 0, 1, 0, 0, 0, 1]}, "is not"),
+    ({**INFO, "camera_matrix": {**MATRIX, "rows": 2}}, "has 9 numbers in 2 rows and 3 columns"),
+    ({key: value for key, value in INFO.items() if key != "distortion_coefficients"}, "coefficients is missing"),
     ({"intrinsic": {**WOODSCAPE, "k1": 0.0}}, "k1 is 0"),
     ({"intrinsic": {**WOODSCAPE, "width": 0.5}}, "not a number of pixels"),
     ({"intrinsic": {**WOODSCAPE, "model": "ucm"}}, "ucm is not supported"),
@@ -136,6 +149,39 @@ def test_bad_files_are_refused_with_the_field(write, content, words):
         read_camera(path)
     assert str(caught.value).startswith(f"{path}: ")
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("camera", "field", "value", "line", "words"),
+    [
+        ("cam1", "distortion_model", "fov", 9, "distortion_model fov is not supported"),
+        ("cam1", "resolution", None, 6, "resolution is missing"),
+        ("cam0", "intrinsics", [1.0], 3, "intrinsics has 1 numbers, not 4"),
+        ("cam0", "intrinsics", [-1.0, 1.0, 1.0, 1.0], 1, "focal lengths of -1 and 1 px are not positive"),
+    ],
+)
+def test_a_bad_field_is_told_with_its_line(write, camera, field, value, line, words):
+    plain = {"camera_model": "pinhole", "intrinsics": [9.0, 9.0, 4.0, 4.0], "distortion_model": "none"}
+    lines = list[str]()
+    for name in ("cam0", "cam1"):
+        fields = {**plain, "resolution": [9, 9]} | ({field: value} if name == camera else {})
+        lines += [f"{name}:", *(f"  {key}: {json.dumps(each)}" for key, each in fields.items() if each is not None)]
+    path = write("\n".join(lines))
+    with pytest.raises(CalibrationError, match=re.escape(f"{path}:{line}: {words}")):
+        read_camera(path, camera)
+
+
+def test_the_rational_model_of_opencv_is_refused_with_the_way_out(write):
+    coefficients = {"rows": 1, "cols": 8, "data": [0.1, 0.0, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0]}
+    path = write(yaml.safe_dump({**INFO, "distortion_coefficients": coefficients}, sort_keys=False))
+    with pytest.raises(
+        CalibrationError, match=r"has 8 numbers, those of the rational.* CALIB_RATIONAL_MODEL"
+    ) as caught:
+        read_camera(path)
+    line = next(n for n, text in enumerate(path.read_text().splitlines(), 1) if text.startswith("distortion_coeff"))
+    assert str(caught.value).startswith(f"{path}:{line}: ")
+    zero = {"rows": 1, "cols": 8, "data": [0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]}
+    assert read_camera(write(yaml.safe_dump({**INFO, "distortion_coefficients": zero}))).k1 == 0.1
 
 
 def test_a_camera_that_is_not_in_the_file_is_named(write):
