@@ -2,10 +2,14 @@
 
 import math
 
+import numpy as np
+
 from runtime import ParameterError, param
 from tasks.vision.mounted import MountedCamera
 from tasks.vision.rendering import RenderedCamera
 from world.optics import CalibrationError, CameraModel, Dome, FlatPort, PinholeCamera, housed
+
+GRID = 9  # places across an image, and down it, that tell whether it is empty
 
 
 class Camera(MountedCamera, RenderedCamera):
@@ -44,7 +48,15 @@ class Camera(MountedCamera, RenderedCamera):
     )
 
     def configure(self) -> None:
-        self._optics = self._housed(self._model())
+        model = self._model()
+        rows, columns = (np.linspace(0.0, size, GRID) for size in (model.height, model.width))
+        seen = model.rays(np.stack(np.meshgrid(columns, rows), axis=-1))[1]
+        if not seen.any():
+            raise ParameterError("Calibration" if self.calibration else "Principal Point", "nothing is in the image")
+        if isinstance(model, PinholeCamera) and model.fold is not None and not seen.all():
+            text = f"the lens folds {math.degrees(model.fold):.4g}° off its axis: the image is empty beyond"
+            self.after(0.0, self.log.warning, text)  # later: at load, no task receives messages yet
+        self._optics = self._housed(model)
         super().configure()
 
     def views(self) -> tuple[int, int]:

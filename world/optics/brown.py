@@ -1,5 +1,6 @@
 """A pinhole camera whose lens distorts as Brown and Conrady describe, like OpenCV's and Kalibr's radtan."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -30,6 +31,11 @@ class PinholeCamera(CameraModel):
         roots = np.roots([7.0 * self.k3, 5.0 * self.k2, 3.0 * self.k1, 1.0])
         folds = [float(root.real) for root in roots if abs(root.imag) < 1e-9 and root.real > 0.0]
         return min([*folds, WIDEST**2])
+
+    @property
+    def fold(self) -> float | None:
+        """The angle (rad) off the axis from which on the picture would fold back; None if it does not."""
+        return math.atan(math.sqrt(self._edge)) if self._edge < WIDEST**2 else None
 
     def distort(self, points: Floats) -> tuple[Floats, Bools]:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -9,7 +9,7 @@ import yaml
 from PIL import Image
 
 import imc
-from runtime import Frame
+from runtime import Frame, ParameterError
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
@@ -157,6 +157,24 @@ def test_formats_of_pictures(kind, ending, tmp_path):
 def test_impossible_cameras_are_refused(options, words):
     with pytest.raises(ValueError, match=words):
         simulate(Camera, **options)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"distortion": [-1.0]}, ["the lens folds 30° off its axis: the image is empty beyond"]),
+        ({"distortion": [-0.4], "field_of_view": 40.0}, []),
+    ],
+)
+def test_a_lens_that_folds_within_the_image_is_told_with_the_angle(options, said):
+    run = simulate(Camera, feed=states(), **options)
+    assert [text for text in run.log if "fold" in text] == said
+    assert (run.frames[0].image[0, 0, 3] == 0) == bool(said)
+
+
+def test_an_image_that_is_empty_is_refused():
+    with pytest.raises(ParameterError, match="Principal Point: nothing is in the image"):
+        simulate(Camera, feed=states(), principal_point=[1e30, 0.0])
 
 
 def test_the_mount_of_a_frame_is_that_of_the_camera():
