@@ -84,8 +84,8 @@ def dataset(pictures: Iterable[Annotated]) -> str:
 def export_coco(source: Source, folder: Path, progress: Callable[[float], object] = lambda _: None) -> int:
     """Write the pictures in Photos beside a log to images/, and annotations.json; returns how many there are.
 
-    Their labels are those of the cameras of the run, from SimulatedState. A picture that none of them took, or with
-    another lens than at the start, counts as skipped in `source`. Raises ValueError without any picture, OSError, and
+    Their labels are those of the cameras of the run, from SimulatedState. A picture that none of them took, or with a
+    lens that the log does not tell, counts as skipped in `source`. Raises ValueError without any picture, OSError, and
     what expose raises.
     """
     files = sorted(path for path in (source.log.path.parent / FOLDER).glob("*_*_*.*") if path.is_file())
@@ -102,14 +102,14 @@ def export_coco(source: Source, folder: Path, progress: Callable[[float], object
         shot = shots.get(_key(file.name))
         if shot is None:
             source.skipped[f"{FOLDER}/{file.name} is of no camera of the run"] += 1
-        elif (shot.camera, shot.time) in seen.unlike:
-            source.skipped[f"{FOLDER}/{file.name} was taken with another lens, which changed during the run"] += 1
+        elif shot.unlike:
+            source.skipped[f"{FOLDER}/{file.name} was taken with another lens, which changed unnoticed"] += 1
         elif source.choice.start <= shot.time < source.choice.end:
             if (data := exported(source, file)) is None:
                 continue
             name = f"{IMAGES}/{file.stem}{exported_ending(file)}"
             (folder / name).write_bytes(data)
-            camera = seen.cameras[shot.camera].camera
+            camera = seen.eye(shot).camera
             found = annotate(camera.labels(shot.standpoint, shot.gliders, boards=shot.boards))
             size = camera.optics.width, camera.optics.height
             pictures.append(Annotated(name, shot.time, shot.camera, *size, found))

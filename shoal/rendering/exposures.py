@@ -2,9 +2,9 @@
 
 import math
 import tempfile
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ from runtime.kernel import VirtualClock, nanoseconds
 from runtime.logs import logs_of_run, place_of
 from runtime.vehicle import Vehicle, build
 from shoal.rendering.cameras import take_cameras, take_world
-from shoal.rendering.frames import FrameTimes, Taken, frame_rates, frames_unlike, logged_frames, start_time
+from shoal.rendering.frames import FrameTimes, Taken, frame_rates, is_like, logged_frames, logged_optics, start_time
 from shoal.rerun import Instants, LoggedRun, ResimulationError, outline, profile_of, run_of, tick_rates
 from tasks.surroundings import world_of
 from tasks.vision.keeping import FOLDER
@@ -27,7 +27,8 @@ from tasks.vision.viewpoint import View
 from world.pictures import Board, Camera, Glider, Shutter, Standpoint
 
 TOLD = (imc.LoggingControl, imc.SimulatedState, imc.EstimatedState)  # all that moves a camera, and its pictures
-BESIDE = (imc.CameraFrame, imc.Announce)  # what tells when frames were taken, and the vehicle started
+CHANGES = (imc.SetEntityParameters, imc.PushEntityParameters, imc.PopEntityParameters)  # of cameras during the run
+BESIDE = (imc.CameraFrame, imc.Announce, imc.EntityParameters)  # the times of frames, of the start, and of changes
 Op = imc.LoggingControl.Op
 Offload = Callable[..., None]
 
@@ -35,8 +36,9 @@ Offload = Callable[..., None]
 class Shot(NamedTuple):
     """A picture: the label of its camera, when it was exposed (s since 1970 UTC), its file, and how it is rendered.
 
-    The shutter's `picture(*given)` makes it. At its instant, the vehicle was at a standpoint among gliders
-    and boards.
+    The shutter's `picture(*given)` makes it, with the camera as it was then, the one of number `eye` with that label.
+    At its instant, the vehicle was at a standpoint among gliders and boards. The run took an `unlike` picture with
+    another lens or size.
     """
 
     camera: str
@@ -47,6 +49,8 @@ class Shot(NamedTuple):
     standpoint: Standpoint
     gliders: tuple[Glider, ...]
     boards: tuple[Board, ...] = ()
+    eye: int = 0
+    unlike: bool = False
 
 
 class Eye(NamedTuple):
@@ -58,25 +62,29 @@ class Eye(NamedTuple):
 
 @dataclass
 class Exposures:
-    """The pictures of a log in order of time; cameras by label, and what describes them in the folder of pictures.
+    """The pictures of a log in order of time, and what describes their cameras in the folder of pictures.
 
-    troubles: why there is none of a camera. unlike: label and time of frames that the run took with another lens.
+    eyes: the cameras by label, each one as often as its parameters changed. notes: what is odd about the pictures, and
+    why there is none of a camera.
     """
 
-    cameras: dict[str, Eye]
+    eyes: dict[str, list[Eye]]
     shots: list[Shot]
-    description: bytes = b""
-    notes: list[str] = field(default_factory=list[str])
-    troubles: list[str] = field(default_factory=list[str])
-    unlike: frozenset[tuple[str, float]] = frozenset()
+    description: bytes
+    notes: list[str]
+
+    def eye(self, shot: Shot) -> Eye:
+        """The camera of a picture."""
+        return self.eyes[shot.camera][shot.eye]
 
 
 def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None) -> Exposures:
     """The pictures that the cameras of an ini file, by default the vehicle's own, take in a log.
 
-    They start with the run, whose earlier logs are read as well. Of a virtual run they are those that the cameras would
-    have taken in it, if each is exposed before or after the states of the same instant as its rate says. On a wall
-    clock a camera whose label and rate are those of one of the run is exposed when that was, others at their rate.
+    They start with the run, whose earlier logs are read as well; the vehicle's own cameras change as they did in it. Of
+    a virtual run they are those that the cameras would have taken in it, if each is exposed before or after the states
+    of the same instant as its rate says. On a wall clock a camera whose label and rate are those of one of the run is
+    exposed when that was, others at their rate.
     `world` is an ini file whose options of [World] replace those of the run. Raises ResimulationError, ProfileError,
     OSError.
     """
@@ -120,7 +128,7 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
             for reason, skipped in made.skipped.items():
                 raise ResimulationError(f"{', '.join(skipped)}: {reason}")
             recorders = [_Recorder(task) for task in vehicle.tasks if isinstance(task, RenderedCamera)]
-            for kind in TOLD:
+            for kind in TOLD if cameras else (*CHANGES, *TOLD):
                 _Chain(vehicle, log.schema, told[kind.ID], last=kind is imc.LoggingControl).ask()
             if not virtual:
                 vehicle.start_time = start_time(log.schema, told[imc.Announce.ID], about.begin)
@@ -142,16 +150,23 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
         described = (pictures / FILE).read_bytes() if (pictures / FILE).is_file() else b""
     entities = [recorder.task.entity for recorder in recorders]
     blind = [entity for entity in entities if not any(shot.camera == entity.label for shot in shots)]
-    troubles = [f"no picture of {entity.label}: {entity.description}" for entity in blind]
+    notes += [f"no picture of {entity.label}: {entity.description}" for entity in blind]
     shots.sort(key=lambda shot: (shot.time, shot.camera))
-    eyes = {each.task.entity.label: Eye(each.task.camera, each.task.shutter) for each in recorders}
-    by_entity = {about.labels.get(label, -1): label for label in eyes} if cameras is None else {}
-    lenses = {entity: eyes[label].camera.optics for entity, label in by_entity.items()}
-    unlike = {(by_entity[e], time) for e, time in frames_unlike(log.schema, told[imc.CameraFrame.ID], lenses)}
-    for label in sorted({label for label, _ in unlike}):
-        others = sum(other == label for other, _ in unlike)  # integers
-        notes.append(f"{others} frames of {label} were taken with another lens or size, which changed during the run")
-    return Exposures(eyes, shots, described, notes, troubles, frozenset(unlike))
+    seen = Exposures({each.task.entity.label: each.eyes for each in recorders}, shots, described, notes)
+    if cameras is None:
+        _compare(seen, about.labels, logged_optics(log.schema, told[imc.CameraFrame.ID]))
+    return seen
+
+
+def _compare(seen: Exposures, entities: Mapping[str, int], told: Mapping[tuple[int, float], tuple[float, ...]]) -> None:
+    """Mark the pictures whose CameraFrame in the log tells of another lens or size than theirs."""
+    for number, shot in enumerate(seen.shots):
+        optics = told.get((entities.get(shot.camera, -1), shot.time))
+        if optics is not None and not is_like(seen.eye(shot).camera.optics, optics):
+            seen.shots[number] = shot._replace(unlike=True)
+    unlike = Counter(shot.camera for shot in seen.shots if shot.unlike)
+    for label, count in sorted(unlike.items()):
+        seen.notes.append(f"{count} frames of {label} were taken with another lens or size, which changed unnoticed")
 
 
 class _Recorder:
@@ -160,6 +175,7 @@ class _Recorder:
     def __init__(self, task: RenderedCamera):
         self.task = task
         self.shots: list[tuple[Path, Shot]] = []
+        self.eyes: list[Eye] = []
         self._taken: dict[int, tuple[NDArray[np.uint8], Shot]] = {}
         self._latency: float | None = None
         self._offload: Offload = task.offload
@@ -180,7 +196,10 @@ class _Recorder:
             view = task.viewpoint.view(world_of(task), task.now, task.vehicle.start_time)
             assert isinstance(view, View)
             result = np.broadcast_to(np.zeros(4, np.uint8), (task.camera.optics.height, task.camera.optics.width, 4))
-            shot = Shot(task.entity.label, task.now, "", "", args, view.vehicle, view.gliders, view.boards)
+            if not self.eyes or self.eyes[-1].shutter is not task.shutter:
+                self.eyes.append(Eye(task.camera, task.shutter))
+            eye = len(self.eyes) - 1
+            shot = Shot(task.entity.label, task.now, "", "", args, view.vehicle, view.gliders, view.boards, eye)
             self._taken[id(result)] = result, shot
             latency = latency if self._latency is None else self._latency
         elif function is write_picture:
@@ -218,17 +237,23 @@ class _Chain:
 
 
 def _told(run: LoggedRun, instants: Instants, owner: int) -> Mapping[int, deque[tuple[int, bytes]]]:
-    """When the vehicle's messages of TOLD and BESIDE were published (ns), and their packets, by message id."""
-    found = {kind.ID: deque[tuple[int, bytes]]() for kind in (*TOLD, *BESIDE)}
+    """When the messages of TOLD, CHANGES and BESIDE were published (ns), and their packets, by message id."""
+    found = {kind.ID: deque[tuple[int, bytes]]() for kind in (*TOLD, *CHANGES, *BESIDE)}
+    changes = {kind.ID for kind in CHANGES}
     # Few packets are of these: the others, known by two bytes in either order, are not looked at.
     numbers = {number.to_bytes(2, order) for number in found for order in ("little", "big")}
-    latest = 0
+    latest, asked = 0, deque[bytes]()
     for _, packet in run.packets():
-        if packet[2:4] in numbers:
-            header = imc.header(packet)
-            if header.src == owner and header.id in found and math.isfinite(header.timestamp):
-                latest = max(latest, instants.of(header.timestamp))
-                found[header.id].append((latest, packet))
+        if packet[2:4] not in numbers:
+            continue
+        header = imc.header(packet)
+        if header.src == owner and header.id in found and math.isfinite(header.timestamp):
+            latest = max(latest, instants.of(header.timestamp))
+            found[header.id].append((latest, packet))
+            while asked and header.id == imc.EntityParameters.ID:
+                found[imc.header(asked[0]).id].append((latest, asked.popleft()))
+        elif header.id in changes:  # by a console, whose clock is another: the vehicle's answer has the time
+            asked.append(packet)
     return found
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import imc
@@ -39,24 +39,26 @@ def logged_frames(schema: imc.Schema, packets: Iterable[tuple[int, bytes]]) -> d
     return {entity: deque(sorted(taken)) for entity, taken in found.items()}
 
 
-def frames_unlike(
-    schema: imc.Schema, packets: Iterable[tuple[int, bytes]], cameras: Mapping[int, CameraModel]
-) -> set[tuple[int, float]]:
-    """Entity and time (s since 1970 UTC) of the frames whose CameraFrame tells of another size or lens than cameras do.
+def logged_optics(
+    schema: imc.Schema, packets: Iterable[tuple[int, bytes]]
+) -> dict[tuple[int, float], tuple[float, ...]]:
+    """Size, focal lengths and principal point (px) of the frames that CameraFrame tells of.
 
-    The parameters of a camera may change during a run; a frame tells those of its exposure.
+    They are by entity and time of exposure (s since 1970 UTC). Frames of which a number is not known are left out.
     """
-    found = set[tuple[int, float]]()
+    found: dict[tuple[int, float], tuple[float, ...]] = {}
     for _, packet in packets:
         said = schema.decode(packet)
-        optics = cameras.get(said.src_ent)
-        told = [getattr(said, name, math.nan) for name in ("width", "height", "fx", "fy", "cx", "cy")]
-        if optics is None or not all(map(math.isfinite, told)):
-            continue
-        wanted = optics.width, optics.height, optics.fx, optics.fy, optics.cx, optics.cy
-        if not all(math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-3) for a, b in zip(told, wanted, strict=True)):
-            found.add((said.src_ent, getattr(said, "time", math.nan)))
+        told = tuple(getattr(said, name, math.nan) for name in ("width", "height", "fx", "fy", "cx", "cy"))
+        if all(map(math.isfinite, told)):
+            found[said.src_ent, getattr(said, "time", math.nan)] = told
     return found
+
+
+def is_like(optics: CameraModel, told: tuple[float, ...]) -> bool:
+    """Whether a camera has the size, focal lengths and principal point that a CameraFrame tells."""
+    own = optics.width, optics.height, optics.fx, optics.fy, optics.cx, optics.cy
+    return all(math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-3) for a, b in zip(told, own, strict=True))
 
 
 def frame_rates(profile: Profile) -> dict[str, set[float]]:

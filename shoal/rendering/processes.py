@@ -28,7 +28,7 @@ Picture = tuple[dict[str, Any], list[dict[str, Any]]]
 class Renderer:
     """Renders the pictures of a run: each `shots` with the next one of its camera; whether labels have flow."""
 
-    cameras: Mapping[str, Eye]
+    eyes: Mapping[str, Sequence[Eye]]
     shots: Sequence[tuple[Shot, Shot | None]]
     folder: Path
     labels: bool
@@ -37,7 +37,7 @@ class Renderer:
     def render(self, number: int) -> Picture:
         """Render a picture, and tell what is in it. Raises OSError."""
         shot, after = self.shots[number]
-        camera, shutter = self.cameras[shot.camera]
+        camera, shutter = self.eyes[shot.camera][shot.eye]
         error = write_picture(self.folder / FOLDER / shot.name, shutter.picture(*shot.given), shot.form)
         if error:
             raise OSError(error)
@@ -85,12 +85,12 @@ def render(
     with closing(crew):
         seen = expose(log, cameras, world)
         if not seen.shots:
-            raise ResimulationError(f"{log.path}: there is no picture in this log: {'; '.join(seen.troubles)}")
+            raise ResimulationError(f"{log.path}: there is no picture in this log: {'; '.join(seen.notes)}")
         pairs = list(_pairs(seen.shots))
         (folder / FOLDER).mkdir(parents=True, exist_ok=True)
         (folder / FOLDER / FILE).write_bytes(seen.description)
         found: dict[str, Picture] = {}
-        renderer = Renderer(seen.cameras, pairs, folder, labels, flow)
+        renderer = Renderer(seen.eyes, pairs, folder, labels, flow)
         for picture in crew.share(Work(renderer.render, len(pairs))):
             found[picture[0]["file"]] = picture
             progress(len(found) / len(pairs))
@@ -99,9 +99,9 @@ def render(
         text = json.dumps({"classes": kinds(), "pictures": [about for about, _ in told]}, indent=1)
         (folder / f"{LABELS.lower()}.json").write_text(text + "\n")
         (folder / coco.FILE).write_text(coco.dataset(_annotated(told)))
-    counts = {label: sum(shot.camera == label for shot in seen.shots) for label in sorted(seen.cameras)}
+    counts = {label: sum(shot.camera == label for shot in seen.shots) for label in sorted(seen.eyes)}
     refused = [f"{about['file']} has no labels: {about['error']}" for about, _ in told if "error" in about]
-    return Rendered(counts, [*seen.notes, *seen.troubles, *refused[:MOST_NOTES]])
+    return Rendered(counts, [*seen.notes, *refused[:MOST_NOTES]])
 
 
 def _annotated(pictures: Iterable[Picture]) -> Iterator[coco.Annotated]:
@@ -111,10 +111,11 @@ def _annotated(pictures: Iterable[Picture]) -> Iterator[coco.Annotated]:
 
 
 def _pairs(shots: Sequence[Shot]) -> Iterator[tuple[Shot, Shot | None]]:
-    """Each with the next one of its camera."""
+    """Each with the next one of its camera, if that has not changed meanwhile."""
     after: dict[str, Shot] = {}
     pairs: list[tuple[Shot, Shot | None]] = []
     for shot in reversed(shots):
-        pairs.append((shot, after.get(shot.camera)))
+        following = after.get(shot.camera)
+        pairs.append((shot, following if following is not None and following.eye == shot.eye else None))
         after[shot.camera] = shot
     yield from reversed(pairs)

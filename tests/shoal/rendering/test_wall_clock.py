@@ -64,7 +64,7 @@ def test_the_camera_is_where_the_log_says(run):
     assert len(seen.shots) == len(rows)
     for shot in seen.shots:
         assert shot.time - shot.standpoint.time == pytest.approx(start, abs=1e-5)
-        row, mount = rows[shot.time], optical(seen.cameras[shot.camera].camera.mount)
+        row, mount = rows[shot.time], optical(seen.eye(shot).camera.mount)
         x, y, z = (shot.standpoint.pose.transform @ mount)[:3, 3]
         np.testing.assert_allclose((x, y, z), (row["x"], row["y"], row["z"]), atol=1e-3)
 
