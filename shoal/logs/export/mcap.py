@@ -144,7 +144,7 @@ class _Export:
             chunk = Chunk()
             channel = self._topics.channel((system, photo.camera, "image"), ros_standard.IMAGE)
             time = round(photo.time * 1e6) * 1000
-            frame = ros_name(photo.camera)
+            frame = f"{ros_name(system)}/{ros_name(photo.camera)}"  # several vehicles have cameras of one name
             body = ros_standard.image_body(time, frame.encode(), photo.form, data)
             chunk.add(channel, number, time, ENCAPSULATION + body)
             if photo.camera in cameras:

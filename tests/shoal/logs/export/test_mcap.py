@@ -289,8 +289,10 @@ def test_cameras_have_their_models_and_places(make_log, tmp_path):
     assert list(info.p)[:7] == [40.0, 0.0, 32.0, 0.0, 0.0, 41.0, 24.0]
     assert "/lauv_noptilus_1/Odd/camera_info" not in reader.topics, "ROS has no double sphere"
     found = {said.transforms[0].child_frame_id: said.transforms[0] for _, said in reader.on("/tf")}
-    assert set(found) == {"Front_Camera", "Odd"}
-    front = found["Front_Camera"]
+    assert set(found) == {"lauv_noptilus_1/Front_Camera", "lauv_noptilus_1/Odd"}
+    front = found["lauv_noptilus_1/Front_Camera"]
+    ((_, picture),) = reader.on("/lauv_noptilus_1/Front_Camera/image")
+    assert picture.header.frame_id == info.header.frame_id == front.child_frame_id
     assert front.header.frame_id == "lauv_noptilus_1"
     place, turn = front.transform.translation, front.transform.rotation
     assert (place.x, place.y, place.z) == pytest.approx((0.5, 0.1, -0.2))
