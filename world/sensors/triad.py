@@ -102,7 +102,8 @@ class Device:
 class Part:
     """An inertial measurement unit that can be bought: its data sheet's typical values; what it gives as limits is 3 σ.
 
-    Data sheets lack the time constant of the bias: AirSim's are used. Offsets count as calibrated before use.
+    Data sheets lack the time constant of the bias, and that of the BMI088 how stable its accelerometers' bias is: the
+    figures are AirSim's of the MPU-6000. Offsets count as calibrated before use.
     """
 
     gyroscope: TriadGrade
@@ -116,7 +117,8 @@ PARTS: Mapping[str, Part] = MappingProxyType(
             TriadGrade.gyroscope(NoiseDensity.gyroscope(0.3, 4.6, 500.0), 2000.0, 1 / 16.4, 1.0, 0.38, 0.0),
             TriadGrade.accelerometer(NoiseDensity.accelerometer(0.24, 36.0, 800.0), 16.0, 1000 / 2048, 1.0, 0.38, 0.0),
         ),
-        # Analog Devices ADIS16448 rev. D, at ±1000 °/s and ±18 g; 0.11 m/s/√h are 0.187 mg/√Hz
+        # Analog Devices ADIS16448 rev. D, at ±1000 °/s and ±18 g; 0.11 m/s/√h are 0.187 mg/√Hz (its noise density at
+        # 25 Hz, 0.23 mg/√Hz, is higher, and that of the rate, 0.0135 °/s/√Hz, too)
         "ADIS16448": Part(
             TriadGrade.gyroscope(NoiseDensity.gyroscope(0.66, 14.5, 500.0), 1000.0, 0.04, 0.33, 0.05, 0.0),
             TriadGrade.accelerometer(NoiseDensity.accelerometer(0.187, 250.0, 800.0), 18.0, 0.833, 0.33, 0.2, 0.0),
