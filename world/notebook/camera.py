@@ -53,6 +53,8 @@ class Camera(Sensor):
         super().__init__(name, fidelity, seed)
         if not 0.0 < hfovd < 180.0:
             raise ValueError(f"a field of view of {hfovd:g}° is not between 0° and 180°")
+        if len(size) != 2:
+            raise ValueError(f"a size of {size} is not width and height")
         if not pxnoise >= 0.0:
             raise ValueError(f"a standard deviation of {pxnoise:g} px is negative")
         if optics is not None and fidelity == "original":
@@ -75,7 +77,8 @@ class Camera(Sensor):
         """Mount the camera at `t` (m, body), with `R` (3, 3) from the body to its frame: x right, y down, z ahead."""
         self.t = np.zeros((3, 1)) if t is None else np.array([triple(t, "t")]).T
         self.R = np.eye(3) if R is None else np.asarray(R, np.float64)
-        if self.R.shape != (3, 3) or not np.allclose(self.R @ self.R.T, np.eye(3), rtol=0.0, atol=ROUNDING):
+        square = self.R.shape == (3, 3) and np.allclose(self.R @ self.R.T, np.eye(3), rtol=0.0, atol=ROUNDING)
+        if not square or np.linalg.det(self.R) < 0.0:  # a mirror
             raise ValueError("R is not a rotation")
 
     def register_feature(self, feature: Feature) -> None:
@@ -87,6 +90,8 @@ class Camera(Sensor):
         original = self.fidelity == "original"
         due = original or self._pace.due(n, Ts)
         found = [np.asarray(points, np.float64) for fn in self.fns if (points := fn(due, n, Ts)) is not None]
+        if wrong := next((points.shape for points in found if points.ndim != 2 or len(points) != 3), None):
+            raise ValueError(f"a feature has points of shape {wrong} instead of (3, N)")
         self.fresh = False
         if not found:
             return None

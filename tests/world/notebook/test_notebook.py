@@ -1,6 +1,7 @@
 """quadsim's notebook with its own names, and what its camera did not do."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -172,6 +173,7 @@ def test_features_are_shown_together():
         ({"hfovd": 180}, "180° is not"),
         ({"hfovd": np.nan}, "nan° is not"),
         ({"size": (0, 600)}, "0 x 600 px has no pixels"),
+        ({"size": (800,)}, "is not width and height"),
         ({"fps": 0}, "fps is 0"),
         ({"pxnoise": -1}, "-1 px is negative"),
         ({"fidelity": "true"}, "'true' is not one of physical, original"),
@@ -182,11 +184,18 @@ def test_impossible_cameras(wrong, said):
         Camera(**wrong)
 
 
-def test_impossible_mounts():
+@pytest.mark.parametrize("turn", [np.zeros((3, 3)), np.eye(2), np.diag([1.0, 1.0, -1.0])])
+def test_impossible_mounts(turn):
     with pytest.raises(ValueError, match="not a rotation"):
-        Camera().set_transformation(R=np.zeros((3, 3)))
+        Camera().set_transformation(R=turn)
     with pytest.raises(ValueError, match="t has 2 numbers"):
         Camera().set_transformation(t=[1, 2])
+
+
+@pytest.mark.parametrize("shape", [(2, 2), (3,)])
+def test_points_of_a_wrong_shape_are_told(shape):
+    with pytest.raises(ValueError, match=re.escape(f"shape {shape} instead of (3, N)")):
+        Camera(tick=lambda capture, n, Ts: np.zeros(shape)).read(Quadrotor(), 0, 0.01)
 
 
 class Broken(Sensor):
