@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 import imc
 from imc.lsf import Spread
 from runtime.logs import UnknownName, logs_of_run, missing_logs
-from runtime.problem import of_file, printable
+from runtime.problem import ProfileError, of_file, printable
 from shoal.logs.whole_run import as_one, newest_log
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -73,6 +73,8 @@ def refusals() -> Generator[None]:
     except imc.SchemaError as error:
         hint = "`shoal log doctor` explains and repairs it"
         raise click.ClickException(printable(f"the definitions of the log are bad: {error}; {hint}")) from None
+    except ProfileError as error:  # each on a line of its own
+        raise click.ClickException("\n".join(printable(str(problem)) for problem in error.problems)) from None
     except (UnknownName, ValueError) as error:
         raise click.ClickException(printable(str(error))) from None
     except OSError as error:

@@ -20,11 +20,7 @@ def take_cameras(profile: Profile, file: Path | None) -> list[str]:
     """
     if file is None:
         selected = items(profile.value("General", "Selected"))
-        found = [name for name in profile.config.sections if profile.enabled(name, selected) and _camera(name)]
-        if not found:
-            text = "the vehicle had no camera: describe one in an ini file, and name it with --camera"
-            raise ProfileError([Problem("error", str(profile.path), 0, text)])
-        return sorted(found)
+        return sorted(name for name in profile.config.sections if profile.enabled(name, selected) and _camera(name))
     given = _read(file, profile)
     problems, found = list[Problem](), list[str]()
     for section in given.sections.values():
@@ -56,7 +52,7 @@ def take_world(profile: Profile, file: Path | None) -> None:
         base, slash, _ = section.name.partition("/")
         known = SECTIONS.get(base + slash)
         if known is None:
-            hint = suggestion(section.name, [name.removesuffix("/") for name in SECTIONS])
+            hint = suggestion(section.name, dict.fromkeys(name.removesuffix("/") for name in SECTIONS))
             problems.append(Problem("error", *section.origin, f"[{section.name}] is not of the world", hint))
             continue
         problems += _unknown(section, known, known.__contains__)

@@ -108,6 +108,9 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
     before = len(loaded.problems)
     take_world(loaded, world)
     sections = take_cameras(loaded, cameras)
+    if not sections:
+        why = "the vehicle had no camera: describe one in an ini file, and name it with --camera"
+        raise ResimulationError(f"{log.path}: {why}")
     notes += map(str, loaded.problems[before:])
     for section in sections:
         loaded.override(f"{section}:Save Images=true")

@@ -53,5 +53,7 @@ class MountedCamera(PictureKeeper):
                     self.calibration = text
                     self.vehicle.profile.override(f"{self.name}:Calibration={text}")
             return parse_camera(text)
-        except (CalibrationError, OSError) as error:
+        except CalibrationError as error:
             raise ParameterError("Calibration", str(error)) from None
+        except OSError as error:
+            raise ParameterError("Calibration", f"{error.filename}: {error.strerror or error}") from None

@@ -195,6 +195,7 @@ def test_wrong_cameras_are_told_with_file_and_line(shoal, run, tmp_path, text):
         ("[World]\nWater Visibility = -3", "world.ini:2: error: [World] Water Visibility = -3 is not within"),
         ("[Word]\nGliders = none", "world.ini:1: error: [Word] is not of the world (did you mean"),
         ("[World]\nObjects = One\n[World/One]\nClass = Whale", "world.ini:2: error: [World] Objects has One, so"),
+        ("[World]\nWater = 3\n[Foo]", "\nworld.ini:3: error: [Foo] is not of the world (known: World, Bathymetry)"),
         ("[World/One]\nClass = Glider", "world.ini:1: error: nothing reads [World/One] (write 'One' in Objects of [W"),
     ],
 )
