@@ -15,8 +15,9 @@ import imc
 from runtime.kernel import VirtualClock, nanoseconds
 from runtime.logs import logs_of_run, place_of
 from runtime.vehicle import Vehicle, build
+from shoal.logs.export import is_like
 from shoal.rendering.cameras import take_cameras, take_world
-from shoal.rendering.frames import FrameTimes, Taken, frame_rates, is_like, logged_frames, logged_optics, start_time
+from shoal.rendering.frames import FrameTimes, Taken, frame_rates, logged_frames, logged_optics, start_time
 from shoal.rerun import Instants, LoggedRun, ResimulationError, outline, profile_of, run_of, tick_rates
 from tasks.surroundings import world_of
 from tasks.vision.keeping import FOLDER

@@ -9,8 +9,8 @@ import imc
 from imc.discovery import Services
 from runtime.kernel import SECOND, Kernel, nanoseconds
 from runtime.profile import Profile, default_label
+from shoal.logs.export import OPTICS
 from shoal.rerun import tick_rates
-from world.optics import CameraModel
 
 LONGEST = 30 * 86400.0  # s of a run
 LONGEST_UID = 20  # digits
@@ -42,23 +42,17 @@ def logged_frames(schema: imc.Schema, packets: Iterable[tuple[int, bytes]]) -> d
 def logged_optics(
     schema: imc.Schema, packets: Iterable[tuple[int, bytes]]
 ) -> dict[tuple[int, float], tuple[float, ...]]:
-    """Size, focal lengths and principal point (px) of the frames that CameraFrame tells of.
+    """The numbers of OPTICS of the frames that CameraFrame tells of.
 
     They are by entity and time of exposure (s since 1970 UTC). Frames of which a number is not known are left out.
     """
     found: dict[tuple[int, float], tuple[float, ...]] = {}
     for _, packet in packets:
         said = schema.decode(packet)
-        told = tuple(getattr(said, name, math.nan) for name in ("width", "height", "fx", "fy", "cx", "cy"))
+        told = tuple(getattr(said, name, math.nan) for name in OPTICS)
         if all(map(math.isfinite, told)):
             found[said.src_ent, getattr(said, "time", math.nan)] = told
     return found
-
-
-def is_like(optics: CameraModel, told: tuple[float, ...]) -> bool:
-    """Whether a camera has the size, focal lengths and principal point that a CameraFrame tells."""
-    own = optics.width, optics.height, optics.fx, optics.fy, optics.cx, optics.cy
-    return all(math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-3) for a, b in zip(told, own, strict=True))
 
 
 def frame_rates(profile: Profile) -> dict[str, set[float]]:

@@ -1,5 +1,6 @@
 """The cameras of a log as Kalibr, VINS-Fusion and OpenVINS describe them, from the folder Photos."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -10,10 +11,13 @@ import numpy as np
 import yaml
 
 from runtime.logs import Array
+from shoal.logs.export.batches import Source
 from world.optics import CalibrationError, CameraModel, read_camera
 from world.sensors import Part
 
 FILE = "cameras.yaml"
+OPTICS = ("width", "height", "fx", "fy", "cx", "cy")  # px; what CameraFrame tells of a lens
+UNLIKE = "pictures of {} were taken with another lens or size than cameras.yaml tells"
 GRAVITY = 9.80665  # m/s²
 MODELS = {"radtan": "radial-tangential", "equidistant": "equidistant"}  # EuRoC's names by Kalibr's
 
@@ -57,6 +61,28 @@ def camera_models(photos: Path, cameras: Mapping[str, LoggedCamera]) -> dict[str
         with suppress(CalibrationError, OSError):
             found[name] = read_camera(photos / FILE, camera.label)
     return found
+
+
+def is_like(optics: CameraModel, told: Sequence[float]) -> bool:
+    """Whether a camera has the numbers of OPTICS that a CameraFrame tells."""
+    own = [getattr(optics, name) for name in OPTICS]
+    return all(math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-3) for a, b in zip(told, own, strict=True))
+
+
+def pictures_unlike(source: Source, models: Mapping[str, CameraModel]) -> frozenset[str]:
+    """The files of pictures that, by their CameraFrame, another lens took than these cameras have.
+
+    The parameters of a camera may change while a log is written; cameras.yaml tells of the last ones.
+    """
+    found = set[str]()
+    frames = source.log.messages("CameraFrame") if "CameraFrame" in source.summary.by_type else ()
+    for frame in frames:
+        name = Path(str(getattr(frame, "file", ""))).name
+        told = [float(getattr(frame, field, math.nan)) for field in OPTICS]
+        optics = next((model for camera, model in models.items() if name.startswith(f"{camera}_")), None)
+        if optics is not None and all(map(math.isfinite, told)) and not is_like(optics, told):
+            found.add(name)
+    return frozenset(found)
 
 
 def sensor(camera: LoggedCamera) -> dict[str, Any]:

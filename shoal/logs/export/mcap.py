@@ -13,7 +13,7 @@ from imc.lsf import ReportShare, packed_schema
 from runtime.logs import Array
 from shoal.logs.export import foxglove, ros_standard
 from shoal.logs.export.batches import ExportBatch, MessageBatch, Source, nanoseconds
-from shoal.logs.export.calibration import camera_models, logged_cameras
+from shoal.logs.export.calibration import UNLIKE, camera_models, logged_cameras, pictures_unlike
 from shoal.logs.export.cdr import ENCAPSULATION, Item, Record, Unfit, Write, text, writer
 from shoal.logs.export.detections import MUG, Detections, Pieces, Spot
 from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform, no_info
@@ -136,6 +136,7 @@ class _Export:
         source = self._source
         system, cameras = source.names.system(source.summary.owner), logged_cameras(folder)
         models, detections = camera_models(folder, cameras), self._detections.get(source.summary.owner)
+        unlike = pictures_unlike(source, models)
         for number, photo in enumerate(photos(folder, source.summary.start)):
             if not source.choice.start <= photo.time < source.choice.end or not 0.0 <= photo.time < 1 << 31:
                 continue
@@ -147,7 +148,10 @@ class _Export:
             frame = f"{ros_name(system)}/{ros_name(photo.camera)}"  # several vehicles have cameras of one name
             body = ros_standard.image_body(time, frame.encode(), photo.form, data)
             chunk.add(channel, number, time, ENCAPSULATION + body)
-            if photo.camera in cameras:
+            if photo.path.name in unlike:
+                if (note := f"no CameraInfo: {UNLIKE.format(photo.camera)}") not in source.notes:
+                    source.notes.append(note)
+            elif photo.camera in cameras:
                 camera = cameras[photo.camera]
                 if info := camera_info(time, frame, camera):
                     channel = self._topics.channel((system, photo.camera, "camera_info"), CAMERA_INFO)
@@ -156,7 +160,7 @@ class _Export:
                     source.notes.append(note)
                 place = camera_transform(time, ros_name(system), frame, camera)
                 chunk.add(self._topics.channel(("tf",), ros_standard.TRANSFORM), number, time, ENCAPSULATION + place)
-            if detections is not None and photo.camera in models:
+            if detections is not None and photo.camera in models and photo.path.name not in unlike:
                 shown = detections.in_picture(photo.time, models[photo.camera], cameras[photo.camera])
                 marks = [(*pixel, size, self._called(source.summary.owner, spot)) for spot, pixel, size in shown]
                 body = foxglove.annotations(time, marks)

@@ -11,6 +11,7 @@ from imc.coordinates.arrays import displacement
 from imc.lsf import ReportShare, positions
 from runtime.logs import Array
 from shoal.logs.export.batches import ExportBatch, MessageBatch, Source, nanoseconds
+from shoal.logs.export.calibration import UNLIKE, camera_models, logged_cameras, pictures_unlike
 from shoal.logs.export.pictures import Photo, photos
 from shoal.logs.export.ros_standard import MapOrigin, first_origin
 
@@ -73,8 +74,14 @@ def record(source: Source, progress: ReportShare = lambda _: None) -> Recording:
         recording.truth, recording.estimate = (
             _track(tables[name], origin) if name in tables else None for name in ("SimulatedState", "EstimatedState")
         )
-    for photo in photos(source.log.path.parent / "Photos", source.summary.start):
-        if source.choice.start <= photo.time < source.choice.end:
+    folder = source.log.path.parent / "Photos"
+    unlike = pictures_unlike(source, camera_models(folder, logged_cameras(folder)))
+    for photo in photos(folder, source.summary.start):
+        if not source.choice.start <= photo.time < source.choice.end:
+            continue
+        if photo.path.name in unlike:
+            source.skipped[UNLIKE.format(photo.camera)] += 1
+        else:
             recording.pictures.setdefault(photo.camera, []).append(photo)
     return recording
 

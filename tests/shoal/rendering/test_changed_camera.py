@@ -58,18 +58,31 @@ def call(*words: object):
     return done.output
 
 
-def test_pictures_after_the_fact_are_those_of_the_run(tmp_path, monkeypatch):
-    log = run(tmp_path, ask)
+@pytest.fixture(scope="module")
+def asked(tmp_path_factory):
+    return run(tmp_path_factory.mktemp("asked"), ask)
+
+
+def test_pictures_after_the_fact_are_those_of_the_run(asked, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    said = call("log", "render", log, "out", "-j", "1", "--flow")
+    said = call("log", "render", asked, "out", "-j", "1", "--flow")
     assert "note" not in said
-    taken = {path.name: path.read_bytes() for path in (log / "Photos").iterdir()}
+    taken = {path.name: path.read_bytes() for path in (asked / "Photos").iterdir()}
     assert {path.name: path.read_bytes() for path in Path("out/Photos").iterdir()} == taken
     sizes = [Image.open(path).size[0] for path in sorted(Path("out/Photos").glob("*.png"))]
     assert sizes == [48] * 12 + [64] * 7
     assert [each["width"] for each in json.loads(Path("out/labels.json").read_text())["pictures"]] == sizes
-    call("log", "export", log, "coco", "-f", "coco")
+    call("log", "export", asked, "coco", "-f", "coco")
     assert [image["width"] for image in json.loads(Path("coco/annotations.json").read_text())["images"]] == sizes
+
+
+def test_data_sets_have_no_pictures_of_another_lens_than_their_calibration(asked, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = "pictures of Fisheye_Camera were taken with another lens or size than cameras.yaml tells"
+    for form, pictures in (("euroc", "mav0/cam0/data"), ("tum", "rgb")):
+        assert f"12 messages: {text}" in call("log", "export", asked, form, "-f", form)
+        assert [Image.open(path).size[0] for path in Path(form, pictures).iterdir()] == [64] * 7
+    assert f"no CameraInfo: {text}" in call("log", "export", asked, "a.mcap", "-f", "mcap")
 
 
 def test_render_says_how_many_frames_another_lens_took(altered, tmp_path, monkeypatch):
