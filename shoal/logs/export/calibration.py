@@ -79,7 +79,7 @@ def pictures_unlike(source: Source, models: Mapping[str, CameraModel]) -> frozen
     for frame in frames:
         name = Path(str(getattr(frame, "file", ""))).name
         told = [float(getattr(frame, field, math.nan)) for field in OPTICS]
-        optics = next((model for camera, model in models.items() if name.startswith(f"{camera}_")), None)
+        optics = models.get(name.rsplit("_", 2)[0])
         if optics is not None and all(map(math.isfinite, told)) and not is_like(optics, told):
             found.add(name)
     return frozenset(found)
