@@ -143,7 +143,10 @@ class Parameter:
         if is_number and not self.is_list and not text.strip():
             raise ValueError(f"'' is not a number{self._limits()}")
         if (rest := self.surplus(text).strip()) and (self.type is not int or rest.strip("0") != "."):
-            raise ValueError(f"{text.strip()!r} is not a number: {rest!r} is too much{self._limits()}")
+            words = text.split(",") if self.is_list else [text]
+            is_decimal = all(_NUMBER.fullmatch(word.strip()) for word in words)
+            why = "is not an integer" if is_decimal else f"is not a number: {rest!r} is too much"
+            raise ValueError(f"{text.strip()!r} {why}{self._limits()}")
         return value
 
     def doubts(self, text: str) -> list[str]:

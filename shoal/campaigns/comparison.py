@@ -10,7 +10,7 @@ from runtime.problem import hinted
 from shoal.campaigns.dataset import DataSet
 from shoal.campaigns.library import library
 from shoal.campaigns.rates import Rate
-from shoal.campaigns.rows import Row
+from shoal.campaigns.rows import Row, is_finished
 
 PASS_RATE = "pass rate"
 _LIMIT = re.compile(r"(.+?)\s*(<=|>=|<|>)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%?)")
@@ -57,7 +57,8 @@ class Pair:
 
 @dataclass(frozen=True)
 class Comparison:
-    """The pairs of two campaigns. `only_a` and `only_b` count runs without a partner.
+    """The pairs of two campaigns. `only_a` and `only_b` count runs without a partner, `unfinished` pairs of which
+    one run did not end, so that nothing is known of it.
 
     `p` is that of McNemar's exact test: how probable as many or more runs of one side among those whose verdict
     changed are if the change has no effect.
@@ -73,6 +74,7 @@ class Comparison:
     worse: tuple[Pair, ...]
     only_a: int
     only_b: int
+    unfinished: int
 
     def exceeded(self, limit: str) -> str:
         """A sentence if a limit such as "pass rate < -2 %" or "metrics.drift > 5 %" is exceeded, else empty.
@@ -99,11 +101,16 @@ class Comparison:
 
 
 def compare(a: DataSet, b: DataSet, *, confidence: float = 0.95) -> Comparison:
-    """Compare the runs with the same number, seed and values. Raises NotComparable if these differ."""
+    """Compare runs of the same number. Raises NotComparable if seeds or values of these differ, and for searches."""
+    for data in (a, b):
+        if "search" in data.about:
+            words = "its runs went where the search led them, so they are no pairs and have no pass rate"
+            raise NotComparable(f"{data.folder} is of a search: {words}; compare campaigns without one")
     rows_a, rows_b = ({row["run"]: row for row in data.counted} for data in (a, b))
-    pairs = [Pair(rows_a[run], rows_b[run]) for run in sorted(rows_a.keys() & rows_b.keys())]
+    common = [Pair(rows_a[run], rows_b[run]) for run in sorted(rows_a.keys() & rows_b.keys())]
+    pairs = [pair for pair in common if is_finished(pair.a) and is_finished(pair.b)]
     if not pairs:
-        raise NotComparable(f"{a.folder} and {b.folder} have no run in common")
+        raise NotComparable(f"{a.folder} and {b.folder} have no run in common" + " that ended in both" * bool(common))
     for pair in pairs:
         _check_pair(a, b, pair)
     broken = [pair for pair in pairs if pair.a["passed"] and not pair.b["passed"]]
@@ -120,8 +127,9 @@ def compare(a: DataSet, b: DataSet, *, confidence: float = 0.95) -> Comparison:
         tuple(_worst_first(broken)),
         tuple(sorted(mended, key=lambda pair: pair.a["run"])),
         tuple(_worst_first(worse)),
-        len(rows_a) - len(pairs),
-        len(rows_b) - len(pairs),
+        len(rows_a) - len(common),
+        len(rows_b) - len(common),
+        len(common) - len(pairs),
     )
 
 

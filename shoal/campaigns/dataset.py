@@ -56,7 +56,8 @@ class DataSet:
     def row(self, run: int) -> Row:
         """The row of a run. Raises DataSetError that says which there are."""
         if run not in self.rows:
-            known = f"it has runs 0 to {max(self.rows)}" if self.rows else "it has none"
+            last = max(self.rows, default=-1)
+            known = f"it has runs 0 to {last}" if last > 0 else "it has run 0 only" if last == 0 else "it has none"
             raise DataSetError(f"{self.folder} has no run {run}; {known}")
         return self.rows[run]
 

@@ -28,6 +28,7 @@ from shoal.campaigns.plots import MOST_PLOTS, best_so_far, histograms, pass_rate
 from shoal.campaigns.rates import Rate
 from shoal.campaigns.rows import Row
 from shoal.campaigns.search import Findings
+from shoal.logs.look import number
 
 WORST = 20
 MOST_INDICES = 12  # outputs
@@ -55,7 +56,7 @@ def campaign_page(data: DataSet, beside: Path) -> str:
     parts = [
         *first,
         section("Tracks", track_map(rows), _LEGEND + " Green points are starts."),
-        section(f"The {min(WORST, len(rows))} worst runs", _worst(data, rows, beside)),
+        section(f"The {number(min(WORST, len(rows)), 'worst run')}", _worst(data, rows, beside)),
         section("Runs that ended out of order", _errors(rows)),
     ]
     style = (_HERE / "page.css").read_text(encoding="utf-8")
@@ -103,7 +104,7 @@ def _of_search(
     values = np.array([goal.value(row) for row in rows], float)
     column = {goal.column: np.where(np.isfinite(values), values, np.nan)}
     pairs = [(name, goal.column) for name in inputs] if np.isfinite(values).any() else []
-    tried = [goal.value(row) for row in rows[: len(shown.course)]]
+    tried = [goal.value(row) for row in rows]
     return [
         section(f"{'Largest' if goal.is_largest else 'Smallest'} {goal.text}", found),
         section("Best so far", best_so_far(tried, shown.course), "Points: runs. Line: the best until then."),

@@ -14,6 +14,7 @@ from shoal.campaigns.bundle import Bundle, make_bundle
 from shoal.campaigns.design import SAMPLINGS, WHOLE, Design, seed_of
 from shoal.campaigns.distributions import Distribution, Scalar, StudyFileError, read_distribution
 from shoal.campaigns.rates import Ending
+from shoal.campaigns.rehearsal import Rehearsal
 from shoal.campaigns.search import Search, read_search
 from shoal.campaigns.template import Make, load_template
 from shoal.scenarios import Draft
@@ -24,7 +25,6 @@ _KEYS = ("study", "description", "scenario", "vary", "runs", "until", "seed", "s
 _UNTIL = ("pass rate known to", "at most", "confidence")
 _MOST = 10_000_000  # runs
 _PERCENT = re.compile(r"(\d+\.?\d*|\.\d+)\s*%")
-_REHEARSED = 50  # words to choose from
 _RUNS, _UNTIL_MOST = 100, 10_000  # defaults
 
 
@@ -111,7 +111,7 @@ class _Reader:
         design.runs = ending.most if sampling in WHOLE or search is not None else 0
         logs = self._word("logs", LOGS, "none")
         name = self._text("study", self._path.name.removesuffix(SUFFIX))
-        self._check_first(design)
+        Rehearsal(self._draft, design, self._lines(), self._fixed).check(ending.most, search)
         bundle = self._bundle(design, path)
         digest = self._digest(design, bundle, search)
         about = self._text("description", "")
@@ -122,31 +122,6 @@ class _Reader:
             if key in self._nodes:
                 self._nodes[key].fail(f"search and {key} exclude each other: a search chooses the values of its runs")
         return read_search(self._nodes["search"], self._draft, varied, self._lines(), self._fixed)
-
-    def _check_first(self, design: Design) -> None:
-        """Refuse what the first run cannot have, before any run; of a single value, at its line of the study."""
-        values = design.values(0)
-        try:
-            self._draft.rehearse({**self._fixed, **values})
-        except ValueError:
-            nodes = self._lines()
-            for place, value in values.items():
-                try:
-                    self._draft.rehearse({**self._fixed, place: value})
-                except ValueError as error:
-                    nodes[place].fail(f"{place}: {error}")
-            raise
-        self._check_choices(design, {**self._fixed, **values})
-
-    def _check_choices(self, design: Design, first: Mapping[str, object]) -> None:
-        """Refuse words to choose from with which the scenario cannot begin."""
-        nodes = self._inside | (self._nodes["vary"].mapping() if "vary" in self._nodes else {})
-        words = [(place, cell) for place, found in design.varied.items() for cell in found.cells]
-        for place, cell in [item for item in words if isinstance(item[1], str)][:_REHEARSED]:
-            try:
-                self._draft.rehearse({**first, place: cell})
-            except ValueError as error:
-                nodes[place].fail(f"{place}: {cell}: {error}")
 
     def _scenario_file(self) -> Path:
         node = self._nodes["scenario"]
@@ -179,10 +154,23 @@ class _Reader:
         try:
             self._draft.scenario({**others, **first})
         except (ValueError, LookupError) as error:
-            reason = hinted(f"{place} is no value of the scenario", place, self._places)
+            known = hinted(f"{place} is no value of the scenario", place, self._places)
+            reason = self._missing_list(place) or f"{known}: {error}"
             if node is None:
-                raise StudyFileError(f"{reason}: {error}") from None
-            node.fail(f"{reason}: {error}")
+                raise StudyFileError(reason) from None
+            node.fail(reason)
+
+    def _missing_list(self, place: str) -> str:
+        """What to do if a place is an item of a list that only the profile has; empty if it is not."""
+        whole, _, item = place.rpartition("/")
+        is_there = any(known.startswith(f"{whole}/") for known in self._places)
+        value = self._draft.usual(whole) if item.isdecimal() and not is_there else None
+        if value is None:
+            return ""
+        above, _, option = whole.rpartition("/")
+        section = above.partition("/parameters/")[2]
+        words = "one item can be set only in a list that stands in the scenario; that of the profile is"
+        return f"{place}: {words} parameters: {{{section}: {{{option}: [{value}]}}}}"
 
     def _ending(self, design: Design, runs: int | None) -> Ending:
         nodes = self._nodes

@@ -12,6 +12,7 @@ from runtime.problem import printable
 from shoal.campaigns import merge as merge_data
 from shoal.campaigns import open_data_set
 from shoal.cli.campaign_run import FOLDER, refusals
+from shoal.logs.look import number
 
 MOST_GAPS = 12
 
@@ -30,7 +31,7 @@ def merge(shards: tuple[Path, ...], out: Path) -> None:
     data = found.data
     click.echo(f"{printable(data.name)}: {data.rate}")
     if found.twice:
-        click.echo(f"{found.twice} rows were there before, and equal")
+        click.echo(f"{number(found.twice, 'row was', 'rows were')} there before, and equal")
     undone = {"missing": found.missing, "not ended": found.unfinished}
     for what, runs in undone.items():
         if runs:

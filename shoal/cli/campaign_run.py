@@ -42,6 +42,7 @@ from shoal.cli.options import (
     values_option,
 )
 from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
+from shoal.logs.look import number
 
 STOPPED = 130  # exit status after Ctrl-C
 TELL_PERIOD = 30.0  # s between lines in a pipe
@@ -130,7 +131,8 @@ def run(
             click.echo(f"stopped: {state_of(done)}; the same command goes on", err=True)
             sys.exit(STOPPED)
     if data.damaged:
-        click.echo(f"warning: {data.damaged} lines of the journal were damaged; their runs were done again", err=True)
+        lines = number(data.damaged, "damaged line")
+        click.echo(f"warning: the journal had {lines}; what was lost is done again", err=True)
     if (shown := findings_of(data)) is not None:
         show_findings(data, shown)
     else:

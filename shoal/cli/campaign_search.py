@@ -7,14 +7,15 @@ import click
 
 from runtime.problem import printable
 from shoal.campaigns import DataSet, Findings, findings_of, told
+from shoal.logs.look import number
 
 
 def state_of(data: DataSet, *, is_short: bool = False) -> str:
     """What is known by now, in a line."""
     if (shown := findings_of(data)) is not None:
         best = shown.course[-1] if shown.course else math.nan
-        words = f"{len(data.rows)} runs, {_kind(shown)} {shown.goal.text} {best:.4g}"
-        return printable(words if best == best else f"{len(data.rows)} runs")
+        done = number(len(data.rows), "run")
+        return printable(f"{done}, {_kind(shown)} {shown.goal.text} {best:.4g}" if best == best else done)
     rate = data.rate
     if not is_short:
         return str(rate)
@@ -26,7 +27,9 @@ def show_findings(data: DataSet, shown: Findings) -> None:
     goal = shown.goal
     smaller = len(data.rows) - len(shown.trials) - 1
     more = f", {smaller} made the change smaller" if smaller else ""
-    click.echo(printable(f"{data.name}: {len(shown.trials)} runs sought the {_kind(shown)} {goal.text}{more}"))
+    click.echo(
+        printable(f"{data.name}: {number(len(shown.trials), 'run')} sought the {_kind(shown)} {goal.text}{more}")
+    )
     if shown.as_it_is is not None:
         click.echo(f"  as it is: {goal.value(shown.as_it_is):.4g}")
     if shown.best is not None:
@@ -54,8 +57,8 @@ def _show_found(shown: Findings, units: dict[str, str]) -> None:
     if not shown.goal.breaks:
         words = ""
     elif shown.changes(found):
-        count = len(shown.broken)
-        words = f"{count} run{'s fail' if count > 1 else ' fails'}; the smallest change that does is run {found['run']}"
+        count = number(len(shown.broken), "run fails", "runs fail")
+        words = f"{count}; the smallest change that does is run {found['run']}"
     else:
         words = "it fails as it is: there is nothing to look for"
     for line in ([words] if words else []) + lines:

@@ -13,9 +13,9 @@ from shoal.campaigns.search.goal import Goal, goal_of
 
 @dataclass(frozen=True)
 class Findings:
-    """Rows of a search: `as_it_is`, the trials, the best of all these, those that fail, the smallest change that does.
+    """Rows of a search: `as_it_is`, the trials, the best of all, those that fail, the smallest change that does.
 
-    `course` is the best value until each of the first two (NaN if there is none). Rows are None if there are none such.
+    `course` is the best value until each of them (NaN if there is none). Rows are None if there are none such.
     """
 
     goal: Goal
@@ -50,7 +50,7 @@ def findings(about: Mapping[str, Any], rows: Sequence[Row]) -> Findings:
     value, course = math.nan, list[float]()
     trials = [row for row in rows if row[PART] == TRIAL]
     as_it_is = next((row for row in rows if row[PART] == AS_IT_IS), None)
-    for row in [as_it_is, *trials] if as_it_is is not None else trials:
+    for row in rows:
         if goal.is_better(goal.value(row), value):
             best, value = row, goal.value(row)
         course.append(value)

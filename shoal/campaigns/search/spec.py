@@ -60,6 +60,8 @@ def read_search(
     goal = read_goal(node, scenario)
     if not varied:
         node.fail("a search needs something to vary: there is no distribution")
+    if "shrink" in nodes and not goal.breaks:
+        nodes["shrink"].fail("shrink has no effect: only a search for the smallest margin finds a failure to shrink")
     axes: dict[str, Axis] = {}
     for place, found in varied.items():
         if found.gridded:

@@ -126,7 +126,7 @@ def test_a_rate_that_no_clock_can_keep_is_refused(rate, words):
         ("Flow", "2,5", "'2,5' is not a number: ',5' is too much"),
         ("Flow", "3abc", "'3abc' is not a number: 'abc' is too much"),
         ("Flow", "", "'' is not a number"),
-        ("Turns", "3.5", "'3.5' is not a number: '.5' is too much"),
+        ("Turns", "3.5", "'3.5' is not an integer (expects integer"),
         ("Levels", "1, 2 m", "'1, 2 m' is not a number: 'm' is too much"),
     ],
 )

@@ -4,12 +4,15 @@ import math
 from dataclasses import replace
 
 import pytest
+from click.testing import CliRunner
 
 from shoal.campaigns.again import rerun, study_of
 from shoal.campaigns.campaign import carry_out
 from shoal.campaigns.comparison import NotComparable, compare, mcnemar
 from shoal.campaigns.dataset import DataSetError, open_data_set
+from shoal.campaigns.job import Unfinished
 from shoal.campaigns.study import load_study
+from shoal.cli import main
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 
 
@@ -110,3 +113,27 @@ def test_a_run_of_a_study_that_has_changed_is_not_done_again(tmp_path):
     with pytest.raises(DataSetError, match="which is not there; --study FILE says where it is"):
         rerun(data, 3, StandInRuns(), make=StandInDraft)
     assert math.isnan(data.rows[0]["metrics.never"])
+
+
+class Cut(StandInRuns):
+    """Every fourth run is ended from outside."""
+
+    def __call__(self, job):
+        return super().__call__(job) if int(job.key) % 4 else job.failed("not done after 9 s of wall time", Unfinished)
+
+
+def test_runs_that_did_not_end_are_left_out_and_told(tmp_path):
+    study = write_study(tmp_path)
+    whole, cut = do(study, tmp_path / "a"), do(study, tmp_path / "b", Cut)
+    found = compare(whole, cut)
+    assert (found.unfinished, found.only_a, found.only_b) == (10, 0, 0)
+    assert found.rate_a.runs == found.rate_b.runs == 30
+    assert not found.broken
+    done = CliRunner().invoke(main, ["campaign", "compare", str(tmp_path / "a"), str(tmp_path / "b")])
+    assert "not compared: 10 runs that did not end in both\n" in done.output
+
+
+def test_a_search_has_no_pairs(pair):
+    search = replace(pair[1], about={**pair[1].about, "search": {}})
+    with pytest.raises(NotComparable, match="b is of a search: its runs went where the search led them"):
+        compare(pair[0], search)

@@ -183,12 +183,3 @@ def test_until_has_defaults(tmp_path):
     text = STUDY.replace("runs: 40", "until: {pass rate known to: 2 %, at most: 500, confidence: 99 %}")
     ending = load(write_study(tmp_path, text)).ending
     assert (ending.most, ending.within, ending.confidence) == (500, 0.02, 0.99)
-
-
-def test_a_value_that_the_scenario_refuses_is_named_at_its_line_of_the_study(tmp_path):
-    calm = "vehicle: {profile: otter}\nworld: {current: {north: 0}}\nlimit: 1 s\n"
-    (tmp_path / "calm.scenario.yaml").write_text(calm)
-    path = tmp_path / "calm.study.yaml"
-    path.write_text("scenario: calm.scenario.yaml\nvary:\n  world/current/north: {uniform: [0 kg, 1 kg]}\n")
-    with pytest.raises(ValueError, match=r"calm\.study\.yaml:3: world/current/north: .*kg' is not a number"):
-        load_study(path)

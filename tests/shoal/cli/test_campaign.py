@@ -167,7 +167,7 @@ def test_a_choice_that_the_vehicle_has_not_got_is_told_before_any_run(place):
     (place / "choice.study.yaml").write_text(study)
     done = shoal("choice.study.yaml", "-o", "choice")
     assert done.exit_code == 2, done.output
-    assert "choice.study.yaml:3: events/0/silent: Simulators.GPSS: " in done.output.replace("\n", " ")
+    assert "choice.study.yaml:3: events/0/silent = Simulators.GPSS: " in done.output.replace("\n", " ")
     assert not (place / "choice").exists()
 
 
