@@ -4,7 +4,7 @@ from shoal.campaigns.again import Rerun, rerun
 from shoal.campaigns.campaign import carry_out
 from shoal.campaigns.cluster import cluster_address
 from shoal.campaigns.comparison import Comparison, Pair, compare
-from shoal.campaigns.dataset import DataSet, open_data_set
+from shoal.campaigns.dataset import DataSet, is_data_set, open_data_set
 from shoal.campaigns.engine import Engine
 from shoal.campaigns.engines import open_engine
 from shoal.campaigns.job import SUFFIX, Do, Job, Unfinished, Unreadable
@@ -54,6 +54,7 @@ __all__ = [
     "failures_of",
     "find_scenarios",
     "findings_of",
+    "is_data_set",
     "is_finished",
     "junit_xml",
     "load_study",

@@ -81,6 +81,12 @@ class DataSet:
             self.rows[record["run"]] = record
 
 
+def is_data_set(folder: Path) -> bool:
+    """Whether a folder has a data set, also one without a run."""
+    path = folder / JOURNAL
+    return path.is_file() and path.stat().st_size > 0
+
+
 def open_data_set(folder: Path) -> DataSet:
     """The data set in a folder, also of a campaign that is not over. Raises DataSetError, and OSError."""
     path = folder / JOURNAL

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from shoal.campaigns.campaign import log_folder
-from shoal.campaigns.dataset import JOURNAL, DataSet, DataSetError, Recording, difference, open_data_set
+from shoal.campaigns.dataset import DataSet, DataSetError, Recording, difference, is_data_set, open_data_set
 from shoal.campaigns.rows import Row, is_finished
 
 _APART = ("cpu", "finished")  # columns in which a run that was done twice may differ
@@ -44,7 +44,7 @@ def merge(folders: Sequence[DataSet], out: Path) -> Merged:
     for data in folders[1:]:
         if why := difference(data.about, first.about):
             raise DataSetError(f"{data.folder} has, beside {first.folder}, {why}")
-    there = [open_data_set(out)] if (out / JOURNAL).is_file() else []
+    there = [open_data_set(out)] if is_data_set(out) else []
     most = max(_most(data) for data in [*folders, *there])
     rows, sources, twice = _united(folders)
     with Recording(out, {**first.about, "file": _file(folders), "most": most}) as recording:

@@ -36,6 +36,8 @@ COMMANDS = {
     "new": ("shoal.cli.new", "Create a task, a driver or a vehicle, with a test."),
 }
 
+STOPPED = 130
+"""Exit status after Ctrl-C."""
 WRONG_USE = 2
 """Exit status after a bad option, a missing or damaged file, a wrong profile; that of the answer *no* is 1."""
 
@@ -68,10 +70,13 @@ class LazyGroup(click.Group):
             formatter.write_dl([(name, text) for name, (_, text) in self.table.items()])
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; a mistake of the user, also a file that cannot be read or written, ends it with one line."""
+        """Run the command; mistakes of the user, files that cannot be read or written, and Ctrl-C end it with one line."""
         gc.set_threshold(GARBAGE)
         try:
             return super().invoke(ctx)
+        except KeyboardInterrupt:  # also while a command is imported
+            click.echo("stopped", err=True)
+            ctx.exit(STOPPED)
         except click.UsageError:
             raise
         except click.ClickException as error:

@@ -25,6 +25,7 @@ from shoal.campaigns import (
     carry_out,
     cluster_address,
     findings_of,
+    is_data_set,
     is_finished,
     load_study,
     open_data_set,
@@ -32,6 +33,7 @@ from shoal.campaigns import (
     shard_folder,
 )
 from shoal.campaigns import rerun as rerun_run
+from shoal.cli import STOPPED
 from shoal.cli.campaign_search import show_findings, state_of
 from shoal.cli.log_export import extra
 from shoal.cli.options import (
@@ -44,7 +46,6 @@ from shoal.cli.options import (
 from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
 from shoal.logs.look import number
 
-STOPPED = 130  # exit status after Ctrl-C
 TELL_PERIOD = 30.0  # s between lines in a pipe
 FILE = click.Path(path_type=Path, dir_okay=False)
 FOLDER = click.Path(path_type=Path, file_okay=False)
@@ -127,8 +128,8 @@ def run(
                     note=bar.note,
                 )
         except KeyboardInterrupt:
-            done = open_data_set(folder)
-            click.echo(f"stopped: {state_of(done)}; the same command goes on", err=True)
+            done = state_of(open_data_set(folder)) if is_data_set(folder) else "no run yet"
+            click.echo(f"stopped: {done}; the same command goes on", err=True)
             sys.exit(STOPPED)
     if data.damaged:
         lines = number(data.damaged, "damaged line")

@@ -31,7 +31,7 @@ from shoal.campaigns import (
     run_jobs,
     warnings_of,
 )
-from shoal.cli import WRONG_USE
+from shoal.cli import STOPPED, WRONG_USE
 from shoal.cli.options import (
     check_log_folder,
     code_option,
@@ -43,7 +43,6 @@ from shoal.cli.options import (
 from shoal.cli.plain import json_text
 from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
 
-STOPPED = 130  # exit status after Ctrl-C
 FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 
 

@@ -185,3 +185,17 @@ def test_the_table_says_what_it_is_of(place):
     about = pyarrow.parquet.read_schema(place / "campaigns" / "rest" / "runs.parquet").metadata
     assert json.loads(about[b"varied"]) == {"world/current/north": "uniform: [0 m/s, 0.3 m/s]"}
     assert json.loads(about[b"units"]) == {"world/current/north": "m/s"}
+
+
+@pytest.mark.parametrize("moment", ["load_study", "carry_out"])
+def test_ctrl_c_before_the_first_run_ends_it_with_130(place, monkeypatch, moment):
+    def interrupt(*_, **__):
+        (place / "early").mkdir(exist_ok=True)
+        (place / "early" / "runs.journal").touch()
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(f"shoal.cli.campaign_run.{moment}", interrupt)
+        done = shoal("rest.study.yaml", "-o", "early")
+    assert (done.exit_code, done.output.split("\n")[0].partition(":")[0]) == (130, "stopped")
+    assert "of 1 passed" in shoal("rest.study.yaml", "-j", 0, "-o", "early", "--runs", 1).output
