@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from shoal.campaigns import Outcome
     from shoal.scenarios import Result
 
-SUFFIX = ".scenario.yaml"  # that of shoal.campaigns, which is slow to import
+SUFFIX = ".scenario.yaml"  # these are those of shoal.campaigns, which is slow to import
+DATA_SET = ("runs.journal", "runs.parquet")
 
 
 class ScenarioFailed(Exception):
@@ -28,6 +29,11 @@ class ScenarioWarning(pytest.PytestWarning):
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("shoal", "scenarios of vehicles")
     group.addoption("--scenario-logs", default="log", metavar="DIR", help="Folder for logs of failed scenarios [log].")
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    """Leave out data sets of campaigns, with what searches have found, unless pytest was called with their path."""
+    return True if any((collection_path / name).is_file() for name in DATA_SET) else None
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioFile | None":

@@ -6,11 +6,13 @@ from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from shoal.campaigns.dataset import JOURNAL, TABLE
 from shoal.campaigns.job import SUFFIX, Job, Unfinished, Unreadable
 from shoal.campaigns.pool import Pool
 from shoal.scenarios import Result
 
-NOT_OURS = ("pyvenv.cfg", "CACHEDIR.TAG")  # a folder with one of these has files of other programs
+NOT_OURS = ("pyvenv.cfg", "CACHEDIR.TAG", JOURNAL, TABLE)
+"""A folder below with one of these has files of other programs, or what a search has found, which fails by design."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,8 @@ class Outcome:
 def find_scenarios(paths: Iterable[Path]) -> list[Path]:
     """The files given, and all `*.scenario.yaml` below the folders given, each once, sorted within a folder.
 
-    Hidden folders and virtual environments are left out. Raises FileNotFoundError.
+    Folders below that are hidden, a virtual environment or the data set of a campaign are left out. Raises
+    FileNotFoundError.
     """
     found: dict[Path, Path] = {}
     for path in paths:
@@ -48,11 +51,11 @@ def find_scenarios(paths: Iterable[Path]) -> list[Path]:
 
 def _below(folder: Path) -> Iterator[Path]:
     for place, folders, files in os.walk(folder):
-        folders[:] = sorted(name for name in folders if not _is_foreign(Path(place, name)))
+        folders[:] = sorted(name for name in folders if not _is_left_out(Path(place, name)))
         yield from (Path(place, name) for name in sorted(files) if name.endswith(SUFFIX))
 
 
-def _is_foreign(folder: Path) -> bool:
+def _is_left_out(folder: Path) -> bool:
     return folder.name.startswith(".") or any((folder / name).exists() for name in NOT_OURS)
 
 

@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import pytest
 
 from shoal.campaigns import SUFFIX
+from shoal.campaigns.dataset import JOURNAL, TABLE
 from tests.shoal.campaigns.examples import FLAT, NAME, TROUBLE, scenario, trouble
 
 ROOT = Path(__file__).parents[2]
@@ -37,7 +38,7 @@ def write(folder, **texts):
 def test_the_plugin_is_an_entry_point_and_knows_the_files():
     points = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["pytest11"]
     module = importlib.import_module(points["shoal"])
-    assert module.SUFFIX == SUFFIX
+    assert (*module.DATA_SET, module.SUFFIX) == (JOURNAL, TABLE, SUFFIX)
 
 
 def test_pytest_starts_without_importing_shoal(tmp_path):
@@ -50,6 +51,22 @@ def test_pytest_starts_without_importing_shoal(tmp_path):
     )
     done = run(tmp_path)
     assert done.returncode == 0, done.stdout
+
+
+def test_what_a_search_has_found_is_a_test_only_if_it_is_named(tmp_path):
+    found = tmp_path / "campaigns" / "breaks"
+    found.mkdir(parents=True)
+    (found / JOURNAL).touch()
+    write(tmp_path, good=scenario())
+    write(found, bad=scenario(FLAT))
+    for words, passed, failed in (
+        ([], 1, 0),
+        (["campaigns"], 0, 0),
+        (["campaigns/breaks"], 0, 1),
+        ([f"campaigns/breaks/bad{SUFFIX}"], 0, 1),
+    ):
+        told = run(tmp_path, *words).stdout
+        assert (f"{passed} passed" in told, f"{failed} failed" in told) == (passed > 0, failed > 0), told
 
 
 def test_scenarios_are_tests_with_reasons_warnings_and_logs(tmp_path):

@@ -50,7 +50,11 @@ def test_all_that_pass(write):
     (folder / "deep" / "er").mkdir(parents=True)
     (folder / "deep" / "er" / "three.scenario.yaml").write_text(scenario())
     (folder / ".hidden").mkdir()
-    (folder / ".hidden" / "four.scenario.yaml").write_text("nonsense")
+    found = folder / "campaigns" / "breaks"  # of a search
+    found.mkdir(parents=True)
+    (found / "runs.journal").touch()
+    for name in (".hidden/four", "campaigns/breaks/five"):
+        (folder / f"{name}.scenario.yaml").write_text("nonsense")
     status, out, err = shoal("test", cwd=folder)
     assert (status, err) == (0, "")
     told = lines(out)
@@ -58,6 +62,8 @@ def test_all_that_pass(write):
     assert all(re.fullmatch(r"margin 17\.\d+ of depth", rest) for _, rest in told.values()), out
     assert re.search(r"^3 passed in [\d.]+ s; 60 s simulated$", out, re.MULTILINE)
     assert not (folder / "log").exists()
+    status, out, _ = shoal("test", "campaigns/breaks", cwd=folder)
+    assert (status, set(lines(out))) == (2, {"five"}), out
 
 
 def test_one_that_fails_is_told_with_its_log_and_the_command_that_repeats_it(write):
