@@ -3,6 +3,7 @@
 from shoal.campaigns.again import Rerun, rerun
 from shoal.campaigns.campaign import carry_out
 from shoal.campaigns.cluster import cluster_address
+from shoal.campaigns.commands import rerun_command, rest_command, strange_paths, test_command
 from shoal.campaigns.comparison import Comparison, Pair, compare
 from shoal.campaigns.dataset import DataSet, is_data_set, open_data_set
 from shoal.campaigns.engine import Engine
@@ -66,9 +67,13 @@ __all__ = [
     "parse_shard",
     "processors",
     "rerun",
+    "rerun_command",
+    "rest_command",
     "run",
     "run_jobs",
     "shard_folder",
+    "strange_paths",
+    "test_command",
     "told",
     "warnings_of",
 ]

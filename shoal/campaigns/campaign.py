@@ -54,7 +54,7 @@ def carry_out(
         if shard != WHOLE:
             raise ValueError(f"search: there is no shard {shard} of it: its trials follow from all those before")
     with ExitStack() as stack:
-        recording = stack.enter_context(Recording(folder, about_study(study)))
+        recording = stack.enter_context(Recording(folder, {**about_study(study), "wall limit": wall_limit}))
         data = recording.data
         progress = _progress(study, data, shard)
         tell(data)

@@ -154,7 +154,8 @@ class Recording:
 def about_study(study: Study) -> dict[str, Any]:
     """What the first line of a journal says, and the metadata of the Parquet file.
 
-    `runs` are those that all draws depend on, if they do; `most` is how many there are to be.
+    `runs` are those that all draws depend on, if they do; `most` is how many there are to be; `code` are folders with
+    the user's modules.
     """
     varied = {name: found.text for name, found in study.design.varied.items()}
     search = study.search
@@ -169,6 +170,8 @@ def about_study(study: Study) -> dict[str, Any]:
         "varied": varied,
         "units": {name: found.unit for name, found in study.design.varied.items()},
         "fixed": dict(study.fixed),
+        "logs": study.logs,
+        "code": list(study.bundle.code),
         "most": study.ending.most,
         "confidence": study.ending.confidence,
         "versions": f"{versions()}, {search.library}" if search is not None else versions(),

@@ -47,7 +47,7 @@ def merge(folders: Sequence[DataSet], out: Path) -> Merged:
     there = [open_data_set(out)] if is_data_set(out) else []
     most = max(_most(data) for data in [*folders, *there])
     rows, sources, twice = _united(folders)
-    with Recording(out, {**first.about, "file": _file(folders), "most": most}) as recording:
+    with Recording(out, {**first.about, **_where(folders), "most": most}) as recording:
         kept = dict(recording.data.rows)
         for run in sorted(rows):
             row, source = rows[run], sources[run].folder
@@ -69,10 +69,10 @@ def _most(data: DataSet) -> int:
     return data.end if data.end is not None else int(data.about.get("most", 0))
 
 
-def _file(folders: Sequence[DataSet]) -> str:
-    """The study's file: of those that are on this computer, else what the first data set says."""
-    files = [str(data.about["file"]) for data in folders]
-    return next((file for file in files if Path(file).is_file()), files[0])
+def _where(folders: Sequence[DataSet]) -> dict[str, Any]:
+    """Study and code of a data set whose study's file is on this computer, else of the first one."""
+    about = next((data.about for data in folders if Path(data.about["file"]).is_file()), folders[0].about)
+    return {key: about[key] for key in ("file", "code") if key in about}
 
 
 def _united(folders: Sequence[DataSet]) -> tuple[dict[int, Row], dict[int, DataSet], int]:

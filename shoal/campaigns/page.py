@@ -1,7 +1,6 @@
 """Draws a campaign as one HTML page that needs no other file and no network."""
 
 import math
-import shlex
 from collections import Counter
 from collections.abc import Sequence
 from html import escape
@@ -21,6 +20,7 @@ from shoal.campaigns.analysis import (
     rank_correlations,
     sobol_indices,
 )
+from shoal.campaigns.commands import rerun_command
 from shoal.campaigns.dataset import DataSet, DataSetError
 from shoal.campaigns.keeping import findings_of, told
 from shoal.campaigns.pieces import safe, section, short, table
@@ -238,8 +238,7 @@ def _worst(data: DataSet, rows: Sequence[Row], beside: Path) -> str:
         drawn = [f"{name.partition('.')[2]} = {short(row[name])}" for name in row if name.startswith("values.")]
         links = [_link(data.folder / row[name], name.partition(".")[2], beside) for name in row if _is_log(name)]
         why = row["error"].strip().splitlines()[-1] if row["error"] else row["reason"]
-        again = f"shoal campaign rerun {shlex.quote(str(data.folder))} --run {row['run']}"
-        code = f"<code>{safe(again)}</code>"
+        code = f"<code>{safe(rerun_command(data, row['run']))}</code>"
         cells = (str(row["run"]), f"{row['margin']:.4g}", safe(why), safe(", ".join(drawn)), ", ".join(links) or code)
         lines.append(cells)
     return table(("run", "margin", "why", "drawn", "log, or how to get it"), lines, numbers=(0, 1), as_is=True)

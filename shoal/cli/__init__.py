@@ -70,7 +70,7 @@ class LazyGroup(click.Group):
             formatter.write_dl([(name, text) for name, (_, text) in self.table.items()])
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; mistakes of the user, files that cannot be read or written, and Ctrl-C end it with one line."""
+        """Run the command; a mistake, a file that cannot be read or written, and Ctrl-C end it with one line."""
         gc.set_threshold(GARBAGE)
         try:
             return super().invoke(ctx)

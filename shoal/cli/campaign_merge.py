@@ -10,7 +10,7 @@ import click
 
 from runtime.problem import printable
 from shoal.campaigns import merge as merge_data
-from shoal.campaigns import open_data_set
+from shoal.campaigns import open_data_set, rest_command, strange_paths
 from shoal.cli.campaign_run import FOLDER, refusals
 from shoal.logs.look import number
 
@@ -37,9 +37,9 @@ def merge(shards: tuple[Path, ...], out: Path) -> None:
         if runs:
             click.echo(f"{what}: {len(runs)} of {found.most} runs: {_spans(runs)}", err=True)
     if any(undone.values()):
-        given = [word for place, value in data.about["fixed"].items() for word in ("--set", f"{place}={value}")]
-        words = ["shoal", "campaign", str(data.about["file"]), "--runs", str(found.most), *given, "-o", str(out)]
-        click.echo(printable(f"{shlex.join(words)} does them"), err=True)
+        click.echo(printable(f"{rest_command(data, found.most)} does them"), err=True)
+        for path in strange_paths(data):
+            click.echo(printable(f"note: {path} is not on this computer: write where it is here"), err=True)
         sys.exit(1)
     click.echo(printable(f"shoal campaign report {shlex.quote(str(out))}"))
 

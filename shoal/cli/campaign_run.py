@@ -30,6 +30,7 @@ from shoal.campaigns import (
     load_study,
     open_data_set,
     parse_shard,
+    rerun_command,
     shard_folder,
 )
 from shoal.campaigns import rerun as rerun_run
@@ -226,11 +227,12 @@ def _sum_up(data: DataSet) -> None:
             click.echo(f"  {printable(name)}: median {middle:.4g}, from {found[0]:.4g} to {found[-1]:.4g}")
     if not rows:
         return
-    place = shlex.quote(str(data.folder))
     worst = min(rows, key=lambda row: (not row["error"], row["passed"], row["margin"]))
     why = _last(worst["error"]) or worst["reason"] or f"least margin {worst['margin']:.4g}"
     click.echo(f"worst is run {worst['run']}: {printable(why)}")
-    click.echo(f"shoal campaign report {place}\nshoal campaign rerun {place} --run {worst['run']}")
+    place = shlex.quote(str(data.folder))
+    click.echo(printable(f"shoal campaign report {place}"))
+    click.echo(printable(rerun_command(data, worst["run"])))
 
 
 def _last(error: str) -> str:

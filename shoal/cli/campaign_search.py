@@ -6,7 +6,7 @@ import shlex
 import click
 
 from runtime.problem import printable
-from shoal.campaigns import DataSet, Findings, findings_of, told
+from shoal.campaigns import DataSet, Findings, findings_of, test_command, told
 from shoal.logs.look import number
 
 
@@ -44,10 +44,9 @@ def show_findings(data: DataSet, shown: Findings) -> None:
     files = [*sorted(data.folder.glob("*.scenario.yaml")), *sorted(data.folder.glob("tuned*.ini"))]
     for file in files:
         click.echo(printable(str(file)))
-    place = shlex.quote(str(data.folder))
     if files and goal.breaks:
-        click.echo(printable(f"shoal test {shlex.quote(str(files[0]))}"))
-    click.echo(printable(f"shoal campaign report {place}"))
+        click.echo(printable(test_command(data, files[0])))
+    click.echo(printable(f"shoal campaign report {shlex.quote(str(data.folder))}"))
 
 
 def _show_found(shown: Findings, units: dict[str, str]) -> None:

@@ -94,7 +94,7 @@ def test_shards_are_merged_and_what_is_missing_can_be_done(place):
     some = shoal("merge", "parts/shard-1-of-2", "-o", "parts")
     assert some.exit_code == 1
     assert "missing: 1 of 3 runs: 1\n" in some.output
-    assert "rest.study.yaml --runs 3 -o parts does them" in some.output
+    assert "rest.study.yaml --runs 3 --logs failed -o parts does them" in some.output
     assert "of 1 passed" in shoal(*words, "--shard", "2/2").output
     whole = shoal("merge", "parts/shard-1-of-2", "parts/shard-2-of-2", "-o", "parts")
     assert whole.exit_code == 0, whole.output
