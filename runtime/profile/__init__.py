@@ -3,7 +3,7 @@
 from runtime.profile import dune
 from runtime.profile.config import Config, Option, Section, items, statement, write
 from runtime.profile.dune import EVERY_TASK
-from runtime.profile.folders import available, find_profile, own_etc, search_path, user_etc
+from runtime.profile.folders import available, find_profile, located, own_etc, search_path, user_etc
 from runtime.profile.ini import parse, read_sections, write_sections
 from runtime.profile.profile import (
     ALWAYS,
@@ -34,6 +34,7 @@ __all__ = [
     "find_profile",
     "items",
     "load_profile",
+    "located",
     "own_etc",
     "parse",
     "parse_address",

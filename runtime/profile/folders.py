@@ -21,6 +21,18 @@ def user_etc() -> Path:
     return Path(os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config"), "shoal/etc")
 
 
+def located(path: Path) -> Path:
+    """Where the file at a path is: in the folder SHOAL_ROOT, which has files below it by their absolute path, or there.
+
+    Whatever opens a file that a profile or a scenario names asks this: the files of a campaign are copies.
+    """
+    root = os.environ.get("SHOAL_ROOT")
+    if not root or not path.is_absolute() or path.is_relative_to(root):
+        return path
+    copy = Path(root, *Path(os.path.abspath(path)).parts[1:])
+    return copy if copy.exists() else path
+
+
 def search_path(config_dirs: Iterable[str | Path] = ()) -> list[Path]:
     """The folders searched for a profile; the first match wins."""
     folders = [*map(Path, config_dirs), Path(), Path("etc"), user_etc(), own_etc()]
@@ -44,8 +56,8 @@ def find_profile(name: str | Path, config_dirs: Iterable[str | Path] = ()) -> Pa
     """
     text = os.fspath(name)
     if text.endswith(".ini"):
-        if os.path.exists(text):
-            return Path(text)
+        if (path := located(Path(text))).exists():
+            return path
         if os.path.dirname(text):
             raise _refusal(text, "there is no such file")
         text = text.removesuffix(".ini")

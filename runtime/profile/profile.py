@@ -14,7 +14,7 @@ from imc.addresses import UNKNOWN_SYSTEM
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, of_file, quoted, suggestion
 from runtime.profile import dune
 from runtime.profile.config import BLANKS, Config, header, items, statement
-from runtime.profile.folders import find_profile, own_etc
+from runtime.profile.folders import find_profile, located, own_etc
 from runtime.profile.ini import parse
 from runtime.task import Parameter
 
@@ -132,7 +132,7 @@ class Profile:
             places = [source.parent / name, Path(name)]
             if source.name == "Config.ini":  # of a log
                 places.insert(0, source.with_name("IMC.xml.gz"))
-            path = next((place for place in places if place.is_file()), Path(name))
+            path = located(next((place for place in places if place.is_file()), Path(name)))
             try:
                 schema = imc.load(path, over=schema)
             except FileNotFoundError:

@@ -42,6 +42,7 @@ class Site:
             search_code(found)
         for name in self.modules:
             sys.modules.pop(name, None)
+        os.environ["SHOAL_ROOT"] = str(self.root)
         os.environ["SHOAL_ETC"] = str(below(self.root, self.etc))
         os.chdir(below(self.root, self.folder))
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from imc.schema.yamltree import Node, read_text, read_tree
 from runtime.problem import hinted
+from runtime.profile import located
 from shoal.campaigns.bundle import Bundle, make_bundle
 from shoal.campaigns.design import SAMPLINGS, WHOLE, Design, seed_of
 from shoal.campaigns.distributions import Distribution, Scalar, StudyFileError, read_distribution
@@ -125,7 +126,7 @@ class _Reader:
 
     def _scenario_file(self) -> Path:
         node = self._nodes["scenario"]
-        path = self._path.parent / node.text()
+        path = located(self._path.parent / node.text())
         if not path.is_file():
             known = [found.name for found in path.parent.glob("*.scenario.yaml")]
             node.fail(hinted(f"there is no file {node.text()!r}", node.text(), known))
@@ -154,6 +155,7 @@ class _Reader:
         try:
             self._draft.scenario({**others, **first})
         except (ValueError, LookupError) as error:
+            self._draft.scenario(others)  # if it is wrong as it is, the place is not to blame
             known = hinted(f"{place} is no value of the scenario", place, self._places)
             reason = self._missing_list(place) or f"{known}: {error}"
             if node is None:
@@ -243,7 +245,7 @@ class _Reader:
 
     def _named_files(self) -> Iterator[tuple[str, Path]]:
         for node in self._nodes["files"].items() if "files" in self._nodes else ():
-            place = self._path.parent / node.text()
+            place = located(self._path.parent / node.text())
             if not place.exists():
                 node.fail(f"there is no file or folder {node.text()!r}")
             for file in sorted(place.rglob("*")) if place.is_dir() else [place]:

@@ -8,7 +8,7 @@ import imc
 from imc.coordinates import offset
 from imc.schema.yamltree import Node
 from runtime.problem import COMMAND_LINE, Problem, ProfileError, hinted
-from runtime.profile import Profile, dune, load_profile
+from runtime.profile import Profile, dune, load_profile, located
 from runtime.task import find_parameter
 from runtime.vehicle import TaskImportError, all_tasks, check, find_task
 from shoal.missions import usual_modes
@@ -40,7 +40,7 @@ class Profiles:
 
     def name(self, text: str) -> str:
         """The name of a profile; a path is that from the folder of the scenario."""
-        beside = self.folder / text
+        beside = located(self.folder / text)
         return str(beside) if text.endswith(".ini") and beside.exists() else text
 
     def modes(self, node: Node, profile: Profile) -> frozenset[str]:

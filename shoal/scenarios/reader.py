@@ -8,7 +8,7 @@ from typing import NamedTuple
 import imc
 from imc.schema.yamltree import Node
 from runtime.problem import hinted
-from runtime.profile import Profile
+from runtime.profile import Profile, located
 from shoal.missions import COMPLETED, FAILED, LATE, PlanFileError, load_plan, read_plan
 from shoal.scenarios.conditions import Condition, Scope, read_condition, read_expression
 from shoal.scenarios.events import Occurrence, Role, read_events
@@ -156,7 +156,7 @@ class ScenarioReader:
             node.fail(f"{path}: {error.strerror or error}")
 
     def _plan_file(self, node: Node) -> Path:
-        return self._profiles.folder / word(node)
+        return located(self._profiles.folder / word(node))
 
     def _events(
         self, cast: list[_Cast], actors: tuple[Actor, ...], links: set[str], limit: float

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from runtime.profile import Profile, items
+from runtime.profile import Profile, items, located
 from runtime.vehicle import TaskImportError, find_task
 
 
@@ -42,7 +42,7 @@ def sources_of(profile: Profile, modes: Iterable[str]) -> Sources:
         for option in section.options.values():
             places = [profile.folder, Path(option.origin.file).parent, Path()]
             for text in items(option.value):
-                place = next((place / text for place in places if _is_file(place / text)), None)
+                place = next((path for folder in places if _is_file(path := located(folder / text))), None)
                 if place is not None:
                     data[f"{section.name}: {option.name} = {text}"] = absolute(place)
     return Sources(files, data, frozenset(modules))

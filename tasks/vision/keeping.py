@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import imc
 from imc.coordinates import absolute
 from runtime import ParameterError, State, Task, consume, param
+from runtime.profile import located
 from tasks.vision.photos import FORMATS, ORDERS, describe_picture, photo_name, series_of, write_picture
 from tasks.vision.records import FILE, write_cameras
 from world import Pose
@@ -112,7 +113,7 @@ class PictureKeeper(Task):
         """
         path = Path(name).expanduser()
         beside = self.vehicle.profile.folder / path
-        return beside if beside.exists() else path
+        return located(beside if beside.exists() else path)
 
     def is_wanted(self) -> bool:
         """Whether to write the image that is exposed now."""

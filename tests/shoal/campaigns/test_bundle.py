@@ -1,8 +1,10 @@
 """What a study is made of travels by content: files, profiles, plans, messages, and the tasks of a user."""
 
 import os
+import shutil
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -48,6 +50,16 @@ scenario:
 vary:
   vehicle/parameters/whistle.Whistle/Loud: {uniform: [1, 2]}
 runs: 4
+"""
+MESSAGE = """\
+name: IMC
+version: 5.4.31
+messages:
+  WhaleCall:
+    id: 30001
+    name: Whale Call
+    fields:
+      level: {type: fp32_t, name: Sound Pressure Level, unit: dB}
 """
 PLAN = "plan: out\norigin: 41.185°, -8.7062°\nspeed: 1.2 m/s\ndepth: 1 m\nmaneuvers:\n  - goto: {north: 80, east: 20}\n"
 
@@ -170,12 +182,28 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("named", ["relative", "absolute", "roundabout"])
+def name_absolutely(study):
+    """Let the study and its files name all others by absolute paths."""
+    folder = study.parent
+    far = folder / "elsewhere"
+    far.mkdir()
+    (far / "out.yaml").write_text(PLAN)
+    (far / "more.yaml").write_text(MESSAGE)
+    (far / "mine.ini").write_text(f"[Require ../etc/more.ini]\n[General]\nVehicle = mine\nMessages = {far}/more.yaml\n")
+    text = STUDY.replace("profile: mine", f"profile: {far}/mine.ini").replace("plan: out.yaml", f"plan: {far}/out.yaml")
+    inside = textwrap.dedent(text[: text.index("vary:")].removeprefix("scenario:\n"))
+    (far / "mine.scenario.yaml").write_text(inside)
+    study.write_text(f"scenario: {far}/mine.scenario.yaml\n{text[text.index('vary:') :]}")
+
+
+@pytest.mark.parametrize("named", ["relative", "absolute", "roundabout", "inside"])
 def test_what_the_campaign_has_read_counts_and_not_what_is_there_later(tmp_path, named):
     study = write(tmp_path)
+    if named == "inside":
+        name_absolutely(study)
     (tmp_path / "go.py").write_text(SCRIPT)
     (tmp_path / "below").mkdir()
-    path = {"relative": study.name, "absolute": study, "roundabout": tmp_path / "below" / ".." / study.name}[named]
+    path = {"absolute": study, "roundabout": tmp_path / "below" / ".." / study.name}.get(named, study.name)
     command = [sys.executable, "go.py", str(path), "1"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "cwd": tmp_path, "env": environment}
@@ -185,6 +213,7 @@ def test_what_the_campaign_has_read_counts_and_not_what_is_there_later(tmp_path,
         (tmp_path / "out.yaml").write_text("broken")
         study.write_text("broken")
         (tmp_path / "etc" / "more.ini").unlink()
+        shutil.rmtree(tmp_path / "elsewhere", ignore_errors=True)
         said, _ = process.communicate("go\n", timeout=60.0)
     rows = [line.split(maxsplit=2) for line in said.splitlines()]
     assert len(rows) == 4

@@ -80,5 +80,8 @@ def test_values_that_do_not_go_together_are_a_failed_row_with_the_reason(tmp_pat
 
 
 def test_a_scenario_that_is_wrong_as_it_is_blames_no_value(tmp_path):
+    wrong = SCENARIO.replace("Kinematic, for", "Kinematic, fro")
+    with pytest.raises(ValueError, match=r"^[^:]*calm\.scenario\.yaml:7: unknown key 'fro'"):
+        load(tmp_path, "vehicle/seed", "{integer: [1, 3]}", scenario=wrong)
     with pytest.raises(ValueError, match=r"^[^:]*calm\.scenario\.yaml:7: there is no task 'Simulators.GBS"):
         load(tmp_path, "events/0/for", "{uniform: [1, 3]}", scenario=SCENARIO.replace("GPS", "GBS"))

@@ -16,7 +16,7 @@ from shoal.campaigns.journal import read_journal
 from tests.outside import until
 from tests.shoal.campaigns.cluster.grid import ROOT, Grid, descendants, stations
 from tests.shoal.campaigns.examples import TROUBLE
-from tests.shoal.campaigns.test_bundle import STUDY, write
+from tests.shoal.campaigns.test_bundle import STUDY, name_absolutely, write
 
 pytestmark = pytest.mark.heavy
 DIVES = STUDY.replace("runs: 4", "runs: 12")
@@ -81,11 +81,16 @@ def test_rows_and_logs_are_those_of_this_computer(grid, study, tmp_path):
     assert not list(grid.folder.rglob("shoal-*"))
 
 
-def test_content_travels_and_not_the_files(grid, study, tmp_path):
-    plan = load_study(study, runs=4)
+@pytest.mark.parametrize("absolute", [False, True])
+def test_content_travels_and_not_the_files(grid, study, tmp_path, absolute):
+    if absolute:
+        name_absolutely(study.absolute())
+    plan = load_study(study, runs=4, logs="all")
     here = carry_out(plan, tmp_path / "here", workers=1)
-    for file in (*study.parent.rglob("*.py"), *study.parent.rglob("*.ini"), study, Path("out.yaml")):
-        file.unlink()
+    assert comparable(carry_out(plan, tmp_path / "live", workers=0)) == comparable(here)
+    for pattern in ("*.py", "*.ini", "*.yaml"):
+        for file in study.parent.rglob(pattern):
+            file.unlink()
     assert comparable(carry_out(plan, tmp_path / "there", on=grid.address)) == comparable(here)
 
 
