@@ -47,7 +47,9 @@ def write_options(path: Path, values: Mapping[str, object], folder: Path, words:
         if sections:
             blocks = [f"[{section}]\n" + "\n".join(lines) + "\n" for section, lines in sections.items()]
             written.append(folder / ("tuned.ini" if len(actors) == 1 else f"tuned-{actor.name}.ini"))
-            _write(written[-1], _comments(words) + "\n".join(blocks))
+            others = tuple(f"vehicles/{other.name}/" for other in actors if other is not actor)
+            own = [line for line in words if not line.startswith(others)]
+            _write(written[-1], _comments(own) + "\n".join(blocks))
     return written
 
 
