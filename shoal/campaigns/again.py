@@ -8,6 +8,7 @@ from shoal.campaigns.dataset import DataSet, DataSetError
 from shoal.campaigns.job import Do, Job
 from shoal.campaigns.rows import Row
 from shoal.campaigns.search import values_of
+from shoal.campaigns.site import UNNAMED
 from shoal.campaigns.study import Study, load_study
 from shoal.campaigns.template import Make
 from shoal.campaigns.versions import versions
@@ -63,7 +64,7 @@ def _differences(row: Row, result: Result) -> list[str]:
     found: list[str] = []
     if row["fingerprint"] != result.fingerprint:
         found.append(f"fingerprint {result.fingerprint[:16] or '-'}, was {row['fingerprint'][:16] or '-'}")
-    if result.error != row["error"]:
+    if result.error != row["error"].removesuffix(UNNAMED):
         found.append(f"error {result.error or 'none'!r}, was {row['error'] or 'none'!r}")
     for vehicle, digest in result.hashes.items():
         had = row.get(f"hashes.{vehicle}")

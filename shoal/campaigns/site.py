@@ -15,7 +15,7 @@ from shoal.campaigns.own_modules import SHOAL
 from shoal.scenarios import Result, absolute
 
 R = TypeVar("R", bound=Result)
-_UNNAMED = "; a run has only the files of its study: is this one missing in `files`?"
+UNNAMED = "; a run has only the files of its study: is this one missing in `files`?"
 
 
 class BundleError(ValueError):
@@ -57,7 +57,7 @@ class Site:
             for verdict in result.verdicts
         )
         warnings = tuple(map(self._named, result.warnings))
-        hint = _UNNAMED if FileNotFoundError.__name__ in result.error else ""
+        hint = UNNAMED if FileNotFoundError.__name__ in result.error else ""
         return replace(result, verdicts=verdicts, warnings=warnings, error=self._named(result.error) + hint)
 
     def _named(self, text: str) -> str:

@@ -96,3 +96,6 @@ def test_a_file_that_the_study_does_not_name_is_told_as_the_reason(folder):
     assert "FileNotFoundError" in done.output
     assert "'table.csv'" in done.output
     assert "is this one missing in `files`?" in done.output
+    (folder / "table.csv").unlink()
+    again = shoal("rerun", "bare", "--run", 0, "--code", "my code")
+    assert again.exit_code == 0, again.output
