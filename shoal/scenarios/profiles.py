@@ -53,9 +53,12 @@ class Profiles:
         except ProfileError as error:
             node.fail(error.problems[0].text + (f" ({hint})" if (hint := error.problems[0].hint) else ""))
 
-    def schema(self, profile: Profile) -> imc.Schema:
-        """The messages of a vehicle."""
-        return profile.messages or imc.builtin()
+    def schema(self, node: Node, profile: Profile) -> imc.Schema:
+        """The messages of a vehicle. Raises the error of the file."""
+        try:
+            return profile.messages or imc.builtin()
+        except ProfileError as error:
+            node.fail("; ".join(placed(problem, ()) for problem in error.problems))
 
     def dump(self, name: str, vehicle: str) -> str:
         """The effective configuration of a profile."""

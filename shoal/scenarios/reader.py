@@ -65,7 +65,7 @@ class ScenarioReader:
         if ("vehicle" in nodes) == ("vehicles" in nodes):
             self._root.fail("a scenario has either a vehicle or vehicles")
         cast = list(self._cast())
-        self._schemas = {each.name: self._profiles.schema(each.profile) for each in cast}
+        self._schemas = {each.name: self._profiles.schema(each.node, each.profile) for each in cast}
         actors = tuple(self._actor(each) for each in cast)
         self._check_world(cast)
         limit = self._time("limit", 3600.0)

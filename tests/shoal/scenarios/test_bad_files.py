@@ -144,3 +144,11 @@ def test_a_file_that_is_not_there_is_an_error_of_the_system(tmp_path):
 def test_what_would_mean_something_else_is_refused(draft, text, words):
     with pytest.raises(ScenarioFileError, match=re.escape(words)):
         draft(text, "\nvehicle: {profile: otter}\n").scenario()
+
+
+def test_messages_of_a_profile_that_are_wrong_are_an_error_of_the_file(draft, tmp_path):
+    (tmp_path / "mine.ini").write_text("[Require otter.ini]\n[General]\nMessages = none.yaml\n")
+    made = draft("limit: 5 s", f"\nvehicle: {{profile: {tmp_path}/mine.ini}}\n")
+    words = "mine.ini:3: error: [General] Messages: there is no file 'none.yaml'"
+    with pytest.raises(ScenarioFileError, match=f"trial.scenario.yaml:2: .*{re.escape(words)}"):
+        made.scenario()
