@@ -44,8 +44,9 @@ def open_engine(
             yield pool
         return
     with TemporaryDirectory(prefix="shoal-", ignore_cleanup_errors=True) as folder:
-        site = study.bundle.unpack(Path(folder))
-        with Pool(workers, make=partial(settle, site, make, only_failed), wall_limit=wall_limit) as pool:
+        site = study.bundle.unpack(Path(folder, "site"))
+        settled = partial(settle, site, make, only_failed)
+        with Pool(workers, make=settled, wall_limit=wall_limit, folder=Path(folder)) as pool:
             yield Named(pool, site)
 
 

@@ -4,6 +4,7 @@ import os
 import tempfile
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import ExitStack
 from multiprocessing.connection import wait
 from pathlib import Path
 from types import TracebackType
@@ -23,7 +24,8 @@ class Pool:
     """Processes that do jobs, and are kept for more of them until the pool is closed.
 
     `workers` is how many, by default one on each processor; with 0 this process does the jobs itself, without a limit
-    of time. A job that takes more than `wall_limit` (s of wall time), or of which two processes die, or five are
+    of time. Temporary files are in `folder`, by default one of its own, all of which the last process removes if this
+    one is killed. A job that takes more than `wall_limit` (s of wall time), or of which two processes die, or five are
     killed, has a Result with an `error`. `code` are folders with tasks of a user. `make` makes in each process what
     does the jobs there.
     """
@@ -35,13 +37,17 @@ class Pool:
         make: Callable[[], Do] = Runner,
         wall_limit: float = WALL_LIMIT,
         code: Sequence[Path] = (),
+        folder: Path | None = None,
     ):
         self._count = processors() if workers is None else workers
         self._make, self._code, self._wall_limit = make, tuple(code), wall_limit
         self._workers: list[Worker] = []
         self._stillborn = 0
         self._again = deque[tuple[Job, int]]()
-        self._folder = tempfile.TemporaryDirectory(prefix="shoal-", ignore_cleanup_errors=True)
+        self._stack = ExitStack()
+        self._folder = folder or Path(
+            self._stack.enter_context(tempfile.TemporaryDirectory(prefix="shoal-", ignore_cleanup_errors=True))
+        )
         self._here: Do | None = None
 
     def __enter__(self) -> "Pool":
@@ -55,7 +61,7 @@ class Pool:
         for worker in self._workers:
             worker.end()
         self._workers.clear()
-        self._folder.cleanup()
+        self._stack.close()
 
     def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, Result]]:
         """The jobs with their results, in the order of completion. Jobs are asked for when there is somebody for them.
@@ -84,7 +90,7 @@ class Pool:
             if job is None:
                 break
             if idle is None:
-                idle = Worker(self._make, self._code, Path(self._folder.name), self._wall_limit)
+                idle = Worker(self._make, self._code, self._folder, self._wall_limit)
                 self._workers.append(idle)
             idle.give(job, deaths)
         return any(worker.job is not None for worker in self._workers)

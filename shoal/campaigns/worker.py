@@ -20,6 +20,7 @@ from shoal.campaigns.job import Do, Job
 from shoal.scenarios import Result
 
 GRACE = 1.0  # s from the limit, at which the process notes where it hangs, to its end
+MARK = "worker-"  # of the folders of processes
 HUNG = "hung.txt"  # in the folder of the process
 READY, BEGUN = "ready", "begun"  # what a process says before results
 GARBAGE = 20_000  # new objects after which Python looks for garbage; by default 700, which takes a tenth of a run
@@ -39,7 +40,7 @@ class Worker:
         self.deaths = 0
         self.is_ready = self.has_begun = False
         self._wall_limit, self._deadline = wall_limit, float("inf")
-        self._folder = Path(tempfile.mkdtemp(dir=folder))
+        self._folder = Path(tempfile.mkdtemp(prefix=MARK, dir=folder))
         fresh = get_context("spawn")
         self.pipe, theirs = fresh.Pipe()
         self._process = fresh.Process(
@@ -169,8 +170,8 @@ def _end_with_parent(folder: Path) -> None:
 def _clear(folder: Path) -> None:
     """Remove what the parent cannot, since it has ended."""
     shutil.rmtree(folder, ignore_errors=True)
-    with contextlib.suppress(OSError):  # the last process removes the folder of all
-        folder.parent.rmdir()
+    if not any(folder.parent.glob(f"{MARK}*")):  # this is the last process
+        shutil.rmtree(folder.parent, ignore_errors=True)
 
 
 def _place(stacks: str) -> str:

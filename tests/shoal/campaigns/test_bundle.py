@@ -12,6 +12,7 @@ import pytest
 from runtime.profile import load_profile
 from shoal.campaigns import load_study
 from shoal.campaigns.bundle import Bundle, read_bundle
+from shoal.campaigns.journal import read_journal
 from shoal.campaigns.own_modules import own_modules
 from shoal.campaigns.site import BundleError
 from shoal.scenarios import Sources
@@ -220,6 +221,27 @@ def test_what_the_campaign_has_read_counts_and_not_what_is_there_later(tmp_path,
     for pitch, loud, *rest in rows:
         assert float(pitch) == pytest.approx(440.0 * float(loud), rel=1e-6)
         assert not rest
+
+
+def test_a_campaign_that_is_killed_leaves_no_copies(tmp_path):
+    study = write(tmp_path)
+    study.write_text(STUDY.replace("runs: 4", "runs: 9999"))
+    (tmp_path / "go.py").write_text(SCRIPT)
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(folder)}
+    command = [sys.executable, "go.py", study.name, "2"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, cwd=tmp_path, env=environment, text=True) as process:
+        process.stdin.write("go\n")
+        process.stdin.flush()
+        until(lambda: (tmp_path / "runs" / "runs.journal").exists() and len(read(tmp_path / "runs")) > 3)
+        assert list(folder.rglob(study.name))
+        process.kill()
+    until(lambda: not list(folder.iterdir()))
+
+
+def read(folder):
+    return read_journal(folder / "runs.journal")[0]
 
 
 def test_bytes_that_are_no_bundle_and_paths_that_lead_out_are_refused(tmp_path):
