@@ -14,9 +14,9 @@ from functools import partial
 from pathlib import Path
 
 from shoal.campaigns import Job, Pool, StudyRunner, campaign_page, open_data_set
-from shoal.campaigns.dataset import JOURNAL
-from shoal.campaigns.journal import Journal
-from shoal.campaigns.rows import packed
+from shoal.campaigns.dataset.dataset import JOURNAL
+from shoal.campaigns.dataset.journal import Journal
+from shoal.campaigns.jobs.rows import packed
 from shoal.scenarios import load_draft, run
 
 MOST_OVERHEAD, LEAST_SPEEDUP = 0.060, 1.9  # s, ratio

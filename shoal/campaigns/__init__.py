@@ -6,21 +6,29 @@ from shoal.campaigns.cluster import cluster_address
 from shoal.campaigns.commands import rerun_command, rest_command, strange_paths, test_command
 from shoal.campaigns.comparison import Comparison, Pair, compare
 from shoal.campaigns.dataset import DataSet, is_data_set, open_data_set
-from shoal.campaigns.engine import Engine
 from shoal.campaigns.engines import open_engine
-from shoal.campaigns.job import SUFFIX, Do, Job, Unfinished, Unreadable
+from shoal.campaigns.jobs import (
+    SUFFIX,
+    WALL_LIMIT,
+    Do,
+    Engine,
+    Job,
+    Pool,
+    Runner,
+    StudyRunner,
+    Unfinished,
+    Unreadable,
+    is_finished,
+    processors,
+)
 from shoal.campaigns.junit import junit_xml
 from shoal.campaigns.keeping import findings_of, told
 from shoal.campaigns.merging import Merged, merge
 from shoal.campaigns.notebook import run
-from shoal.campaigns.page import campaign_page
-from shoal.campaigns.pool import WALL_LIMIT, Pool, processors
-from shoal.campaigns.rows import is_finished
-from shoal.campaigns.runner import Runner
+from shoal.campaigns.report import campaign_page
 from shoal.campaigns.search import Findings
 from shoal.campaigns.shards import WHOLE, Shard, parse_shard, shard_folder
-from shoal.campaigns.study import LOGS, Study, load_study
-from shoal.campaigns.study_runner import StudyRunner
+from shoal.campaigns.studies import LOGS, Study, load_study
 from shoal.campaigns.suite import Outcome, find_scenarios, log_again, run_jobs
 from shoal.campaigns.telling import details_of, facts_of, failures_of, other_logs, warnings_of
 

@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from shoal.campaigns.dataset import DataSet, DataSetError
-from shoal.campaigns.job import Do, Job
-from shoal.campaigns.rows import Row
+from shoal.campaigns.draws import Make
+from shoal.campaigns.jobs import Do, Job, Row
 from shoal.campaigns.search import values_of
-from shoal.campaigns.site import UNNAMED
-from shoal.campaigns.study import Study, load_study
-from shoal.campaigns.template import Make
+from shoal.campaigns.studies import UNNAMED, Study, load_study
 from shoal.campaigns.versions import versions
 from shoal.scenarios import Draft, Result
 

@@ -9,19 +9,14 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from shoal.campaigns.dataset import LOGS, DataSet, Recording, about_study
-from shoal.campaigns.distributions import Scalar
-from shoal.campaigns.engine import Engine
+from shoal.campaigns.draws import Scalar
 from shoal.campaigns.engines import open_engine
-from shoal.campaigns.job import Do, Job
+from shoal.campaigns.jobs import WALL_LIMIT, Do, Engine, Job, StudyRunner, Timed, row_of
 from shoal.campaigns.keeping import keep_findings
 from shoal.campaigns.library import library
-from shoal.campaigns.pool import WALL_LIMIT
-from shoal.campaigns.rows import row_of
 from shoal.campaigns.search import Course
 from shoal.campaigns.shards import WHOLE, Shard, check_shard
-from shoal.campaigns.study import Study
-from shoal.campaigns.study_runner import StudyRunner
-from shoal.campaigns.timing import Timed
+from shoal.campaigns.studies import Study
 from shoal.campaigns.versions import versions
 from shoal.scenarios import Result
 

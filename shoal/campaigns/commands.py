@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from shoal.campaigns.dataset import DataSet
-from shoal.campaigns.pool import WALL_LIMIT
+from shoal.campaigns.jobs import WALL_LIMIT
 
 _LONGEST = 1 << 20
 

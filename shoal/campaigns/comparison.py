@@ -8,9 +8,9 @@ from statistics import NormalDist
 
 from runtime.problem import hinted
 from shoal.campaigns.dataset import DataSet
+from shoal.campaigns.jobs import Row, is_finished
 from shoal.campaigns.library import library
 from shoal.campaigns.rates import Rate
-from shoal.campaigns.rows import Row, is_finished
 
 PASS_RATE = "pass rate"
 _LIMIT = re.compile(r"(.+?)\s*(<=|>=|<|>)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%?)")

@@ -6,13 +6,8 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from shoal.campaigns.engine import Engine
-from shoal.campaigns.job import Do
-from shoal.campaigns.pool import Pool
-from shoal.campaigns.site import Named, OnSite, Site
-from shoal.campaigns.study import Study
-from shoal.campaigns.study_runner import StudyRunner
-from shoal.campaigns.timing import Timing, timing
+from shoal.campaigns.jobs import Do, Engine, Pool, StudyRunner, Timing, timing
+from shoal.campaigns.studies import Named, OnSite, Site, Study
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from runtime.problem import printable
-from shoal.campaigns.job import Job
+from shoal.campaigns.jobs import Job
 from shoal.campaigns.suite import Outcome
 from shoal.campaigns.telling import details_of, failures_of, warnings_of
 

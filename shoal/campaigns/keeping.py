@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from shoal.campaigns.dataset import DataSet, DataSetError
-from shoal.campaigns.rows import Row
+from shoal.campaigns.jobs import Row
 from shoal.campaigns.search import Findings, findings, write_options, write_scenario
-from shoal.campaigns.study import Study, load_study
+from shoal.campaigns.studies import Study, load_study
 
 
 def findings_of(data: DataSet) -> Findings | None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from shoal.campaigns.campaign import log_folder
 from shoal.campaigns.dataset import DataSet, DataSetError, Recording, difference, is_data_set, open_data_set
-from shoal.campaigns.rows import Row, is_finished
+from shoal.campaigns.jobs import Row, is_finished
 
 _APART = ("cpu", "finished")  # columns in which a run that was done twice may differ
 _APART_GROUPS = ("logs.", "hashes.")  # a run has these with a log only

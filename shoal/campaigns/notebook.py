@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from shoal.campaigns.campaign import carry_out
-from shoal.campaigns.study import load_study
+from shoal.campaigns.studies import load_study
 
 
 def run(

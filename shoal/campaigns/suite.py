@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from shoal.campaigns.dataset import JOURNAL, TABLE
-from shoal.campaigns.job import SUFFIX, Job, Unfinished, Unreadable
-from shoal.campaigns.pool import Pool
+from shoal.campaigns.jobs import SUFFIX, Job, Pool, Unfinished, Unreadable
 from shoal.scenarios import Result
 
 NOT_OURS = ("pyvenv.cfg", "CACHEDIR.TAG", JOURNAL, TABLE)

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 
 from shoal.campaigns import SUFFIX
-from shoal.campaigns.dataset import JOURNAL, TABLE
+from shoal.campaigns.dataset.dataset import JOURNAL, TABLE
 from tests.shoal.campaigns.examples import FLAT, NAME, TROUBLE, scenario, trouble
 
 ROOT = Path(__file__).parents[2]

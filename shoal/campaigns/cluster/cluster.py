@@ -20,9 +20,9 @@ from shoal.campaigns.cluster import outpost
 from shoal.campaigns.cluster.address import cluster_address
 from shoal.campaigns.cluster.arithmetic import arithmetic
 from shoal.campaigns.cluster.wire import Line, job_line, packed, result_of
-from shoal.campaigns.job import Job, Unfinished
+from shoal.campaigns.jobs import Job, Unfinished
 from shoal.campaigns.library import library
-from shoal.campaigns.study import Study
+from shoal.campaigns.studies import Study
 from shoal.campaigns.versions import versions
 from shoal.scenarios import Result
 

@@ -12,9 +12,9 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from shoal.campaigns.bundle import read_bundle
 from shoal.campaigns.cluster.arithmetic import arithmetic
 from shoal.campaigns.cluster.wire import Line, packed
+from shoal.campaigns.studies import read_bundle
 from shoal.campaigns.versions import versions
 
 Reply = tuple[bytes, list[tuple[str, bytes]]]

@@ -16,10 +16,8 @@ from typing import Any, BinaryIO
 from runtime.problem import of_file
 from shoal.campaigns.cluster.wire import Line, job_of, packed, result_line
 from shoal.campaigns.engines import settle
-from shoal.campaigns.pool import Pool
-from shoal.campaigns.site import Named, Site
-from shoal.campaigns.study import load_study
-from shoal.campaigns.study_runner import StudyRunner
+from shoal.campaigns.jobs import Pool, StudyRunner
+from shoal.campaigns.studies import Named, Site, load_study
 
 IDLE = 600.0  # s without a job, after which it ends
 

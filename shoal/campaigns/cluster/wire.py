@@ -5,8 +5,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from shoal.campaigns.job import Job, Unfinished, Unreadable
-from shoal.campaigns.timing import Timed
+from shoal.campaigns.jobs import Job, Timed, Unfinished, Unreadable
 from shoal.scenarios import Result, Verdict
 
 _KINDS: dict[str, type[Result]] = {kind.__name__: kind for kind in (Result, Timed, Unfinished, Unreadable)}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from shoal.campaigns.distributions import Distribution, Scalar
+from shoal.campaigns.draws import Distribution, Scalar
 
 STEPS = 1000  # to which a distribution without cells is cut
 TAIL = 0.001  # of a distribution without an end on that side

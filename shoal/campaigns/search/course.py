@@ -3,8 +3,8 @@
 from collections.abc import Generator, Mapping
 from typing import Any
 
-from shoal.campaigns.design import share
-from shoal.campaigns.rows import Row
+from shoal.campaigns.draws import share
+from shoal.campaigns.jobs import Row
 from shoal.campaigns.search.axes import Values, size, values_of
 from shoal.campaigns.search.shrinking import shrink
 from shoal.campaigns.search.spec import Search

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from shoal.campaigns.rows import Row
+from shoal.campaigns.jobs import Row
 from shoal.campaigns.search.axes import Values, size, values_of
 from shoal.campaigns.search.course import AS_IT_IS, PART, TRIAL
 from shoal.campaigns.search.goal import Goal, goal_of

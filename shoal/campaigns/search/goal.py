@@ -7,7 +7,7 @@ from typing import Any
 
 from imc.schema.yamltree import Node
 from runtime.problem import hinted
-from shoal.campaigns.rows import Row
+from shoal.campaigns.jobs import Row
 
 MINIMISE, MAXIMISE = "minimise", "maximise"
 COUNTED, ALL, PASSED = "of", "all", "passed"

@@ -7,7 +7,7 @@ from typing import Any
 
 from imc.schema.yamltree import Node
 from runtime.problem import hinted
-from shoal.campaigns.distributions import Distribution, Scalar, parse_scalar
+from shoal.campaigns.draws import Distribution, Scalar, parse_scalar
 from shoal.campaigns.search.axes import Axis, axis_of
 from shoal.campaigns.search.goal import COUNTED, MAXIMISE, MINIMISE, Goal, read_goal
 

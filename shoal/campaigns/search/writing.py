@@ -8,8 +8,8 @@ import yaml
 
 from imc.schema.yamltree import Node
 from runtime.problem import printable
-from shoal.campaigns.job import SUFFIX
-from shoal.campaigns.template import load_template
+from shoal.campaigns.draws import load_template
+from shoal.campaigns.jobs import SUFFIX
 from shoal.campaigns.whole_file import whole_file
 from shoal.scenarios import Draft
 

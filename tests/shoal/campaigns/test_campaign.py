@@ -15,12 +15,12 @@ from pathlib import Path
 import pyarrow.parquet
 import pytest
 
-from shoal.campaigns import journal as journal_module
 from shoal.campaigns.campaign import carry_out
-from shoal.campaigns.dataset import DataSetError, open_data_set
-from shoal.campaigns.journal import Journal, JournalInUse, read_journal
+from shoal.campaigns.dataset import journal as journal_module
+from shoal.campaigns.dataset.dataset import DataSetError, open_data_set
+from shoal.campaigns.dataset.journal import Journal, JournalInUse, read_journal
 from shoal.campaigns.rates import Ending, Rate
-from shoal.campaigns.study import load_study
+from shoal.campaigns.studies.study import load_study
 from tests.outside import until
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 
@@ -94,7 +94,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from shoal.campaigns.campaign import carry_out
-from shoal.campaigns.study import load_study
+from shoal.campaigns import load_study
 from tests.shoal.campaigns.standin import StandInDraft, StandInRuns
 def slow(data):
     print(len(data.rows), flush=True)
@@ -163,7 +163,7 @@ def test_a_folder_of_another_study_is_refused(tmp_path):
 def test_a_folder_of_another_version_is_refused(tmp_path, monkeypatch):
     study, folder = write_study(tmp_path), tmp_path / "runs"
     do(study, folder)
-    monkeypatch.setattr("shoal.campaigns.dataset.versions", lambda: "shoal 9")
+    monkeypatch.setattr("shoal.campaigns.dataset.dataset.versions", lambda: "shoal 9")
     with pytest.raises(
         DataSetError,
         match=r"another version: they were made with shoal .*, others with shoal 9; name",

@@ -9,9 +9,9 @@ from click.testing import CliRunner
 from shoal.campaigns.again import rerun, study_of
 from shoal.campaigns.campaign import carry_out
 from shoal.campaigns.comparison import NotComparable, compare, mcnemar
-from shoal.campaigns.dataset import DataSetError, open_data_set
-from shoal.campaigns.job import Unfinished
-from shoal.campaigns.study import load_study
+from shoal.campaigns.dataset.dataset import DataSetError, open_data_set
+from shoal.campaigns.jobs.job import Unfinished
+from shoal.campaigns.studies.study import load_study
 from shoal.cli import main
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 

@@ -10,7 +10,7 @@ from collections import Counter
 import pytest
 
 from shoal.campaigns import carry_out, load_study
-from shoal.campaigns.journal import read_journal
+from shoal.campaigns.dataset.journal import read_journal
 
 SCENARIO = """\
 scenario: rest

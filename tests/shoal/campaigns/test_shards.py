@@ -10,9 +10,9 @@ import pytest
 
 from shoal.campaigns import Shard, Unfinished, compare, merge, open_data_set, parse_shard, rerun, shard_folder
 from shoal.campaigns.campaign import carry_out
-from shoal.campaigns.dataset import DataSetError
-from shoal.campaigns.page import campaign_page
-from shoal.campaigns.study import load_study
+from shoal.campaigns.dataset.dataset import DataSetError
+from shoal.campaigns.report.page import campaign_page
+from shoal.campaigns.studies.study import load_study
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 
 

@@ -12,11 +12,11 @@ import pytest
 
 from shoal.campaigns import Job, carry_out, load_study, open_data_set, open_engine
 from shoal.campaigns.cluster import cluster as cluster_module
-from shoal.campaigns.journal import read_journal
+from shoal.campaigns.dataset.journal import read_journal
 from tests.outside import until
 from tests.shoal.campaigns.cluster.grid import ROOT, Grid, descendants, stations
 from tests.shoal.campaigns.examples import TROUBLE
-from tests.shoal.campaigns.test_bundle import STUDY, name_absolutely, write
+from tests.shoal.campaigns.studies.test_bundle import STUDY, name_absolutely, write
 
 pytestmark = pytest.mark.heavy
 DIVES = STUDY.replace("runs: 4", "runs: 12")

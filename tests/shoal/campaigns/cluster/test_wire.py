@@ -10,7 +10,7 @@ import pytest
 from shoal.campaigns import Job, Unfinished, Unreadable, cluster_address
 from shoal.campaigns.cluster.arithmetic import arithmetic
 from shoal.campaigns.cluster.wire import job_line, job_of, packed, result_line, result_of
-from shoal.campaigns.timing import Timed
+from shoal.campaigns.jobs.stopwatch import Timed
 from shoal.scenarios import Result, Verdict
 
 WHOLE = Timed(

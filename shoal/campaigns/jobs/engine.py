@@ -3,7 +3,7 @@
 from collections.abc import Generator, Iterable
 from typing import Protocol
 
-from shoal.campaigns.job import Job
+from shoal.campaigns.jobs.job import Job
 from shoal.scenarios import Result
 
 

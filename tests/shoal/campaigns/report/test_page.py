@@ -9,14 +9,14 @@ import pytest
 from scipy.stats import kruskal
 
 from imc.schema.yamltree import read_tree
-from shoal.campaigns.analysis import choices_of, inputs_of, outputs_of, parted, rank_correlations, sobol_indices
 from shoal.campaigns.campaign import carry_out
-from shoal.campaigns.dataset import DataSet, DataSetError, open_data_set
-from shoal.campaigns.design import Design
-from shoal.campaigns.distributions import StudyFileError, read_distribution
-from shoal.campaigns.journal import Journal
-from shoal.campaigns.page import campaign_page
-from shoal.campaigns.study import load_study
+from shoal.campaigns.dataset.dataset import DataSet, DataSetError, open_data_set
+from shoal.campaigns.dataset.journal import Journal
+from shoal.campaigns.draws.design import Design
+from shoal.campaigns.draws.distributions import StudyFileError, read_distribution
+from shoal.campaigns.report.analysis import choices_of, inputs_of, outputs_of, parted, rank_correlations, sobol_indices
+from shoal.campaigns.report.page import campaign_page
+from shoal.campaigns.studies.study import load_study
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 
 

@@ -14,7 +14,7 @@ from shoal.campaigns import Job, Pool, Unreadable
 from shoal.scenarios import Result
 from tests.outside import until
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 
 class Trial:
@@ -197,7 +197,7 @@ def test_a_wrong_file_can_be_told_from_a_failed_run():
 PROGRAM = """
 from pathlib import Path
 from shoal.campaigns import Job, Pool
-from tests.shoal.campaigns.test_pool import Trial
+from tests.shoal.campaigns.jobs.test_pool import Trial
 
 if __name__ == "__main__":
     with Pool(2, make=Trial) as pool:

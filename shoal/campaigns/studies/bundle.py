@@ -8,8 +8,8 @@ from itertools import accumulate
 from pathlib import Path
 
 from runtime.profile import user_etc
-from shoal.campaigns.own_modules import own_modules
-from shoal.campaigns.site import BundleError, Site, below
+from shoal.campaigns.studies.own_modules import own_modules
+from shoal.campaigns.studies.site import BundleError, Site, below
 from shoal.scenarios import Sources, absolute
 
 MOST_BYTES = 256 << 20

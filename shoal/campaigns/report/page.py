@@ -9,7 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from shoal.campaigns.analysis import (
+from shoal.campaigns.commands import rerun_command
+from shoal.campaigns.dataset import DataSet, DataSetError
+from shoal.campaigns.jobs import Row
+from shoal.campaigns.keeping import findings_of, told
+from shoal.campaigns.rates import Rate
+from shoal.campaigns.report.analysis import (
     Columns,
     Index,
     by_chance,
@@ -20,13 +25,8 @@ from shoal.campaigns.analysis import (
     rank_correlations,
     sobol_indices,
 )
-from shoal.campaigns.commands import rerun_command
-from shoal.campaigns.dataset import DataSet, DataSetError
-from shoal.campaigns.keeping import findings_of, told
-from shoal.campaigns.pieces import safe, section, short, table
-from shoal.campaigns.plots import MOST_PLOTS, best_so_far, histograms, pass_rates, scatters, track_map
-from shoal.campaigns.rates import Rate
-from shoal.campaigns.rows import Row
+from shoal.campaigns.report.pieces import safe, section, short, table
+from shoal.campaigns.report.plots import MOST_PLOTS, best_so_far, histograms, pass_rates, scatters, track_map
 from shoal.campaigns.search import Findings
 from shoal.logs.look import number
 

@@ -11,13 +11,22 @@ from pathlib import Path
 from imc.schema.yamltree import Node, read_text, read_tree
 from runtime.problem import hinted
 from runtime.profile import located
-from shoal.campaigns.bundle import Bundle, make_bundle
-from shoal.campaigns.design import SAMPLINGS, WHOLE, Design, seed_of
-from shoal.campaigns.distributions import Distribution, Scalar, StudyFileError, read_distribution
+from shoal.campaigns.draws import (
+    SAMPLINGS,
+    WHOLE,
+    Design,
+    Distribution,
+    Make,
+    Scalar,
+    StudyFileError,
+    load_template,
+    read_distribution,
+    seed_of,
+)
 from shoal.campaigns.rates import Ending
-from shoal.campaigns.rehearsal import Rehearsal
 from shoal.campaigns.search import Search, read_search
-from shoal.campaigns.template import Make, load_template
+from shoal.campaigns.studies.bundle import Bundle, make_bundle
+from shoal.campaigns.studies.rehearsal import Rehearsal
 from shoal.scenarios import Draft
 
 SUFFIX = ".study.yaml"

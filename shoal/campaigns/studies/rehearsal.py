@@ -3,10 +3,8 @@
 from collections.abc import Iterator, Mapping
 
 from imc.schema.yamltree import Node
-from shoal.campaigns.design import Design
-from shoal.campaigns.distributions import Distribution, Scalar
+from shoal.campaigns.draws import Changeable, Design, Distribution, Scalar
 from shoal.campaigns.search import Search
-from shoal.campaigns.template import Changeable
 
 MOST_WORDS = 50  # to choose from
 MOST_RUNS = 10_000  # whose draws are looked at

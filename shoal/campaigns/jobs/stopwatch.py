@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from shoal.campaigns.job import Do, Job, Unfinished, Unreadable
+from shoal.campaigns.jobs.job import Do, Job, Unfinished, Unreadable
 from shoal.scenarios import Result
 
 

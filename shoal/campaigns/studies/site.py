@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from runtime.vehicle import search_code
-from shoal.campaigns.engine import Engine
-from shoal.campaigns.job import Do, Job
-from shoal.campaigns.own_modules import SHOAL
+from shoal.campaigns.jobs import Do, Engine, Job
+from shoal.campaigns.studies.own_modules import SHOAL
 from shoal.scenarios import Result, absolute
 
 R = TypeVar("R", bound=Result)

@@ -4,8 +4,8 @@ import contextlib
 from pathlib import Path
 
 from runtime.problem import of_file
-from shoal.campaigns.job import Job, Unreadable
-from shoal.campaigns.template import load_template
+from shoal.campaigns.draws import load_template
+from shoal.campaigns.jobs.job import Job, Unreadable
 from shoal.scenarios import Draft, Result, ScenarioFileError, load_draft, run
 
 KEPT = 16  # drafts

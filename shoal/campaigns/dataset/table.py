@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from shoal.campaigns.jobs import Row, columns_of, track_of
 from shoal.campaigns.library import library
-from shoal.campaigns.rows import Row, columns_of, track_of
 from shoal.campaigns.whole_file import whole_file
 
 _NUMBERS = ("margin", "seconds", "cpu", "metrics", "margins")

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from shoal.campaigns.runner import Runner
-from shoal.campaigns.template import load_template
+from shoal.campaigns.draws import load_template
+from shoal.campaigns.jobs.runner import Runner
 from shoal.scenarios import Draft
 
 

@@ -16,7 +16,7 @@ from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
-from shoal.campaigns.job import Do, Job
+from shoal.campaigns.jobs.job import Do, Job
 from shoal.scenarios import Result
 
 GRACE = 1.0  # s from the limit, at which the process notes where it hangs, to its end

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
 from imc.schema.yamltree import Node, read_text, read_tree
-from shoal.campaigns.distributions import is_distribution, read_distribution
+from shoal.campaigns.draws.distributions import is_distribution, read_distribution
 from shoal.scenarios import ScenarioFileError, Sources
 
 

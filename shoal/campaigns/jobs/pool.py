@@ -9,9 +9,9 @@ from multiprocessing.connection import wait
 from pathlib import Path
 from types import TracebackType
 
-from shoal.campaigns.job import Do, Job, Unfinished
-from shoal.campaigns.runner import Runner
-from shoal.campaigns.worker import Worker, attempt
+from shoal.campaigns.jobs.job import Do, Job, Unfinished
+from shoal.campaigns.jobs.runner import Runner
+from shoal.campaigns.jobs.worker import Worker, attempt
 from shoal.scenarios import Result
 
 WALL_LIMIT = 600.0  # s

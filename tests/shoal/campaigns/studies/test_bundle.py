@@ -11,15 +11,15 @@ import pytest
 
 from runtime.profile import load_profile
 from shoal.campaigns import load_study
-from shoal.campaigns.bundle import Bundle, read_bundle
-from shoal.campaigns.journal import read_journal
-from shoal.campaigns.own_modules import own_modules
-from shoal.campaigns.site import BundleError
+from shoal.campaigns.dataset.journal import read_journal
+from shoal.campaigns.studies.bundle import Bundle, read_bundle
+from shoal.campaigns.studies.own_modules import own_modules
+from shoal.campaigns.studies.site import BundleError
 from shoal.scenarios import Sources
 from shoal.scenarios.sources import sources_of
 from tests.outside import until
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 WHISTLE = """\
 import imc
 from runtime import Task, param, periodic

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from imc.schema.yamltree import read_tree
-from shoal.campaigns.design import Design, seed_of, share
-from shoal.campaigns.distributions import StudyFileError, read_distribution
-from shoal.campaigns.study import load_study
+from shoal.campaigns.draws.design import Design, seed_of, share
+from shoal.campaigns.draws.distributions import StudyFileError, read_distribution
+from shoal.campaigns.studies.study import load_study
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, write_study
 
 

@@ -16,17 +16,17 @@ from hypothesis import strategies as st
 from imc.schema.yamltree import read_tree
 from shoal.campaigns import Shard, campaign_page, findings_of, open_data_set, rerun, run
 from shoal.campaigns.campaign import carry_out
-from shoal.campaigns.dataset import DataSetError
-from shoal.campaigns.distributions import StudyFileError, read_distribution
+from shoal.campaigns.dataset.dataset import DataSetError
+from shoal.campaigns.draws.distributions import StudyFileError, read_distribution
 from shoal.campaigns.search.axes import axis_of, size
 from shoal.campaigns.search.course import Course
 from shoal.campaigns.search.goal import Goal
 from shoal.campaigns.search.spec import Search
 from shoal.campaigns.search.writing import yaml_of
-from shoal.campaigns.study import load_study
+from shoal.campaigns.studies.study import load_study
 from shoal.scenarios import Result, ScenarioFileError, Verdict, load_draft
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 SCENARIO = """\
 scenario: dive
 seed: 3
@@ -145,7 +145,7 @@ SCRIPT = """
 import sys, time
 from functools import partial
 from pathlib import Path
-from tests.shoal.campaigns.test_search import Slope, carry_out, load_study
+from tests.shoal.campaigns.search.test_search import Slope, carry_out, load_study
 def slow(data):
     print(len(data.rows), flush=True)
     time.sleep(0.005)

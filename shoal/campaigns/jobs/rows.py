@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from shoal.campaigns.distributions import Scalar
-from shoal.campaigns.job import Unfinished
+from shoal.campaigns.draws import Scalar
+from shoal.campaigns.jobs.job import Unfinished
 from shoal.scenarios import Result
 
 Row = dict[str, Any]

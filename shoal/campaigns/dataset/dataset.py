@@ -8,11 +8,11 @@ from types import TracebackType
 from typing import Any, cast
 
 from runtime.problem import quoted
-from shoal.campaigns.journal import Journal, Record, read_journal
+from shoal.campaigns.dataset.journal import Journal, Record, read_journal
+from shoal.campaigns.dataset.table import frame_of, write_table
+from shoal.campaigns.jobs import Row, is_finished
 from shoal.campaigns.rates import Rate
-from shoal.campaigns.rows import Row, is_finished
-from shoal.campaigns.study import Study
-from shoal.campaigns.table import frame_of, write_table
+from shoal.campaigns.studies import Study
 from shoal.campaigns.versions import versions
 
 JOURNAL, TABLE, LOGS = "runs.journal", "runs.parquet", "logs"

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from shoal.campaigns.distributions import Distribution, Scalar
+from shoal.campaigns.draws.distributions import Distribution, Scalar
 from shoal.campaigns.library import library
 
 SAMPLINGS = ("random", "latin hypercube", "sobol", "grid", "saltelli")

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from shoal.campaigns.dataset import DataSet
+from shoal.campaigns.jobs import Row
 from shoal.campaigns.library import library
-from shoal.campaigns.rows import Row
 
 LEAST = 10  # runs for a correlation
 MOST_CHOICES = 30  # of one input

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from shoal.campaigns.analysis import Columns
+from shoal.campaigns.jobs import Row, track_of
 from shoal.campaigns.library import library
 from shoal.campaigns.rates import Rate
-from shoal.campaigns.rows import Row, track_of
+from shoal.campaigns.report.analysis import Columns
 
 PASSED, FAILED, LINE = "#1769c2", "#c62f36", "#8795a3"
 MOST_PLOTS = 24
