@@ -128,24 +128,25 @@ class AsyncRemoteVehicle:
 
         Raises NetworkError, such as NoAnswer, if one of them does not confirm it.
         """
-        tried: set[tuple[str, int]] = set()
+        told: set[object] = set()
         troubles: list[str] = []
-        while new := [each for each in self._namesakes() if (each[0].name, each[1]) not in tried]:
-            tried |= {(system.name, number) for system, number in new}
-            found = await asyncio.gather(*(self._abort(*each) for each in new), return_exceptions=True)
+        while new := [each for each in self._namesakes() if not each[2] <= told]:
+            told = told.union(*(parts for _, _, parts in new))
+            found = await asyncio.gather(*(self._abort(s, n) for s, n, _ in new), return_exceptions=True)
             if other := next((e for e in found if e is not None and not isinstance(e, NetworkError)), None):
                 raise other
-            if len(tried) == 1 and isinstance(found[0], NetworkError) and not self.system.clash:
+            if isinstance(found[0], NetworkError) and not self.system.clash and not troubles:
                 raise found[0]
-            troubles += [f"0x{n:04X}: {error}" for (_, n), error in zip(new, found, strict=True) if error is not None]
+            troubles += [f"0x{n:04X}: {error}" for (_, n, _), error in zip(new, found, strict=True) if error]
         if self.system.has_twin:
             troubles.append("they cannot be told apart: perhaps only one has confirmed it")
         if troubles:
             raise NoAnswer(f"{self.system.clash}; all were told to abort, but {'; '.join(troubles)}")
 
-    def _namesakes(self) -> list[tuple[System, int]]:
+    def _namesakes(self) -> list[tuple[System, int, set[object]]]:
+        """The systems of this name or id, by id, and what tells all that take their packets."""
         systems = [self.system, *self.system.present_rivals]
-        return [(system, number) for system in systems for number in system.ids]
+        return [(each, id, {(each.name, id), *each.parts}) for each in systems for id in each.ids]
 
     async def _abort(self, system: System, number: int) -> None:
 

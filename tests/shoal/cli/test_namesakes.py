@@ -19,14 +19,27 @@ class Vehicle(Station):
     def aborted(self) -> bool:
         return any(isinstance(message, imc.Abort) and message.dst == self.system for message in self.heard)
 
+    late: "Vehicle | None" = None
+    """Announces itself first when this vehicle has heard an abort, and before it confirms that."""
+
     def listen(self) -> None:
         super().listen()
-        if self.aborted() and not self.mute:
+        if not self.aborted():
+            return
+        if self.late is not None:
+            self.late.announce()
+            self.late = None
+        elif not self.mute:
             self.send(self.packet(imc.Aborted()))
 
 
 def command(
-    monkeypatch: pytest.MonkeyPatch, *words: str, name: str = "station", system: int = OWN, mute: bool = False
+    monkeypatch: pytest.MonkeyPatch,
+    *words: str,
+    name: str = "station",
+    system: int = OWN,
+    mute: bool = False,
+    is_late: bool = False,
 ) -> tuple[Result, list[bool]]:
     """The result of a command while `station` and a second vehicle are there; whether they have heard an abort."""
     ports = discovery_ports()
@@ -37,10 +50,15 @@ def command(
     async def act() -> tuple[Result, list[bool]]:
         both = Vehicle(ports), Vehicle(ports[:-1], name=name, system=system)
         both[1].mute = mute
+        if is_late:
+            both[0].late = both[1]
         async with contextlib.AsyncExitStack() as stack:
             for vehicle in both:
-                await stack.enter_async_context(living(vehicle))
+                announces = not (is_late and vehicle is both[1])
+                await stack.enter_async_context(living(vehicle, announces=announces))
             result = await asyncio.to_thread(CliRunner().invoke, main, [*words, "--connect", "udp"])
+            for vehicle in both:
+                vehicle.listen()  # the command may have ended between two of its looks
         return result, [vehicle.aborted() for vehicle in both]
 
     return asyncio.run(act())
@@ -63,6 +81,12 @@ def test_one_of_two_that_does_not_confirm_the_abort_is_named(monkeypatch: pytest
 def test_an_abort_is_for_all_vehicles_of_the_id(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Over UDP they cannot be told apart: one of them may not have confirmed it."""
     result, heard = command(monkeypatch, "abort", "station", name=name)
+    assert (result.exit_code, heard) == (1, [True, True]), result.output
+    assert "all were told to abort, but" in result.stderr
+
+
+def test_an_abort_is_for_one_that_appears_before_it_is_confirmed(monkeypatch: pytest.MonkeyPatch) -> None:
+    result, heard = command(monkeypatch, "abort", "station", is_late=True)
     assert (result.exit_code, heard) == (1, [True, True]), result.output
     assert "all were told to abort, but" in result.stderr
 
