@@ -23,6 +23,7 @@ from shoal.scenarios.profiles import placed
 from shoal.scenarios.result import Result, Verdict
 from shoal.scenarios.scenario import Actor, Scenario, ScenarioFileError
 from shoal.scenarios.stage import Stage
+from shoal.scenarios.starts import check_start
 from shoal.scenarios.tracks import Track
 
 TRACKED = (imc.SimulatedState, imc.EstimatedState, imc.PlanControlState)
@@ -143,6 +144,7 @@ class _Performance:
             log_root=log_root or folder / "log",
             state_folder=folder / "db" / actor.name,
         )
+        check_start(made.vehicle, actor.settings)
         self._vehicles[actor.name] = made.vehicle
 
     def play(self) -> None:

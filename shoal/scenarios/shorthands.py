@@ -21,7 +21,7 @@ START: Mapping[str, tuple[tuple[str, str, str], ...]] = MappingProxyType(
             (DRONE, "Initial Heading", "°"),
             (KINEMATIC, "Start Heading", "°"),
         ),
-        "depth": (("Simulators.VSIM", "Initial Depth", "m"),),
+        "depth": (("Simulators.VSIM", "Initial Depth", "m"), ("Navigation.AUV.Navigation", "Initial Depth", "m")),
         "level": (("Simulators.Battery", "Initial Level", "%"), ("Monitors.FuelLevel", "Initial Level", "%")),
     }
 )

@@ -95,7 +95,7 @@ class VSIM(Powered):
             yield Doubt(others[0], words, "", section)
 
     def start(self) -> None:
-        self.craft = Boat(self._model) if isinstance(self._model, BoatModel) else UnderwaterVehicle(self._model)
+        self.craft = self._craft()
         self._origin: imc.GpsFix | None = None
         self._start = (0.0, 0.0)
         self._grounding = Grounding()
@@ -103,6 +103,17 @@ class VSIM(Powered):
         self._unknown: set[tuple[str, int]] = set()
         self._steps = Steps(self.execution_frequency, PATIENCE)
         self.set_entity_state(State.BOOT, "waiting for the start position")
+
+    def water(self, lat: float, lon: float) -> float:
+        """Depth of the water (m) at a place (rad); infinite if the bottom is not known."""
+        return math.inf if self._seabed is None else self._seabed.depth(*offset(*self._seabed.reference, lat, lon))
+
+    def deepest(self, lat: float, lon: float) -> float:
+        """How deep the vehicle may be at a place (rad) with its hull above the bottom (m)."""
+        return self.water(lat, lon) - self._craft().draft
+
+    def _craft(self) -> Boat | UnderwaterVehicle:
+        return Boat(self._model) if isinstance(self._model, BoatModel) else UnderwaterVehicle(self._model)
 
     def _vehicle_type(self) -> str:
         return self.vehicle.profile.value("General", "Vehicle Type", "lauv")
@@ -135,7 +146,12 @@ class VSIM(Powered):
         origin = world_of(self).origin
         self._start = (0.0, 0.0) if origin is None else offset(*origin, fix.lat, fix.lon)
         if self._seabed is not None:
+            wanted = self.craft.z
             self._grounding.place(self.craft, *offset(*self._seabed.reference, fix.lat, fix.lon), self._seabed)
+            if self.craft.z < wanted:
+                water = max(0.0, self.water(fix.lat, fix.lon))
+                words = f"it begins at {self.craft.z:.1f} m, not at {wanted:g} m"
+                self.log.warning(f"the water is {water:.1f} m deep here: {words}")
         self.set_entity_state(State.NORMAL, "active")
 
     @consume

@@ -27,6 +27,14 @@ class CheckedSensors(Sensors):
     """Filters depth, and rejects sensors that jump, are stuck, or contradict the others."""
 
     execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
+    initial_depth: float = param(
+        0.0,
+        "m",
+        "Depth until the first one is measured, of a vehicle that starts under water.",
+        minimum=0,
+        maximum=11000,
+        editable=False,
+    )
     depth_variance: float = param(0.0025, "m²", "Variance of depth.", name="Depth Noise Covariance", minimum=1e-9)
     gps_variances: list[float] = param(
         [],
@@ -39,7 +47,7 @@ class CheckedSensors(Sensors):
     def start(self) -> None:
         super().start()
         self._began = self.now
-        self._vertical = DepthFilter(VERTICAL_ACCELERATION)
+        self._vertical = DepthFilter(VERTICAL_ACCELERATION, self.initial_depth)
         self._position: Position | None = None
         patience = max(1, round(PATIENCE * self.execution_frequency))
         self._attitude, self._rate_gate = AttitudeCheck(patience), JumpGate(patience, RATE_JUMP)

@@ -6,11 +6,12 @@ import math
 class DepthFilter:
     """Estimates depth (m) and sinking rate (m/s) of a vehicle whose acceleration is white noise.
 
-    `acceleration` is the standard deviation of the vertical acceleration over a second (m/s²).
+    `acceleration` is the standard deviation of the vertical acceleration over a second (m/s²). `depth` counts until one
+    is measured.
     """
 
-    def __init__(self, acceleration: float):
-        self.depth = 0.0
+    def __init__(self, acceleration: float, depth: float = 0.0):
+        self.depth = depth
         self.rate = 0.0
         self._noise = acceleration**2
         self._p = (math.inf, 0.0, 1.0)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from shoal.scenarios import ScenarioFileError
+from shoal.scenarios import ScenarioFileError, run
 
 PAIR = """
 vehicles:
@@ -100,9 +100,32 @@ def test_starts_are_those_of_the_file(play, profile):
 
 def test_an_auv_can_start_under_water(play):
     begin = "vehicle: {profile: lauv-noptilus-1, start: {depth: 3 m}}\nlimit: 2 s\n"
-    result = play("metrics: {deep: {first: SimulatedState.z}, known: {last: EstimatedState.depth}}", begin)
+    text = """
+    metrics:
+      deep: {first: SimulatedState.z}
+      known: {first: EstimatedState.depth}
+      error: {max: abs(EstimatedState.depth - SimulatedState.z)}
+    """
+    result = play(text, begin)
     assert result.metrics["deep"] == pytest.approx(3.0, abs=0.01)
-    assert result.metrics["known"] == pytest.approx(3.0, abs=0.5)
+    assert result.metrics["known"] == 3.0
+    assert result.metrics["error"] < 0.2
+
+
+@pytest.mark.parametrize(
+    ("begin", "said"),
+    [
+        ("start: {depth: 30 m}", ":3: .* depth of 30 m: the water there is 4.5 m deep, of which its hull needs 0.1 m"),
+        ("start: {depth: 4.5 m}", ":3: .* 4.5 m deep"),
+        ('start: {depth: 4 m, at: "41.186°, -8.7062°"}', ":3: .* 3.8 m deep"),
+        ("parameters: {Simulators.VSIM: {Initial Depth: 30}}", ":3: .* 4.5 m deep"),
+    ],
+)
+def test_a_start_below_the_bottom_is_refused_before_the_run(draft, begin, said):
+    made = draft(begin=f"vehicle:\n  profile: lauv-noptilus-1\n  {begin}\nlimit: 2 s\n")
+    for begin in (made.rehearse, lambda: run(made.scenario())):
+        with pytest.raises(ScenarioFileError, match=f"trial.scenario.yaml{said}"):
+            begin()
 
 
 @pytest.mark.parametrize(

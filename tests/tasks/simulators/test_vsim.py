@@ -130,6 +130,17 @@ def test_the_bottom_stays_where_it_is_when_a_fix_moves_the_vehicle_and_is_that_o
     assert run.log.count("grounded in 0.5 m of water") == 2
 
 
+def test_a_start_below_the_bottom_is_told():
+    sea = MODELS | {"Bathymetry": {"Latitude (degrees)": "41.185", "Longitude (degrees)": "-8.7062", "Data": "0 0 4"}}
+    here = HERE.replace(lat=math.radians(41.185), lon=math.radians(-8.7062))
+
+    def log(depth: float) -> list[str]:
+        return simulate(VSIM, [here], seconds=0.1, settings=sea, initial_depth=depth).log
+
+    assert log(5.0)[0] == "the water is 4.0 m deep here: it begins at 3.9 m, not at 5 m"
+    assert log(3.9) == []
+
+
 @pytest.mark.parametrize("option", ["Tide Level", "Sounding Radius", "Out Of Bounds Depth"])
 def test_a_bottom_that_is_not_a_number_is_refused(option):
     with pytest.raises(ParameterError, match=rf"\[Simulators.Environment\] {option} = deep is not a number"):

@@ -1,0 +1,33 @@
+"""Refuses starts for which the world of a vehicle has no room."""
+
+import math
+from collections.abc import Sequence
+
+from runtime.vehicle import Vehicle
+from shoal.scenarios.scenario import ScenarioFileError, Setting
+from shoal.scenarios.shorthands import BOTTOM
+from tasks.simulators.gps import GPS
+from tasks.simulators.vsim import VSIM
+
+DEPTH = "Initial Depth"
+
+
+def check_start(vehicle: Vehicle, settings: Sequence[Setting]) -> None:
+    """Refuse settings of a scenario that start a vehicle, built and not started, deeper than the water there allows.
+
+    Raises ScenarioFileError. What is wrong in the profile alone, the vehicle tells its log book.
+    """
+    receivers = [task for task in vehicle.tasks if isinstance(task, GPS) and task.initial_position]
+    for task in vehicle.tasks:
+        if not receivers or not isinstance(task, VSIM) or not task.initial_depth:
+            continue
+        lat, lon = map(math.radians, receivers[0].initial_position)
+        concerned = (task.name, receivers[0].name, "World", BOTTOM)
+        about = [setting for setting in settings if setting.section in concerned]
+        about.sort(key=lambda setting: (setting.option != DEPTH, concerned.index(setting.section)))
+        if about and task.initial_depth > (deepest := task.deepest(lat, lon)):
+            water = max(0.0, task.water(lat, lon))
+            raise ScenarioFileError(
+                f"{about[0].where}: {vehicle.name} cannot start at a depth of {task.initial_depth:g} m: "
+                f"the water there is {water:.1f} m deep, of which its hull needs {water - max(0.0, deepest):.1f} m"
+            )
