@@ -6,7 +6,7 @@ from shoal.missions.mission import Mission
 from shoal.missions.reader import PlanFileError
 from shoal.missions.report import COMPLETED, FAILED, LATE, ManeuverReport, Report
 from shoal.missions.request import PlanRequest, given_in
-from shoal.missions.values import UNITS, position, quantity, read_field
+from shoal.missions.values import UNITS, in_unit, position, quantity, read_field, split
 
 __all__ = [
     "AUTOSTART",
@@ -21,6 +21,7 @@ __all__ = [
     "Report",
     "fly",
     "given_in",
+    "in_unit",
     "load_plan",
     "parse_plan",
     "plan_text",
@@ -29,5 +30,6 @@ __all__ = [
     "quantity",
     "read_field",
     "read_plan",
+    "split",
     "usual_modes",
 ]

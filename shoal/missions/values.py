@@ -12,10 +12,12 @@ from runtime.problem import suggestion
 
 Z_UNITS = {"depth": imc.ZUnits.DEPTH, "altitude": imc.ZUnits.ALTITUDE, "height": imc.ZUnits.HEIGHT}
 SPEED_UNITS = {"m/s": imc.SpeedUnits.METERS_PS, "rpm": imc.SpeedUnits.RPM, "%": imc.SpeedUnits.PERCENTAGE}
-_QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(°|deg|rad|m/s|rpm|%|min|ms|[msh])?")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_QUANTITY = re.compile(rf"({_NUMBER.pattern})\s*(°|deg|rad|m/s|rpm|%|min|ms|[msh])?")
 _FACTORS = {"ms": 1e-3, "min": 60.0, "h": 3600.0}
 _ANGLES, _TIMES, _LENGTHS = ("°", "deg", "rad"), ("s", "ms", "min", "h"), ("m",)
 LARGEST = 2.0**64  # of an integer field
+_SI = {"°": math.radians(1.0), "deg": math.radians(1.0), **_FACTORS}
 _UNITS = (*_ANGLES, *_TIMES, *_LENGTHS, *SPEED_UNITS)
 UNITS: Mapping[str, str] = (
     dict.fromkeys(_ANGLES, "rad") | dict.fromkeys(_TIMES, "s") | {u: u for u in ("m", *SPEED_UNITS)}
@@ -35,6 +37,25 @@ def quantity(value: object, unit: str = "") -> float:
     if found in ("°", "deg"):
         return math.radians(number)
     return number * _FACTORS.get(found, 1.0)
+
+
+def in_unit(value: object, unit: str) -> float:
+    """A number in `unit`: a plain one, or a text with this unit, or with another of its dimension.
+
+    Raises ValueError if it is not a number, or has a unit that does not fit.
+    """
+    text = value.strip() if isinstance(value, str) else ""
+    own = _NUMBER.fullmatch(text.removesuffix(unit).strip()) if unit and not text[-1:].isdecimal() else None
+    if own is not None:
+        value = own.group()
+    dimension = UNITS.get(unit, "")
+    words = f"in {' or '.join(_FITTING.get(dimension, (unit,)))}" if unit else "a number without a unit"
+    if _NUMBER.match(text) and not (own or _QUANTITY.fullmatch(text)):
+        raise ValueError(f"{value!r} should be {words}")
+    number, found = split(value)
+    if found and UNITS[found] != dimension:
+        raise ValueError(f"{value!r} should be {words}")
+    return number * (_SI.get(found, 1.0) / _SI.get(unit, 1.0)) if found else number
 
 
 def split(value: object) -> tuple[float, str]:

@@ -12,6 +12,7 @@ from runtime.problem import hinted
 from runtime.task import Parameter, Task, find_parameter
 from runtime.vehicle import Vehicle
 from shoal.scenarios.stage import Stage
+from shoal.scenarios.values import in_unit_of
 from tasks.simulators.battery import Battery
 
 CONSOLE = 0x4001
@@ -117,20 +118,21 @@ class Set(Act):
                 if not parameter.editable:
                     raise ValueError(f"{task.name}: {option} cannot be changed while the vehicle runs")
                 try:
-                    parameter.parse_alone(text)
+                    parameter.parse_alone(in_unit_of(parameter, text))
                 except ValueError as error:
-                    raise ValueError(f"{task.name}: {error}") from None
+                    raise ValueError(f"{task.name}: {option}: {error}") from None
 
     def begin(self, stage: Stage, lasting: float) -> End:
         vehicle, holder, places = stage.vehicles[self.vehicle], object(), dict[str, dict[str, Hashable]]()
         for name, options in self.values.items():
             task = self._task(vehicle, name)
-            places[name] = {}
-            for option, text in options.items():
+            places[name], texts = {}, dict[str, str]()
+            for option, given in options.items():
                 parameter = self._parameter(task, option)
+                text = texts[option] = in_unit_of(parameter, given)
                 place = places[name][parameter.name] = self.vehicle, task.name, parameter.name
                 stage.overlaps.begin(place, holder, text, parameter.format(task.parameter_set.value(parameter)))
-            self._put(vehicle, task, options, lasting)
+            self._put(vehicle, task, texts, lasting)
 
         def end() -> None:
             for name, options in places.items():

@@ -9,11 +9,13 @@ from imc.coordinates import offset
 from imc.schema.yamltree import Node
 from runtime.problem import COMMAND_LINE, Problem, ProfileError, hinted
 from runtime.profile import Profile, dune, load_profile, located
-from runtime.task import find_parameter
+from runtime.task import Parameter, find_parameter
 from runtime.vehicle import TaskImportError, all_tasks, check, find_task
 from shoal.missions import usual_modes
 from shoal.scenarios.scenario import Setting
-from world import WorldError, read_world
+from shoal.scenarios.shorthands import shared_setting
+from shoal.scenarios.values import in_unit_of, option_text
+from world import SECTIONS, WorldError, read_world
 
 OF_WORLD = ("World", "Bathymetry")
 MOST_FINE = 1000
@@ -115,6 +117,19 @@ class Profiles:
         return self._read.get((name, vehicle), self._read.get((name, "")) or self._read[name, vehicle])
 
 
+def parameter_setting(section: str, option: str, node: Node) -> Setting:
+    """An option as a file sets it, with its numbers in the unit of the parameter. Raises the error of the file."""
+    text, parameter = option_text(node), _parameter(node, section, option, node.where)
+    shared = SECTIONS.get("World/" if section.startswith("World/") else section, {}).get(option)
+    if shared is not None:
+        return shared_setting(section, option, shared.unit, node)
+    try:
+        text = text if parameter is None else in_unit_of(parameter, text)
+    except ValueError as error:
+        node.fail(f"[{section}] {option}: {error}")
+    return Setting(section, option, text, node.where)
+
+
 def placed(problem: Problem, settings: Sequence[Setting]) -> str:
     """A problem of a profile, with the place in the scenario of the setting that it is about."""
     if problem.file != COMMAND_LINE.file:
@@ -145,14 +160,19 @@ def _check_general(node: Node, setting: Setting, profile: Profile) -> None:
 
 
 def _check_value(node: Node, setting: Setting) -> None:
-    try:
-        cls = find_task(setting.section)
-    except TaskImportError as error:
-        raise node.error(f"{setting.where}: {error}") from None
-    parameter = find_parameter(cls.parameters(), setting.option) if cls is not None else None
+    parameter = _parameter(node, setting.section, setting.option, setting.where)
     if parameter is None:
         return
     try:
         parameter.parse_alone(setting.value)
     except ValueError as error:
         raise node.error(f"{setting.where}: [{setting.section}] {setting.option}: {error}") from None
+
+
+def _parameter(node: Node, section: str, option: str, where: str) -> Parameter | None:
+    """The parameter that an option sets; None for what no task declares. Raises the error of the file."""
+    try:
+        cls = find_task(section)
+    except TaskImportError as error:
+        raise node.error(f"{where}: {error}") from None
+    return find_parameter(cls.parameters(), option) if cls is not None else None

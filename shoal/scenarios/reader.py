@@ -16,10 +16,10 @@ from shoal.scenarios.expectations import Expectation
 from shoal.scenarios.link_reader import read_links
 from shoal.scenarios.margins import contrary
 from shoal.scenarios.metrics import KINDS, OF_ENUMERATIONS, Metric
-from shoal.scenarios.profiles import Profiles
+from shoal.scenarios.profiles import Profiles, parameter_setting
 from shoal.scenarios.scenario import Actor, Scenario, Setting
 from shoal.scenarios.shorthands import Tasks, start_settings, world_settings
-from shoal.scenarios.values import known, number, one_of, option_text, seconds, whole, word
+from shoal.scenarios.values import known, number, one_of, seconds, whole, word
 
 KEYS = (
     *("scenario", "description", "seed", "vehicle", "vehicles", "world", "links", "events", "expect", "metrics"),
@@ -120,9 +120,7 @@ class ScenarioReader:
         found: list[Setting] = world_settings(self._nodes["world"], tasks) if "world" in self._nodes else []
         found += start_settings(parts["start"], tasks) if "start" in parts else []
         for section, options in parts["parameters"].mapping().items() if "parameters" in parts else ():
-            found += [
-                Setting(section, option, option_text(node), node.where) for option, node in options.mapping().items()
-            ]
+            found += [parameter_setting(section, option, node) for option, node in options.mapping().items()]
         self._profiles.check(cast.node, cast.profile, cast.modes, found)
         return Actor(
             cast.name,

@@ -7,9 +7,9 @@ from types import MappingProxyType
 from imc.schema.yamltree import Node
 from runtime.problem import hinted
 from runtime.profile import Profile
-from shoal.missions import position
+from shoal.missions import position, split
 from shoal.scenarios.scenario import Setting
-from shoal.scenarios.values import in_unit, known, number, option_text, seconds, told, word
+from shoal.scenarios.values import known, number, option_number, option_text, seconds, told, word
 from world import SECTIONS
 
 STREAM, WIND, DRONE = "Simulators.StreamVelocity", "Simulators.Wind", "Simulators.UAV"
@@ -57,7 +57,7 @@ def start_settings(node: Node, tasks: Tasks) -> list[Setting]:
 def _start(node: Node, places: tuple[tuple[str, str, str], ...], tasks: Tasks) -> Iterator[Setting]:
     for task, option, unit in places:
         for section in tasks.of(task):
-            yield Setting(section, option, repr(in_unit(node, unit)), node.where)
+            yield Setting(section, option, repr(option_number(node, unit)), node.where)
 
 
 def _place(node: Node, tasks: Tasks) -> Iterator[Setting]:
@@ -83,7 +83,7 @@ def world_settings(node: Node, tasks: Tasks) -> list[Setting]:
             found += _bathymetry(item)
         else:
             option = next(name for name in SECTIONS["World"] if name.lower() == key)
-            found.append(_option("World", option, SECTIONS["World"][option].unit, item))
+            found.append(shared_setting("World", option, SECTIONS["World"][option].unit, item))
     return found
 
 
@@ -103,7 +103,7 @@ def _current(node: Node, tasks: Tasks) -> Iterator[Setting]:
 def _wind(node: Node, tasks: Tasks) -> Iterator[Setting]:
     parts = known(node, "speed", "from", "gusts", "deviation", "time constant")
     speed = number(parts["speed"], "m/s") if "speed" in parts else 0.0
-    bearing = in_unit(parts["from"], "°") if "from" in parts else 0.0
+    bearing = option_number(parts["from"], "°") if "from" in parts else 0.0
     for section in tasks.of(WIND):
         yield Setting(section, "Speed", repr(speed), node.where)
         yield Setting(section, "Direction", repr(bearing), node.where)
@@ -141,7 +141,7 @@ def _objects(node: Node) -> Iterator[Setting]:
         for key, item in thing.mapping().items():
             if key not in names:
                 item.fail(hinted(f"an object has no {key!r}", key, names))
-            yield _option(f"World/{name}", names[key], options[names[key]].unit, item)
+            yield shared_setting(f"World/{name}", names[key], options[names[key]].unit, item)
 
 
 def _bathymetry(node: Node) -> Iterator[Setting]:
@@ -155,15 +155,16 @@ def _bathymetry(node: Node) -> Iterator[Setting]:
         yield Setting(BOTTOM, "Data", ", ".join(rows), parts["soundings"].where)
 
 
-def _option(section: str, option: str, unit: str, node: Node) -> Setting:
-    if unit in ("m", "°", "s") and isinstance(node.content, str) and _is_quantity(node):
-        return Setting(section, option, repr(in_unit(node, unit)), node.where)
+def shared_setting(section: str, option: str, unit: str, node: Node) -> Setting:
+    """An option of the world, with its number in this unit. Raises the error of the file."""
+    if unit and isinstance(node.content, str) and _is_quantity(node):
+        return Setting(section, option, repr(option_number(node, "" if unit == "1" else unit)), node.where)
     return Setting(section, option, option_text(node), node.where)
 
 
 def _is_quantity(node: Node) -> bool:
+    """Whether it is a number with a unit."""
     try:
-        number(node)
+        return bool(split(node.value())[1])
     except ValueError:
         return False
-    return True

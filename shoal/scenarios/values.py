@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 from imc.schema.yamltree import Node
 from runtime.durations import parse_duration
 from runtime.problem import hinted
-from shoal.missions import quantity
+from runtime.task import Parameter
+from shoal.missions import in_unit, quantity
 
 T = TypeVar("T")
 _METERS = re.compile(r"\dm(?![a-z])|\d\s+m(?![a-z])")
@@ -45,12 +46,21 @@ def number(node: Node, unit: str = "") -> float:
     return told(node, lambda value: quantity(value, unit))
 
 
-def in_unit(node: Node, unit: str) -> float:
-    """A number in the unit of an option of a profile; only "°" is not SI."""
-    if unit not in ("°", "%", "m", "s"):
-        return number(node)
-    found = number(node, "rad" if unit == "°" else unit)
-    return math.degrees(found) if unit == "°" and not _is_plain(node.text()) else found
+def option_number(node: Node, unit: str) -> float:
+    """A number in the unit of an option of a profile."""
+    return told(node, lambda value: in_unit(value, unit))
+
+
+def in_unit_of(parameter: Parameter, text: str) -> str:
+    """The text of an option, with its numbers in the unit of the parameter. Raises ValueError if a unit does not fit.
+
+    Texts that are no numbers with a unit stay as they are.
+    """
+    if not parameter.surplus(text):
+        return text
+    unit = "" if parameter.unit in ("1", "-") else parameter.unit
+    numbers = [in_unit(word, unit) for word in (text.split(",") if parameter.is_list else [text])]
+    return ", ".join(repr(int(n)) if parameter.type is int and n.is_integer() else repr(n) for n in numbers)
 
 
 def whole(node: Node) -> int:
@@ -86,14 +96,6 @@ def option_text(node: Node) -> str:
     if isinstance(node.content, list):
         return ", ".join(map(option_text, node.content))
     node.fail("expected a value or a list of values")
-
-
-def _is_plain(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _duration(value: Any) -> float:

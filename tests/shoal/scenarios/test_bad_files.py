@@ -37,7 +37,7 @@ OTTER = "vehicle: {profile: otter}\n"
             "(did you mean 'Absolute Maximum Depth'?)",
         ),
         ("vehicle:\n  profile: otter\n  parameters: {Simulators.GPS: {HACC: -3}}", 3, "-3 is below the minimum"),
-        ("vehicle:\n  profile: otter\n  parameters: {Simulators.GPS: {HACC: 3 km}}", 3, "'km' is too much"),
+        ("vehicle:\n  profile: otter\n  parameters: {Simulators.GPS: {HACC: 3 km}}", 3, "'3 km' should be in m"),
         ("vehicle:\n  profile: otter\n  start: {at: '3, 4'}", 3, "write the unit"),
         ("vehicle:\n  profile: otter\n  start: {level: 120 %}", 3, "Initial Level: 120 is above the maximum"),
         ("vehicle:\n  profile: otter\n  start: {level: 12 m}", 3, "should be in %"),

@@ -224,7 +224,7 @@ def test_events_that_cannot_be_read(draft, event, words):
         ("{at: 1 s, leak: Leka Sensor}", "there is no leak sensor 'Leka Sensor'"),
         ("{at: 1 s, set: {Simulators.GSP: {HACC: 3}}}", "there is no task 'Simulators.GSP'"),
         ("{at: 1 s, set: {Simulators.GPS: {HACCC: 3}}}", r"no parameter 'HACCC' \(did you mean 'HACC'\?\)"),
-        ("{at: 1 s, set: {Simulators.GPS: {HACC: wide}}}", "Simulators.GPS: 'wide' is not a number"),
+        ("{at: 1 s, set: {Simulators.GPS: {HACC: wide}}}", "Simulators.GPS: HACC: 'wide' is not a number"),
         ("{at: 1 s, message: {abbrev: Temperature, src_ent: GSP}}", "no entity with the label 'GSP'"),
         ("{at: 1 s, message: {abbrev: Temperature, src: nobody}}", "there is no system 'nobody'"),
     ],
