@@ -13,7 +13,7 @@ from shoal.missions.mission import Mission
 from shoal.missions.report import Report
 
 USUAL_MODES = ("Simulation", "Kinematic")
-AUTOSTART = "Plan.Autostart"
+AUTOSTART, LOGGER = "Plan.Autostart", "Transports.Logging"
 
 
 def fly(
@@ -30,7 +30,7 @@ def fly(
     """Fly a plan, or the plan of a file, with the vehicle of a profile in virtual time, and return the report.
 
     `modes` defaults to Simulation, or else Kinematic; `overrides` are "Section:Option=value"; `limit` is in s of
-    vehicle time. Logs are kept only with a `log_root`. Exceptions of tasks are raised.
+    vehicle time. Without a `log_root` no log is written, and the report is the same. Exceptions of tasks are raised.
     """
     specification = load_plan(plan) if isinstance(plan, Path) else plan
     with tempfile.TemporaryDirectory() as folder:
@@ -40,7 +40,7 @@ def fly(
             config_dir=config_dir,
             overrides=overrides,
             seed=seed,
-            log_root=log_root or Path(folder) / "log",
+            log_root=log_root,
             state_folder=Path(folder) / "db",
         )
         return Mission(made.vehicle, specification).fly(limit)
@@ -56,17 +56,21 @@ def prepare(
     vehicle: str = "",
     fleet: Fleet | None = None,
     seed: int | None = None,
-    log_root: Path = Path("log"),
+    log_root: Path | None = Path("log"),
     state_folder: Path = Path("db"),
 ) -> Build:
     """Build the vehicle of a profile for a mission; it starts no plan by itself.
 
     `modes` defaults to Simulation, or else Kinematic. `vehicle` replaces the name of the profile. In a `fleet` it uses
-    the clock of the fleet. Raises ProfileError if the profile is wrong, FleetError if the name is taken.
+    the clock of the fleet. Without a `log_root` it writes no log. Raises ProfileError if the profile is wrong,
+    FleetError if the name is taken.
     """
     loaded = load_profile(profile, tuple(config_dir), vehicle=vehicle, overrides=tuple(overrides))
     if AUTOSTART in loaded.config.sections:
         loaded.override(f"{AUTOSTART}:Enabled=Never")
+    for section in list(loaded.config.sections) if log_root is None else ():
+        if section.partition("/")[0] == LOGGER:
+            loaded.override(f"{section}:Enabled=Never")
     chosen = parse_clock(clock, loaded.start_time_ns) if isinstance(clock, str) else clock
     return build(
         loaded,
@@ -74,7 +78,7 @@ def prepare(
         clock=chosen if fleet is None else None,
         fleet=fleet,
         seed=seed,
-        log_root=log_root,
+        log_root=log_root or state_folder / "log",
         state_folder=state_folder,
     )
 

@@ -128,20 +128,17 @@ class _Performance:
                 stage.when(self._scenario.stop_when, stage.stop)
 
     def _add(self, actor: Actor, log_root: Path | None, folder: Path) -> None:
-        overrides = [setting.override for setting in actor.settings]
-        if log_root is None:
-            overrides += [f"{section}:Enabled=Never" for section in actor.loggers]
         if self._fleet is None:
             self._fleet = Fleet(VirtualClock(actor.start_ns))
         made = prepare(
             actor.profile,
             actor.modes,
             config_dir=(actor.folder,),
-            overrides=overrides,
+            overrides=[setting.override for setting in actor.settings],
             vehicle=actor.name,
             fleet=self._fleet,
             seed=self._seed if actor.seed is None else actor.seed,
-            log_root=log_root or folder / "log",
+            log_root=log_root,
             state_folder=folder / "db" / actor.name,
         )
         check_start(made.vehicle, actor.settings)

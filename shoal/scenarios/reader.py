@@ -36,7 +36,6 @@ EXPECTED: Mapping[str, tuple[str, ...]] = {  # of each kind, what else may be sa
     "finally": ("vehicle", "name"),
     "outcome": ("vehicle", "name"),
 }
-LOGGER = "Transports.Logging"
 OUTCOMES = (COMPLETED, FAILED, LATE)
 
 
@@ -131,7 +130,6 @@ class ScenarioReader:
             tuple(found),
             self._plan(parts["plan"]) if "plan" in parts else None,
             self._profiles.start_ns(cast.node, cast.profile, found),
-            tuple(tasks.of(LOGGER)),
             self._plan_file(parts["plan"]) if "plan" in parts and isinstance(parts["plan"].content, str) else None,
         )
 

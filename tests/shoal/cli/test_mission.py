@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from shoal import fly
-from shoal.missions import load_plan, parse_plan
+from shoal.missions import load_plan, parse_plan, prepare
 from tests.shoal.cli.installed import SHOAL, shoal
 
 RECORDED = Path(__file__).parents[2] / "data" / "plans" / "three_gotos.json"
@@ -38,10 +38,21 @@ def test_a_log_that_does_not_fit_on_the_disk_is_said_and_is_no_success(tmp_path)
     assert re.search(lack, done.stderr)
 
 
-def test_a_mission_is_reproducible():
-    first, second = (fly(parse_plan(SHORT), seed=3, limit=300) for _ in range(2))
+def test_a_mission_is_reproducible_with_and_without_a_log(tmp_path):
+    first, second = (fly(parse_plan(SHORT), seed=3, limit=300, log_root=root) for root in (None, tmp_path))
     assert first.completed
     assert first == second
+    assert len(list(tmp_path.rglob("Data.lsf.gz"))) == 3
+
+
+def test_without_a_folder_for_it_a_vehicle_has_no_log(tmp_path):
+    made = prepare("lauv-noptilus-1", log_root=None, state_folder=tmp_path)
+    assert not any(task.name == "Transports.Logging" for task in made.vehicle.tasks)
+    made.vehicle.start()
+    made.vehicle.run(3.0)
+    made.vehicle.close()
+    assert made.vehicle.log_folder is None
+    assert not (tmp_path / "log").exists()
 
 
 def test_files_that_cannot_be_read(tmp_path):
