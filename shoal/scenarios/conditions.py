@@ -14,7 +14,7 @@ from shoal.scenarios.margins import MEANING, Latest, Margin, gap, verdict
 from shoal.scenarios.operands import Operand, Operands, Watch
 from tasks.plan import COMPARISONS, SIGN, Logic
 
-T = TypeVar("T")
+T = TypeVar("T", "Condition", "Expression")
 _UNIT = "|".join(map(re.escape, sorted(UNITS, key=len, reverse=True)))
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _NAME = r"[A-Za-z_]\w*(?:\[[^\]]*\])?(?:\.\w+)?(?:@\w+(?:[-.]\w+)*)?"
@@ -97,9 +97,12 @@ def read_expression(node: Node, scope: Scope) -> Expression:
 def _read(node: Node, scope: Scope, parse: Callable[[str, Scope], T]) -> T:
     text = node.text()
     try:
-        return parse(text, scope)
+        found = parse(text, scope)
     except ValueError as error:
         node.fail(f"{text}: {error}")
+    if not found.watches:
+        node.fail(f"{text}: names no message, so nothing can change it")
+    return found
 
 
 def _comparison(operands: Operands, logic: Logic[Margin]) -> Margin:

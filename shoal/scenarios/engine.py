@@ -212,10 +212,13 @@ class _Performance:
         asked = {expected.vehicle for expected, _ in self._judges if expected.kind == "outcome"}
         for expected, judge in self._judges:
             yield judge.verdict() if judge is not None else self._judge_outcome(expected)
-        for name, mission in self._missions.items():
-            report = mission.report
-            if name not in asked and report.outcome == FAILED and not report.legs and not self.error:
-                yield Verdict(f"the plan of {name} begins", False, -math.inf, report.reason, time=self._seconds)
+        for actor in self._scenario.actors:
+            report = self._missions[actor.name].report if actor.name in self._missions else None
+            if report is None or actor.name in asked or report.legs or self.error:
+                continue
+            if report.outcome == FAILED:
+                name, where = f"the plan of {actor.name} begins", actor.plan_origin
+                yield Verdict(name, False, -math.inf, report.reason, time=self._seconds, origin=where)
 
     def _judge_outcome(self, expected: Expectation) -> Verdict:
         report = self._missions[expected.vehicle].report

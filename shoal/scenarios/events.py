@@ -1,6 +1,7 @@
 """Reads the events of a scenario file: what happens, and when."""
 
 import math
+import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -123,7 +124,7 @@ class _Kind(NamedTuple):
 
 def _broken(kind: str, fault: Callable[[Parts, Role], Fault]) -> Callable[[Parts, str, Role], Act]:
     def read(parts: Parts, vehicle: str, role: Role) -> Act:
-        task = one_of(parts[kind], role.sections, "task")
+        task = _task(parts[kind], role)
         try:
             made = fault(parts, role)
             made.check(role.schema)
@@ -134,9 +135,22 @@ def _broken(kind: str, fault: Callable[[Parts, Role], Fault]) -> Callable[[Parts
     return read
 
 
+def _task(node: Node, role: Role) -> str:
+    """The section of a task; the hint for the last word of one is the whole."""
+    found = word(node)
+    whole = [section for section in role.sections if re.split(r"[./]", section)[-1] == found]
+    if found not in role.sections and whole:
+        node.fail(f"there is no task {found!r} (did you mean {' or '.join(map(repr, whole))}?)")
+    return one_of(node, role.sections, "task")
+
+
 def _names(parts: Parts) -> tuple[str, ...]:
     node = parts.get("of")
-    return () if node is None else node.texts() if isinstance(node.content, list) else (word(node),)
+    if node is None:
+        return ()
+    if node.content == []:
+        node.fail("names no message")
+    return node.texts() if isinstance(node.content, list) else (word(node),)
 
 
 def _field(parts: Parts, role: Role, amount: str) -> tuple[str, str, float]:
@@ -163,12 +177,12 @@ def _drain(parts: Parts, vehicle: str, role: Role) -> Act:
 
 
 def _set(parts: Parts, vehicle: str, role: Role) -> Act:
+    given = parts["set"].mapping()
+    if not given or not all(node.mapping() for node in given.values()):
+        parts["set"].fail("sets nothing: write {TASK: {OPTION: VALUE}}")
     return Set(
         vehicle,
-        {
-            task: {option: option_text(item) for option, item in node.mapping().items()}
-            for task, node in parts["set"].mapping().items()
-        },
+        {task: {option: option_text(item) for option, item in node.mapping().items()} for task, node in given.items()},
     )
 
 

@@ -36,7 +36,7 @@ def _link(node: Node, schemas: Mapping[str, imc.Schema]) -> Link:
     values = {key: read(parts[key]) for key, read in _NUMBERS.items() if key in parts}
     for key, value in values.items():
         if not (value > 0.0 or (value == 0.0 and key in _MAY_BE_ZERO)):
-            parts[key].fail(f"{key} must be above 0")
+            parts[key].fail(f"{key} must be {'at least' if key in _MAY_BE_ZERO else 'above'} 0")
     names = {name for end in ends for name in schemas[end].types}
     return Link(
         word(parts["name"]) if "name" in parts else "-".join(ends),

@@ -37,6 +37,11 @@ class Link:
     queue: int = QUEUE
     messages: tuple[str, ...] = ()
 
+    @property
+    def counts(self) -> dict[str, str]:
+        """What is counted, by the name of the metric."""
+        return {f"{self.name}: {what}": what for what in COUNTS}
+
     def arm(self, stage: Stage) -> "Channel":
         """Join the vehicles, before they start. Raises FleetError if two of them have the same IMC id."""
         return Channel(self, {name: stage.vehicles[name] for name in self.ends}, stage.seed)
@@ -67,7 +72,7 @@ class Channel:
 
     def figures(self) -> dict[str, float]:
         """The counts, with the name of the link."""
-        return {f"{self.link.name}: {what}": float(self.counts[what]) for what in COUNTS}
+        return {name: float(self.counts[what]) for name, what in self.link.counts.items()}
 
     def distance(self, a: int, b: int) -> float:
         """The true distance (m) between two systems; infinite as long as one of them has no place."""

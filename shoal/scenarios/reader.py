@@ -74,11 +74,11 @@ class ScenarioReader:
         return Scenario(
             word(nodes["scenario"]) if "scenario" in nodes else self._own_name,
             self._path,
-            str(nodes["description"].value()) if "description" in nodes else "",
+            nodes["description"].text() if "description" in nodes else "",
             whole(nodes["seed"]) if "seed" in nodes else 0,
             actors,
             tuple(self._named(self._expectation, "expect", actors)),
-            tuple(self._metrics()),
+            tuple(self._metrics({name for link in links for name in link.counts})),
             links,
             self._events(cast, actors, {link.name for link in links}, limit),
             limit=limit,
@@ -130,6 +130,7 @@ class ScenarioReader:
             tuple(found),
             self._plan(parts["plan"]) if "plan" in parts else None,
             self._profiles.start_ns(cast.node, cast.profile, found),
+            parts["plan"].where if "plan" in parts else "",
             self._plan_file(parts["plan"]) if "plan" in parts and isinstance(parts["plan"].content, str) else None,
         )
 
@@ -189,11 +190,7 @@ class ScenarioReader:
             return self._outcome(node, name, scope, actors)
         condition = read_condition(parts[kind], scope)
         then, steady = self._then(node, kind, scope)
-        begin, end = (
-            seconds(parts[key]) if key in parts else usual for key, usual in (("from", 0.0), ("to", math.inf))
-        )
-        if end < begin:
-            parts["to"].fail("ends before it begins")
+        begin, end = _span(parts)
         return Expectation(
             name,
             kind,
@@ -232,8 +229,11 @@ class ScenarioReader:
             parts["outcome"].fail(f"{scope.vehicle} has no plan")
         return Expectation(name, "outcome", node.where, wanted=wanted, vehicle=scope.vehicle)
 
-    def _metrics(self) -> Iterator[Metric]:
+    def _metrics(self, taken: set[str]) -> Iterator[Metric]:
+        """The metrics; `taken` are the names of counts of links."""
         for name, node in self._nodes["metrics"].mapping().items() if "metrics" in self._nodes else ():
+            if name in taken:
+                node.fail(f"{name!r} is a count of a link already")
             given = node.mapping()
             kind = next((kind for kind in KINDS if kind in given), "")
             if not kind:
@@ -259,10 +259,17 @@ class ScenarioReader:
                 node.where,
                 expression,
                 read_condition(parts["while"], scope) if "while" in parts else None,
-                seconds(parts["from"]) if "from" in parts else 0.0,
-                seconds(parts["to"]) if "to" in parts else math.inf,
+                *_span(parts),
                 bound,
             )
+
+
+def _span(parts: Mapping[str, Node]) -> tuple[float, float]:
+    """Begin and end (s) of what is judged or measured."""
+    begin, end = (seconds(parts[key]) if key in parts else usual for key, usual in (("from", 0.0), ("to", math.inf)))
+    if end < begin:
+        parts["to"].fail("ends before it begins")
+    return begin, end
 
 
 def contrary_of(condition: Condition) -> Condition:

@@ -33,8 +33,8 @@ class Setting:
 class Actor:
     """A vehicle of a scenario, not built yet: `modes` are selected, `seed` is None for that of the run.
 
-    `start_ns` is when virtual time starts (ns since 1970), `plan_file` is where the plan is from, if not from the
-    scenario itself.
+    `start_ns` is when virtual time starts (ns since 1970), `plan_origin` the place in the file that has or names the
+    plan, `plan_file` where it is from, if not from the scenario itself.
     """
 
     name: str
@@ -45,6 +45,7 @@ class Actor:
     settings: tuple[Setting, ...] = ()
     plan: imc.PlanSpecification | None = None
     start_ns: int = 0
+    plan_origin: str = ""
     plan_file: Path | None = None
 
 

@@ -15,6 +15,9 @@ nothing: ~
 day: 2026-01-01
 quoted: "3"
 items: [1, two, {three: 3}]
+small: 1e-3
+beyond: 1e309
+"1e3": "1e3"
 """
 
 
@@ -28,6 +31,9 @@ def test_values_have_the_types_of_yaml():
         "name": "pool",
         "count": 3,
         "ratio": 0.0015,
+        "small": 0.001,
+        "beyond": "1e309",
+        "1e3": "1e3",
         "flag": True,
         "nothing": None,
         "day": datetime.date(2026, 1, 1),

@@ -7,6 +7,7 @@ import pytest
 from shoal.scenarios import ScenarioFileError, load_draft, run
 
 OTTER = "vehicle: {profile: otter}\n"
+PAIR = "vehicles: {a: {profile: otter}, b: {profile: otter}}\nlinks: [{between: [a, b], name: x}]\n"
 
 
 @pytest.mark.parametrize(
@@ -67,6 +68,19 @@ OTTER = "vehicle: {profile: otter}\n"
         (OTTER + "metrics: {a: {max: SimulatedState.z < 3}}", 2, "'<' is not expected"),
         (OTTER + "metrics: {a: {max: VehicleState.op_mode}}", 2, "is an enumeration, whose numbers have no max"),
         (OTTER + "metrics: {a: {time above: VehicleState.op_mode, limit: 1}}", 2, "first or last of it"),
+        (OTTER + "metrics: {a: {max: SimulatedState.z, from: 5 s, to: 3 s}}", 2, "ends before it begins"),
+        (OTTER + "metrics: {a: {max: 5 * 3 m}}", 2, "5 * 3 m: names no message"),
+        (OTTER + "expect:\n  - always: 1 < 2", 3, "1 < 2: names no message"),
+        (OTTER + "stop when: 1 < 2", 2, "names no message"),
+        (OTTER + "description: [a]", 2, "expected text"),
+        (PAIR + "metrics: {'x: sent': {max: SimulatedState.z@a}}", 3, "'x: sent' is a count of a link already"),
+        (PAIR.replace("x}", "x, loss: -1 %}"), 2, "loss must be at least 0"),
+        (PAIR.replace("x}", "x, rate: 0}"), 2, "rate must be above 0"),
+        (OTTER + "events: [{at: 1 s, silent: GPS}]", 2, "no task 'GPS' (did you mean 'Simulators.GPS'?)"),
+        (OTTER + "events: [{at: 1 s, silent: AHRS}]", 2, "(did you mean 'Simulators.IMU/AHRS'?)"),
+        (OTTER + "events: [{at: 1 s, silent: Simulators.GPS, of: []}]", 2, "names no message"),
+        (OTTER + "events: [{at: 1 s, set: {}}]", 2, "sets nothing"),
+        (OTTER + "events: [{at: 1 s, set: {GPS: {}}}]", 2, "sets nothing"),
         (OTTER + "limit: soon", 2, "'soon' is not a duration"),
         (OTTER + "limit: 0", 2, "limit must be above 0"),
         (OTTER + "seed: -1", 2, "expected a whole number"),

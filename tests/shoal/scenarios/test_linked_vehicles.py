@@ -86,7 +86,7 @@ def test_beyond_the_range_and_without_a_link_nothing_is_heard(play, tmp_path):
         ("{between: [otter, oter]}", r"there is no vehicle 'oter' \(did you mean 'otter'\?\)"),
         ("{between: [lauv-noptilus-1, otter], rnage: 3 m}", r"\(did you mean 'range'\?\)"),
         ("{between: [lauv-noptilus-1, otter], range: 3 s}", "should be in m"),
-        ("{between: [lauv-noptilus-1, otter], range: -3}", "must be above 0"),
+        ("{between: [lauv-noptilus-1, otter], range: -3}", "must be at least 0"),
         ("{between: [lauv-noptilus-1, otter], loss: 10}", "from 0 to 1"),
         ("{between: [lauv-noptilus-1, otter], rate: 0}", "must be above 0"),
         ("{between: [lauv-noptilus-1, otter], rate: fast}", "is not a rate, such as 80 B/s"),

@@ -108,6 +108,7 @@ def test_a_plan_that_is_refused_is_a_verdict(play):
     assert play("expect: [{outcome: FAILURE}]", begin).passed
     unasked = play("", begin)
     assert [verdict.name for verdict in unasked.verdicts] == ["the plan of lauv-noptilus-1 begins"]
+    assert re.search(r"trial.scenario.yaml:\d+$", unasked.verdicts[0].origin)
     assert not unasked.passed
 
 
