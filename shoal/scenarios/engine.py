@@ -16,7 +16,7 @@ from runtime.kernel import VirtualClock
 from runtime.logs import logs_of_run
 from runtime.problem import ProfileError
 from runtime.vehicle import Fleet, Vehicle
-from shoal.missions import COMPLETED, FAILED, Mission, prepare
+from shoal.missions import COMPLETED, FAILED, Mission, Report, prepare
 from shoal.scenarios.expectations import Expectation, Judge, unproved
 from shoal.scenarios.metrics import Meter
 from shoal.scenarios.profiles import placed
@@ -209,16 +209,20 @@ class _Performance:
         self._verdicts = list(self._judge())
 
     def _judge(self) -> Iterator[Verdict]:
-        asked = {expected.vehicle for expected, _ in self._judges if expected.kind == "outcome"}
         for expected, judge in self._judges:
             yield judge.verdict() if judge is not None else self._judge_outcome(expected)
-        for actor in self._scenario.actors:
-            report = self._missions[actor.name].report if actor.name in self._missions else None
-            if report is None or actor.name in asked or report.legs or self.error:
-                continue
-            if report.outcome == FAILED:
+        for actor, report in self._failures():
+            if not report.legs and not self.error:
                 name, where = f"the plan of {actor.name} begins", actor.plan_origin
                 yield Verdict(name, False, -math.inf, report.reason, time=self._seconds, origin=where)
+
+    def _failures(self) -> Iterator[tuple[Actor, Report]]:
+        """The plans that have failed, and whose outcome no expectation judges."""
+        asked = {expected.vehicle for expected, _ in self._judges if expected.kind == "outcome"}
+        for actor in self._scenario.actors:
+            mission = self._missions.get(actor.name)
+            if mission is not None and actor.name not in asked and mission.report.outcome == FAILED:
+                yield actor, mission.report
 
     def _judge_outcome(self, expected: Expectation) -> Verdict:
         report = self._missions[expected.vehicle].report
@@ -239,6 +243,11 @@ class _Performance:
         warnings = [*self._scenario.warnings, *(self._stage.warnings if self._stage is not None else ())]
         if not self.error:
             warnings += unproved(self._verdicts)
+            warnings += [
+                f"the plan of {actor.name} has failed, and no outcome is expected: {report.reason}"
+                for actor, report in self._failures()
+                if report.legs
+            ]
             warnings += [f"{where}: has not happened" for where in (self._stage.unhappened if self._stage else ())]
             warnings += [words for meter in self._meters if (words := meter.complaint())]
         all_logs = {n: logs_of_run(v.log_folder) for n, v in self._vehicles.items() if keep_logs and v.log_folder}

@@ -112,6 +112,14 @@ def test_a_plan_that_is_refused_is_a_verdict(play):
     assert not unasked.passed
 
 
+def test_a_plan_that_fails_on_the_way_is_a_warning_unless_its_outcome_is_expected(play):
+    events = "events: [{when: VehicleState.op_mode == MANEUVER, after: 1 s, plan: stop}]\n"
+    result = play(events, DIVE)
+    assert result.outcomes == {"lauv-noptilus-1": "FAILURE"}
+    assert result.warnings == ("the plan of lauv-noptilus-1 has failed, and no outcome is expected: plan was stopped",)
+    assert play(events + "expect: [{outcome: FAILURE}]", DIVE).warnings == ()
+
+
 def test_a_plan_that_takes_too_long_is_late(play):
     result = play("limit: 5 s\nexpect: [{outcome: TIMEOUT}]", DIVE)
     assert result.passed
