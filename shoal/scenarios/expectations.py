@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from shoal.scenarios.conditions import Condition
 from shoal.scenarios.lookout import missing
-from shoal.scenarios.margins import shown
+from shoal.scenarios.margins import off, shown
 from shoal.scenarios.result import Verdict
 from shoal.scenarios.stage import Stage
 
@@ -117,7 +117,7 @@ class Always(Judge):
             return self.idle(passed=True)
         if self.least > 0.0:
             return self.said(self.least, f"closest at {self.time:.3f} s", self.time)
-        worst = f", worst at {self.time:.3f} s, by {-shown(self.least):.6g}" if math.isfinite(self.least) else ""
+        worst = off(self.least, f"worst at {self.time:.3f} s, by")
         return self.said(self.least, f"failed first at {self.failed:.3f} s{worst}", self.time)
 
 
@@ -148,7 +148,7 @@ class Sooner(Judge):
         if self.most > 0.0:
             return self.said(self.most, f"met at {self.met:.3f} s", self.time)
         when = f"until {min(self.deadline, self.expected.end, self._stage.time):.3f} s"
-        near = f", closest at {self.time:.3f} s, off by {-shown(self.most):.6g}" if math.isfinite(self.most) else ""
+        near = off(self.most, f"closest at {self.time:.3f} s, off by")
         return self.said(self.most, f"not met {when}{near}", self.time)
 
 
@@ -233,8 +233,8 @@ class After(Judge):
         times = f"{self.count} time{'s' * (self.count > 1)}"
         if self._least > 0.0:
             return self.said(self._least, f"followed {times}, closest after {self._time:.3f} s", self._time)
-        off = f", off by {-shown(self._least):.6g}" if math.isfinite(self._least) else ""
-        return self.said(self._least, f"did not follow after {self._time:.3f} s{off}", self._time)
+        far = off(self._least, "off by")
+        return self.said(self._least, f"did not follow after {self._time:.3f} s{far}", self._time)
 
 
 class Last(Judge):
@@ -247,8 +247,8 @@ class Last(Judge):
         margin = self.test(self.seen, math.nan)
         if margin != margin:
             return self.idle(passed=False)
-        off = f", off by {-shown(margin):.6g}" if -math.inf < margin <= 0.0 else ""
-        return self.said(margin, f"at the end, {self._stage.time:.3f} s{off}", self._stage.time)
+        far = off(margin, "off by")
+        return self.said(margin, f"at the end, {self._stage.time:.3f} s{far}", self._stage.time)
 
 
 def unproved(verdicts: Sequence[Verdict]) -> list[str]:

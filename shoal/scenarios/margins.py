@@ -1,6 +1,7 @@
 """By how much tests are met: a test is a function of the latest messages, true if its margin is above 0."""
 
 import math
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
@@ -14,6 +15,7 @@ Margin: TypeAlias = Callable[[Latest, float], float]
 second argument: NaN if nothing is known of it, or -inf if it counts as false."""
 
 TIE = math.ulp(0.0)  # the margin of a test that is just met; just missed, it is negative
+NO_NUMBER = -sys.float_info.max  # the margin of a test of NaN
 
 
 def gap(compare: Callable[[Any, Any], bool], a: float, b: float) -> float:
@@ -23,7 +25,7 @@ def gap(compare: Callable[[Any, Any], bool], a: float, b: float) -> float:
     if size == 0.0:
         size = TIE
     elif size != size:  # infinities of one sign are equal, anything else is no number
-        size = math.inf if a != a or b != b else TIE
+        size = TIE if a == b else math.inf if holds else -NO_NUMBER
     return size if holds else -size
 
 
@@ -33,8 +35,15 @@ def verdict(compare: Callable[[Any, Any], bool], a: object, b: object) -> float:
 
 
 def shown(margin: float) -> float:
-    """A margin for people: a tie is 0."""
-    return 0.0 if abs(margin) <= TIE else margin
+    """A margin for people: a tie is 0, that of what is no number is infinite."""
+    return 0.0 if abs(margin) <= TIE else math.copysign(math.inf, margin) if abs(margin) == -NO_NUMBER else margin
+
+
+def off(margin: float, words: str) -> str:
+    """By how much a test has failed, after some words; or that it had no number to compare."""
+    if margin == NO_NUMBER:
+        return ": a value is no number"
+    return f", {words} {-shown(margin):.6g}" if -math.inf < margin <= 0.0 else ""
 
 
 def all_of(tests: Sequence[Margin]) -> Margin:
@@ -67,6 +76,16 @@ def any_of(tests: Sequence[Margin]) -> Margin:
 
 def contrary(test: Margin) -> Margin:
     return lambda latest, unknown: -test(latest, unknown)
+
+
+def never(test: Margin) -> Margin:
+    """The margin of an expectation that a test is not met: what is no number does not meet that, either."""
+
+    def margin(latest: Latest, unknown: float) -> float:
+        found = test(latest, unknown)
+        return found if found == NO_NUMBER else -found
+
+    return margin
 
 
 MEANING = Meaning(all_of, any_of, contrary)

@@ -14,7 +14,7 @@ from shoal.scenarios.conditions import Condition, Scope, read_condition, read_ex
 from shoal.scenarios.events import Occurrence, Role, read_events
 from shoal.scenarios.expectations import Expectation
 from shoal.scenarios.link_reader import read_links
-from shoal.scenarios.margins import contrary
+from shoal.scenarios.margins import never
 from shoal.scenarios.metrics import KINDS, OF_ENUMERATIONS, Metric
 from shoal.scenarios.profiles import Profiles, parameter_setting
 from shoal.scenarios.scenario import Actor, Scenario, Setting
@@ -274,4 +274,4 @@ def _span(parts: Mapping[str, Node]) -> tuple[float, float]:
 
 def contrary_of(condition: Condition) -> Condition:
     """The condition that holds when another one does not."""
-    return Condition(f"not ({condition.text})", condition.watches, contrary(condition.test))
+    return Condition(f"not ({condition.text})", condition.watches, never(condition.test))

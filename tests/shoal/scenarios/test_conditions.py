@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 import imc
 from imc.coordinates import absolute, offset
 from shoal.scenarios.conditions import Scope, parse, parse_expression
+from shoal.scenarios.margins import NO_NUMBER
 from tasks.plan import parse_condition
 
 ALONE = Scope({"lauv": imc.builtin()}, "lauv")
@@ -54,7 +55,7 @@ def margin(text, scope=ALONE):
         ("ERROR == VehicleState.op_mode", -math.inf),
         ("PlanControlState.man_id == 'Goto1'", math.inf),
         ('PlanControlState.man_id != "Goto1"', -math.inf),
-        ("EstimatedState.depth / 0 < 3", -math.inf),
+        ("EstimatedState.depth / 0 < 3", NO_NUMBER),
         ("EstimatedState.depth < inf", math.inf),
         ("distance(EstimatedState, EstimatedState) < 3 m", 3.0),
     ],

@@ -72,6 +72,10 @@ def test_what_is_just_missed_has_failed_by_nothing():
 def test_a_value_that_is_no_number_fails():
     assert told(judged("always", "Depth.value < 5", depths(1, math.nan))) == (False, -math.inf, 1.0, True)
     assert told(judged("always", "Depth.value > 5", depths(9, math.nan))) == (False, -math.inf, 1.0, True)
+    reason = judged("always", "Depth.value > 5", depths(9, math.nan)).reason
+    assert reason == "failed first at 1.000 s: a value is no number"
+    for kind in ("eventually", "finally"):
+        assert judged(kind, "Depth.value < 5", depths(9, math.nan)[-1:]).margin == -math.inf
 
 
 def test_only_its_time_and_its_while_count():

@@ -183,3 +183,16 @@ def test_the_data_of_a_log_has_the_hash_that_is_told(play, tmp_path):
     result = play(log_root=tmp_path / "log")
     (data,) = result.logs["otter"].glob("Data.lsf*")
     assert hashlib.sha256(gzip.decompress(data.read_bytes())).hexdigest() == result.hashes["otter"]
+
+
+def test_what_is_no_number_meets_no_expectation(play):
+    text = """
+    events: [{at: 1 s, message: {abbrev: Depth, src: otter, value: .nan}}]
+    expect:
+      - {name: never, never: Depth.value > 5}
+      - {name: follows, after: Depth.value != 3, within: 1 s, never: Depth.value > 5}
+      - {name: never both, never: Depth.value > 5 and SimulatedState.z > 5}
+    """
+    result = play(text)
+    assert [(v.passed, v.margin) for v in result.verdicts] == [(False, -math.inf)] * 3
+    assert result.verdicts[0].reason == "failed first at 1.000 s: a value is no number"
