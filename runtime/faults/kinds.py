@@ -58,7 +58,8 @@ class Fault:
 class Silent(Fault):
     """Nothing is heard of the task; with `of`, nothing of the messages of these names.
 
-    Without `of`, the task goes on to tell its state, its parameters and its log book: they are of its software.
+    Without `of`, the state, the parameters and the log book of the task still arrive: its device is broken, its program
+    is not.
     """
 
     of: tuple[str, ...] = ()
