@@ -3,7 +3,7 @@
 import re
 
 _UNITS = {"ms": 0.001, "s": 1.0, "": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
-_LONGEST = 1e10  # s; three centuries
+LONGEST = 1e10  # s; three centuries
 _PART = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*([a-z]*)\s*")
 
 
@@ -16,6 +16,6 @@ def parse_duration(text: str) -> float:
             break
         total += float(match.group(1)) * _UNITS[match.group(2)]
         position = match.end()
-    if not word or position < len(word) or total > _LONGEST:
+    if not word or position < len(word) or total > LONGEST:
         raise ValueError(f"{text!r} is not a duration; write 90s, 10min or 1h30min")
     return total

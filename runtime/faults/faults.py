@@ -57,10 +57,10 @@ class Faults:
         begin = self._vehicle.kernel.at(at, self.begin, injection.task, injection.fault, injection.lasting)
         begin.owner = self._vehicle
 
-    def begin(self, task: str, fault: Fault, lasting: float = math.inf) -> Callable[[], None]:
+    def begin(self, task: str, fault: Fault, lasting: float = math.inf, where: str = "") -> Callable[[], None]:
         """Begin a fault now; it ends after so many seconds, or when the function that is returned is called.
 
-        Raises FaultError like `expect`.
+        `where` is the place in a file that asks for it, for people. Raises FaultError like `expect`.
         """
         self.expect(task, fault)
         source, log = self._sources[task], self._vehicle.daemon.log
@@ -68,7 +68,7 @@ class Faults:
         self._begun[task] += 1
         if spoil is not None:
             source.spoils.append(spoil)
-            self._spoils.append((source, spoil, f"fault of {task}: {fault}"))
+            self._spoils.append((source, spoil, f"{where and f'{where}: '}fault of {task}: {fault}"))
         source.settle()
         ended = False
 

@@ -41,12 +41,13 @@ class Break(Act):
 
     task: str
     fault: Fault
+    where: str = ""
 
     def check(self, stage: Stage) -> None:
         stage.faults(self.vehicle).expect(self.task, self.fault)
 
     def begin(self, stage: Stage, lasting: float) -> None:
-        stage.faults(self.vehicle).begin(self.task, self.fault, lasting)
+        stage.faults(self.vehicle).begin(self.task, self.fault, lasting, self.where)
 
 
 @dataclass(frozen=True)

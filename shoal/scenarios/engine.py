@@ -248,7 +248,7 @@ class _Performance:
                 for actor, report in self._failures()
                 if report.legs
             ]
-            warnings += [f"{where}: has not happened" for where in (self._stage.unhappened if self._stage else ())]
+            warnings += self._stage.unhappened.values() if self._stage is not None else ()
             warnings += [words for meter in self._meters if (words := meter.complaint())]
         all_logs = {n: logs_of_run(v.log_folder) for n, v in self._vehicles.items() if keep_logs and v.log_folder}
         whole = dict(all_logs)

@@ -30,7 +30,7 @@ class Role(NamedTuple):
     plan: imc.PlanSpecification | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Occurrence:
     """An act at a time `at` (s from the start), or `after` so many seconds when a condition holds; it happens once.
 
@@ -49,15 +49,20 @@ class Occurrence:
         try:
             self.act.check(stage)
             if self.when is not None:
-                stage.when(self.when, lambda: stage.at(stage.time + self.after, lambda: self._begin(stage)))
+                stage.when(self.when, lambda: self._wait(stage, stage.time + self.after))
         except ValueError as error:
             raise ScenarioFileError(f"{self.where}: {error}") from None
-        stage.unhappened.append(self.where)
         if self.when is None:
-            stage.at(self.at, lambda: self._begin(stage))
+            self._wait(stage, self.at)
+        else:
+            stage.unhappened[self] = f"{self.where}: has not happened: {self.when.text} did not hold"
+
+    def _wait(self, stage: Stage, time: float) -> None:
+        stage.unhappened[self] = f"{self.where}: has not happened: the run ended before {time:g} s"
+        stage.at(time, lambda: self._begin(stage))
 
     def _begin(self, stage: Stage) -> None:
-        stage.unhappened.remove(self.where)
+        del stage.unhappened[self]
         end = self.act.begin(stage, self.lasting)
         if end is not None and math.isfinite(self.lasting):
             stage.at(stage.time + self.lasting, end)
@@ -130,7 +135,7 @@ def _broken(kind: str, fault: Callable[[Parts, Role], Fault]) -> Callable[[Parts
             made.check(role.schema)
         except FaultError as error:
             parts[kind].fail(str(error))
-        return Break(vehicle, task, made)
+        return Break(vehicle, task, made, parts[kind].where)
 
     return read
 

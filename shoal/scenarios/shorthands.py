@@ -151,6 +151,8 @@ def _bathymetry(node: Node) -> Iterator[Setting]:
         yield Setting(BOTTOM, "Latitude (degrees)", repr(lat), parts["at"].where)
         yield Setting(BOTTOM, "Longitude (degrees)", repr(lon), parts["at"].where)
     if "soundings" in parts:
+        if parts["soundings"].content == []:
+            parts["soundings"].fail("there is no sounding")
         rows = [" ".join(repr(number(cell, "m")) for cell in row.items()) for row in parts["soundings"].items()]
         yield Setting(BOTTOM, "Data", ", ".join(rows), parts["soundings"].where)
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class Stage:
     """The vehicles of a run by name, built and not yet started, and their kernel; `warnings` are for the result.
 
-    `channels` are their links by name, `unhappened` the places of events that have not happened yet, `overlaps` the
+    `channels` are their links by name, `unhappened` says of events that have not happened yet why, `overlaps` the
     values that events have set.
     """
 
@@ -26,7 +26,7 @@ class Stage:
         self.seed = seed
         self.lookout = Lookout(vehicles)
         self.channels: dict[str, Channel] = {}
-        self.unhappened: list[str] = []
+        self.unhappened: dict[Event, str] = {}
         self.warnings: list[str] = []
         self.overlaps = Overlaps()
         self._faults: dict[str, Faults] = {}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from imc.schema.yamltree import Node
-from runtime.durations import parse_duration
+from runtime.durations import LONGEST, parse_duration
 from runtime.problem import hinted
 from runtime.task import Parameter
 from shoal.missions import in_unit, quantity
@@ -102,6 +102,8 @@ def _duration(value: Any) -> float:
     if isinstance(value, int | float) and not isinstance(value, bool):
         if not (math.isfinite(value) and value >= 0.0):
             raise ValueError(f"{value} is not a time")
+        if value > LONGEST:
+            raise ValueError(f"{value:g} s is longer than {LONGEST:g} s")
         return float(value)
     if _METERS.search(str(value)):
         raise ValueError(f"{value!r}: m is for meters; write min for minutes")

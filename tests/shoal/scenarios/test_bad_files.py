@@ -82,6 +82,8 @@ PAIR = "vehicles: {a: {profile: otter}, b: {profile: otter}}\nlinks: [{between: 
         (OTTER + "events: [{at: 1 s, set: {}}]", 2, "sets nothing"),
         (OTTER + "events: [{at: 1 s, set: {GPS: {}}}]", 2, "sets nothing"),
         (OTTER + "limit: soon", 2, "'soon' is not a duration"),
+        (OTTER + "limit: 1e300", 2, "1e+300 s is longer than 1e+10 s"),
+        (OTTER + "world: {bathymetry: {soundings: []}}", 2, "there is no sounding"),
         (OTTER + "limit: 0", 2, "limit must be above 0"),
         (OTTER + "seed: -1", 2, "expected a whole number"),
         (OTTER + "stop when: ManeuverIsDone", 2, "is for plans only"),

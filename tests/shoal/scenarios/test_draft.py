@@ -46,9 +46,10 @@ def test_texts_that_yaml_cuts_at_commas_are_whole(trial):
 @pytest.mark.parametrize("value", [0.25, 1e-05, 3, 1e22, -0.0])
 def test_a_number_arrives_unchanged(trial, value):
     found = settings(
-        trial.scenario({"world/current/north": value if abs(value) < 10.0 else 1.0, "limit": abs(value) + 1.0})
+        trial.scenario({"world/current/north": min(value, 9.0), "vehicle/parameters/Simulators.GPS/HACC": abs(value)})
     )
-    assert float(found["Simulators.StreamVelocity", "Default Speed North"]) == (value if abs(value) < 10.0 else 1.0)
+    assert float(found["Simulators.StreamVelocity", "Default Speed North"]) == min(value, 9.0)
+    assert float(found["Simulators.GPS", "HACC"]) == abs(value)
 
 
 def test_values_replace_others_and_add_to_mappings(trial):

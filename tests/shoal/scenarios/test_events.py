@@ -167,8 +167,19 @@ def test_a_crash_is_an_event_and_the_run_goes_on(told):
 
 
 def test_an_event_that_does_not_happen_is_told(play):
-    result = play("events: [{when: SimulatedState.z > 50, abort: true}]")
-    assert [text for text in result.warnings if "trial.scenario.yaml:4: has not happened" in text]
+    text = """
+    events:
+      - {when: SimulatedState.z > 50, abort: true}
+      - {when: SimulatedState.z < 50, after: 9 s, abort: true}
+      - {at: 2 s, abort: true}
+    stop when: EstimatedState.x > -50
+    """
+    told = [text.partition("trial.scenario.")[2] for text in play(text).warnings]
+    assert told == [
+        "yaml:6: has not happened: SimulatedState.z > 50 did not hold",
+        "yaml:7: has not happened: the run ended before 9.02 s",
+        "yaml:8: has not happened: the run ended before 2 s",
+    ]
 
 
 def test_the_same_events_give_the_same_run(play):
@@ -267,6 +278,5 @@ def test_a_fault_that_changed_nothing_is_told(play):
       - {at: 1 s, silent: Simulators.GPS, of: Temperature}
       - {at: 1 s, silent: Simulators.GPS, of: GpsFix}
     """
-    assert play(text, "vehicle: {profile: otter}").warnings == (
-        "fault of Simulators.GPS: silent, Temperature: this changed nothing",
-    )
+    (warning,) = play(text, "vehicle: {profile: otter}").warnings
+    assert warning.endswith("yaml:4: fault of Simulators.GPS: silent, Temperature: this changed nothing")
