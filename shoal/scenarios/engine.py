@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import os
 import tempfile
 import traceback
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -11,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 import imc
+import runtime
 from imc.lsf import chunks, find_log
 from runtime.kernel import VirtualClock
 from runtime.logs import logs_of_run
@@ -26,6 +28,7 @@ from shoal.scenarios.stage import Stage
 from shoal.scenarios.starts import check_start
 from shoal.scenarios.tracks import Track
 
+BELOW_TASKS = tuple(f"{package.__path__[0]}{os.sep}" for package in (imc, runtime))  # a mistake is seldom there
 TRACKED = (imc.SimulatedState, imc.EstimatedState, imc.PlanControlState)
 
 
@@ -180,7 +183,8 @@ class _Performance:
         told, notes = f"{type(error).__name__}: {error}", "; ".join(getattr(error, "__notes__", ()))
         if not notes:
             return told
-        (frame,) = traceback.extract_tb(error.__traceback__, limit=-1)
+        frames = traceback.extract_tb(error.__traceback__)
+        frame = next((f for f in reversed(frames) if not f.filename.startswith(BELOW_TASKS)), frames[-1])
         return f"{told} ({notes}, {Path(frame.filename).name}:{frame.lineno})"
 
     def close(self) -> None:

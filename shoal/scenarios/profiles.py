@@ -101,7 +101,7 @@ class Profiles:
             changed = load_profile(profile.path, (self.folder,), vehicle=profile.vehicle, overrides=overrides)
         except ProfileError as error:
             _fail(node, settings, error.problems[0])
-        for problem in check(changed, all_tasks(), modes, find_task):
+        for problem in check(changed, all_tasks([]), modes, find_task):
             if problem.file == COMMAND_LINE.file and problem.severity != "note":
                 _fail(node, settings, problem)
         try:

@@ -160,6 +160,42 @@ def test_a_task_that_fails_is_named(play, tmp_path):
     assert result.verdicts[0].passed
 
 
+class Careless(Task):
+    """Publishes what no message can carry."""
+
+    @periodic(1.0)
+    def say(self):
+        self.publish(imc.Depth(value="deep"))
+
+
+def test_a_message_that_cannot_be_is_told_with_the_place_of_the_task_that_made_it(play, tmp_path):
+    profile = tmp_path / "own.ini"
+    profile.write_text(f"[Require otter.ini]\n[{__name__}.Careless]\nEnabled = Simulation\n[General]\nVehicle = own\n")
+    error = play("", "vehicle: {profile: own.ini}\n").error
+    assert re.search(r"Careless at [\d.]+ s of the run, test_run\.py:\d+\)$", error), error
+
+
+BROKEN = """
+import sys
+from pathlib import Path
+from runtime.vehicle import search_code
+from shoal.scenarios import load_draft, run
+
+search_code(Path())
+result = run(load_draft(Path("trial.scenario.yaml")).scenario())
+print(result.passed, result.error)
+"""
+
+
+def test_a_broken_task_that_no_vehicle_has_stops_no_scenario(tmp_path):
+    (tmp_path / "tasks/mine").mkdir(parents=True)
+    (tmp_path / "tasks/mine/broken.py").write_text("import nothing_there\n")
+    text = "vehicle: {profile: otter, parameters: {Simulators.GPS: {HACC: 3}}}\nlimit: 1 s\n"
+    (tmp_path / "trial.scenario.yaml").write_text(text)
+    done = subprocess.run([sys.executable, "-c", BROKEN], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("True \n", "")
+
+
 def test_a_log_that_cannot_be_written_is_told(play, tmp_path):
     (tmp_path / "file").write_text("")
     result = play(log_root=tmp_path / "file")
