@@ -88,15 +88,18 @@ class Drain(Act):
     """The battery has this level (%), unless it has less."""
 
     level: float
+    where: str = ""
 
     def check(self, stage: Stage) -> None:
         if not self._batteries(stage):
             raise ValueError(f"{self.vehicle} has no simulated battery")
 
     def begin(self, stage: Stage, lasting: float) -> None:
-        tell(stage.vehicles[self.vehicle], f"battery drained to {self.level:g} %")
-        for battery in self._batteries(stage):
-            battery.drain(self.level)
+        words = f"battery drained to {self.level:g} %"
+        if not any([battery.drain(self.level) for battery in self._batteries(stage)]):
+            words = f"battery not drained to {self.level:g} %: it has less"
+            stage.warnings.append(f"{self.where}: {words}")
+        tell(stage.vehicles[self.vehicle], words)
 
     def _batteries(self, stage: Stage) -> list[Battery]:
         return [task for task in stage.vehicles[self.vehicle].tasks if isinstance(task, Battery)]

@@ -178,7 +178,7 @@ def _drain(parts: Parts, vehicle: str, role: Role) -> Act:
     level = number(parts["drain"], "%")
     if not 0.0 <= level <= 100.0:
         parts["drain"].fail("a level is from 0 % to 100 %")
-    return Drain(vehicle, level)
+    return Drain(vehicle, level, parts["drain"].where)
 
 
 def _set(parts: Parts, vehicle: str, role: Role) -> Act:

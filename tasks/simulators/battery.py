@@ -82,11 +82,14 @@ class Battery(Task):
         self._advance()
         self.publish(imc.FuelLevel(value=100.0 * self._charge, confidence=100.0))
 
-    def drain(self, level: float) -> None:
-        """Have this charge (%) from now on, unless it has less already."""
+    def drain(self, level: float) -> bool:
+        """Have this charge (%) from now on; False if it has less already."""
         self._advance()
-        self._charge = min(self._charge, level / 100.0)
+        if self._charge < level / 100.0:
+            return False
+        self._charge = level / 100.0
         self._say()
+        return True
 
     def _advance(self) -> None:
         """Draw the energy used since the last call."""

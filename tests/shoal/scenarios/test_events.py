@@ -280,3 +280,15 @@ def test_a_fault_that_changed_nothing_is_told(play):
     """
     (warning,) = play(text, "vehicle: {profile: otter}").warnings
     assert warning.endswith("yaml:4: fault of Simulators.GPS: silent, Temperature: this changed nothing")
+
+
+def test_a_battery_that_has_less_is_not_drained_and_that_is_told(told):
+    begin = "vehicle: {profile: otter, start: {level: 40 %}}\nlimit: 3 s\n"
+    result, texts = told("events: [{at: 1 s, drain: 50 %}, {at: 2 s, drain: 30 %}]", begin)
+    assert [warning.partition(".yaml:")[2] for warning in result.warnings] == [
+        "3: battery not drained to 50 %: it has less"
+    ]
+    assert [text for text in texts["otter"] if "drained" in text] == [
+        "scenario: battery not drained to 50 %: it has less",
+        "scenario: battery drained to 30 %",
+    ]
