@@ -67,6 +67,7 @@ class ScenarioReader:
         self._schemas = {each.name: self._profiles.schema(each.node, each.profile) for each in cast}
         actors = tuple(self._actor(each) for each in cast)
         self._check_world(cast)
+        self._check_times(cast, actors)
         limit = self._time("limit", 3600.0)
         if limit <= 0.0:
             nodes["limit"].fail("limit must be above 0")
@@ -133,6 +134,17 @@ class ScenarioReader:
             parts["plan"].where if "plan" in parts else "",
             self._plan_file(parts["plan"]) if "plan" in parts and isinstance(parts["plan"].content, str) else None,
         )
+
+    def _check_times(self, cast: list[_Cast], actors: tuple[Actor, ...]) -> None:
+        """Refuse vehicles that start at several times: they share one clock."""
+        first = actors[0]
+        for each, actor in zip(cast, actors, strict=True):
+            if actor.start_ns != first.start_ns:
+                start = each.node.mapping().get("start")
+                wrong = start.mapping().get("time", each.node) if start is not None else each.node
+                wrong.fail(
+                    f"{actor.name} and {first.name} start at different times: give both the same start: {{time}}"
+                )
 
     def _check_world(self, cast: list[_Cast]) -> None:
         """Refuse what no vehicle has: it would prove nothing."""

@@ -93,6 +93,11 @@ PAIR = "vehicles: {a: {profile: otter}, b: {profile: otter}}\nlinks: [{between: 
             "several vehicles",
         ),
         ("vehicles: {a: {profile: otter, name: c}}", 1, "unknown key 'name'"),
+        (
+            "vehicles:\n  a: {profile: otter}\n  b:\n    profile: otter\n    start: {time: 2027-01-01T00:00:00Z}",
+            5,
+            "b and a start at different times",
+        ),
     ],
 )
 def test_mistakes_are_told_with_file_and_line(draft, text, line, reason):
