@@ -19,7 +19,7 @@ LEVELS = 4
 CURVED = 3  # of these, whose curves are compared with the bottom: coarser ones seldom follow it
 TILE = 32  # cells: grids consist of tiles at fixed places, so that a depth does not depend on where the camera was
 MARGIN = 4.0  # cells around what is looked up: curves and their errors are those of several nodes
-SAFE = 3.0  # times as much as curves were found to err, they may err in between
+SAFE = 2.0  # times as much as curves were found to err, they may err in between
 WHOLE = np.zeros(TILE), np.zeros(TILE)  # where in cells depths are taken: north, east
 # At quarters of a cell, and not in its middle, errors of the third order are the largest. North and east they may
 # cancel in one cell, but not in the next one as well, which is probed at three quarters.
@@ -32,6 +32,7 @@ Number = tuple[int, int, int]
 class Grid(NamedTuple):
     """Depths (m) at nodes `step` m apart, from `north`, `east`; row by row of `columns`.
 
+    In the cell of a node, x and y (0 to 1) north and east of it, the depth is `parts` (4, nodes) times 1, x, y and xy.
     It is nowhere steeper than `steepest`, m per m, and nowhere out of `shallowest` and `deepest`. `least` are the least
     depths in a cell, by its corner, and in the eight around it.
     """
@@ -39,61 +40,73 @@ class Grid(NamedTuple):
     north: float
     east: float
     step: float
-    nodes: Floats
+    parts: Floats
     columns: int
     steepest: float
     shallowest: float
     deepest: float
     least: Floats
 
+    @property
+    def nodes(self) -> Floats:
+        """(rows, columns)"""
+        return self.parts[0].reshape(-1, self.columns)
+
     def depths(self, north: Floats, east: Floats) -> Floats:
         """Bilinear."""
         corner, x, y = self.places(north, east)
-        return self.mixed(corner, x, y)
+        found, along, across, twist = self.parts.take(corner, axis=1, mode="clip")
+        twist *= y
+        along += twist
+        along *= x
+        across *= y
+        found += along
+        found += across
+        return found
 
     def places(self, north: Floats, east: Floats) -> tuple[Places, Floats, Floats]:
         """The corners of the cells that hold places, and where in these they are, 0 to 1 north and east."""
         x, y = (north - self.north) / self.step, (east - self.east) / self.step
-        i, j = x.astype(np.intp), y.astype(np.intp)
+        i, j = np.floor(x), np.floor(y)
         x -= i
         y -= j
         i *= self.columns
         i += j
-        return i, x, y
-
-    def mixed(self, corner: Places, x: Floats, y: Floats) -> Floats:
-        near, far = (self._across(each, y) for each in (corner, corner + self.columns))
-        far -= near
-        far *= x
-        near += far
-        return near
-
-    def _across(self, corner: Places, share: Floats) -> Floats:
-        left, right = self.nodes.take(corner, mode="clip"), self.nodes.take(corner + 1, mode="clip")
-        right -= left
-        right *= share
-        left += right
-        return left
+        return i.astype(np.intp), x, y
 
 
 class Curved(NamedTuple):
-    """The same, bent in each cell as its neighbours tell: `bends` (2, nodes) north and east, by corner.
+    """The same, bent in each cell as its neighbours tell: `parts` (6, nodes) times 1, x, y, xy, x² and y².
 
     `errors` (nodes) is how far (m) that may be from the bottom in a cell, as found where smooth ones err most.
     """
 
     grid: Grid
-    bends: Floats
+    parts: Floats
     errors: Floats
+
+    @classmethod
+    def of(cls, grid: Grid) -> "Curved":
+        """With errors that are not known yet."""
+        bends = _bend(grid.nodes).ravel(), _bend(grid.nodes.T).T.ravel()
+        parts = np.concatenate((grid.parts, bends))
+        parts[1] -= bends[0]
+        parts[2] -= bends[1]
+        return cls(grid, parts, np.empty(0))
 
     def depths(self, north: Floats, east: Floats) -> Floats:
         corner, x, y = self.grid.places(north, east)
-        found = self.grid.mixed(corner, x, y)
-        for bend, share in zip(self.bends, (x, y), strict=True):
-            rise = share * share
-            rise -= share
-            rise *= bend.take(corner, mode="clip")
-            found += rise
+        found, along, across, twist, bend, lean = self.parts.take(corner, axis=1, mode="clip")
+        twist *= y
+        bend *= x
+        along += twist
+        along += bend
+        along *= x
+        lean *= y
+        across += lean
+        across *= y
+        found += along
+        found += across
         return found
 
     def errors_at(self, north: Floats, east: Floats) -> Floats:
@@ -124,7 +137,7 @@ class Grids:
         slopes = math.hypot(*(float(np.abs(np.diff(nodes, axis=axis)).max()) / step for axis in (0, 1)))
         ends = float(nodes.min()), float(nodes.max())
         corner = first[0] * side, first[1] * side
-        grid = Grid(*corner, step, nodes.ravel(), nodes.shape[1], slopes, *ends, _least(nodes).ravel())
+        grid = Grid(*corner, step, _parts(nodes), nodes.shape[1], slopes, *ends, _least(nodes).ravel())
         self._grids[level] = wanted, grid
         self._curved.pop(level, None)
         return grid
@@ -134,14 +147,13 @@ class Grids:
         grid, kept = self.around(level, place), self._curved.get(level)
         if kept is not None:
             return kept
-        nodes = grid.nodes.reshape(-1, grid.columns)
         probes = self._laid(self._probes, level, self._grids[level][0], ASIDE)
-        found = Curved(grid, np.stack([_bend(nodes), _bend(nodes.T).T]).reshape(2, -1), np.empty(0))
-        rows, columns = (np.arange(count) for count in nodes.shape)
+        found = Curved.of(grid)
+        rows, columns = (np.arange(count) for count in probes.shape)
         north = grid.north + grid.step * (rows + ASIDE[0][rows % TILE])
         east = grid.east + grid.step * (columns + ASIDE[1][columns % TILE])
         between = found.depths(*(each.ravel() for each in np.meshgrid(north, east, indexing="ij")))
-        errors = SAFE * _around(np.abs(between.reshape(nodes.shape) - probes))
+        errors = SAFE * _around(np.abs(between.reshape(probes.shape) - probes))
         self._curved[level] = found = found._replace(errors=errors.ravel())
         return found
 
@@ -172,6 +184,16 @@ class Grids:
     def _depths(self, north: Floats, east: Floats) -> Floats:
         places = (each.ravel() for each in np.meshgrid(north, east, indexing="ij"))
         return self.sea.depths(*places).reshape(len(north), len(east))
+
+
+def _parts(nodes: Floats) -> Floats:
+    """(4, nodes) the depths at nodes, their rise to the next one north and east, and the twist; 0 at the border."""
+    found = np.zeros((4, *nodes.shape))
+    found[0] = nodes
+    found[1, :-1] = nodes[1:] - nodes[:-1]
+    found[2, :, :-1] = nodes[:, 1:] - nodes[:, :-1]
+    found[3, :-1] = found[2, 1:] - found[2, :-1]
+    return found.reshape(4, -1)
 
 
 def _bend(nodes: Floats) -> Floats:

@@ -16,20 +16,21 @@ Floats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]
 Places = NDArray[np.intp]
 
-BLOCK = 1 << 12  # rays that are marched together: their arrays fit into the L2 cache
+BLOCK = 1 << 13  # rays that are marched together: their arrays fit into the L2 cache
 BEHIND = 0.8  # a crest hides what is farther than its own way by this
 STEEPER = 1.25  # times as steep as a grid, a ray comes down to it so fast that it crosses it once
 CLOSE = 1e-7  # of the way, to which a ray is begun before a depth and ended after it
 TRIES, CUTS = 4, 20
 WIDER, CUT = np.array((1.0, 3.0, 7.0, 15.0)), np.arange(1, 8) / 8
-NARROW = 3e-5  # of the way, to which crossings are found where the bottom is not smooth
+NARROW = 2e-4  # of the way, to which crossings are found where the bottom is not smooth
 SMOOTH = 2e-4  # of the way: a last step towards a crossing that is shorter leaves an error that is far smaller
 SECANTS = 3  # towards a crossing that is about known
 STRAYED = 0.12  # of the way, by which a crossing may be from where it was thought to be
 OVER = 2.0  # cells beyond the reach of a grid, where its curves still hold
 BEFORE = 0.98, 0.94  # shares of that way, at which a ray must be above the ground
 AGO = 1e-3  # of the way, in which it is measured how fast a ray falls
-TRUE = 3e-4  # of the way, by which a crossing of curves may be from that of the bottom
+TRUE = 4e-4  # of the way, by which a crossing of curves may be from that of the bottom
+SURELY = 0.1  # of that: so near to the bottom are curves also where rays fall slower than they seemed to
 
 
 class Crossings(NamedTuple):
@@ -106,7 +107,8 @@ class Relief:
                 sure &= np.hypot(there.north, there.east) * after < end + OVER * curved.grid.step
                 for share in BEFORE:
                     sure &= there.clear(curved.grid, share * after) > 0.0
-                sure &= _is_true(there, curved, after)
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    sure &= _is_true(there, curved, after, clear / (after - guess))
                 found[part[sure]], good[part] = 1.0 / after[sure], sure
         return found, good
 
@@ -204,7 +206,7 @@ class Relief:
                 there = rays.at(own)
                 found, good = _stepped(curved, there, way[own], fall[own], SECANTS)
                 way[own[good]] = found[good]
-                good &= _is_true(there, curved, found)
+                good &= _is_true(there, curved, found, fall[own])
                 rest.append(own[~good])
         own = np.concatenate(rest)
         if own.size:
@@ -224,10 +226,14 @@ def _crossings(count: int) -> Crossings:
     return Crossings(none, np.ones(count), np.full(count, -1, np.int8), never)
 
 
-def _is_true(rays: Rays, curved: Curved, way: Floats) -> Bools:
-    """Whether crossings of curves are near those of the bottom, by how fast rays fall there."""
-    falls: Floats = rays.clear(curved, (1.0 - AGO) * way) / AGO
-    return rays.error(curved, way) < TRUE * falls
+def _is_true(rays: Rays, curved: Curved, way: Floats, fall: Floats) -> Bools:
+    """Whether crossings of curves are near those of the bottom, by how fast rays `fall` there, about."""
+    error = rays.error(curved, way)
+    good: Bools = error < SURELY * TRUE * fall * way
+    left = np.flatnonzero(~good)
+    if left.size:
+        good[left] = error[left] < TRUE * (rays.at(left).clear(curved, (1.0 - AGO) * way[left]) / AGO)
+    return good
 
 
 def _stepped(ground: Any, rays: Rays, way: Floats, falls: Floats, steps: int = 1) -> tuple[Floats, Bools]:
@@ -244,16 +250,20 @@ def _stepped(ground: Any, rays: Rays, way: Floats, falls: Floats, steps: int = 1
 
 def _secant(rays: Rays, ground: Any, way: Floats, clear: Floats, after: Floats, steps: int = 1) -> tuple[Floats, Bools]:
     """Ways to the crossings of a ground by secants, from two ways and how clear the first is; which ones are found."""
-    good, nearer = np.zeros(len(way), dtype=np.bool_), after
+    found, good, left = after.copy(), np.zeros(len(way), dtype=np.bool_), np.arange(len(way))
     for _ in range(steps):
         again = rays.clear(ground, after)
         with np.errstate(divide="ignore", invalid="ignore"):
-            nearer = np.where(good, after, after - again * (after - way) / (again - clear))
-        good |= np.isfinite(nearer) & (np.abs(nearer - after) < SMOOTH * way)
-        if good.all():
+            nearer = after - again * (after - way) / (again - clear)
+        near: Bools = np.abs(nearer - after) < SMOOTH * way
+        found[left], good[left] = nearer, near
+        going = np.flatnonzero(~near)
+        if not going.size:
             break
-        way, clear, after = after, again, np.where(np.isfinite(nearer), nearer, after)
-    return nearer, good
+        left, rays = left[going], rays.at(going)
+        way, clear = after[going], again[going]
+        after = np.where(np.isfinite(nearer[going]), nearer[going], way)
+    return found, good
 
 
 def _bracketed(sea: Bathymetry, rays: Rays, way: Floats, clear: Floats, falls: Floats) -> Floats:
