@@ -49,8 +49,9 @@ class Grid(NamedTuple):
 
     @property
     def nodes(self) -> Floats:
-        """(rows, columns)"""
-        return self.parts[0].reshape(-1, self.columns)
+        """Depths (rows, columns)."""
+        found: Floats = self.parts[0].reshape(-1, self.columns)
+        return found
 
     def depths(self, north: Floats, east: Floats) -> Floats:
         """Bilinear."""
@@ -149,7 +150,7 @@ class Grids:
             return kept
         probes = self._laid(self._probes, level, self._grids[level][0], ASIDE)
         found = Curved.of(grid)
-        rows, columns = (np.arange(count) for count in probes.shape)
+        rows, columns = np.arange(len(probes)), np.arange(grid.columns)
         north = grid.north + grid.step * (rows + ASIDE[0][rows % TILE])
         east = grid.east + grid.step * (columns + ASIDE[1][columns % TILE])
         between = found.depths(*(each.ravel() for each in np.meshgrid(north, east, indexing="ij")))

@@ -181,12 +181,15 @@ class Labeller:
         for start in range(0, near.size, BLOCK):
             part = slice(start, start + BLOCK)
             own, (x, y, z) = near[part], self._rays.all[:, part]
-            top = a * x + b * y + c * z
-            kinds[part] = np.where(top > own, np.uint8(self._above), np.uint8(self._below))
+            top, more = a * x, b * y
+            top += more
+            top += np.multiply(z, c, out=more)
+            np.multiply(top > own, np.uint8(self._above - self._below), out=kinds[part])
             np.maximum(top, own, out=top)
             with np.errstate(divide="ignore"):
                 np.divide(1.0, np.maximum(top, 0.0, out=top), out=distance[part])
-        kinds[~self._rays.covered] = Kind.VOID
+        kinds += np.uint8(self._below)
+        kinds *= self._rays.covered
         return distance, kinds
 
     def _wall_in(self, sight: Sight, distance: Floats, kinds: NDArray[np.uint8]) -> None:

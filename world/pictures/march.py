@@ -26,31 +26,35 @@ SLACK = 1e-9
 
 
 class Rays(NamedTuple):
-    """Rays from a place (m; north, east, down): `north`, `east`, `down` (n,) per unit of way, of any length."""
+    """Rays from a place (m; north, east, down) that go `towards` (3, n), so far per unit of way, of any length.
+
+    The ground is `lowered` m deeper to them than it is.
+    """
 
     place: Vector
-    north: Floats
-    east: Floats
-    down: Floats
+    towards: Floats
     lowered: float
 
-    @classmethod
-    def of(cls, place: Vector, rays: Floats, lowered: float) -> "Rays":
-        """Rays (3, n)."""
-        north, east, down = rays
-        return cls(place, north, east, down, lowered)
+    @property
+    def down(self) -> Floats:
+        return self.towards[2]
+
+    @property
+    def flat(self) -> Floats:
+        """How far (n,) they go across the ground."""
+        return np.hypot(self.towards[0], self.towards[1])
 
     def at(self, chosen: Places | slice) -> "Rays":
-        return Rays(self.place, self.north[chosen], self.east[chosen], self.down[chosen], self.lowered)
+        own = self.towards[:, chosen] if isinstance(chosen, slice) else self.towards.take(chosen, axis=1)
+        return Rays(self.place, own, self.lowered)
 
     def clear(self, ground: Any, way: Floats) -> Floats:
         """How far (m) the ground is below the points (n, ...) after some way."""
-        shape = (-1, *(1,) * (way.ndim - 1))
-        north, east, down = (each.reshape(shape) * way for each in (self.north, self.east, self.down))
+        north, east, down = self.towards.reshape(3, -1, *(1,) * (way.ndim - 1)) * way
         n, e, d = self.place
         north += n
         east += e
-        found = ground.depths(north.ravel(), east.ravel()).reshape(way.shape)
+        found: Floats = ground.depths(north.ravel(), east.ravel()).reshape(way.shape)
         found += self.lowered - d
         found -= down
         return found
@@ -58,7 +62,7 @@ class Rays(NamedTuple):
     def error(self, curved: Curved, way: Floats) -> Floats:
         """By how much (m) curves may be from the bottom at the points (n,) after some way."""
         n, e, _ = self.place
-        return curved.errors_at(self.north * way + n, self.east * way + e)
+        return curved.errors_at(self.towards[0] * way + n, self.towards[1] * way + e)
 
 
 class Legs(NamedTuple):
@@ -84,7 +88,7 @@ class March:
         count = len(rays.down)
         self.low, self.falls, self.crest = np.full(count, np.nan), np.ones(count), np.full(count, np.inf)
         length = legs.last - legs.first
-        steps = np.ceil(np.hypot(rays.north, rays.east) * length / (STRIDE * grid.step))
+        steps = np.ceil(rays.flat * length / (STRIDE * grid.step))
         self._step = length / np.maximum(steps, 2.0)
 
     def hits(self) -> Places:

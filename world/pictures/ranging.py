@@ -22,14 +22,14 @@ BLOCK = 1 << 14  # pixels per step: their arrays fit into the L2 cache
 
 
 class Cells(NamedTuple):
-    """What interpolation does in cells (n,): where it errs by more than ERROR, and by how much if edges are bent.
+    """How nearness is interpolated in cells (n,): `parts` (6, n) times the shares of a pixel; `errors` (n,) of that.
 
-    `bends` (2, n) are half the second differences across and down.
+    Those cells are `crooked` (n,) in which it may err by more than ERROR.
     """
 
+    parts: NDArray[np.float32]
+    errors: Floats
     crooked: NDArray[np.bool_]
-    bent: Floats
-    bends: Floats
 
 
 class Ranging:
@@ -43,7 +43,6 @@ class Ranging:
         covered = rays.covered
         face = np.where(covered, lookup.face.ravel(), -1)
         u, v = (np.where(covered, place.ravel(), 0.0) / PITCH for place in (lookup.u, lookup.v))
-        self._node, self._below = np.zeros((2, face.size), dtype=np.intp)
         cell, self._along = np.full(face.size, -1), np.full(face.size, np.nan)
         count = 0
         for number, (patch, turn) in enumerate(zip(lattice.patches, self._turns, strict=True)):
@@ -54,13 +53,10 @@ class Ranging:
                 j = np.clip(np.floor(v[own]).astype(np.intp) - patch.row, 0, rows - 2)
                 u[own] -= i + patch.column
                 v[own] -= j + patch.row
-                self._node[own] = patch.nodes.start + j * columns + i
-                self._below[own] = self._node[own] + columns
                 cell[own] = count + j * (columns - 1) + i
                 self._along[own] = turned(turn.T, rays.all[:, own])[2]
                 count += (rows - 1) * (columns - 1)
-        self._right, self._down = u, v
-        self._weights = _weights(u, v, self._along)
+        self._cell, self._shares = np.maximum(cell, 0), _shares(u, v, self._along)
         self._pixels = np.argsort(cell, kind="stable")[np.count_nonzero(cell < 0) :]  # cell by cell
         self._first = np.searchsorted(cell[self._pixels], np.arange(count + 1))
 
@@ -71,34 +67,27 @@ class Ranging:
         """
         lattice = self._lattice
         near, rough = self.relief.meet(place, turned(turn, lattice.rays), exact=True, cell=lattice.cell)
-        found, close = np.empty(self._along.size), near.astype(np.float32)
+        cells, found = self._looked_over(near, rough), np.empty(self._along.size)
         for start in range(0, found.size, BLOCK):
             part = slice(start, start + BLOCK)
-            found[part] = _mixed(close, self._node[part], self._below[part], self._weights[:, part])
-        cells = self._looked_over(near, rough)
-        crooked = np.flatnonzero(cells.crooked)
-        if not crooked.size:
-            return found
-        own, cell = self._within(crooked)
-        along = self._along[own]
-        for bend, place_in in zip(cells.bends, (self._right, self._down), strict=True):
-            share = place_in[own]
-            found[own] += bend[cell] * share * (share - 1.0) * along
-        errs, guess = cells.bent[cell] * along, np.maximum(found[own], 0.0)
+            shown = cells.parts.take(self._cell[part], axis=1, mode="clip")
+            shown *= self._shares[:, part]
+            shown.sum(axis=0, out=found[part])
+        own, cell = self._within(np.flatnonzero(cells.crooked))
+        errs, guess = cells.errors[cell] * self._along[own], np.maximum(found[own], 0.0)
         cast = np.flatnonzero(errs > ERROR * guess)
-        rays = turned(turn, self._rays.all[:, own[cast]])
+        own, about = own[cast], (errs < NEARLY * guess)[cast]
+        rays = turned(turn, self._rays.all.take(own, axis=1))
         if place[2] <= self.relief.sea.shallowest:  # all ground is below
             down = rays[2] > 0.0
-            found[own[cast[~down]]] = 0.0
-            cast, rays = cast[down], rays[:, down]
-        own, about = own[cast], (errs < NEARLY * guess)[cast]
+            found[own[~down]] = 0.0
+            own, about, rays = own[down], about[down], rays.compress(down, axis=1)
         if about.any():
-            closer, good = self.relief.settle(place, rays[:, about], found[own[about]])
+            closer, good = self.relief.settle(place, rays.compress(about, axis=1), found[own[about]])
             found[own[about]] = closer
             about[about] = good
-        rest = np.flatnonzero(~about)
-        if rest.size:
-            found[own[rest]], _ = self.relief.meet(place, rays[:, rest], exact=True)
+        if not about.all():
+            found[own[~about]], _ = self.relief.meet(place, rays.compress(~about, axis=1), exact=True)
         return found
 
     def _looked_over(self, near: Floats, rough: NDArray[np.bool_]) -> Cells:
@@ -113,38 +102,26 @@ class Ranging:
 
 
 def _cells(patch: Patch, near: Floats, rough: NDArray[np.bool_]) -> Cells:
-    """What interpolation does in the cells of a patch, by the nearness at all rays."""
+    """How nearness is interpolated in the cells of a patch, by that of all rays."""
     w = patch.of(near)
-    straight, bent = np.zeros(w.shape), np.zeros(tuple(n - 1 for n in w.shape))
-    bends: list[Floats] = []
-    for axis in (1, 0):
+    across, down = w[:, 1:] - w[:, :-1], w[1:] - w[:-1]
+    straight, errors = np.zeros(w.shape), np.zeros(tuple(n - 1 for n in w.shape))
+    parts = np.empty((6, *errors.shape), dtype=np.float32)
+    parts[:4] = w[:-1, :-1], across[:-1], down[:, :-1], across[1:] - across[:-1]
+    for axis, part in ((1, parts[4]), (0, parts[5])):
         bend = second(w, axis)
         straight += np.abs(bend) / 8.0
         middle = corners(bend, np.add) / 4.0
-        bends.append(middle.ravel() / 2.0)
-        bent += np.maximum(corners(bend, np.maximum) - middle, middle - corners(bend, np.minimum)) / 8.0
-    worst = corners(straight, np.maximum)
-    bent[[0, -1]], bent[:, [0, -1]] = worst[[0, -1]], worst[:, [0, -1]]  # beyond the border it is not known
-    given, most = corners(patch.of(rough), np.logical_or), ERROR * np.abs(w) + TINY
-    return Cells(
-        (given | (corners(straight / most, np.maximum) > 1.0)).ravel(),
-        np.where(given, np.inf, bent).ravel(),
-        np.stack(bends),
-    )
+        np.divide(middle, 2.0, out=part, casting="same_kind")
+        errors += np.maximum(corners(bend, np.maximum) - middle, middle - corners(bend, np.minimum)) / 8.0
+    border = np.ones(errors.shape, dtype=np.bool_)
+    border[1:-1, 1:-1] = False  # beyond it, it is not known how edges are bent
+    errors[border] = corners(straight, np.maximum)[border]
+    errors[corners(patch.of(rough), np.logical_or)] = np.inf
+    return Cells(parts.reshape(6, -1), errors.ravel(), (errors > corners(ERROR * np.abs(w) + TINY, np.minimum)).ravel())
 
 
-def _weights(right: Floats, down: Floats, along: Floats) -> NDArray[np.float32]:
-    """(4, n) shares of four nodes in what is between them: the upper two, and the lower two."""
-    rows, columns = (along * (1.0 - down), along * down), (1.0 - right, right)
-    return np.stack([row * column for row in rows for column in columns]).astype(np.float32)
-
-
-def _mixed(near: Floats, node: Places, below: Places, weights: Floats) -> Floats:
-    """Bilinear, from four nodes. What single precision rounds off is far less than ERROR."""
-    found = near.take(node, mode="clip")
-    found *= weights[0]
-    for place, weight in zip((node + 1, below, below + 1), weights[1:], strict=True):
-        more = near.take(place, mode="clip")
-        more *= weight
-        found += more
-    return found
+def _shares(right: Floats, down: Floats, along: Floats) -> NDArray[np.float32]:
+    """(6, n) of the parts of a cell in what is seen in it: bilinear, and as it is bent across and down."""
+    bent = right * (right - 1.0), down * (down - 1.0)
+    return np.stack([along, *(along * share for share in (right, down, right * down, *bent))]).astype(np.float32)

@@ -71,11 +71,11 @@ class Relief:
         `cell` per unit of way beside may meet something nearer. `exact` crossings are those of the true bottom, others
         those of the grid. A crossing after the way `until` (n,) may be missed. The bottom lies `lowered` m deeper.
         """
-        own = Rays.of(place, rays, lowered)
+        own = Rays(place, rays, lowered)
         level = (self.sea.elsewhere if reach == math.inf else self.sea.depth(*place[:2])) + lowered - place[2]
         nearness = own.down / level if level > 0.0 else np.minimum(own.down, 0.0)
         if reach < math.inf:
-            nearness = np.minimum(nearness, np.hypot(own.north, own.east) / reach)
+            nearness = np.minimum(nearness, own.flat / reach)
         found = _crossings(len(nearness))
         self._march(own, reach, cell, until, exact, found)
         hit = np.flatnonzero(found.level >= 0)
@@ -91,9 +91,9 @@ class Relief:
 
         It is that of the next crossing; the ground before it is looked at in a few places only.
         """
-        own, found = Rays.of(place, rays, 0.0), nearness.copy()
+        own, found = Rays(place, rays, 0.0), nearness.copy()
         good, way = np.zeros(len(found), dtype=np.bool_), 1.0 / np.maximum(nearness, 1e-9)
-        away, begin = np.hypot(own.north, own.east) * way, 0.0
+        away, begin = own.flat * way, 0.0
         for number in range(CURVED):
             end = REACH * COARSER**number
             every = np.flatnonzero((away >= begin) & (away < end) & (own.down > 0.0))
@@ -104,7 +104,7 @@ class Relief:
                 clear, fall = there.clear(curved, guess), there.down
                 after, sure = _secant(there, curved, guess, clear, guess + clear / fall, SECANTS)
                 sure &= np.abs(after - guess) < STRAYED * guess
-                sure &= np.hypot(there.north, there.east) * after < end + OVER * curved.grid.step
+                sure &= there.flat * after < end + OVER * curved.grid.step
                 for share in BEFORE:
                     sure &= there.clear(curved.grid, share * after) > 0.0
                 with np.errstate(divide="ignore", invalid="ignore"):
@@ -136,7 +136,7 @@ class Relief:
         """Fill in where rays cross the grids."""
         over = self.sea.shallowest + rays.lowered >= rays.place[2]
         left, begin = np.flatnonzero(rays.down > 0.0) if over else np.arange(len(rays.down)), 0.0
-        flat = np.maximum(np.hypot(rays.north, rays.east), SLACK)
+        flat = np.maximum(rays.flat, SLACK)
         for number in range(LEVELS):
             end = min(reach, REACH * COARSER**number)
             if not left.size or begin >= end:
@@ -178,7 +178,7 @@ class Relief:
         slant = np.flatnonzero(~once)
         if slant.size:
             there = own[slant]
-            sector = sectors(rays.north[there], rays.east[there])
+            sector = sectors(rays.towards[0][there], rays.towards[1][there])
             horizon = self._horizon(number, rays.place)
             touch, nearest, farthest = horizon.touched(sector, lowest[near[slant]] / flat[slant])
             first[slant[~touch]] = np.inf
