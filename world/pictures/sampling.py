@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from world.pictures.lookup import Lookup
+from world.pictures.lookup import STRIP, Lookup
 
 Atlas = NDArray[np.uint32]
 Image = NDArray[np.uint8]
@@ -35,9 +35,11 @@ class Nearest:
     def __init__(self, lookup: Lookup):
         self.shape, self.pixels = lookup.shape, _pixels(lookup)
         last = lookup.face_width - 1
-        column, row = (
-            np.clip(np.floor(np.nan_to_num(a) + 0.5), 0, last).astype(np.int64) for a in (lookup.u, lookup.v)
-        )
+        column, row = (np.empty(self.shape, dtype=np.int64) for _ in range(2))
+        for start in range(0, len(column), STRIP):
+            rows = slice(start, start + STRIP)
+            for found, place in ((column, lookup.u), (row, lookup.v)):
+                found[rows] = np.minimum(np.fmax(np.floor(place[rows] + 0.5), 0.0), last)  # 0 in place of NaN
         self.index = _index(lookup, column, row)
 
     def __call__(self, atlas: Atlas) -> Image:

@@ -16,7 +16,7 @@ SIZE = 1024
 WIDE = 2048  # size of the textures that repeat last
 TONES = 64  # texture values are 0 to TONES - 1
 BENDS = 256  # texels by which a texture can shift another one
-CHUNK = 64  # rows whose tones are found together: they fit into the L2 cache
+CHUNK = 32  # rows, or columns, that are treated together: they fit into the L2 cache
 STEEPEST = 9  # cycles per side of the longest waves of sand: those that shifts of its texture make unrecognizable
 
 
@@ -47,26 +47,25 @@ def _kept(shared: NDArray[Any]) -> NDArray[Any]:
 
 def pyramid(texture: Floats) -> NDArray[np.uint8]:
     """(n, 2n) tones: `texture` (n, n), 0 to 1, on the left, to its right copies of half the size each."""
-    return _pyramid(texture, TONES, np.uint8)
+    return _pyramid(texture, TONES, TONES, np.uint8)
 
 
 def bending_pyramid(texture: Floats, bends: Floats) -> NDArray[np.uint16]:
     """A pyramid of tones and, times TONES, of shifts (n, n) of another texture in its texels, 0 to BENDS."""
-    shifts = _pyramid(bends / BENDS, BENDS, np.uint16)
+    shifts = _pyramid(bends, 1, BENDS, np.uint16)
     shifts *= TONES
-    shifts += _pyramid(texture, TONES, np.uint16)
+    shifts += _pyramid(texture, TONES, TONES, np.uint16)
     return shifts
 
 
-def _pyramid(texture: Floats, steps: int, kind: type[Any]) -> NDArray[Any]:
+def _pyramid(texture: Floats, scale: int, steps: int, kind: type[Any]) -> NDArray[Any]:
     size = texture.shape[0]
     levels = np.zeros((size, 2 * size), dtype=kind)
     column, level = 0, texture
     while True:
         width = level.shape[0]
-        for start in range(0, width, CHUNK):
-            rows = slice(start, min(start + CHUNK, width))
-            tones = level[rows] * steps
+        for rows in _chunks(width):
+            tones = level[rows] * scale
             levels[rows, column : column + width] = np.clip(tones, 0, steps - 1, out=tones)
         if width == 1:
             return levels
@@ -91,11 +90,15 @@ def sand(random: Generator) -> Floats:
     winding = noise(random, f**-1.9)
     ground = noise(random, f**-1.6 * (f > STEEPEST))
     grain = noise(random, np.minimum(f, 200.0) ** -0.4 * (f > STEEPEST))
-    down, across = np.meshgrid(*(np.arange(SIZE, dtype=np.float32) * np.float32(math.tau / SIZE),) * 2, indexing="ij")
-    phase = 34 * across + 11 * down + 5.5 * winding
-    ripple = np.abs(np.sin(phase / 2 + 0.3 * np.sin(phase))) * np.clip(1.0 + 0.25 * ground, 0.2, 1.6)
-    lit = ripple - np.roll(ripple, 2, axis=1)
-    return _tones(0.5 + 0.16 * (ripple - 0.6) + 0.55 * lit + 0.05 * ground + 0.07 * grain)
+    across = np.arange(SIZE, dtype=np.float32) * np.float32(math.tau / SIZE)
+    found = winding
+    for rows in _chunks(SIZE):
+        phase = 34 * across + 11 * across[rows, np.newaxis] + 5.5 * winding[rows]
+        rough = np.clip(1.0 + 0.25 * ground[rows], 0.2, 1.6)
+        ripple = np.abs(np.sin(phase / 2 + 0.3 * np.sin(phase))) * rough
+        lit = ripple - np.roll(ripple, 2, axis=1)
+        found[rows] = 0.5 + 0.16 * (ripple - 0.6) + 0.55 * lit + 0.05 * ground[rows] + 0.07 * grain[rows]
+    return _tones(found)
 
 
 def patches(random: Generator) -> Floats:
@@ -138,12 +141,18 @@ def noise(random: Generator, amplitude: Floats) -> Floats:
 
     It is the same for those that go up and down.
     """
-    shaped = np.fft.rfft2(random.standard_normal((SIZE, SIZE), dtype=np.float32))
-    half = SIZE // 2
-    shaped[: half + 1] *= amplitude
-    shaped[half + 1 :] *= amplitude[half - 1 : 0 : -1]
-    shaped[0, 0] = 0.0
-    return _normal(np.fft.irfft2(shaped, s=(SIZE, SIZE)))
+    white, half = random.standard_normal((SIZE, SIZE), dtype=np.float32), SIZE // 2
+    weight = np.concatenate((amplitude, amplitude[half - 1 : 0 : -1]))
+    weight[0, 0] = 0.0
+    waves = np.empty((SIZE, half + 1), dtype=np.complex64)
+    # NumPy transforms numbers of single precision in double precision, too, for which it copies them one by one.
+    for rows in _chunks(SIZE):
+        waves[rows] = np.fft.rfft(white[rows].astype(np.float64))
+    for columns in _chunks(half + 1):
+        shaped = np.fft.fft(waves[:, columns].astype(np.complex128), axis=0).astype(np.complex64)
+        shaped *= weight[:, columns]
+        waves[:, columns] = np.fft.ifft(shaped, axis=0)
+    return _normal(np.fft.irfft(waves, n=SIZE))
 
 
 def wide_noise(random: Generator, finest: int, spectrum: Callable[[Floats], Floats]) -> Floats:
@@ -158,6 +167,10 @@ def wide_noise(random: Generator, finest: int, spectrum: Callable[[Floats], Floa
     padded[:finest], padded[-finest:] = shaped[:finest], shaped[finest:]
     # Higher frequencies along the rows are zero: those columns need no transform.
     return _normal(np.fft.irfft(np.fft.ifft(padded, axis=0), n=WIDE, axis=1))
+
+
+def _chunks(count: int) -> list[slice]:
+    return [slice(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK)]
 
 
 def _normal(field: Floats) -> Floats:
