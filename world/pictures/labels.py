@@ -178,15 +178,15 @@ class Labeller:
         near, (a, b, c) = ranging.nearness(sight.place, sight.turn), sight.turn[2].tolist()
         distance, kinds = np.empty(near.size), np.empty(near.size, dtype=np.uint8)
         a, b, c = (each * (-1.0 / sight.depth) for each in (a, b, c))
-        for start in range(0, near.size, BLOCK):
-            part = slice(start, start + BLOCK)
-            own, (x, y, z) = near[part], self._rays.all[:, part]
-            top, more = a * x, b * y
-            top += more
-            top += np.multiply(z, c, out=more)
-            np.multiply(top > own, np.uint8(self._above - self._below), out=kinds[part])
-            np.maximum(top, own, out=top)
-            with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore"):
+            for start in range(0, near.size, BLOCK):
+                part = slice(start, start + BLOCK)
+                own, (x, y, z) = near[part], self._rays.all[:, part]
+                top, more = a * x, b * y
+                top += more
+                top += np.multiply(z, c, out=more)
+                np.multiply(top > own, np.uint8(self._above - self._below), out=kinds[part])
+                np.maximum(top, own, out=top)
                 np.divide(1.0, np.maximum(top, 0.0, out=top), out=distance[part])
         kinds += np.uint8(self._below)
         kinds *= self._rays.covered
@@ -208,7 +208,7 @@ class Labeller:
         found = np.zeros(pixels.shape, dtype=np.bool_)
         if self._ranging is not None or self.landscape.walls:
             (own,) = np.nonzero(distance[pixels] < far)
-            rays = turned(sight.turn, self._rays.all[:, pixels[own]])
+            rays = turned(sight.turn, self._rays.all.take(pixels[own], axis=1))
             found[own] = self.landscape.hides(sight.place, rays, 1.0 / far[own], bed)
         return found
 
@@ -241,7 +241,7 @@ class Labeller:
         seen: list[tuple[int, Places, float]] = []
         for number, body in bodies.items():
             pixels, rim = self._rays.near(body)
-            far = body.distances(self._rays.all[:, pixels])
+            far = body.distances(self._rays.all.take(pixels, axis=1))
             pixels, far = pixels[far < math.inf], far[far < math.inf]
             if pixels.size:
                 shown = (instances[pixels] == 0) | (far < distance[pixels])

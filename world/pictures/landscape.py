@@ -62,7 +62,7 @@ class Landscape:
         left = np.flatnonzero(~found & (body > 0.0))
         if self.relief is not None and left.size:
             until = 1.0 / body[left]
-            near, _ = self.relief.meet(place, rays[:, left], exact=True, until=until, lowered=bed)
+            near, _ = self.relief.meet(place, rays.take(left, axis=1), exact=True, until=until, lowered=bed)
             found[left] = near > body[left] * (1.0 + SAME)
         return found
 

@@ -102,7 +102,7 @@ def second(values: Floats, axis: int) -> Floats:
     """Second differences (n, m) along an axis; at the border those next to it, 0 where there are too few values."""
     found = np.zeros(values.shape)
     if values.shape[axis] > 2:
-        along, given = (np.moveaxis(each, axis, 0) for each in (found, values))
+        along, given = (each.T if axis else each for each in (found, values))
         along[1:-1] = given[2:] - 2.0 * given[1:-1] + given[:-2]
         along[0], along[-1] = along[1], along[-2]
     return found

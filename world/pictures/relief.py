@@ -20,8 +20,8 @@ BLOCK = 1 << 13  # rays that are marched together: their arrays fit into the L2 
 BEHIND = 0.8  # a crest hides what is farther than its own way by this
 STEEPER = 1.25  # times as steep as a grid, a ray comes down to it so fast that it crosses it once
 CLOSE = 1e-7  # of the way, to which a ray is begun before a depth and ended after it
-TRIES, CUTS = 4, 20
-WIDER, CUT = np.array((1.0, 3.0, 7.0, 15.0)), np.arange(1, 8) / 8
+TRIES, CUTS = 4, 15
+WIDER, CUT = np.array((1.0, 3.0, 7.0, 15.0)), np.arange(1, 16) / 16
 NARROW = 2e-4  # of the way, to which crossings are found where the bottom is not smooth
 SMOOTH = 2e-4  # of the way: a last step towards a crossing that is shorter leaves an error that is far smaller
 SECANTS = 3  # towards a crossing that is about known
@@ -204,18 +204,17 @@ class Relief:
                 own = every[start : start + BLOCK]
                 curved = self._grids.curved(number, rays.place)
                 there = rays.at(own)
-                found, good = _stepped(curved, there, way[own], fall[own], SECANTS)
+                found, good, _ = _stepped(curved, there, way[own], fall[own], SECANTS)
                 way[own[good]] = found[good]
                 good &= _is_true(there, curved, found, fall[own])
                 rest.append(own[~good])
         own = np.concatenate(rest)
         if own.size:
             there = rays.at(own)
-            found, good = _stepped(self.sea, there, way[own], fall[own])
+            found, good, clear = _stepped(self.sea, there, way[own], fall[own])
             bad = np.flatnonzero(~good)
             if bad.size:
-                clear = there.at(bad).clear(self.sea, way[own[bad]])
-                found[bad] = _bracketed(self.sea, there.at(bad), way[own[bad]], clear, fall[own[bad]])
+                found[bad] = _bracketed(self.sea, there.at(bad), way[own[bad]], clear[bad], fall[own[bad]])
             way[own] = found
         return way
 
@@ -236,8 +235,8 @@ def _is_true(rays: Rays, curved: Curved, way: Floats, fall: Floats) -> Bools:
     return good
 
 
-def _stepped(ground: Any, rays: Rays, way: Floats, falls: Floats, steps: int = 1) -> tuple[Floats, Bools]:
-    """Ways to the crossings of a ground next to those of a grid, and which ones are found."""
+def _stepped(ground: Any, rays: Rays, way: Floats, falls: Floats, steps: int = 1) -> tuple[Floats, Bools, Floats]:
+    """Ways to the crossings of a ground next to those of a grid, which ones are found, and how clear the latter are."""
     clear = rays.clear(ground, way)
     found = way + clear / falls
     good: Bools = np.abs(found - way) < SMOOTH * way
@@ -245,7 +244,7 @@ def _stepped(ground: Any, rays: Rays, way: Floats, falls: Floats, steps: int = 1
     if left.size:
         nearer, good[left] = _secant(rays.at(left), ground, way[left], clear[left], found[left], steps)
         found[left[good[left]]] = nearer[good[left]]
-    return found, good
+    return found, good, clear
 
 
 def _secant(rays: Rays, ground: Any, way: Floats, clear: Floats, after: Floats, steps: int = 1) -> tuple[Floats, Bools]:
