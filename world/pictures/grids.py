@@ -67,7 +67,9 @@ class Grid(NamedTuple):
 
     def places(self, north: Floats, east: Floats) -> tuple[Places, Floats, Floats]:
         """The corners of the cells that hold places, and where in these they are, 0 to 1 north and east."""
-        x, y = (north - self.north) / self.step, (east - self.east) / self.step
+        x, y, scale = north - self.north, east - self.east, 1.0 / self.step  # a power of two
+        x *= scale
+        y *= scale
         i, j = np.floor(x), np.floor(y)
         x -= i
         y -= j

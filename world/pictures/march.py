@@ -66,14 +66,18 @@ class Rays(NamedTuple):
 
 
 class Legs(NamedTuple):
-    """From which to which way (n,) each ray may cross a grid, and which ones do so `once` at most."""
+    """From which to which way (n,) each ray may cross a grid, and which ones do so `once` at most.
+
+    They go `flat` (n,) across the ground per unit of way.
+    """
 
     first: Floats
     last: Floats
     once: Bools
+    flat: Floats
 
     def at(self, part: slice) -> "Legs":
-        return Legs(self.first[part], self.last[part], self.once[part])
+        return Legs(self.first[part], self.last[part], self.once[part], self.flat[part])
 
 
 class March:
@@ -88,7 +92,7 @@ class March:
         count = len(rays.down)
         self.low, self.falls, self.crest = np.full(count, np.nan), np.ones(count), np.full(count, np.inf)
         length = legs.last - legs.first
-        steps = np.ceil(rays.flat * length / (STRIDE * grid.step))
+        steps = np.ceil(legs.flat * length / (STRIDE * grid.step))
         self._step = length / np.maximum(steps, 2.0)
 
     def hits(self) -> Places:
@@ -96,7 +100,7 @@ class March:
 
     def go(self, cell: float, steps: int) -> None:
         """Find the crossings, by some steps of false position, and crests within NEARLY of a `cell`."""
-        going, (starts, ends, _) = np.arange(len(self.low)), self._legs
+        going, (starts, ends, *_) = np.arange(len(self.low)), self._legs
         way = starts
         clear = self.rays.clear(self.grid, way)
         at_once = clear <= 0.0

@@ -71,8 +71,7 @@ class Ranging:
         for start in range(0, found.size, BLOCK):
             part = slice(start, start + BLOCK)
             shown = cells.parts.take(self._cell[part], axis=1, mode="clip")
-            shown *= self._shares[:, part]
-            shown.sum(axis=0, out=found[part])
+            found[part] = np.einsum("ij,ij->j", shown, self._shares[:, part])
         own, cell = self._within(np.flatnonzero(cells.crooked))
         errs, guess = cells.errors[cell] * self._along[own], np.maximum(found[own], 0.0)
         cast = np.flatnonzero(errs > ERROR * guess)

@@ -29,7 +29,7 @@ STRAYED = 0.12  # of the way, by which a crossing may be from where it was thoug
 OVER = 2.0  # cells beyond the reach of a grid, where its curves still hold
 BEFORE = 0.98, 0.94  # shares of that way, at which a ray must be above the ground
 AGO = 1e-3  # of the way, in which it is measured how fast a ray falls
-TRUE = 4e-4  # of the way, by which a crossing of curves may be from that of the bottom
+TRUE = 3e-4  # of the way, by which a crossing of curves may be from that of the bottom
 SURELY = 0.1  # of that: so near to the bottom are curves also where rays fall slower than they seemed to
 
 
@@ -93,7 +93,8 @@ class Relief:
         """
         own, found = Rays(place, rays, 0.0), nearness.copy()
         good, way = np.zeros(len(found), dtype=np.bool_), 1.0 / np.maximum(nearness, 1e-9)
-        away, begin = own.flat * way, 0.0
+        flat, begin = own.flat, 0.0
+        away = flat * way
         for number in range(CURVED):
             end = REACH * COARSER**number
             every = np.flatnonzero((away >= begin) & (away < end) & (own.down > 0.0))
@@ -104,7 +105,7 @@ class Relief:
                 clear, fall = there.clear(curved, guess), there.down
                 after, sure = _secant(there, curved, guess, clear, guess + clear / fall, SECANTS)
                 sure &= np.abs(after - guess) < STRAYED * guess
-                sure &= there.flat * after < end + OVER * curved.grid.step
+                sure &= flat[part] * after < end + OVER * curved.grid.step
                 for share in BEFORE:
                     sure &= there.clear(curved.grid, share * after) > 0.0
                 with np.errstate(divide="ignore", invalid="ignore"):
@@ -186,7 +187,7 @@ class Relief:
             first[slant] = np.maximum(first[slant], nearest / flat[slant])
             last[slant] = np.minimum(last[slant], farthest / flat[slant])
         going = np.flatnonzero(first < last)
-        return own[going], Legs(first[going], last[going], once[going])
+        return own[going], Legs(first[going], last[going], once[going], flat[going])
 
     def _horizon(self, number: int, place: Vector) -> Horizon:
         kept = self._horizons.get(number)
