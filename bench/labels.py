@@ -51,7 +51,7 @@ def main() -> int:
 
 
 def harbour(rounds: int) -> bool:
-    """Prints figures over the bathymetry of a shipped profile; False if pictures are too slow."""
+    """Prints figures over the bathymetry of a shipped profile; False if pictures, or with labels, are too slow."""
     sea = read_world(load_profile("lauv-noptilus-1").value).seabed
     assert sea is not None
     optics = FisheyeCamera.square(preset_lens("equidistant", math.pi), 512)
@@ -69,10 +69,11 @@ def harbour(rounds: int) -> bool:
         rounds,
     )
     flat, picture, labels = (times[name] for name in ("plane", "picture", "labels"))
-    columns = f"{picture * 1e3:6.1f} ms {labels * 1e3:6.1f} ms {'':11s} {1.0 / (picture + labels):10.0f}"
+    fps = 1.0 / (picture + labels)
+    columns = f"{picture * 1e3:6.1f} ms {labels * 1e3:6.1f} ms {'':11s} {fps:10.0f} (at least {LEAST_FPS:.0f})"
     print(f" 256 ->  512  bathymetry   {columns}")
     print(f"pictures: {1.0 / picture:.0f} fps (at least {LEAST_PICTURES:.0f}), {1.0 / flat:.0f} over a plane")
-    return 1.0 / picture >= LEAST_PICTURES
+    return 1.0 / picture >= LEAST_PICTURES and fps >= LEAST_FPS
 
 
 if __name__ == "__main__":
