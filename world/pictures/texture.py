@@ -59,6 +59,7 @@ def bending_pyramid(texture: Floats, bends: Floats) -> NDArray[np.uint16]:
 
 
 def _pyramid(texture: Floats, scale: int, steps: int, kind: type[Any]) -> NDArray[Any]:
+    """`scale` times the texture, in whole numbers from 0 to before `steps`."""
     size = texture.shape[0]
     levels = np.zeros((size, 2 * size), dtype=kind)
     column, level = 0, texture
@@ -145,7 +146,7 @@ def noise(random: Generator, amplitude: Floats) -> Floats:
     weight = np.concatenate((amplitude, amplitude[half - 1 : 0 : -1]))
     weight[0, 0] = 0.0
     waves = np.empty((SIZE, half + 1), dtype=np.complex64)
-    # NumPy transforms numbers of single precision in double precision, too, for which it copies them one by one.
+    # Forward, NumPy (2.4) transforms single precision in double precision, too, but is slow to convert the numbers.
     for rows in _chunks(SIZE):
         waves[rows] = np.fft.rfft(white[rows].astype(np.float64))
     for columns in _chunks(half + 1):
