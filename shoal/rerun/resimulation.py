@@ -68,6 +68,7 @@ def resimulate(
     if about is None:
         raise ResimulationError(f"{log.path}: the log has no messages")
     loaded, notes = profile_of(run.logs[0], about, profile)
+    notes = [f"{note}; name a profile with -c" for note in notes]
     if loaded.messages is not None:
         run.schema.share(loaded.messages)
     if before := ", ".join(earlier.path.parent.name for earlier in run.logs[:-1]):
@@ -146,7 +147,7 @@ def profile_of(log: imc.Log, about: Outline, named: str | Path | None) -> tuple[
         return load_profile(beside, strict=False), []
     name = about.names.system(about.owner)
     addresses = own_etc() / "common" / "imc-addresses.ini"
-    note = f"the log has no {CONFIGURATION}: using default parameters; name a profile with -c"
+    note = f"the log has no {CONFIGURATION}: using default parameters"
     return load_profile(addresses, vehicle=name, strict=False), [note]
 
 

@@ -159,6 +159,7 @@ def test_all_logs_of_a_failed_run_are_told(write):
         (["test", "nowhere"], "nowhere: no such file or folder"),
         (["test", "file.txt", "--set", "seed"], "'seed' is no assignment"),
         (["test", "file.txt", "--wall-limit", "soon"], "'soon' is not a duration"),
+        (["test", "file.txt", "--wall-limit", "0"], "--wall-limit must be more than 0 s"),
         (["test", "file.txt", "-j", "-1"], "-1"),
         (["test", "file.txt", "--junit", "file.txt/j.xml"], "file.txt"),
     ],

@@ -1,6 +1,5 @@
 """Searches: what they find, how small they make it, that nothing but the study decides it, and what they refuse."""
 
-import json
 import math
 import signal
 import subprocess
@@ -9,90 +8,21 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-import yaml
-from hypothesis import given
-from hypothesis import strategies as st
 
 from imc.schema.yamltree import read_tree
 from shoal.campaigns import Shard, campaign_page, findings_of, open_data_set, rerun, run
 from shoal.campaigns.campaign import carry_out
 from shoal.campaigns.dataset.dataset import DataSetError
 from shoal.campaigns.draws.distributions import StudyFileError, read_distribution
-from shoal.campaigns.search.axes import axis_of, size
+from shoal.campaigns.search.axes import axis_of
 from shoal.campaigns.search.course import Course
 from shoal.campaigns.search.goal import Goal
 from shoal.campaigns.search.spec import Search
-from shoal.campaigns.search.writing import yaml_of
 from shoal.campaigns.studies.study import load_study
-from shoal.scenarios import Result, ScenarioFileError, Verdict, load_draft
+from shoal.scenarios import Result, Verdict, load_draft
+from tests.shoal.campaigns.search.slope import GPS, NORTH, SCENARIO, STUDY, Slope, comparable, do, write
 
 ROOT = Path(__file__).parents[4]
-SCENARIO = """\
-scenario: dive
-seed: 3
-vehicle:
-  profile: lauv-noptilus-1
-  modes: Kinematic
-  parameters: {Control.Path.VectorField: {Corridor -- Width: 2.5}}
-world: {current: {north: 0.1 m/s, east: 0}}
-expect:
-  - {name: stays, always: SimulatedState.x < 3 m}
-  - {name: dives, eventually: SimulatedState.z > 3 m}
-metrics:
-  far: {last: SimulatedState.x}
-limit: 20 s
-"""
-NORTH, EAST, GPS = "world/current/north", "world/current/east", "vehicle/parameters/Simulators.GPS/HACC"
-STUDY = f"""\
-scenario: dive.scenario.yaml
-vary:
-  {NORTH}: {{uniform: [-1 m/s, 1 m/s]}}
-  {EAST}: {{normal: [0, 0.3]}}
-  {GPS}: {{integer: [1, 9]}}
-search: {{minimise: margin of stays, shrink: 40}}
-runs: 30
-seed: 5
-"""
-
-
-class Slope:
-    """Stands in for runs: the margin falls with the current north, and with east a little; notes each run in a file."""
-
-    def __init__(self, counter=None, dead=False, gain=""):
-        self._counter, self._dead, self._gain = counter, dead, gain
-
-    def __call__(self, job):
-        if self._counter is not None:
-            with Path(self._counter).open("a") as file:
-                file.write(f"{job.key}\n")
-        if self._dead and job.key == 4:
-            return Result("dive", job.seed, error="Navigation.AUV: ZeroDivisionError")
-        north, east, gps = (float(str(job.values.get(place, usual)).split()[0]) for place, usual in USUAL.items())
-        margin = 0.413 - north - 0.01 * abs(east) + 0.0 * gps
-        stays = Verdict("stays", margin > 0.0, margin, "" if margin > 0.0 else f"failed by {-margin:.3f}")
-        depth = Verdict("dives", north > -0.9, math.inf if north > -0.9 else -math.inf)
-        far = (north + 0.95) ** 2 + (gps - 7.0) ** 2 / 64.0 + abs(job.values.get(self._gain, 9.0) - 2.0)
-        digest = f"{job.seed} {north!r} {east!r} {gps!r}"
-        return Result("dive", job.seed, (stays, depth), {"far": far}, fingerprint=digest)
-
-
-USUAL = {NORTH: 0.1, EAST: 0.0, GPS: 4.0}
-
-
-def write(folder, text=STUDY, scenario=SCENARIO):
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "dive.scenario.yaml").write_text(scenario)
-    path = folder / "dive.study.yaml"
-    path.write_text(text)
-    return path
-
-
-def do(path, folder, workers=0, make=Slope, **options):
-    return carry_out(load_study(path, **options), folder, make=make, workers=workers)
-
-
-def comparable(data):
-    return repr([{key: value for key, value in row.items() if key != "cpu"} for row in data.counted])
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +75,7 @@ SCRIPT = """
 import sys, time
 from functools import partial
 from pathlib import Path
-from tests.shoal.campaigns.search.test_search import Slope, carry_out, load_study
+from tests.shoal.campaigns.search.slope import Slope, carry_out, load_study
 def slow(data):
     print(len(data.rows), flush=True)
     time.sleep(0.005)
@@ -293,71 +223,6 @@ def test_the_order_in_which_runs_end_does_not_matter():
     assert 0.5 <= smallest["values.x"] < 0.52
 
 
-@pytest.mark.parametrize(
-    ("text", "low", "high", "ordered"),
-    [
-        ("{uniform: [1, 3]}", 1.0, 3.0, True),
-        ("{normal: [0, 1]}", -3.0902, 3.0902, True),
-        ("{log uniform: [0.001, 10]}", 0.001, 10.0, True),
-        ("{scipy: weibull_min, c: 2, scale: 1}", 0.0, 2.6283, True),
-        ("{integer: [-2, 2]}", -2, 2, True),
-        ("{choice: [1, 5]}", 1, 5, True),
-        ("{choice: {low: 1, no: 0, high: 2}}", "low", "high", False),
-        ("{choice: [true, false]}", True, False, False),
-    ],
-)
-def test_it_goes_from_one_end_of_a_distribution_to_the_other(text, low, high, ordered):
-    axis = axis_of("x", read_distribution(read_tree(text, "s.yaml", StudyFileError)), None)
-    assert axis.cells[0] == pytest.approx(low, abs=1e-4)
-    assert axis.cells[-1] == pytest.approx(high, abs=1e-4)
-    assert axis.ordered is ordered
-    assert all(axis.cell(axis.share(cell)) == cell for cell in axis.cells)
-    assert "no" not in axis.cells
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (("margin of stays", "margin of stay"), r"l:6: the scenario has no expectation 'stay'.*'margin of stays'"),
-        (("margin of stays", "metrics.fare"), r"l:6: the scenario has no metric 'metrics.fare'.*'metrics.far'"),
-        (
-            ("margin of stays", "margins.stays"),
-            r"l:6: the scenario has no margin or metric 'margins.stays'",
-        ),
-        (("minimise", "minimize"), r"l:6: search: unknown key 'minimize'.*'minimise'"),
-        (("minimise: margin of stays, ", ""), r"l:6: a search has either minimise or maximise"),
-        (("shrink: 40", "maximise: margin"), r"l:6: a search has either minimise or maximise"),
-        (("shrink: 40", "shrink: -1"), r"l:6: shrink: expected 0 to 100000, not -1"),
-        (
-            ("minimise: margin of stays", "maximise: margin"),
-            r"l:6: shrink has no effect: only a search for the smallest",
-        ),
-        (("minimise: margin of stays", "minimise: metrics.far"), r"l:6: shrink has no effect"),
-        (("shrink: 40", "at a time: 0"), r"l:6: at a time: expected 1 to 1000, not 0"),
-        (("shrink: 40", "of: pass"), r"l:6: of: expected all or passed, not 'pass'.*'passed'"),
-        (("shrink: 40", "of: passed"), r"l:6: a run that passes has no margin that fails"),
-        (("runs: 30", "until: {pass rate known to: 1 %}"), r"l:7: search and until exclude each other"),
-        (("runs: 30", "sampling: saltelli"), r"l:7: search and sampling exclude each other"),
-        (("integer: [1, 9]", "grid: [1, 9]"), r"l:5: .*HACC: a search chooses values itself: .* instead of grid"),
-        (("integer: [1, 9]", "choice: [3]"), r"l:5: .*HACC: a search needs two values at least"),
-        (("search: {minimise: margin of stays, shrink: 40}", "search: margin"), r"l:6: expected a mapping"),
-    ],
-)
-def test_a_search_that_makes_no_sense_is_refused_at_its_line(tmp_path, change, words):
-    path = write(tmp_path, STUDY.replace(*change))
-    with pytest.raises((StudyFileError, ScenarioFileError), match=words):
-        load_study(path)
-
-
-def test_a_search_of_nothing_is_refused(tmp_path):
-    text = "scenario: dive.scenario.yaml\nsearch: {minimise: margin}\n"
-    with pytest.raises(StudyFileError, match="l:2: a search needs something to vary"):
-        load_study(write(tmp_path, text))
-    bare = SCENARIO[: SCENARIO.index("expect:")] + "limit: 20 s\n"
-    with pytest.raises(StudyFileError, match="l:6: the scenario expects nothing, so it has no margin"):
-        load_study(write(tmp_path, STUDY.replace("margin of stays", "margin"), bare))
-
-
 def test_without_optuna_it_says_so_before_any_run(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "optuna", None)
     count = tmp_path / "count"
@@ -390,14 +255,6 @@ def test_paths_in_what_it_writes_lead_to_the_same_files(tmp_path):
     assert found.plan.replace(timestamp=0.0) == first.plan.replace(timestamp=0.0)
 
 
-TEXTS = st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=12)
-TREES = st.recursive(
-    TEXTS | st.integers() | st.floats(allow_nan=False) | st.booleans(),
-    lambda below: st.lists(below, max_size=4) | st.dictionaries(TEXTS.filter(bool), below, max_size=4),
-    max_leaves=12,
-)
-
-
 def test_a_search_has_no_shards(tmp_path):
     study = load_study(write(tmp_path))
     with pytest.raises(ValueError, match="search: there is no shard 2/3 of it"):
@@ -424,20 +281,6 @@ class Dead:
 
     def __call__(self, job):
         raise AssertionError(job)
-
-
-@given(st.dictionaries(TEXTS.filter(bool), TREES, min_size=1, max_size=4))
-def test_any_tree_reads_as_it_was_written(values):
-    tree = read_tree(json.dumps(values, ensure_ascii=False), "s.yaml")
-    again = read_tree(yaml_of(tree), "s.yaml")
-    assert again.value() == tree.value()
-    assert yaml.safe_load(yaml_of(tree)) == tree.value()
-
-
-def test_fewer_changes_are_smaller_than_short_ones():
-    axes = {"x": {"default": 0.0, "span": 2.0}, "y": {"default": None, "span": None}}
-    assert size({"x": 1.0}, axes) == (1, 0.5)
-    assert size({"x": 1.0}, axes) < size({"y": "b"}, axes) < size({"x": 0.1, "y": "b"}, axes)
 
 
 def test_a_search_gives_a_frame(tmp_path):
