@@ -1,7 +1,5 @@
 """Reads YAML into a tree with line numbers; the type of a value is chosen when it is read from the tree."""
 
-import math
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NoReturn, cast
@@ -16,7 +14,6 @@ _DEEPEST = 16
 _MOST = 200_000  # nodes
 _LARGEST = 4 << 20  # bytes of a file
 _TYPES: Any = yaml.SafeLoader("")
-_POWER = re.compile(r"[+-]?\d+(\.\d*)?[eE][+-]?\d+")
 
 
 class Node:
@@ -51,7 +48,7 @@ class Node:
     def value(self) -> Any:
         """The content as YAML 1.1 types it: numbers, booleans, dates, None, text, lists, dictionaries.
 
-        1e-3 is a number, as in YAML 1.2.
+        1e-3 is text there: it may be a name, and whoever wants a number reads one.
         """
         if isinstance(self.content, dict):
             return {key: node.value() for key, node in self.content.items()}
@@ -59,8 +56,6 @@ class Node:
             return [node.value() for node in self.content]
         if not self.plain:
             return self.content
-        if _POWER.fullmatch(self.content) and math.isfinite(number := float(self.content)):
-            return number
         tag: str = _TYPES.resolve(yaml.ScalarNode, self.content, (True, False))
         try:
             return _TYPES.yaml_constructors[tag](_TYPES, yaml.ScalarNode(tag, self.content))

@@ -120,6 +120,9 @@ def number(value: float, kind: str) -> int | float:
 
 def read_field(info: imc.FieldInfo, value: object) -> object:
     """The value of a message field, from its form in a plan file."""
+    if isinstance(value, str) and info.type.endswith("_t") and _NUMBER.fullmatch(value):  # 1e-3, a text in YAML 1.1
+        power, _ = split(value)
+        return int(power) if power.is_integer() and not info.type.startswith("fp") else power
     if isinstance(value, str) and info.unit in ("rad", "s", "m", "%"):
         si = quantity(value, info.unit)
         return si if info.type.startswith("fp") or abs(si) > LARGEST else round(si)

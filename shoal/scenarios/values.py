@@ -3,13 +3,14 @@
 import math
 import re
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import Any, TypeVar
 
 from imc.schema.yamltree import Node
 from runtime.durations import LONGEST, parse_duration
 from runtime.problem import hinted
 from runtime.task import Parameter
-from shoal.missions import in_unit, quantity
+from shoal.missions import in_unit, quantity, split
 
 T = TypeVar("T")
 _METERS = re.compile(r"\dm(?![a-z])|\d\s+m(?![a-z])")
@@ -99,6 +100,10 @@ def option_text(node: Node) -> str:
 
 
 def _duration(value: Any) -> float:
+    if isinstance(value, str):
+        with suppress(ValueError):  # of what is no number
+            number, unit = split(value)
+            value = value if unit else number
     if isinstance(value, int | float) and not isinstance(value, bool):
         if not (math.isfinite(value) and value >= 0.0):
             raise ValueError(f"{value} is not a time")

@@ -31,7 +31,7 @@ def test_values_have_the_types_of_yaml():
         "name": "pool",
         "count": 3,
         "ratio": 0.0015,
-        "small": 0.001,
+        "small": "1e-3",
         "beyond": "1e309",
         "1e3": "1e3",
         "flag": True,

@@ -72,6 +72,13 @@ def test_what_is_written_is_read_back_to_the_byte(plan, tmp_path):
     assert imc.encode(load_plan(path)) == imc.encode(plan.replace(timestamp=-1.0))
 
 
+def test_a_name_that_looks_like_a_number_stays_a_name():
+    plan = parse_plan(DEMO.replace("id: Path", "id: 1e3").replace("Path]", "1e3]").replace("radius: 15", "radius: 15e0"))
+    names = [m.maneuver_id for m in plan.maneuvers]
+    assert (names[2], plan.maneuvers[1].data.radius) == ("1e3", 15.0)
+    assert [m.maneuver_id for m in parse_plan(plan_text(plan)).maneuvers] == names
+
+
 def test_a_recorded_plan_is_short():
     assert plan_text(load_plan(PLANS / "three_gotos.json")).count("\n") == 7
 

@@ -142,7 +142,7 @@ def test_messages_of_others_and_of_the_vehicle(told):
     events:
       - at: 3 s
         message: {abbrev: SetEntityParameters, name: GPS, params: [{abbrev: EntityParameter, name: HACC, value: "7"}]}
-      - {at: 4 s, message: {abbrev: Temperature, src: lauv-noptilus-1, src_ent: GPS, value: 99}}
+      - {at: 4 s, message: {abbrev: Temperature, src: lauv-noptilus-1, src_ent: GPS, value: 99e0}}
       - {at: 4 s, message: {abbrev: EulerAngles, src: 0x4002, psi: 90°, dst_ent: GPS}}
     metrics:
       hacc: {last: GpsFix.hacc}
