@@ -22,15 +22,16 @@ def user_etc() -> Path:
 
 
 def located(path: Path) -> Path:
-    """Where the file at a path is: in the folder SHOAL_ROOT, which has files below it by their absolute path, or there.
+    """Where to read the file at a path: its copy, if there is one, in the folder SHOAL_ROOT, which has the same paths.
 
-    Whatever opens a file that a profile or a scenario names asks this: the files of a campaign are copies.
+    Whatever opens a file that a profile or a scenario names asks this: a campaign reads copies. A folder counts as
+    copied only where there is no other, since it may have more files.
     """
     root = os.environ.get("SHOAL_ROOT")
     if not root or not path.is_absolute() or path.is_relative_to(root):
         return path
     copy = Path(root, *Path(os.path.abspath(path)).parts[1:])
-    return copy if copy.exists() else path
+    return copy if copy.is_file() or not path.exists() else path
 
 
 def search_path(config_dirs: Iterable[str | Path] = ()) -> list[Path]:

@@ -9,7 +9,8 @@ from shoal.scenarios.shorthands import BOTTOM
 from tasks.simulators.gps import GPS
 from tasks.simulators.vsim import VSIM
 
-DEPTH = "Initial Depth"
+PLACE = ("Initial Depth", "Initial Position", "Tide Level", "Sounding Radius", "Out Of Bounds Depth")
+"""The options that decide whether the water is deep enough, the likeliest to be wrong first."""
 
 
 def check_start(vehicle: Vehicle, settings: Sequence[Setting]) -> None:
@@ -22,9 +23,10 @@ def check_start(vehicle: Vehicle, settings: Sequence[Setting]) -> None:
         if not receivers or not isinstance(task, VSIM) or not task.initial_depth:
             continue
         lat, lon = map(math.radians, receivers[0].initial_position)
-        concerned = (task.name, receivers[0].name, "World", BOTTOM)
-        about = [setting for setting in settings if setting.section in concerned]
-        about.sort(key=lambda setting: (setting.option != DEPTH, concerned.index(setting.section)))
+        concerned = (task.name, receivers[0].name, "World")
+        about = [setting for setting in settings if setting.section in concerned and setting.option in PLACE]
+        about.sort(key=lambda setting: PLACE.index(setting.option))
+        about += [setting for setting in settings if setting.section == BOTTOM]
         if about and task.initial_depth > (deepest := task.deepest(lat, lon)):
             water = max(0.0, task.water(lat, lon))
             raise ScenarioFileError(

@@ -128,6 +128,14 @@ def test_a_start_below_the_bottom_is_refused_before_the_run(draft, begin, said):
             begin()
 
 
+def test_a_start_below_the_bottom_by_the_profile_is_no_mistake_of_a_scenario(draft, tmp_path):
+    (tmp_path / "deep.ini").write_text(
+        "[Require lauv-noptilus-1.ini]\n[Simulators.VSIM]\nInitial Depth = 500\n[Navigation.AUV.Navigation]\n"
+    )
+    begin = "vehicle: {profile: deep.ini}\nworld: {water visibility: 5}\nlimit: 2 s\n"
+    assert not run(draft(begin=begin).scenario()).error
+
+
 @pytest.mark.parametrize(
     ("profile", "said"),
     [("otter", "Initial Depth: a boat floats"), ("hexa-00", "this vehicle has no option for depth")],
