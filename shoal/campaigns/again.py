@@ -31,7 +31,7 @@ def study_of(data: DataSet, *, make: Make = Draft, file: Path | None = None) -> 
     path = file or Path(str(data.about["file"]))
     if not path.is_file():
         raise DataSetError(f"{data.folder} is of the study {path}, which is not there; --study FILE says where it is")
-    study = load_study(path, make=make, fixed=data.about["fixed"], runs=data.about["runs"] or None)
+    study = load_study(path, make=make, fixed=data.about["fixed"], runs=data.about["runs"] or None, has_begun=True)
     if study.digest != data.about["digest"]:
         raise DataSetError(f"{path}, or a file that it names, has changed since {data.folder} was made")
     return study

@@ -22,7 +22,7 @@ def keep_findings(study: Study, data: DataSet) -> list[Path]:
     if shown is None or shown.found is None:
         return []
     runs = study.design.runs
-    if load_study(study.file, fixed=study.fixed, runs=runs).digest != study.digest:
+    if load_study(study.file, fixed=study.fixed, runs=runs, has_begun=True).digest != study.digest:
         raise DataSetError(f"{study.file}, or a file that it names, has changed: what was found cannot be written")
     numbers = shown.changes(shown.found)
     values = {**study.fixed, **study.written(numbers)}

@@ -60,7 +60,7 @@ def _work(pool: Named, lines: "queue.SimpleQueue[bytes]", out: BinaryIO) -> None
 def _refusal(site: Site, order: dict[str, Any]) -> str:
     """Why the study here is not the one that is meant: a library may be missing, or a task that was not found."""
     try:
-        study = load_study(site.path(Path(order["study"])), fixed=order["fixed"], runs=order["runs"])
+        study = load_study(site.path(Path(order["study"])), fixed=order["fixed"], runs=order["runs"], has_begun=True)
     except (ValueError, ImportError) as error:
         return str(error).replace(str(site.root), "")
     except OSError as error:

@@ -74,6 +74,19 @@ class Design:
         """The values of a run as a scenario has them."""
         return {name: self.varied[name].written(number) for name, number in self.numbers(run).items()}
 
+    def extremes(self, count: int) -> list[int]:
+        """Of so many runs, those that draw the smallest and the largest number of each value."""
+        columns: dict[str, list[Any]] = {name: [] for name in self.varied}
+        for start in range(0, count, _BLOCK):
+            stop = min(start + _BLOCK, count)
+            for name, shares in self._shares(start, stop).items():
+                found = self.varied[name]
+                columns[name] += found.at(shares) if found.cells else list(shares)  # else both grow together
+            for name, cells in self._cells(range(start, stop)).items():
+                columns[name] += cells
+        numbers = [column for column in columns.values() if not any(isinstance(item, str) for item in column)]
+        return list(dict.fromkeys(column.index(pick(column)) for column in numbers for pick in (min, max)))
+
     def _block(self, start: int) -> list[dict[str, Scalar]]:
         stop = start + _BLOCK
         columns = {name: self.varied[name].at(shares) for name, shares in self._shares(start, stop).items()}

@@ -1,13 +1,15 @@
 """Refuses, before the first run, values with which the scenario of a study cannot begin."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from contextlib import suppress
 
 from imc.schema.yamltree import Node
-from shoal.campaigns.draws import Changeable, Design, Distribution, Scalar
+from shoal.campaigns.draws import Changeable, Design, Scalar
 from shoal.campaigns.search import Search
 
 MOST_WORDS = 50  # to choose from
 MOST_RUNS = 10_000  # whose draws are looked at
+BESIDE = 8  # draws of all other values beside which a value is tried: it is to blame if none of them goes with it
 
 
 class Rehearsal:
@@ -16,37 +18,46 @@ class Rehearsal:
     def __init__(self, draft: Changeable, design: Design, lines: Mapping[str, Node], fixed: Mapping[str, object]):
         self._draft, self._design, self._lines, self._fixed = draft, design, lines, fixed
 
-    def check(self, most: int, search: Search | None) -> None:
-        """Refuse what the first run cannot have; words, and the smallest and largest numbers, that others cannot have.
+    def first(self, most: int) -> Mapping[str, object]:
+        """The values of the first run that can begin; values that do not go together may cost a run, not a study.
 
-        Raises the error of the tree at the line of the distribution, that of the scenario if several values do not
-        go together in the first run. Where this happens in a later run, its row tells it.
+        Raises the error of the tree at the line of the distribution whose value is to blame, else the scenario's.
         """
-        first = {**self._fixed, **self._design.values(0)}
+        first = self._design.values(0)
+        for run in range(min(most, BESIDE)):
+            with suppress(ValueError):
+                self._draft.scenario({**self._fixed, **self._design.values(run)})
+                first = self._design.values(run)
+                break
+            self._blame(run)
         try:
-            self._draft.rehearse(first)
+            self._draft.rehearse({**self._fixed, **first})
         except ValueError:
             if self._is_fine(self._fixed):  # else no value is to blame
-                for place, value in self._design.values(0).items():
+                for place, value in first.items():
                     try:
                         self._draft.rehearse({**self._fixed, place: value})
                     except ValueError as error:
                         self._refuse(place, value, error)
             raise
-        self._check_words(first)
-        if search is None:
-            self._check_draws(most)
-            return
-        for axis in search.axes.values():
-            for cell in (axis.cells[0], axis.cells[-1]) if axis.ordered else ():
-                self._check_alone(axis.place, self._distribution(axis.place).written(cell))
+        return {**self._fixed, **first}
 
-    def _is_fine(self, values: Mapping[str, object]) -> bool:
-        try:
-            self._draft.rehearse(values)
-        except ValueError:
-            return False
-        return True
+    def others(self, first: Mapping[str, object], most: int, search: Search | None) -> None:
+        """Refuse words, and the smallest and largest numbers, with which no run can begin.
+
+        Where values do not go together in a later run, its row tells it.
+        """
+        self._check_words(first)
+        if search is not None:
+            for axis in search.axes.values():
+                for cell in (axis.cells[0], axis.cells[-1]) if axis.ordered else ():
+                    self._try_alone(axis.place, self._design.varied[axis.place].written(cell))
+            return
+        for run in self._design.extremes(min(most, MOST_RUNS)):
+            try:
+                self._draft.scenario({**self._fixed, **self._design.values(run)})
+            except ValueError:
+                self._blame(run)
 
     def _check_words(self, first: Mapping[str, object]) -> None:
         words = [(place, cell) for place, found in self._design.varied.items() for cell in found.cells]
@@ -56,34 +67,37 @@ class Rehearsal:
             except ValueError as error:
                 self._refuse(place, cell, error)
 
-    def _check_draws(self, most: int) -> None:
-        for run in dict.fromkeys(self._extremes(min(most, MOST_RUNS))):
-            values = self._design.values(run)
-            try:
-                self._draft.scenario({**self._fixed, **values})
-            except ValueError:
-                for place, value in values.items():
-                    self._check_alone(place, value, f" in run {run}")
+    def _blame(self, run: int) -> None:
+        """Refuse each value of a run that goes with nothing; none if the scenario is wrong as it is."""
+        if not self._is_read(self._fixed):
+            return
+        for place, value in self._design.values(run).items():
+            self._try_alone(place, value, f" in run {run}")
 
-    def _extremes(self, count: int) -> Iterator[int]:
-        """The runs that draw the smallest and the largest number of each value."""
-        numbers = [self._design.numbers(run) for run in range(count)]
-        for place, found in self._design.varied.items():
-            if not any(isinstance(cell, str) for cell in found.cells):
-                drawn = [float(values[place]) for values in numbers]
-                yield drawn.index(min(drawn))
-                yield drawn.index(max(drawn))
-
-    def _check_alone(self, place: str, value: Scalar, when: str = "") -> None:
+    def _try_alone(self, place: str, value: Scalar, when: str = "") -> None:
+        """Refuse a value with which no draw of the others can begin, nor the scenario as it is."""
         try:
             self._draft.scenario({**self._fixed, place: value})
         except ValueError as error:
-            self._refuse(place, value, error, when)
+            draws = (self._design.values(run) for run in range(BESIDE))
+            if not any(self._is_read({**self._fixed, **values, place: value}) for values in draws):
+                self._refuse(place, value, error, when)
+
+    def _is_read(self, values: Mapping[str, object]) -> bool:
+        try:
+            self._draft.scenario(values)
+        except ValueError:
+            return False
+        return True
+
+    def _is_fine(self, values: Mapping[str, object]) -> bool:
+        try:
+            self._draft.rehearse(values)
+        except ValueError:
+            return False
+        return True
 
     def _refuse(self, place: str, value: Scalar, error: ValueError, when: str = "") -> None:
-        is_endless = self._distribution(place).text.startswith("normal:")
+        is_endless = self._design.varied[place].text.startswith("normal:")
         hint = "; truncated: {mean: M, deviation: D, from: A, to: B} has an end" if is_endless else ""
         self._lines[place].fail(f"{place} = {value}{when}: {error}{hint}")
-
-    def _distribution(self, place: str) -> Distribution:
-        return self._design.varied[place]

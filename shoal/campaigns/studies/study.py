@@ -83,13 +83,14 @@ def load_study(
     fixed: Mapping[str, object] | None = None,
     runs: int | None = None,
     logs: str | None = None,
+    has_begun: bool = False,
 ) -> Study:
     """The study in a file. `fixed` are values that replace those of the scenario in all runs, also varied ones.
 
-    `runs` and `logs` replace those of the file. Raises StudyFileError or the error of the scenario, both with file
-    and line, and OSError if a file cannot be read.
+    `runs` and `logs` replace those of the file. Unless it `has_begun`, values of later runs are tried, too. Raises
+    StudyFileError or the error of the scenario, both with file and line, and OSError if a file cannot be read.
     """
-    study = _Reader(path, make, dict(fixed or {})).study(runs)
+    study = _Reader(path, make, dict(fixed or {})).study(runs, has_begun=has_begun)
     return replace(study, logs=logs) if logs is not None else study
 
 
@@ -99,7 +100,7 @@ class _Reader:
         self._root = read_tree(read_text(path, StudyFileError), str(path), StudyFileError)
         self._nodes = self._root.mapping()
 
-    def study(self, runs: int | None) -> Study:
+    def study(self, runs: int | None, *, has_begun: bool) -> Study:
         for key, node in self._nodes.items():
             if key not in _KEYS:
                 node.fail(hinted(f"unknown key {key!r}", key, _KEYS))
@@ -121,8 +122,11 @@ class _Reader:
         design.runs = ending.most if sampling in WHOLE or search is not None else 0
         logs = self._word("logs", LOGS, "none")
         name = self._text("study", self._path.name.removesuffix(SUFFIX))
-        Rehearsal(self._draft, design, self._lines(), self._fixed).check(ending.most, search)
-        bundle = self._bundle(design, path)
+        rehearsal = Rehearsal(self._draft, design, self._lines(), self._fixed)
+        first = rehearsal.first(ending.most)
+        if not has_begun:
+            rehearsal.others(first, ending.most, search)
+        bundle = self._bundle(design, path, first)
         digest = self._digest(design, bundle, search)
         about = self._text("description", "")
         return Study(name, self._path, path, design, ending, logs, self._fixed, digest, about, bundle, search)
@@ -239,9 +243,8 @@ class _Reader:
     def _text(self, key: str, default: str) -> str:
         return self._nodes[key].text().strip() if key in self._nodes else default
 
-    def _bundle(self, design: Design, path: Path) -> Bundle:
+    def _bundle(self, design: Design, path: Path, first: Mapping[str, object]) -> Bundle:
         """All files of all runs: a value that is a text may name a plan or a profile."""
-        first = {**self._fixed, **design.values(0)}
         sources = self._draft.sources(first)
         with suppress(ValueError):
             sources |= self._draft.sources(self._fixed)  # what a search may go back to

@@ -73,7 +73,8 @@ def test_what_is_written_is_read_back_to_the_byte(plan, tmp_path):
 
 
 def test_a_name_that_looks_like_a_number_stays_a_name():
-    plan = parse_plan(DEMO.replace("id: Path", "id: 1e3").replace("Path]", "1e3]").replace("radius: 15", "radius: 15e0"))
+    text = DEMO.replace("id: Path", "id: 1e3").replace("Path]", "1e3]").replace("radius: 15", "radius: 15e0")
+    plan = parse_plan(text)
     names = [m.maneuver_id for m in plan.maneuvers]
     assert (names[2], plan.maneuvers[1].data.radius) == ("1e3", 15.0)
     assert [m.maneuver_id for m in parse_plan(plan_text(plan)).maneuvers] == names

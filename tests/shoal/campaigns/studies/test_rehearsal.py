@@ -35,7 +35,7 @@ def load(folder, place, distribution, more="", scenario=SCENARIO):
             "events/0/for",
             "{uniform: [-3, -1]}",
             "",
-            r"3: events/0/for = -[\d.]+: .*calm.scenario.yaml:7: -.* is not a time",
+            r"3: events/0/for = -[\d.]+ in run 0: .*calm.scenario.yaml:7: -.* is not a time",
         ),
         ("events/0/for", "{normal: [2, 1]}", "runs: 900", r"3: events/0/for = -[\d.]+ in run \d+: .* truncated: "),
         (
@@ -77,6 +77,15 @@ def test_values_that_do_not_go_together_are_a_failed_row_with_the_reason(tmp_pat
     for row in data.counted:
         assert (row in wrong) == ("calm.scenario.yaml:9: ends before it begins" in row["error"])
         assert not (row in wrong and row["passed"])
+
+
+@pytest.mark.parametrize("more", ["runs: 100\n", "search: {minimise: margin}\n"])
+def test_values_that_only_sometimes_go_together_are_no_mistake(tmp_path, more):
+    """Some starts are later than the end of the scenario, and later than that of the first run."""
+    wide = "  expect/0/to: {uniform: [1.5, 2.5]}\nseed: 6\n"
+    study = load(tmp_path, "expect/0/from", "{uniform: [0, 2.3]}", wide + more)
+    firsts = study.values(0)
+    assert firsts["expect/0/from"] > firsts["expect/0/to"]
 
 
 def test_a_scenario_that_is_wrong_as_it_is_blames_no_value(tmp_path):
