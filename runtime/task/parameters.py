@@ -145,7 +145,7 @@ class Parameter:
         if (rest := self.surplus(text).strip()) and (self.type is not int or rest.strip("0") != "."):
             words = text.split(",") if self.is_list else [text]
             is_decimal = all(_NUMBER.fullmatch(word.strip()) for word in words)
-            why = "is not an integer" if is_decimal else f"is not a number: {rest!r} is too much"
+            why = "is not an integer" if is_decimal else f"is not a number because of {rest!r}"
             raise ValueError(f"{text.strip()!r} {why}{self._limits()}")
         return value
 

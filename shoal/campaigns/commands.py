@@ -31,7 +31,7 @@ def rest_command(data: DataSet, runs: int) -> str:
     if (logs := about.get("logs", "none")) != "none":
         given += ["--logs", logs]
     if (limit := about.get("wall limit", WALL_LIMIT)) != WALL_LIMIT:
-        given += ["--wall-limit", f"{limit:g} s"]
+        given += ["--wall-limit", f"{limit:.15g} s"]
     study = _near(Path(about["file"]))
     return shlex.join(["shoal", "campaign", study, "--runs", str(runs), *given, *_code(about), "-o", str(data.folder)])
 

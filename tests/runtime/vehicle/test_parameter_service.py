@@ -122,12 +122,12 @@ def test_a_rate_that_no_clock_can_keep_is_refused(rate, words):
 @pytest.mark.parametrize(
     ("name", "text", "reason"),
     [
-        ("Flow", "12 cm", "'12 cm' is not a number: 'cm' is too much"),
-        ("Flow", "2,5", "'2,5' is not a number: ',5' is too much"),
-        ("Flow", "3abc", "'3abc' is not a number: 'abc' is too much"),
+        ("Flow", "12 cm", "'12 cm' is not a number because of 'cm'"),
+        ("Flow", "2,5", "'2,5' is not a number because of ',5'"),
+        ("Flow", "3abc", "'3abc' is not a number because of 'abc'"),
         ("Flow", "", "'' is not a number"),
         ("Turns", "3.5", "'3.5' is not an integer (expects integer"),
-        ("Levels", "1, 2 m", "'1, 2 m' is not a number: 'm' is too much"),
+        ("Levels", "1, 2 m", "'1, 2 m' is not a number because of 'm'"),
     ],
 )
 def test_a_number_that_is_sent_stands_alone(name, text, reason):
