@@ -28,7 +28,7 @@ from tasks.vision.viewpoint import View
 from world.pictures import Board, Camera, Glider, Shutter, Standpoint
 
 TOLD = (imc.LoggingControl, imc.SimulatedState, imc.EstimatedState)  # all that moves a camera, and its pictures
-CHANGES = (imc.SetEntityParameters, imc.PushEntityParameters, imc.PopEntityParameters)  # of cameras during the run
+CHANGE = imc.SetEntityParameters  # of a camera during the run; those of plans (Push, Pop) do not change cameras
 BESIDE = (imc.CameraFrame, imc.Announce, imc.EntityParameters)  # the times of frames, of the start, and of changes
 Op = imc.LoggingControl.Op
 Offload = Callable[..., None]
@@ -132,7 +132,7 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
             for reason, skipped in made.skipped.items():
                 raise ResimulationError(f"{', '.join(skipped)}: {reason}")
             recorders = [_Recorder(task) for task in vehicle.tasks if isinstance(task, RenderedCamera)]
-            for kind in TOLD if cameras else (*CHANGES, *TOLD):
+            for kind in TOLD if cameras else (CHANGE, *TOLD):
                 _Chain(vehicle, log.schema, told[kind.ID], last=kind is imc.LoggingControl).ask()
             if not virtual:
                 vehicle.start_time = start_time(log.schema, told[imc.Announce.ID], about.begin)
@@ -241,9 +241,8 @@ class _Chain:
 
 
 def _told(run: LoggedRun, instants: Instants, owner: int) -> Mapping[int, deque[tuple[int, bytes]]]:
-    """When the messages of TOLD, CHANGES and BESIDE were published (ns), and their packets, by message id."""
-    found = {kind.ID: deque[tuple[int, bytes]]() for kind in (*TOLD, *CHANGES, *BESIDE)}
-    changes = {kind.ID for kind in CHANGES}
+    """When the messages of TOLD, CHANGE and BESIDE were published (ns), and their packets, by message id."""
+    found = {kind.ID: deque[tuple[int, bytes]]() for kind in (*TOLD, CHANGE, *BESIDE)}
     # Few packets are of these: the others, known by two bytes in either order, are not looked at.
     numbers = {number.to_bytes(2, order) for number in found for order in ("little", "big")}
     latest, asked = 0, deque[bytes]()
@@ -255,8 +254,8 @@ def _told(run: LoggedRun, instants: Instants, owner: int) -> Mapping[int, deque[
             latest = max(latest, instants.of(header.timestamp))
             found[header.id].append((latest, packet))
             while asked and header.id == imc.EntityParameters.ID:
-                found[imc.header(asked[0]).id].append((latest, asked.popleft()))
-        elif header.id in changes:  # by a console, whose clock is another: the vehicle's answer has the time
+                found[CHANGE.ID].append((latest, asked.popleft()))
+        elif header.id == CHANGE.ID:  # by a console, whose clock is another: the vehicle's answer has the time
             asked.append(packet)
     return found
 
