@@ -3,7 +3,7 @@
 from runtime.logs.clocks import without_strays
 from runtime.logs.names import KEPT, NAMING, Names, UnknownName, type_name, types_called
 from runtime.logs.packet_headers import Array, Block, blocks, headers
-from runtime.logs.runs import RUN_FILE, Place, logs_of_run, missing_logs, place_bytes, place_of
+from runtime.logs.runs import RUN_FILE, Place, folder_called, logs_of_run, missing_logs, place_bytes, place_of
 from runtime.logs.summary import PacketCount, Summary, summarize
 from runtime.logs.writing import new_log
 
@@ -19,6 +19,7 @@ __all__ = [
     "Summary",
     "UnknownName",
     "blocks",
+    "folder_called",
     "headers",
     "logs_of_run",
     "missing_logs",

@@ -23,6 +23,18 @@ def place_bytes(first: str, number: int) -> bytes:
     return msgspec.json.encode(Place(first, number)) + b"\n"
 
 
+def folder_called(told: Path, current: Path | None) -> Path:
+    """The folder of the log that a virtual run calls `told`: that of the `current` log may end in _2, _3 ...
+
+    The run does not tell this end, since it must not depend on which folders exist.
+    """
+    if current is not None and current.parent == told.parent:
+        name, _, number = current.name.rpartition("_")
+        if name == told.name and number.isdecimal():
+            return current
+    return told
+
+
 def place_of(folder: Path) -> Place | None:
     """The place of a log in its run; None if the folder does not say, or not in a way that makes sense."""
     try:

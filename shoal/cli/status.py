@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 import imc
+from runtime.logs import folder_called
 from runtime.problem import printable
 from runtime.task import Entity, State
 from runtime.vehicle import Vehicle
@@ -188,6 +189,8 @@ class Status:
         if control.op != imc.LoggingControl.Op.STARTED or control.src != self.vehicle.system:
             return
         folder = self.vehicle.log_root / self.vehicle.name / control.name
+        if self.vehicle.virtual:
+            folder = folder_called(folder, self.vehicle.log_folder)
         if not os.path.isdir(folder):  # another process of the vehicle has it elsewhere
             return
         self.folder = str(folder)

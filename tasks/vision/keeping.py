@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import imc
 from imc.coordinates import absolute
 from runtime import ParameterError, State, Task, consume, param
+from runtime.logs import folder_called
 from runtime.profile import located
 from tasks.vision.photos import FORMATS, ORDERS, describe_picture, photo_name, series_of, write_picture
 from tasks.vision.records import FILE, write_cameras
@@ -69,27 +70,28 @@ class PictureKeeper(Task):
         if self.save_images:
             importlib.import_module("PIL.PngImagePlugin")
         self._wanted, self._period, self._next = 0.0, 0.0, self.now
-        self._folder: Path = self._log_root
+        self._folder = self._called = self._log_root
         self._kept = self._writing = self.lost = 0
         self._unwritten = self._undescribed = self._counts = ""
         self._described: tuple[CameraModel, Pose] | None = None
 
     def restored(self) -> None:
         """Write images to the log that continues, not to the one of the snapshot."""
-        self._folder = self.vehicle.log_folder or self._log_root
+        self._folder = self._called = self.vehicle.log_folder or self._log_root
         self._described = None
 
     @consume
     def note_log(self, log: imc.LoggingControl) -> None:
         """Write images to the folder of the log."""
         if log.op in (Op.STARTED, Op.CURRENT_NAME):
-            folder = (self._log_root / log.name).resolve()
-            if folder.is_relative_to(self._log_root.resolve()):
-                self._keep_in(folder)
+            called = self._log_root / log.name
+            if called.resolve().is_relative_to(self._log_root.resolve()):
+                virtual = self.vehicle.virtual
+                self._keep_in(folder_called(called, self.vehicle.log_folder) if virtual else called, called)
             else:
                 self.log.warning(f"images are not written to the log {log.name!r}, which is outside {self._log_root}")
         elif log.op == Op.STOPPED:
-            self._keep_in(self._log_root)
+            self._keep_in(self._log_root, self._log_root)
 
     @consume(others=True)
     def take_pictures(self, order: imc.Event) -> None:
@@ -144,17 +146,17 @@ class PictureKeeper(Task):
             return ""
         file = f"{FOLDER}/{photo_name(self.entity.label, self._kept, time, self.image_format)}"
         path = self._folder / file
-        told = describe_picture(self._within_logs(path), self._kept, time, *described)
+        told = describe_picture(self._within_logs(self._called / file), self._kept, time, *described)
         self._describe_cameras(path.parent)
         self._kept += 1
         self._writing += 1
         self.offload(write_picture, path, image, self.image_format, then=partial(self._written, told))
         return file
 
-    def _keep_in(self, folder: Path) -> None:
-        """Write images to this folder; in a new folder, their numbers start at 0."""
+    def _keep_in(self, folder: Path, called: Path) -> None:
+        """Write images to this folder, and tell of it as `called`; in a new folder, their numbers start at 0."""
         if folder != self._folder:
-            self._folder, self._kept, self._described = folder, 0, None
+            self._folder, self._called, self._kept, self._described = folder, called, 0, None
 
     def _describe_cameras(self, folder: Path) -> None:
         """Tell of the cameras with the first picture, and when this one has changed.

@@ -1,5 +1,7 @@
 """Every shipped vehicle has a camera in the mode Camera."""
 
+import gzip
+
 import pytest
 from PIL import Image
 
@@ -22,6 +24,23 @@ def test_the_mode_camera_takes_pictures_of_what_is_below(name, tmp_path):
     with Image.open(pictures[-1]) as picture:
         assert picture.size == (64, 64)
         assert len(picture.getcolors(64 * 64) or []) > 100  # neither black nor one color
+
+
+def test_a_second_run_of_the_same_moment_has_its_pictures_beside_its_own_log(tmp_path):
+    for _ in range(2):
+        profile = load_profile("otter", overrides=["Vision.FisheyeCamera:Size=32", "Vision.FisheyeCamera:Face Size=16"])
+        made = build(
+            profile, profile.select("Simulation, Camera"), clock=VirtualClock(profile.start_time_ns), log_root=tmp_path
+        )
+        made.vehicle.start()
+        made.vehicle.run(3.0)
+        made.vehicle.close()
+    first, second = sorted(path.parent for path in tmp_path.rglob("Data.lsf.gz"))
+    assert second.name == f"{first.name}_2"
+    pictures = [sorted(path.name for path in log.glob("Photos/*.png")) for log in (first, second)]
+    assert pictures[0] == pictures[1] != []
+    logs = [gzip.decompress((log / "Data.lsf.gz").read_bytes()) for log in (first, second)]
+    assert logs[0] == logs[1]
 
 
 @pytest.mark.heavy
