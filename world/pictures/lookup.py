@@ -24,8 +24,13 @@ def void_warning(fov: float, faces: int) -> str:
 
 
 def finest_face(optics: CameraModel) -> int:
-    """Width (px) of a face whose pixels, at its middle, are not larger than those of a camera on its axis."""
-    return min(FINEST, max(1, math.ceil(2.0 * np.abs(optics.jacobian([0.0, 0.0, 1.0])).max())))
+    """Width (px) of a face whose pixels, at its middle, are as large as those of a camera on its axis.
+
+    If that of the picture is even, so is that of a face: else all pixels would look at borders between those of the
+    face, and the nearest one would always be the outer one.
+    """
+    odd = optics.width % 2
+    return min(FINEST, max(1, odd + 2 * round(np.abs(optics.jacobian([0.0, 0.0, 1.0])).max() - 0.5 * odd)))
 
 
 class Lookup:

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from world.optics import FisheyeCamera, Lens, preset_lens
+from world.optics import FisheyeCamera, Lens, PinholeCamera, preset_lens
 from world.pictures import void_warning
 from world.pictures.faces import WIDEST_OF_FIVE, pixel_axis, rotations, stack
-from world.pictures.lookup import OUTSIDE, VOID, Lookup
+from world.pictures.lookup import OUTSIDE, VOID, Lookup, finest_face
 from world.pictures.sampling import Blend, Nearest, sampler
 
 VECTORS = json.loads((Path(__file__).parents[2] / "data/sensors/fisheye.json").read_text())
@@ -161,3 +161,12 @@ def test_another_atlas_is_refused():
         look_up("equidistant", 180, 16, 0)
     with pytest.raises(ValueError, match="5 or 6"):
         look_up("equidistant", 180, 16, 8, faces=4)
+
+
+@pytest.mark.parametrize("width", [639, 640, 641, 642])
+def test_the_nearest_pixels_of_a_face_are_not_all_on_one_side(width):
+    """Else the whole picture would be shifted by half a pixel."""
+    focal = 0.5 * width / math.tan(math.radians(40.0))
+    optics = PinholeCamera(width, 480, focal, focal, 0.5 * width, 240.0)
+    right = Lookup(optics, finest_face(optics)).u[240, width // 2 :]
+    assert abs(np.mean(np.rint(right) - right)) < 0.2
