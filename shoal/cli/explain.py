@@ -8,7 +8,7 @@ import click
 from rich.console import Console
 
 from runtime.problem import Origin, Problem, ProfileError, printable, suggestion
-from runtime.profile import Profile, Section, default_label, dune, load_profile
+from runtime.profile import Profile, Section, default_label, dune, load_profile, own_etc
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import Row, TaskImportError, all_tasks, find_task
 from runtime.vehicle import explain as rows_of
@@ -56,7 +56,7 @@ def explain(
                 cls, what = Task, str(error)
             if selected and (cls is None or not loaded.enabled(found.name, selected)):
                 continue
-            origin = _short(found.origin, loaded)
+            origin = _short(found.origin)
             table.add_row(*map(printable, (found.name, found.value("Enabled"), what, origin)))
         console.print(table)
     except ProfileError as error:
@@ -81,8 +81,8 @@ def _explain_section(console: Console, profile: Profile, section: str) -> None:
     mavlink = _mavlink_names(profile, section, rows)
     table = plain_table("option", "value", "unit", *(["MAVLink"] if mavlink else []), "set by", "meaning")
     for row in rows:
-        before = ", ".join(_short(origin, profile) for origin in row.overwritten)
-        origin = _short(row.origins[0], profile) if row.origins else "default"
+        before = ", ".join(_short(origin) for origin in row.overwritten)
+        origin = _short(row.origins[0]) if row.origins else "default"
         origin += f" (overrides {before})" if before else ""
         name = [mavlink.get(row.option, "")] if mavlink else []
         table.add_row(*map(printable, (row.option, row.value, row.unit, *name, origin, row.meaning)))
@@ -116,8 +116,8 @@ def _is_shown(row: Row, parameter: Parameter, section: Section | None) -> bool:
         return False
 
 
-def _short(origin: Origin, profile: Profile) -> str:
-    """File and line; the file is relative to the parent of the profile's folder."""
-    root = profile.path.absolute().parent.parent
+def _short(origin: Origin) -> str:
+    """File and line; a file below the working folder is relative to it, one of Shoal's own begins with etc/."""
     path = Path(origin.file).absolute()
-    return str(origin._replace(file=str(path.relative_to(root)))) if path.is_relative_to(root) else str(origin)
+    root = next((root for root in (Path.cwd(), own_etc().parent) if path.is_relative_to(root)), None)
+    return str(origin._replace(file=str(path.relative_to(root)))) if root is not None else str(origin)

@@ -51,6 +51,8 @@ def _facts(summary: Summary, logs: list[Path]) -> list[tuple[str, str]]:
     heard = f", also messages from {', '.join(others)}" if others else ""
     packed = f", {size(summary.unpacked)} unpacked" if summary.path.suffix != ".lsf" else ""
     source = summary.schema_source or "built-in, none beside the log"
+    if summary.schema_source and len(logs) > 1:  # that of all logs together is a temporary file
+        source = str(logs[0] / Path(summary.schema_source).name)
     place = place_of(logs[0])
     if len(logs) > 1:
         facts = [("log", str(logs[0])), *(("", str(log)) for log in logs[1:])]

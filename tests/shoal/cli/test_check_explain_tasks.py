@@ -180,6 +180,11 @@ def test_explain_lists_the_options_of_a_shared_section(shoal, tmp_path):
     assert "there is no section" in shoal("explain", "mine", "Earth").output
 
 
+def test_explain_names_files_as_they_are_found_from_here(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n[Simulators.GPS]\nHACC = 4\n")
+    assert " mine.ini:3 (overrides etc/auv/simulation.ini:" in shoal("explain", "mine.ini", "Simulators.GPS").output
+
+
 def test_explain_says_who_set_what(shoal):
     section = "Simulators.EstimatedState"
     text = shoal("explain", "lauv-noptilus-1", section, "--set", f"{section}:Depth=5").output

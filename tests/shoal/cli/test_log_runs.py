@@ -41,6 +41,7 @@ def grouped(number: int) -> str:
 def test_a_run_is_taken_as_one(day: Path, total: int, tmp_path: Path) -> None:
     plan = next(day.glob("*_box"))
     done = shoal("log", "info", "--run", plan)
+    assert f": {day / '000000' / 'IMC.xml.gz'}\n" in done.stdout
     assert done.exit_code == 0, done.output
     assert f"{grouped(total)} messages" in done.output
     assert all(str(folder) in done.output for folder in day.iterdir())
