@@ -39,6 +39,7 @@ class _Eye(NamedTuple):
 
     `blur` is a further error per height; the accuracy is None where it is not told. What is seen on fewer pixels than
     `least` is not expected to be found. What is detected before `shared`, s since 1970, is of a picture before the log.
+    `sea`: gliders without a depth lie on the surface.
     """
 
     optics: Any
@@ -48,14 +49,19 @@ class _Eye(NamedTuple):
     blur: float = 0.0
     least: float = 0.0
     shared: float = -math.inf
+    sea: bool = False
 
 
 class _Truth(NamedTuple):
-    """Arrays of a vehicle's true motion: time (s since 1970), places (n, 3) in the world, angles (n, 3), unwrapped."""
+    """Arrays of a vehicle's true motion: time (s since 1970), places (n, 3) in the world, angles (n, 3), unwrapped.
+
+    `ground` (n,) is where the vehicle believes the ground below it (m, down); NaN if it does not know.
+    """
 
     time: Array
     places: Array
     angles: Array
+    ground: Array
 
     def at(self, times: Array) -> tuple[Array, Array]:
         return self._column(self.places, times), self._column(self.angles, times)
@@ -101,8 +107,8 @@ def _judged(
     looking = eyes.get(label, ())
     rows = rows[rows["timestamp"] >= min((eye.shared for eye in looking), default=-math.inf)]
     offsets = np.stack([rows["x"], rows["y"]], axis=-1).astype(np.float64)
-    places, angles = truth.at(rows["timestamp"])
-    to = _gliders(world, rows["timestamp"] - began, places)
+    _, angles = truth.at(rows["timestamp"])
+    to = _gliders(world, truth, rows["timestamp"], began, sea=any(eye.sea for eye in looking[:1]))
     spreads = np.full((len(rows), 2, 2), np.nan)
     of = matched(offsets, to[..., :2])
     for eye in looking[:1]:
@@ -115,18 +121,26 @@ def _judged(
     return Judged(label, tuple(thing.id for thing in world.objects), found)
 
 
-def _gliders(world: World, times: Array, places: Array) -> Array:
-    """(n, k, 3) from the vehicle to all objects, in m; down is NaN on a bottom that the world does not know."""
-    spots = [[world.spot(thing, time) for thing in world.objects] for time in times.tolist()]
-    to = [[(s.north, s.east, math.nan if s.down is None else s.down) for s in row] for row in spots]
-    return np.array(to, float).reshape(len(times), len(world.objects), 3) - places[:, None]
+def _gliders(world: World, truth: _Truth, times: Array, began: float, *, sea: bool) -> Array:
+    """(n, k, 3) from the vehicle to all objects, in m; down is NaN on a bottom that nobody knows."""
+    spots = [[world.spot(thing, time) for thing in world.objects] for time in (times - began).tolist()]
+    on_bottom = np.array([thing.depth is None for thing in world.objects])
+    places = np.array(
+        [[(s.north, s.east, math.nan if s.down is None else s.down) for s in row] for row in spots], float
+    )
+    places = places.reshape(len(times), len(world.objects), 3)
+    if sea:
+        places[:, on_bottom, 2] = 0.0
+    elif world.seabed is None:
+        places[:, on_bottom, 2] = np.interp(times, truth.time, truth.ground)[:, None]
+    return places - truth.at(times)[0][:, None]
 
 
 def _shown(eye: _Eye, truth: _Truth, world: World, began: float) -> Array:
     """(m, k): which look showed which object."""
     times = eye.looks[(eye.looks >= truth.time[0]) & (eye.looks <= truth.time[-1])]
-    places, angles = truth.at(times)
-    to = _gliders(world, times - began, places)
+    _, angles = truth.at(times)
+    to = _gliders(world, truth, times, began, sea=eye.sea)
     turns = np.array([rotation(*row) for row in angles.tolist()], float).reshape(-1, 3, 3)
     body = np.einsum("nji,nkj->nki", turns, to)
     below, above = ((body - mount[:3, 3]) @ mount[:3, :3] for mount in eye.mounts)
@@ -166,7 +180,18 @@ def _truth(log: imc.Log, summary: Summary, world: World) -> _Truth | None:
             table[(rows["lat"] == lat) & (rows["lon"] == lon), :2] += offset(*origin, lat, lon)
     if origin is None:
         table[:, :2] -= table[0, :2]
-    return _Truth(rows["timestamp"], table[:, :3], np.unwrap(table[:, 3:], axis=0))
+    ground = _ground(log, summary, rows["timestamp"])
+    return _Truth(rows["timestamp"], table[:, :3], np.unwrap(table[:, 3:], axis=0), ground)
+
+
+def _ground(log: imc.Log, summary: Summary, times: Array) -> Array:
+    """(n,) where the vehicle believes the ground below it (m, down); NaN without altitudes."""
+    rows = log.array("EstimatedState", src=summary.owner)
+    down = rows["z"].astype(np.float64) + rows["alt"]
+    good = np.isfinite(down) & (rows["alt"] > 0.0)
+    rows, down = rows[good], down[good]
+    order = np.argsort(rows["timestamp"], kind="stable")
+    return np.interp(times, rows["timestamp"][order], down[order]) if len(rows) else np.full(len(times), np.nan)
 
 
 def _eyes(log: imc.Log, profile: Profile, summary: Summary, labels: Callable[[int], str]) -> dict[str, Sequence[_Eye]]:
@@ -205,7 +230,8 @@ def _eyes(log: imc.Log, profile: Profile, summary: Summary, labels: Callable[[in
                 looks, shared = (np.empty(0), -math.inf) if frames is None else _looks(frames, label, labels)
                 mount = optical(task.mount)
                 least = 2.0 * values["least_pixels"]
-                eyes.append(_Eye(task.camera.optics, (mount, mount), looks, accuracy_of(values), 0.0, least, shared))
+                accuracy, sea = accuracy_of(values), task.scene == "Sea Surface"
+                eyes.append(_Eye(task.camera.optics, (mount, mount), looks, accuracy, 0.0, least, shared, sea))
         found[options.get("Entity Label", "") or default_label(section)] = eyes
     return found
 

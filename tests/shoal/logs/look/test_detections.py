@@ -23,7 +23,12 @@ def sail(folder, seconds):
     """The log of a shipped AUV with a camera that misses one in five gliders, and makes up one in ten seconds."""
     overrides = ["World:Gliders=1 0.3, 8 -4, 15 10", "Vision.FisheyeCamera:Save Images=false"]
     overrides += [f"{MUG_CAMERA}:Detection Probability=0.8", f"{MUG_CAMERA}:False Alarm Rate=0.1"]
-    profile = load_profile("lauv-noptilus-1", overrides=overrides)
+    return run("lauv-noptilus-1", overrides, folder, seconds)
+
+
+def run(name, overrides, folder, seconds):
+    """The last log of a shipped vehicle with camera and detector."""
+    profile = load_profile(name, overrides=overrides)
     selected = profile.select("Simulation,Camera,Detector")
     vehicle = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=folder).vehicle
     vehicle.start()
@@ -63,6 +68,16 @@ def test_misses_false_alarms_switches_and_nees_of_a_shipped_vehicle(tmp_path):
         assert (len(thing.ids), thing.switches) == (1, 0)
         assert thing.rms < 0.5
         assert thing.nees < 2.4
+
+
+@pytest.mark.parametrize("scene", ["Sea Surface", "Seabed"])
+def test_gliders_below_a_flying_vehicle_are_in_view_where_no_bottom_is_known(tmp_path, scene):
+    overrides = ["World:Gliders=1 0.3, 8 -4", "Vision.FisheyeCamera:Save Images=false"]
+    found = judged(run("hexa-00", [*overrides, f"Vision.FisheyeCamera:Scene={scene}"], tmp_path, 20.0))
+    for thing in found["MUG Detector"].score.things:
+        assert thing.looks >= 5
+        assert thing.missed == 0
+        assert 0.0 < thing.nees < 10.0
 
 
 def test_detections_of_pictures_before_the_log_do_not_count(sailed, tmp_path):
