@@ -11,6 +11,8 @@ from shoal.logs.export.batches import Source
 _PHOTO = re.compile(r"(?:(?P<camera>.+)_\d+_)?(?P<time>\d+(?:\.\d+)?)")
 _FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg", ".qoi": "png"}
 QOI = ".qoi"  # which only few tools read
+END_OF_JPEG = b"\xff\xd9"
+LAST = 64  # bytes of a file that some writers pad beyond its end
 
 
 class Photo(NamedTuple):
@@ -46,17 +48,26 @@ def exported_ending(path: Path) -> str:
 
 
 def exported(source: Source, path: Path) -> bytes | None:
-    """A picture as it is exported: as it is, or PNG of a QOI; None of one that cannot be read, told to `source`."""
-    from PIL import Image
+    """A picture as it is exported: as it is, or PNG of a QOI; None of one that cannot be read, told to `source`.
+
+    What is not decoded is checked for its header and its end, PNG also for the checksums of its parts.
+    """
+    from PIL import Image, UnidentifiedImageError
 
     try:
-        if path.suffix.lower() != QOI:
-            return path.read_bytes()
-        packed = io.BytesIO()
-        with Image.open(path) as picture:
-            picture.save(packed, format="PNG", compress_level=1)
-        return packed.getvalue()
+        data = path.read_bytes()
+        with Image.open(io.BytesIO(data)) as picture:
+            if path.suffix.lower() == QOI:
+                packed = io.BytesIO()
+                picture.save(packed, format="PNG", compress_level=1)
+                return packed.getvalue()
+            if picture.format == "JPEG" and END_OF_JPEG not in data[-LAST:]:
+                raise ValueError("truncated")
+            picture.verify()
+        return data
+    except UnidentifiedImageError:
+        reason = "no picture"
     except (OSError, ValueError, SyntaxError, EOFError, IndexError, Image.DecompressionBombError) as error:
         reason = getattr(error, "strerror", None) or ("no picture" if path.suffix.lower() == QOI else str(error))
-        source.unread.append(f"{path.name}: {reason}")
-        return None
+    source.unread.append(f"{path.name}: {reason}")
+    return None

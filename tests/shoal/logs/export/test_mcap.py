@@ -1,5 +1,6 @@
 """Logs as MCAP, read by the packages `mcap` and `rosbags`, and imported again."""
 
+import io
 import json
 import math
 from collections import Counter
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from rosbags.typesys import Stores, get_typestore
 
 import imc
@@ -253,18 +255,24 @@ def test_names_that_ros_writes_alike_stay_apart(make_log, tmp_path):
     assert topics == {"/lauv_noptilus_1/EntityInfo/GPS_1", "/lauv_noptilus_1/EntityInfo/GPS_1_2"}
 
 
+def packed(form):
+    data = io.BytesIO()
+    Image.new("RGB", (64, 48)).save(data, format=form)
+    return data.getvalue()
+
+
 def test_pictures_of_the_log_are_shown_when_they_were_taken(make_log, tmp_path):
     log = make_log([imc.Heartbeat(**HEADER)])
     (log / "Photos").mkdir()
-    (log / "Photos" / "Front_Camera_000003_0.500.png").write_bytes(b"png")
-    (log / "Photos" / "1700000002.25.jpg").write_bytes(b"jpg")
+    (log / "Photos" / "Front_Camera_000003_0.500.png").write_bytes(png := packed("PNG"))
+    (log / "Photos" / "1700000002.25.jpg").write_bytes(jpeg := packed("JPEG"))
     (log / "Photos" / "readme.png").write_bytes(b"no time")
     export_mcap(source_of(log), tmp_path / "a.mcap")
     reader = Reader(tmp_path / "a.mcap")
     ((message, said),) = reader.on("/lauv_noptilus_1/Front_Camera/image")
-    assert (message.log_time, bytes(said.data), said.format) == (1_700_000_000_500_000_000, b"png", "png")
+    assert (message.log_time, bytes(said.data), said.format) == (1_700_000_000_500_000_000, png, "png")
     ((message, said),) = reader.on("/lauv_noptilus_1/Camera/image")
-    assert (message.log_time, bytes(said.data), said.format) == (1_700_000_002_250_000_000, b"jpg", "jpeg")
+    assert (message.log_time, bytes(said.data), said.format) == (1_700_000_002_250_000_000, jpeg, "jpeg")
     export_mcap(source_of(log), tmp_path / "b.mcap", images=False)
     assert "/lauv_noptilus_1/Camera/image" not in Reader(tmp_path / "b.mcap").topics
 
@@ -277,7 +285,7 @@ def test_cameras_have_their_models_and_places(make_log, tmp_path):
     models = {"Front Camera": pinhole, "Odd": DoubleSphereCamera(64, 48, 40.0, 40.0, 32.5, 24.5, 0.1, 0.6)}
     write_cameras(log / "Photos", {name: (models[name], mount) for name, mount in mounts.items()}, "1")
     for camera in ("Front_Camera", "Odd"):
-        (log / "Photos" / f"{camera}_000000_1700000000.500000.png").write_bytes(b"png")
+        (log / "Photos" / f"{camera}_000000_1700000000.500000.png").write_bytes(packed("PNG"))
     source = source_of(log)
     export_mcap(source, tmp_path / "a.mcap")
     assert source.notes == ["no CameraInfo of Odd: ROS has no model ds with none"]

@@ -56,3 +56,23 @@ def test_mcap_has_png_of_qoi(log, tmp_path):
     for said in shown:
         assert np.array_equal(np.asarray(Image.open(io.BytesIO(said.data)).convert("RGBA")), SHOT)
     assert source.unread == ["Front_000002_1700000002.000000.qoi: no picture"]
+
+
+@pytest.mark.parametrize("form", ["euroc", "tum", "mcap"])
+def test_broken_png_and_jpeg_are_named_and_left_out(log, tmp_path, form):
+    photos = log / "Photos"
+    png = (photos / photo_name("Front", 1, 1.7e9 + 1, "PNG")).read_bytes()
+    packed = io.BytesIO()
+    Image.fromarray(SHOT[..., :3]).save(packed, format="JPEG")
+    jpeg = packed.getvalue()
+    broken = {"7.png": b"junk", "8.png": png[:-20], "9.png": b"", "10.jpg": jpeg[:-20], "11.jpg": b"\xff\xd8"}
+    for name, data in (broken | {"12.jpg": jpeg}).items():
+        number, _, ending = name.partition(".")
+        (photos / f"Front_{int(number):06}_17000000{int(number):02}.000000.{ending}").write_bytes(data)
+    run = CliRunner().invoke(main, ["log", "export", str(log), str(tmp_path / "out"), "-f", form])
+    assert run.exit_code == 0, run.output
+    assert f"skipped: {len(broken) + 1} pictures: " in run.output
+    assert "Front_000007_1700000007.000000.png: no picture" in run.output
+    if form != "mcap":
+        written = [path for path in (tmp_path / "out").rglob("*") if path.suffix in (".png", ".jpg")]
+        assert len(written) == 3
