@@ -12,6 +12,7 @@ from world.attitude import Vector
 from world.sensors import BodyMotion
 
 FARTHEST = 1e7  # m; m/s, rad, rad/s: beyond it, a number is no place of a vehicle, and no motion
+FARTHEST_MOUNT = 1000.0  # m forward, right or down of the vehicle, either way: beyond it, a device is not on it
 IMPOSSIBLE = "SimulatedState makes no sense"
 
 

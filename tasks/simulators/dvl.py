@@ -4,7 +4,7 @@ import math
 
 import imc
 from runtime import Entity, State, Task, consume, param, periodic
-from tasks.surroundings import IMPOSSIBLE, Chart, is_possible, mount_of, world_of
+from tasks.surroundings import FARTHEST_MOUNT, IMPOSSIBLE, Chart, is_possible, mount_of, world_of
 from world import SECTIONS, Pose
 from world.attitude import Vector, cross, rotation, to_body, to_ned
 from world.sensors import Beam, Echo, janus, listen, to_bottom, velocity_of
@@ -58,7 +58,12 @@ class DVL(Task):
         0.0, "m", "White noise of the distance of each beam.", name="Standard Deviation - Beam Distance", minimum=0
     )
     device_position: list[float] = param(
-        [], "m", "Place in the vehicle: forward, right, down of its origin; empty for the origin.", size=(0, 3)
+        [],
+        "m",
+        "Place in the vehicle: forward, right, down of its origin; empty for the origin.",
+        size=(0, 3),
+        minimum=-FARTHEST_MOUNT,
+        maximum=FARTHEST_MOUNT,
     )
     device_orientation: list[float] = param(
         [], "°", "Roll, pitch and yaw of its axes against the vehicle's; empty for none.", size=(0, 3)

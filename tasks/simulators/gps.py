@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import imc
 from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
-from tasks.surroundings import IMPOSSIBLE, is_possible, mount_of
+from tasks.surroundings import FARTHEST_MOUNT, IMPOSSIBLE, is_possible, mount_of
 from world.attitude import cross, rotation, to_body, to_ned
 from world.sensors import Drift
 
@@ -66,7 +66,12 @@ class GPS(Task):
     start_up_time: float = param(0.0, "s", "Time from the start to the first fix.", name="Start-Up Time", minimum=0)
     reacquisition_time: float = param(0.0, "s", "Time from surfacing to the next fix.", minimum=0)
     device_position: list[float] = param(
-        [], "m", "Antenna in the vehicle: forward, right, down of its origin; empty for the origin.", size=(0, 3)
+        [],
+        "m",
+        "Antenna in the vehicle: forward, right, down of its origin; empty for the origin.",
+        size=(0, 3),
+        minimum=-FARTHEST_MOUNT,
+        maximum=FARTHEST_MOUNT,
     )
     report_ground_velocity: bool = param(
         False, "", "Whether to publish GroundVelocity with each fix, like a dual-antenna receiver."

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import imc
 from runtime import ParameterError, State, Task, consume, param
-from tasks.surroundings import IMPOSSIBLE, is_possible, mount_of
+from tasks.surroundings import FARTHEST_MOUNT, IMPOSSIBLE, is_possible, mount_of
 from world.attitude import Vector, wrap
 from world.sensors import (
     DRAWS,
@@ -58,7 +58,12 @@ class IMU(Task):
         editable=False,
     )
     device_position: list[float] = param(
-        [], "m", "Place in the vehicle: forward, right, down of its origin; empty for the origin.", size=(0, 3)
+        [],
+        "m",
+        "Place in the vehicle: forward, right, down of its origin; empty for the origin.",
+        size=(0, 3),
+        minimum=-FARTHEST_MOUNT,
+        maximum=FARTHEST_MOUNT,
     )
     device_orientation: list[float] = param(
         [], "°", "Roll, pitch and yaw of its axes against the vehicle's; empty for none.", size=(0, 3)

@@ -7,7 +7,7 @@ import numpy as np
 
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
-from tasks.surroundings import Chart, Placed, Truth, check_older, is_somewhere, world_of
+from tasks.surroundings import FARTHEST_MOUNT, Chart, Placed, Truth, check_older, is_somewhere, world_of
 from tasks.whereabouts import Whereabouts
 from world import DOWN, SECTIONS, Pose, Spot, Thing
 from world.detection import Accuracy, Chances, Floats, Sighting
@@ -81,7 +81,12 @@ class MUGDetectionCamera(Task):
         [], "°", "Roll, pitch and yaw in the vehicle of a camera that looks down.", size=(0, 3)
     )
     mount_position: list[float] = param(
-        [0.0, 0.0, 0.0], "m", "Where the camera is in the vehicle: forward, right, down.", size=3
+        [0.0, 0.0, 0.0],
+        "m",
+        "Where the camera is in the vehicle: forward, right, down.",
+        size=3,
+        minimum=-FARTHEST_MOUNT,
+        maximum=FARTHEST_MOUNT,
     )
     mugs: list[str] = param(["1.0 0.3"], "", "Older place of [World] Gliders, which all cameras see.", name="MUGs")
     target_plane: str = param(

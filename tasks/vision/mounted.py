@@ -1,7 +1,7 @@
 """What cameras have in common that may be anywhere on the vehicle, with a calibration file."""
 
 from runtime import ParameterError, param
-from tasks.surroundings import mount_of
+from tasks.surroundings import FARTHEST_MOUNT, mount_of
 from tasks.vision.keeping import PictureKeeper
 from world import Pose
 from world.optics import CalibrationError, CameraModel, camera_text, parse_camera
@@ -24,7 +24,12 @@ class MountedCamera(PictureKeeper):
         "", "", "Which camera of that file, if it tells of several: cam1, or an entity label.", editable=False
     )
     mount_position: list[float] = param(
-        [0.0, 0.0, 0.0], "m", "Where the camera is in the vehicle: forward, right, down.", size=3
+        [0.0, 0.0, 0.0],
+        "m",
+        "Where the camera is in the vehicle: forward, right, down.",
+        size=3,
+        minimum=-FARTHEST_MOUNT,
+        maximum=FARTHEST_MOUNT,
     )
     mount_orientation: list[float] = param(
         [0.0, -90.0, 0.0],

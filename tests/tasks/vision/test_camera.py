@@ -152,6 +152,7 @@ def test_formats_of_pictures(kind, ending, tmp_path):
         ({"principal_point": [3.0]}, "Principal Point: must be two numbers"),
         ({"distortion": [math.nan]}, "k1 is nan|Distortion"),
         ({"width": 0}, "Width"),
+        ({"mount_position": [1e20, 0.0, 0.0]}, "Mount Position.*-1000 to 1000"),
     ],
 )
 def test_impossible_cameras_are_refused(options, words):
