@@ -9,6 +9,7 @@ from runtime import Frame
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
+from tasks.vision.rendering import RenderedCamera
 
 
 @pytest.mark.parametrize("name", ["lauv-noptilus-1", "otter", "caravel", "hexa-00"])
@@ -48,6 +49,16 @@ def test_a_second_run_of_the_same_moment_has_its_pictures_beside_its_own_log(tmp
 
 def names(log):
     return sorted(path.name for path in log.glob("Photos/*.png"))
+
+
+@pytest.mark.parametrize(("name", "scene"), [("lauv-noptilus-1", "Seabed"), ("hexa-00", "Sea Surface")])
+def test_all_cameras_of_a_vehicle_see_what_is_below_it(name, scene, tmp_path):
+    profile = load_profile(name)
+    selected = profile.select("Simulation, Camera, Stereo")
+    clock = VirtualClock(profile.start_time_ns)
+    vehicle = build(profile, selected, clock=clock, log_root=tmp_path).vehicle
+    assert [task.scene for task in vehicle.tasks if isinstance(task, RenderedCamera)] == [scene] * 3
+    vehicle.close()
 
 
 @pytest.mark.heavy
