@@ -1,14 +1,16 @@
 """Simulates a camera with any lens, anywhere on the vehicle."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
-from runtime import ParameterError, param
+from runtime import Doubt, ParameterError, param
 from tasks.vision.mounted import MountedCamera
 from tasks.vision.rendering import RenderedCamera
 from world.optics import CalibrationError, CameraModel, Dome, FlatPort, PinholeCamera, housed
 
+REPLACED = "width", "height", "field_of_view", "principal_point", "distortion"  # by a calibration
 GRID = 9  # places across an image, and down it, that tell whether it is empty
 
 
@@ -58,6 +60,11 @@ class Camera(MountedCamera, RenderedCamera):
             self.after(0.0, self.log.warning, text)  # later: at load, no task receives messages yet
         self._optics = self._housed(model)
         super().configure()
+
+    def doubts(self) -> Iterator[Doubt]:
+        for parameter in self.parameters().values() if self.calibration else ():
+            if parameter.attribute in REPLACED and getattr(self, parameter.attribute) != parameter.default:
+                yield Doubt(parameter.name, f"{parameter.name} has no effect: the Calibration replaces it", "delete it")
 
     def views(self) -> tuple[int, int]:
         return self.face_size, 6
