@@ -36,7 +36,12 @@ class Camera(MountedCamera, RenderedCamera):
         0, "px", "Width of the views of 90° that make up an image; 0 is as fine as the image.", minimum=0, maximum=8192
     )
 
-    housing: str = param("None", "", "The window between air and water.", choices=("None", "Flat Port", "Dome"))
+    housing: str = param(
+        "None",
+        "",
+        "The window between air and water; nothing in a scene in air.",
+        choices=("None", "Flat Port", "Dome"),
+    )
     port_distance: float = param(
         0.03, "m", "From the camera's center to the pane of a flat port.", minimum=0, maximum=10
     )
@@ -65,6 +70,8 @@ class Camera(MountedCamera, RenderedCamera):
         for parameter in self.parameters().values() if self.calibration else ():
             if parameter.attribute in REPLACED and getattr(self, parameter.attribute) != parameter.default:
                 yield Doubt(parameter.name, f"{parameter.name} has no effect: the Calibration replaces it", "delete it")
+        if self.housing != "None" and self.scene != "Seabed":
+            yield Doubt("Housing", f"Housing has no effect: Scene = {self.scene} is in air")
 
     def views(self) -> tuple[int, int]:
         return self.face_size, 6
@@ -73,6 +80,8 @@ class Camera(MountedCamera, RenderedCamera):
         return self._optics
 
     def _housed(self, camera: CameraModel) -> CameraModel:
+        if self.scene != "Seabed":  # in air, a pane or a dome turns no ray
+            return camera
         try:
             port = None
             if self.housing == "Flat Port":

@@ -6,8 +6,10 @@ import pytest
 
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
+from runtime.testing import simulate
 from runtime.vehicle import build, doubts
-from tests.tasks.vision.test_camera import WOODSCAPE
+from tasks.vision.camera import Camera
+from tests.tasks.vision.test_camera import WOODSCAPE, states
 
 
 @pytest.fixture
@@ -35,3 +37,16 @@ def test_options_that_a_calibration_replaces_are_doubted(doubted, tmp_path):
         f"[Vision.Camera/Left] {option.partition('=')[0]} has no effect: the Calibration replaces it"
         for option in sorted(set_beside)
     ]
+
+
+def test_a_housing_changes_nothing_in_air(doubted):
+    assert doubted("lauv-noptilus-1", "Housing=Flat Port") == []
+    assert doubted("hexa-00", "Housing=Flat Port") == [
+        "[Vision.Camera/Left] Housing has no effect: Scene = Sea Surface is in air"
+    ]
+    bare, housed = (
+        simulate(Camera, feed=states(z=-5.0, depth=0.0), scene="Sea Surface", housing=housing).frames[0]
+        for housing in ("None", "Flat Port")
+    )
+    assert bare.optics == housed.optics
+    assert (bare.image == housed.image).all()
