@@ -28,6 +28,7 @@ from world.pictures import (
 )
 
 LEAST_VISIBILITY = 0.1  # m
+ABOVE_WATER = 0.5  # m above the crests, from where a view under water is told to be odd
 ESTIMATED = "EstimatedState, since there is no SimulatedState"
 
 
@@ -122,7 +123,7 @@ class RenderedCamera(PictureKeeper):
     def start(self) -> None:
         super().start()
         self.taken = self.dropped = 0
-        self._busy, self._true = False, True
+        self._busy, self._true, self._odd = False, True, False
         self.viewpoint = Viewpoint(world_of(self).origin, sea=self.scene == "Sea Surface")
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
 
@@ -152,6 +153,7 @@ class RenderedCamera(PictureKeeper):
         if self._true is not view.true:
             self._true = view.true
             self.log.info(f"pictures are taken from {'SimulatedState' if view.true else ESTIMATED}")
+        self._check_medium(view)
         described = self.described(state) if self.is_wanted() else None
         deliver = partial(self._deliver, self.now, self.taken, view, self.known, described)
         random = noise(self.vehicle.seed, self.entity.label, self.taken)
@@ -159,6 +161,15 @@ class RenderedCamera(PictureKeeper):
         self._busy = True
         given = self._path(view), view.gliders, random, view.boards
         self.offload(self.shutter.picture, *given, then=deliver, latency=self.latency)
+
+    def _check_medium(self, view: View) -> None:
+        """Warn once of a camera in air that sees as under water; estimates may have no depth."""
+        if self._odd or not view.true or self.scene != "Seabed":
+            return
+        above, world = -view.vehicle.carried(self.mount).depth, world_of(self)
+        if above > ABOVE_WATER + (world.waves.height if world.felt else 0.0):
+            self._odd = True
+            self.log.warning(f"the camera is {above:.1f} m above the water, but Scene = Seabed is the view under water")
 
     def _path(self, view: View) -> list[Standpoint]:
         """Where the vehicle is while the shutter is open, as it moves now; where that is not known, it stays."""

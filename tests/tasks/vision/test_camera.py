@@ -185,6 +185,26 @@ def test_the_mount_of_a_frame_is_that_of_the_camera():
     assert run.frames[0].mount[:3, 2] == pytest.approx([0.0, 1.0, 0.0])
 
 
+@pytest.mark.parametrize(
+    ("options", "height", "warned"),
+    [
+        ({"mount_position": [0.0, 0.0, -2.0]}, 0.0, 1),
+        ({"mount_position": [0.0, 0.0, -2.0]}, -2.0, 0),
+        ({"mount_position": [0.0, 0.0, -2.0], "scene": "Sea Surface"}, 1.0, 0),
+        ({"mount_position": [0.0, 0.0, -1.0]}, 0.0, 1),
+        ({"mount_position": [0.0, 0.0, -0.3]}, 0.0, 0),
+        ({}, 5.0, 1),
+    ],
+)
+def test_a_camera_above_the_water_that_sees_as_under_water_says_so_once(options, height, warned):
+    truth = [imc.SimulatedState(timestamp=n / 20, z=-height) for n in range(20)]
+    run = simulate(
+        Camera, feed=[*truth, *states(z=-height, depth=-1.0, alt=height + 9.0)], width=32, height=24, **options
+    )
+    assert len(run.frames) > 1
+    assert sum("above the water, but Scene = Seabed" in line for line in run.log) == warned
+
+
 def test_a_camera_in_the_ground_says_so():
     run = simulate(Camera, feed=states(), mount_position=[0.0, 0.0, 3.5])
     assert run.frames == []
