@@ -118,7 +118,7 @@ class Recording:
             if self._journal.records:
                 self.data = _data_set(folder, self._journal.records, self._journal.damaged)
                 if why := difference(self.data.about, about):
-                    raise DataSetError(f"{folder} has {why}; name another folder")
+                    raise DataSetError(f"{folder} has {why}; name another folder with -o")
                 self.data.rows = {run: row for run, row in self.data.rows.items() if is_finished(row)}
                 if self.data.about.get(_MOST) != about[_MOST]:
                     self._add({_MOST: about[_MOST]})
@@ -184,6 +184,10 @@ def difference(had: Mapping[str, Any], about: Mapping[str, Any]) -> str:
     if had["digest"] != about["digest"]:
         keys = ("study", "seed", "sampling", "runs", "varied", "fixed", "search")
         reasons = [key for key in keys if had.get(key) != about.get(key)]
+        if reasons == ["runs"]:
+            kind = "of a search" if about["sampling"] == "search" else f"with sampling: {about['sampling']}"
+            counts = f"{had['runs']} runs, not {about['runs']}"
+            return f"study {quoted(cast(str, had['study']))} with {counts}: the number of runs {kind} cannot be changed"
         why = f"{', '.join(reasons)} differ" if reasons else "the scenario or one of its files has changed"
         return f"runs of another study, {quoted(cast(str, had['study']))}: {why}"
     if had["versions"] != about["versions"]:

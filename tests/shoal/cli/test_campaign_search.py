@@ -104,6 +104,15 @@ def test_other_endings(place, tmp_path, monkeypatch, change, words):
     assert words in done.output
 
 
+def test_the_number_of_runs_cannot_be_changed(told):
+    done = shoal("campaign", "rest.study.yaml", "-j", 0, "--runs", 4)
+    assert done.exit_code == 2
+    said = (
+        "study 'rest' with 7 runs, not 4: the number of runs of a search cannot be changed; name another folder with -o"
+    )
+    assert said in " ".join(done.output.split())
+
+
 def test_parameters_are_tuned(place, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "rest.scenario.yaml").write_text(SCENARIO)
