@@ -10,7 +10,7 @@ from runtime.problem import naming, printable
 from shoal.campaigns import Comparison, Pair, campaign_page, open_data_set
 from shoal.campaigns import compare as compare_data
 from shoal.cli.campaign_run import FILE, FOLDER, refusals
-from shoal.cli.campaign_search import state_of
+from shoal.cli.campaign_search import left_out, state_of
 from shoal.cli.tables import open_console, plain_table
 from shoal.logs.look import number
 
@@ -29,6 +29,8 @@ def report(folder: Path, out: Path | None) -> None:
         with naming(place):
             place.write_text(text, encoding="utf-8")
     click.echo(f"{printable(str(place))}: {state_of(data)}")
+    if others := left_out(data):
+        click.echo(others)
 
 
 @click.command()

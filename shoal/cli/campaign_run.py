@@ -35,7 +35,7 @@ from shoal.campaigns import (
 )
 from shoal.campaigns import rerun as rerun_run
 from shoal.cli import STOPPED
-from shoal.cli.campaign_search import show_findings, state_of
+from shoal.cli.campaign_search import left_out, show_findings, state_of
 from shoal.cli.log_export import extra
 from shoal.cli.options import (
     check_log_folder,
@@ -210,6 +210,8 @@ class _Bar:
 def _sum_up(data: DataSet) -> None:
     rows = data.counted
     click.echo(f"{printable(data.name)}: {data.rate}")
+    if others := left_out(data):
+        click.echo(f"  {others}")
     simulated, cpu = (math.fsum(row[name] for row in rows) for name in ("seconds", "cpu"))
     if cpu:
         pace = f"{len(rows) * 3600.0 / cpu:.0f} runs per hour of CPU"

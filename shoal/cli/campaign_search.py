@@ -22,6 +22,17 @@ def state_of(data: DataSet, *, is_short: bool = False) -> str:
     return f"{rate.share:.1%} ± {rate.half_width:.1%} passed" if rate.runs else "starting"
 
 
+def left_out(data: DataSet) -> str:
+    """A line about runs of the folder that are beyond a smaller number of runs; empty if there are none."""
+    count = len(data.rows) - len(data.counted)
+    if not count or data.end != data.about["most"]:  # an `until` that was reached leaves out those that came later
+        return ""
+    others = number(count, "more run is", "more runs are")
+    verb, they = ("does", "it") if count == 1 else ("do", "they")
+    words = f"{others} in {data.folder}, and {verb} not count; with --runs {max(data.rows) + 1} {they} {verb}"
+    return printable(words)
+
+
 def show_findings(data: DataSet, shown: Findings) -> None:
     """Tell what a search has found, and the commands for what it has written."""
     goal = shown.goal

@@ -88,6 +88,17 @@ def test_it_goes_on_where_it_was_and_compares_pairs(place):
     assert "limit exceeded: metrics.north changed by" in limit.output
 
 
+def test_runs_that_do_not_count_are_told(place):
+    words = ("rest.study.yaml", "-j", 0, "-o", "fewer", "--runs")
+    assert "more run" not in shoal(*words, 3).output
+    fewer = shoal(*words, 1).output
+    line = "2 more runs are in fewer, and do not count; with --runs 3 they do\n"
+    assert line in fewer
+    assert line in shoal("report", "fewer").output
+    assert "1 more run is in fewer, and does not count; with --runs 3 it does\n" in shoal(*words, 2).output
+    assert "more run" not in shoal(*words, 3).output
+
+
 def test_shards_are_merged_and_what_is_missing_can_be_done(place):
     words = ("rest.study.yaml", "-j", 0, "--runs", 3, "-o", "parts")
     assert "of 2 passed" in shoal(*words, "--shard", "1/2").output
