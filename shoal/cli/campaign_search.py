@@ -15,7 +15,7 @@ def state_of(data: DataSet, *, is_short: bool = False) -> str:
     if (shown := findings_of(data)) is not None:
         best = shown.course[-1] if shown.course else math.nan
         done = number(len(data.rows), "run")
-        return printable(f"{done}, {_kind(shown)} {shown.goal.text} {best:.4g}" if best == best else done)
+        return printable(f"{done}, {shown.goal.kind} {shown.goal.text} {best:.4g}" if best == best else done)
     rate = data.rate
     if not is_short:
         return str(rate)
@@ -38,13 +38,11 @@ def show_findings(data: DataSet, shown: Findings) -> None:
     goal = shown.goal
     smaller = len(data.rows) - len(shown.trials) - 1
     more = f", {smaller} made the change smaller" if smaller else ""
-    click.echo(
-        printable(f"{data.name}: {number(len(shown.trials), 'run')} sought the {_kind(shown)} {goal.text}{more}")
-    )
+    click.echo(printable(f"{data.name}: {number(len(shown.trials), 'run')} sought the {goal.kind} {goal.text}{more}"))
     if shown.as_it_is is not None:
         click.echo(f"  as it is: {goal.value(shown.as_it_is):.4g}")
     if shown.best is not None:
-        click.echo(f"  {_kind(shown)}: {goal.value(shown.best):.4g}, run {shown.best['run']}")
+        click.echo(f"  {goal.kind}: {goal.value(shown.best):.4g}, run {shown.best['run']}")
     if shown.found is not None:
         _show_found(shown, data.about["units"])
     else:
@@ -73,10 +71,6 @@ def _show_found(shown: Findings, units: dict[str, str]) -> None:
         words = "it fails as it is: there is nothing to look for"
     for line in ([words] if words else []) + lines:
         click.echo(printable(f"    {line}" if line != words else f"  {line}"))
-
-
-def _kind(shown: Findings) -> str:
-    return "largest" if shown.goal.is_largest else "smallest"
 
 
 def _wanted(shown: Findings) -> str:

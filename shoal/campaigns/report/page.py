@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -27,10 +27,10 @@ from shoal.campaigns.report.analysis import (
 )
 from shoal.campaigns.report.pieces import safe, section, short, table
 from shoal.campaigns.report.plots import MOST_PLOTS, best_so_far, histograms, pass_rates, scatters, track_map
-from shoal.campaigns.search import Findings
+from shoal.campaigns.search import Findings, Goal
 from shoal.logs.look import number
 
-WORST = 20
+LISTED = 20
 MOST_INDICES = 12  # outputs
 SCATTERS = 6
 MEDIANS = 4  # outputs beside each choice
@@ -56,7 +56,7 @@ def campaign_page(data: DataSet, beside: Path) -> str:
     parts = [
         *first,
         section("Tracks", track_map(rows), _LEGEND + " Green points are starts."),
-        section(f"The {number(min(WORST, len(rows)), 'worst run')}", _worst(data, rows, beside)),
+        _worst(data, rows, beside) if shown is None else _best(data, rows, shown.goal, beside),
         section("Runs that ended out of order", _errors(rows)),
     ]
     style = (_HERE / "page.css").read_text(encoding="utf-8")
@@ -106,7 +106,7 @@ def _of_search(
     pairs = [(name, goal.column) for name in inputs] if np.isfinite(values).any() else []
     tried = [goal.value(row) for row in rows]
     return [
-        section(f"{'Largest' if goal.is_largest else 'Smallest'} {goal.text}", found),
+        section(f"{goal.kind.capitalize()} {goal.text}", found),
         section("Best so far", best_so_far(tried, shown.course), "Points: runs. Line: the best until then."),
         section("Where it looked", scatters(pairs[:MOST_PLOTS], inputs, {**outputs, **column}, passed, units), _LEGEND),
         _histograms(outputs, passed, units),
@@ -118,7 +118,7 @@ def _histograms(outputs: Columns, passed: Any, units: dict[str, str]) -> str:
 
 
 def _kept(shown: Findings) -> list[tuple[str, Row]]:
-    names = ("as it is", "largest" if shown.goal.is_largest else "smallest", "smallest change that fails")
+    names = ("as it is", shown.goal.kind, "smallest change that fails")
     rows = (shown.as_it_is, shown.best, shown.smallest)
     return [(name, row) for name, row in zip(names, rows, strict=True) if row is not None]
 
@@ -232,16 +232,32 @@ def _strongest(
 
 
 def _worst(data: DataSet, rows: Sequence[Row], beside: Path) -> str:
-    worst = sorted(rows, key=lambda row: (not row["error"], row["passed"], row["margin"], row["run"]))[:WORST]
+    worst = sorted(rows, key=lambda row: (not row["error"], row["passed"], row["margin"], row["run"]))[:LISTED]
+    return section(
+        f"The {number(len(worst), 'worst run')}",
+        _listed(data, [(row, row["margin"]) for row in worst], "margin", beside),
+    )
+
+
+def _best(data: DataSet, rows: Sequence[Row], goal: Goal, beside: Path) -> str:
+    """The runs nearest to what a search looks for."""
+    values = [(row, value) for row in rows if not math.isnan(value := goal.value(row))]
+    best = sorted(values, key=lambda pair: -pair[1] if goal.is_largest else pair[1])[:LISTED]
+    title = f"The {number(len(best), 'run')} with the {goal.kind} {goal.text}"
+    return section(title, _listed(data, best, goal.text, beside) if best else "")
+
+
+def _listed(data: DataSet, rows: Iterable[tuple[Row, float]], name: str, beside: Path) -> str:
+    """Runs, each with a value that has this name."""
     lines: list[Sequence[str]] = []
-    for row in worst:
+    for row, value in rows:
         drawn = [f"{name.partition('.')[2]} = {short(row[name])}" for name in row if name.startswith("values.")]
         links = [_link(data.folder / row[name], name.partition(".")[2], beside) for name in row if _is_log(name)]
         why = row["error"].strip().splitlines()[-1] if row["error"] else row["reason"]
         code = f"<code>{safe(rerun_command(data, row['run']))}</code>"
-        cells = (str(row["run"]), f"{row['margin']:.4g}", safe(why), safe(", ".join(drawn)), ", ".join(links) or code)
+        cells = (str(row["run"]), f"{value:.4g}", safe(why), safe(", ".join(drawn)), ", ".join(links) or code)
         lines.append(cells)
-    return table(("run", "margin", "why", "drawn", "log, or how to get it"), lines, numbers=(0, 1), as_is=True)
+    return table(("run", name, "why", "drawn", "log, or how to get it"), lines, numbers=(0, 1), as_is=True)
 
 
 def _is_log(name: str) -> bool:
@@ -257,5 +273,5 @@ def _link(folder: Path, words: str, beside: Path) -> str:
 def _errors(rows: Sequence[Row]) -> str:
     last = Counter(row["error"].strip().splitlines()[-1] for row in rows if row["error"].strip())
     first = {row["error"].strip().splitlines()[-1]: str(row["run"]) for row in reversed(rows) if row["error"].strip()}
-    lines = [(str(count), first[text], text) for text, count in last.most_common(WORST)]
+    lines = [(str(count), first[text], text) for text, count in last.most_common(LISTED)]
     return table(("runs", "first", "error"), lines, numbers=(0, 1)) if lines else ""

@@ -27,6 +27,10 @@ class Goal:
     only_passed: bool
 
     @property
+    def kind(self) -> str:
+        return "largest" if self.is_largest else "smallest"
+
+    @property
     def breaks(self) -> bool:
         """Whether it looks for what makes an expectation fail."""
         return not self.is_largest and (self.column == MARGIN or self.column.startswith("margins."))

@@ -1,6 +1,7 @@
 """Searches: what they find, how small they make it, that nothing but the study decides it, and what they refuse."""
 
 import math
+import re
 import signal
 import subprocess
 import sys
@@ -140,6 +141,19 @@ def test_the_page_has_no_pass_rate(found):
     assert "smallest change that fails" in page
     assert "Wilson" not in page
     assert "pass rate" not in page.lower()
+    assert "worst run" not in page
+
+
+@pytest.mark.parametrize(("goal", "kind"), [("minimise", "smallest"), ("maximise", "largest")])
+def test_the_page_lists_the_best_runs(tmp_path, goal, kind):
+    text = STUDY.replace("minimise: margin of stays, shrink: 40", f"{goal}: metrics.far")
+    data = do(write(tmp_path, text), tmp_path / "runs")
+    _, _, part = campaign_page(data, data.folder).partition(f"<h2>The 20 runs with the {kind} metrics.far</h2>")
+    listed = re.findall(r'<tr><td class="n">(\d+)</td><td class="n">([^<]+)</td>', part)
+    assert int(listed[0][0]) == findings_of(data).best["run"]
+    values = [float(value) for _, value in listed]
+    assert len(values) == 20
+    assert values == sorted(values, reverse=goal == "maximise")
 
 
 def test_the_best_parameters_are_options_of_a_profile(tmp_path):
