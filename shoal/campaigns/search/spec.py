@@ -14,6 +14,7 @@ from shoal.campaigns.search.goal import COUNTED, MAXIMISE, MINIMISE, Goal, read_
 KEYS = (MINIMISE, MAXIMISE, COUNTED, "at a time", "shrink")
 AT_A_TIME, MOST_AT_A_TIME = 8, 1000
 SHRINK, MOST_SHRINK = 60, 100_000
+_SI = ("m", "m/s", "rad", "rpm", "s", "%")  # units of plain numbers
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def read_search(
         if found.gridded:
             lines[place].fail(f"{place}: a search chooses values itself: write choice or uniform instead of grid")
         try:
-            axes[place] = axis_of(place, found, _default(draft.usual(place), found))
+            axes[place] = axis_of(place, found, _default(draft, fixed, place, found))
         except ValueError as error:
             lines[place].fail(f"{place}: {error}")
     at_a_time = _count(nodes, "at a time", 1, MOST_AT_A_TIME, AT_A_TIME)
@@ -83,12 +84,30 @@ def _count(nodes: Mapping[str, Node], key: str, least: int, most: int, default: 
     return found
 
 
-def _default(value: object, found: Distribution) -> Scalar | None:
+def _default(draft: Any, fixed: Mapping[str, object], place: str, found: Distribution) -> Scalar | None:
     """The value of a scenario as a number in the unit of a distribution; None if it is in another unit."""
+    value = draft.usual(place)
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return value if isinstance(value, bool) else None
     number = parse_scalar(value)
     if number is None:
         return str(value) if value in found.cells else None
     size, unit = number
-    return size if unit == found.unit or not size else None
+    if unit == found.unit or not size:
+        return size
+    if (unit and found.unit) or not _is_in(unit or found.unit, place):
+        return None
+    own, other = (_settings(draft, {**fixed, place: given}) for given in (value, found.written(size)))
+    return size if own == other else None
+
+
+def _is_in(unit: str, place: str) -> bool:
+    """Whether a plain number at a place may be in a unit; what the settings of the vehicle are made of tells it."""
+    return "/parameters/" in place or (unit in _SI and "/set/" not in place)
+
+
+def _settings(draft: Any, values: Mapping[str, object]) -> list[tuple[str, str, object]]:
+    """The options that a scenario with some values sets; a number counts however it is written."""
+    actors = draft.scenario(values).actors
+    settings = ((actor.name, setting) for actor in actors for setting in actor.settings)
+    return [(name, f"{s.section}:{s.option}", parse_scalar(s.value) or s.value) for name, s in settings]

@@ -156,6 +156,24 @@ def test_the_page_lists_the_best_runs(tmp_path, goal, kind):
     assert values == sorted(values, reverse=goal == "maximise")
 
 
+@pytest.mark.parametrize(
+    ("place", "before", "vary", "default"),
+    [
+        (NORTH, "north: 0.1", "[-1 m/s, 1 m/s]", 0.1),
+        (NORTH, "north: 0.1 m/s", "[-1, 1]", 0.1),
+        (GPS, "north: 0.1 m/s", "[1 m, 9 m]", 2.0),
+        ("events/0/at", "north: 0.1 m/s", "[1 s, 9 s]", 5.0),
+        ("events/0/at", "north: 0.1 m/s", "[0.1 min, 0.2 min]", None),
+    ],
+)
+def test_a_value_without_a_unit_is_in_that_of_the_study(tmp_path, place, before, vary, default):
+    scenario = SCENARIO.replace("north: 0.1 m/s", before) + "events: [{at: 5, silent: Simulators.GPS/Kinematic}]\n"
+    text = f"scenario: dive.scenario.yaml\nvary: {{{place}: {{uniform: {vary}}}}}\nsearch: {{minimise: metrics.far}}\n"
+    write(tmp_path, text)
+    (tmp_path / "dive.scenario.yaml").write_text(scenario)
+    assert load_study(tmp_path / "dive.study.yaml", has_begun=True).search.axes[place].default == default
+
+
 def test_the_best_parameters_are_options_of_a_profile(tmp_path):
     text = STUDY.replace("minimise: margin of stays, shrink: 40", "minimise: metrics.far")
     data = do(write(tmp_path, text), tmp_path / "runs")
