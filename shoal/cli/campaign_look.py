@@ -29,8 +29,8 @@ def report(folder: Path, out: Path | None) -> None:
         with naming(place):
             place.write_text(text, encoding="utf-8")
     click.echo(f"{printable(str(place))}: {state_of(data)}")
-    if others := left_out(data):
-        click.echo(others)
+    for words in filter(None, (data.progress, left_out(data))):
+        click.echo(words)
 
 
 @click.command()

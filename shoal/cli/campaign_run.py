@@ -193,12 +193,17 @@ class _Bar:
         self._task = self.progress.add_task("starting", total=most)
         self._is_live = console.is_terminal
         self._told = time.monotonic()
+        self._is_first = True
 
     def note(self, words: str) -> None:
         self.progress.console.print(f"note: {printable(words)}", markup=False, highlight=False, soft_wrap=True)
 
     def tell(self, data: DataSet) -> None:
         now = time.monotonic()
+        if self._is_first and data.rows:
+            done = number(len(data.rows), "run was", "runs were")
+            self.progress.console.print(f"{done} done before", highlight=False)
+        self._is_first = False
         if self._is_live:
             words = state_of(data, is_short=True)
             self.progress.update(self._task, completed=len(data.counted), description=words)

@@ -16,7 +16,7 @@ from shoal.campaigns.studies import Study
 from shoal.campaigns.versions import versions
 
 JOURNAL, TABLE, LOGS = "runs.journal", "runs.parquet", "logs"
-_END, _MOST = "end", "most"
+_END, _MOST, _UNTIL = "end", "most", "until"
 
 
 class DataSetError(ValueError):
@@ -50,6 +50,15 @@ class DataSet:
         return Rate(passed, len(rows), float(self.about.get("confidence", 0.95)))
 
     @property
+    def progress(self) -> str:
+        """How many runs are done, of a campaign that is not over; empty if it is."""
+        if self.end is not None:
+            return ""
+        done = len([row for row in self.rows.values() if is_finished(row)])
+        most = f"at most {self.about[_MOST]}" if self.about.get(_UNTIL) else str(self.about[_MOST])
+        return f"{done} of {most} runs done"
+
+    @property
     def name(self) -> str:
         return str(self.about["study"])
 
@@ -76,7 +85,7 @@ class DataSet:
         if _END in record:
             self.end = record[_END]
         elif _MOST in record:
-            self.about[_MOST] = record[_MOST]
+            self.about.update(record)
         elif isinstance(record.get("run"), int):
             self.rows[record["run"]] = record
 
@@ -120,8 +129,9 @@ class Recording:
                 if why := difference(self.data.about, about):
                     raise DataSetError(f"{folder} has {why}; name another folder with -o")
                 self.data.rows = {run: row for run, row in self.data.rows.items() if is_finished(row)}
-                if self.data.about.get(_MOST) != about[_MOST]:
-                    self._add({_MOST: about[_MOST]})
+                wanted = {key: about.get(key) for key in (_MOST, _UNTIL)}
+                if wanted != {key: self.data.about.get(key) for key in wanted}:
+                    self._add(wanted)
                 if self.data.end is not None:
                     self._add({_END: None})
             else:
@@ -154,8 +164,8 @@ class Recording:
 def about_study(study: Study) -> dict[str, Any]:
     """What the first line of a journal says, and the metadata of the Parquet file.
 
-    `runs` are those that all draws depend on, if they do; `most` is how many there are to be; `code` are folders with
-    the user's modules.
+    `runs` are those that all draws depend on, if they do; `most` is how many there are to be, or fewer if it has an
+    `until`; `code` are folders with the user's modules.
     """
     varied = {name: found.text for name, found in study.design.varied.items()}
     search = study.search
@@ -173,6 +183,7 @@ def about_study(study: Study) -> dict[str, Any]:
         "logs": study.logs,
         "code": list(study.bundle.code),
         "most": study.ending.most,
+        _UNTIL: study.ending.within is not None,
         "confidence": study.ending.confidence,
         "versions": f"{versions()}, {search.library}" if search is not None else versions(),
         **({"search": search.about()} if search is not None else {}),

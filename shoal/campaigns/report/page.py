@@ -106,7 +106,7 @@ def _of_search(
     pairs = [(name, goal.column) for name in inputs] if np.isfinite(values).any() else []
     tried = [goal.value(row) for row in rows]
     return [
-        section(f"{goal.kind.capitalize()} {goal.text}", found),
+        section(f"{goal.kind.capitalize()} {goal.text}", found, data.progress),
         section("Best so far", best_so_far(tried, shown.course), "Points: runs. Line: the best until then."),
         section("Where it looked", scatters(pairs[:MOST_PLOTS], inputs, {**outputs, **column}, passed, units), _LEGEND),
         _histograms(outputs, passed, units),
@@ -123,6 +123,7 @@ def _kept(shown: Findings) -> list[tuple[str, Row]]:
     return [(name, row) for name, row in zip(names, rows, strict=True) if row is not None]
 
 
+_DONE = " runs done"
 _LEGEND = "Blue: passed. Red: failed."
 _CHOICES = "Runs by what they drew, and the medians of the outputs that differ most between them."
 _CORRELATION = "Spearman's coefficient: 1 if the output rises with the input, -1 if it falls. Gray may be chance."
@@ -149,8 +150,8 @@ def _tiles(data: DataSet, rows: Sequence[Row], rate: Rate) -> str:
         ("", f"{cpu / 3600.0:.2f} h", "of CPU"),
         ("", f"{len(rows) * 3600.0 / cpu:.0f}" if cpu else "", "runs per hour of CPU"),
     ]
-    if data.end is None:
-        tiles.append(("fair", "not over", "campaign"))
+    if data.progress:
+        tiles.append(("fair", data.progress.removesuffix(_DONE), _DONE))
     return '<div class="tiles">' + "".join(
         f'<div class="tile {kind}"><b>{safe(value)}</b><span>{safe(what)}</span></div>' for kind, value, what in tiles
     ) + "</div>"  # fmt: skip

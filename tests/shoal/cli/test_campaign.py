@@ -79,6 +79,7 @@ def test_it_goes_on_where_it_was_and_compares_pairs(place):
     assert shoal("rest.study.yaml", "-j", 0, "-o", "b", "--runs", 2, *set_option).exit_code == 0
     more = shoal("rest.study.yaml", "-j", 0, "-o", "b", "--runs", 3, *set_option)
     assert "of 3 passed" in more.output
+    assert "2 runs were done before\n" in more.output
     found = shoal("compare", "campaigns/rest", "b", "--fail-if", "pass rate < -1 %")
     assert found.exit_code == 0, found.output
     assert "not compared: 2 runs that only A has" in found.output

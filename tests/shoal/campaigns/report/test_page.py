@@ -127,8 +127,10 @@ def test_a_page_without_a_run_is_refused_and_one_with_few_is_drawn(tmp_path, dat
         campaign_page(DataSet(tmp_path, data.about), tmp_path)
     few = DataSet(data.folder, data.about, {run: data.rows[run] for run in range(2)})
     read = Reading(campaign_page(few, tmp_path))
-    assert "not over" in read.text
+    assert "2 of 150 runs done" in read.text
     assert "Rank correlation" not in read.text
+    until = DataSet(data.folder, {**data.about, "until": True}, few.rows)
+    assert "2 of at most 150 runs done" in Reading(campaign_page(until, tmp_path)).text
     assert all(link.startswith(("file:///", "data:", "#")) for link in read.links)
 
 

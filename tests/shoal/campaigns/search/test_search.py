@@ -13,7 +13,7 @@ import pytest
 from imc.schema.yamltree import read_tree
 from shoal.campaigns import Shard, campaign_page, findings_of, open_data_set, rerun, run
 from shoal.campaigns.campaign import carry_out
-from shoal.campaigns.dataset.dataset import DataSetError
+from shoal.campaigns.dataset.dataset import DataSet, DataSetError
 from shoal.campaigns.draws.distributions import StudyFileError, read_distribution
 from shoal.campaigns.search.axes import axis_of
 from shoal.campaigns.search.course import Course
@@ -142,6 +142,9 @@ def test_the_page_has_no_pass_rate(found):
     assert "Wilson" not in page
     assert "pass rate" not in page.lower()
     assert "worst run" not in page
+    assert "runs done" not in page
+    few = DataSet(found.folder, found.about, {run: found.rows[run] for run in range(4)})
+    assert "4 of 30 runs done" in campaign_page(few, found.folder)
 
 
 @pytest.mark.parametrize(("goal", "kind"), [("minimise", "smallest"), ("maximise", "largest")])
