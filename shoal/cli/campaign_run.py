@@ -45,7 +45,7 @@ from shoal.cli.options import (
     values_option,
 )
 from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
-from shoal.logs.look import number
+from shoal.logs.look import number, span
 
 TELL_PERIOD = 30.0  # s between lines in a pipe
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -220,7 +220,7 @@ def _sum_up(data: DataSet) -> None:
     simulated, cpu = (math.fsum(row[name] for row in rows) for name in ("seconds", "cpu"))
     if cpu:
         pace = f"{len(rows) * 3600.0 / cpu:.0f} runs per hour of CPU"
-        click.echo(f"  {simulated / 3600.0:.2f} h simulated in {cpu / 3600.0:.3g} h of CPU: {pace}")
+        click.echo(f"  {span(simulated)} simulated in {span(cpu)} of CPU: {pace}")
     if errors := [row for row in rows if row["error"]]:
         first = errors[0]
         click.echo(f"{len(errors)} ended out of order, the first is run {first['run']}: {_last(first['error'])}")

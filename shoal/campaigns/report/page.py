@@ -28,7 +28,7 @@ from shoal.campaigns.report.analysis import (
 from shoal.campaigns.report.pieces import safe, section, short, table
 from shoal.campaigns.report.plots import MOST_PLOTS, best_so_far, histograms, pass_rates, scatters, track_map
 from shoal.campaigns.search import Findings, Goal
-from shoal.logs.look import number
+from shoal.logs.look import number, span
 
 LISTED = 20
 MOST_INDICES = 12  # outputs
@@ -146,8 +146,8 @@ def _tiles(data: DataSet, rows: Sequence[Row], rate: Rate) -> str:
         ("", f"{low:.1%} to {high:.1%}", f"true pass rate, {100 * rate.confidence:g}% confidence (Wilson)"),
         ("", f"{rate.passed} of {rate.runs}", "runs passed"),
         ("bad" if errors else "", str(errors), "ended out of order"),
-        ("", f"{simulated / 3600.0:.1f} h", "simulated"),
-        ("", f"{cpu / 3600.0:.2f} h", "of CPU"),
+        ("", span(simulated), "simulated"),
+        ("", span(cpu), "of CPU"),
         ("", f"{len(rows) * 3600.0 / cpu:.0f}" if cpu else "", "runs per hour of CPU"),
     ]
     if data.progress:

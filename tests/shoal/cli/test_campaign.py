@@ -1,6 +1,7 @@
 """`shoal campaign` on a shipped profile: runs, goes on, runs again, reports, compares; and what it says of mistakes."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -79,6 +80,7 @@ def test_it_goes_on_where_it_was_and_compares_pairs(place):
     assert shoal("rest.study.yaml", "-j", 0, "-o", "b", "--runs", 2, *set_option).exit_code == 0
     more = shoal("rest.study.yaml", "-j", 0, "-o", "b", "--runs", 3, *set_option)
     assert "of 3 passed" in more.output
+    assert re.search(r"  (1 min 00 s|[0-9.]+ s) simulated in [0-9.]+ s of CPU: ", more.output)
     assert "2 runs were done before\n" in more.output
     found = shoal("compare", "campaigns/rest", "b", "--fail-if", "pass rate < -1 %")
     assert found.exit_code == 0, found.output
