@@ -1,7 +1,7 @@
 """The folder of a campaign: what it is of, and a row for each run, whatever has ended the process that wrote it."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -193,14 +193,29 @@ def about_study(study: Study) -> dict[str, Any]:
 def difference(had: Mapping[str, Any], about: Mapping[str, Any]) -> str:
     """Why runs of one study and version cannot be among those of another, after "it has"; empty if they can."""
     if had["digest"] != about["digest"]:
-        keys = ("study", "seed", "sampling", "runs", "varied", "fixed", "search")
-        reasons = [key for key in keys if had.get(key) != about.get(key)]
-        if reasons == ["runs"]:
+        name = quoted(cast(str, had["study"]))
+        differ = list(_differing(had, about))
+        if not differ and had["runs"] != about["runs"]:
             kind = "of a search" if about["sampling"] == "search" else f"with sampling: {about['sampling']}"
             counts = f"{had['runs']} runs, not {about['runs']}"
-            return f"study {quoted(cast(str, had['study']))} with {counts}: the number of runs {kind} cannot be changed"
-        why = f"{', '.join(reasons)} differ" if reasons else "the scenario or one of its files has changed"
-        return f"runs of another study, {quoted(cast(str, had['study']))}: {why}"
+            return f"study {name} with {counts}: the number of runs {kind} cannot be changed"
+        search = ", or a key of the search," if "search" in about else ""
+        why = f"the scenario or one of its files{search} has changed"
+        if differ:
+            why = f"{' and '.join(differ)} {'differs' if len(differ) == 1 else 'differ'}"
+        return f"runs of another study, {name}: {why}"
     if had["versions"] != about["versions"]:
         return f"runs of another version: they were made with {had['versions']}, others with {about['versions']}"
     return ""
+
+
+def _differing(had: Mapping[str, Any], about: Mapping[str, Any]) -> Iterator[str]:
+    for key in ("study", "seed", "sampling"):
+        if had.get(key) != about.get(key):
+            yield f"{key} ({had.get(key)}, not {about.get(key)})"
+    for key, words in (("varied", "what varies"), ("fixed", "--set")):
+        before, now = had.get(key, {}), about.get(key, {})
+        if places := [place for place in {**before, **now} if before.get(place) != now.get(place)]:
+            yield f"{words} ({', '.join(places)})"
+    if had.get("search") != about.get("search"):
+        yield "search"

@@ -151,8 +151,11 @@ def test_a_folder_of_another_study_is_refused(tmp_path):
     study, folder = write_study(tmp_path), tmp_path / "runs"
     do(study, folder)
     had = (folder / "runs.journal").read_bytes()
-    with pytest.raises(DataSetError, match="another study, 'dive': seed differ; name another folder"):
+    with pytest.raises(DataSetError, match=r"'dive': seed \(5, not 6\) differs; name another folder with -o"):
         do(write_study(tmp_path, STUDY.replace("seed: 5", "seed: 6")), folder)
+    both = STUDY.replace("seed: 5", "seed: 6").replace("[-1, 1]", "[-2, 1]")
+    with pytest.raises(DataSetError, match=r"seed \(5, not 6\) and what varies \(world/current/east\) differ;"):
+        do(write_study(tmp_path, both), folder)
     with pytest.raises(DataSetError, match="the scenario or one of its files has changed"):
         do(write_study(tmp_path, scenario="scenario: dive\nworld: {current: {north: 0, east: 1}}\n"), folder)
     assert (folder / "runs.journal").read_bytes() == had
