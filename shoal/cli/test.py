@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import click
@@ -21,6 +22,7 @@ from shoal.campaigns import (
     Job,
     Outcome,
     Pool,
+    Runner,
     details_of,
     facts_of,
     failures_of,
@@ -106,7 +108,9 @@ def test(
     )
     tally = Tally(jobs, repeat, Console(stderr=json_file == Path("-"), highlight=False, emoji=False, soft_wrap=True))
     began = time.time()
-    pool = Pool(min(workers, len(jobs)) if workers is not None else None, wall_limit=wall_limit, code=folders)
+    make = partial(Runner, is_set=True)
+    count = min(workers, len(jobs)) if workers is not None else None
+    pool = Pool(count, make=make, wall_limit=wall_limit, code=folders)
     with pool, tally.bar:
         try:
             tally.run(pool)

@@ -2,7 +2,7 @@
 
 from shoal.campaigns.draws.design import SAMPLINGS, WHOLE, Design, seed_of, share
 from shoal.campaigns.draws.distributions import Distribution, Scalar, StudyFileError, parse_scalar, read_distribution
-from shoal.campaigns.draws.template import Changeable, Make, load_template
+from shoal.campaigns.draws.template import Changeable, Make, blamed, load_template
 
 __all__ = [
     "SAMPLINGS",
@@ -13,6 +13,7 @@ __all__ = [
     "Make",
     "Scalar",
     "StudyFileError",
+    "blamed",
     "load_template",
     "parse_scalar",
     "read_distribution",

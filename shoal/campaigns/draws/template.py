@@ -1,6 +1,8 @@
 """The scenario of a study: its file, or what a study's file has inside, with distributions in place of values."""
 
+import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
@@ -45,6 +47,23 @@ def load_template(path: Path, make: Callable[[Path, Node], D]) -> Template[D]:
         root = inside
     found: dict[str, Node] = {}
     return Template(make(path, _plain(root, (), found)), found)
+
+
+def blamed(draft: Changeable, values: Mapping[str, object], error: Exception) -> str:
+    """The error of a draft with values of `--set`, in words that name the one to blame and not a line that is right.
+
+    If the file is wrong by itself, or no value alone is to blame, the error as it is.
+    """
+    with suppress(ValueError, LookupError):
+        draft.scenario()
+        for place, value in values.items():
+            try:
+                draft.scenario({place: value})
+            except (ValueError, LookupError) as wrong:
+                node = draft.places().get(place)
+                line = re.escape(node.where) if node is not None else r".*?:\d+"
+                return f"--set {place}={value}: {re.sub(f'^{line}: ', '', str(wrong))}"
+    return str(error)
 
 
 def _plain(node: Node, place: tuple[str, ...], found: dict[str, Node]) -> Node:

@@ -4,7 +4,7 @@ import contextlib
 from pathlib import Path
 
 from runtime.problem import of_file
-from shoal.campaigns.draws import load_template
+from shoal.campaigns.draws import blamed, load_template
 from shoal.campaigns.jobs.job import Job, Unreadable
 from shoal.scenarios import Draft, Result, ScenarioFileError, load_draft, run
 
@@ -12,9 +12,13 @@ KEPT = 16  # drafts
 
 
 class Runner:
-    """Runs scenarios. The file of one is read once, also for many jobs."""
+    """Runs scenarios. The file of one is read once, also for many jobs.
 
-    def __init__(self) -> None:
+    If the values of jobs are those of `--set`, as `is_set` says, an error names it instead of a line of the file.
+    """
+
+    def __init__(self, *, is_set: bool = False) -> None:
+        self._is_set = is_set
         self._drafts: dict[Path, Draft] = {}
 
     def __call__(self, job: Job) -> Result:
@@ -24,7 +28,7 @@ class Runner:
         except OSError as error:
             return job.failed(of_file(error, job.path), Unreadable)
         except ScenarioFileError as error:
-            return job.failed(f"{error}{self.hint(job.path)}", Unreadable)
+            return job.failed(f"{self._words(job, error)}{self.hint(job.path)}", Unreadable)
         try:
             return run(scenario, seed=job.seed, log_root=job.log_root)
         except ScenarioFileError as error:
@@ -42,6 +46,10 @@ class Runner:
             for place in load_template(path, Draft).distributions:
                 return f" (a value that varies, as {place} does, is for `shoal campaign`)"
         return ""
+
+    def _words(self, job: Job, error: ScenarioFileError) -> str:
+        draft = self._drafts.get(job.path)
+        return blamed(draft, job.values, error) if self._is_set and draft is not None else str(error)
 
     def _draft(self, path: Path) -> Draft:
         if path not in self._drafts:

@@ -19,6 +19,7 @@ from shoal.campaigns.draws import (
     Make,
     Scalar,
     StudyFileError,
+    blamed,
     load_template,
     read_distribution,
     seed_of,
@@ -27,7 +28,7 @@ from shoal.campaigns.rates import Ending
 from shoal.campaigns.search import Search, read_search
 from shoal.campaigns.studies.bundle import Bundle, make_bundle
 from shoal.campaigns.studies.rehearsal import Rehearsal
-from shoal.scenarios import Draft
+from shoal.scenarios import Draft, ScenarioFileError
 
 SUFFIX = ".study.yaml"
 LOGS = ("all", "failed", "none")
@@ -111,6 +112,12 @@ class _Reader:
         template = load_template(path, self._make)
         self._draft, self._inside = template.draft, template.distributions
         self._places = self._draft.places()
+        try:
+            return self._study(path, runs, has_begun=has_begun)
+        except ScenarioFileError as error:
+            raise ScenarioFileError(blamed(self._draft, self._fixed, error)) from None
+
+    def _study(self, path: Path, runs: int | None, *, has_begun: bool) -> Study:
         varied = self._varied()
         for name in self._fixed:
             self._check_place(name, None, {name: self._fixed[name]}, varied)
@@ -170,10 +177,10 @@ class _Reader:
         except (ValueError, LookupError) as error:
             self._draft.scenario(others)  # if it is wrong as it is, the place is not to blame
             known = hinted(f"{place} is no value of the scenario", place, self._places)
-            reason = self._missing_list(place) or f"{known}: {error}"
+            missing = self._missing_list(place)
             if node is None:
-                raise StudyFileError(reason) from None
-            node.fail(reason)
+                raise StudyFileError(missing or blamed(self._draft, first, error)) from None
+            node.fail(missing or f"{known}: {error}")
 
     def _missing_list(self, place: str) -> str:
         """What to do if a place is an item of a list that only the profile has; empty if it is not."""

@@ -144,7 +144,12 @@ def test_a_scenario_inside_the_study_is_the_same(place):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["rest.study.yaml", "--set", "wrold/current/north=1"], "wrold/current/north is no value of the scenario"),
+        (
+            ["rest.study.yaml", "--set", "wrold/current/north=1"],
+            "Error: --set wrold/current/north=1: unknown key 'wrold'",
+        ),
+        (["rest.study.yaml", "--set", "limit=abc"], "Error: --set limit=abc: 'abc' is not a duration"),
+        (["rest.study.yaml", "--set", "seed=abc"], "Error: --set seed=abc: expected a whole number"),
         (["rest.study.yaml", "--set", "world"], "'world' is no assignment"),
         (["absent.study.yaml"], "absent.study.yaml: No such file or directory"),
         (["raport", "x"], "no such command: raport. Did you mean report?"),

@@ -132,6 +132,12 @@ def test_a_file_that_cannot_be_read_is_one_line_and_the_others_run(write):
     assert out.count("again: ") == 1
 
 
+def test_a_wrong_value_is_blamed_and_no_line_of_the_file(write):
+    status, out, _ = shoal("test", "--set", "limit=1 s", "--set", "seed=abc", cwd=write(a=scenario()))
+    assert status == 2
+    assert lines(out)["a"][1] == "--set seed=abc: expected a whole number, 0 or more, not 'abc'"
+
+
 def test_a_distribution_in_a_scenario_is_said_to_be_for_a_campaign(write):
     folder = write(a=scenario().replace("limit: 20 s", "limit: {uniform: [10 s, 20 s]}"))
     status, out, _ = shoal("test", cwd=folder)
