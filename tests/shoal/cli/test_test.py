@@ -216,6 +216,8 @@ def test_the_files_for_programs(write):
     runs = {run["scenario"]: run for run in json.loads(out)["runs"]}
     assert {name: run["passed"] for name, run in runs.items()} == {"good": True, "bad": False, "broken": False}
     assert [run["readable"] for run in runs.values()].count(False) == 1
+    told = {name: (run["seed"], run["repeated"]) for name, run in runs.items()}
+    assert told == {"good": (0, True), "bad": (0, True), "broken": (None, None)}
     assert runs["bad"]["margin"] == runs["bad"]["verdicts"][0]["margin"] < 0.0 < runs["good"]["margin"]
     assert runs["bad"]["logs"] == {NAME: f"log/bad/{LOG}"}
     assert (folder / "new" / "j.xml").read_text().count("<testcase ") == 3
