@@ -15,11 +15,15 @@ from shoal.scenarios import Draft, Result
 
 @dataclass(frozen=True)
 class Rerun:
-    """A run that was done again: its row then, its result now, and what is not as it was although it should be."""
+    """A run that was done again: its row then, its result now, and what is not as it was although it should be.
+
+    `values` are those of now, by their place; `drawn` are those of then.
+    """
 
     row: Row
     result: Result
     values: Mapping[str, object]
+    drawn: Mapping[str, object]
     differences: tuple[str, ...]
 
 
@@ -53,9 +57,10 @@ def rerun(
     Raises DataSetError, and what reading the study raises.
     """
     row, study = data.row(run), study_of(data, make=make, file=file)
-    values = {**study.written(values_of(row, study.design.varied)), **(changes or {})}
+    drawn = study.written(values_of(row, study.design.varied))
+    values = {**drawn, **(changes or {})}
     result = do(Job(run, study.path, values, study.seed_of(run), log_root.absolute() if log_root else None))
-    return Rerun(row, result, values, () if changes else tuple(_differences(row, result)))
+    return Rerun(row, result, values, drawn, () if changes else tuple(_differences(row, result)))
 
 
 def _differences(row: Row, result: Result) -> list[str]:

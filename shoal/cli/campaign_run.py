@@ -253,7 +253,8 @@ def _show(again: Rerun, number: int, is_other: bool) -> None:
     verdict = "passed" if result.passed else "failed"
     click.echo(f"run {number}, seed {row['seed']}: {verdict}" + (f", {_last(result.error)}" if result.error else ""))
     for name, value in again.values.items():
-        click.echo(f"  {printable(name)} = {value}")
+        was = again.drawn.get(name, value)
+        click.echo(printable(f"  {name} = {value}" + (f" (was {was})" if was != value else "")))
     before = {name: value for name, value in row.items() if name.startswith(("metrics.", "margins."))}
     now = {f"metrics.{name}": value for name, value in result.metrics.items()}
     now |= {f"margins.{found.name}": found.margin for found in result.verdicts}

@@ -72,7 +72,10 @@ def test_a_run_again_is_the_same_to_the_byte_of_its_log(place):
     what_if = shoal("rerun", "campaigns/rest", "--run", number, "--set", "world/current/north=0")
     assert what_if.exit_code == 0
     assert f"run {number}, seed {frame.loc[number, 'seed']}: passed" in what_if.output
-    assert "(was " in what_if.output
+    drawn = float(frame.loc[number, "values.world/current/north"])
+    assert f"  world/current/north = 0 (was {drawn!r} m/s)\n" in what_if.output
+    assert "  metrics.north: " in what_if.output
+    assert "(was " in what_if.output.partition("metrics.north")[2]
 
 
 def test_it_goes_on_where_it_was_and_compares_pairs(place):
