@@ -38,7 +38,7 @@ class PictureKeeper(Task):
     """A camera that writes pictures to the log: all of them, or those that Events ask for."""
 
     requires = "vision"
-    transient = ("_folder", "_described")
+    transient = ("_folder", "_called", "_described")
 
     save_images: bool = param(
         False,
