@@ -107,6 +107,8 @@ def test_saving_changes_nothing(uninterrupted: Flight, saved: Flight) -> None:
     assert any(times[0] < snapshot.time / SECOND < times[-1] for snapshot in saved.saved)
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_a_mission_goes_on_from_any_moment(saved: Flight, tmp_path: Path) -> None:
     assert len(saved.saved) > 15
     for snapshot in saved.saved:
