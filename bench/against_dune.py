@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 import imc
-from imc.coordinates import displacement
 from shoal import fly
 from shoal.missions import load_plan
+from support.wgs84 import displacement
 
 PLANS = Path(__file__).parents[1] / "tests/data/plans"
 PLAN, KEPT = PLANS / "three_gotos.json", PLANS / "three_gotos_dune.json"

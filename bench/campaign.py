@@ -18,9 +18,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import imc
-from imc.coordinates import displace, displacement
 from runtime.faults import Biased, Crash, Fault, Faults, Silent, Source, Stuck
 from shoal.missions import prepare
+from support.wgs84 import displace, displacement
 from world import read_world
 from world.sea import Bathymetry
 

@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from world import DOWN
+from support.pose import DOWN
 from world.detection import Accuracy, BlobDetector, Habits, MarkerDetector, Standing, Tracker, sight
 from world.optics import PinholeCamera
 from world.pictures import Camera, Glider, Standpoint, optical

@@ -16,7 +16,8 @@ from runtime.kernel import ScaledClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli.status import Status
-from world import Pose, Sun
+from support.pose import Pose
+from world import Sun
 from world.optics import DoubleSphereCamera, FisheyeCamera, PinholeCamera, kannala_brandt, preset_lens
 from world.pictures import Board, Camera, Glider, Lamp, Standpoint, chessboard
 

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import imc
-from imc.coordinates import displace
 from mavlink.dataflash import DataFlash
 from mavlink.meanings import (
     AUTOPILOT,
@@ -38,6 +37,7 @@ from mavlink.meanings import (
 )
 from mavlink.modes import ARDUPILOT, CUSTOM_MODE, mode_name
 from mavlink.records import Record
+from support.wgs84 import displace
 
 BUILDS = {1: 10, 2: 2, 3: 1, 4: 5, 7: SUBMARINE, 12: 7, 13: 4}
 """VER.BU -> MAV_TYPE."""

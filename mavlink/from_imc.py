@@ -7,6 +7,7 @@ from typing import NamedTuple
 import imc
 from imc import coordinates
 from mavlink.dialect import Fields
+from support import wgs84
 
 State = imc.EntityState.State
 UNKNOWN_16 = 0xFFFF
@@ -190,7 +191,7 @@ def local_position(state: imc.EstimatedState, place: Position | None, home: Home
     if (state.lat, state.lon) == (home.lat, home.lon):
         north, east = state.x, state.y
     else:
-        north, east, _ = coordinates.displacement(home.lat, home.lon, home.height, place.lat, place.lon, home.height)
+        north, east, _ = wgs84.displacement(home.lat, home.lon, home.height, place.lat, place.lon, home.height)
     names = ("x", "y", "z", "vx", "vy", "vz")
     return {"time_boot_ms": time, **dict(zip(names, (north, east, -place.relative, *velocity), strict=True))}
 

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import imc
-from imc.coordinates import displace
 from mavlink.meanings import (
     AUTOPILOT,
     BATTERIES,
@@ -36,6 +35,7 @@ from mavlink.meanings import (
 )
 from mavlink.records import Record
 from mavlink.ulog import DROPOUT, PARAMETER, TEXT, ULog
+from support.wgs84 import displace
 
 MODES = {
     **{0: "MANUAL", 1: "ALTCTL", 2: "POSCTL", 3: "MISSION", 4: "LOITER", 5: "RTL", 6: "POSITION_SLOW", 10: "ACRO"},

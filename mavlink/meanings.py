@@ -222,7 +222,7 @@ def _date(utc: float | None) -> tuple[int, int, int, float]:
 
 
 def to_body(phi: float, theta: float, psi: float, north: float, east: float, down: float) -> Vector:
-    """A north-east-down vector in the body frame; as in `world.attitude`, which this package cannot import."""
+    """A north-east-down vector in the body frame; as in `support.rotations`, which this package cannot import."""
     cphi, sphi, ct, st, cpsi, spsi = *_cs(phi), *_cs(theta), *_cs(psi)
     return (
         ct * cpsi * north + ct * spsi * east - st * down,

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import imc
-from imc.coordinates import displace
 from mavlink.dialect import Dialect
 from mavlink.frames import Received
 from mavlink.meanings import (
@@ -36,6 +35,7 @@ from mavlink.meanings import (
     system_type,
 )
 from mavlink.modes import ARMED, mode_name
+from support.wgs84 import displace
 
 GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
 GROUND_STATION = 6  # type in HEARTBEAT

@@ -2,7 +2,6 @@
 
 from runtime.bus import Frame
 from runtime.kernel import Timer
-from runtime.problem import Doubt
 from runtime.task import (
     ActivationError,
     Entity,
@@ -16,6 +15,7 @@ from runtime.task import (
     param,
     periodic,
 )
+from support.diagnostics import Doubt
 
 __all__ = [
     "ActivationError",

@@ -5,10 +5,12 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import imc
-from imc.coordinates import NOWHERE, StartPoint, offset
+from imc.coordinates import NOWHERE, StartPoint
 from runtime import ParameterError, Task
-from world import Pose, Spot, World, WorldError, read_world
-from world.attitude import Vector
+from support.pose import Pose
+from support.rotations import Vector
+from support.wgs84 import offset
+from world import Spot, World, WorldError, read_world
 from world.sensors import BodyMotion
 
 FARTHEST = 1e7  # m; m/s, rad, rad/s: beyond it, a number is no place of a vehicle, and no motion

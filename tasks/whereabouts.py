@@ -5,9 +5,9 @@ from collections import deque
 from typing import NamedTuple
 
 import imc
+from support.pose import Pose
+from support.rotations import Vector, turned, wrap
 from tasks.surroundings import FARTHEST, Chart, is_somewhere
-from world import Pose
-from world.attitude import Vector, turned, wrap
 
 KEPT = 5.0  # s of states
 

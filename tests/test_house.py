@@ -12,7 +12,7 @@ import pytest
 from runtime.vehicle import all_tasks
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = ("imc", "mavlink", "runtime", "shoal", "tasks", "world")
+PACKAGES = ("imc", "mavlink", "runtime", "shoal", "support", "tasks", "world")
 SOURCES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 ROOMS = set(PACKAGES) | {
@@ -30,13 +30,9 @@ OPEN = {  # modules that are imported as they are
         "imc.layout",
         "imc.messages",
         "imc.tuples",
-        "runtime.problem",
-        "runtime.durations",
         "runtime.networks",
     ),
     "runtime.testing",
-    "world.attitude",
-    *("imc.coordinates.arrays", "imc.schema.yamltree"),  # need NumPy and PyYAML, which are slow to import
     *(f"shoal.logs.export.{form}" for form in ("mcap", "netcdf", "parquet", "csv", "llf")),  # need their libraries
     *("shoal.logs.edit.mcap_import", "shoal.logs.edit.tlog_import", "shoal.logs.edit.flight_import"),
     *(f"tasks.vision.{part}" for part in ("keeping", "photos", "records", "rendering", "viewpoint")),  # NumPy, too
@@ -177,7 +173,7 @@ UNSTABLE = {
     "shuffle": "self.random",
     "default_rng": "self.random",
 }
-COMPUTING = [path for path in SOURCES if path.relative_to(ROOT).parts[0] in ("mavlink", "tasks", "world")]
+COMPUTING = [path for path in SOURCES if path.relative_to(ROOT).parts[0] in ("mavlink", "support", "tasks", "world")]
 COMPUTING += sorted((ROOT / "imc" / "coordinates").glob("*.py"))
 
 

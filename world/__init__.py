@@ -1,7 +1,7 @@
 """The simulated world: what surrounds vehicles, their dynamics, sensors and pictures."""
 
+from support.pose import DOWN, Pose
 from world.objects import Spot, Thing, Waypoint, gliders
-from world.pose import DOWN, Pose
 from world.section import SECTIONS, WorldError, read_world
 from world.sun import Sun
 from world.world import World

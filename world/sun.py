@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from world.attitude import Vector
+from support.rotations import Vector
 
 REFRACTION = 1.34  # of sea water
 BRIGHTNESS = 1e5  # lux at the surface of the sea by day

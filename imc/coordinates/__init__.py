@@ -1,18 +1,12 @@
-"""Positions on the WGS-84 ellipsoid, offsets between them (in `arrays` also for NumPy), and patterns of rows."""
+"""Positions in messages, and patterns of parallel rows."""
 
-from imc.coordinates.patterns import rows, rows_of, spacing, swath
-from imc.coordinates.start import NOWHERE, StartPoint
-from imc.coordinates.wgs84 import FLATTENING, SEMI_MAJOR_AXIS, absolute, displace, displacement, offset
+from imc.coordinates.local_origin import NOWHERE, StartPoint, absolute
+from imc.coordinates.row_pattern import rows, rows_of, spacing, swath
 
 __all__ = [
-    "FLATTENING",
     "NOWHERE",
-    "SEMI_MAJOR_AXIS",
     "StartPoint",
     "absolute",
-    "displace",
-    "displacement",
-    "offset",
     "rows",
     "rows_of",
     "spacing",

@@ -15,7 +15,7 @@ def positions(rows: "NDArray[Any]") -> "NDArray[Any]":
     """
     import numpy as np
 
-    from imc.coordinates.arrays import displace
+    from support.wgs84_arrays import displace
 
     names = set(rows.dtype.names or ())
     if not {"lat", "lon"} <= names:

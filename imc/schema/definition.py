@@ -110,21 +110,6 @@ class Named(msgspec.Struct, frozen=True):
     name: str
 
 
-def parse_number(text: str, where: str) -> int | float:
-    """A decimal or 0x integer, or a finite float. Raises SchemaError."""
-    try:
-        return int(text, 16 if text.lower().startswith(("0x", "-0x")) else 10)
-    except ValueError:
-        pass
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if value - value != 0.0:
-        raise SchemaError(f"{text!r} is not a number", where)
-    return value
-
-
 def check_messages(messages: tuple[MessageType, ...], places: dict[str, str]) -> None:
     """Raises SchemaError for ids or names used twice, unknown types, and names that cannot be used in Python.
 

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 from imc.errors import SchemaError
 from imc.layout import NUMBERS, SYNC
-from imc.schema.definition import Enumeration, Field, Group, MessageType, Named, Value, parse_number
+from imc.schema.definition import Enumeration, Field, Group, MessageType, Named, Value
 from imc.schema.schema import Schema
-from imc.schema.xmltree import Element, read_elements
+from support.located_xml import Element, read_elements
+from support.numbers import parse_number
 
 HEADER_LAYOUT = (
     ("sync", "uint16_t"),
@@ -33,7 +34,7 @@ DESCRIBED = (
 
 def read_xml(data: bytes, file: str) -> tuple[Schema, dict[str, str]]:
     """The schema in an XML text, and the places of its messages and fields. Raises SchemaError naming file:line."""
-    root = read_elements(data, file)
+    root = read_elements(data, file, SchemaError)
     if root.tag != "messages":
         raise SchemaError(f"{root.where}: expected <messages>, not <{root.tag}>")
     places: dict[str, str] = {}
@@ -154,11 +155,18 @@ def _field(message: str, element: Element, places: dict[str, str]) -> Field:
 
 def _number(element: Element, name: str) -> int | float | None:
     text = element.get(name).strip()
-    return parse_number(text, element.where) if text else None
+    return _parsed(text, element) if text else None
 
 
 def _integer(element: Element, name: str) -> int:
-    number = parse_number(element.require(name).strip(), element.where)
+    number = _parsed(element.require(name).strip(), element)
     if not isinstance(number, int):
         raise SchemaError(f"{element.where}: {name!r} of <{element.tag}> is not an integer")
     return number
+
+
+def _parsed(text: str, element: Element) -> int | float:
+    try:
+        return parse_number(text)
+    except ValueError as wrong:
+        raise SchemaError(str(wrong), element.where) from None

@@ -1,9 +1,10 @@
 """Reads protocol definitions in Shoal's YAML layout."""
 
+from imc.errors import SchemaError
 from imc.layout import SYNC
 from imc.schema.definition import Enumeration, Field, Group, MessageType, Named, Value
 from imc.schema.schema import Schema
-from imc.schema.yamltree import Node, read_tree
+from support.located_yaml import Node, read_tree
 
 _TOP = ("name", "long_name", "version", "sync", "units", "enumerations", "bitfields", "groups", "flags", "categories")
 _MESSAGE = ("id", "name", "category", "source", "flags", "used_by", "stable", "replaces", "description", "fields")
@@ -12,7 +13,7 @@ _FIELD = ("type", "name", "unit", "min", "max", "default", "prefix", "enum", "bi
 
 def read_yaml(text: str, file: str) -> tuple[Schema, dict[str, str]]:
     """The schema in a YAML text, and the file:line of each message and field. Raises SchemaError naming file:line."""
-    top = read_tree(text, file).mapping(*_TOP, "messages", required=("name", "version", "messages"))
+    top = read_tree(text, file, SchemaError).mapping(*_TOP, "messages", required=("name", "version", "messages"))
     name = top["name"].text()
     places: dict[str, str] = {}
     described: dict[tuple[str, ...], str] = {}
@@ -64,7 +65,7 @@ def _values(node: Node) -> tuple[Value, ...]:
     found: list[Value] = []
     for number, abbrev in node.mapping().items():
         text = abbrev.text()
-        found.append(Value(Node(number, abbrev.file, abbrev.line).integer(), text, text))
+        found.append(Value(Node(number, abbrev.file, abbrev.line, SchemaError).integer(), text, text))
     return tuple(found)
 
 

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from operator import mul
 
 import imc
-from imc.coordinates import displace, displacement
 from mavlink.from_imc import degrees_e7
 from mavlink.missions.codes import (
     FENCE_COMMANDS,
@@ -17,6 +16,7 @@ from mavlink.missions.codes import (
     Refusal,
 )
 from mavlink.missions.item import DEGREES, Item, to_float32
+from support.wgs84 import displace, displacement
 
 CORNERS = 4
 TOLERANCE = 0.5  # m by which a corner may be off a rectangle

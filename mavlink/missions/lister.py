@@ -6,12 +6,13 @@ from itertools import islice
 from typing import Any
 
 import imc
-from imc.coordinates import displace, rows_of
+from imc.coordinates import rows_of
 from mavlink.from_imc import degrees_e7
 from mavlink.missions.codes import MISSION, RELATIVE_INT, Command
 from mavlink.missions.commands import ROUND, UNCHANGED, duration_of, switched
 from mavlink.missions.item import Item, to_float32
 from mavlink.missions.settings import Level, Settings, roundest
+from support.wgs84 import displace
 
 Chain = Sequence[imc.PlanManeuver]
 OVER_GROUND = 1.0  # kind of speed in DO_CHANGE_SPEED

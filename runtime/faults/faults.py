@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from runtime.faults.kinds import Fault, FaultError
 from runtime.faults.source import Source
 from runtime.kernel import nanoseconds
-from runtime.problem import hinted, quoted
 from runtime.vehicle import Vehicle
+from support.text import hinted, quoted
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from imc.layout import NUMBERS
 from runtime.bus import Frame
 from runtime.faults.source import Item, Source, Spoil
 from runtime.kernel import SimulatedCrash
-from runtime.problem import hinted, quoted
+from support.text import hinted, quoted
 
 ABOUT_ITSELF = (
     imc.EntityActivationState,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import imc
 from imc.lsf import LsfWriter, gzip_member, packed_schema
-from runtime.problem import naming
+from support.file_errors import naming
 
 SCHEMA = "IMC.xml.gz"
 DATA = "Data.lsf.gz"

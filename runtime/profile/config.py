@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
-from runtime.problem import Origin, Problem, quoted
+from support.diagnostics import Origin, Problem
+from support.text import quoted
 
 BLANKS = " \t\n\v\f\r"
 COMMENTS = ";|#"

@@ -4,7 +4,8 @@ import os
 from collections.abc import Iterable
 from pathlib import Path, PurePath
 
-from runtime.problem import Problem, ProfileError, quoted, suggestion
+from support.diagnostics import Problem, ProfileError
+from support.text import quoted, suggestion
 
 
 def own_etc() -> Path:

@@ -3,8 +3,9 @@
 import re
 from collections.abc import Callable
 
-from runtime.problem import Origin, Problem, Severity, quoted, suggestion
 from runtime.profile.config import BLANKS, Config, Option, Section, is_raw, items
+from support.diagnostics import Origin, Problem, Severity
+from support.text import quoted, suggestion
 
 MOST_ASSIGNMENTS = 1000  # of one option
 LONGEST_VALUE = 65536  # characters

@@ -5,9 +5,9 @@ import stat
 from collections.abc import Mapping
 from pathlib import Path
 
-from runtime.problem import Origin, Problem
 from runtime.profile.config import BLANKS, LONGEST_LINE, Config, write
 from runtime.profile.grammar import Lines
+from support.diagnostics import Origin, Problem
 
 DUNE_LINE = 1023  # bytes; DUNE takes the rest of a longer line as the next one
 LARGEST_FILE = 2 << 20  # bytes

@@ -11,12 +11,14 @@ from fastcrc import crc16
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
-from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, of_file, quoted, suggestion
 from runtime.profile import dune
 from runtime.profile.config import BLANKS, Config, header, items, statement
 from runtime.profile.folders import find_profile, located, own_etc
 from runtime.profile.ini import parse
 from runtime.task import Parameter
+from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
+from support.file_errors import of_file
+from support.text import quoted, suggestion
 
 ALWAYS, NEVER = "Always", "Never"
 BUILT_IN = {

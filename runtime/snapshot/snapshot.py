@@ -10,7 +10,6 @@ from typing import Any
 import msgspec
 
 from runtime.kernel import SECOND, Timer, nanoseconds, owner_of, title
-from runtime.problem import naming
 from runtime.snapshot.checksum import state_checksum
 from runtime.snapshot.journal import Past
 from runtime.snapshot.scripts import replay_journal
@@ -31,6 +30,7 @@ from runtime.snapshot.values import StateWriter
 from runtime.snapshot.vocabulary import LARGEST, SnapshotError, check_size, shown
 from runtime.task import State, Task, with_place
 from runtime.vehicle import Vehicle
+from support.file_errors import naming
 
 FORMAT = "shoal snapshot 5"
 STATE, SUFFIX = "State-", ".msgpack"

@@ -17,11 +17,11 @@ import numpy as np
 import imc
 from runtime.bus import Bus, Frame, Subscription
 from runtime.kernel import Kernel, Timer
-from runtime.problem import quoted
 from runtime.task import Activation, Entities, Entity, Script, Systems, Task, Ticker
 from runtime.vehicle import Vehicle
+from support.text import quoted
 
-OWN = frozenset({"imc", "mavlink", "runtime", "tasks", "world"})
+OWN = frozenset({"imc", "mavlink", "runtime", "support", "tasks", "world"})
 PARTS = (Task, Ticker, Script, Activation, Entity, Entities, Systems, Bus, Subscription, Kernel, Timer, Vehicle)
 """What a snapshot can name, but not contain."""
 OF_TASK = frozenset(

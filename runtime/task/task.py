@@ -12,7 +12,6 @@ import imc
 from imc.addresses import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.bus import Subscription
 from runtime.kernel import Readable, Timer, as_error, handler_of, nanoseconds
-from runtime.problem import Doubt
 from runtime.task.attached import Attached
 from runtime.task.entities import Entity, State
 from runtime.task.handlers import Consumer, Ticker, consumers, tickers
@@ -20,6 +19,7 @@ from runtime.task.logbook import Logbook, cut
 from runtime.task.parameter_set import ParameterSet
 from runtime.task.parameters import Parameter, Scope, SharedOption, declared, param
 from runtime.task.script import Script
+from support.diagnostics import Doubt
 
 if TYPE_CHECKING:
     from numpy.random import Generator

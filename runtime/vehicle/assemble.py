@@ -8,7 +8,6 @@ from pathlib import Path
 import imc
 from runtime.bus import Bus, known_here
 from runtime.kernel import Clock, Kernel, as_error
-from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, misspelled, quoted
 from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune
 from runtime.task import EntityError, ParameterError, Task, allot, consumers, with_place
 from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, why_missing
@@ -16,6 +15,8 @@ from runtime.vehicle.checker import zenoh_options
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.processes import Processes
 from runtime.vehicle.vehicle import Vehicle
+from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
+from support.text import misspelled, quoted
 
 OF_ONE_TASK = (
     imc.QueryEntityParameters,

@@ -11,12 +11,12 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from runtime.problem import misspelled, nearest, printable, quoted
 from runtime.profile import dune
 from runtime.task import Task, one_line
+from support.text import misspelled, nearest, printable, quoted
 
 OWN = "tasks"
-PACKAGES = ("imc", "mavlink", "runtime", "shoal", "world")  # of Shoal, besides that of its tasks
+PACKAGES = ("imc", "mavlink", "runtime", "shoal", "support", "world")  # of Shoal, besides that of its tasks
 MARK = Path("runtime/vehicle/catalogue.py")  # a folder that has this file is a clone of Shoal
 LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL", "drivers": "serial", "ftp": "pyftpdlib"}
 

@@ -4,11 +4,12 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import imc
-from runtime.problem import Origin, Problem, ProfileError, Severity, misspelled, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, items, parse_address
 from runtime.task import Parameter, SharedOption, Task, find_parameter, listing_options, shared_options
 from runtime.vehicle.catalogue import misspelled_task, nearest_task, section_name, why_missing
 from runtime.zenoh import ZenohConfig
+from support.diagnostics import Origin, Problem, ProfileError, Severity
+from support.text import misspelled, nearest, quoted, suggestion
 
 DAEMON = "Daemon"
 

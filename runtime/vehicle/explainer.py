@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from runtime.problem import Origin, Problem, ProfileError, misspelled, quoted, suggestion
 from runtime.profile import Option, Profile, dune
 from runtime.task import Parameter, SharedOption, Task, find_parameter
+from support.diagnostics import Origin, Problem, ProfileError
+from support.text import misspelled, quoted, suggestion
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.kernel import as_error
-from runtime.problem import of_file
 from runtime.profile import statement
 from runtime.task import Parameter, ParameterError, Task, consume
 from runtime.vehicle.allowance import Allowance
+from support.file_errors import of_file
 
 if TYPE_CHECKING:
     from runtime.vehicle.vehicle import Vehicle

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
 
-from runtime.problem import hinted
 from shoal.campaigns.dataset import DataSet
 from shoal.campaigns.jobs import Row, is_finished
 from shoal.campaigns.library import library
 from shoal.campaigns.rates import Rate
+from support.text import hinted
 
 PASS_RATE = "pass rate"
 _LIMIT = re.compile(r"(.+?)\s*(<=|>=|<|>)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%?)")

@@ -6,10 +6,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from xml.etree import ElementTree
 
-from runtime.problem import printable
 from shoal.campaigns.jobs import Job
 from shoal.campaigns.suite import Outcome
 from shoal.campaigns.telling import details_of, failures_of, warnings_of
+from support.text import printable
 
 
 def junit_xml(outcomes: Iterable[Outcome], undone: Iterable[Job], began: float, wall: float) -> bytes:

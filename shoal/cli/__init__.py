@@ -84,7 +84,8 @@ class LazyGroup(click.Group):
         except OSError as error:
             if error.errno == errno.EPIPE:
                 raise
-            from runtime.problem import of_file, printable  # slow to import, and rarely needed
+            from support.file_errors import of_file
+            from support.text import printable  # slow to import, and rarely needed
 
             raise WrongUse(printable(of_file(error))) from None
 

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import click
 
-from runtime.problem import naming, printable
 from shoal.campaigns import Comparison, Pair, campaign_page, open_data_set
 from shoal.campaigns import compare as compare_data
 from shoal.cli.campaign_run import FILE, FOLDER, refusals
 from shoal.cli.campaign_search import left_out, state_of
 from shoal.cli.tables import open_console, plain_table
 from shoal.logs.look import number
+from support.file_errors import naming
+from support.text import printable
 
 MOST_PAIRS = 10
 

@@ -14,7 +14,6 @@ import click
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from runtime.problem import of_file, printable
 from shoal.campaigns import (
     LOGS,
     WHOLE,
@@ -46,6 +45,8 @@ from shoal.cli.options import (
 )
 from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
 from shoal.logs.look import number, span
+from support.file_errors import of_file
+from support.text import printable
 
 TELL_PERIOD = 30.0  # s between lines in a pipe
 FILE = click.Path(path_type=Path, dir_okay=False)

@@ -5,9 +5,9 @@ import shlex
 
 import click
 
-from runtime.problem import printable
 from shoal.campaigns import DataSet, Findings, findings_of, test_command, told
 from shoal.logs.look import number
+from support.text import printable
 
 
 def state_of(data: DataSet, *, is_short: bool = False) -> str:

@@ -9,7 +9,6 @@ import click
 from rich.console import Console
 
 from runtime.kernel import WallClock
-from runtime.problem import Problem, ProfileError
 from runtime.profile import Profile, available, load_profile
 from runtime.vehicle import TaskImportError, all_tasks, build, doubts, find_task
 from runtime.vehicle import check as find_problems
@@ -17,6 +16,7 @@ from shoal.cli import WRONG_USE
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 from shoal.cli.plain import json_option, of_problem, print_json
 from shoal.fleet import SYSTEM_ID, mavlink_id
+from support.diagnostics import Problem, ProfileError
 
 STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
 

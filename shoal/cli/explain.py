@@ -7,13 +7,14 @@ from pathlib import Path
 import click
 from rich.console import Console
 
-from runtime.problem import Origin, Problem, ProfileError, printable, suggestion
 from runtime.profile import Profile, Section, default_label, dune, load_profile, own_etc
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import Row, TaskImportError, all_tasks, find_task
 from runtime.vehicle import explain as rows_of
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 from shoal.cli.tables import open_console, plain_table, sentence, task_of
+from support.diagnostics import Origin, Problem, ProfileError
+from support.text import printable, suggestion
 from tasks.transports.mavlink_protocol.names import identifiers
 from tasks.transports.mavlink_protocol.parameters import fits
 

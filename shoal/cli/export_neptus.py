@@ -5,12 +5,13 @@ from pathlib import Path
 import click
 
 from runtime.kernel import WallClock
-from runtime.problem import ProfileError, printable
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 from shoal.logs.edit import new_file
 from shoal.neptus import left_out, parameter_list, vehicle_definition
+from support.diagnostics import ProfileError
+from support.text import printable
 
 
 @click.command()

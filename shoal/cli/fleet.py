@@ -11,12 +11,13 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from runtime.problem import ProfileError, printable
 from runtime.zenoh import chunk
 from shoal.cli.options import check_log_folder, parse_time, use_code
 from shoal.cli.processes import command
 from shoal.cli.tables import plain_table
 from shoal.fleet import Child, Keeper, Roster, View, Watch, end, load_roster, noted, run_crew, running
+from support.diagnostics import ProfileError
+from support.text import printable
 
 LOOK_PERIOD = 0.1  # s
 ASK_PERIOD = 1.0  # s

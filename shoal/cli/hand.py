@@ -16,9 +16,9 @@ import click
 from click.shell_completion import CompletionItem
 
 import imc
-from runtime.durations import parse_duration
-from runtime.problem import printable
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, field_of, make_network
+from support.durations import parse_duration
+from support.text import printable
 
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")

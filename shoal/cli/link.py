@@ -7,10 +7,10 @@ from typing import Any
 import click
 
 import imc
-from runtime.problem import printable
 from shoal.cli.definitions import messages_option
 from shoal.cli.hand import complete_vehicle, json_option, on_network, print_line, reach_options, seconds
 from shoal.network import Contact, Diagnosis, Network, diagnose
+from support.text import printable
 
 LISTEN = 2.5  # s
 

@@ -6,14 +6,14 @@ from pathlib import Path
 import click
 
 import imc
-from runtime.durations import parse_duration
 from runtime.logs import summarize
-from runtime.problem import printable
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
 from shoal.logs.edit import cut as cut_log
 from shoal.logs.edit import merge as merge_logs
 from shoal.logs.look import moment, number
 from shoal.logs.selection import choose
+from support.durations import parse_duration
+from support.text import printable
 
 TIMES = "a time since the start of the log (90, 1h30min), before its end (-30s), or a date (2026-01-01T00:05:00)"
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import click
 
-from runtime.problem import printable
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
 from shoal.cli.plain import json_option, print_json
 from shoal.cli.tables import open_console, plain_table
 from shoal.logs.look import FieldDifference, LogDifference, LogMessage, compare, differing, moment, number
+from support.text import printable
 
 MOST_FIELDS = 30
 LONGEST = 60  # characters of a value

@@ -12,13 +12,13 @@ import click
 import imc
 from imc.lsf import ReportShare
 from runtime.logs import summarize
-from runtime.problem import printable
 from shoal.cli.log_change import TIMES, read_time, split_words
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
 from shoal.logs.edit import new_file, new_folder
 from shoal.logs.export import Source
 from shoal.logs.look import number
 from shoal.logs.selection import choose
+from support.text import printable
 
 
 class Format(NamedTuple):

@@ -6,9 +6,9 @@ from typing import Any
 
 import click
 
-from runtime.problem import printable
 from shoal.cli.hand import json_option, no, print_line, reach_options, vehicle_argument, with_vehicle
 from shoal.network import AsyncRemoteVehicle, RemoteLog
+from support.text import printable
 
 STEP = 1 << 20  # bytes between two lines of progress on a terminal
 

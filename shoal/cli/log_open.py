@@ -15,8 +15,10 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 import imc
 from imc.lsf import Spread
 from runtime.logs import UnknownName, logs_of_run, missing_logs
-from runtime.problem import ProfileError, of_file, printable
 from shoal.logs.whole_run import as_one, newest_log
+from support.diagnostics import ProfileError
+from support.file_errors import of_file
+from support.text import printable
 
 F = TypeVar("F", bound=Callable[..., Any])
 LOG = click.Path(path_type=Path)

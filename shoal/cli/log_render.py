@@ -4,12 +4,12 @@ from pathlib import Path
 
 import click
 
-from runtime.problem import printable
 from shoal.cli.log_export import default_name, extra
 from shoal.cli.log_open import LOG, open_log, progress, refusals
 from shoal.cli.options import code_of_log_option, use_code
 from shoal.logs.edit import new_folder
 from shoal.logs.look import number
+from support.text import printable
 
 
 @click.command(

@@ -12,9 +12,9 @@ from rich.table import Table
 
 import imc
 from imc.discovery import PERIOD, readable_name
-from runtime.problem import printable
 from shoal.cli.hand import clock_text, json_option, no, on_network, print_line, reach_options, seconds
 from shoal.network import NEAR, Network, System
+from support.text import printable
 
 KINDS = (
     imc.EntityList,

@@ -13,8 +13,6 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 import imc
-from runtime.durations import parse_duration
-from runtime.problem import ProfileError, of_file
 from runtime.profile import Profile
 from runtime.vehicle import check, find_task
 from shoal.cli.ending import guarded, leave_after, own_part
@@ -29,6 +27,9 @@ from shoal.cli.options import (
 )
 from shoal.cli.run import tell_lost, tell_missing, tell_warnings
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
+from support.diagnostics import ProfileError
+from support.durations import parse_duration
+from support.file_errors import of_file
 
 REFRESH = 0.1  # s between updates
 CANNOT_FLY = 2  # exit status if a file or the profile is wrong

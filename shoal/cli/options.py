@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from runtime.durations import parse_duration
-from runtime.problem import printable
 from runtime.vehicle import Vehicle
+from support.durations import parse_duration
+from support.text import printable
 from tasks.transports.logging import Logging
 
 LOG_FILES = ("data.lsf", "config.ini", "imc.xml.gz", "run.json", "state-")  # how their names begin
@@ -87,7 +87,7 @@ def _log_in(folder: Path) -> Path | None:
 
 def parse_values(texts: Iterable[str]) -> dict[str, object]:
     """Values by their place in a scenario, of texts such as world/current/north=0.5. Raises click.BadParameter."""
-    from imc.schema.yamltree import read_tree  # slow to import
+    from support.located_yaml import read_tree  # slow to import
 
     values: dict[str, object] = {}
     for text in texts:

@@ -4,9 +4,9 @@ from typing import Any
 
 import click
 
-from runtime.problem import printable
 from shoal.cli.hand import complete_parameter, json_option, print_line, reach_options, vehicle_argument, with_vehicle
 from shoal.network import AsyncRemoteVehicle, check_parameter
+from support.text import printable
 
 ACTIONS = ("list", "get", "set", "save")
 

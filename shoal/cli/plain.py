@@ -8,8 +8,8 @@ from typing import Any, cast
 import click
 
 from runtime.logs import PacketCount, Summary
-from runtime.problem import Problem
 from runtime.task import Parameter
+from support.diagnostics import Problem
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 

@@ -9,7 +9,6 @@ from typing import Any
 import click
 
 import imc
-from runtime.problem import naming, printable
 from shoal.cli.hand import (
     INTERRUPTED,
     complete_plan,
@@ -20,6 +19,8 @@ from shoal.cli.hand import (
     with_vehicle,
 )
 from shoal.network import AsyncRemoteVehicle, Outcome
+from support.file_errors import naming
+from support.text import printable
 
 ACTIONS = ("list", "put", "get", "delete", "start", "stop", "status")
 ALONE = ("list", "stop", "status")

@@ -8,7 +8,6 @@ import click
 import imc
 from runtime.kernel import parse_clock
 from runtime.logs import summarize
-from runtime.problem import ProfileError
 from runtime.profile import derived_id, load_profile, own_etc
 from runtime.vehicle import Vehicle, find_task, join_zenoh, missing_extra
 from shoal.cli.keys import Player, steering
@@ -17,6 +16,7 @@ from shoal.cli.log_open import refusals, run_at, takes_runs
 from shoal.cli.options import check_log_dir
 from shoal.cli.run import options, swim
 from shoal.logs.selection import choose
+from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
 from tasks.transports.mavlink_protocol.keys import usable_route
 

@@ -9,10 +9,12 @@ from rich.console import Console
 from rich.table import Table
 
 import imc
-from runtime.problem import ProfileError, of_file, printable
 from shoal.cli.options import code_of_log_option, use_code
 from shoal.logs.look import number
 from shoal.rerun import Key, MessageCount, Resimulation, ResimulationError, resimulate
+from support.diagnostics import ProfileError
+from support.file_errors import of_file
+from support.text import printable
 
 PIPE_WIDTH = 160
 HEADER = frozenset({*imc.Message.__struct_fields__})

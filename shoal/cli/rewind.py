@@ -6,13 +6,13 @@ from pathlib import Path
 import click
 
 import imc
-from runtime.durations import parse_duration
 from runtime.kernel import SECOND
-from runtime.problem import ProfileError
 from runtime.snapshot import SnapshotError
 from shoal.cli.options import check_log_dir, code_of_log_option, log_dir_option, use_code
 from shoal.cli.run import swim
 from shoal.rerun import Instants, Rewound, outline
+from support.diagnostics import ProfileError
+from support.durations import parse_duration
 
 
 @click.command()

@@ -10,7 +10,6 @@ import click
 from click.core import ParameterSource
 
 from runtime.kernel import parse_clock
-from runtime.problem import COMMAND_LINE, Problem, ProfileError, of_file, printable
 from runtime.profile import Profile, items, load_profile
 from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load_file, run_with_snapshots
 from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
@@ -31,6 +30,9 @@ from shoal.cli.options import (
 from shoal.cli.processes import end_with, own_process, part_of, watch
 from shoal.cli.status import Status
 from shoal.fleet import Keeper
+from support.diagnostics import COMMAND_LINE, Problem, ProfileError
+from support.file_errors import of_file
+from support.text import printable
 from tasks.transports.logging import Logging
 
 F = TypeVar("F", bound=Callable[..., Any])

@@ -10,7 +10,6 @@ from typing import Any
 import click
 
 import imc
-from runtime.problem import printable, suggestion
 from shoal.cli.definitions import messages_option
 from shoal.cli.hand import (
     clock_text,
@@ -25,6 +24,7 @@ from shoal.cli.hand import (
     with_vehicle,
 )
 from shoal.network import AsyncRemoteVehicle
+from support.text import printable, suggestion
 
 
 @click.command()

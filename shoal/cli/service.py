@@ -8,11 +8,12 @@ from pathlib import Path
 
 import click
 
-from runtime.problem import ProfileError, naming
 from runtime.profile import load_profile
 from runtime.vehicle import check, find_task, missing_extra
 from shoal.cli.options import code_option, config_dir_option, modes_option, not_empty, overrides_option, use_code
 from shoal.cli.processes import part_of
+from support.diagnostics import ProfileError
+from support.file_errors import naming
 
 STATE = Path("/var/lib/shoal")
 WATCHDOG = 15  # s; the run itself breaks a handler after 5 s

@@ -14,7 +14,6 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
-from runtime.problem import printable, suggestion
 from shoal.cli.definitions import messages_option
 from shoal.cli.hand import (
     clock_text,
@@ -31,6 +30,7 @@ from shoal.cli.hand import (
     with_namesakes,
 )
 from shoal.network import AsyncRemoteVehicle, VehicleLost, field_of, parse_where
+from support.text import printable, suggestion
 
 REFRESH = 0.5  # s
 QUIET = 5.0  # s without a message to show, after which the reason is told

@@ -15,9 +15,9 @@ from rich.text import Text
 
 import imc
 from runtime.logs import folder_called
-from runtime.problem import printable
 from runtime.task import Entity, State
 from runtime.vehicle import Vehicle
+from support.text import printable
 
 REFRESH = 0.25  # s of real time between updates of the panel
 LINE_PERIOD = 10.0  # s of real time between status lines in a pipe

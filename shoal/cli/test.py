@@ -15,7 +15,6 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-from runtime.problem import of_file, printable
 from shoal.campaigns import (
     SUFFIX,
     WALL_LIMIT,
@@ -44,6 +43,8 @@ from shoal.cli.options import (
 )
 from shoal.cli.plain import json_text
 from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
+from support.file_errors import of_file
+from support.text import printable
 
 FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 

@@ -6,8 +6,8 @@ from typing import Annotated, Any, NoReturn
 
 import msgspec
 
-from imc.schema.yamltree import Node, read_text, read_tree
-from runtime.problem import misspelled, quoted
+from support.located_yaml import Node, read_text, read_tree
+from support.text import misspelled, quoted
 
 Count = Annotated[int, msgspec.Meta(ge=1, le=1000)]
 Position = tuple[Annotated[float, msgspec.Meta(ge=-90, le=90)], Annotated[float, msgspec.Meta(ge=-180, le=180)]]  # °

@@ -7,14 +7,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from imc.coordinates import displace
-from runtime.durations import parse_duration
-from runtime.problem import COMMAND_LINE, Problem, ProfileError, quoted
 from runtime.profile import Profile, derived_id, load_profile
 from runtime.vehicle import check, find_task
 from runtime.zenoh import ZenohConfig
 from shoal.fleet.file import FleetFile, Group, Source, read
 from shoal.fleet.ports import MAVLINK_OFF, SYSTEM_ID, mavlink_id, own_mavlink_id, own_ports
+from support.diagnostics import COMMAND_LINE, Problem, ProfileError
+from support.durations import parse_duration
+from support.text import quoted
+from support.wgs84 import displace
 
 RESTART = ("on-failure", "never")
 COLUMNS = 10  # vehicles side by side, from west to east

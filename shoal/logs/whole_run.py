@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from imc.lsf import SUFFIXES, find_log
-from runtime.problem import naming
+from support.file_errors import naming
 
 SAME = ("IMC.xml.gz", "IMC.xml")
 JOINED = ("Output.txt",)

@@ -10,10 +10,10 @@ import yaml
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from imc.schema.yamltree import Node, read_text, read_tree
 from shoal.missions.reader import DONE, PlanFileError, PlanReader, Values
 from shoal.missions.values import Z_UNITS, degrees, write_field
 from shoal.missions.values import number as shortest
+from support.located_yaml import Node, read_text, read_tree
 
 
 def load_plan(path: Path) -> imc.PlanSpecification:

@@ -5,11 +5,12 @@ from collections.abc import Callable
 from functools import partial
 
 import imc
-from imc.coordinates import NOWHERE, absolute, displacement
+from imc.coordinates import NOWHERE, absolute
 from runtime.snapshot import Journals, keep_beside_log, run_with_snapshots
 from runtime.vehicle import Vehicle
 from shoal.missions.report import COMPLETED, FAILED, ManeuverReport, Report
 from shoal.missions.request import PlanRequest
+from support.wgs84 import displacement
 
 NEEDED = ("Supervisors.Vehicle", "Plan.Engine")  # a mission waits for their messages
 ON_TRACK, AT_DEPTH = 1.5, 0.5  # m; on each path, errors count once they have been smaller

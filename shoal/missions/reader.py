@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any, cast
 
 import imc
-from imc.coordinates import displace
-from imc.schema.yamltree import Node
-from runtime.problem import hinted
 from shoal.missions.values import Z_UNITS, position, quantity, read_field, speed
+from support.located_yaml import Node
+from support.text import hinted
+from support.wgs84 import displace
 from tasks.plan import parse_condition
 
 DONE = "ManeuverIsDone"

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 import imc
-from runtime.problem import suggestion
+from support.text import suggestion
 
 Z_UNITS = {"depth": imc.ZUnits.DEPTH, "altitude": imc.ZUnits.ALTITUDE, "height": imc.ZUnits.HEIGHT}
 SPEED_UNITS = {"m/s": imc.SpeedUnits.METERS_PS, "rpm": imc.SpeedUnits.RPM, "%": imc.SpeedUnits.PERCENTAGE}

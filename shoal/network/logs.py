@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import imc
 from imc.discovery import PERIOD, Endpoint, Services
-from runtime.problem import naming
 from shoal.network.link import NetworkError
 from shoal.network.network import Network, NoAnswer
 from shoal.network.systems import System
+from support.file_errors import naming
 
 if TYPE_CHECKING:
     from ftplib import FTP

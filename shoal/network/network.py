@@ -10,10 +10,10 @@ from typing import Self, TypeVar
 
 import imc
 from imc.addresses import OPERATORS
-from runtime.problem import printable, suggestion
 from shoal.network.link import EVERYBODY, EVERYTHING, Arrival, Console, Link, NetworkError, too_long
 from shoal.network.listener import Listener, imc_type, kind_of_damage
 from shoal.network.systems import MOST_SYSTEMS, System, Systems
+from support.text import printable, suggestion
 
 M = TypeVar("M", bound=imc.Message)
 A = TypeVar("A")

@@ -7,10 +7,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import imc
-from runtime.problem import suggestion
 from shoal.network.link import NetworkError
 from shoal.network.network import GRACE, Network
 from shoal.network.systems import System
+from support.text import suggestion
 
 Op = imc.PlanControl.Op
 Type = imc.PlanControl.Type

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple, cast
 
 import imc
-from runtime.problem import suggestion
+from support.text import suggestion
 from tasks.plan import NUMBER, SIGN, Logic, truth
 
 Test = Callable[[imc.Message], bool]

@@ -3,10 +3,11 @@
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from runtime.problem import Problem, ProfileError, quoted, suggestion
 from runtime.profile import EVERY_TASK, NEVER, Config, Profile, Section, items, own_etc, parse
 from runtime.task import find_parameter, listing_options
 from runtime.vehicle import TaskImportError, find_task
+from support.diagnostics import Problem, ProfileError
+from support.text import quoted, suggestion
 from tasks.vision.rendering import RenderedCamera
 from world import SECTIONS
 

@@ -12,7 +12,6 @@ import imc
 from runtime.bus import known_here
 from runtime.kernel import SECOND, VirtualClock, nanoseconds
 from runtime.logs import new_log
-from runtime.problem import naming, quoted, suggestion
 from runtime.profile import Profile, default_label, items, load_profile, own_etc
 from runtime.task import Task, consumers, find_parameter, tickers
 from runtime.vehicle import TaskImportError, all_tasks, build, find_task, why_missing
@@ -21,6 +20,8 @@ from shoal.rerun.history import History, Instants, spoken_by
 from shoal.rerun.logged_bus import LoggedBus
 from shoal.rerun.outlines import GAP, Outline, outline
 from shoal.rerun.run import CONFIGURATION, LoggedRun, run_of
+from support.file_errors import naming
+from support.text import quoted, suggestion
 
 ENOUGH = 10  # messages at a rate; so many periods without one are a silence
 TOLERANCE = 0.5  # s, between the two messages of a pair, for a log made on a wall clock

@@ -14,7 +14,6 @@ from typing import Any
 import imc
 from runtime.kernel import SECOND, VirtualClock
 from runtime.logs import place_of
-from runtime.problem import ProfileError
 from runtime.profile import Profile, items, load_profile
 from runtime.snapshot import STATE, SUFFIX, Journals, Snapshot, SnapshotError, load, load_file, restore, save
 from runtime.task import Parameter, Task, shared_options
@@ -22,6 +21,7 @@ from runtime.vehicle import Vehicle, build
 from shoal.missions import PlanRequest, given_in
 from shoal.rerun.outlines import outline
 from shoal.rerun.run import LoggedRun, run_of
+from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
 
 _INCLUDES = re.compile(rb"^[ \t\v\f\r]*\[[ \t\v\f\r]*(Include|Require)\s", re.MULTILINE)

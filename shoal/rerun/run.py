@@ -6,7 +6,8 @@ from itertools import pairwise
 
 import imc
 from runtime.logs import logs_of_run, missing_logs, place_of
-from runtime.problem import of_file, printable
+from support.file_errors import of_file
+from support.text import printable
 
 CONFIGURATION = "Config.ini"
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.faults import Fault
-from runtime.problem import hinted
 from runtime.task import Parameter, Task, find_parameter
 from runtime.vehicle import Vehicle
 from shoal.scenarios.stage import Stage
 from shoal.scenarios.values import in_unit_of
+from support.text import hinted
 from tasks.simulators.battery import Battery
 
 CONSOLE = 0x4001

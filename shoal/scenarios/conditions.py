@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import imc
-from imc.schema.yamltree import Node
-from runtime.problem import hinted
 from shoal.missions import UNITS
 from shoal.scenarios.margins import MEANING, Latest, Margin, gap, verdict
 from shoal.scenarios.operands import Operand, Operands, Watch
+from support.located_yaml import Node
+from support.text import hinted
 from tasks.plan import COMPARISONS, SIGN, Logic
 
 T = TypeVar("T", "Condition", "Expression")

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
-from imc.schema.yamltree import Node, read_text, read_tree
 from runtime.profile import load_profile
 from shoal.scenarios.engine import rehearse
 from shoal.scenarios.paths import moved
@@ -13,6 +12,7 @@ from shoal.scenarios.profiles import Profiles
 from shoal.scenarios.reader import ScenarioReader
 from shoal.scenarios.scenario import Scenario, ScenarioFileError
 from shoal.scenarios.sources import Sources, absolute, sources_of
+from support.located_yaml import Node, read_text, read_tree
 
 Place = tuple[str, ...]
 

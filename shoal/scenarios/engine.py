@@ -16,7 +16,6 @@ import runtime
 from imc.lsf import chunks, find_log
 from runtime.kernel import VirtualClock
 from runtime.logs import logs_of_run
-from runtime.problem import ProfileError
 from runtime.vehicle import Fleet, Vehicle
 from shoal.missions import COMPLETED, FAILED, Mission, Report, prepare
 from shoal.scenarios.expectations import Expectation, Judge, unproved
@@ -27,6 +26,7 @@ from shoal.scenarios.scenario import Actor, Scenario, ScenarioFileError
 from shoal.scenarios.stage import Stage
 from shoal.scenarios.starts import check_start
 from shoal.scenarios.tracks import Track
+from support.diagnostics import ProfileError
 
 BELOW_TASKS = tuple(f"{package.__path__[0]}{os.sep}" for package in (imc, runtime))  # a mistake is seldom there
 TRACKED = (imc.SimulatedState, imc.EstimatedState, imc.PlanControlState)

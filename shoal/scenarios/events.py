@@ -8,15 +8,15 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import imc
-from imc.schema.yamltree import Node
 from runtime.faults import Biased, Crash, Fault, FaultError, Noisy, Silent, Stuck
-from runtime.problem import hinted
 from shoal.missions import read_field
 from shoal.scenarios.acts import Act, Break, Cut, Drain, Leak, Say, Set
 from shoal.scenarios.conditions import Condition, Scope, read_condition
 from shoal.scenarios.scenario import ScenarioFileError
 from shoal.scenarios.stage import Stage
 from shoal.scenarios.values import known, number, one_of, option_text, seconds, told, word
+from support.located_yaml import Node
+from support.text import hinted
 
 TIMES = ("at", "when", "after", "vehicle")
 HEADER = ("src", "src_ent", "dst", "dst_ent")

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import imc
-from imc.coordinates import SEMI_MAJOR_AXIS, displacement, offset
+from support.wgs84 import SEMI_MAJOR_AXIS, displacement, offset
 from world.sea import Bathymetry
 
 

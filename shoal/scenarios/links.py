@@ -8,10 +8,10 @@ from functools import cached_property
 from zlib import crc32
 
 import imc
-from imc.coordinates import displace, displacement
 from runtime.kernel import SECOND
 from runtime.vehicle import FleetError, Vehicle
 from shoal.scenarios.stage import Stage
+from support.wgs84 import displace, displacement
 
 QUEUE = 16  # messages
 COUNTS = ("sent", "received", "lost", "out of range", "cut", "dropped")

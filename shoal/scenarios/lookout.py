@@ -5,10 +5,10 @@ from typing import Any
 
 import imc
 from runtime.kernel import SECOND
-from runtime.problem import hinted
 from runtime.vehicle import Vehicle
 from shoal.scenarios.functions import Bottom
 from shoal.scenarios.operands import Watch
+from support.text import hinted
 from tasks.surroundings import world_of
 
 Told = Callable[[float], object]

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import imc
 from imc.layout import NUMBERS
-from runtime.problem import hinted
 from shoal.missions import UNITS, quantity
 from shoal.scenarios.functions import FUNCTIONS, OF_PLACES, Bottom, has_place
 from shoal.scenarios.margins import Latest, Margin
+from support.text import hinted
 from tasks.plan import Logic
 
 _PARTS = re.compile(r"(\w+)(?:\[([^\]]*)\])?(?:\.(\w+))?(?:@(.+))?")

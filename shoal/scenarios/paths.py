@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from imc.schema.yamltree import Node
+from support.located_yaml import Node
 
 
 def moved(root: Node, old: Path, new: Path) -> Node:

@@ -5,9 +5,6 @@ from pathlib import Path
 from typing import NoReturn
 
 import imc
-from imc.coordinates import offset
-from imc.schema.yamltree import Node
-from runtime.problem import COMMAND_LINE, Problem, ProfileError, hinted
 from runtime.profile import Profile, dune, load_profile, located
 from runtime.task import Parameter, find_parameter
 from runtime.vehicle import TaskImportError, all_tasks, check, find_task
@@ -15,6 +12,10 @@ from shoal.missions import usual_modes
 from shoal.scenarios.scenario import Setting
 from shoal.scenarios.shorthands import shared_setting
 from shoal.scenarios.values import in_unit_of, option_text
+from support.diagnostics import COMMAND_LINE, Problem, ProfileError
+from support.located_yaml import Node
+from support.text import hinted
+from support.wgs84 import offset
 from world import SECTIONS, WorldError, read_world
 
 OF_WORLD = ("World", "Bathymetry")

@@ -6,8 +6,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import imc
-from imc.schema.yamltree import Node
-from runtime.problem import hinted
 from runtime.profile import Profile, located
 from shoal.missions import COMPLETED, FAILED, LATE, PlanFileError, load_plan, read_plan
 from shoal.scenarios.conditions import Condition, Scope, read_condition, read_expression
@@ -20,6 +18,8 @@ from shoal.scenarios.profiles import Profiles, parameter_setting
 from shoal.scenarios.scenario import Actor, Scenario, Setting
 from shoal.scenarios.shorthands import Tasks, start_settings, world_settings
 from shoal.scenarios.values import known, number, one_of, seconds, whole, word
+from support.located_yaml import Node
+from support.text import hinted
 
 KEYS = (
     *("scenario", "description", "seed", "vehicle", "vehicles", "world", "links", "events", "expect", "metrics"),

@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
-from imc.schema.yamltree import Node
-from runtime.problem import hinted
 from runtime.profile import Profile
 from shoal.missions import position, split
 from shoal.scenarios.scenario import Setting
 from shoal.scenarios.values import known, number, option_number, option_text, seconds, told, word
+from support.located_yaml import Node
+from support.text import hinted
 from world import SECTIONS
 
 STREAM, WIND, DRONE = "Simulators.StreamVelocity", "Simulators.Wind", "Simulators.UAV"

@@ -3,8 +3,8 @@
 import math
 
 import imc
-from imc.coordinates import displace
 from shoal.scenarios.result import TRACK_PERIOD
+from support.wgs84 import displace
 
 
 class Track:

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any, TypeVar
 
-from imc.schema.yamltree import Node
-from runtime.durations import LONGEST, parse_duration
-from runtime.problem import hinted
 from runtime.task import Parameter
 from shoal.missions import in_unit, quantity, split
+from support.durations import LONGEST, parse_duration
+from support.located_yaml import Node
+from support.text import hinted
 
 T = TypeVar("T")
 _METERS = re.compile(r"\dm(?![a-z])|\d\s+m(?![a-z])")

@@ -3,7 +3,8 @@
 from collections.abc import Callable
 
 import imc
-from imc.coordinates import displace, rows_of
+from imc.coordinates import rows_of
+from support.wgs84 import displace
 from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError
 
 APPROACH = 2  # corners before the first row

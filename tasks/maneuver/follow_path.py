@@ -1,7 +1,7 @@
 """Follows a path of points."""
 
 import imc
-from imc.coordinates import displace
+from support.wgs84 import displace
 from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError
 
 

@@ -3,8 +3,8 @@
 import math
 
 import imc
-from imc.coordinates import displace
 from runtime import param
+from support.wgs84 import displace
 from tasks.maneuver.circling import Circling
 from tasks.maneuver.hover import hover
 from tasks.maneuver.protocol import Leg, Maneuver, PathFlags

@@ -3,8 +3,9 @@
 import math
 
 import imc
-from imc.coordinates import absolute, displacement
+from imc.coordinates import absolute
 from runtime import param
+from support.wgs84 import displacement
 from tasks.maneuver.protocol import Leg, Loops, Maneuver, PathFlags
 from tasks.maneuver.spiral import spiral
 from tasks.maneuver.station import keep_station

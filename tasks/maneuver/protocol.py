@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import imc
-from imc.coordinates import absolute, displacement
+from imc.coordinates import absolute
 from runtime import Script, State, Task, consume, periodic
 from runtime.bus import Subscription
 from runtime.task import Inbox
+from support.wgs84 import displacement
 
 Phase = imc.ManeuverControlState.State
 Loops = imc.CLoopsMask

@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 import imc
 from runtime import State, Task, consume, param, periodic
-from runtime.problem import Doubt, quoted, suggestion
 from runtime.profile import items
+from support.diagnostics import Doubt
+from support.text import quoted, suggestion
 
 Condition = imc.EntityState.State
 ALWAYS = "Daemon"

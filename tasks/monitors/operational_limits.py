@@ -4,8 +4,9 @@ import math
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from imc.coordinates import absolute, displacement
+from imc.coordinates import absolute
 from runtime import ParameterError, State, Task, consume, param, periodic
+from support.wgs84 import displacement
 
 Limit = imc.OpLimitsMask
 MAX_DEPTH, MIN_ALT, MAX_ALT = Limit.MAX_DEPTH.value, Limit.MIN_ALT.value, Limit.MAX_ALT.value

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import imc
-from runtime.problem import hinted
 from runtime.task import Entities, Task
+from support.text import hinted
 from tasks.plan.graph import Actions, Graph, PlanNode
 
 if TYPE_CHECKING:

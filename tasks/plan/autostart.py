@@ -3,7 +3,7 @@
 import imc
 from imc.tuples import read_tuples
 from runtime import ParameterError, State, Task, consume, param
-from runtime.problem import quoted, suggestion
+from support.text import quoted, suggestion
 from tasks.plan.templates import TEMPLATES, TemplateError, Usual, generate
 
 Op = imc.PlanGeneration.Op

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import imc
-from imc.coordinates import displacement
+from support.wgs84 import displacement
 from tasks.plan.estimate import corners
 from tasks.plan.graph import ROUNDING, Graph
 

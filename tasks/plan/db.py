@@ -5,8 +5,8 @@ import sqlite3
 import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param
-from runtime.problem import of_file
 from runtime.snapshot import SnapshotError
+from support.file_errors import of_file
 from tasks.plan.copies import Copies
 from tasks.plan.replies import shortened
 from tasks.plan.store import Change, PlanStore, Stored

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import imc
-from imc.coordinates import displace, displacement, rows_of
+from imc.coordinates import rows_of
+from support.wgs84 import displace, displacement
 
 Position = tuple[float, float]  # latitude, longitude (rad)
 CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed

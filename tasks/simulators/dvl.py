@@ -4,9 +4,10 @@ import math
 
 import imc
 from runtime import Entity, State, Task, consume, param, periodic
+from support.pose import Pose
+from support.rotations import Vector, cross, rotation, to_body, to_ned
 from tasks.surroundings import FARTHEST_MOUNT, IMPOSSIBLE, Chart, is_possible, mount_of, world_of
-from world import SECTIONS, Pose
-from world.attitude import Vector, cross, rotation, to_body, to_ned
+from world import SECTIONS
 from world.sensors import Beam, Echo, janus, listen, to_bottom, velocity_of
 
 ALL_VALID = 0x7

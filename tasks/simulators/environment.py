@@ -3,11 +3,11 @@
 import math
 
 import imc
-from imc.coordinates import offset
 from runtime import ParameterError, State, Task, consume, param, periodic
+from support.rotations import Vector
+from support.wgs84 import offset
 from tasks.surroundings import world_of
 from world import SECTIONS
-from world.attitude import Vector
 from world.sea import Bathymetry
 from world.sensors import Beam
 

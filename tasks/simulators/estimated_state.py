@@ -3,8 +3,8 @@
 import math
 
 import imc
-from imc.coordinates import offset
 from runtime import ParameterError, State, Task, param, periodic
+from support.wgs84 import offset
 from tasks.surroundings import world_of
 from world import SECTIONS
 from world.bodies import Circle, Legs, Line, Motion, Pattern, lawn_mower, parse_points

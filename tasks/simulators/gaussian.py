@@ -3,8 +3,8 @@
 import math
 
 import imc
-from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
+from support import wgs84
 
 KINDS = {
     kind.__name__: kind
@@ -76,7 +76,7 @@ class Gaussian(Task):
             return
         if self._origin != (truth.lat, truth.lon):
             self._origin = truth.lat, truth.lon
-            north, east, _ = coordinates.displacement(*self._peak, 0.0, truth.lat, truth.lon, 0.0)
+            north, east, _ = wgs84.displacement(*self._peak, 0.0, truth.lat, truth.lon, 0.0)
             self._offset = north, east
         distance = math.hypot(self._offset[0] + truth.x, self._offset[1] + truth.y) / self.peak_width
         bell = math.exp(-0.5 * distance * distance)

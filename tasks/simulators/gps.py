@@ -5,10 +5,10 @@ from collections import deque
 from datetime import UTC, datetime
 
 import imc
-from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
+from support import wgs84
+from support.rotations import cross, rotation, to_body, to_ned
 from tasks.surroundings import FARTHEST_MOUNT, IMPOSSIBLE, is_possible, mount_of
-from world.attitude import cross, rotation, to_body, to_ned
 from world.sensors import Drift
 
 SLOWEST = 0.05  # m/s, least speed that has a course
@@ -138,7 +138,7 @@ class GPS(Task):
             dx, dy, dz = self.random.standard_normal(3).tolist()
             x, y, z = x + self.position_noise * dx, y + self.position_noise * dy, z + self.height_noise * dz
         x, y, z = x + wander[0], y + wander[1], z + wander[2]
-        lat, lon, height = coordinates.displace(truth.lat, truth.lon, truth.height, x, y, z)
+        lat, lon, height = wgs84.displace(truth.lat, truth.lon, truth.height, x, y, z)
         u, v, w = cross((truth.p, truth.q, truth.r), antenna)
         north, east, down = to_ned(attitude, (truth.u + u, truth.v + v, truth.w + w))
         north, east, down = north + truth.svx, east + truth.svy, down + truth.svz

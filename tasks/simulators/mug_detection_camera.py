@@ -7,9 +7,10 @@ import numpy as np
 
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
+from support.pose import DOWN, Pose
 from tasks.surroundings import FARTHEST_MOUNT, Chart, Placed, Truth, check_older, is_somewhere, world_of
 from tasks.whereabouts import Whereabouts
-from world import DOWN, SECTIONS, Pose, Spot, Thing
+from world import SECTIONS, Spot, Thing
 from world.detection import Accuracy, Chances, Floats, Sighting
 from world.optics import Pinhole, PinholeCamera
 from world.pictures import optical

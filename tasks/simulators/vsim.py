@@ -4,14 +4,15 @@ import math
 from collections.abc import Callable, Iterator
 
 import imc
-from imc.coordinates import offset
 from runtime import ParameterError, State, consume, param, periodic
-from runtime.problem import Doubt, misspelled, printable, quoted
+from support.diagnostics import Doubt
+from support.rotations import Vector
+from support.text import misspelled, printable, quoted
+from support.wgs84 import offset
 from tasks.simulators.power import Powered
 from tasks.simulators.steps import Steps
 from tasks.surroundings import world_of
 from world import SECTIONS
-from world.attitude import Vector
 from world.bodies import (
     Boat,
     BoatModel,

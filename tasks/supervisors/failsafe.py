@@ -5,8 +5,8 @@ import math
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.bus import Subscription
-from runtime.problem import hinted, suggestion
 from runtime.vehicle import general_number
+from support.text import hinted, suggestion
 
 Loops = imc.CLoopsMask
 Command = imc.SetThrusterActuation | imc.SetServoPosition

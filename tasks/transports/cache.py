@@ -9,7 +9,7 @@ from imc.addresses import OPERATORS
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
 from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
-from runtime.problem import naming, of_file
+from support.file_errors import naming, of_file
 from tasks.transports.imc_links.message_list import message_named
 
 Op = imc.CacheControl.Op

@@ -11,7 +11,7 @@ from pathlib import Path
 import imc
 from imc.lsf import COMPRESSIONS, LsfWriter
 from runtime.logs import RUN_FILE, place_bytes
-from runtime.problem import naming
+from support.file_errors import naming
 
 LONGEST_LABEL = 100  # bytes
 

@@ -7,8 +7,8 @@ import imc
 from imc.discovery import Services
 from imc.lsf import COMPRESSIONS, packed_schema
 from runtime import Entity, State, Task, consume, param
-from runtime.problem import of_file
 from runtime.snapshot import SnapshotError
+from support.file_errors import of_file
 from tasks.transports.imc_links.announcement import SYSTEM_TYPES, announcement
 from tasks.transports.imc_links.message_list import message_named
 from tasks.transports.log_folder import LogFolder, LogRemovedError, clean_label, line_of, synchronize, utc

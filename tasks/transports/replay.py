@@ -6,7 +6,7 @@ from pathlib import Path
 import imc
 from runtime import ParameterError, State, Task, Timer, consume, param, periodic
 from runtime.kernel import SECOND
-from runtime.problem import of_file
+from support.file_errors import of_file
 from tasks.transports.replay_log import Due, LogTime, Opened, Passed, Recording, ReplaySelection, go_to, open_recording
 
 BATCH = 200  # packets per call, so that other tasks can run while a replay is late

@@ -13,9 +13,9 @@ import msgspec
 import imc
 from imc.addresses import BROADCAST, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from imc.lsf import Log
-from runtime.durations import parse_duration
 from runtime.logs import summarize, types_called
-from runtime.problem import of_file
+from support.durations import parse_duration
+from support.file_errors import of_file
 
 FIRST = -1  # ends the key of a first message
 TOLERANCE = 10.0  # s

@@ -8,14 +8,15 @@ import numpy as np
 
 import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
+from support.pose import Pose
+from support.rotations import to_body
 from tasks.surroundings import Truth, world_of
 from tasks.vision.airsim_client import AirSimClient, Shot, mount_of
 from tasks.vision.airsim_messages import AirSimError, Image, Kinematics, transform
 from tasks.vision.keeping import PictureKeeper
 from tasks.vision.records import camera_frame
 from tasks.whereabouts import Whereabouts
-from world import SECTIONS, Pose
-from world.attitude import to_body
+from world import SECTIONS
 from world.optics import PRESETS, CameraModel, FisheyeCamera, Floats, PinholeCamera, preset_lens
 from world.pictures import INTERPOLATIONS, Panorama, optical, void_warning
 

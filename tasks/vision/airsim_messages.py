@@ -9,7 +9,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 import world
-from world.attitude import quaternion, rotation
+from support.rotations import quaternion, rotation
 from world.optics import Floats
 from world.pictures import optical
 

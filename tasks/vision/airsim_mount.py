@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from support.rotations import quaternion
 from tasks.vision.airsim_messages import Kinematics, Quaternion, Vector, transform
-from world.attitude import quaternion
 from world.optics import Floats
 
 CLOSE = 1e-3  # m, rad, by which AirSim's numbers may be off

@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 import imc
 from runtime import Frame, State, consume
+from support.pose import Pose
 from tasks.surroundings import world_of
 from tasks.vision.mounted import MountedCamera
 from tasks.vision.records import camera_frame
 from tasks.whereabouts import Whereabouts
-from world import SECTIONS, Pose
+from world import SECTIONS
 from world.optics import CameraModel, PinholeCamera
 from world.pictures import optical
 

@@ -3,10 +3,11 @@
 import math
 
 from runtime import ParameterError, param
+from support.pose import DOWN, Pose
 from tasks.surroundings import check_older
 from tasks.vision.rendering import RenderedCamera
 from tasks.vision.viewpoint import View
-from world import DOWN, Pose, optics
+from world import optics
 from world.optics import PRESETS, CameraModel, Lens, preset_lens
 from world.pictures import void_warning
 

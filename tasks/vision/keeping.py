@@ -14,9 +14,9 @@ from imc.coordinates import absolute
 from runtime import ParameterError, State, Task, consume, param
 from runtime.logs import folder_called
 from runtime.profile import located
+from support.pose import Pose
 from tasks.vision.photos import FORMATS, ORDERS, describe_picture, photo_name, series_of, write_picture
 from tasks.vision.records import FILE, write_cameras
-from world import Pose
 from world.optics import CameraModel
 
 Op = imc.LoggingControl.Op

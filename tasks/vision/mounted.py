@@ -1,9 +1,9 @@
 """What cameras have in common that may be anywhere on the vehicle, with a calibration file."""
 
 from runtime import ParameterError, param
+from support.pose import Pose
 from tasks.surroundings import FARTHEST_MOUNT, mount_of
 from tasks.vision.keeping import PictureKeeper
-from world import Pose
 from world.optics import CalibrationError, CameraModel, camera_text, parse_camera
 
 INLINE = "{"  # begins a calibration that is no file

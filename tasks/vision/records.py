@@ -10,8 +10,8 @@ import numpy as np
 import yaml
 
 import imc
-from world import Pose
-from world.attitude import Quaternion, quaternion
+from support.pose import Pose
+from support.rotations import Quaternion, quaternion
 from world.optics import CameraModel, FisheyeCamera, Floats
 from world.pictures import optical
 

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
+from support.pose import Pose
 from tasks.surroundings import world_of
 from tasks.vision.keeping import Described, PictureKeeper
 from tasks.vision.records import camera_frame
 from tasks.vision.viewpoint import View, Viewpoint
-from world import SECTIONS, Pose
+from world import SECTIONS
 from world.optics import CameraModel
 from world.pictures import (
     INTERPOLATIONS,

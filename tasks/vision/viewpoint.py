@@ -4,9 +4,10 @@ import math
 from typing import NamedTuple
 
 import imc
+from support.pose import Pose
 from tasks.surroundings import FARTHEST, Placed, Truth
 from tasks.whereabouts import Whereabouts
-from world import Pose, Spot, World
+from world import Spot, World
 from world.pictures import Board, Glider, Standpoint, board
 
 OLDEST = 1.0  # s, beyond which the true state counts as missing

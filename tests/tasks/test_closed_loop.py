@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import pytest
 
 import imc
-from imc.coordinates import absolute, displace, displacement
+from imc.coordinates import absolute
 from runtime.kernel import VirtualClock, nanoseconds
 from runtime.profile import load_profile, own_etc
 from runtime.vehicle import build
+from support.wgs84 import displace, displacement
 
 SECTIONS = {
     "Simulators.VSIM",

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from imc.coordinates import displace, offset
+from support.wgs84 import displace, offset
 from world import Sun, Thing, Waypoint, World, WorldError, gliders, read_world
 from world.sea import Bathymetry, Waves
 

@@ -4,7 +4,7 @@ import functools
 import math
 from collections.abc import Callable
 
-from world.attitude import Matrix, Vector, cross, rotation, to_body, to_ned
+from support.rotations import Matrix, Vector, cross, rotation, to_body, to_ned
 from world.bodies.auv_model import FULL_DEFLECTION, MAXIMUM_TORQUE, Thruster, UnderwaterModel
 
 GRAVITY = 9.80665

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from world.attitude import Vector
+from support.rotations import Vector
 from world.bodies.model_section import ModelSection
 
 FULL_DEFLECTION = 0.4363  # rad, 25 degrees

@@ -4,7 +4,7 @@ import functools
 import math
 from collections.abc import Callable, Sequence
 
-from world.attitude import Vector, wrap
+from support.rotations import Vector, wrap
 from world.bodies.auv import LIMIT, Diverged
 from world.bodies.boat_model import BoatModel
 

@@ -2,7 +2,7 @@
 
 import math
 
-from world.attitude import Vector, rotation, to_body, wrap
+from support.rotations import Vector, rotation, to_body, wrap
 from world.bodies.trajectory import Pattern, Ramp
 
 GRAVITY = 9.80665

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from world.attitude import Matrix, Vector, body_rates, rotation, to_body, wrap
+from support.rotations import Matrix, Vector, body_rates, rotation, to_body, wrap
 
 GRAVITY = 9.80665
 LIMIT = 1e3  # m/s; beyond it, the motion has diverged

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple, Protocol
 
-from world.attitude import Vector, rotation, to_body
+from support.rotations import Vector, rotation, to_body
 from world.bodies.boat import Boat
 
 

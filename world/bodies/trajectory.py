@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Protocol
 
-from world.attitude import wrap
+from support.rotations import wrap
 
 PEAK_RATE = 1.875  # of a minimum-jerk ramp of one unit in one second
 PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)

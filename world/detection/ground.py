@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from world.attitude import Vector, rotation
+from support.rotations import Vector, rotation
 
 Floats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from world.attitude import rotation, to_ned
+from support.rotations import rotation, to_ned
 from world.notebook.quadrotor import Column, QuadrotorState, triple
 from world.notebook.sensor import Pace, Sensor
 from world.sensors import Drift

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from world.attitude import Vector, rotation, to_body
+from support.pose import Pose
+from support.rotations import Vector, rotation, to_body
 from world.notebook.quadrotor import Column, QuadrotorState, triple
 from world.notebook.sensor import Sensor
-from world.pose import Pose
 from world.sensors import (
     DRAWS,
     PARTS,

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import Vector, rotation
+from support.rotations import Vector, rotation
 
 Column = NDArray[np.float64]
 """Three numbers, (3, 1)."""

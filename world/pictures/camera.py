@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from support.pose import DOWN, Pose
 from world.optics import CameraModel
 from world.pictures.boards import Board
 from world.pictures.caustics import Caustics
@@ -20,7 +21,6 @@ from world.pictures.renderer import Renderer
 from world.pictures.sampling import sampler
 from world.pictures.scenes import Seabed, Standpoint, Surroundings, surroundings
 from world.pictures.snow import Snow
-from world.pose import DOWN, Pose
 from world.sea import Bathymetry, Waves
 from world.sun import Sun
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import Vector
+from support.rotations import Vector
 from world.sea import Bathymetry
 
 Floats = NDArray[np.floating[Any]]

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from support.pose import DOWN, Pose
 from world.optics import CameraModel, Floats
 from world.pictures.boards import Board, lying
 from world.pictures.capsule import Capsule
@@ -20,7 +21,6 @@ from world.pictures.ranging import Ranging
 from world.pictures.rays import Bools, Places, Rays
 from world.pictures.scenes import Standpoint
 from world.pictures.sight import Sight, board_beyond, board_seen, check_scene, numbered
-from world.pose import DOWN, Pose
 
 BLOCK = 1 << 14  # pixels per step: their arrays fit into the L2 cache
 

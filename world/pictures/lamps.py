@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import Vector
+from support.pose import Pose
+from support.rotations import Vector
 from world.pictures.faces import pixel_axis
-from world.pose import Pose
 
 Floats = NDArray[np.floating[Any]]
 

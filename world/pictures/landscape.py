@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import Vector
+from support.rotations import Vector
 from world.objects import Place
 from world.pictures.relief import Relief
 from world.sea import Bathymetry

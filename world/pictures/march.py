@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import Vector
+from support.rotations import Vector
 from world.pictures.grids import Curved, Grid
 
 Floats = NDArray[np.floating[Any]]

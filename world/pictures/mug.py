@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import Vector
+from support.rotations import Vector
 from world.objects import DIAMETER, LENGTH
 from world.pictures.faces import pixel_axis
 from world.pictures.landscape import Lying

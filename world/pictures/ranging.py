@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import Vector
+from support.rotations import Vector
 from world.optics import CameraModel, Floats
 from world.pictures.faces import rotations
 from world.pictures.lattice import PITCH, TINY, Lattice, Patch, corners, second, turned

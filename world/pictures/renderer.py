@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import rotation
+from support.pose import DOWN, Pose
+from support.rotations import rotation
 from world.pictures import boards, light, masonry, snow
 from world.pictures.boards import Board
 from world.pictures.caustics import Caustics
@@ -21,7 +22,6 @@ from world.pictures.planes import Caster
 from world.pictures.scenes import Seabed, Standpoint, Surroundings
 from world.pictures.snow import Snow
 from world.pictures.terrain import Terrain
-from world.pose import DOWN, Pose
 
 Floats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]

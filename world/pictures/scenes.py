@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import Vector, to_ned
+from support.pose import Pose
+from support.rotations import Vector, to_ned
 from world.pictures import lamps, light, texture
 from world.pictures.lamps import Beam
 from world.pictures.planes import Layer, Plane
-from world.pose import Pose
 from world.sea import Waves
 from world.sun import Sun
 

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import Vector
+from support.pose import Pose
+from support.rotations import Vector
 from world.optics import CameraModel, Floats
 from world.pictures.boards import Board
 from world.pictures.capsule import Capsule
@@ -15,7 +16,6 @@ from world.pictures.landscape import Landscape, Lying
 from world.pictures.mug import Glider, lying
 from world.pictures.renderer import camera
 from world.pictures.scenes import SCENES, SHALLOWEST, Standpoint
-from world.pose import Pose
 
 Places = NDArray[np.intp]
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import Vector
+from support.rotations import Vector
 from world.pictures import light
 from world.pictures.lamps import Beam
 from world.pictures.lattice import PITCH, TINY, Lattice, spread, turned

@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from world.attitude import Vector
+from support.rotations import Vector
 from world.sea.bathymetry import Bathymetry
 
 GRIP = 5.0  # m/s², deceleration on the bottom; coefficient of friction 0.5

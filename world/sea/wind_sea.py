@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import PCG64, Generator, SeedSequence
 from numpy.typing import NDArray
 
-from world.attitude import Vector, body_rates
+from support.rotations import Vector, body_rates
 from world.sea.waves import Waves
 
 Floats = NDArray[np.floating[Any]]

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from world.attitude import Vector
+from support.rotations import Vector
 
 
 class Drift:

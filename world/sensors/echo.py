@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from world.attitude import Vector
+from support.rotations import Vector
 from world.objects import GLIDER, Place, Spot, Thing
 from world.sea import Bathymetry
 from world.sensors.sonar import Beam

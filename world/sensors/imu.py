@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from world.attitude import Matrix, Vector, to_body
+from support.rotations import Matrix, Vector, to_body
 
 if TYPE_CHECKING:
     from numpy.random import Generator

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from world.attitude import rotation, to_body, to_ned
+from support.rotations import rotation, to_body, to_ned
 from world.detection import Accuracy, Floats, Sighting, Standing, sight, spot_at
 from world.optics import Pinhole
 from world.sensors import mug_original

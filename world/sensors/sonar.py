@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from world.attitude import Vector, rotation, to_ned
+from support.rotations import Vector, rotation, to_ned
 
 STEPS = 10
 LEAST_LEVEL = 0.3  # m sideways per m, at least, for which steep beams count

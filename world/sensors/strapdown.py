@@ -3,8 +3,8 @@
 import math
 from typing import Any, NamedTuple
 
-from world.attitude import Matrix, Vector, cross, rotation, to_body, to_ned, turned, wrap
-from world.pose import Pose
+from support.pose import Pose
+from support.rotations import Matrix, Vector, cross, rotation, to_body, to_ned, turned, wrap
 from world.sensors.imu import specific_force
 
 TIMING = 1e-3  # of a period: a state that is early by less belongs to the sample, since timestamps have 0.24 µs

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from world.attitude import Vector
+from support.rotations import Vector
 from world.sensors.imu import STANDARD_GRAVITY, NoiseDensity
 
 DRAWS = 12  # standard normals that make a device of a grade

@@ -13,11 +13,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from runtime.problem import of_file
 from shoal.campaigns.cluster.wire import Line, job_of, packed, result_line
 from shoal.campaigns.engines import settle
 from shoal.campaigns.jobs import Pool, StudyRunner
 from shoal.campaigns.studies import Named, Site, load_study
+from support.file_errors import of_file
 
 IDLE = 600.0  # s without a job, after which it ends
 

@@ -7,13 +7,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, cast
 
-from runtime.problem import quoted
 from shoal.campaigns.dataset.journal import Journal, Record, read_journal
 from shoal.campaigns.dataset.table import frame_of, write_table
 from shoal.campaigns.jobs import Row, is_finished
 from shoal.campaigns.rates import Rate
 from shoal.campaigns.studies import Study
 from shoal.campaigns.versions import versions
+from support.text import quoted
 
 JOURNAL, TABLE, LOGS = "runs.journal", "runs.parquet", "logs"
 _END, _MOST, _UNTIL = "end", "most", "until"

@@ -9,9 +9,9 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from imc.schema.yamltree import Node
-from runtime.problem import hinted
 from shoal.campaigns.library import library
+from support.located_yaml import Node
+from support.text import hinted
 
 Scalar = float | int | str | bool
 _QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.].*)?")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
-from imc.schema.yamltree import Node, read_text, read_tree
 from shoal.campaigns.draws.distributions import is_distribution, read_distribution
 from shoal.scenarios import ScenarioFileError, Sources
+from support.located_yaml import Node, read_text, read_tree
 
 
 class Changeable(Protocol):

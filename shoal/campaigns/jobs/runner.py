@@ -3,10 +3,10 @@
 import contextlib
 from pathlib import Path
 
-from runtime.problem import of_file
 from shoal.campaigns.draws import blamed, load_template
 from shoal.campaigns.jobs.job import Job, Unreadable
 from shoal.scenarios import Draft, Result, ScenarioFileError, load_draft, run
+from support.file_errors import of_file
 
 KEPT = 16  # drafts
 

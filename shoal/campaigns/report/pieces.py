@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
-from runtime.problem import printable
+from support.text import printable
 
 LONGEST_TEXT = 300
 

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from imc.schema.yamltree import Node
-from runtime.problem import hinted
 from shoal.campaigns.jobs import Row
+from support.located_yaml import Node
+from support.text import hinted
 
 MINIMISE, MAXIMISE = "minimise", "maximise"
 COUNTED, ALL, PASSED = "of", "all", "passed"

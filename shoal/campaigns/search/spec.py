@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from imc.schema.yamltree import Node
-from runtime.problem import hinted
 from shoal.campaigns.draws import Distribution, Scalar, parse_scalar
 from shoal.campaigns.search.axes import Axis, axis_of
 from shoal.campaigns.search.goal import COUNTED, MAXIMISE, MINIMISE, Goal, read_goal
+from support.located_yaml import Node
+from support.text import hinted
 
 KEYS = (MINIMISE, MAXIMISE, COUNTED, "at a time", "shrink")
 AT_A_TIME, MOST_AT_A_TIME = 8, 1000

@@ -6,12 +6,12 @@ from typing import Any
 
 import yaml
 
-from imc.schema.yamltree import Node
-from runtime.problem import printable
 from shoal.campaigns.draws import load_template
 from shoal.campaigns.jobs import SUFFIX
 from shoal.campaigns.whole_file import whole_file
 from shoal.scenarios import Draft
+from support.located_yaml import Node
+from support.text import printable
 
 WIDTH = 110
 _YAML: Any = yaml

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from contextlib import suppress
 
-from imc.schema.yamltree import Node
 from shoal.campaigns.draws import Changeable, Design, Scalar
 from shoal.campaigns.search import Search
+from support.located_yaml import Node
 
 MOST_WORDS = 50  # to choose from
 MOST_RUNS = 10_000  # whose draws are looked at

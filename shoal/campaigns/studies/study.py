@@ -8,8 +8,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from imc.schema.yamltree import Node, read_text, read_tree
-from runtime.problem import hinted
 from runtime.profile import located
 from shoal.campaigns.draws import (
     SAMPLINGS,
@@ -29,6 +27,8 @@ from shoal.campaigns.search import Search, read_search
 from shoal.campaigns.studies.bundle import Bundle, make_bundle
 from shoal.campaigns.studies.rehearsal import Rehearsal
 from shoal.scenarios import Draft, ScenarioFileError
+from support.located_yaml import Node, read_text, read_tree
+from support.text import hinted
 
 SUFFIX = ".study.yaml"
 LOGS = ("all", "failed", "none")

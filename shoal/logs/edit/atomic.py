@@ -6,7 +6,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from runtime.problem import naming
+from support.file_errors import naming
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from imc.layout import SMALLEST_PACKET
 from imc.lsf import ReportShare
 from imc.schema import MessageType
 from runtime.logs import NAMING, Array, Names, blocks, new_log, type_name
-from runtime.problem import naming
+from support.file_errors import naming
 
 
 class Conflict(ValueError):

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from imc.coordinates.arrays import displacement
 from imc.lsf import positions
 from runtime.logs import Array
 from shoal.logs.export.calibration import LoggedCamera
 from shoal.logs.export.ros_standard import MapOrigin
-from world.attitude import rotation
+from support.rotations import rotation
+from support.wgs84_arrays import displacement
 from world.optics import CameraModel
 
 STATE, MUG = "EstimatedState", "EstimatedMugState"

@@ -23,8 +23,8 @@ from shoal.logs.export.calibration import (
 )
 from shoal.logs.export.motion import Samples, Track, record
 from shoal.logs.export.pictures import Photo, exported
+from support.rotations import rotation
 from tasks.simulators.imu import ARTICLE_INTERVAL, IMU, grade_of
-from world.attitude import rotation
 from world.sensors import vins_parameters
 
 IMU_HEADING = "#timestamp [ns]," + ",".join(

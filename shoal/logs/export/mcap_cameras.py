@@ -7,7 +7,7 @@ import numpy as np
 from shoal.logs.export.calibration import LoggedCamera
 from shoal.logs.export.cdr import text
 from shoal.logs.export.ros_messages import STANDARD, RosType
-from world.attitude import quaternion
+from support.rotations import quaternion
 
 CAMERA_INFO = RosType(
     "sensor_msgs/CameraInfo",

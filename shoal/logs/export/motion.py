@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from imc.coordinates.arrays import displacement
 from imc.lsf import ReportShare, positions
 from runtime.logs import Array
 from shoal.logs.export.batches import ExportBatch, MessageBatch, Source, nanoseconds
 from shoal.logs.export.calibration import UNLIKE, camera_models, logged_cameras, pictures_unlike
 from shoal.logs.export.pictures import Photo, photos
 from shoal.logs.export.ros_standard import MapOrigin, first_origin
+from support.wgs84_arrays import displacement
 
 TRIAD = ("timestamp", "src", "src_ent", "x", "y", "z")
 STATE = ("timestamp", "src", "src_ent", "lat", "lon", "height", "x", "y", "z", "phi", "theta", "psi", "u", "v", "w")

@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import imc
-from imc.coordinates.arrays import displacement
 from imc.lsf import positions
 from runtime.logs import Array
 from shoal.logs.export.cdr import Item, text
 from shoal.logs.export.ros_messages import STANDARD, RosType
+from support.wgs84_arrays import displacement
 
 MAP = b"map"
 STAMP: tuple[Item, ...] = (("sec", "i"), ("nanosec", "I"))

@@ -11,6 +11,7 @@ import imc
 from imc import coordinates
 from runtime.logs import Array, Summary
 from shoal.logs.look.detections import Judged, judge
+from support import wgs84
 
 FARTHEST = 1e6  # any offset, depth, angle or speed beyond it is invalid
 AFLOAT = 0.1  # m; a vehicle that is never deeper stays at the surface
@@ -166,7 +167,7 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Track, tup
     references, places = np.unique(np.column_stack((lat, lon)), axis=0, return_inverse=True)
     origin = (float(lat[0]), float(lon[0]))
     points: list[tuple[float, float]] = references.tolist()
-    offsets = np.array([coordinates.displacement(*origin, 0.0, *point, 0.0)[:2] for point in points])
+    offsets = np.array([wgs84.displacement(*origin, 0.0, *point, 0.0)[:2] for point in points])
     north, east = (offsets[places.reshape(-1)] + np.column_stack((x, y))).T
     motion = Track(
         table[:, 0] - summary.start,

@@ -9,14 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import imc
-from imc.coordinates import NOWHERE, offset
+from imc.coordinates import NOWHERE
 from runtime.kernel import VirtualClock
 from runtime.logs import Array, Summary
-from runtime.problem import ProfileError
 from runtime.profile import Profile, default_label, load_profile
 from runtime.task import ParameterError, Task
+from support.diagnostics import ProfileError
+from support.rotations import rotation
+from support.wgs84 import offset
 from world import World, WorldError, read_world
-from world.attitude import rotation
 from world.detection import Accuracy, Score, Standing, matched, score, sight
 
 SIMULATED, DETECTOR = "Simulators.MUGDetectionCamera", "Vision.MUGDetector"

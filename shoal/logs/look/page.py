@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 
 import imc
-from imc import coordinates
 from imc.lsf import ReportShare
 from runtime.logs import Summary, summarize
-from runtime.problem import printable
 from shoal.logs.look.content import LogbookLine, LogContent, Stretch, content_of
 from shoal.logs.look.formatting import moment, number, rate, size, span
 from shoal.logs.look.plot import Curve, bands, chart, clock, css_class
 from shoal.logs.look.track import draw_track
+from support import wgs84
+from support.text import printable
 
 MOST_ROWS = 40  # entities in the timeline
 MOST_ENTRIES = 200
@@ -188,7 +188,7 @@ def _detections(content: LogContent) -> str:
         of = seen.id == identity
         north, east = float(seen.north[of].mean()), float(seen.east[of].mean())
         spread = math.hypot(float(seen.north[of].std()), float(seen.east[of].std()))
-        lat, lon, _ = coordinates.displace(*(content.origin or (0.0, 0.0)), 0.0, north, east)
+        lat, lon, _ = wgs84.displace(*(content.origin or (0.0, 0.0)), 0.0, north, east)
         where = f"{math.degrees(lat):.6f}° {math.degrees(lon):.6f}°"
         times = (clock(float(seen.time[of].min())), clock(float(seen.time[of].max())))
         figures = (f"{north:.2f} m", f"{east:.2f} m", f"± {spread:.2f} m")

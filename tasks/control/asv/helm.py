@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import imc
+from support.rotations import wrap
 from tasks.control.pid import PID, clamp
-from world.attitude import wrap
 
 Loops = imc.CLoopsMask
 HORIZONTAL = Loops.YAW | Loops.YAW_RATE

@@ -6,7 +6,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from runtime import Task
 from runtime.devices import Device
-from runtime.problem import suggestion
+from support.text import suggestion
 
 SCHEMES = ("udpin", "udpout", "tcpout", "serial")
 FORMS = "udpin://ADDRESS:PORT, udpout://HOST:PORT, tcpout://HOST:PORT or serial:///DEVICE?baud=BAUD"

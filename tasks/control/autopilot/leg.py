@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import imc
-from imc.coordinates import displace, displacement
+from support.rotations import wrap
+from support.wgs84 import displace, displacement
 from tasks.control.path.track import PathProgress, Track, is_somewhere, progress
-from world.attitude import wrap
 
 Flags = imc.DesiredPath.Flags
 Reached = imc.PathControlState.Flags

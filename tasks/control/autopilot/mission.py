@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import imc
-from imc.coordinates import displace, displacement, rows_of
+from imc.coordinates import rows_of
 from mavlink.missions import Command, Item, chain_of
+from support.wgs84 import displace, displacement
 from tasks.control.autopilot.kinds import Body
 from tasks.control.autopilot.leg import Leg, Whereabouts, height_above_home
 from tasks.control.autopilot.targets import AIR_SPEED, GLOBAL, GROUND_SPEED, RELATIVE, degrees_e7

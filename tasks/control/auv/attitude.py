@@ -6,10 +6,10 @@ from collections.abc import Mapping
 import imc
 from runtime import Entity, State, Task, consume, param, periodic
 from runtime.vehicle import general_number
+from support.rotations import wrap
 from tasks.control.auv.vertical import Bottom
 from tasks.control.loops import EnabledLoops
 from tasks.control.pid import PID, clamp
-from world.attitude import wrap
 
 Loops = imc.CLoopsMask
 Units = imc.ZUnits

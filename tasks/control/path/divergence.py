@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from support.rotations import wrap
 from tasks.control.path.track import PathProgress
-from world.attitude import wrap
 
 MISSES = 2
 CLOSER = 1.0  # m nearer to the track: the vehicle comes back

@@ -4,15 +4,15 @@ import math
 from collections.abc import Mapping
 
 import imc
-from imc.coordinates import displace, displacement
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
+from support.rotations import wrap
+from support.wgs84 import displace, displacement
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
 from tasks.control.path.track import PathProgress, Point, Track, bearing, is_somewhere, progress
 from tasks.control.pid import clamp
-from world.attitude import wrap
 
 Flags = imc.DesiredPath.Flags
 StateFlags = imc.PathControlState.Flags

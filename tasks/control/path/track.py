@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import imc
-from world.attitude import wrap
+from support.rotations import wrap
 
 Point = tuple[float, float]  # m north, m east
 

@@ -5,10 +5,10 @@ from enum import Enum
 
 import imc
 from runtime import State, Task, consume, param, periodic
+from support.rotations import wrap
 from tasks.control.loops import EnabledLoops
 from tasks.control.pid import PID, clamp
 from tasks.control.uav.vectors import GRAVITY, Vector, add, inclination, norm, shortened
-from world.attitude import wrap
 
 Loops = imc.CLoopsMask
 Mode = imc.VehicleState.OpMode

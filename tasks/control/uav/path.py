@@ -4,16 +4,16 @@ import math
 from dataclasses import replace
 
 import imc
-from imc.coordinates import displacement
 from runtime import State, Task, consume, param
 from runtime.vehicle import general_number
+from support.rotations import wrap
+from support.wgs84 import displacement
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
 from tasks.control.path.track import PathProgress, is_somewhere
 from tasks.control.uav.guidance import Circle, Line, Pace
 from tasks.control.uav.limits import Limits, ground
 from tasks.control.uav.vectors import Vector
-from world.attitude import wrap
 
 Flags = imc.DesiredPath.Flags
 Reached = imc.PathControlState.Flags

@@ -2,7 +2,7 @@
 
 import math
 
-from world.attitude import Vector
+from support.rotations import Vector
 
 
 class Mean:

@@ -2,8 +2,8 @@
 
 import math
 
+from support.rotations import Vector, wrap
 from tasks.navigation.auv.consistency import Disagreement, JumpGate, Verdict
-from world.attitude import Vector, wrap
 
 MEMORY = 30.0  # s; a Doppler log mounted 2° askew makes 1.3 m of it at 1.2 m/s
 LARGEST_LAG = 2.0  # m

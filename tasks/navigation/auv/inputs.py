@@ -4,10 +4,10 @@ import math
 
 import imc
 from runtime import Task, consume, param
+from support.rotations import Vector, wrap
 from tasks.navigation.auv.averages import Mean
 from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict
 from tasks.navigation.auv.gates import LARGEST_ANGLE, LARGEST_RATE, DvlReason, FixGate, Reason, VelocityGate, located
-from world.attitude import Vector, wrap
 
 VEL_X_AND_Y = int(imc.GroundVelocity.Validity.VEL_X | imc.GroundVelocity.Validity.VEL_Y)
 VEL_Z = int(imc.GroundVelocity.Validity.VEL_Z)

@@ -4,13 +4,13 @@ import math
 
 import imc
 from runtime import State, param, periodic
+from support.rotations import Vector, rotation, to_body, to_ned, wrap
 from tasks.navigation.auv.checked import RATE_JUMP, CheckedSensors
 from tasks.navigation.auv.consistency import Verdict
 from tasks.navigation.auv.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, HorizontalFilter, K, R, U, V
 from tasks.navigation.auv.inputs import UNKNOWN_ALTITUDE
 from tasks.navigation.auv.outputs import estimated_state, first_state, navigation_data, uncertainty
 from tasks.navigation.auv.position import Position, fix_variance
-from world.attitude import Vector, rotation, to_body, to_ned, wrap
 
 MODEL_VARIANCE = 2.0  # (m/s)² of the speed computed from rpm, for samples as correlated as those 50 ms apart
 STREAM_GAIN = 0.1

@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 
 import imc
+from support.rotations import Vector, rotation, to_ned, wrap
 from tasks.navigation.auv.depth_filter import DepthFilter
 from tasks.navigation.auv.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, K, R, U, V
 from tasks.navigation.auv.position import Position
-from world.attitude import Vector, rotation, to_ned, wrap
 
 
 def first_state(

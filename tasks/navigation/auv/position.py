@@ -3,7 +3,7 @@
 import math
 
 import imc
-from imc.coordinates import displacement
+from support.wgs84 import displacement
 from tasks.navigation.auv.consistency import JumpGate, Verdict
 from tasks.navigation.auv.horizontal_filter import EAST, NORTH, PSI, HorizontalFilter, U
 

@@ -3,15 +3,15 @@
 import math
 
 import imc
-from imc.coordinates import displacement
 from runtime import State, Task, consume, param, periodic
+from support.rotations import wrap
+from support.wgs84 import displacement
 from tasks.navigation.auv.averages import Mean
 from tasks.navigation.auv.checks import AttitudeCheck
 from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict, plight
 from tasks.navigation.auv.gates import GPS_JUMP, LARGEST_ANGLE, LARGEST_RATE, SHOWN, FixGate, Reason, located
 from tasks.navigation.auv.position import AGREEMENT, CONTRADICTION, CONTRADICTIONS, fix_variance
 from tasks.navigation.general.surface_filter import EAST, NORTH, STREAM_EAST, STREAM_NORTH, SurfaceFilter
-from world.attitude import wrap
 
 VALID_VELOCITY = imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG
 UNKNOWN_ALTITUDE = -1.0

@@ -3,8 +3,8 @@
 import math
 
 import imc
-from imc.coordinates import displacement
-from world.attitude import wrap
+from support.rotations import wrap
+from support.wgs84 import displacement
 
 
 def _beside(first: float, lon: float) -> float:

@@ -4,13 +4,13 @@ import math
 
 import imc
 from runtime import State, Task, consume, param, periodic
+from support.rotations import Vector, rotation, to_body, to_ned, wrap
 from tasks.navigation.auv.averages import Mean
 from tasks.navigation.auv.checks import AttitudeCheck
 from tasks.navigation.auv.consistency import JumpGate, Repetition, Roughness, Verdict, plight
 from tasks.navigation.auv.gates import GPS_JUMP, LARGEST_ANGLE, LARGEST_RATE, SHOWN, FixGate, Reason, located
 from tasks.navigation.uav.fixes import middle, place, variance_of
 from tasks.navigation.uav.inertial_filter import InertialFilter
-from world.attitude import Vector, rotation, to_body, to_ned, wrap
 
 GRAVITY = 9.80665
 NO_DEPTH = -1.0

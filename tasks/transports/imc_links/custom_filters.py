@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection
 
 import imc
-from runtime.problem import quoted
+from support.text import quoted
 
 MOST_SOURCES = 1024  # whose last state is kept
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 import imc
 from imc.addresses import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
-from runtime.problem import nearest, quoted
+from support.text import nearest, quoted
 from tasks.transports.imc_links.custom_filters import Custom, parse_custom
 
 EVERYBODY = (ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM)

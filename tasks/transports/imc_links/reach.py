@@ -5,7 +5,8 @@ from collections.abc import Collection
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
-from imc.coordinates import absolute, displacement
+from imc.coordinates import absolute
+from support.wgs84 import displacement
 
 UNDER_WATER = 0.5  # m of depth from which no radio wave gets out
 MOST_SYSTEMS = 256

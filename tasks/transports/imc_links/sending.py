@@ -6,8 +6,9 @@ from typing import TypeVar
 import imc
 from runtime import Task, param
 from runtime.bus import Subscription
-from runtime.problem import Doubt, misspelled, quoted, suggestion
 from runtime.task import ParameterError
+from support.diagnostics import Doubt
+from support.text import misspelled, quoted, suggestion
 from tasks.transports.imc_links.custom_filters import parse_custom
 from tasks.transports.imc_links.message_list import (
     MessageList,

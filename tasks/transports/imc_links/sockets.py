@@ -10,8 +10,8 @@ from imc.discovery import BROADCAST, LOOPBACK, MULTICAST
 from runtime import Task
 from runtime.kernel import Timer
 from runtime.networks import EVERYWHERE, interfaces, is_local
-from runtime.problem import quoted
 from runtime.task import ParameterError
+from support.text import quoted
 
 BUFFER = 1 << 20  # bytes that the system may keep for us
 HOPS = 1  # of multicast packets, as in DUNE

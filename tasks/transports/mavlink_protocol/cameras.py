@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import imc
-from imc import coordinates
 from mavlink import CRITICAL, STANDBY, Fields, cameras, from_imc
 from runtime import Task
 from runtime.task import State
+from support import wgs84
 from tasks.transports.mavlink_protocol.camera_definition import definition
 from tasks.transports.mavlink_protocol.camera_streams import camera_streams
 from tasks.transports.mavlink_protocol.settings import Setting, SettingsTable
@@ -214,7 +214,7 @@ class Camera:
             return
         state, here = found
         try:
-            lat, lon, _ = coordinates.displace(here.lat, here.lon, 0.0, mug.x, mug.y, 0.0)
+            lat, lon, _ = wgs84.displace(here.lat, here.lon, 0.0, mug.x, mug.y, 0.0)
         except (ArithmeticError, ValueError):
             return
         below = state.alt if 0.0 < state.alt < math.inf else math.nan

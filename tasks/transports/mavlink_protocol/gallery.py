@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 
 import imc
-from imc import coordinates
 from mavlink import text
+from support import wgs84
 from tasks.transports.mavlink_protocol.camera_services import acknowledge_setting, show_picture, show_setting
 from tasks.transports.mavlink_protocol.cameras import TAKEN, Asked, Camera
 from tasks.transports.mavlink_protocol.session import Session
@@ -61,7 +61,7 @@ class Gallery:
         found = self._system.place()
         if found is None or not (math.isfinite(north) and math.isfinite(east)):
             return f"{north:.1f} m north, {east:.1f} m east"
-        lat, lon, _ = coordinates.displace(found[1].lat, found[1].lon, 0.0, north, east, 0.0)
+        lat, lon, _ = wgs84.displace(found[1].lat, found[1].lon, 0.0, north, east, 0.0)
         return f"{math.degrees(lat):.6f},{math.degrees(lon):.6f}"
 
     def _show_settings(self, reply: imc.EntityParameters) -> None:

@@ -11,9 +11,9 @@ from imc.discovery import Services
 from imc.lsf import Log
 from mavlink import KINDS, Flavour, Mode, from_imc, mode_number, system_of
 from runtime.logs import Names
-from runtime.problem import ProfileError
 from runtime.profile import read_sections
 from runtime.task import Entity, State
+from support.diagnostics import ProfileError
 from tasks.transports.mavlink_protocol.helm import Helm, Outcome, Then
 from tasks.transports.mavlink_protocol.mission import ERRANDS, REST
 from tasks.transports.mavlink_protocol.system import MavlinkSystem

@@ -7,7 +7,7 @@ from ipaddress import ip_address
 
 from mavlink import FLAVOURS, Flavour
 from runtime.networks import LOOPBACK
-from runtime.problem import hinted
+from support.text import hinted
 
 PORTS: Mapping[str, int] = {"udpin": 14550, "udpout": 14550, "udpbcast": 14550, "tcpin": 5760, "tcpout": 5760}
 """The schemes of networks, and their default ports."""

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Callable, Mapping
 
-from imc import coordinates
 from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, from_imc, moving
 from mavlink.missions import Command, first_item
+from support import wgs84
 from tasks.transports.mavlink_protocol.errands import (
     GLOBAL,
     NO_PLACE,
@@ -231,7 +231,7 @@ def _set_home(session: Session, order: Order, now: float) -> Reply:
     home = from_imc.home_at(lat, lon, altitude, afloat=system.kind.afloat, undulation=system.undulation)
     if home is None:
         return Reply(Result.DENIED, "Home denied: it has no latitude, longitude and altitude on earth")
-    away = math.hypot(*coordinates.displacement(here.lat, here.lon, 0.0, lat, lon, 0.0))
+    away = math.hypot(*wgs84.displacement(here.lat, here.lon, 0.0, lat, lon, 0.0))
     if away > FARTHEST_HOME:
         return Reply(Result.DENIED, f"Home denied: it would be {away / 1e3:.0f} km from the vehicle")
     system.home = home

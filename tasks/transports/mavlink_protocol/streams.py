@@ -6,9 +6,9 @@ from typing import NamedTuple
 from zlib import crc32
 
 import imc
-from imc import coordinates
 from mavlink import ARMED, CUSTOM_MODE, Fields, Flavour, Mode, from_imc, instruments
 from mavlink.missions import first_item, opaque_id
+from support import wgs84
 from tasks.transports.mavlink_protocol.figures import value_of
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
@@ -126,7 +126,7 @@ def _path_control(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields
         return None
     state, place = found
     try:
-        north, east, _ = coordinates.displacement(place.lat, place.lon, 0.0, path.end_lat, path.end_lon, 0.0)
+        north, east, _ = wgs84.displacement(place.lat, place.lon, 0.0, path.end_lat, path.end_lon, 0.0)
     except (ArithmeticError, ValueError):
         return None
     if not all(map(math.isfinite, (north, east, path.course_error, path.y, state.phi, state.theta, state.psi))):

@@ -4,9 +4,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import imc
-from imc import coordinates
 from mavlink import Mode, Received, from_imc, text
 from mavlink.missions import MissionResult, Refusal
+from support import wgs84
 from tasks.transports.mavlink_protocol.helm import Outcome, chain
 from tasks.transports.mavlink_protocol.orders import DONE, Finish, Reply, Result
 
@@ -164,7 +164,7 @@ class Target:
             fastest = settings.fastest if math.isfinite(settings.fastest) else system.speed
             speed, way = thrust * fastest, AHEAD if thrust else 0.0
         heading = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
-        lat, lon, _ = coordinates.displace(place.lat, place.lon, 0.0, way * math.cos(heading), way * math.sin(heading))
+        lat, lon, _ = wgs84.displace(place.lat, place.lon, 0.0, way * math.cos(heading), way * math.sin(heading))
         return self._to(lat, lon, RELATIVE, min(0.0, self._level[1]), speed)
 
     def _to(self, lat: float, lon: float, frame: int, z: float, speed: float) -> imc.Reference:
@@ -196,7 +196,7 @@ class Target:
         elif kind not in (LOCAL, LOCAL_OFFSET):
             raise Refusal(MissionResult.UNSUPPORTED_FRAME, f"frame {kind} has no meaning for a target")
         if kind == LOCAL:
-            lat, lon, _ = coordinates.displace(home.lat, home.lon, 0.0, north, east)
+            lat, lon, _ = wgs84.displace(home.lat, home.lon, 0.0, north, east)
             return lat, lon, RELATIVE, -down
-        lat, lon, _ = coordinates.displace(place.lat, place.lon, 0.0, north, east)
+        lat, lon, _ = wgs84.displace(place.lat, place.lon, 0.0, north, east)
         return lat, lon, RELATIVE, place.relative - down

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from mission_samples import GARBAGE, LAT, LON, NAN, X, Y, fence_corner, packed
 
 import imc
-from imc.coordinates import displace, displacement
 from mavlink.missions import BadItem, Command, MissionResult, area_of, fence_of
+from support.wgs84 import displace, displacement
 from tasks.plan.bounds import Bounds, outside
 from tasks.plan.graph import Graph, PlanNode
 

@@ -29,8 +29,8 @@ from mission_samples import (
 )
 
 import imc
-from imc.coordinates import displace
 from mavlink.missions import MOST_ITEMS, BadItem, Command, Item, first_item, home_item, items_of, plan_of
+from support.wgs84 import displace
 
 C = Command
 DEPTH, ALTITUDE, HEIGHT = imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE, imc.ZUnits.HEIGHT

@@ -8,7 +8,6 @@ from fastcrc import crc16
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.problem import ProfileError
 from runtime.profile import (
     Profile,
     available,
@@ -21,6 +20,7 @@ from runtime.profile import (
     search_path,
     write,
 )
+from support.diagnostics import ProfileError
 
 TREE = Path(__file__).parents[2] / "data/profiles"
 MANTARAY = TREE / "lauv-mantaray-7.ini"

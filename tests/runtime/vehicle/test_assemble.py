@@ -4,9 +4,9 @@ import pytest
 
 import imc
 from runtime.kernel import VirtualClock
-from runtime.problem import ProfileError
 from runtime.profile import load_profile
 from runtime.vehicle import build, check, find_task
+from support.diagnostics import ProfileError
 
 
 def made(tmp_path, text, selected=("Simulation",), **more):

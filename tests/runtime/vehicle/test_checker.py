@@ -7,10 +7,10 @@ from typing import NamedTuple
 import pytest
 
 from runtime import Task, param
-from runtime.problem import Problem, ProfileError
 from runtime.profile import Profile, load_profile
 from runtime.task import shared_options
 from runtime.vehicle import check, explain
+from support.diagnostics import Problem, ProfileError
 
 TREE = Path(__file__).parents[2] / "data/profiles"
 

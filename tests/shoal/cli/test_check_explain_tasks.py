@@ -6,11 +6,11 @@ import sys
 import pytest
 from click.testing import CliRunner
 
-from runtime.durations import parse_duration
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile, own_etc
 from runtime.vehicle import build
 from shoal.cli import main
+from support.durations import parse_duration
 from tasks.transports.mavlink_protocol.parameters import ParameterTable
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from mavlink import SYSTEMS, system_of
-from runtime.problem import ProfileError
 from runtime.profile import load_profile
 from runtime.vehicle import check, find_task
 from shoal.fleet import FleetFileError, Roster, load_roster
 from shoal.fleet.ports import own_link, own_ports
+from support.diagnostics import ProfileError
 from tests.shoal.fleet.settings import option, setting
 
 FLEET = """

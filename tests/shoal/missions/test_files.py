@@ -11,6 +11,7 @@ import imc
 from shoal.missions import load_plan, parse_plan, plan_text
 from shoal.missions.files import PlanFileError
 from shoal.missions.values import degrees, quantity
+from support import wgs84
 
 PLANS = Path(__file__).parents[2] / "data" / "plans"
 DEMO = """
@@ -38,9 +39,7 @@ def test_a_short_plan_is_a_plan():
     assert (plan.plan_id, plan.start_man_id) == ("demo", "Goto1")
     assert names == ["Goto1", "Loiter2", "Path", "Rows4", "SK"]
     goto, loiter, path, rows, station = (m.data for m in plan.maneuvers)
-    north, east, _ = imc.coordinates.displacement(
-        math.radians(41.185), math.radians(-8.7062), 0.0, goto.lat, goto.lon, 0.0
-    )
+    north, east, _ = wgs84.displacement(math.radians(41.185), math.radians(-8.7062), 0.0, goto.lat, goto.lon, 0.0)
     assert (north, east) == pytest.approx((60.0, 0.0), abs=1e-3)
     assert (goto.z, goto.z_units, goto.speed, goto.speed_units) == (3.0, imc.ZUnits.DEPTH, 1.2, 0)
     assert (loiter.duration, loiter.direction) == (120, imc.Loiter.Direction.CCLOCKW)

@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import imc
-from imc.coordinates import absolute, offset
+from imc.coordinates import absolute
 from shoal.scenarios.conditions import Scope, parse, parse_expression
 from shoal.scenarios.margins import NO_NUMBER
+from support.wgs84 import offset
 from tasks.plan import parse_condition
 
 ALONE = Scope({"lauv": imc.builtin()}, "lauv")

@@ -6,10 +6,10 @@ import pytest
 from lean import BLIND, UNLOGGED
 
 import imc
-from imc.coordinates import displace
 from runtime import State, param
 from runtime.testing import simulate
 from shoal.missions import Mission, prepare
+from support.wgs84 import displace
 from tasks.control.auv.brakes import Brakes
 from tasks.control.auv.echo import Echo, judge
 from tasks.control.auv.speed import Speed

@@ -5,9 +5,9 @@ import math
 import pytest
 
 import imc
-from imc.coordinates import displace, displacement
 from runtime import State
 from runtime.testing import simulate
+from support.wgs84 import displace, displacement
 from tasks.control.path.pure_pursuit import PurePursuit
 from tasks.control.path.vector_field import VectorField
 

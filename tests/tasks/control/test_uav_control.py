@@ -5,14 +5,14 @@ import math
 import pytest
 
 import imc
-from imc.coordinates import displace
 from runtime import State
 from runtime.testing import simulate
+from support.rotations import rotation, to_ned
+from support.wgs84 import displace
 from tasks.control.uav.guidance import Circle, Line, Pace
 from tasks.control.uav.path import Path
 from tasks.control.uav.vectors import GRAVITY, inclination, norm
 from tests.tasks.control.multirotor import DISARMED, LAT, LON, Flags, Loops, Units, enable, states
-from world.attitude import rotation, to_ned
 
 PACE = Pace(speed=5.0, climb=2.0, descent=1.0, acceleration=2.0, gain=0.8)
 

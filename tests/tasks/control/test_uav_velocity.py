@@ -7,12 +7,12 @@ import pytest
 import imc
 from runtime import State, Task, consume
 from runtime.testing import simulate
+from support.rotations import rotation, to_ned
 from tasks.control.uav.autopilot import Autopilot
 from tasks.control.uav.vectors import GRAVITY
 from tasks.simulators.stream_velocity import StreamVelocity
 from tasks.simulators.uav import UAV
 from tests.tasks.control.multirotor import ARMED, DISARMED, FIX, LAT, LON, OWN, Loops, enable, states, velocity
-from world.attitude import rotation, to_ned
 
 
 class Eyes(Task):

@@ -6,6 +6,7 @@ from ideal_vehicle import IdealVehicle
 
 import imc
 from runtime.testing import simulate
+from support import wgs84
 from tasks.maneuver.dislodge import Dislodge
 from tasks.maneuver.elevator import Elevator
 from tasks.maneuver.follow_path import FollowPath
@@ -55,7 +56,7 @@ def plan_of(*maneuvers, name="test", transitions=None, **fields):
 
 def place(north, east):
     """Latitude and longitude (rad) at offsets (m) from the start of the ideal vehicle."""
-    lat, lon, _ = imc.coordinates.displace(LAT, LON, 0.0, north, east)
+    lat, lon, _ = wgs84.displace(LAT, LON, 0.0, north, east)
     return {"lat": lat, "lon": lon}
 
 

@@ -3,8 +3,8 @@
 import math
 
 import imc
-from imc.coordinates import displace, displacement
 from runtime import State, Task, consume, param, periodic
+from support.wgs84 import displace, displacement
 
 Flags = imc.DesiredPath.Flags
 Reached = imc.PathControlState.Flags

@@ -7,6 +7,7 @@ from flying import CCU, changes
 
 import imc
 from runtime.testing import simulate
+from support import wgs84
 from tasks.maneuver.land import Land
 from tasks.maneuver.loiter import Loiter
 from tasks.maneuver.station_keeping import StationKeeping
@@ -56,7 +57,7 @@ def test_a_landing_without_a_position_is_straight_down():
     run = execute(Land, imc.Land(z=20.0, z_units=UP, speed=4.0), here(2.0), path(3.0))
     (desired,) = run.of(imc.DesiredPath)
     assert (desired.flags, desired.end_z_units) == (Flags.LAND, imc.ZUnits.NONE)
-    north, _, _ = imc.coordinates.displacement(0.71, -0.16, 0.0, desired.end_lat, desired.end_lon, 0.0)
+    north, _, _ = wgs84.displacement(0.71, -0.16, 0.0, desired.end_lat, desired.end_lon, 0.0)
     assert north == pytest.approx(100.0, abs=0.01)
     assert done(run) == math.inf
 

@@ -9,9 +9,9 @@ from pathlib import Path
 from lean import UNLOGGED
 
 import imc
-from imc.coordinates import displace
 from runtime.kernel import SECOND
 from shoal.missions import Mission, Report, prepare
+from support.wgs84 import displace
 from tests.tasks.mission.underway import note
 
 BOATS = ("otter", "caravel")

@@ -6,7 +6,8 @@ from flying import goto, place, plan_of
 from lean import BLIND
 
 import imc
-from imc.coordinates import absolute, displacement
+from imc.coordinates import absolute
+from support.wgs84 import displacement
 from tests.tasks.mission.underway import Underway, underway
 
 FAULT = 25.0  # s

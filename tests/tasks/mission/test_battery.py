@@ -9,6 +9,7 @@ from lean import BLIND, UNLOGGED
 
 import imc
 from shoal.missions import prepare
+from support import wgs84
 
 Mode = imc.VehicleState.OpMode
 START = 10.0  # s
@@ -18,7 +19,7 @@ LEAN = (
     BLIND,
     f"Simulators.GPS:Initial Position={PLACE[0]}, {PLACE[1]}",
 )
-LAT, LON, _ = imc.coordinates.displace(*map(math.radians, PLACE), 0.0, 2000.0, 0.0)
+LAT, LON, _ = wgs84.displace(*map(math.radians, PLACE), 0.0, 2000.0, 0.0)
 PLAN = plan_of(imc.Goto(lat=LAT, lon=LON, z=5.0, z_units=imc.ZUnits.DEPTH, speed=1.4))
 TRUSTED = "Simulators.Battery:Error Level=0"  # the battery does not say that it is low
 EMPTY = 0.22  # %, enough for the first half of a minute of the dive

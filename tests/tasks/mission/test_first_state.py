@@ -7,11 +7,12 @@ import pytest
 from PIL import Image
 
 import imc
-from imc.coordinates import absolute, displacement
+from imc.coordinates import absolute
 from runtime import State
 from runtime.logs import summarize
 from shoal.logs.look.content import content_of
 from shoal.missions import prepare
+from support.wgs84 import displacement
 
 START = math.radians(41.185), math.radians(-8.7062)
 VEHICLES = [

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import imc
-from imc.coordinates import displace
+from support.wgs84 import displace
 
 UP = imc.ZUnits.ALTITUDE
 HIGHEST, MARGIN = 40.0, 2.0  # m

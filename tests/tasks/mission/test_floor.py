@@ -11,8 +11,8 @@ import pytest
 from lean import BLIND, UNLOGGED
 
 import imc
-from imc.coordinates import displace, displacement
 from shoal.missions import Mission, parse_plan, prepare
+from support.wgs84 import displace, displacement
 from world import read_world
 
 OWN, CCU = 0x001A, 0x4001

@@ -6,8 +6,8 @@ import pytest
 from lean import BLIND, UNLOGGED
 
 import imc
-from imc.coordinates import displacement
 from shoal.missions import Mission, parse_plan, prepare
+from support.wgs84 import displacement
 
 HEAD = "origin: 41.185°, -8.7062°\nspeed: 1.2 m/s\ndepth: 0\nmaneuvers:\n"
 ORIGIN = math.radians(41.185), math.radians(-8.7062)

@@ -12,6 +12,7 @@ import imc
 from runtime.kernel import SECOND, VirtualClock
 from runtime.snapshot import Journals, load, restore, save
 from shoal.missions import prepare
+from support import wgs84
 
 Mode = imc.VehicleState.OpMode
 PLACE = 41.05, -9.1  # °, where the simulated sea is 120 m deep
@@ -90,7 +91,7 @@ def say(vehicle, message):
 @pytest.fixture(scope="module")
 def diving():
     """The state of the vehicle in its dive."""
-    lat, lon, _ = imc.coordinates.displace(*map(math.radians, PLACE), 0.0, 5000.0, 0.0)
+    lat, lon, _ = wgs84.displace(*map(math.radians, PLACE), 0.0, 5000.0, 0.0)
     plan = plan_of(imc.Goto(lat=lat, lon=lon, z=10.0, z_units=imc.ZUnits.DEPTH, speed=1.5))
     with tempfile.TemporaryDirectory() as folder:
         diver = vehicle(Path(folder))

@@ -3,10 +3,11 @@
 import pytest
 
 import imc
-from imc.coordinates import absolute, displacement
+from imc.coordinates import absolute
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
+from support.wgs84 import displacement
 
 NOISE = (
     "Simulators.GPS:Standard Deviation - Position=1.414",  # each way, of the 2 m that a fix claims

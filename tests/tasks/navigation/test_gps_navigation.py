@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import imc
-from imc.coordinates import absolute, displace, displacement
+from imc.coordinates import absolute
 from runtime import State, Task
 from runtime.testing import simulate
+from support.wgs84 import displace, displacement
 from tasks.navigation.general.gps_navigation import GPSNavigation
 from tasks.navigation.general.surface_filter import STREAM_EAST, STREAM_NORTH, SurfaceFilter, U
 

@@ -5,9 +5,9 @@ import math
 import pytest
 
 import imc
-from imc.coordinates import displace, displacement
 from runtime import State, Task, param
 from runtime.testing import simulate
+from support.wgs84 import displace, displacement
 from tasks.navigation.auv.navigation import Navigation
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import imc
-from imc.coordinates import displacement
 from runtime import State
 from runtime.testing import simulate
+from support.wgs84 import displacement
 from tasks.navigation.uav.inertial_filter import InertialFilter
 from tasks.navigation.uav.navigation import GRAVITY, Navigation, height_of
 from tasks.simulators.barometer import Barometer

@@ -8,8 +8,8 @@ import pytest
 import imc
 from runtime import ParameterError
 from runtime.testing import simulate
+from support.rotations import rotation, to_body
 from tasks.simulators.dvl import DVL
-from world.attitude import rotation, to_body
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 QUIET = {"ground_noise": 0.0, "water_noise": 0.0, "invalid_reading_probability": 0.0}

@@ -7,8 +7,8 @@ import pytest
 import imc
 from runtime import ParameterError
 from runtime.testing import simulate
+from support.rotations import rotation, to_ned
 from tasks.simulators.estimated_state import EstimatedState
-from world.attitude import rotation, to_ned
 
 
 def test_rates_start_and_reference_point():

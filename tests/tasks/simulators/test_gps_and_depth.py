@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import imc
-from imc import coordinates
 from runtime import ParameterError, Task, periodic
 from runtime.testing import simulate
+from support import wgs84
 from tasks.simulators.depth_sensor import DepthSensor
 from tasks.simulators.gps import GPS
 
@@ -34,7 +34,7 @@ def test_a_fix_on_the_surface():
     truth = at(0.5, 0.05, height=10.0, x=100.0, y=-50.0, u=1.2, v=0.5, psi=-0.7)
     run = simulate(GPS, feed=[truth], seconds=1.5, start=1_767_225_600 + 3661)
     (fix,) = run.of(imc.GpsFix)
-    lat, lon, height = coordinates.displace(LAT, LON, 10.0, 100.0, -50.0, 0.05)
+    lat, lon, height = wgs84.displace(LAT, LON, 10.0, 100.0, -50.0, 0.05)
     assert (fix.lat, fix.lon, fix.height) == pytest.approx((lat, lon, height), rel=1e-6)
     assert (fix.validity, fix.type, fix.satellites) == (0x1FF, imc.GpsFix.Type.STANDALONE, 8)
     assert (fix.sog, fix.cog, fix.hdop, fix.hacc) == pytest.approx((1.3, math.atan2(0.5, 1.2) - 0.7, 0.9, 2.0))
@@ -78,7 +78,7 @@ def test_manual_fix_at_the_start_on_demand():
 
 
 def north_of(fix):
-    return coordinates.displacement(LAT, LON, 0.0, fix.lat, fix.lon, fix.height)[0]
+    return wgs84.displacement(LAT, LON, 0.0, fix.lat, fix.lon, fix.height)[0]
 
 
 def test_a_fix_is_as_old_as_the_latency():
@@ -117,7 +117,7 @@ def test_the_position_wanders_as_told():
     feed = [at(0.5, 0.0)]
     drifting = {"position_drift": 5.0, "height_drift": 8.0, "drift_time": 20.0, "execution_frequency": 1.0}
     fixes = simulate(GPS, feed=held(feed, 6000.0), seconds=6000, seed=5, **drifting).of(imc.GpsFix)
-    errors = np.array([coordinates.displacement(LAT, LON, 0.0, m.lat, m.lon, m.height) for m in fixes])
+    errors = np.array([wgs84.displacement(LAT, LON, 0.0, m.lat, m.lon, m.height) for m in fixes])
     independent = 6000 / 40.0
     assert errors.std(axis=0) == pytest.approx([5.0, 5.0, 8.0], rel=4 / math.sqrt(2 * independent))
     later = np.array([np.corrcoef(column[:-20], column[20:])[0, 1] for column in errors.T])
@@ -130,9 +130,7 @@ def test_the_antenna_is_where_it_is_mounted():
     rolling = at(0.5, 0.6, phi=0.5 * math.pi, p=0.1)
     run = simulate(GPS, feed=[rolling.replace(z=0.0)], seconds=1.5, **raised)
     (fix,) = run.of(imc.GpsFix)
-    assert coordinates.displacement(LAT, LON, 0.0, fix.lat, fix.lon, fix.height) == pytest.approx(
-        (0.0, 0.5, 0.0), abs=1e-3
-    )
+    assert wgs84.displacement(LAT, LON, 0.0, fix.lat, fix.lon, fix.height) == pytest.approx((0.0, 0.5, 0.0), abs=1e-3)
     assert run.of(imc.GroundVelocity)[0].y == pytest.approx(0.05, abs=1e-6)
 
 

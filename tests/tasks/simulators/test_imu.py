@@ -8,9 +8,9 @@ import pytest
 import imc
 from runtime import ParameterError, Task
 from runtime.testing import simulate
+from support.rotations import rotation, to_body
 from tasks.simulators.estimated_state import EstimatedState
 from tasks.simulators.imu import IMU
-from world.attitude import rotation, to_body
 from world.bodies import Legs, Motion, lawn_mower
 from world.sensors import PARTS
 

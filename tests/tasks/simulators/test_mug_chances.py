@@ -12,11 +12,11 @@ from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
+from support.pose import euler
 from tasks.simulators.mug_detection_camera import MUGDetectionCamera
 from tasks.vision.camera import Camera
 from tasks.vision.mug_detector import MUGDetector
 from world.detection import Chances
-from world.pose import euler
 from world.sensors import ACCURACY
 
 START = 1_767_225_600

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import imc
-from imc import coordinates
 from runtime import ParameterError, State
 from runtime.testing import simulate
+from support import wgs84
 from tasks.simulators.estimated_state import EstimatedState
 from tasks.simulators.mug_detection_camera import MUGDetectionCamera
 
@@ -57,7 +57,7 @@ def test_gliders_stay_where_they_are():
 
 
 def test_a_new_reference_point_moves_nothing():
-    lat, lon, _ = coordinates.displace(LAT, LON, 0.0, 300.0, -200.0, 0.0)
+    lat, lon, _ = wgs84.displace(LAT, LON, 0.0, 300.0, -200.0, 0.0)
     feed = [
         imc.EstimatedState(timestamp=0.0, lat=LAT, lon=LON, x=300.0, y=-200.0, alt=10.0),
         imc.EstimatedState(timestamp=1.0, lat=lat, lon=lon, alt=10.0),

@@ -6,7 +6,7 @@ import pytest
 import imc
 from shoal import fly
 from shoal.missions import parse_plan
-from world.attitude import rotation
+from support.rotations import rotation
 
 HEAD = "plan: corners\norigin: 41.185°, -8.7062°\nspeed: 1.2 m/s\nmaneuvers:\n"
 LEGS = "  - goto: {north: 20, at}\n  - goto: {north: 20, east: 30, at}\n  - goto: {north: -60, at}\n"

@@ -11,9 +11,9 @@ from runtime.snapshot import load, save
 from runtime.testing import simulate
 from shoal.missions import load_plan, prepare
 from shoal.rerun import continued
+from support.rotations import body_rates, rotation, to_ned
 from tasks.simulators.vsim import VSIM
 from tests.tasks.mission.boats import BOATS, LAT, LON, goto, plan_of, sail
-from world.attitude import body_rates, rotation, to_ned
 
 HARBOUR = Path(__file__).parents[2] / "data/plans/harbour.yaml"
 MODELS = read_sections(Path(__file__).parents[3] / "etc/common/vsim-models.ini")

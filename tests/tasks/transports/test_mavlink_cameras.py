@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from PIL import Image
 
 import imc
-from imc.coordinates import displacement
 from mavlink import encode, split
 from shoal.missions import prepare
+from support.wgs84 import displacement
 from tests.outside import free_port, until
 from tests.tasks.transports.mavlink_dive import (
     ACCEPTED,

@@ -12,6 +12,7 @@ from mavlink import Tlog, load_dialect
 from runtime import State, Task, consume
 from runtime.testing import simulate
 from shoal.logs.edit.tlog_import import import_tlog
+from support import wgs84
 from tasks.transports.mavlink_protocol.logged import REFUSAL, identify
 from tasks.transports.mavlink_protocol.steering import COMMANDS
 from tasks.transports.mavlink_replay import MAVLinkReplay
@@ -53,7 +54,7 @@ def at(log, kind, elapsed):
 def metres_between(state, values):
     lat, lon, _ = coordinates.absolute(state)
     place = math.radians(values["lat"] / 1e7), math.radians(values["lon"] / 1e7)
-    return math.hypot(*coordinates.displacement(lat, lon, 0.0, *place, 0.0)[:2])
+    return math.hypot(*wgs84.displacement(lat, lon, 0.0, *place, 0.0)[:2])
 
 
 def test_a_station_sees_what_the_vehicle_was_and_did(dive):

@@ -12,6 +12,7 @@ import pytest
 import imc
 from imc import coordinates
 from shoal.missions import prepare
+from support import wgs84
 from tests.outside import free_port
 from tests.tasks.transports.test_mavlink_manual import Helmsman
 from tests.tasks.transports.test_mavlink_vehicles import PATIENCE, Commanded
@@ -34,7 +35,7 @@ def away(flown):
     """How far the true vehicle is from home, north and east."""
     home, truth = flown.link.autopilot.home, flown.truths[-1]
     lat, lon, _ = coordinates.absolute(imc.EstimatedState(lat=truth.lat, lon=truth.lon, x=truth.x, y=truth.y))
-    return coordinates.displacement(home.lat, home.lon, 0.0, lat, lon, 0.0)[:2]
+    return wgs84.displacement(home.lat, home.lon, 0.0, lat, lon, 0.0)[:2]
 
 
 def test_a_guided_vehicle_goes_where_the_last_target_is(flown):

@@ -15,10 +15,10 @@ import imc
 from runtime import ParameterError, State
 from runtime.kernel import WallClock
 from runtime.testing import simulate
+from support.pose import Pose
 from tasks.vision.airsim import AirSim
 from tasks.vision.airsim_messages import Extent
 from tests.tasks.vision.airsim_standin import SETTINGS, StandIn, colors
-from world import Pose
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 PLACE = {"x": 12.0, "y": -7.0, "z": 3.0, "phi": 0.1, "theta": -0.2, "psi": 2.0}

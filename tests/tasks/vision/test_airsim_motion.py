@@ -9,9 +9,9 @@ import pytest
 
 import imc
 from runtime import State
+from support.pose import Pose
 from tests.tasks.vision.airsim_standin import StandIn, about, times
 from tests.tasks.vision.test_airsim import LAT, LON, NOWHERE, shot, truth
-from world import Pose
 
 
 @pytest.mark.parametrize(

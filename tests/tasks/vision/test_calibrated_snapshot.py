@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
+from support.pose import DOWN
 from tasks.vision.records import write_cameras
-from world import DOWN
 from world.optics import PinholeCamera
 
 PROFILE = """

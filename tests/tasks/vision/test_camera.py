@@ -14,9 +14,9 @@ from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
+from support.pose import Pose
 from tasks.vision.camera import Camera
 from tasks.vision.fisheye_camera import FisheyeCamera
-from world import Pose
 from world.optics import read_camera
 from world.pictures import optical
 

@@ -13,11 +13,11 @@ import imc
 from runtime import ParameterError, State, Task, periodic
 from runtime.kernel import WallClock
 from runtime.testing import START, simulate
+from support.pose import DOWN, Pose
 from tasks.vision.footage import Reel, read_picture
 from tasks.vision.photos import photo_name, write_picture
 from tasks.vision.recording import Recording
 from tasks.vision.records import write_cameras
-from world import DOWN, Pose
 from world.optics import FisheyeCamera, PinholeCamera, preset_lens
 
 NS = 1_403_636_579_763_555_584

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from world.attitude import rotation, to_ned
+from support.rotations import rotation, to_ned
 from world.bodies import Circle, Legs, Line, Motion, Ramp, lawn_mower, parse_points
 
 NAMES = ["north", "east", "depth", "phi", "theta", "psi", "u", "v", "w", "vn", "ve", "vd", "p", "q", "r"]

@@ -5,12 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from world import Pose
-from world.attitude import rotation
+from support.pose import DOWN, Pose, euler
+from support.rotations import rotation
 from world.detection import Accuracy, Standing, fits, sight
 from world.optics import DoubleSphereCamera, FisheyeCamera, PinholeCamera, preset_lens
 from world.pictures import optical
-from world.pose import DOWN, euler
 
 CAMERAS = [
     PinholeCamera(1280, 960, 800.0, 780.0, 630.0, 470.0, k1=-0.2, k2=0.05, p1=1e-3),

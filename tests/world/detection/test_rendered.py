@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from support.pose import DOWN
 from world.detection import Accuracy, BlobDetector, Habits, Standing, Tracker, fits, sight
 from world.optics import PinholeCamera
 from world.pictures import Camera, Glider, Standpoint, optical
-from world.pose import DOWN
 
 HEIGHT = 10.0
 MOUNT = optical(DOWN)

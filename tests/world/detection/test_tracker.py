@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from world.attitude import rotation
+from support.pose import DOWN, euler
+from support.rotations import rotation
 from world.detection import Accuracy, Habits, Standing, Tracker, sight
 from world.optics import FisheyeCamera, preset_lens
 from world.pictures import optical
-from world.pose import DOWN, euler
 
 CAMERA = FisheyeCamera(1280, 960, 800.0, 800.0, 640.0, 480.0, preset_lens("equidistant", 2.0))
 RATE = 5.0  # Hz

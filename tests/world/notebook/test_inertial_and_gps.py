@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from world.attitude import rotation
+from support.rotations import rotation
 from world.notebook import GPS, Accelerometer, Quadrotor, RateGyro
 
 G = 9.80665

@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
+from support.pose import DOWN
+from support.rotations import rotation
 from tasks.vision.records import describe
-from world import DOWN
-from world.attitude import rotation
 from world.optics import FisheyeCamera, PinholeCamera, kannala_brandt, preset_lens
 from world.pictures import Board, Camera, Glider, Kind, Standpoint, april_grid, chessboard
 from world.pictures.renderer import camera

@@ -6,11 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from support.pose import DOWN, Pose
 from tests.world.pictures import ray_caster
-from world import Pose
 from world.optics import DoubleSphereCamera, FisheyeCamera, PinholeCamera, kannala_brandt, preset_lens
 from world.pictures import Camera, Glider, Kind, Labeller, Standpoint
-from world.pose import DOWN
 
 FISHEYE = FisheyeCamera(96, 96, 96 / math.pi, 96 / math.pi, 48.0, 48.0, preset_lens("equidistant", math.pi))
 WIDE = preset_lens("woodscape", math.radians(230.0))

@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from support.pose import DOWN, Pose
 from world import Sun, WorldError, read_world
 from world.optics import PinholeCamera
 from world.pictures import Camera, Lamp, Standpoint
 from world.pictures.lamps import beams, on_body, on_ground, veil
-from world.pose import DOWN, Pose
 
 CLEAR, MURKY = np.zeros(3), np.array([0.4, 0.2, 0.3])
 NIGHT = Sun(0.0, math.radians(-30.0))

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from runtime.profile import load_profile
+from support.pose import DOWN, Pose
 from tests.world.pictures import ray_caster
-from world import Pose, read_world
+from world import read_world
 from world.optics import FisheyeCamera, PinholeCamera, preset_lens
 from world.pictures import Camera, Glider, Kind, Standpoint, april_grid
 from world.pictures.boards import Board
 from world.pictures.renderer import camera
-from world.pose import DOWN
 from world.sea import Bathymetry
 
 REACH = 120.0  # m, of the ray caster

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from world import Pose, Sun
+from support.pose import Pose
+from world import Sun
 from world.optics import FisheyeCamera, PinholeCamera, preset_lens
 from world.pictures import Camera, Lamp, Standpoint
 from world.pictures.snow import FALL, Snow

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from imc.coordinates import offset
 from runtime.profile import load_profile
+from support.rotations import rotation, to_ned
+from support.wgs84 import offset
 from world import Thing, Waypoint, World, read_world
-from world.attitude import rotation, to_ned
 from world.sea import Bathymetry
 from world.sensors import Beam, janus, listen, to_bottom, velocity_of
 

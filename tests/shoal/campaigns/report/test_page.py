@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.stats import kruskal
 
-from imc.schema.yamltree import read_tree
 from shoal.campaigns.campaign import carry_out
 from shoal.campaigns.dataset.dataset import DataSet, DataSetError, open_data_set
 from shoal.campaigns.dataset.journal import Journal
@@ -17,6 +16,7 @@ from shoal.campaigns.draws.distributions import StudyFileError, read_distributio
 from shoal.campaigns.report.analysis import choices_of, inputs_of, outputs_of, parted, rank_correlations, sobol_indices
 from shoal.campaigns.report.page import campaign_page
 from shoal.campaigns.studies.study import load_study
+from support.located_yaml import read_tree
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from imc.schema.yamltree import read_tree
 from shoal.campaigns import Shard, campaign_page, findings_of, open_data_set, rerun, run
 from shoal.campaigns.campaign import carry_out
 from shoal.campaigns.dataset.dataset import DataSet, DataSetError
@@ -21,6 +20,7 @@ from shoal.campaigns.search.goal import Goal
 from shoal.campaigns.search.spec import Search
 from shoal.campaigns.studies.study import load_study
 from shoal.scenarios import Result, Verdict, load_draft
+from support.located_yaml import read_tree
 from tests.shoal.campaigns.search.slope import GPS, NORTH, SCENARIO, STUDY, Slope, comparable, do, write
 
 ROOT = Path(__file__).parents[4]

@@ -7,12 +7,12 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from imc.schema.yamltree import read_tree
 from shoal.campaigns.draws.distributions import StudyFileError, read_distribution
 from shoal.campaigns.search.axes import axis_of, size
 from shoal.campaigns.search.writing import yaml_of
 from shoal.campaigns.studies.study import load_study
 from shoal.scenarios import ScenarioFileError
+from support.located_yaml import read_tree
 from tests.shoal.campaigns.search.slope import SCENARIO, STUDY, write
 
 TEXTS = st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=12)

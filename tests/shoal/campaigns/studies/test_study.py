@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from imc.schema.yamltree import read_tree
 from shoal.campaigns.draws.design import Design, seed_of, share
 from shoal.campaigns.draws.distributions import StudyFileError, read_distribution
 from shoal.campaigns.studies.study import load_study
+from support.located_yaml import read_tree
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, write_study
 
 

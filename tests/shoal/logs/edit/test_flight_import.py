@@ -9,6 +9,7 @@ import imc
 from mavlink.ulog import BadULog
 from shoal.logs.edit.flight_import import import_dataflash, import_ulog
 from shoal.logs.edit.imported import NothingToImport
+from support import wgs84
 from tests.mavlink.flights import DataFlashWriter, ULogWriter
 
 UTC = 315_964_800 + 2200 * 604_800 + 400.0 - 18  # s; GPS week 2200, 400 s, when the autopilot's clock showed 10 s
@@ -35,7 +36,7 @@ def test_a_dataflash_log_has_states_in_imcs_frames_and_units(tmp_path):
     log.add(10.5, "ATT", Roll=10.0, Pitch=0.0, Yaw=270.0)
     found, done = imported(tmp_path, log.data)
     (state,) = found.messages("EstimatedState")
-    at = imc.coordinates.displacement(math.radians(41.18), math.radians(-8.7), -1.5, state.lat, state.lon, state.height)
+    at = wgs84.displacement(math.radians(41.18), math.radians(-8.7), -1.5, state.lat, state.lon, state.height)
     assert at == pytest.approx((1.0, 0.0, 0.5), abs=1e-3)
     assert (state.phi, state.psi) == pytest.approx((math.radians(10.0), -math.pi / 2))
     assert (state.vx, state.vy, state.vz) == (2.0, 0.0, 1.0)
@@ -116,7 +117,7 @@ def test_a_ulog_file_becomes_a_log(tmp_path):
     found, done = imported(tmp_path, px4().data, import_ulog)
     start = 1.7e9 - 10.0
     (state,) = found.messages("EstimatedState")
-    at = imc.coordinates.displacement(math.radians(41.18), math.radians(-8.7), 90.0, state.lat, state.lon, state.height)
+    at = wgs84.displacement(math.radians(41.18), math.radians(-8.7), 90.0, state.lat, state.lon, state.height)
     assert at == pytest.approx((1.0, 0.0, -0.5), abs=1e-3)
     assert (state.phi, state.theta, state.psi) == pytest.approx((0.0, 0.0, math.pi / 2), abs=1e-6)
     assert (state.u, state.v, state.w) == pytest.approx((0.0, -2.0, -1.0), abs=1e-6)

@@ -13,6 +13,7 @@ import imc
 from mavlink import AutopilotTranslator, Tlog, load_dialect
 from shoal.logs.edit.imported import NothingToImport
 from shoal.logs.edit.tlog_import import import_tlog
+from support import wgs84
 
 TLOG = Path(__file__).parents[3] / "data" / "logs" / "ardusub.tlog"
 DIALECT = load_dialect()
@@ -95,7 +96,7 @@ def test_states_are_in_imcs_frames_and_units(tmp_path):
     attitude = mavlink.MAVLink_attitude_message(1500, 0.0, 0.0, math.pi / 2, 0.1, 0.2, 0.3)
     recorder = Recorder().add(1.7e9, heartbeat(), position).add(1.7e9 + 0.5, attitude)
     (state,) = imported(tmp_path, recorder.data)[0].messages("EstimatedState")
-    north, east, down = imc.coordinates.displacement(
+    north, east, down = wgs84.displacement(
         math.radians(41.18), math.radians(-8.7), -1.5, state.lat, state.lon, state.height
     )
     assert (north, east, down) == pytest.approx((1.0, 0.0, 0.5), abs=1e-4)  # half a second on

@@ -15,8 +15,8 @@ from shoal.logs.export.euroc import export_euroc
 from shoal.logs.export.motion import quaternions
 from shoal.logs.export.tum import export_tum
 from shoal.missions import prepare
+from support.rotations import rotation
 from tests.outside import ALONE
-from world.attitude import rotation
 from world.optics import read_camera
 
 OPTIONS = [

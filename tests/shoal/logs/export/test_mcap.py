@@ -19,9 +19,10 @@ from shoal.logs.export import Source
 from shoal.logs.export.mcap import export_mcap
 from shoal.logs.export.ros_messages import ros_type
 from shoal.logs.selection import Selection
+from support import wgs84
+from support.pose import DOWN, Pose
 from tasks.vision.records import write_cameras
 from tests.shoal.logs.export.mcap_reader import Reader
-from world import DOWN, Pose
 from world.optics import DoubleSphereCamera, PinholeCamera
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
@@ -176,7 +177,7 @@ def test_poses_are_east_north_up_and_forward_left_up(make_log, tmp_path):
     assert (rotation(poses[2].orientation) @ forward)[2] == pytest.approx(math.sin(0.5))  # bow up
     assert (rotation(poses[3].orientation) @ left)[2] == pytest.approx(math.sin(0.5))  # starboard down
     assert (rotation(poses[3].orientation) @ up)[2] == pytest.approx(math.cos(0.5))
-    ahead = imc.coordinates.displacement(0.7, -0.15, 2.0, 0.70001, -0.15, 2.0)
+    ahead = wgs84.displacement(0.7, -0.15, 2.0, 0.70001, -0.15, 2.0)
     assert poses[4].position.y == pytest.approx(ahead[0], abs=1e-6)
     moves = [said.transforms[0] for _, said in reader.on("/tf")]
     assert {(move.header.frame_id, move.child_frame_id) for move in moves} == {("map", "lauv_noptilus_1")}

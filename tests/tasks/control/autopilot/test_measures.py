@@ -6,9 +6,9 @@ from itertools import pairwise
 import pytest
 
 import imc
-from imc.coordinates import displacement
 from runtime import State
 from runtime.testing import simulate
+from support.wgs84 import displacement
 from tasks.control.autopilot.aiding import GPS_EPOCH, fix_of, gps_input
 from tasks.control.autopilot.kinds import ARDUPILOT, PX4, body_of
 from tasks.control.autopilot.leg import Leg, Whereabouts

@@ -5,9 +5,9 @@ import math
 import pytest
 
 import imc
-from imc.coordinates import displace, displacement
 from mavlink.missions import Command, Item, MissionResult
 from shoal.missions import parse_plan
+from support.wgs84 import displace, displacement
 from tasks.control.autopilot.kinds import ARDUPILOT, PX4, body_of
 from tasks.control.autopilot.leg import Leg, Whereabouts
 from tasks.control.autopilot.memory import PATIENCE, TRIES, Memory, Phase, difference_of

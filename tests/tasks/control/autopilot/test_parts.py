@@ -5,7 +5,7 @@ import math
 import pytest
 
 import imc
-from imc.coordinates import displace, displacement
+from support.wgs84 import displace, displacement
 from tasks.control.autopilot.address import parse_place
 from tasks.control.autopilot.clock import RemoteClock
 from tasks.control.autopilot.leg import Leg, Reach, Whereabouts, height_above_home

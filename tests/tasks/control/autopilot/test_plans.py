@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import imc
-from imc.coordinates import displacement
+from support.wgs84 import displacement
 from tests.tasks.control.autopilot.bodies import PATIENT, ROOT
 
 HOME = math.radians(41.185), math.radians(-8.7062)

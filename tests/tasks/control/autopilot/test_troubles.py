@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 import imc
-from imc.coordinates import displacement
+from support.wgs84 import displacement
 from tests.tasks.control.autopilot.bodies import PATIENT
 
 HOME = math.radians(41.185), math.radians(-8.7062)

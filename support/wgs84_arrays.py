@@ -1,4 +1,4 @@
-"""`displace` and `displacement` for arrays of positions; the equations are those of `imc.coordinates.wgs84`.
+"""`displace` and `displacement` for arrays of positions; the equations are those of `support.wgs84`.
 
 All is computed in float64, whatever the columns are: in float32, a place on Earth is only known to half a meter.
 """
@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from imc.coordinates.wgs84 import FLATTENING, SEMI_MAJOR_AXIS
+from support.wgs84 import FLATTENING, SEMI_MAJOR_AXIS
 
 Array: TypeAlias = NDArray[Any]
 

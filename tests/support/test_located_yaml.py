@@ -4,7 +4,7 @@ import datetime
 
 import pytest
 
-from imc.schema.yamltree import read_tree
+from support.located_yaml import read_tree
 
 TEXT = """
 name: pool

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from world import Pose
-from world.pose import DOWN
+from support.pose import DOWN, Pose
 
 angles = st.tuples(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
 places = st.tuples(*[st.floats(-1e3, 1e3)] * 3)

@@ -1,62 +1,7 @@
-"""Problems of files and names: where, how bad, and how to fix them."""
+"""Text that is safe for a terminal, and the nearest of known words."""
 
-import os
-from collections.abc import Generator, Iterable, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Iterable
 from difflib import get_close_matches
-from typing import Literal, NamedTuple
-
-Severity = Literal["error", "warning", "note"]
-
-
-class Origin(NamedTuple):
-    """A place in a file: the file and its line, or "command line" and line 0."""
-
-    file: str
-    line: int = 0
-
-    def __str__(self) -> str:
-        return f"{printable(self.file)}:{self.line}" if self.line else printable(self.file)
-
-
-COMMAND_LINE = Origin("command line")
-
-
-@dataclass(frozen=True, slots=True)
-class Problem:
-    """A problem of a file: how bad, where, what, and the fix.
-
-    An error stops a profile or a task from working; a warning loads, but probably not as intended; a note informs.
-    """
-
-    severity: Severity
-    file: str
-    line: int
-    text: str
-    hint: str = ""
-
-    def __str__(self) -> str:
-        hint = f" ({self.hint})" if self.hint else ""
-        return printable(f"{Origin(self.file, self.line)}: {self.severity}: {self.text}{hint}")
-
-
-@dataclass(frozen=True, slots=True)
-class Doubt:
-    """Something odd that a task finds in its profile: the option, why, and the fix; no `section` means its own."""
-
-    option: str
-    text: str
-    hint: str = ""
-    section: str = ""
-
-
-class ProfileError(ValueError):
-    """The profile cannot be used; `problems` lists why."""
-
-    def __init__(self, problems: Sequence[Problem]):
-        super().__init__("\n".join(map(str, problems)))
-        self.problems = list(problems)
 
 
 def printable(text: str) -> str:
@@ -64,26 +9,6 @@ def printable(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else _escape(c) for c in text)
-
-
-def of_file(error: OSError, place: object = "") -> str:
-    """A file and what is wrong with it, without the error number; `place` if the error names no file."""
-    return ": ".join(str(part) for part in (error.filename or place, error.strerror or error) if part != "")
-
-
-@contextmanager
-def naming(path: object) -> Generator[None]:
-    """Adds the path that is being written to an error of the operating system without one, as that of a full disk.
-
-    An error with two paths, of a copy, names the one that is read.
-    """
-    try:
-        yield
-    except OSError as error:
-        if error.filename is not None and error.filename2 is None:
-            raise
-        reason = os.strerror(error.errno) if error.errno else str(error)
-        raise OSError(error.errno, reason, str(path)) from error
 
 
 def nearest(word: str, words: Iterable[str]) -> str:

@@ -6,8 +6,7 @@ from typing import Any, NoReturn, cast
 
 import yaml
 
-from imc.errors import SchemaError
-from imc.schema.definition import parse_number
+from support.numbers import parse_number
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DEEPEST = 16
@@ -29,7 +28,7 @@ class Node:
         content: "str | list[Node] | dict[str, Node]",
         file: str,
         line: int,
-        error: type[ValueError] = SchemaError,
+        error: type[ValueError] = ValueError,
         plain: bool = False,
     ) -> None:
         self.content = content
@@ -74,7 +73,10 @@ class Node:
         return value
 
     def number(self) -> int | float:
-        return parse_number(self.text(), self.where)
+        try:
+            return parse_number(self.text())
+        except ValueError as wrong:
+            self.fail(str(wrong))
 
     def flag(self) -> bool:
         if self.text() not in ("true", "false"):
@@ -114,7 +116,7 @@ def read_text(path: Path, error: type[ValueError]) -> str:
         raise error(f"{path}: not UTF-8: {wrong.reason} at byte {wrong.start}") from None
 
 
-def read_tree(text: str, file: str, error: type[ValueError] = SchemaError) -> Node:
+def read_tree(text: str, file: str, error: type[ValueError] = ValueError) -> Node:
     """The one document in the text. Raises `error` naming file:line, also for anchors, tags and duplicate keys."""
     try:
         return _tree(cast(Any, yaml).parse(text, Loader=_LOADER), file, error)

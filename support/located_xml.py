@@ -3,19 +3,18 @@
 import re
 from xml.parsers import expat
 
-from imc.errors import SchemaError
-
 _DEEPEST = 16
 _MOST = 200_000  # elements
 
 
 class Element:
-    """An element of an XML file, and its place in the file."""
+    """An element of an XML file, and its place in the file. Methods raise the error class given to `read_elements`."""
 
-    __slots__ = ("attributes", "children", "file", "line", "tag", "text")
+    __slots__ = ("attributes", "children", "error", "file", "line", "tag", "text")
 
-    def __init__(self, tag: str, attributes: dict[str, str], file: str, line: int) -> None:
+    def __init__(self, tag: str, attributes: dict[str, str], file: str, line: int, error: type[ValueError]) -> None:
         self.tag = tag
+        self.error = error
         self.attributes = attributes
         self.children: list[Element] = []
         self.file = file
@@ -30,9 +29,9 @@ class Element:
         return self.attributes.get(name, default)
 
     def require(self, name: str) -> str:
-        """A required attribute. Raises SchemaError if it is missing."""
+        """A required attribute. Raises an error if it is missing."""
         if name not in self.attributes:
-            raise SchemaError(f"{self.where}: <{self.tag}> has no {name!r}")
+            raise self.error(f"{self.where}: <{self.tag}> has no {name!r}")
         return self.attributes[name]
 
     @property
@@ -52,9 +51,9 @@ class Element:
         return found
 
 
-def read_elements(data: bytes, file: str) -> Element:
-    """The root element of an XML text. Raises SchemaError naming file:line."""
-    top = Element("", {}, file, 0)
+def read_elements(data: bytes, file: str, error: type[ValueError] = ValueError) -> Element:
+    """The root element of an XML text. Raises `error` naming file:line."""
+    top = Element("", {}, file, 0, error)
     stack = [top]
     parser = expat.ParserCreate()
     parser.buffer_text = True
@@ -62,12 +61,12 @@ def read_elements(data: bytes, file: str) -> Element:
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(stack) > _DEEPEST:
-            raise SchemaError(f"{file}:{parser.CurrentLineNumber}: nested too deeply")
+            raise error(f"{file}:{parser.CurrentLineNumber}: nested too deeply")
         nonlocal count
         count += 1
         if count > _MOST:
-            raise SchemaError(f"{file}:{parser.CurrentLineNumber}: more than {_MOST} elements")
-        element = Element(tag, attributes, file, parser.CurrentLineNumber)
+            raise error(f"{file}:{parser.CurrentLineNumber}: more than {_MOST} elements")
+        element = Element(tag, attributes, file, parser.CurrentLineNumber, error)
         stack[-1].children.append(element)
         stack.append(element)
 
@@ -81,7 +80,7 @@ def read_elements(data: bytes, file: str) -> Element:
             stack[-1].text += found
 
     def refuse(*_: object) -> int:
-        raise SchemaError(f"{file}:{parser.CurrentLineNumber}: document types and entities are not accepted")
+        raise error(f"{file}:{parser.CurrentLineNumber}: document types and entities are not accepted")
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
@@ -91,10 +90,10 @@ def read_elements(data: bytes, file: str) -> Element:
     parser.ExternalEntityRefHandler = refuse
     try:
         parser.Parse(data, True)
-    except expat.ExpatError as error:
-        raise SchemaError(f"not XML: {expat.ErrorString(error.code)}", f"{file}:{error.lineno}") from error
-    except SchemaError:
-        raise
-    except (ValueError, LookupError) as error:  # an encoding that Python does not support
-        raise SchemaError(f"not XML: {error}", f"{file}:1") from error
+    except expat.ExpatError as wrong:
+        raise error(f"{file}:{wrong.lineno}: not XML: {expat.ErrorString(wrong.code)}") from wrong
+    except (ValueError, LookupError) as wrong:  # an encoding that Python does not support
+        if type(wrong) is error:
+            raise
+        raise error(f"{file}:1: not XML: {wrong}") from wrong
     return top.children[0]

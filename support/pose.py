@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from world.attitude import Matrix, Vector, product, rotation, to_ned
+from support.rotations import Matrix, Vector, product, rotation, to_ned
 
 Floats = NDArray[np.floating[Any]]
 

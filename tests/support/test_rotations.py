@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from world.attitude import body_rates, rotation, to_body, to_ned, wrap
+from support.rotations import body_rates, rotation, to_body, to_ned, wrap
 
 ANGLES = st.floats(-4.0, 4.0)
 

@@ -1,9 +1,14 @@
-"""Keeps the position where a vehicle was first seen, also when the reference position of its states moves."""
+"""The position of an estimate, and where a vehicle was first seen, also when the reference of its states moves."""
 
-from imc.coordinates.wgs84 import displacement
 from imc.messages import EstimatedState, SimulatedState
+from support.wgs84 import displace, displacement
 
 NOWHERE: tuple[float, float] = (0.0, 0.0)  # rad, of systems that do not know their position
+
+
+def absolute(state: EstimatedState) -> tuple[float, float, float]:
+    """Position of a vehicle (rad, rad, m): its reference position displaced by its offsets."""
+    return displace(state.lat, state.lon, state.height, state.x, state.y, state.z)
 
 
 class StartPoint:

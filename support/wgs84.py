@@ -5,8 +5,6 @@ Source of the equations: NIMA TR8350.2 (the ellipsoid), Bowring 1976 (Cartesian 
 
 from math import atan2, cos, hypot, sin, sqrt
 
-from imc.messages import EstimatedState
-
 SEMI_MAJOR_AXIS = 6378137.0  # m
 FLATTENING = 1.0 / 298.257223563
 _A, _B = SEMI_MAJOR_AXIS, SEMI_MAJOR_AXIS * (1.0 - FLATTENING)
@@ -43,11 +41,6 @@ def offset(lat: float, lon: float, to_lat: float, to_lon: float) -> tuple[float,
     """Offsets north and east (m) of the second position (rad), both at the surface."""
     north, east, _ = displacement(lat, lon, 0.0, to_lat, to_lon, 0.0)
     return north, east
-
-
-def absolute(state: EstimatedState) -> tuple[float, float, float]:
-    """Position of a vehicle (rad, rad, m): its reference position displaced by its offsets."""
-    return displace(state.lat, state.lon, state.height, state.x, state.y, state.z)
 
 
 def _cartesian(lat: float, lon: float, height: float) -> tuple[float, float, float]:

@@ -1,0 +1,1 @@
+"""What every layer needs of geometry, files, words and errors, without messages; each module is imported as it is."""
