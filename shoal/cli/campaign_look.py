@@ -11,7 +11,7 @@ from shoal.campaigns import compare as compare_data
 from shoal.cli.campaign_run import FILE, FOLDER, refusals
 from shoal.cli.campaign_search import left_out, state_of
 from shoal.cli.tables import open_console, plain_table
-from shoal.logs.look import number
+from shoal.logs.inspect import number
 from support.file_errors import naming
 from support.text import printable
 

@@ -11,7 +11,7 @@ import click
 from shoal.campaigns import merge as merge_data
 from shoal.campaigns import open_data_set, rest_command, strange_paths
 from shoal.cli.campaign_run import FOLDER, refusals
-from shoal.logs.look import number
+from shoal.logs.inspect import number
 from support.text import printable
 
 MOST_GAPS = 12

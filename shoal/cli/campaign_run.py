@@ -44,7 +44,7 @@ from shoal.cli.options import (
     values_option,
 )
 from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
-from shoal.logs.look import number, span
+from shoal.logs.inspect import number, span
 from support.file_errors import of_file
 from support.text import printable
 

@@ -6,7 +6,7 @@ import shlex
 import click
 
 from shoal.campaigns import DataSet, Findings, findings_of, test_command, told
-from shoal.logs.look import number
+from shoal.logs.inspect import number
 from support.text import printable
 
 

@@ -8,8 +8,8 @@ from runtime.kernel import WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
-from shoal.logs.edit import new_file
 from shoal.neptus import left_out, parameter_list, vehicle_definition
+from support.atomic_files import new_file
 from support.diagnostics import ProfileError
 from support.text import printable
 

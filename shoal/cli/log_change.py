@@ -10,7 +10,7 @@ from runtime.logs import summarize
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
 from shoal.logs.edit import cut as cut_log
 from shoal.logs.edit import merge as merge_logs
-from shoal.logs.look import moment, number
+from shoal.logs.inspect import moment, number
 from shoal.logs.selection import choose
 from support.durations import parse_duration
 from support.text import printable

@@ -9,7 +9,7 @@ import click
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
 from shoal.cli.plain import json_option, print_json
 from shoal.cli.tables import open_console, plain_table
-from shoal.logs.look import FieldDifference, LogDifference, LogMessage, compare, differing, moment, number
+from shoal.logs.inspect import FieldDifference, LogDifference, LogMessage, compare, differing, moment, number
 from support.text import printable
 
 MOST_FIELDS = 30

@@ -11,8 +11,8 @@ from rich.text import Text
 from shoal.cli.log_open import LOG, all_processors, progress, refusals, takes_runs
 from shoal.cli.plain import json_option, print_json
 from shoal.cli.tables import open_console
-from shoal.logs.look import examine, number, span
-from shoal.logs.look import repair as repair_log
+from shoal.logs.inspect import examine, number, span
+from shoal.logs.inspect import repair as repair_log
 from support.text import printable
 
 STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}

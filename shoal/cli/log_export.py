@@ -14,10 +14,10 @@ from imc.lsf import ReportShare
 from runtime.logs import summarize
 from shoal.cli.log_change import TIMES, read_time, split_words
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
-from shoal.logs.edit import new_file, new_folder
 from shoal.logs.export import Source
-from shoal.logs.look import number
+from shoal.logs.inspect import number
 from shoal.logs.selection import choose
+from support.atomic_files import new_file, new_folder
 from support.text import printable
 
 
@@ -181,7 +181,7 @@ def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportShare], list
 
         return lambda path, folder, _: import_mcap(path, folder)
     from mavlink import dataflash, ulog
-    from shoal.logs.edit.flight_import import import_dataflash, import_ulog
+    from shoal.logs.edit.flight_log_import import import_dataflash, import_ulog
     from shoal.logs.edit.tlog_import import import_tlog
 
     ending = file.suffix.lower()

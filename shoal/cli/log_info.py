@@ -8,7 +8,7 @@ from runtime.logs import PacketCount, Summary, place_of, summarize
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, run_at, takes_runs
 from shoal.cli.plain import json_option, of_summary, print_json
 from shoal.cli.tables import open_console, plain_table
-from shoal.logs.look import logs_below, moment, number, rate, size, span
+from shoal.logs.inspect import logs_below, moment, number, rate, size, span
 from support.text import printable
 
 MOST_LINES = 20  # of damage

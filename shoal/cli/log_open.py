@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 import imc
 from imc.lsf import Spread
 from runtime.logs import UnknownName, logs_of_run, missing_logs
-from shoal.logs.whole_run import as_one, newest_log
+from shoal.logs.joined_logs import as_one, newest_log
 from support.diagnostics import ProfileError
 from support.file_errors import of_file
 from support.text import printable

@@ -7,8 +7,8 @@ import click
 from shoal.cli.log_export import default_name, extra
 from shoal.cli.log_open import LOG, open_log, progress, refusals
 from shoal.cli.options import code_of_log_option, use_code
-from shoal.logs.edit import new_folder
-from shoal.logs.look import number
+from shoal.logs.inspect import number
+from support.atomic_files import new_folder
 from support.text import printable
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from shoal.cli.log_open import LOG, open_log, progress, refusals, run_at, takes_runs
-from shoal.logs.look import report as draw
-from shoal.logs.look import size
+from shoal.logs.inspect import report as draw
+from shoal.logs.inspect import size
 from support.file_errors import naming
 from support.text import printable
 

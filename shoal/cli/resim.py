@@ -10,7 +10,7 @@ from rich.table import Table
 
 import imc
 from shoal.cli.options import code_of_log_option, use_code
-from shoal.logs.look import number
+from shoal.logs.inspect import number
 from shoal.rerun import Key, MessageCount, Resimulation, ResimulationError, resimulate
 from support.diagnostics import ProfileError
 from support.file_errors import of_file

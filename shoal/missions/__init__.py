@@ -1,11 +1,11 @@
 """Missions: plan files, the flight of a plan, and its report."""
 
 from shoal.missions.files import load_plan, parse_plan, plan_text, read_plan
-from shoal.missions.flight import AUTOSTART, fly, prepare, usual_modes
 from shoal.missions.mission import Mission
 from shoal.missions.reader import PlanFileError
 from shoal.missions.report import COMPLETED, FAILED, LATE, ManeuverReport, Report
-from shoal.missions.request import PlanRequest, given_in
+from shoal.missions.simulated_flight import AUTOSTART, fly, prepare, usual_modes
+from shoal.missions.start_request import PlanRequest, given_in
 from shoal.missions.values import UNITS, in_unit, position, quantity, read_field, split
 
 __all__ = [

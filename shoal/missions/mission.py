@@ -9,7 +9,7 @@ from imc.coordinates import NOWHERE, absolute
 from runtime.snapshot import Journals, keep_beside_log, run_with_snapshots
 from runtime.vehicle import Vehicle
 from shoal.missions.report import COMPLETED, FAILED, ManeuverReport, Report
-from shoal.missions.request import PlanRequest
+from shoal.missions.start_request import PlanRequest
 from support.wgs84 import displacement
 
 NEEDED = ("Supervisors.Vehicle", "Plan.Engine")  # a mission waits for their messages

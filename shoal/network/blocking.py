@@ -14,7 +14,7 @@ from shoal.network.logs import Logs
 from shoal.network.network import Network
 from shoal.network.parameters import Parameters
 from shoal.network.plans import Plans
-from shoal.network.vehicle import AsyncRemoteVehicle
+from shoal.network.remote_vehicle import AsyncRemoteVehicle
 
 P = ParamSpec("P")
 T = TypeVar("T")

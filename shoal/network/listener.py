@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Collection
 
 import imc
-from shoal.network.systems import System
+from shoal.network.system_table import System
 
 MOST_WAITING = 8192  # messages in front of a slow reader
 

@@ -15,7 +15,7 @@ import imc
 from imc.discovery import PERIOD, Endpoint, Services
 from shoal.network.link import NetworkError
 from shoal.network.network import Network, NoAnswer
-from shoal.network.systems import System
+from shoal.network.system_table import System
 from support.file_errors import naming
 
 if TYPE_CHECKING:

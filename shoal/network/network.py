@@ -12,7 +12,7 @@ import imc
 from imc.addresses import OPERATORS
 from shoal.network.link import EVERYBODY, EVERYTHING, Arrival, Console, Link, NetworkError, too_long
 from shoal.network.listener import Listener, imc_type, kind_of_damage
-from shoal.network.systems import MOST_SYSTEMS, System, Systems
+from shoal.network.system_table import MOST_SYSTEMS, System, Systems
 from support.text import printable, suggestion
 
 M = TypeVar("M", bound=imc.Message)

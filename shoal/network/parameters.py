@@ -9,7 +9,7 @@ import imc
 from shoal.network.listener import Listener
 from shoal.network.network import Network, NoAnswer
 from shoal.network.plans import Refused
-from shoal.network.systems import System
+from shoal.network.system_table import System
 from support.text import suggestion
 
 SHORT = 1.2  # s for the first question: there may be no such entity

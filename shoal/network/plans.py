@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import imc
 from shoal.network.link import NetworkError
 from shoal.network.network import GRACE, Network
-from shoal.network.systems import System
+from shoal.network.system_table import System
 from support.text import suggestion
 
 Op = imc.PlanControl.Op

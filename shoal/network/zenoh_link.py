@@ -12,7 +12,7 @@ from urllib.parse import unquote
 import imc
 from runtime.zenoh import LOCAL_PORT, Opener, ZenohConfig, chunk, explain, key, parse_token
 from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
-from shoal.network.zenoh_trouble import why_not
+from shoal.network.zenoh_errors import why_not
 
 if TYPE_CHECKING:
     import zenoh

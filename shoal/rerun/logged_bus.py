@@ -6,7 +6,7 @@ import imc
 from runtime.bus import Bus
 from runtime.kernel import Kernel
 from runtime.task import SYSTEM_ENTITY
-from shoal.rerun.history import History, LoggedPacket
+from shoal.rerun.logged_packets import History, LoggedPacket
 
 
 class LoggedBus(Bus):

@@ -16,10 +16,10 @@ from runtime.profile import Profile, default_label, items, load_profile, own_etc
 from runtime.task import Task, consumers, find_parameter, tickers
 from runtime.vehicle import TaskImportError, all_tasks, build, find_task, why_missing
 from shoal.rerun.comparison import Comparison, LastMoment
-from shoal.rerun.history import History, Instants, spoken_by
+from shoal.rerun.log_summary import GAP, Outline, outline
 from shoal.rerun.logged_bus import LoggedBus
-from shoal.rerun.outlines import GAP, Outline, outline
-from shoal.rerun.run import CONFIGURATION, LoggedRun, run_of
+from shoal.rerun.logged_packets import History, Instants, spoken_by
+from shoal.rerun.logged_run import CONFIGURATION, LoggedRun, run_of
 from support.file_errors import naming
 from support.text import quoted, suggestion
 

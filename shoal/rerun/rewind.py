@@ -19,8 +19,8 @@ from runtime.snapshot import STATE, SUFFIX, Journals, Snapshot, SnapshotError, l
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import Vehicle, build
 from shoal.missions import PlanRequest, given_in
-from shoal.rerun.outlines import outline
-from shoal.rerun.run import LoggedRun, run_of
+from shoal.rerun.log_summary import outline
+from shoal.rerun.logged_run import LoggedRun, run_of
 from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
 

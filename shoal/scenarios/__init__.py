@@ -1,10 +1,10 @@
 """Scenarios: what happens to vehicles in one run, and what is expected of them."""
 
-from shoal.scenarios.draft import Draft, load_draft
+from shoal.scenarios.dependencies import Sources, absolute
+from shoal.scenarios.document import Draft, load_draft
 from shoal.scenarios.engine import run
 from shoal.scenarios.result import Result, Verdict
 from shoal.scenarios.scenario import Scenario, ScenarioFileError
-from shoal.scenarios.sources import Sources, absolute
 
 __all__ = [
     "Draft",

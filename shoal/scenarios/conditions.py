@@ -8,8 +8,8 @@ from typing import NamedTuple, TypeVar
 
 import imc
 from shoal.missions import UNITS
-from shoal.scenarios.margins import MEANING, Latest, Margin, gap, verdict
 from shoal.scenarios.operands import Operand, Operands, Watch
+from shoal.scenarios.robustness import MEANING, Latest, Margin, gap, verdict
 from support.located_yaml import Node
 from support.text import hinted
 from tasks.plan import COMPARISONS, SIGN, Logic

@@ -22,10 +22,10 @@ from shoal.scenarios.expectations import Expectation, Judge, unproved
 from shoal.scenarios.metrics import Meter
 from shoal.scenarios.profiles import placed
 from shoal.scenarios.result import Result, Verdict
+from shoal.scenarios.run_context import Stage
 from shoal.scenarios.scenario import Actor, Scenario, ScenarioFileError
-from shoal.scenarios.stage import Stage
-from shoal.scenarios.starts import check_start
-from shoal.scenarios.tracks import Track
+from shoal.scenarios.start_check import check_start
+from shoal.scenarios.true_track import Track
 from support.diagnostics import ProfileError
 
 BELOW_TASKS = tuple(f"{package.__path__[0]}{os.sep}" for package in (imc, runtime))  # a mistake is seldom there

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import imc
 from runtime.faults import Biased, Crash, Fault, FaultError, Noisy, Silent, Stuck
 from shoal.missions import read_field
-from shoal.scenarios.acts import Act, Break, Cut, Drain, Leak, Say, Set
+from shoal.scenarios.actions import Act, Break, Cut, Drain, Leak, Say, Set
 from shoal.scenarios.conditions import Condition, Scope, read_condition
+from shoal.scenarios.run_context import Stage
 from shoal.scenarios.scenario import ScenarioFileError
-from shoal.scenarios.stage import Stage
-from shoal.scenarios.values import known, number, one_of, option_text, seconds, told, word
+from shoal.scenarios.value_reader import known, number, one_of, option_text, seconds, told, word
 from support.located_yaml import Node
 from support.text import hinted
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from shoal.scenarios.conditions import Condition
-from shoal.scenarios.lookout import missing
-from shoal.scenarios.margins import off, shown
+from shoal.scenarios.message_monitor import missing
 from shoal.scenarios.result import Verdict
-from shoal.scenarios.stage import Stage
+from shoal.scenarios.robustness import off, shown
+from shoal.scenarios.run_context import Stage
 
 TENDENCIES = ("always", "never", "eventually", "until", "after", "finally")
 

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import imc
 from shoal.scenarios.links import Link
-from shoal.scenarios.values import known, number, one_of, seconds, told, whole, word
+from shoal.scenarios.value_reader import known, number, one_of, seconds, told, whole, word
 from support.located_yaml import Node
 
 RATES = {"B/s": 1.0, "kB/s": 1000.0, "bit/s": 0.125, "kbit/s": 125.0}

@@ -10,7 +10,7 @@ from zlib import crc32
 import imc
 from runtime.kernel import SECOND
 from runtime.vehicle import FleetError, Vehicle
-from shoal.scenarios.stage import Stage
+from shoal.scenarios.run_context import Stage
 from support.wgs84 import displace, displacement
 
 QUEUE = 16  # messages

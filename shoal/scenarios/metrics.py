@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from shoal.scenarios.conditions import Condition, Expression
-from shoal.scenarios.lookout import missing
-from shoal.scenarios.stage import Stage
+from shoal.scenarios.message_monitor import missing
+from shoal.scenarios.run_context import Stage
 
 KINDS = ("max", "min", "mean", "rms", "first", "last", "percentile", "time above", "time below")
 OF_ENUMERATIONS = ("first", "last")

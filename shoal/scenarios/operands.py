@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import imc
 from imc.layout import NUMBERS
 from shoal.missions import UNITS, quantity
-from shoal.scenarios.functions import FUNCTIONS, OF_PLACES, Bottom, has_place
-from shoal.scenarios.margins import Latest, Margin
+from shoal.scenarios.expression_functions import FUNCTIONS, OF_PLACES, Bottom, has_place
+from shoal.scenarios.robustness import Latest, Margin
 from support.text import hinted
 from tasks.plan import Logic
 

@@ -11,7 +11,7 @@ from runtime.vehicle import TaskImportError, all_tasks, check, find_task
 from shoal.missions import usual_modes
 from shoal.scenarios.scenario import Setting
 from shoal.scenarios.shorthands import shared_setting
-from shoal.scenarios.values import in_unit_of, option_text
+from shoal.scenarios.value_reader import in_unit_of, option_text
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.located_yaml import Node
 from support.text import hinted

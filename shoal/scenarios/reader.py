@@ -12,12 +12,12 @@ from shoal.scenarios.conditions import Condition, Scope, read_condition, read_ex
 from shoal.scenarios.events import Occurrence, Role, read_events
 from shoal.scenarios.expectations import Expectation
 from shoal.scenarios.link_reader import read_links
-from shoal.scenarios.margins import never
 from shoal.scenarios.metrics import KINDS, OF_ENUMERATIONS, Metric
 from shoal.scenarios.profiles import Profiles, parameter_setting
+from shoal.scenarios.robustness import never
 from shoal.scenarios.scenario import Actor, Scenario, Setting
 from shoal.scenarios.shorthands import Tasks, start_settings, world_settings
-from shoal.scenarios.values import known, number, one_of, seconds, whole, word
+from shoal.scenarios.value_reader import known, number, one_of, seconds, whole, word
 from support.located_yaml import Node
 from support.text import hinted
 

@@ -8,7 +8,7 @@ from shoal.scenarios.conditions import Condition
 from shoal.scenarios.expectations import Expectation
 from shoal.scenarios.links import Link
 from shoal.scenarios.metrics import Metric
-from shoal.scenarios.stage import Event
+from shoal.scenarios.run_context import Event
 
 
 class ScenarioFileError(ValueError):

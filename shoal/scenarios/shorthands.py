@@ -7,7 +7,7 @@ from types import MappingProxyType
 from runtime.profile import Profile
 from shoal.missions import position, split
 from shoal.scenarios.scenario import Setting
-from shoal.scenarios.values import known, number, option_number, option_text, seconds, told, word
+from shoal.scenarios.value_reader import known, number, option_number, option_text, seconds, told, word
 from support.located_yaml import Node
 from support.text import hinted
 from world import SECTIONS

@@ -28,7 +28,7 @@ from shoal.campaigns.report.analysis import (
 from shoal.campaigns.report.pieces import safe, section, short, table
 from shoal.campaigns.report.plots import MOST_PLOTS, best_so_far, histograms, pass_rates, scatters, track_map
 from shoal.campaigns.search import Findings, Goal
-from shoal.logs.look import number, span
+from shoal.logs.inspect import number, span
 
 LISTED = 20
 MOST_INDICES = 12  # outputs

@@ -1,12 +1,9 @@
 """Cuts, merges and imports logs."""
 
-from shoal.logs.edit.atomic import new_file, new_folder
-from shoal.logs.edit.cutting import cut
-from shoal.logs.edit.merging import merge
+from shoal.logs.edit.cut_log import cut
+from shoal.logs.edit.merge_logs import merge
 
 __all__ = [
     "cut",
     "merge",
-    "new_file",
-    "new_folder",
 ]

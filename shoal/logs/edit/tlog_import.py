@@ -14,7 +14,7 @@ from mavlink import (
     Tlog,
     load_dialect,
 )
-from shoal.logs.edit.imported import IMPOSSIBLE, Imported, NothingToImport, Skipped, SystemLog, open_writer
+from shoal.logs.edit.imported_log import IMPOSSIBLE, Imported, NothingToImport, Skipped, SystemLog, open_writer
 
 AUTOPILOT = 1  # component
 

@@ -15,7 +15,7 @@ import numpy as np
 import imc
 from imc.layout import ADDRESS_FIELDS, NUMPY, VARIABLE
 from runtime.logs import Array
-from shoal.logs.export.ros_messages import Member, RosType
+from shoal.logs.export.ros_types import Member, RosType
 
 ENCAPSULATION = b"\0\1\0\0"
 SIZES = {code: struct.calcsize("<" + code) for code in NUMPY}

@@ -10,8 +10,8 @@ import numpy as np
 
 import imc
 from imc.lsf import ReportShare
-from shoal.logs.export.batches import Source
-from shoal.logs.export.table import HEADER, NUMPY, Table, Values, columns_of, plain, table_of
+from shoal.logs.export.message_batches import Source
+from shoal.logs.export.message_table import HEADER, NUMPY, Table, Values, columns_of, plain, table_of
 
 
 def export_csv(source: Source, folder: Path, progress: ReportShare = lambda _: None) -> int:

@@ -8,8 +8,8 @@ import numpy as np
 
 from imc.lsf import positions
 from runtime.logs import Array
-from shoal.logs.export.calibration import LoggedCamera
-from shoal.logs.export.ros_standard import MapOrigin
+from shoal.logs.export.camera_calibration import LoggedCamera
+from shoal.logs.export.ros_standard_types import MapOrigin
 from support.rotations import rotation
 from support.wgs84_arrays import displacement
 from world.optics import CameraModel

@@ -11,8 +11,7 @@ import yaml
 from imc.lsf import ReportShare
 from runtime.logs import Array
 from runtime.profile import default_label, read_sections
-from shoal.logs.export.batches import Source
-from shoal.logs.export.calibration import (
+from shoal.logs.export.camera_calibration import (
     LoggedCamera,
     LoggedUnit,
     densities,
@@ -21,8 +20,9 @@ from shoal.logs.export.calibration import (
     sensor,
     write_calibration,
 )
-from shoal.logs.export.motion import Samples, Track, record
-from shoal.logs.export.pictures import Photo, exported
+from shoal.logs.export.message_batches import Source
+from shoal.logs.export.photo_files import Photo, exported
+from shoal.logs.export.vio_recording import Samples, Track, record
 from support.rotations import rotation
 from tasks.simulators.imu import ARTICLE_INTERVAL, IMU, grade_of
 from world.sensors import vins_parameters

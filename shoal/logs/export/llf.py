@@ -14,8 +14,8 @@ import numpy as np
 
 import imc
 from imc.lsf import ReportShare
-from shoal.logs.export.batches import Source
-from shoal.logs.export.table import HEADER, HEADER_TYPES, NUMPY, Table, Values, table_of
+from shoal.logs.export.message_batches import Source
+from shoal.logs.export.message_table import HEADER, HEADER_TYPES, NUMPY, Table, Values, table_of
 
 _BREAKS = re.compile(r"[\t\r\n]")
 

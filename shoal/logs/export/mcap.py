@@ -11,17 +11,17 @@ import imc
 from imc.layout import ADDRESS_FIELDS
 from imc.lsf import ReportShare, packed_schema
 from runtime.logs import Array
-from shoal.logs.export import foxglove, ros_standard
-from shoal.logs.export.batches import ExportBatch, MessageBatch, Source, nanoseconds
-from shoal.logs.export.calibration import UNLIKE, camera_models, logged_cameras, pictures_unlike
+from shoal.logs.export import foxglove_types, ros_standard_types
+from shoal.logs.export.camera_calibration import UNLIKE, camera_models, logged_cameras, pictures_unlike
 from shoal.logs.export.cdr import ENCAPSULATION, Item, Record, Unfit, Write, text, writer
 from shoal.logs.export.detections import MUG, Detections, Pieces, Spot
 from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform, no_info
-from shoal.logs.export.mcap_file import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
-from shoal.logs.export.pictures import exported, photos
-from shoal.logs.export.ros_messages import PACKAGE, RosType, ros_type
-from shoal.logs.export.ros_standard import STAMP
-from shoal.logs.export.topics import Topics, ros_name
+from shoal.logs.export.mcap_writer import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
+from shoal.logs.export.message_batches import ExportBatch, MessageBatch, Source, nanoseconds
+from shoal.logs.export.photo_files import exported, photos
+from shoal.logs.export.ros_standard_types import STAMP
+from shoal.logs.export.ros_topics import Topics, ros_name
+from shoal.logs.export.ros_types import PACKAGE, RosType, ros_type
 
 LIBRARY = "shoal"
 PACKETS = RosType(f"{PACKAGE}/Packets", "# IMC packets, one behind the other, as in an LSF log\nuint8[] data\n")
@@ -83,7 +83,7 @@ class _Export:
         self._types: dict[int, tuple[RosType, Write]] = {}
         self._heads: dict[int, tuple[Callable[..., bytes], bytes]] = {}
         self._known: dict[tuple[int, int, int, str], int] = {}
-        self._origin: ros_standard.MapOrigin | None = None
+        self._origin: ros_standard_types.MapOrigin | None = None
         self._moving: dict[int, int] = {}
         self._records: dict[tuple[int, bytes], Record] = {}
         self._prefix = cache(_plain_record)
@@ -124,8 +124,8 @@ class _Export:
                 north, east, down = spot.place
                 thing = str(spot.id), (east, north, -down), BALL, self._called(src, spot)
                 parts = names.system(src), MUG, names.entity(src, spot.entity), "scene"
-                body = foxglove.scene(time, ros_standard.MAP.decode(), LIFETIME, [thing])
-                chunk.add(self._topics.channel(parts, foxglove.SCENE), number, time, ENCAPSULATION + body)
+                body = foxglove_types.scene(time, ros_standard_types.MAP.decode(), LIFETIME, [thing])
+                chunk.add(self._topics.channel(parts, foxglove_types.SCENE), number, time, ENCAPSULATION + body)
             self._file.add_chunk(chunk)
 
     def _called(self, src: int, spot: Spot) -> str:
@@ -143,10 +143,10 @@ class _Export:
             if (data := exported(source, photo.path)) is None:
                 continue
             chunk = Chunk()
-            channel = self._topics.channel((system, photo.camera, "image"), ros_standard.IMAGE)
+            channel = self._topics.channel((system, photo.camera, "image"), ros_standard_types.IMAGE)
             time = round(photo.time * 1e6) * 1000
             frame = f"{ros_name(system)}/{ros_name(photo.camera)}"  # several vehicles have cameras of one name
-            body = ros_standard.image_body(time, frame.encode(), photo.form, data)
+            body = ros_standard_types.image_body(time, frame.encode(), photo.form, data)
             chunk.add(channel, number, time, ENCAPSULATION + body)
             if photo.path.name in unlike:
                 if (note := f"no CameraInfo: {UNLIKE.format(photo.camera)}") not in source.notes:
@@ -159,12 +159,14 @@ class _Export:
                 elif (note := f"no CameraInfo of {camera.label}: {no_info(camera)}") not in source.notes:
                     source.notes.append(note)
                 place = camera_transform(time, ros_name(system), frame, camera)
-                chunk.add(self._topics.channel(("tf",), ros_standard.TRANSFORM), number, time, ENCAPSULATION + place)
+                chunk.add(
+                    self._topics.channel(("tf",), ros_standard_types.TRANSFORM), number, time, ENCAPSULATION + place
+                )
             if detections is not None and photo.camera in models and photo.path.name not in unlike:
                 shown = detections.in_picture(photo.time, models[photo.camera], cameras[photo.camera])
                 marks = [(*pixel, size, self._called(source.summary.owner, spot)) for spot, pixel, size in shown]
-                body = foxglove.annotations(time, marks)
-                channel = self._topics.channel((system, photo.camera, "annotations"), foxglove.ANNOTATIONS)
+                body = foxglove_types.annotations(time, marks)
+                channel = self._topics.channel((system, photo.camera, "annotations"), foxglove_types.ANNOTATIONS)
                 chunk.add(channel, number, time, ENCAPSULATION + body)
             self._file.add_chunk(chunk)
 
@@ -228,13 +230,13 @@ class _Export:
             records["." + member.name] = array[member.attribute]
         _emit(chunk, record, records, self._channels(message, src, array["src_ent"]), times, numbers)
         names = {member.attribute for member in type_.members}
-        if names >= ros_standard.STATE:
+        if names >= ros_standard_types.STATE:
             self._write_pose(chunk, message, array, src, frame, times, numbers)
-        elif message.abbrev == "GpsFix" and names >= ros_standard.FIX:
-            record = self._prefix(ros_standard.location_items(frame))
+        elif message.abbrev == "GpsFix" and names >= ros_standard_types.FIX:
+            record = self._prefix(ros_standard_types.location_items(frame))
             records = record.make(len(array))
-            ros_standard.fill_fix(records, array)
-            channels = self._channels(message, src, array["src_ent"], "location", ros_standard.LOCATION)
+            ros_standard_types.fill_fix(records, array)
+            channels = self._channels(message, src, array["src_ent"], "location", ros_standard_types.LOCATION)
             _emit(chunk, record, records, channels, times, numbers)
 
     def _write_pose(
@@ -248,29 +250,29 @@ class _Export:
         numbers: Array,
     ) -> None:
         entities = array["src_ent"]
-        record = self._prefix(ros_standard.location_items(frame))
+        record = self._prefix(ros_standard_types.location_items(frame))
         records = record.make(len(array))
-        ros_standard.fill_location(records, array)
-        channels = self._channels(message, src, entities, "location", ros_standard.LOCATION)
+        ros_standard_types.fill_location(records, array)
+        channels = self._channels(message, src, entities, "location", ros_standard_types.LOCATION)
         _emit(chunk, record, records, channels, times, numbers)
-        self._origin = self._origin or ros_standard.first_origin(array)
+        self._origin = self._origin or ros_standard_types.first_origin(array)
         if self._origin is None:
             return
-        record = self._prefix(ros_standard.pose_items())
+        record = self._prefix(ros_standard_types.pose_items())
         records = record.make(len(array))
-        ros_standard.fill_pose(records, array, self._origin)
-        channels = self._channels(message, src, entities, "pose", ros_standard.POSE)
+        ros_standard_types.fill_pose(records, array, self._origin)
+        channels = self._channels(message, src, entities, "pose", ros_standard_types.POSE)
         _emit(chunk, record, records, channels, times, numbers)
         if message.abbrev != "EstimatedState":
             return
         # One transform per vehicle: two entities that estimate its state would make its frame jump between them.
         own = entities == self._moving.setdefault(src, int(entities[0]))
-        record = self._prefix(ros_standard.transform_items(frame))
+        record = self._prefix(ros_standard_types.transform_items(frame))
         transforms = record.make(int(own.sum()))
         transforms["count"] = 1
         for name in ("x", "y", "z", "qx", "qy", "qz", "qw"):
             transforms[name] = records[name][own]
-        channel = self._topics.channel(("tf",), ros_standard.TRANSFORM)
+        channel = self._topics.channel(("tf",), ros_standard_types.TRANSFORM)
         _emit(chunk, record, transforms, np.full(len(transforms), channel), times[own], numbers[own])
 
     def _write_each(self, chunk: Chunk, batch: ExportBatch, group: MessageBatch, times: Array) -> None:
@@ -303,8 +305,8 @@ class _Export:
     def _write_entry(self, chunk: Chunk, entry: imc.Message, time: int, number: int) -> None:
         names = self._source.names
         name = f"{names.system(entry.src)}.{names.entity(entry.src, entry.src_ent)}"
-        body = ros_standard.log_body(time, entry, name)
-        chunk.add(self._topics.channel(("rosout",), ros_standard.LOG), number, time, ENCAPSULATION + body)
+        body = ros_standard_types.log_body(time, entry, name)
+        chunk.add(self._topics.channel(("rosout",), ros_standard_types.LOG), number, time, ENCAPSULATION + body)
 
 
 def _plain_record(items: tuple[Item, ...]) -> Record:

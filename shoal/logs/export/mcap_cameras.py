@@ -4,9 +4,9 @@ import struct
 
 import numpy as np
 
-from shoal.logs.export.calibration import LoggedCamera
+from shoal.logs.export.camera_calibration import LoggedCamera
 from shoal.logs.export.cdr import text
-from shoal.logs.export.ros_messages import STANDARD, RosType
+from shoal.logs.export.ros_types import STANDARD, RosType
 from support.rotations import quaternion
 
 CAMERA_INFO = RosType(

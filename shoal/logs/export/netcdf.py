@@ -11,8 +11,8 @@ import numpy as np
 import imc
 from imc.lsf import ReportShare
 from runtime.logs import Array
-from shoal.logs.export.batches import Source
-from shoal.logs.export.table import HEADER, HEADER_TYPES, NUMPY, Column, Table, columns_of, plain, table_of
+from shoal.logs.export.message_batches import Source
+from shoal.logs.export.message_table import HEADER, HEADER_TYPES, NUMPY, Column, Table, columns_of, plain, table_of
 
 ROWS = 1 << 13  # of a chunk
 RAW = 1 << 16  # bytes of a chunk of raw data

@@ -10,8 +10,18 @@ import numpy as np
 
 import imc
 from imc.lsf import ReportShare
-from shoal.logs.export.batches import Source
-from shoal.logs.export.table import HEADER, HEADER_TYPES, NUMPY, Column, Table, Values, columns_of, plain, table_of
+from shoal.logs.export.message_batches import Source
+from shoal.logs.export.message_table import (
+    HEADER,
+    HEADER_TYPES,
+    NUMPY,
+    Column,
+    Table,
+    Values,
+    columns_of,
+    plain,
+    table_of,
+)
 
 ROWS = 1 << 16  # of a row group
 LARGEST_WAITING = 1 << 26  # bytes

@@ -6,10 +6,10 @@ import numpy as np
 
 from imc.lsf import ReportShare
 from runtime.logs import Array
-from shoal.logs.export.batches import Source
-from shoal.logs.export.calibration import FILE as CAMERAS
-from shoal.logs.export.motion import Track, record
-from shoal.logs.export.pictures import exported
+from shoal.logs.export.camera_calibration import FILE as CAMERAS
+from shoal.logs.export.message_batches import Source
+from shoal.logs.export.photo_files import exported
+from shoal.logs.export.vio_recording import Track, record
 
 BILLION = 1_000_000_000
 

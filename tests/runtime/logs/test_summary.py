@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from runtime.logs import Names, UnknownName, summarize, types_called
-from shoal.logs.look import logs_below
+from shoal.logs.inspect import logs_below
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
 START = 1_767_225_600.0

@@ -10,7 +10,7 @@ from click.testing import CliRunner, Result
 
 import imc
 from shoal.cli import main
-from shoal.network.systems import System
+from shoal.network.system_table import System
 from tests.outside import until
 from tests.shoal.network.running import running
 from tests.shoal.network.station import OWN, Station, discovery_ports, living

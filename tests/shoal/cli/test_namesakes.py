@@ -44,8 +44,8 @@ def command(
     """The result of a command while `station` and a second vehicle are there; whether they have heard an abort."""
     ports = discovery_ports()
     monkeypatch.setenv("SHOAL_DISCOVERY", f"{ports[0]}-{ports[-1]}")
-    monkeypatch.setattr("shoal.network.systems.PATIENCE", 1.0)
-    monkeypatch.setattr("shoal.network.systems.LATE", 0.0)
+    monkeypatch.setattr("shoal.network.system_table.PATIENCE", 1.0)
+    monkeypatch.setattr("shoal.network.system_table.LATE", 0.0)
 
     async def act() -> tuple[Result, list[bool]]:
         both = Vehicle(ports), Vehicle(ports[:-1], name=name, system=system)

@@ -15,7 +15,7 @@ from imc.discovery import Endpoint
 from shoal.network.link import NetworkError
 from shoal.network.logs import Facts, Logs, RemoteLog, all_logs, logs_at_once, names_in
 from shoal.network.network import Network
-from shoal.network.systems import System
+from shoal.network.system_table import System
 
 
 class Hostile(FTP):

@@ -56,7 +56,7 @@ def on(vehicle: Vehicle, act: Callable[[Parameters], Coroutine[Any, Any, object]
 @pytest.fixture(autouse=True)
 def in_a_hurry(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shoal.network.parameters.SHORT", 0.3)
-    monkeypatch.setattr("shoal.network.systems.PATIENCE", 0.6)
+    monkeypatch.setattr("shoal.network.system_table.PATIENCE", 0.6)
 
 
 def test_an_entity_whose_answer_was_lost_has_its_parameters() -> None:

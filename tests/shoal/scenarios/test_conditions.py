@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 import imc
 from imc.coordinates import absolute
 from shoal.scenarios.conditions import Scope, parse, parse_expression
-from shoal.scenarios.margins import NO_NUMBER
+from shoal.scenarios.robustness import NO_NUMBER
 from support.wgs84 import offset
 from tasks.plan import parse_condition
 

@@ -12,7 +12,7 @@ from runtime.kernel import SECOND, VirtualClock
 from runtime.testing import START, NoProfile
 from runtime.vehicle import Fleet, FleetError, Vehicle
 from shoal.scenarios.links import Link
-from shoal.scenarios.stage import Stage
+from shoal.scenarios.run_context import Stage
 from support.wgs84 import displace
 from tests.runtime.bus.transport_contract import FIRST, SECOND_, TransportContract
 from tests.runtime.bus.transport_contract import Link as Buses

@@ -3,7 +3,7 @@
 import pytest
 
 from shoal.scenarios import ScenarioFileError
-from shoal.scenarios.values import in_unit_of
+from shoal.scenarios.value_reader import in_unit_of
 from tasks.simulators.vsim import VSIM
 
 BEGIN = """

@@ -10,7 +10,7 @@ import imc
 from imc.coordinates import absolute
 from runtime import State
 from runtime.logs import summarize
-from shoal.logs.look.content import content_of
+from shoal.logs.inspect.report_data import content_of
 from shoal.missions import prepare
 from support.wgs84 import displacement
 

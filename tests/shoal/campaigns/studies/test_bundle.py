@@ -16,7 +16,7 @@ from shoal.campaigns.studies.bundle import Bundle, read_bundle
 from shoal.campaigns.studies.own_modules import own_modules
 from shoal.campaigns.studies.site import BundleError
 from shoal.scenarios import Sources
-from shoal.scenarios.sources import sources_of
+from shoal.scenarios.dependencies import sources_of
 from tests.outside import until
 
 ROOT = Path(__file__).parents[4]

@@ -14,8 +14,8 @@ from mavlink import load_dialect
 from mavlink.dataflash import DataFlash
 from mavlink.tlog import Tlog
 from mavlink.ulog import BadULog, ULog
-from shoal.logs.edit.flight_import import import_dataflash, import_ulog
-from shoal.logs.edit.imported import NothingToImport
+from shoal.logs.edit.flight_log_import import import_dataflash, import_ulog
+from shoal.logs.edit.imported_log import NothingToImport
 from shoal.logs.edit.tlog_import import import_tlog
 from tests.mavlink.flights import DataFlashWriter, ULogWriter
 

@@ -83,7 +83,7 @@ def test_other_mcap_files_are_refused(tmp_path):
 
 
 def test_damaged_chunks_are_left_out(tmp_path, monkeypatch):
-    monkeypatch.setattr("shoal.logs.export.batches.BATCH_BYTES", 100_000)
+    monkeypatch.setattr("shoal.logs.export.message_batches.BATCH_BYTES", 100_000)
     monkeypatch.setattr("imc.lsf.scanner.PIECE", 100_000)
     log = imc.Log(LOGS / "dune-idle")
     export_mcap(Source(log, summarize(log)), tmp_path / "a.mcap")

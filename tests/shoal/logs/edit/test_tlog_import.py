@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 import imc
 from mavlink import AutopilotTranslator, Tlog, load_dialect
-from shoal.logs.edit.imported import NothingToImport
+from shoal.logs.edit.imported_log import NothingToImport
 from shoal.logs.edit.tlog_import import import_tlog
 from support import wgs84
 

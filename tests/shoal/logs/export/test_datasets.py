@@ -12,8 +12,8 @@ import imc
 from runtime.logs import summarize
 from shoal.logs.export import Source
 from shoal.logs.export.euroc import export_euroc
-from shoal.logs.export.motion import quaternions
 from shoal.logs.export.tum import export_tum
+from shoal.logs.export.vio_recording import quaternions
 from shoal.missions import prepare
 from support.rotations import rotation
 from tests.outside import ALONE

@@ -17,7 +17,7 @@ from runtime.logs import summarize
 from shoal.logs.edit.mcap_import import import_mcap
 from shoal.logs.export import Source
 from shoal.logs.export.mcap import export_mcap
-from shoal.logs.export.ros_messages import ros_type
+from shoal.logs.export.ros_types import ros_type
 from shoal.logs.selection import Selection
 from support import wgs84
 from support.pose import DOWN, Pose

@@ -149,7 +149,7 @@ def test_times_that_are_no_dates_are_missing(export_messages):
 def test_a_file_is_written_in_pieces(export_messages, monkeypatch):
     monkeypatch.setattr("shoal.logs.export.netcdf.ROWS", 100)
     monkeypatch.setattr("imc.lsf.scanner.PIECE", 600)
-    monkeypatch.setattr("shoal.logs.export.batches.BATCH_BYTES", 1300)
+    monkeypatch.setattr("shoal.logs.export.message_batches.BATCH_BYTES", 1300)
     messages = [imc.Rpm(value=number, **HEADER) for number in range(1000)]
     messages[500] = imc.LogBookEntry(text="half", **HEADER)
     with netCDF4.Dataset(export_messages(*messages)) as file:

@@ -88,7 +88,7 @@ def test_parquet_holds_what_is_hard_to_write(odd, tmp_path):
 def test_a_parquet_file_is_written_in_pieces(make_log, tmp_path, monkeypatch):
     monkeypatch.setattr("shoal.logs.export.parquet.ROWS", 100)
     monkeypatch.setattr("imc.lsf.scanner.PIECE", 600)
-    monkeypatch.setattr("shoal.logs.export.batches.BATCH_BYTES", 1200)
+    monkeypatch.setattr("shoal.logs.export.message_batches.BATCH_BYTES", 1200)
     source = source_of(make_log([imc.Rpm(value=number, **HEADER) for number in range(1000)]))
     (tmp_path / "out").mkdir()
     export_parquet(source, tmp_path / "out")

@@ -1,0 +1,81 @@
+"""Converts the log that an autopilot has written itself, DataFlash or ULog, to a log of one system."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Protocol
+
+import imc
+from imc.lsf import ReportShare
+from mavlink import Flight, Record, dataflash, from_dataflash, from_ulog, load_dialect, ulog
+from shoal.logs.edit.imported_log import IMPOSSIBLE, Imported, NothingToImport, Skipped, SystemLog, open_writer
+
+
+class _Log(Protocol):
+    path: Path
+    size: int
+    position: int
+    lost: int
+    first_lost: int
+    records: int
+
+    def read(self, names: frozenset[str]) -> Iterator[Record]: ...
+
+
+class _Translator(Protocol):
+    @property
+    def kinds(self) -> frozenset[str]: ...
+    def hear(self, record: Record) -> Iterator[tuple[str, imc.Message]]: ...
+    def finish(self, time: float) -> Iterator[tuple[str, imc.Message]]: ...
+
+
+def import_dataflash(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> Imported:
+    """Write Data.lsf.gz and IMC.xml.gz to `folder`; `progress` gets the share that is read.
+
+    The vehicle is `system`, or "mavlink-<id>". Times are UTC if a GPS has told it, else they count from the start of
+    the autopilot, and a note says so. Raises NothingToImport, OSError.
+    """
+    log = dataflash.DataFlash(path)
+    flight = from_dataflash.survey(log)
+    translator = from_dataflash.DataFlashTranslator(flight, load_dialect().enumerations)
+    return _import(log, flight, translator, folder, system, progress)
+
+
+def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> Imported:
+    """The same for a ULog file of PX4. Raises BadULog too."""
+    log = ulog.ULog(path)
+    flight = from_ulog.survey(log)
+    translator = from_ulog.ULogTranslator(flight)
+    done = _import(log, flight, translator, folder, system, progress)
+    if translator.dropped:
+        done.notes.append(f"{path}: the autopilot missed {translator.dropped:.1f} s of its own log")
+    return done
+
+
+def _import(
+    log: _Log, flight: Flight, translator: _Translator, folder: Path, system: str, progress: ReportShare
+) -> Imported:
+    writer = open_writer(folder)
+    skipped = Skipped()
+    last = 0.0
+    try:
+        vehicle = SystemLog(writer, system or f"mavlink-{flight.system}", log.path.stem)
+        for count, record in enumerate(log.read(translator.kinds)):
+            time = record.time + (flight.start or 0.0)
+            vehicle.introduce(time, flight.system_type, flight.system)
+            try:
+                vehicle.write(translator.hear(record))
+            except IMPOSSIBLE:
+                skipped.note(record.name, time)
+            last = time
+            if count % 1000 == 0:
+                progress(log.position / log.size)
+        if not vehicle.count:
+            raise NothingToImport(f"{log.path}: nothing in its {log.size} bytes is known of an autopilot")
+        vehicle.write(translator.finish(last))
+        vehicle.stop(last)
+    finally:
+        writer.close()
+    notes = [f"{log.path}: no GPS has told the time: times count from the start of the autopilot"]
+    notes = notes if flight.start is None else []
+    notes += skipped.notes(log.path)
+    return Imported(log.records, log.lost, log.first_lost, {vehicle.name: vehicle.count}, notes)

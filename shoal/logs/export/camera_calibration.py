@@ -1,0 +1,241 @@
+"""The cameras of a log as Kalibr, VINS-Fusion and OpenVINS describe them, from the folder Photos."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from runtime.logs import Array
+from shoal.logs.export.message_batches import Source
+from world.optics import CalibrationError, CameraModel, read_camera
+from world.sensors import Part
+
+FILE = "cameras.yaml"
+OPTICS = ("width", "height", "fx", "fy", "cx", "cy")  # px; what CameraFrame tells of a lens
+UNLIKE = "pictures of {} were taken with another lens or size than cameras.yaml tells"
+GRAVITY = 9.80665  # m/s²
+MODELS = {"radtan": "radial-tangential", "equidistant": "equidistant"}  # EuRoC's names by Kalibr's
+
+
+class LoggedCamera(NamedTuple):
+    """A camera: its model in Kalibr's terms, without its place; the pose (4, 4) of its optical frame in the body."""
+
+    model: Mapping[str, Any]
+    pose: Array
+    label: str = ""
+
+
+class LoggedUnit(NamedTuple):
+    """An IMU: its noise, and its 4x4 pose in the body."""
+
+    part: Part
+    pose: Array
+
+
+def logged_cameras(photos: Path) -> dict[str, LoggedCamera]:
+    """The cameras of a folder of pictures, by the name that their files begin with; those that can be used."""
+    try:
+        content = yaml.safe_load((photos / FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError, yaml.YAMLError):
+        return {}
+    found: dict[str, LoggedCamera] = {}
+    for label, camera in content.items() if isinstance(content, dict) else ():  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
+        try:
+            pose = np.array(camera["T_BS"], float).reshape(4, 4)  # pyright: ignore[reportUnknownArgumentType]
+            model = {str(name): value for name, value in camera.items() if name != "T_BS"}  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType, reportUnknownArgumentType]
+        except (AttributeError, KeyError, TypeError, ValueError):
+            continue
+        found[re.sub(r"[^A-Za-z0-9]+", "_", str(label))] = LoggedCamera(model, pose, str(label))  # pyright: ignore[reportUnknownArgumentType]
+    return found
+
+
+def camera_models(photos: Path, cameras: Mapping[str, LoggedCamera]) -> dict[str, CameraModel]:
+    """The models of these cameras of a folder of pictures; those that can be used."""
+    found: dict[str, CameraModel] = {}
+    for name, camera in cameras.items():
+        with suppress(CalibrationError, OSError):
+            found[name] = read_camera(photos / FILE, camera.label)
+    return found
+
+
+def is_like(optics: CameraModel, told: Sequence[float]) -> bool:
+    """Whether a camera has the numbers of OPTICS that a CameraFrame tells."""
+    own = [getattr(optics, name) for name in OPTICS]
+    return all(math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-3) for a, b in zip(told, own, strict=True))
+
+
+def pictures_unlike(source: Source, models: Mapping[str, CameraModel]) -> frozenset[str]:
+    """The files of pictures that, by their CameraFrame, another lens took than these cameras have.
+
+    The parameters of a camera may change while a log is written; cameras.yaml tells of the last ones.
+    """
+    found = set[str]()
+    frames = source.log.messages("CameraFrame") if "CameraFrame" in source.summary.by_type else ()
+    for frame in frames:
+        name = Path(str(getattr(frame, "file", ""))).name
+        told = [float(getattr(frame, field, math.nan)) for field in OPTICS]
+        optics = models.get(name.rsplit("_", 2)[0])
+        if optics is not None and all(map(math.isfinite, told)) and not is_like(optics, told):
+            found.add(name)
+    return frozenset(found)
+
+
+def sensor(camera: LoggedCamera) -> dict[str, Any]:
+    """What EuRoC's sensor.yaml says of a camera; without a model if Kalibr lacks it."""
+    model = camera.model
+    found: dict[str, Any] = {"T_BS": matrix(camera.pose)}
+    if "intrinsics" not in model:
+        return {**found, "no_intrinsics": model.get("not_in_kalibr", "")}
+    return {
+        **found,
+        "resolution": model["resolution"],
+        "camera_model": model["camera_model"],
+        "intrinsics": model["intrinsics"],
+        "distortion_model": MODELS.get(model["distortion_model"], model["distortion_model"]),
+        "distortion_coefficients": model["distortion_coeffs"],
+    }
+
+
+def matrix(pose: Array) -> dict[str, Any]:
+    """A matrix as EuRoC writes it."""
+    return {"rows": 4, "cols": 4, "data": pose.ravel().tolist()}
+
+
+def write_calibration(folder: Path, cameras: Sequence[LoggedCamera], unit: LoggedUnit | None, rate: float) -> None:
+    """Write camchain.yaml, and with an IMU of a known noise and a `rate` (Hz) vins/ and openvins/. Raises OSError.
+
+    Only what the models of the cameras allow is written: Kalibr's for camchain and OpenVINS, VINS-Fusion's for vins/.
+    A simulated IMU measures the mean over the interval that ends at its stamp: it is half an interval late.
+    """
+    known = [camera for camera in cameras if "intrinsics" in camera.model]
+    if not known:
+        return
+    late = 0.5 / rate if rate > 0.0 else 0.0
+    chain = _chain(known, None if unit is None else unit.pose, late)
+    folder.mkdir(parents=True, exist_ok=True)
+    _write(folder / "camchain.yaml", chain)
+    if unit is None:
+        return
+    _write_openvins(folder / "openvins", chain, unit, rate)
+    if all(_camodocal(camera) for camera in known):
+        _write_vins(folder / "vins", known, unit, late)
+
+
+def _chain(cameras: Sequence[LoggedCamera], imu: Array | None, late: float) -> dict[str, Any]:
+    chain: dict[str, Any] = {}
+    for number, camera in enumerate(cameras):
+        model = {name: camera.model[name] for name in ("camera_model", "intrinsics", "distortion_model")}
+        entry: dict[str, Any] = {
+            **model,
+            "distortion_coeffs": camera.model["distortion_coeffs"],
+            "resolution": camera.model["resolution"],
+            "rostopic": f"/cam{number}/image_raw",
+            "cam_overlaps": [other for other in range(len(cameras)) if other != number],
+        }
+        if imu is not None:
+            entry |= {"T_cam_imu": (np.linalg.inv(camera.pose) @ imu).tolist(), "timeshift_cam_imu": late}
+        if number:
+            entry["T_cn_cnm1"] = (np.linalg.inv(camera.pose) @ cameras[number - 1].pose).tolist()
+        chain[f"cam{number}"] = entry
+    return chain
+
+
+def _write_openvins(folder: Path, chain: dict[str, Any], unit: LoggedUnit, rate: float) -> None:
+    folder.mkdir(exist_ok=True)
+    imu: dict[str, Any] = {
+        "T_i_b": np.eye(4).tolist(),
+        **densities(unit.part),
+        **{name: np.eye(3).tolist() for name in ("Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC")},
+        "Tg": np.zeros((3, 3)).tolist(),
+        "model": "calibrated",
+        "rostopic": "/imu0",
+        "time_offset": 0.0,
+        "update_rate": rate,
+    }
+    estimator = {
+        "use_stereo": len(chain) > 1,
+        "max_cameras": len(chain),
+        "calib_cam_extrinsics": False,
+        "calib_cam_intrinsics": False,
+        "calib_cam_timeoffset": False,
+        "gravity_mag": GRAVITY,
+        "relative_config_imu": "kalibr_imu_chain.yaml",
+        "relative_config_imucam": "kalibr_imucam_chain.yaml",
+    }
+    for name, content in (
+        ("kalibr_imu_chain", {"imu0": imu}),
+        ("kalibr_imucam_chain", chain),
+        ("estimator_config", estimator),
+    ):
+        _write(folder / f"{name}.yaml", content, "%YAML:1.0\n\n")
+
+
+def _write_vins(folder: Path, cameras: Sequence[LoggedCamera], unit: LoggedUnit, late: float) -> None:
+    """VINS-Fusion's configuration, in which body is the IMU, whose samples are `late` (s)."""
+    folder.mkdir(exist_ok=True)
+    width, height = cameras[0].model["resolution"]
+    noise = densities(unit.part)
+    lines = ["%YAML:1.0", "", "imu: 1", f"num_of_cam: {len(cameras)}", 'imu_topic: "/imu0"']
+    for number in range(len(cameras)):
+        lines += [f'image{number}_topic: "/cam{number}/image_raw"', f'cam{number}_calib: "cam{number}.yaml"']
+    lines += [f"image_width: {width}", f"image_height: {height}", "estimate_extrinsic: 0"]
+    for number, camera in enumerate(cameras):
+        pose = (np.linalg.inv(unit.pose) @ camera.pose).ravel().tolist()
+        data = ", ".join(map(repr, pose))
+        lines += [f"body_T_cam{number}: !!opencv-matrix", "   rows: 4", "   cols: 4", "   dt: d", f"   data: [{data}]"]
+    names = {"acc_n": "accelerometer_noise_density", "gyr_n": "gyroscope_noise_density"}
+    names |= {"acc_w": "accelerometer_random_walk", "gyr_w": "gyroscope_random_walk"}
+    lines += [f"{short}: {noise[name]!r}" for short, name in names.items()]
+    lines += [f"g_norm: {GRAVITY}", "estimate_td: 0", f"td: {late!r}"]
+    (folder / "vins.yaml").write_text("\n".join(lines) + "\n")
+    for number, camera in enumerate(cameras):
+        _write(folder / f"cam{number}.yaml", _camodocal(camera), "%YAML:1.0\n---\n")
+
+
+def _camodocal(camera: LoggedCamera) -> dict[str, Any]:
+    """A camera as VINS-Fusion's library describes it; empty if it has no such model."""
+    width, height = camera.model["resolution"]
+    size = {"camera_name": "camera", "image_width": width, "image_height": height}
+    kind = camera.model["camera_model"], camera.model["distortion_model"]
+    if kind not in (("pinhole", "radtan"), ("pinhole", "equidistant")):
+        return {}
+    fx, fy, cx, cy = camera.model["intrinsics"]
+    a, b, c, d = camera.model["distortion_coeffs"]
+    if kind[1] == "radtan":
+        return {
+            "model_type": "PINHOLE",
+            **size,
+            "distortion_parameters": {"k1": a, "k2": b, "p1": c, "p2": d},
+            "projection_parameters": {"fx": fx, "fy": fy, "cx": cx, "cy": cy},
+        }
+    projection = {"k2": a, "k3": b, "k4": c, "k5": d, "mu": fx, "mv": fy, "u0": cx, "v0": cy}
+    return {"model_type": "KANNALA_BRANDT", **size, "projection_parameters": projection}
+
+
+def densities(part: Part) -> dict[str, float]:
+    """The noise of an IMU by the names of Kalibr."""
+    return {
+        "gyroscope_noise_density": part.gyroscope.density.white,
+        "gyroscope_random_walk": part.gyroscope.density.walk,
+        "accelerometer_noise_density": part.accelerometer.density.white,
+        "accelerometer_random_walk": part.accelerometer.density.walk,
+    }
+
+
+class _Indented(yaml.SafeDumper):
+    """Indents lists below their key: OpenCV, which OpenVINS reads with, refuses those in the column of the key."""
+
+    def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
+        super().increase_indent(flow, False)
+
+
+def _write(path: Path, content: Mapping[str, Any], head: str = "") -> None:
+    flat = not any(isinstance(value, list | dict) for value in content.values())
+    style = False if flat else None
+    text = yaml.dump(dict(content), Dumper=_Indented, sort_keys=False, default_flow_style=style, width=1000)  # pyright: ignore[reportUnknownMemberType]
+    path.write_text(head + text)

@@ -1,0 +1,242 @@
+"""Finds out why two systems do not hear each other: who is heard, who hears us, what was dropped and why."""
+
+import asyncio
+import math
+import time
+from collections import Counter
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+import imc
+from shoal.network.listener import Listener
+from shoal.network.network import Network, NoAnswer, VehicleLost
+from shoal.network.system_table import System
+
+PROBES = 5
+ENOUGH = 2  # probes without any answer
+PATIENCE = 1.0  # s for the answer to a probe; a busy computer is no bad link
+LAST_WORDS = 0.3  # s for a word in its log book
+WELL = ("in contact", "within range", "new system")
+APART = 2.0  # s between two clocks
+LOSSY = 0.02  # part of the packets
+CARRIERS = ("in contact", "dropped", "within range", "packets taken")
+"""What entities that talk to a network say of it; nothing else that a vehicle sends tells whom it does not hear."""
+
+UNHEARD = "a firewall closes its port; or its Consoles do not list us; or it has not heard our Announce"
+UNLISTED = "the name of our certificate or user is not in its Commanders, see [Zenoh]; or it is too busy"
+TAKEN = "another program"
+ADVICE = {
+    "not announced": "its Announce does not get here: multicast 224.0.75.69, broadcast and the ports of discovery "
+    "30100-30104 must be open; or it announces another address; or only every 10 s, and --for 11s hears it",
+    "wrong CRC": "something on the way changes packets, or another protocol speaks to this port",
+    "truncated": "a packet was cut on the way: datagrams above the MTU need a path that carries fragments",
+    "synchronization": "this is not IMC: another program speaks to this port",
+    "unknown message": "its messages are not ours: compare the versions of IMC, or name their file with --messages",
+    "schema mismatch": "it defines this message in another way: compare the versions of IMC",
+    "lost on the way": "the link is too slow for what the vehicle sends, or this program for what it asked for",
+    "from ": "a second system uses its id, or it has two addresses and announces only one",
+    TAKEN: "give each program its own (SHOAL_CONSOLE), and list all in Consoles",
+    "this program is too slow": "ask for fewer messages",
+    "announced without": "its transport for packets does not run, or listens nowhere",
+    "announcement": "a program that does not speak IMC sends to the ports of discovery",
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong, with whom (empty: here), and what to do about it."""
+
+    about: str
+    text: str
+    advice: str
+
+
+@dataclass
+class Contact:
+    """What was measured with one system: rates in packets/s, the round trip and the clock difference in s.
+
+    `answered` of `asked` probes came back. `says` is what its own transports report.
+    """
+
+    name: str
+    id: int | None
+    rates: dict[str, float]
+    age: float
+    asked: int = 0
+    answered: int = 0
+    round_trip: float = math.nan
+    clock: float = math.nan
+    missed: dict[str, int] = field(default_factory=dict[str, int])
+    says: dict[str, str] = field(default_factory=dict[str, str])
+    is_vehicle: bool = True
+
+
+@dataclass
+class Diagnosis:
+    """All that was found; without findings all is well. `links` has what is wrong with each network, or nothing."""
+
+    links: dict[str, str]
+    contacts: list[Contact] = field(default_factory=list[Contact])
+    findings: list[Finding] = field(default_factory=list[Finding])
+
+
+async def diagnose(network: Network, name: str = "", seconds: float = 2.5, patience: float = PATIENCE) -> Diagnosis:
+    """Listen for some seconds, ask each vehicle or the one that is named, and judge; answers may take `patience` s."""
+    network.want(None, (imc.Heartbeat, imc.EntityState))
+    if name:
+        network.want(None, (imc.EstimatedState, imc.VehicleState))
+    began = time.monotonic()
+    before = {system.name: Counter(system.heard) for system in network.systems.values()}
+    await asyncio.sleep(seconds)
+    past = time.monotonic() - began
+    found = Diagnosis({link.name: link.trouble for link in network.links})
+    chosen = [s for s in network.systems.values() if name in ("", s.name) and (s.last or s.parts or name)]
+    contacts = [_contact(system, before.get(system.name, Counter()), past) for system in chosen]
+    vehicles = [(s, c) for s, c in zip(chosen, contacts, strict=True) if s.is_vehicle and s.id is not None]
+    await asyncio.gather(*(_probe(network, system, contact, patience) for system, contact in vehicles))
+    found.contacts = contacts
+    for system, contact in zip(chosen, contacts, strict=True):
+        found.findings += _judge(network, system, contact)
+    found.findings += _of_here(network, name, found)
+    return found
+
+
+def _contact(system: System, before: Counter[str], past: float) -> Contact:
+    rates = {link: (count - before[link]) / past for link, count in system.heard.items()}
+    return Contact(system.name, system.id, rates, system.age, clock=system.clock, is_vehicle=system.is_vehicle)
+
+
+async def _probe(network: Network, system: System, contact: Contact, patience: float) -> None:
+    """Ask a vehicle, and read what it says of us."""
+    book = network.listen(system, (imc.LogBookEntry,))
+    try:
+        times = await _question(network, system, contact, patience)
+        if not contact.answered:
+            contact.says |= await _words_of_us(network, book)
+    finally:
+        network.end(book)
+    if times:
+        contact.round_trip = sorted(times)[len(times) // 2]
+    contact.missed = dict(system.missed)
+    for state in system.all_of(imc.EntityState):
+        if any(words in state.description for words in CARRIERS):
+            contact.says[system.label(state.src_ent)] = state.description
+
+
+async def _question(network: Network, system: System, contact: Contact, patience: float) -> list[float]:
+    """Questions that every vehicle answers, one after the other, each sent once; the times to the answers (s)."""
+    times: list[float] = []
+    for _ in range(PROBES):
+        began = time.monotonic()
+        contact.asked += 1
+
+        def answer(message: imc.Message) -> bool | None:
+            is_reply = isinstance(message, imc.EntityList) and message.op == imc.EntityList.Op.REPORT
+            return True if is_reply and message.dst == network.console.id else None
+
+        query = imc.EntityList(op=imc.EntityList.Op.QUERY)
+        try:
+            await network.ask(system, query, (imc.EntityList,), answer, timeout=patience, repeat=patience)
+        except NoAnswer:
+            if contact.asked == ENOUGH and not contact.answered:
+                break
+            continue
+        except VehicleLost:
+            break
+        contact.answered += 1
+        times.append(time.monotonic() - began)
+    return times
+
+
+async def _words_of_us(network: Network, book: Listener) -> dict[str, str]:
+    """What the log book of a system says of us; it may be full of other entries."""
+    with suppress(TimeoutError):
+        async with asyncio.timeout(LAST_WORDS):
+            while True:
+                _, entry = await book.next()
+                if isinstance(entry, imc.LogBookEntry) and f"0x{network.console.id:04X}" in entry.text:
+                    return {"log book": entry.text}
+    return {}
+
+
+def _judge(network: Network, system: System, contact: Contact) -> list[Finding]:
+    found: list[Finding] = []
+
+    def tell(text: str, advice: str) -> None:
+        found.append(Finding(system.name, text, advice))
+
+    if clash := system.clash:
+        tell(clash, "end one, or give it another name and id")
+    if not system.is_vehicle:
+        return found
+    rate = math.fsum(contact.rates.values())
+    if not rate:
+        says = "announces itself, but sends nothing to us" if system.parts else "has fallen silent"
+        tell(
+            f"{says}: vehicle to here is silent",
+            "a firewall closes our port; or its Consoles list does not have us; or its contact timeout has passed",
+        )
+    elif contact.asked and not contact.answered:
+        over_zenoh = contact.rates.get("zenoh", 0.0) == rate
+        tell("is heard, but does not answer: here to vehicle is silent", UNLISTED if over_zenoh else UNHEARD)
+    elif contact.answered < contact.asked:
+        lost = 100.0 * (1.0 - contact.answered / contact.asked)
+        tell(f"answers only {contact.answered} of {contact.asked} questions ({lost:.0f} % lost)", "the link is bad")
+    if abs(contact.clock) > APART:
+        ahead = "ahead of" if contact.clock > 0 else "behind"
+        tell(
+            f"its clock is {abs(contact.clock):.1f} s {ahead} ours",
+            "set the clocks by NTP or GPS; a simulation on a scaled clock runs away on purpose",
+        )
+    total = sum(system.heard.values())  # integers
+    for reason, number in sorted(contact.missed.items()):
+        if not reason.startswith("lost") or number > LOSSY * total:
+            tell(f"{number} packets: {reason}", advice_for(reason))
+    for entity, description in system.errors.items():
+        tell(
+            f"{entity} is not well{description and f': {description}'}",
+            f"`shoal spy {system.name} LogBookEntry` shows why",
+        )
+    for entity, words in contact.says.items():
+        ours = f"0x{network.console.id:04X}"
+        for part in words.split(";"):
+            if ours in part and not any(good in part for good in WELL):
+                tell(f"{entity} there says of us: {part.strip()}", "see what it says, and docs/hand.md")
+    return found
+
+
+def _of_here(network: Network, name: str, found: Diagnosis) -> list[Finding]:
+    """What concerns no system that is known by name."""
+    findings: list[Finding] = []
+    working = [link for link, trouble in found.links.items() if not trouble]
+    vehicles = [contact for contact in found.contacts if contact.is_vehicle]
+    if not vehicles:
+        whom = f"{name} is not" if name else "no vehicle is"
+        findings.append(Finding("", f"{whom} heard", "start it; `shoal ls` lists who is there"))
+    for link, trouble in found.links.items():
+        if trouble and (not working or not vehicles or network.expects_all):
+            findings.append(Finding("", f"{link}: {trouble}", _advice_for_link(link, trouble)))
+    for link in network.links:
+        if getattr(link, "deaf", False):
+            text = "all ports of discovery are taken by other programs of this computer: no announcement is heard"
+            findings.append(
+                Finding("", text, "end one of them; vehicles at ports 6002-6006 of this computer are asked")
+            )
+    for (peer, reason), number in sorted(network.strangers.items()):
+        findings.append(Finding(peer, f"{number} packets: {reason}", advice_for(reason)))
+    return findings
+
+
+def _advice_for_link(link: str, trouble: str) -> str:
+    if trouble.startswith(TAKEN):
+        return advice_for(trouble)
+    if "did not let us in" in trouble:
+        return "name ours in --zenoh-config"
+    if link.startswith("zenoh"):
+        return "start a vehicle with --bus zenoh, or see --connect"
+    return "see that a vehicle serves it there, and --connect"
+
+
+def advice_for(reason: str) -> str:
+    """What to do about packets that were dropped for a reason."""
+    return next((advice for start, advice in ADVICE.items() if reason.startswith(start)), "see docs/hand.md")

@@ -1,0 +1,158 @@
+"""A vehicle that runs elsewhere: its messages, plans, parameters; requests to it."""
+
+import asyncio
+from collections.abc import AsyncGenerator, Mapping
+from contextlib import suppress
+from typing import TypeVar, overload
+
+import imc
+from imc.addresses import UNKNOWN_SYSTEM
+from imc.discovery import Services
+from shoal.network.link import NetworkError
+from shoal.network.listener import imc_message, imc_type
+from shoal.network.logs import Logs
+from shoal.network.message_filter import parse_where
+from shoal.network.network import Network, NoAnswer
+from shoal.network.parameters import Parameters
+from shoal.network.plans import Plans, Refused
+from shoal.network.system_table import System
+
+M = TypeVar("M", bound=imc.Message)
+ANNOUNCED = 0.3  # s for the Announce that a vehicle keeps for those who come
+
+
+class AsyncRemoteVehicle:
+    """A vehicle on the network, for programs with asyncio; `shoal.connect` makes it.
+
+    plan: its plans. param: its parameters. log: its logs. network: all else that is heard.
+    """
+
+    def __init__(self, network: Network, system: System) -> None:
+        self.network = network
+        self.system = system
+        self.plan = Plans(network, system)
+        self.param = Parameters(network, system)
+        self.log = Logs(network, system)
+        self._has_asked = False
+
+    @property
+    def name(self) -> str:
+        return self.system.name
+
+    @property
+    def id(self) -> int:
+        """Its IMC id."""
+        return UNKNOWN_SYSTEM if self.system.id is None else self.system.id
+
+    async def latest(self, kind: type[M], *, entity: str = "", timeout: float | None = None) -> M:
+        """The last message of a type, of one entity (label) if it is named; waits for the first one.
+
+        Raises NoAnswer if none comes in time.
+        """
+        self.network.want(self.system, (kind,))
+        found = self.system.last_of(kind, entity)
+        if found is not None:
+            return found
+        return await self.network.next(self.system, kind, timeout, entity, takes_old=True)
+
+    @overload
+    def messages(self, kind: type[M], /, *, where: str = "") -> AsyncGenerator[M]: ...
+    @overload
+    def messages(self, *kinds: type[imc.Message], where: str = "") -> AsyncGenerator[imc.Message]: ...
+
+    async def messages(self, *kinds: type[imc.Message], where: str = "") -> AsyncGenerator[imc.Message]:
+        """What the vehicle says from now on: messages of some types, of all without any, that match an expression.
+
+        Raises ValueError for a wrong expression, VehicleLost when the vehicle ends or falls silent.
+        """
+        test = parse_where(where, tuple(map(imc_type, kinds)), self.network.messages)
+        stream = self.network.stream(self.system, kinds)
+        try:
+            async for message in stream:
+                if test(message):
+                    yield message
+        finally:
+            await stream.aclose()
+
+    async def send(self, message: imc.Message) -> None:
+        """Send a message once; whether it arrives is not known.
+
+        Raises EncodeError if it does not fit a packet, Refused if the vehicle announces that it does not have it.
+        """
+        self.network.check(self.system)
+        await self._check_type(message)
+        self.network.send(self.system, message)
+
+    async def _check_type(self, message: imc.Message) -> None:
+        """Raise Refused if the vehicle announces that it cannot read a message. One of the user's waits for that."""
+        kind, usual = type(imc_message(message)), imc.builtin()
+        ours = imc.signature(kind)
+        theirs = imc.signature(usual.by_id(kind.ID)) if kind.ID in usual.types_by_id else ""
+        own = self._announced()
+        if own is None and ours != theirs and not self._has_asked:
+            self._has_asked = True
+            self.network.want(self.system, (imc.Announce,))
+            with suppress(TimeoutError):
+                async with asyncio.timeout(ANNOUNCED):
+                    while (own := self._announced()) is None:
+                        await asyncio.sleep(ANNOUNCED / 20)
+        if own is None or isinstance(message, imc.Unknown) or ours == (theirs := own.get(kind.ID, theirs)):
+            return
+        what = f"{kind.__name__} (id {kind.ID})"
+        if not theirs:
+            raise Refused(f"{self.name} has no message {what}: name its file in [General] Messages there")
+        raise Refused(f"{self.name} defines {what} in another way: use the same file here and in [General] Messages")
+
+    def _announced(self) -> Mapping[int, str] | None:
+        """The messages of its own that the vehicle announces; the Announce that begins its log does not tell them."""
+        told = (Services.parse(found.services).messages for found in self.system.all_of(imc.Announce))
+        return next((messages for messages in told if messages is not None), None)
+
+    async def request(self, message: imc.Message, answer: type[M], *, timeout: float | None = None) -> M:
+        """Send a message, again and again, until a message of a type comes to us or to all. Raises NoAnswer.
+
+        If both have a field `request_id`, that of the answer is the one of the request. Raises Refused like `send`.
+        """
+        await self._check_type(message)
+        number = getattr(message, "request_id", None)
+
+        def fits(reply: imc.Message) -> M | None:
+            if not isinstance(reply, answer) or reply.dst not in (UNKNOWN_SYSTEM, self.network.console.id):
+                return None
+            return reply if getattr(reply, "request_id", number) == number else None
+
+        return await self.network.ask(self.system, message, (answer,), fits, timeout=timeout)
+
+    async def abort(self) -> None:
+        """Stop everything at once, of all vehicles that have this name or its id.
+
+        Raises NetworkError, such as NoAnswer, if one of them does not confirm it.
+        """
+        told: set[object] = set()
+        troubles: list[str] = []
+        while new := [each for each in self._namesakes() if not each[2] <= told]:
+            told = told.union(*(parts for _, _, parts in new))
+            found = await asyncio.gather(*(self._abort(s, n) for s, n, _ in new), return_exceptions=True)
+            if other := next((e for e in found if e is not None and not isinstance(e, NetworkError)), None):
+                raise other
+            if isinstance(found[0], NetworkError) and not self.system.clash and not troubles:
+                raise found[0]
+            troubles += [f"0x{n:04X}: {error}" for (_, n, _), error in zip(new, found, strict=True) if error]
+        if self.system.has_twin:
+            troubles.append("they cannot be told apart: perhaps only one has confirmed it")
+        if troubles:
+            raise NoAnswer(f"{self.system.clash}; all were told to abort, but {'; '.join(troubles)}")
+
+    def _namesakes(self) -> list[tuple[System, int, set[object]]]:
+        """The systems of this name or id, by id, and what tells all that take their packets."""
+        systems = [self.system, *self.system.present_rivals]
+        return [(each, id, {(each.name, id), *each.parts}) for each in systems for id in each.ids]
+
+    async def _abort(self, system: System, number: int) -> None:
+
+        def confirms(message: imc.Message) -> bool | None:
+            """Aborted, or where a transport does not carry that, the mode that follows."""
+            in_error = isinstance(message, imc.VehicleState) and message.op_mode == imc.VehicleState.OpMode.ERROR
+            return True if isinstance(message, imc.Aborted) or in_error else None
+
+        await self.network.ask(system, imc.Abort(), (imc.Aborted, imc.VehicleState), confirms, number=number)

@@ -1,0 +1,107 @@
+"""Where a scenario runs: its vehicles, their common time, and what watches them."""
+
+from collections.abc import Callable, Hashable, Mapping
+from typing import TYPE_CHECKING, Protocol
+
+from runtime.faults import Faults
+from runtime.kernel import SECOND, Kernel
+from runtime.vehicle import Fleet, Vehicle
+from shoal.scenarios.conditions import Condition
+from shoal.scenarios.message_monitor import Lookout, Seen
+
+if TYPE_CHECKING:
+    from shoal.scenarios.links import Channel
+
+
+class Stage:
+    """The vehicles of a run by name, built and not yet started, and their kernel; `warnings` are for the result.
+
+    `channels` are their links by name, `unhappened` tells why events have not happened yet, `overlaps` the values
+    that events have set.
+    """
+
+    def __init__(self, fleet: Fleet, vehicles: Mapping[str, Vehicle], seed: int):
+        self.fleet = fleet
+        self.vehicles = vehicles
+        self.seed = seed
+        self.lookout = Lookout(vehicles)
+        self.channels: dict[str, Channel] = {}
+        self.unhappened: dict[Event, str] = {}
+        self.warnings: list[str] = []
+        self.overlaps = Overlaps()
+        self._faults: dict[str, Faults] = {}
+        self._start_ns = fleet.kernel.now_ns
+
+    @property
+    def kernel(self) -> Kernel:
+        return self.fleet.kernel
+
+    @property
+    def time(self) -> float:
+        """The time since the start of the run (s)."""
+        return (self.fleet.kernel.now_ns - self._start_ns) / SECOND
+
+    def faults(self, vehicle: str) -> Faults:
+        """The faults of a vehicle in this run."""
+        if vehicle not in self._faults:
+            self._faults[vehicle] = Faults(self.vehicles[vehicle])
+        return self._faults[vehicle]
+
+    def idle_faults(self) -> list[str]:
+        """The faults that have changed nothing so far."""
+        return [text for faults in self._faults.values() for text in faults.idle]
+
+    def at(self, seconds: float, function: Callable[[], object]) -> None:
+        """Call a function at a time of the run (s)."""
+        self.kernel.at(self._start_ns + round(seconds * SECOND), function)
+
+    def when(self, condition: Condition, function: Callable[[], object]) -> None:
+        """Call a function once, when a condition holds for the first time. Raises ValueError for unknown entities."""
+        once = _Once(condition, function)
+        (once.seen,) = self.lookout.watch([condition.watches], once.look)
+
+    def stop(self) -> None:
+        """End the run."""
+        self.fleet.stop()
+
+
+class Overlaps:
+    """Values that events set for a while: the latest one counts, and after all of them what was there before."""
+
+    def __init__(self) -> None:
+        self._before: dict[Hashable, str] = {}
+        self._held: dict[Hashable, dict[object, str]] = {}
+
+    def begin(self, what: Hashable, holder: object, value: str, before: str) -> None:
+        """`holder` sets a value; `before` is the present one."""
+        if not self._held.get(what):
+            self._before[what] = before
+        self._held.setdefault(what, {})[holder] = value
+
+    def end(self, what: Hashable, holder: object) -> str:
+        """The value that counts without that of `holder`."""
+        held = self._held[what]
+        del held[holder]
+        return next(reversed(held.values()), self._before[what])
+
+
+class Event(Protocol):
+    """Something that happens in a run, once."""
+
+    def arm(self, stage: Stage) -> None:
+        """Prepare it, before the vehicles start. What it needs to know of one run, it keeps in objects of its own."""
+        ...
+
+
+class _Once:
+    transient = True
+
+    def __init__(self, condition: Condition, function: Callable[[], object]):
+        self._condition = condition
+        self._function: Callable[[], object] | None = function
+        self.seen: Seen = []
+
+    def look(self, _: float) -> None:
+        if (function := self._function) is not None and self._condition.holds(self.seen):
+            self._function = None
+            function()

@@ -1,0 +1,144 @@
+"""A report judges detections by the truth of the run."""
+
+import math
+import re
+
+import pytest
+
+import imc
+from runtime.kernel import VirtualClock
+from runtime.logs import summarize
+from runtime.profile import load_profile
+from runtime.vehicle import build
+from shoal.logs.edit import cut
+from shoal.logs.inspect import report
+from shoal.logs.inspect.report_data import content_of
+from shoal.logs.selection import Selection
+
+HEAD = "MUG detections and the truth"
+MUG_CAMERA = "Simulators.MUGDetectionCamera"
+
+
+def sail(folder, seconds):
+    """The log of a shipped AUV with a camera that misses one in five gliders, and makes up one in ten seconds."""
+    overrides = ["World:Gliders=1 0.3, 8 -4, 15 10", "Vision.FisheyeCamera:Save Images=false"]
+    overrides += [f"{MUG_CAMERA}:Detection Probability=0.8", f"{MUG_CAMERA}:False Alarm Rate=0.1"]
+    return run("lauv-noptilus-1", overrides, folder, seconds)
+
+
+def run(name, overrides, folder, seconds):
+    """The last log of a shipped vehicle with camera and detector."""
+    profile = load_profile(name, overrides=overrides)
+    selected = profile.select("Simulation,Camera,Detector")
+    vehicle = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=folder).vehicle
+    vehicle.start()
+    vehicle.run(seconds)
+    vehicle.close()
+    return sorted(folder.rglob("Data.lsf*"))[-1].parent
+
+
+@pytest.fixture(scope="module")
+def sailed(tmp_path_factory):
+    return sail(tmp_path_factory.mktemp("sailed"), 30.0)
+
+
+def judged(folder):
+    log = imc.Log(folder)
+    return {found.label: found for found in content_of(log, summarize(log)).judged}
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+def test_misses_false_alarms_switches_and_nees_of_a_shipped_vehicle(tmp_path):
+    found = judged(sail(tmp_path, 85.0))
+    assert set(found) == {"MUG Camera", "MUG Detector"}
+    camera, detector = found["MUG Camera"], found["MUG Detector"]
+    assert camera.gliders == detector.gliders == (1, 2, 3)
+    looks = [thing.looks for thing in camera.score.things]
+    hits = [thing.found for thing in camera.score.things]
+    assert max(looks) > 50
+    for seen, hit in zip(looks, hits, strict=True):
+        assert abs(hit - 0.8 * seen) <= 4.0 * math.sqrt(0.16 * seen) + 2.0
+    assert 2 <= camera.score.false <= 20
+    assert camera.score.things[0].nees == pytest.approx(2.0, abs=1.0)
+    assert detector.score.false == 0
+    for thing in detector.score.things:
+        assert thing.looks >= 10
+        assert thing.missed <= 0.1 * thing.looks
+        assert (len(thing.ids), thing.switches) == (1, 0)
+        assert thing.rms < 0.5
+        assert thing.nees < 2.4
+
+
+@pytest.mark.parametrize("scene", ["Sea Surface", "Seabed"])
+def test_gliders_below_a_flying_vehicle_are_in_view_where_no_bottom_is_known(tmp_path, scene):
+    overrides = ["World:Gliders=1 0.3, 8 -4", "Vision.FisheyeCamera:Save Images=false"]
+    found = judged(run("hexa-00", [*overrides, f"Vision.FisheyeCamera:Scene={scene}"], tmp_path, 20.0))
+    for thing in found["MUG Detector"].score.things:
+        assert thing.looks >= 5
+        assert thing.missed == 0
+        assert 0.0 < thing.nees < 10.0
+
+
+def test_detections_of_pictures_before_the_log_do_not_count(sailed, tmp_path):
+    """The log begins between a picture and what is detected in it."""
+    log = imc.Log(sailed)
+    summary = summarize(log)
+    entity = next(n for n in range(256) if summary.names.entity(summary.owner, n) == "MUG Detector")
+    first = next(log.messages("EstimatedMugState", src=summary.owner, src_ent=entity)).timestamp
+    cut(log, tmp_path / "part", Selection(first - 0.01, first + 30.0), summary.owner)
+    (tmp_path / "part" / "Config.ini").write_bytes((sailed / "Config.ini").read_bytes())
+    of = [entry for entry in imc.Log(tmp_path / "part").messages("EstimatedMugState") if entry.src_ent == entity]
+    early = [entry for entry in of if entry.timestamp < first + 0.05]
+    found = judged(tmp_path / "part")["MUG Detector"].score
+    assert early
+    assert found.false + sum(thing.found for thing in found.things) == len(of) - len(early)
+
+
+def test_the_page_has_a_table_of_them(sailed):
+    text = report(imc.Log(sailed))
+    assert HEAD in re.findall(r"<h2>(.*?)</h2>", text)
+    table = text[text.index(HEAD) :]
+    for words in ("MUG Camera", "MUG Detector", "false alarms", "id switches", "NEES"):
+        assert words in table
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        None,
+        "",
+        "\x00\xff not an ini",
+        "[General]\nVehicle = lauv-noptilus-1\n[World]\nGliders = here there\n",
+        "[General]\nVehicle = lauv-noptilus-1\n[Vision.Camera]\nEnabled = Always\nCalibration = /nowhere.yaml\n",
+        "[General]\nVehicle = lauv-noptilus-1\n[Vision.MUGDetector]\nPixel Error = many\n",
+    ],
+)
+def test_a_log_without_a_configuration_that_can_be_read_is_not_judged(text, make_log):
+    start, vehicle = 1_767_225_600.0, 0x001A
+    rows = [imc.SimulatedState(timestamp=start + k, src=vehicle, lat=0.7) for k in range(9)]
+    rows += [imc.EstimatedState(timestamp=start + k, src=vehicle, lat=0.7) for k in range(9)]
+    rows += [imc.EstimatedMugState(timestamp=start + k, src=vehicle, id=1, x=1.0, y=0.3) for k in range(9)]
+    path = make_log(rows)
+    if text is not None:
+        (path / "Config.ini" if path.is_dir() else path.parent / "Config.ini").write_text(text, encoding="latin-1")
+    log = imc.Log(path)
+    assert HEAD not in report(log) or text in ("", None)
+
+
+def test_no_code_of_a_log_runs(sailed, tmp_path, monkeypatch):
+    """A stranger's configuration names a function and a module; neither is imported."""
+    (tmp_path / "evil.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "log"
+    path.mkdir()
+    for file in sailed.iterdir():
+        if file.is_file():
+            (path / file.name).write_bytes(file.read_bytes())
+    more = "\n[Vision.MUGDetector/Evil]\nEnabled = Always\nDetector = Function\nFunction = evil:find\n"
+    more += "[evil]\nEnabled = Always\n[Vision.Camera/evil]\nEnabled = Always\n"
+    with (path / "Config.ini").open("a") as file:
+        file.write(more)
+    assert HEAD in report(imc.Log(path))
+    assert not (tmp_path / "ran").exists()

@@ -1,0 +1,215 @@
+"""The HTML page of a log: complete, self-contained, and safe for any log."""
+
+import math
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import imc
+from runtime.logs import summarize
+from shoal.logs.inspect import report
+from shoal.logs.inspect.report_data import content_of
+from shoal.logs.inspect.time_plot import decimate, ticks
+
+LOGS = Path(__file__).parents[3] / "data" / "logs"
+HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(1)>\"'&\u202e\x00\x1b[2J\udcff]]>"
+START = 1_767_225_600.0
+VEHICLE = 0x001A
+
+
+def at(seconds, kind=imc.Voltage, **fields):
+    """A message of the vehicle's entity 7, `seconds` after the start."""
+    return kind(**{"timestamp": START + seconds, "src": VEHICLE, "src_ent": 7, **fields})
+
+
+def labels(**entities):
+    return [at(0, imc.EntityInfo, label=label, src_ent=number, id=number) for label, number in entities.items()]
+
+
+class Page(HTMLParser):
+    """Tags with their attributes, and the text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.words = [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def mission():
+    """A dive with a plan, detections, and trouble."""
+    for n in range(1200):
+        t = n / 10
+        depth = min(5.0, t / 10)
+        yield at(
+            t, imc.EstimatedState, lat=0.7, lon=-0.15, x=t, y=5 * math.sin(t / 10), z=depth, depth=depth, alt=9 - depth
+        )
+        if n % 10 == 0:
+            state = imc.EntityState.State.NORMAL if not 400 < n < 600 else imc.EntityState.State.ERROR
+            yield at(t, imc.EntityState, state=state, description="no echo", src_ent=8)
+            yield at(
+                t, imc.PlanControlState, state=3, plan_id="survey", man_id=f"Goto{n // 400}", plan_progress=t / 1.2
+            )
+            yield at(t, imc.VehicleState, op_mode=3)
+        if n % 100 == 0:
+            yield at(t, imc.EstimatedMugState, id=4, x=1.0, y=2.0)
+    yield at(60, imc.LogBookEntry, type=2, context="Sensors.DVL", text="no bottom lock")
+    yield at(61, imc.LogBookEntry, type=1, context="Sensors.DVL", text="weak echo")
+
+
+def test_all_parts_of_a_mission(make_log):
+    log = imc.Log(make_log([*labels(DVL=8), *mission()]))
+    text = report(log)
+    heads = re.findall(r"<h2>(.*?)</h2>", text)
+    assert heads == [
+        "Track over ground",
+        "Depth and seabed, m",
+        "Altitude above the seabed, m",
+        "Roll and pitch, °",
+        "Heading, °",
+        "Speed over ground, m/s",
+        "Plan progress, %",
+        "Plan and mode",
+        "Entity states",
+        "MUG detections",
+        "Errors and warnings of the log book",
+        "Messages",
+    ]
+    for word in ("lauv-noptilus-1", "MUG 4", "no bottom lock", "weak echo", "Goto2", "DVL", "EstimatedState", "start"):
+        assert word in text
+    assert len(text) < 300_000
+
+
+def test_what_flies_has_an_altitude_and_no_depth(make_log):
+    flight = [at(n / 10, imc.EstimatedState, lat=0.7, x=float(n), alt=n / 20, depth=-1.0) for n in range(600)]
+    text = report(imc.Log(make_log(flight)))
+    assert "greatest altitude" in text
+    assert "greatest depth" not in text
+    heads = re.findall(r"<h2>(.*?)</h2>", text)
+    assert heads[:3] == ["Track over ground", "Altitude, m", "Roll and pitch, °"]
+
+
+@pytest.mark.parametrize(("altitude", "drawn"), [(12.0, ["Altitude above the seabed, m"]), (-1.0, [])])
+def test_what_stays_at_the_surface_has_no_depth(make_log, altitude, drawn):
+    voyage = [at(n / 10, imc.EstimatedState, lat=0.7, x=float(n), depth=0.0, alt=altitude) for n in range(600)]
+    text = report(imc.Log(make_log(voyage)))
+    assert "greatest" not in text
+    heads = re.findall(r"<h2>(.*?)</h2>", text)
+    assert heads[: 2 + len(drawn)] == ["Track over ground", *drawn, "Roll and pitch, °"]
+
+
+def test_states_without_a_position_are_not_in_the_track(make_log):
+    unknown = [at(n / 10, imc.EstimatedState, depth=0.0) for n in range(50)]
+    voyage = [at(5 + n / 10, imc.EstimatedState, lat=0.7, x=float(n)) for n in range(50)]
+    log = imc.Log(make_log([*unknown, *voyage]))
+    story = content_of(log, summarize(log))
+    assert story.origin == (0.7, 0.0)
+    assert story.distance == pytest.approx(49.0)
+
+
+def test_what_the_story_holds(make_log):
+    log = imc.Log(make_log([*labels(DVL=8), *mission()]))
+    story = content_of(log, summarize(log))
+    assert story.origin == (0.7, -0.15)
+    assert story.motion.north[-1] == pytest.approx(119.9)
+    assert story.distance == pytest.approx(122.0, rel=0.05)
+    assert np.nanmax(story.motion.depth) == 5.0
+    assert [(s.value, round(s.begin), round(s.end)) for s in story.entities["DVL"]] == [
+        ("NORMAL", 0, 41),
+        ("ERROR", 41, 60),
+        ("NORMAL", 60, 120),
+    ]
+    assert [stretch.value for stretch in story.maneuvers] == ["Goto0", "Goto1", "Goto2"]
+    assert story.detections.north[0] == pytest.approx(1.0)
+    assert story.detections.north[-1] == pytest.approx(111.0)
+    assert (story.levels["ERROR"], story.levels["WARNING"]) == (1, 1)
+
+
+def test_the_page_needs_no_other_file_and_no_host():
+    text = report(imc.Log(LOGS / "dune-idle"))
+    page = Page(text)
+    assert not re.search(r"https?://(?!www\.w3\.org/2000/svg)|@import|url\(", text)
+    attributes = [name for _, attrs in page.tags for name in attrs]
+    assert not {"src", "href", "srcset", "action", "xlink:href"} & set(attributes)
+    policies = [attrs["content"] for tag, attrs in page.tags if attrs.get("http-equiv")]
+    assert len(policies) == 1
+    assert policies[0].startswith("default-src 'none'")
+    assert "script-src 'sha256-" in policies[0]
+
+
+def hostile_log():
+    text = HOSTILE
+    yield at(0, imc.Announce, sys_name=text)
+    yield from (at(0, imc.EntityInfo, label=text + str(n), src_ent=n, id=n) for n in (7, 8))
+    for n in range(20):
+        yield at(n, imc.EstimatedState, lat=0.7, lon=0.1, depth=(math.nan, math.inf, 1e30, -5.0)[n % 4], x=float(n))
+        yield at(n, imc.EntityState, state=(1, 4, 77)[n % 3], description=text, src_ent=8)
+        yield at(n, imc.LogBookEntry, type=n % 9, context=text, text=text * 3)
+        yield at(n, imc.PlanControlState, state=3, plan_id=text, man_id=text, plan_progress=math.inf)
+        yield at(n, imc.VehicleState, op_mode=200, last_error=text)
+        yield at(n, imc.EstimatedMugState, id=-n, x=math.nan, y=1.0)
+        yield at(n, imc.EstimatedMugState, id=n, x=1e30, y=-1e30)
+
+
+def test_hostile_text_and_numbers_are_only_shown(make_log):
+    page = Page(report(imc.Log(make_log(hostile_log()))))
+    assert [tag for tag, _ in page.tags].count("script") == 1
+    assert "img" not in [tag for tag, _ in page.tags]
+    assert not [name for _, attrs in page.tags for name in attrs if name.startswith("on")]
+    shown = "".join(page.words)
+    assert "<img src=x onerror=alert(1)>" in shown
+    assert not {"\u202e", "\x00", "\x1b", "\udcff"} & set(shown)
+
+
+@pytest.mark.parametrize("kinds", [(), (imc.EstimatedState,), (imc.EntityState,), (imc.PlanControlState,)])
+def test_logs_that_lack_most(make_log, kinds):
+    text = report(imc.Log(make_log([at(0), *(at(1, kind) for kind in kinds)])))
+    assert "Track over ground" in text
+
+
+def test_a_state_beyond_the_pole_or_without_a_place_is_left_out(make_log):
+    states = [(math.nan, 0.0), (9.0, 0.0), (0.7, math.inf)]
+    log = imc.Log(make_log(at(n, imc.EstimatedState, lat=lat, lon=lon) for n, (lat, lon) in enumerate(states)))
+    assert content_of(log, summarize(log)).origin is None
+
+
+def test_a_page_stays_small_whatever_the_log_says(make_log):
+    def flood():
+        for n in range(6000):
+            yield at(n / 50, imc.EntityState, state=n % 5, description=f"{n} " + "x" * 500)
+            yield at(n / 50, imc.LogBookEntry, type=2, context="y" * 3000, text="z" * 3000)
+            yield at(n / 50, imc.EstimatedState, lat=0.7, x=math.sin(n) * 100, y=math.cos(n * 1.1) * 100, depth=n % 7)
+
+    assert len(report(imc.Log(make_log(flood())))) < 1_000_000
+
+
+def test_an_empty_log_has_no_page(make_log):
+    with pytest.raises(ValueError, match="no message"):
+        report(imc.Log(make_log([])))
+
+
+def test_decimation_keeps_the_extremes():
+    time = np.linspace(0.0, 100.0, 100_000)
+    value = np.sin(time) + np.where(np.arange(100_000) == 54_321, 50.0, 0.0)
+    value[7] = math.nan
+    kept, heights = decimate(time, value)
+    assert len(kept) <= 1402
+    assert heights.max() == np.nanmax(value)
+    assert heights.min() == np.nanmin(value)
+    assert (np.diff(kept) > 0).all()
+    assert (kept[0], kept[-1]) == (0.0, 100.0)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-7.3, 1234.0), (1e-9, 2e-9), (-1e30, 1e30), (5.0, 5.0)])
+def test_ticks_are_round_and_few(low, high):
+    found = ticks(low, high, 5)
+    assert 1 <= len(found) <= 12
+    assert all(low <= at <= high for at in found)

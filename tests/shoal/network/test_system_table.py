@@ -1,0 +1,35 @@
+"""Which of several links to a system is heard."""
+
+import time
+
+from shoal.network import UDPLink, ZenohLink
+from shoal.network.system_table import FORGOTTEN, FRESH, System, Systems
+
+
+def test_the_link_that_brings_all_messages_is_heard_while_it_brings_any() -> None:
+    udp, zenoh, system = UDPLink(), ZenohLink([]), System("lauv-noptilus-1")
+    system.links = {"udp": udp, "zenoh": zenoh}
+    now = time.monotonic()
+    system.last = {"udp": now}
+    assert (system.takes(udp), system.takes(zenoh)) == (True, True)
+    system.last["zenoh"] = now
+    assert (system.takes(udp), system.takes(zenoh)) == (False, True)
+    system.last["zenoh"] = now - FRESH - 1.0
+    assert system.takes(udp)
+
+
+def test_a_second_vehicle_of_one_name_counts_as_long_as_it_is_heard() -> None:
+    systems = Systems()
+    otter = systems.meet("otter")
+    assert otter is not None
+    for number in (3, 4):
+        systems.identify(otter, number, f"at 10.0.0.{number}")
+    assert (otter.id, otter.others) == (3, {4: "at 10.0.0.4"})
+    otter.seen[4] -= FORGOTTEN
+    systems.identify(otter, 3, "")
+    assert (otter.ids, otter.clash) == ([3], "")
+    systems.identify(otter, 4, "")
+    assert "with the ids 0x0003, 0x0004" in otter.clash
+    otter.seen[3] -= FORGOTTEN
+    systems.identify(otter, 4, "")
+    assert (otter.id, otter.ids, otter.clash) == (4, [4], "")
