@@ -17,7 +17,7 @@ from shoal.campaigns import Job, Pool, StudyRunner, campaign_page, open_data_set
 from shoal.campaigns.dataset.dataset import JOURNAL
 from shoal.campaigns.dataset.journal import Journal
 from shoal.campaigns.jobs.rows import packed
-from shoal.scenarios import load_draft, run
+from shoal.scenarios import load_document, run
 
 MOST_OVERHEAD, LEAST_SPEEDUP = 0.060, 1.9  # s, ratio
 MOST_REPORT, LARGEST_PAGE = 10.0, 5e6  # s, bytes
@@ -49,7 +49,7 @@ def scenario(folder: Path) -> Path:
 def overhead(folder: Path) -> bool:
     """Reading, building and ending a run of no time; and memory over many of them in one process."""
     path, do = scenario(folder), StudyRunner()
-    made = load_draft(path).scenario({"limit": "0.1 s"})
+    made = load_document(path).scenario({"limit": "0.1 s"})
     run(made)
     times, peaks = [], []
     for key in range(200):

@@ -12,7 +12,7 @@ import pytest
 if TYPE_CHECKING:
     from runtime.vehicle import Vehicle
     from shoal.campaigns import Outcome
-    from shoal.scenarios import Result
+    from shoal.scenarios import ScenarioResult
 
 SUFFIX = ".scenario.yaml"  # these are those of shoal.campaigns, which is slow to import
 DATA_SET = ("runs.journal", "runs.parquet")
@@ -82,7 +82,7 @@ class ScenarioRun:
         *,
         seed: int | None = None,
         log: bool = False,
-    ) -> "Result":
+    ) -> "ScenarioResult":
         """Run the scenario in a file, which is looked for beside the test, and return its result.
 
         `values` replace those of the file, by place such as "world/current/north". With a `log`, or if the run has

@@ -10,7 +10,7 @@ from shoal.campaigns.jobs import Do, Job, Row
 from shoal.campaigns.search import values_of
 from shoal.campaigns.studies import UNNAMED, Study, load_study
 from shoal.campaigns.versions import versions
-from shoal.scenarios import Draft, Result
+from shoal.scenarios import ScenarioDocument, ScenarioResult
 
 
 @dataclass(frozen=True)
@@ -21,13 +21,13 @@ class Rerun:
     """
 
     row: Row
-    result: Result
+    result: ScenarioResult
     values: Mapping[str, object]
     drawn: Mapping[str, object]
     differences: tuple[str, ...]
 
 
-def study_of(data: DataSet, *, make: Make = Draft, file: Path | None = None) -> Study:
+def study_of(data: DataSet, *, make: Make = ScenarioDocument, file: Path | None = None) -> Study:
     """The study that a data set is of, which may now be another `file`.
 
     Raises DataSetError if it has changed since, or is not there any more.
@@ -48,7 +48,7 @@ def rerun(
     *,
     changes: Mapping[str, object] | None = None,
     log_root: Path | None = None,
-    make: Make = Draft,
+    make: Make = ScenarioDocument,
     file: Path | None = None,
 ) -> Rerun:
     """Do a run again; with `changes`, by path, some of its values are others, and nothing has to be as it was.
@@ -63,7 +63,7 @@ def rerun(
     return Rerun(row, result, values, drawn, () if changes else tuple(_differences(row, result)))
 
 
-def _differences(row: Row, result: Result) -> list[str]:
+def _differences(row: Row, result: ScenarioResult) -> list[str]:
     found: list[str] = []
     if row["fingerprint"] != result.fingerprint:
         found.append(f"fingerprint {result.fingerprint[:16] or '-'}, was {row['fingerprint'][:16] or '-'}")

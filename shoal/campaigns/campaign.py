@@ -18,7 +18,7 @@ from shoal.campaigns.search import Course
 from shoal.campaigns.shards import WHOLE, Shard, check_shard
 from shoal.campaigns.studies import Study
 from shoal.campaigns.versions import versions
-from shoal.scenarios import Result
+from shoal.scenarios import ScenarioResult
 
 TABLE_PERIOD = 60.0  # s of wall time between two Parquet files
 Tell = Callable[[DataSet], None]
@@ -94,7 +94,7 @@ def _work_off(study: Study, recording: Recording, progress: "_Progress | Course"
                 written = time.monotonic()
 
 
-def _check_disk(job: Job, result: Result) -> None:
+def _check_disk(job: Job, result: ScenarioResult) -> None:
     """Raise OSError if the log of a run did not fit on the disk: the run is to be done again when there is room."""
     for code in (errno.ENOSPC, errno.EDQUOT):
         if job.log_root is not None and any(os.strerror(code) in words for words in (result.error, *result.warnings)):

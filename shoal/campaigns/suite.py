@@ -8,7 +8,7 @@ from pathlib import Path
 
 from shoal.campaigns.dataset import JOURNAL, TABLE
 from shoal.campaigns.jobs import SUFFIX, Job, Pool, Unfinished, Unreadable
-from shoal.scenarios import Result
+from shoal.scenarios import ScenarioResult
 
 NOT_OURS = ("pyvenv.cfg", "CACHEDIR.TAG", JOURNAL, TABLE)
 """A folder below with one of these has files of other programs, or what a search has found, which fails by design."""
@@ -23,7 +23,7 @@ class Outcome:
     """
 
     job: Job
-    result: Result
+    result: ScenarioResult
     wall: float
     repeated: bool = True
 

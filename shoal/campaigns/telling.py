@@ -6,16 +6,16 @@ from pathlib import Path
 
 from runtime.logs import logs_of_run
 from shoal.campaigns.suite import Outcome
-from shoal.scenarios import Result
+from shoal.scenarios import ScenarioResult
 
 
-def failures_of(result: Result) -> list[str]:
+def failures_of(result: ScenarioResult) -> list[str]:
     """A line for each reason for which a run has not passed."""
     failed = [f"{verdict.name}: {verdict.reason}" for verdict in result.verdicts if not verdict.passed]
     return result.error.splitlines()[:1] + failed
 
 
-def details_of(result: Result) -> list[str]:
+def details_of(result: ScenarioResult) -> list[str]:
     """The same, after the line of the file that it is about; and where an error was, as far as that is known."""
     failed = [
         f"{verdict.origin}: {verdict.name}: {verdict.reason}" for verdict in result.verdicts if not verdict.passed

@@ -1,19 +1,19 @@
 """Scenarios: what happens to vehicles in one run, and what is expected of them."""
 
-from shoal.scenarios.dependencies import Sources, absolute
-from shoal.scenarios.document import Draft, load_draft
+from shoal.scenarios.dependencies import ScenarioDependencies, absolute_path
+from shoal.scenarios.document import ScenarioDocument, load_document
 from shoal.scenarios.engine import run
-from shoal.scenarios.result import Result, Verdict
+from shoal.scenarios.result import ExpectationVerdict, ScenarioResult
 from shoal.scenarios.scenario import Scenario, ScenarioFileError
 
 __all__ = [
-    "Draft",
-    "Result",
+    "ExpectationVerdict",
     "Scenario",
+    "ScenarioDependencies",
+    "ScenarioDocument",
     "ScenarioFileError",
-    "Sources",
-    "Verdict",
-    "absolute",
-    "load_draft",
+    "ScenarioResult",
+    "absolute_path",
+    "load_document",
     "run",
 ]

@@ -10,103 +10,107 @@ from imc.addresses import UNKNOWN_SYSTEM
 from runtime.faults import Fault
 from runtime.task import Parameter, Task, find_parameter
 from runtime.vehicle import Vehicle
-from shoal.scenarios.run_context import Stage
-from shoal.scenarios.value_reader import in_unit_of
+from shoal.scenarios.run_context import RunContext
+from shoal.scenarios.value_reader import convert_to_unit_of
 from support.text import hinted
 from tasks.simulators.battery import Battery
 
 CONSOLE = 0x4001
 """The system in whose name a scenario sends messages: one of the consoles."""
 
-End = Callable[[], object]
+EndAction = Callable[[], object]
 
 
 @dataclass(frozen=True)
-class Act(ABC):
+class Action(ABC):
     """What an event does to the vehicle of this name. `begin` may return the function that ends it."""
 
     vehicle: str
 
-    def check(self, stage: Stage) -> None:  # noqa: B027, most have nothing to prepare
+    def check(self, context: RunContext) -> None:  # noqa: B027, most have nothing to prepare
         """Prepare it, before the vehicles start. Raises ValueError if the vehicle cannot do it."""
 
     @abstractmethod
-    def begin(self, stage: Stage, lasting: float) -> End | None:
+    def begin(self, context: RunContext, duration: float) -> EndAction | None:
         """Do it, for so many seconds if that is finite; the caller ends it then."""
 
 
 @dataclass(frozen=True)
-class Break(Act):
+class InjectFault(Action):
     """A fault of a task, which logs itself."""
 
     task: str
     fault: Fault
     where: str = ""
 
-    def check(self, stage: Stage) -> None:
-        stage.faults(self.vehicle).expect(self.task, self.fault)
+    def check(self, context: RunContext) -> None:
+        context.faults(self.vehicle).expect(self.task, self.fault)
 
-    def begin(self, stage: Stage, lasting: float) -> None:
-        stage.faults(self.vehicle).begin(self.task, self.fault, lasting, self.where)
+    def begin(self, context: RunContext, duration: float) -> None:
+        context.faults(self.vehicle).begin(self.task, self.fault, duration, self.where)
 
 
 @dataclass(frozen=True)
-class Leak(Act):
+class SimulateLeak(Action):
     """Leak sensors are wet: the one with this label, or all."""
 
     sensor: str
 
-    def check(self, stage: Stage) -> None:
-        labels = self._labels(stage)
+    def check(self, context: RunContext) -> None:
+        labels = self._labels(context)
         if not labels:
             raise ValueError(f"{self.vehicle} has no simulated leak sensor")
         if self.sensor and self.sensor not in labels:
             raise ValueError(hinted(f"there is no leak sensor {self.sensor!r}", self.sensor, labels))
 
-    def begin(self, stage: Stage, lasting: float) -> End:
-        vehicle, what = stage.vehicles[self.vehicle], f"leak of {self.sensor or 'all sensors'}"
-        tell(vehicle, what, lasting)
-        say(vehicle, imc.LeakSimulation(op=imc.LeakSimulation.Op.ON, entities=self.sensor))
-        sensors, holder = [self.sensor] if self.sensor else self._labels(stage), object()
+    def begin(self, context: RunContext, duration: float) -> EndAction:
+        vehicle, what = context.vehicles[self.vehicle], f"leak of {self.sensor or 'all sensors'}"
+        log_action(vehicle, what, duration)
+        deliver_message(vehicle, imc.LeakSimulation(op=imc.LeakSimulation.Op.ON, entities=self.sensor))
+        sensors, holder = [self.sensor] if self.sensor else self._labels(context), object()
         for sensor in sensors:
-            stage.overlaps.begin((self.vehicle, Leak, sensor), holder, "wet", "")
+            context.temporary_values.begin((self.vehicle, SimulateLeak, sensor), holder, "wet", "")
 
         def end() -> None:
-            tell(vehicle, f"end of the {what}")
-            dry = [sensor for sensor in sensors if not stage.overlaps.end((self.vehicle, Leak, sensor), holder)]
+            log_action(vehicle, f"end of the {what}")
+            dry = [
+                sensor
+                for sensor in sensors
+                if not context.temporary_values.end((self.vehicle, SimulateLeak, sensor), holder)
+            ]
             if dry:
-                say(vehicle, imc.LeakSimulation(op=imc.LeakSimulation.Op.OFF, entities=",".join(dry)))
+                deliver_message(vehicle, imc.LeakSimulation(op=imc.LeakSimulation.Op.OFF, entities=",".join(dry)))
 
         return end
 
-    def _labels(self, stage: Stage) -> list[str]:
-        return [label for task in stage.vehicles[self.vehicle].tasks for label in getattr(task, "leak_entities", ())]
+    def _labels(self, context: RunContext) -> list[str]:
+        return [label for task in context.vehicles[self.vehicle].tasks for label in getattr(task, "leak_entities", ())]
 
 
 @dataclass(frozen=True)
-class Drain(Act):
+class DrainBattery(Action):
     """The battery has this level (%), unless it has less."""
 
     level: float
     where: str = ""
 
-    def check(self, stage: Stage) -> None:
-        if not self._batteries(stage):
+    def check(self, context: RunContext) -> None:
+        if not self._batteries(context):
             raise ValueError(f"{self.vehicle} has no simulated battery")
 
-    def begin(self, stage: Stage, lasting: float) -> None:
+    def begin(self, context: RunContext, duration: float) -> None:
         words = f"battery drained to {self.level:g} %"
-        if not any([battery.drain(self.level) for battery in self._batteries(stage)]):
+        if not any([battery.drain(self.level) for battery in self._batteries(context)]):
             words = f"battery not drained to {self.level:g} %: it has less"
-            stage.warnings.append(f"{self.where}: {words}")
-        tell(stage.vehicles[self.vehicle], words)
+            context.warnings.append(f"{self.where}: {words}")
+        log_action(context.vehicles[self.vehicle], words)
 
-    def _batteries(self, stage: Stage) -> list[Battery]:
-        return [task for task in stage.vehicles[self.vehicle].tasks if isinstance(task, Battery)]
+    def _batteries(self, context: RunContext) -> list[Battery]:
+        return [task for task in context.vehicles[self.vehicle].tasks if isinstance(task, Battery)]
 
 
 @dataclass(frozen=True)
-class Set(Act):
+class SetParameters(Action):
     """Parameters have other values, by section or label of a task and name; at the end, those that they had before.
 
     Of several such events the latest counts.
@@ -114,42 +118,44 @@ class Set(Act):
 
     values: Mapping[str, Mapping[str, str]]
 
-    def check(self, stage: Stage) -> None:
+    def check(self, context: RunContext) -> None:
         for name, options in self.values.items():
-            task = self._task(stage.vehicles[self.vehicle], name)
+            task = self._task(context.vehicles[self.vehicle], name)
             for option, text in options.items():
                 parameter = self._parameter(task, option)
                 if not parameter.editable:
                     raise ValueError(f"{task.name}: {option} cannot be changed while the vehicle runs")
                 try:
-                    parameter.parse_alone(in_unit_of(parameter, text))
+                    parameter.parse_alone(convert_to_unit_of(parameter, text))
                 except ValueError as error:
                     raise ValueError(f"{task.name}: {option}: {error}") from None
 
-    def begin(self, stage: Stage, lasting: float) -> End:
-        vehicle, holder, places = stage.vehicles[self.vehicle], object(), dict[str, dict[str, Hashable]]()
+    def begin(self, context: RunContext, duration: float) -> EndAction:
+        vehicle, holder, places = context.vehicles[self.vehicle], object(), dict[str, dict[str, Hashable]]()
         for name, options in self.values.items():
             task = self._task(vehicle, name)
             places[name], texts = {}, dict[str, str]()
             for option, given in options.items():
                 parameter = self._parameter(task, option)
-                text = texts[option] = in_unit_of(parameter, given)
+                text = texts[option] = convert_to_unit_of(parameter, given)
                 place = places[name][parameter.name] = self.vehicle, task.name, parameter.name
-                stage.overlaps.begin(place, holder, text, parameter.format(task.parameter_set.value(parameter)))
-            self._put(vehicle, task, texts, lasting)
+                context.temporary_values.begin(
+                    place, holder, text, parameter.format(task.parameter_set.value(parameter))
+                )
+            self._put(vehicle, task, texts, duration)
 
         def end() -> None:
             for name, options in places.items():
-                left = {option: stage.overlaps.end(place, holder) for option, place in options.items()}
+                left = {option: context.temporary_values.end(place, holder) for option, place in options.items()}
                 self._put(vehicle, self._task(vehicle, name), left)
 
         return end
 
-    def _put(self, vehicle: Vehicle, task: Task, options: Mapping[str, str], lasting: float = math.inf) -> None:
+    def _put(self, vehicle: Vehicle, task: Task, options: Mapping[str, str], duration: float = math.inf) -> None:
         words = ", ".join(f"{option} = {text}" for option, text in options.items())
-        tell(vehicle, f"{task.name}: {words}", lasting)
+        log_action(vehicle, f"{task.name}: {words}", duration)
         values = tuple(imc.EntityParameter(name=option, value=text) for option, text in options.items())
-        say(vehicle, imc.SetEntityParameters(name=task.entity.label, params=values))
+        deliver_message(vehicle, imc.SetEntityParameters(name=task.entity.label, params=values))
 
     def _task(self, vehicle: Vehicle, name: str) -> Task:
         tasks = {task.name: task for task in vehicle.tasks}
@@ -168,7 +174,7 @@ class Set(Act):
 
 
 @dataclass(frozen=True)
-class Say(Act):
+class SendMessage(Action):
     """A message arrives, or is published by the vehicle if its source is the vehicle's own.
 
     `source` is the name of a system, `speaker` and `hearer` are labels of entities; each replaces the number in the
@@ -176,27 +182,27 @@ class Say(Act):
     """
 
     message: imc.Message
-    words: str
+    description: str
     source: str = ""
-    speaker: str = ""
-    hearer: str = ""
+    source_entity: str = ""
+    target_entity: str = ""
 
-    def check(self, stage: Stage) -> None:
-        self._addressed(stage)
+    def check(self, context: RunContext) -> None:
+        self._addressed(context)
 
-    def begin(self, stage: Stage, lasting: float) -> None:
-        vehicle = stage.vehicles[self.vehicle]
-        tell(vehicle, self.words)
-        say(vehicle, self._addressed(stage))
+    def begin(self, context: RunContext, duration: float) -> None:
+        vehicle = context.vehicles[self.vehicle]
+        log_action(vehicle, self.description)
+        deliver_message(vehicle, self._addressed(context))
 
-    def _addressed(self, stage: Stage) -> imc.Message:
-        vehicle, message = stage.vehicles[self.vehicle], self.message
+    def _addressed(self, context: RunContext) -> imc.Message:
+        vehicle, message = context.vehicles[self.vehicle], self.message
         if self.source:
             number = vehicle.systems.id(self.source)
             if number is None:
                 raise ValueError(f"there is no system {self.source!r} in [IMC Addresses] of {self.vehicle}")
             message = message.replace(src=number)
-        for name, label in (("src_ent", self.speaker), ("dst_ent", self.hearer)):
+        for name, label in (("src_ent", self.source_entity), ("dst_ent", self.target_entity)):
             if not label:
                 continue
             entity = vehicle.entities.find(label)
@@ -208,31 +214,31 @@ class Say(Act):
 
 
 @dataclass(frozen=True)
-class Cut(Act):
+class CutLink(Action):
     """Nothing passes a link."""
 
     link: str
 
-    def begin(self, stage: Stage, lasting: float) -> End:
-        channel = stage.channels[self.link]
+    def begin(self, context: RunContext, duration: float) -> EndAction:
+        channel = context.channels[self.link]
         channel.cuts += 1
         for end in channel.ends:
-            tell(end.vehicle, f"link {self.link} cut", lasting)
+            log_action(end.vehicle, f"link {self.link} cut", duration)
 
         def mend() -> None:
             channel.cuts -= 1
             for end in channel.ends:
-                tell(end.vehicle, f"link {self.link} mended")
+                log_action(end.vehicle, f"link {self.link} mended")
 
         return mend
 
 
-def tell(vehicle: Vehicle, words: str, lasting: float = math.inf) -> None:
+def log_action(vehicle: Vehicle, words: str, duration: float = math.inf) -> None:
     """Have the log book of a vehicle say what a scenario does to it."""
-    vehicle.daemon.log.warning(f"scenario: {words}" + (f", for {lasting:g} s" if math.isfinite(lasting) else ""))
+    vehicle.daemon.log.warning(f"scenario: {words}" + (f", for {duration:g} s" if math.isfinite(duration) else ""))
 
 
-def say(vehicle: Vehicle, message: imc.Message) -> None:
+def deliver_message(vehicle: Vehicle, message: imc.Message) -> None:
     """Let a message arrive at a vehicle, by default from a console, and for this vehicle."""
     source = CONSOLE if message.src == UNKNOWN_SYSTEM else message.src
     target = vehicle.system if message.dst == UNKNOWN_SYSTEM and source != vehicle.system else message.dst

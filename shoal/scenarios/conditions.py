@@ -8,13 +8,19 @@ from typing import NamedTuple, TypeVar
 
 import imc
 from shoal.missions import UNITS
-from shoal.scenarios.operands import Operand, Operands, Watch
-from shoal.scenarios.robustness import MEANING, Latest, Margin, gap, verdict
+from shoal.scenarios.operands import MessageSelector, Operand, OperandParser
+from shoal.scenarios.robustness import (
+    MEANING,
+    LatestMessages,
+    RobustnessFunction,
+    boolean_robustness,
+    comparison_robustness,
+)
 from support.located_yaml import Node
 from support.text import hinted
 from tasks.plan import COMPARISONS, SIGN, Logic
 
-T = TypeVar("T", "Condition", "Expression")
+T = TypeVar("T", "ScenarioCondition", "MessageExpression")
 _UNIT = "|".join(map(re.escape, sorted(UNITS, key=len, reverse=True)))
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _NAME = r"[A-Za-z_]\w*(?:\[[^\]]*\])?(?:\.\w+)?(?:@\w+(?:[-.]\w+)*)?"
@@ -25,7 +31,7 @@ _PLANS = ("true", "maneuverisdone", "maneuverisdone()")
 
 
 @dataclass(frozen=True)
-class Scope:
+class ExpressionScope:
     """The vehicles whose messages a text may name, with their schemas; `vehicle` is meant if it names none."""
 
     vehicles: Mapping[str, imc.Schema]
@@ -33,83 +39,83 @@ class Scope:
 
 
 @dataclass(frozen=True, eq=False)
-class Condition:
-    """A condition. `margin(latest)` takes the latest message of each of its `watches`, None if there is none yet.
+class ScenarioCondition:
+    """A condition. `margin(latest)` takes the latest message of each of its `selectors`, None if there is none yet.
 
     The margin is positive if the condition holds, with any distance left, and NaN as long as messages are missing that
     decide it. For `holds`, a comparison with a message that is missing is false, as in plans.
     """
 
     text: str
-    watches: tuple[Watch, ...]
-    test: Margin
+    selectors: tuple[MessageSelector, ...]
+    test: RobustnessFunction
 
-    def margin(self, latest: Latest) -> float:
+    def margin(self, latest: LatestMessages) -> float:
         return self.test(latest, math.nan)
 
-    def holds(self, latest: Latest) -> bool:
+    def holds(self, latest: LatestMessages) -> bool:
         return self.test(latest, -math.inf) > 0.0
 
 
-class Expression(NamedTuple):
-    """A number that follows from messages. `value` takes the latest one of each watch, of which none may be missing."""
+class MessageExpression(NamedTuple):
+    """A number that follows from messages. `value` takes the latest one of each selector; none may be missing."""
 
     text: str
-    watches: tuple[Watch, ...]
-    value: Callable[[Latest], float]
+    selectors: tuple[MessageSelector, ...]
+    value: Callable[[LatestMessages], float]
     unit: str
     is_enumeration: bool = False
 
 
-def parse(text: str, scope: Scope) -> Condition:
+def parse_scenario_condition(text: str, scope: ExpressionScope) -> ScenarioCondition:
     """Parse a condition. Raises ValueError with the reason."""
-    operands = Operands(scope.vehicles, scope.vehicle)
+    operands = OperandParser(scope.vehicles, scope.vehicle)
 
-    def single(logic: Logic[Margin]) -> Margin:
+    def single(logic: Logic[RobustnessFunction]) -> RobustnessFunction:
         if logic.word is not None and logic.word.lower() in _PLANS:
             raise ValueError(f"{logic.word!r} is for plans only: compare PlanControlState.man_id or .state instead")
         return _comparison(operands, logic)
 
-    test = Logic[Margin](text, _WORD, single, MEANING, sums=True).parse()
-    return Condition(text, tuple(operands.watches), test)
+    test = Logic[RobustnessFunction](text, _WORD, single, MEANING, sums=True).parse()
+    return ScenarioCondition(text, tuple(operands.selectors), test)
 
 
-def parse_expression(text: str, scope: Scope) -> Expression:
+def parse_expression(text: str, scope: ExpressionScope) -> MessageExpression:
     """Parse an expression. Raises ValueError with the reason."""
-    operands = Operands(scope.vehicles, scope.vehicle)
-    logic = Logic[Margin](text, _WORD, lambda logic: _comparison(operands, logic), MEANING, sums=True)
-    operand = operands.sum(logic)
+    operands = OperandParser(scope.vehicles, scope.vehicle)
+    logic = Logic[RobustnessFunction](text, _WORD, lambda logic: _comparison(operands, logic), MEANING, sums=True)
+    operand = operands.parse_sum(logic)
     logic.end()
-    operand.must_be_number()
-    return Expression(text, tuple(operands.watches), operand.value, operand.unit, operand.enum is not None)
+    operand.check_is_number()
+    return MessageExpression(text, tuple(operands.selectors), operand.value, operand.unit, operand.enum is not None)
 
 
-def read_condition(node: Node, scope: Scope) -> Condition:
+def read_condition(node: Node, scope: ExpressionScope) -> ScenarioCondition:
     """The condition in a file. Raises the error of the file, which names the line."""
-    return _read(node, scope, parse)
+    return _read(node, scope, parse_scenario_condition)
 
 
-def read_expression(node: Node, scope: Scope) -> Expression:
+def read_expression(node: Node, scope: ExpressionScope) -> MessageExpression:
     """The expression in a file. Raises the error of the file, which names the line."""
     return _read(node, scope, parse_expression)
 
 
-def _read(node: Node, scope: Scope, parse: Callable[[str, Scope], T]) -> T:
+def _read(node: Node, scope: ExpressionScope, parse: Callable[[str, ExpressionScope], T]) -> T:
     text = node.text()
     try:
         found = parse(text, scope)
     except ValueError as error:
         node.fail(f"{text}: {error}")
-    if not found.watches:
+    if not found.selectors:
         node.fail(f"{text}: names no message, so nothing can change it")
     return found
 
 
-def _comparison(operands: Operands, logic: Logic[Margin]) -> Margin:
-    left = operands.sum(logic)
+def _comparison(operands: OperandParser, logic: Logic[RobustnessFunction]) -> RobustnessFunction:
+    left = operands.parse_sum(logic)
     sign = logic.word
     compare = logic.comparison()
-    right = operands.sum(logic)
+    right = operands.parse_sum(logic)
     if logic.word in COMPARISONS:
         raise ValueError(f"{logic.word!r} is not expected: join two comparisons by and")
     left, right = _named(left, right), _named(right, left)
@@ -117,16 +123,18 @@ def _comparison(operands: Operands, logic: Logic[Margin]) -> Margin:
     if is_text and not (left.is_text and right.is_text and sign in ("==", "!=")):
         raise ValueError("a text can only be compared with a text, by == or !=")
     if not is_text:
-        left.must_fit(right)
-    measure = verdict if is_text or left.enum is not None or right.enum is not None else gap
+        left.check_units(right)
+    measure = (
+        boolean_robustness if is_text or left.enum is not None or right.enum is not None else comparison_robustness
+    )
     a, b, needs = left.value, right.value, tuple(sorted(left.needs | right.needs))
     if len(needs) == 1:
         (only,) = needs
-        if measure is gap and not right.needs and sign in _WAYS:
+        if measure is comparison_robustness and not right.needs and sign in _WAYS:
             return _bound(only, a, _WAYS[sign], b(()), compare)
         return lambda latest, unknown: unknown if latest[only] is None else measure(compare, a(latest), b(latest))
 
-    def test(latest: Latest, unknown: float) -> float:
+    def test(latest: LatestMessages, unknown: float) -> float:
         for index in needs:
             if latest[index] is None:
                 return unknown
@@ -136,16 +144,20 @@ def _comparison(operands: Operands, logic: Logic[Margin]) -> Margin:
 
 
 def _bound(
-    only: int, a: Callable[[Latest], float], way: float, limit: float, compare: Callable[[float, float], bool]
-) -> Margin:
+    only: int, a: Callable[[LatestMessages], float], way: float, limit: float, compare: Callable[[float, float], bool]
+) -> RobustnessFunction:
     """A comparison with a constant, which is by far the most frequent one."""
 
-    def test(latest: Latest, unknown: float) -> float:
+    def test(latest: LatestMessages, unknown: float) -> float:
         if latest[only] is None:
             return unknown
         value = a(latest)
         margin = way * (limit - value)
-        return margin if 0.0 < margin < math.inf or -math.inf < margin < 0.0 else gap(compare, value, limit)
+        return (
+            margin
+            if 0.0 < margin < math.inf or -math.inf < margin < 0.0
+            else comparison_robustness(compare, value, limit)
+        )
 
     return test
 

@@ -10,7 +10,7 @@ from runtime.vehicle import TaskImportError, find_task
 
 
 @dataclass(frozen=True)
-class Sources:
+class ScenarioDependencies:
     """Absolute paths of what was read: `files` are plans, profiles and what these include.
 
     `data` are files that values of profiles name, by section, option and text; `modules` have the tasks of sections.
@@ -20,14 +20,14 @@ class Sources:
     data: Mapping[str, Path] = field(default_factory=dict[str, Path])
     modules: frozenset[str] = frozenset()
 
-    def __or__(self, other: "Sources") -> "Sources":
-        return Sources(self.files | other.files, {**self.data, **other.data}, self.modules | other.modules)
+    def __or__(self, other: "ScenarioDependencies") -> "ScenarioDependencies":
+        return ScenarioDependencies(self.files | other.files, {**self.data, **other.data}, self.modules | other.modules)
 
 
-def sources_of(profile: Profile, modes: Iterable[str]) -> Sources:
+def profile_dependencies(profile: Profile, modes: Iterable[str]) -> ScenarioDependencies:
     """The sources of a profile with these modes; tasks that are not enabled count, too, but not the files they name."""
     modes = tuple(modes)
-    files = frozenset(absolute(Path(name)) for name in profile.config.files)
+    files = frozenset(absolute_path(Path(name)) for name in profile.config.files)
     data: dict[str, Path] = {}
     modules: set[str] = set()
     for section in profile.config.sections.values():
@@ -44,11 +44,11 @@ def sources_of(profile: Profile, modes: Iterable[str]) -> Sources:
             for text in items(option.value):
                 place = next((path for folder in places if _is_file(path := located(folder / text))), None)
                 if place is not None:
-                    data[f"{section.name}: {option.name} = {text}"] = absolute(place)
-    return Sources(files, data, frozenset(modules))
+                    data[f"{section.name}: {option.name} = {text}"] = absolute_path(place)
+    return ScenarioDependencies(files, data, frozenset(modules))
 
 
-def absolute(path: Path) -> Path:
+def absolute_path(path: Path) -> Path:
     """The path from the root, without links followed and without a/../."""
     return Path(os.path.abspath(path))
 

@@ -6,41 +6,41 @@ from pathlib import Path
 from typing import Any, cast
 
 from runtime.profile import load_profile
-from shoal.scenarios.dependencies import Sources, absolute, sources_of
-from shoal.scenarios.engine import rehearse
-from shoal.scenarios.profiles import Profiles
+from shoal.scenarios.dependencies import ScenarioDependencies, absolute_path, profile_dependencies
+from shoal.scenarios.engine import dry_run
+from shoal.scenarios.profiles import ScenarioProfiles
 from shoal.scenarios.reader import ScenarioReader
-from shoal.scenarios.relocate import moved
+from shoal.scenarios.relocate import relocate_tree
 from shoal.scenarios.scenario import Scenario, ScenarioFileError
 from support.located_yaml import Node, read_text, read_tree
 
-Place = tuple[str, ...]
+KeyPath = tuple[str, ...]
 
 
-def load_draft(path: Path) -> "Draft":
+def load_document(path: Path) -> "ScenarioDocument":
     """Read the tree of a scenario file. Raises ScenarioFileError, and OSError if it cannot be read."""
     text = read_text(path, ScenarioFileError)
     try:
-        return Draft(path, read_tree(text, str(path), ScenarioFileError))
+        return ScenarioDocument(path, read_tree(text, str(path), ScenarioFileError))
     except ScenarioFileError as error:
         hint = " (a text with [, ], {, } or : in it needs quotes)" if "not YAML" in str(error) else ""
         raise ScenarioFileError(f"{error}{hint}") from None
 
 
-class Draft:
+class ScenarioDocument:
     """The tree of a scenario file. Profiles that it names are read once for all scenarios that it gives."""
 
     def __init__(self, path: Path, root: Node):
         self.path = path
         self._root = _mended(root)
-        self._profiles = Profiles(path.parent)
+        self._profiles = ScenarioProfiles(path.parent)
 
     @property
     def root(self) -> Node:
         """The whole tree."""
         return self._root
 
-    def places(self) -> dict[str, Node]:
+    def scalars_by_path(self) -> dict[str, Node]:
         """All scalars by their place: the keys on the way, and numbers in lists, joined with "/"."""
         found: dict[str, Node] = {}
         _collect(self._root, (), found)
@@ -53,50 +53,50 @@ class Draft:
         """
         return ScenarioReader(self._changed(values or {}), self.path, self._profiles).scenario()
 
-    def tree(self, values: Mapping[str, object], folder: Path) -> Node:
+    def changed_tree(self, values: Mapping[str, object], folder: Path) -> Node:
         """The tree with some values replaced, for a file in a folder: paths of plans and profiles begin there."""
-        return moved(self._changed(values), self.path.parent, folder)
+        return relocate_tree(self._changed(values), self.path.parent, folder)
 
-    def usual(self, place: str) -> object:
+    def current_value(self, place: str) -> object:
         """The value at a place: that of the file, or that of a parameter which the file does not set; None if unknown.
 
         A text that is a number is given as one.
         """
-        if (node := self.places().get(place)) is not None:
+        if (node := self.scalars_by_path().get(place)) is not None:
             return node.value()
-        for actor in self.scenario().actors:
-            for start in ("vehicle/parameters/", f"vehicles/{actor.name}/parameters/"):
+        for spec in self.scenario().vehicles:
+            for start in ("vehicle/parameters/", f"vehicles/{spec.name}/parameters/"):
                 if place.startswith(start):
                     section, _, option = place.removeprefix(start).rpartition("/")
-                    text = self._profiles.usual(actor.profile, actor.name, section, option)
+                    text = self._profiles.effective_value(spec.profile, spec.name, section, option)
                     return None if text is None else Node(text, "", 0, plain=True).value()
         return None
 
-    def sources(self, values: Mapping[str, object] | None = None) -> Sources:
+    def dependencies(self, values: Mapping[str, object] | None = None) -> ScenarioDependencies:
         """What the scenario with these values is made of, besides the file itself. Raises as `scenario` does."""
-        found = Sources()
-        for actor in self.scenario(values).actors:
-            overrides = [setting.override for setting in actor.settings]
-            profile = load_profile(actor.profile, (actor.folder,), vehicle=actor.name, overrides=overrides)
-            found |= sources_of(profile, actor.modes)
-            if actor.plan_file is not None:
-                found |= Sources(frozenset([absolute(actor.plan_file)]))
+        found = ScenarioDependencies()
+        for spec in self.scenario(values).vehicles:
+            overrides = [setting.override for setting in spec.settings]
+            profile = load_profile(spec.profile, (spec.folder,), vehicle=spec.name, overrides=overrides)
+            found |= profile_dependencies(profile, spec.modes)
+            if spec.plan_file is not None:
+                found |= ScenarioDependencies(frozenset([absolute_path(spec.plan_file)]))
         return found
 
-    def rehearse(self, values: Mapping[str, object] | None = None) -> None:
+    def dry_run(self, values: Mapping[str, object] | None = None) -> None:
         """Make sure that the scenario can begin with these values. Raises ScenarioFileError like `scenario`."""
-        rehearse(self.scenario(values))
+        dry_run(self.scenario(values))
 
     @property
     def digest(self) -> str:
         """SHA-256 of all that the scenario is made of: the values of the file, its plans and its profiles."""
         made = hashlib.sha256(repr(_bare(self._root)).encode())
         scenario = self.scenario()
-        for actor in scenario.actors:
-            made.update(repr((actor.name, actor.modes)).encode())
-            made.update(self._profiles.dump(actor.profile, actor.name).encode(errors="surrogateescape"))
-            if actor.plan is not None:
-                made.update(actor.plan.replace(timestamp=0.0).to_json().encode())
+        for spec in scenario.vehicles:
+            made.update(repr((spec.name, spec.modes)).encode())
+            made.update(self._profiles.dump(spec.profile, spec.name).encode(errors="surrogateescape"))
+            if spec.plan is not None:
+                made.update(spec.plan.replace(timestamp=0.0).to_json().encode())
         return made.hexdigest()
 
     def _changed(self, values: Mapping[str, object]) -> Node:
@@ -139,7 +139,7 @@ def _with(node: Node, content: "str | list[Node] | dict[str, Node]") -> Node:
     return Node(content, node.file, node.line, node.error, node.plain)
 
 
-def _collect(node: Node, place: Place, found: dict[str, Node]) -> None:
+def _collect(node: Node, place: KeyPath, found: dict[str, Node]) -> None:
     if isinstance(node.content, str):
         found["/".join(place)] = node
         return

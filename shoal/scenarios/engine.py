@@ -18,66 +18,66 @@ from runtime.kernel import VirtualClock
 from runtime.logs import logs_of_run
 from runtime.vehicle import Fleet, Vehicle
 from shoal.missions import COMPLETED, FAILED, Mission, Report, prepare
-from shoal.scenarios.expectations import Expectation, Judge, unproved
-from shoal.scenarios.metrics import Meter
-from shoal.scenarios.profiles import placed
-from shoal.scenarios.result import Result, Verdict
-from shoal.scenarios.run_context import Stage
-from shoal.scenarios.scenario import Actor, Scenario, ScenarioFileError
+from shoal.scenarios.expectations import Expectation, ExpectationMonitor, vacuous_warnings
+from shoal.scenarios.metrics import MetricRecorder
+from shoal.scenarios.profiles import with_location
+from shoal.scenarios.result import ExpectationVerdict, ScenarioResult
+from shoal.scenarios.run_context import RunContext
+from shoal.scenarios.scenario import Scenario, ScenarioFileError, VehicleSpec
 from shoal.scenarios.start_check import check_start
-from shoal.scenarios.true_track import Track
+from shoal.scenarios.true_track import TrueTrack
 from support.diagnostics import ProfileError
 
 BELOW_TASKS = tuple(f"{package.__path__[0]}{os.sep}" for package in (imc, runtime))  # a mistake is seldom there
 TRACKED = (imc.SimulatedState, imc.EstimatedState, imc.PlanControlState)
 
 
-def run(scenario: Scenario, *, seed: int | None = None, log_root: Path | None = None) -> Result:
+def run(scenario: Scenario, *, seed: int | None = None, log_root: Path | None = None) -> ScenarioResult:
     """Run a scenario once in virtual time, in this process, and judge it.
 
     `seed` replaces that of the scenario. Logs are kept only with a `log_root`, in a folder for each vehicle. What goes
     wrong in the run, such as an exception of a task, is the `error` of the result. Nothing else is left behind. Raises
-    ScenarioFileError before the run if a vehicle has not got what the file names, as `rehearse` does.
+    ScenarioFileError before the run if a vehicle has not got what the file names, as `dry_run` does.
     """
-    with _performance(scenario, scenario.seed if seed is None else seed, log_root) as performance:
-        if not performance.error:
+    with _prepared_run(scenario, scenario.seed if seed is None else seed, log_root) as scenario_run:
+        if not scenario_run.error:
             try:
-                performance.play()
+                scenario_run.run()
             except Exception as error:
-                performance.note(error)
-        performance.close()
-        return performance.result(keep_logs=log_root is not None)
+                scenario_run.record_error(error)
+        scenario_run.close()
+        return scenario_run.result(keep_logs=log_root is not None)
 
 
-def rehearse(scenario: Scenario) -> None:
+def dry_run(scenario: Scenario) -> None:
     """Build the vehicles of a scenario, and prepare all that happens to them, without a run.
 
     Raises ScenarioFileError for what only a vehicle knows: labels of entities, leak sensors, what may change.
     """
-    with _performance(scenario, scenario.seed, None):
+    with _prepared_run(scenario, scenario.seed, None):
         pass
 
 
 @contextmanager
-def _performance(scenario: Scenario, seed: int, log_root: Path | None) -> "Generator[_Performance]":
+def _prepared_run(scenario: Scenario, seed: int, log_root: Path | None) -> "Generator[_ScenarioRun]":
     """A run that can begin; it is closed at the end."""
     with tempfile.TemporaryDirectory(prefix="shoal-") as folder:
-        performance = _Performance(scenario, seed)
+        scenario_run = _ScenarioRun(scenario, seed)
         try:
             try:
-                performance.build(log_root, Path(folder))
+                scenario_run.build(log_root, Path(folder))
             except ProfileError as error:
-                raise ScenarioFileError(performance.told(error)) from None
+                raise ScenarioFileError(scenario_run.error_text(error)) from None
             except ScenarioFileError:
                 raise
             except Exception as error:
-                performance.note(error)
-            yield performance
+                scenario_run.record_error(error)
+            yield scenario_run
         finally:
-            performance.close()
+            scenario_run.close()
 
 
-class _Performance:
+class _ScenarioRun:
     """One run of a scenario."""
 
     def __init__(self, scenario: Scenario, seed: int):
@@ -85,69 +85,71 @@ class _Performance:
         self._scenario = scenario
         self._seed = seed
         self._fleet: Fleet | None = None
-        self._stage: Stage | None = None
+        self._context: RunContext | None = None
         self._vehicles: dict[str, Vehicle] = {}
         self._missions: dict[str, Mission] = {}
-        self._flying: set[str] = set()
-        self._judges: list[tuple[Expectation, Judge | None]] = []
-        self._meters: list[Meter] = []
+        self._unfinished: set[str] = set()
+        self._monitors: list[tuple[Expectation, ExpectationMonitor | None]] = []
+        self._recorders: list[MetricRecorder] = []
         self._last: dict[tuple[str, str], Callable[[], imc.Message | None]] = {}
         self._logs: dict[str, Path] = {}
-        self._tracks: dict[str, Track] = {}
+        self._tracks: dict[str, TrueTrack] = {}
         self._seconds = 0.0
         self._has_begun = self._is_closed = False
-        self._verdicts: list[Verdict] = []
+        self._verdicts: list[ExpectationVerdict] = []
         self._metrics: dict[str, float] = {}
         self._final: list[tuple[tuple[str, str], dict[str, object]]] = []
 
     def build(self, log_root: Path | None, folder: Path) -> None:
         """Make the vehicles and what watches them; they are not started."""
-        for actor in self._scenario.actors:
-            self._add(actor, log_root, folder)
+        for spec in self._scenario.vehicles:
+            self._add(spec, log_root, folder)
         assert self._fleet is not None
-        self._stage = stage = Stage(self._fleet, self._vehicles, self._seed)
-        for actor in self._scenario.actors:
-            vehicle = self._vehicles[actor.name]
-            if actor.plan is not None:
-                over, watch = partial(self._land, actor.name), partial(self._find_log, vehicle)
-                self._missions[actor.name] = Mission(vehicle, actor.plan, over=over, watch=watch)
-                self._flying.add(actor.name)
-            track = self._tracks[actor.name] = Track(vehicle.system)
-            vehicle.tap(imc.SimulatedState, track.keep)
+        self._context = context = RunContext(self._fleet, self._vehicles, self._seed)
+        for spec in self._scenario.vehicles:
+            vehicle = self._vehicles[spec.name]
+            if spec.plan is not None:
+                over, watch = partial(self._on_plan_over, spec.name), partial(self._find_log, vehicle)
+                self._missions[spec.name] = Mission(vehicle, spec.plan, over=over, watch=watch)
+                self._unfinished.add(spec.name)
+            track = self._tracks[spec.name] = TrueTrack(vehicle.system)
+            vehicle.tap(imc.SimulatedState, track.receive)
             for kind in TRACKED:
-                self._last[actor.name, kind.__name__] = stage.lookout.keep(actor.name, kind)
+                self._last[spec.name, kind.__name__] = context.monitor.keep_latest(spec.name, kind)
         for link in self._scenario.links:
-            stage.channels[link.name] = link.arm(stage)
+            context.channels[link.name] = link.open_channel(context)
         for event in self._scenario.events:
-            event.arm(stage)
+            event.schedule(context)
         for metric in self._scenario.metrics:
             with _named(metric.origin):
-                self._meters.append(metric.measure(stage))
+                self._recorders.append(metric.make_recorder(context))
         for expected in self._scenario.expectations:
             with _named(expected.origin):
-                self._judges.append((expected, expected.judge(stage) if expected.kind != "outcome" else None))
+                self._monitors.append(
+                    (expected, expected.make_monitor(context) if expected.kind != "outcome" else None)
+                )
         if self._scenario.stop_when is not None:
             with _named(f"{self._scenario.path}: stop when"):
-                stage.when(self._scenario.stop_when, stage.stop)
+                context.call_when(self._scenario.stop_when, context.stop)
 
-    def _add(self, actor: Actor, log_root: Path | None, folder: Path) -> None:
+    def _add(self, spec: VehicleSpec, log_root: Path | None, folder: Path) -> None:
         if self._fleet is None:
-            self._fleet = Fleet(VirtualClock(actor.start_ns))
+            self._fleet = Fleet(VirtualClock(spec.start_ns))
         made = prepare(
-            actor.profile,
-            actor.modes,
-            config_dir=(actor.folder,),
-            overrides=[setting.override for setting in actor.settings],
-            vehicle=actor.name,
+            spec.profile,
+            spec.modes,
+            config_dir=(spec.folder,),
+            overrides=[setting.override for setting in spec.settings],
+            vehicle=spec.name,
             fleet=self._fleet,
-            seed=self._seed if actor.seed is None else actor.seed,
+            seed=self._seed if spec.seed is None else spec.seed,
             log_root=log_root,
-            state_folder=folder / "db" / actor.name,
+            state_folder=folder / "db" / spec.name,
         )
-        check_start(made.vehicle, actor.settings)
-        self._vehicles[actor.name] = made.vehicle
+        check_start(made.vehicle, spec.settings)
+        self._vehicles[spec.name] = made.vehicle
 
-    def play(self) -> None:
+    def run(self) -> None:
         """Start all vehicles and run to the end of the scenario."""
         assert self._fleet is not None
         self._has_begun = True
@@ -158,26 +160,26 @@ class _Performance:
                 vehicle.start()
         self._fleet.run(self._scenario.limit)
 
-    def _land(self, name: str) -> None:
+    def _on_plan_over(self, name: str) -> None:
         """A plan is over: the run ends with the last one."""
-        self._flying.discard(name)
-        if not self._flying and self._stage is not None:
-            self._stage.at(self._stage.time + self._scenario.settle, self._stage.stop)
+        self._unfinished.discard(name)
+        if not self._unfinished and self._context is not None:
+            self._context.call_at(self._context.time + self._scenario.settle, self._context.stop)
 
     def _find_log(self, vehicle: Vehicle, state: imc.PlanControlState) -> None:
         """Remember the log that the plan is in: another one begins with it, and one more when it is over."""
         if vehicle.log_folder is not None and state.state == imc.PlanControlState.State.EXECUTING:
             self._logs[vehicle.name] = vehicle.log_folder
 
-    def note(self, error: Exception) -> None:
+    def record_error(self, error: Exception) -> None:
         """Keep the first error of the run, for people."""
-        self.error = self.error or self.told(error)
+        self.error = self.error or self.error_text(error)
 
-    def told(self, error: Exception) -> str:
+    def error_text(self, error: Exception) -> str:
         """An error in one line, with what is known of where it was."""
         if isinstance(error, ProfileError):
-            settings = [setting for actor in self._scenario.actors for setting in actor.settings]
-            return "; ".join(placed(problem, settings) for problem in error.problems)
+            settings = [setting for spec in self._scenario.vehicles for setting in spec.settings]
+            return "; ".join(with_location(problem, settings) for problem in error.problems)
         if isinstance(error, ScenarioFileError):
             return str(error)
         told, notes = f"{type(error).__name__}: {error}", "; ".join(getattr(error, "__notes__", ()))
@@ -192,48 +194,48 @@ class _Performance:
         if self._is_closed:
             return
         self._is_closed = True
-        self._seconds = self._stage.time if self._stage is not None else 0.0
+        self._seconds = self._context.time if self._context is not None else 0.0
         try:
-            self._look_back()
+            self._collect_results()
         except Exception as error:
-            self.note(error)
+            self.record_error(error)
         if self._fleet is not None:
             try:
                 self._fleet.close()
             except Exception as error:
-                self.note(error)
+                self.record_error(error)
 
-    def _look_back(self) -> None:
+    def _collect_results(self) -> None:
         if not self._has_begun:
             return
-        channels = self._stage.channels.values() if self._stage is not None else ()
-        self._metrics = {name: count for channel in channels for name, count in channel.figures().items()}
-        self._metrics |= {meter.metric.name: meter.value() for meter in self._meters}
+        channels = self._context.channels.values() if self._context is not None else ()
+        self._metrics = {name: count for channel in channels for name, count in channel.metrics().items()}
+        self._metrics |= {recorder.metric.name: recorder.value() for recorder in self._recorders}
         self._final = [(key, last.to_dict()) for key, tell in self._last.items() if (last := tell()) is not None]
-        self._verdicts = list(self._judge())
+        self._verdicts = list(self._evaluate())
 
-    def _judge(self) -> Iterator[Verdict]:
-        for expected, judge in self._judges:
-            yield judge.verdict() if judge is not None else self._judge_outcome(expected)
-        for actor, report in self._failures():
+    def _evaluate(self) -> Iterator[ExpectationVerdict]:
+        for expected, monitor in self._monitors:
+            yield monitor.verdict() if monitor is not None else self._evaluate_outcome(expected)
+        for spec, report in self._failures():
             if not report.legs and not self.error:
-                name, where = f"the plan of {actor.name} begins", actor.plan_origin
-                yield Verdict(name, False, -math.inf, report.reason, time=self._seconds, origin=where)
+                name, where = f"the plan of {spec.name} begins", spec.plan_origin
+                yield ExpectationVerdict(name, False, -math.inf, report.reason, time=self._seconds, origin=where)
 
-    def _failures(self) -> Iterator[tuple[Actor, Report]]:
+    def _failures(self) -> Iterator[tuple[VehicleSpec, Report]]:
         """The plans that have failed, and whose outcome no expectation judges."""
-        asked = {expected.vehicle for expected, _ in self._judges if expected.kind == "outcome"}
-        for actor in self._scenario.actors:
-            mission = self._missions.get(actor.name)
-            if mission is not None and actor.name not in asked and mission.report.outcome == FAILED:
-                yield actor, mission.report
+        asked = {expected.vehicle for expected, _ in self._monitors if expected.kind == "outcome"}
+        for spec in self._scenario.vehicles:
+            mission = self._missions.get(spec.name)
+            if mission is not None and spec.name not in asked and mission.report.outcome == FAILED:
+                yield spec, mission.report
 
-    def _judge_outcome(self, expected: Expectation) -> Verdict:
+    def _evaluate_outcome(self, expected: Expectation) -> ExpectationVerdict:
         report = self._missions[expected.vehicle].report
         passed = report.outcome == expected.wanted
         reason = report.outcome if report.outcome == COMPLETED else f"{report.outcome}, {report.reason}"
         margin = math.inf if passed else -math.inf
-        return Verdict(expected.name, passed, margin, reason, time=self._seconds, origin=expected.origin)
+        return ExpectationVerdict(expected.name, passed, margin, reason, time=self._seconds, origin=expected.origin)
 
     def _first_log(self, name: str, first: Path) -> Path:
         """The first log of a vehicle, relative to the current folder if its last one is."""
@@ -242,18 +244,18 @@ class _Performance:
         root = last.parents[1]  # <day>/<log>
         return root / first.relative_to(root.absolute())
 
-    def result(self, *, keep_logs: bool) -> Result:
+    def result(self, *, keep_logs: bool) -> ScenarioResult:
         """What the run has shown, after it was closed."""
-        warnings = [*self._scenario.warnings, *(self._stage.warnings if self._stage is not None else ())]
+        warnings = [*self._scenario.warnings, *(self._context.warnings if self._context is not None else ())]
         if not self.error:
-            warnings += unproved(self._verdicts)
+            warnings += vacuous_warnings(self._verdicts)
             warnings += [
-                f"the plan of {actor.name} has failed, and no outcome is expected: {report.reason}"
-                for actor, report in self._failures()
+                f"the plan of {spec.name} has failed, and no outcome is expected: {report.reason}"
+                for spec, report in self._failures()
                 if report.legs
             ]
-            warnings += self._stage.unhappened.values() if self._stage is not None else ()
-            warnings += [words for meter in self._meters if (words := meter.complaint())]
+            warnings += self._context.pending_events.values() if self._context is not None else ()
+            warnings += [words for recorder in self._recorders if (words := recorder.warning())]
         all_logs = {n: logs_of_run(v.log_folder) for n, v in self._vehicles.items() if keep_logs and v.log_folder}
         whole = dict(all_logs)
         for name, vehicle in self._vehicles.items():
@@ -263,9 +265,9 @@ class _Performance:
             warnings += [f"the log of {name} is not complete: {words}" for words in lost]
             if lost:
                 whole.pop(name, None)
-        if self._stage is not None and not self.error:
-            warnings += [f"{words}: this changed nothing" for words in self._stage.idle_faults()]
-        found = Result(
+        if self._context is not None and not self.error:
+            warnings += [f"{words}: this changed nothing" for words in self._context.ineffective_faults()]
+        found = ScenarioResult(
             self._scenario.name,
             self._seed,
             tuple(self._verdicts),
@@ -294,16 +296,16 @@ def _hash(folders: Sequence[Path]) -> str:
     """SHA-256 of the unpacked data of logs."""
     made = hashlib.sha256()
     for folder in folders:
-        for piece in chunks(find_log(folder), _lose):
+        for piece in chunks(find_log(folder), _ignore_damage):
             made.update(piece)
     return made.hexdigest()
 
 
-def _lose(at: int, size: int, reason: str) -> None:
+def _ignore_damage(at: int, size: int, reason: str) -> None:
     """What is damaged in a log that was just written is not part of its data."""
 
 
-def _fingerprint(result: Result, final: object) -> str:
+def _fingerprint(result: ScenarioResult, final: object) -> str:
     """Of what does not depend on logs, files and computers."""
     verdicts = [(v.name, v.passed, v.margin, v.applied, v.time) for v in result.verdicts]
     known = verdicts, sorted(result.metrics.items()), sorted(result.outcomes.items()), result.seconds, final

@@ -10,11 +10,19 @@ from typing import NamedTuple
 import imc
 from runtime.faults import Biased, Crash, Fault, FaultError, Noisy, Silent, Stuck
 from shoal.missions import read_field
-from shoal.scenarios.actions import Act, Break, Cut, Drain, Leak, Say, Set
-from shoal.scenarios.conditions import Condition, Scope, read_condition
-from shoal.scenarios.run_context import Stage
+from shoal.scenarios.actions import Action, CutLink, DrainBattery, InjectFault, SendMessage, SetParameters, SimulateLeak
+from shoal.scenarios.conditions import ExpressionScope, ScenarioCondition, read_condition
+from shoal.scenarios.run_context import RunContext
 from shoal.scenarios.scenario import ScenarioFileError
-from shoal.scenarios.value_reader import known, number, one_of, option_text, seconds, told, word
+from shoal.scenarios.value_reader import (
+    convert_value,
+    read_choice,
+    read_mapping,
+    read_number,
+    read_option_text,
+    read_seconds,
+    read_word,
+)
 from support.located_yaml import Node
 from support.text import hinted
 
@@ -22,7 +30,7 @@ TIMES = ("at", "when", "after", "vehicle")
 HEADER = ("src", "src_ent", "dst", "dst_ent")
 
 
-class Role(NamedTuple):
+class VehicleInfo(NamedTuple):
     """What is known of a vehicle when events are read: its messages, the sections of its tasks, and its plan."""
 
     schema: imc.Schema
@@ -31,89 +39,91 @@ class Role(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Occurrence:
-    """An act at a time `at` (s from the start), or `after` so many seconds when a condition holds; it happens once.
+class ScheduledAction:
+    """An action at a time `at` (s from the start), or `after` so many seconds when a condition holds; it happens once.
 
-    It ends after `lasting` seconds. `where` is its place in the file.
+    It ends after `duration` seconds. `where` is its place in the file.
     """
 
-    act: Act
+    action: Action
     where: str
     at: float = 0.0
-    when: Condition | None = None
+    when: ScenarioCondition | None = None
     after: float = 0.0
-    lasting: float = math.inf
+    duration: float = math.inf
 
-    def arm(self, stage: Stage) -> None:
+    def schedule(self, context: RunContext) -> None:
         """Prepare it. Raises ScenarioFileError with the place in the file if a vehicle cannot do it."""
         try:
-            self.act.check(stage)
+            self.action.check(context)
             if self.when is not None:
-                stage.when(self.when, lambda: self._wait(stage, stage.time + self.after))
+                context.call_when(self.when, lambda: self._wait(context, context.time + self.after))
         except ValueError as error:
             raise ScenarioFileError(f"{self.where}: {error}") from None
         if self.when is None:
-            self._wait(stage, self.at)
+            self._wait(context, self.at)
         else:
-            stage.unhappened[self] = f"{self.where}: has not happened: {self.when.text} did not hold"
+            context.pending_events[self] = f"{self.where}: has not happened: {self.when.text} did not hold"
 
-    def _wait(self, stage: Stage, time: float) -> None:
-        stage.unhappened[self] = f"{self.where}: has not happened: the run ended before {time:g} s"
-        stage.at(time, lambda: self._begin(stage))
+    def _wait(self, context: RunContext, time: float) -> None:
+        context.pending_events[self] = f"{self.where}: has not happened: the run ended before {time:g} s"
+        context.call_at(time, lambda: self._begin(context))
 
-    def _begin(self, stage: Stage) -> None:
-        del stage.unhappened[self]
-        end = self.act.begin(stage, self.lasting)
-        if end is not None and math.isfinite(self.lasting):
-            stage.at(stage.time + self.lasting, end)
+    def _begin(self, context: RunContext) -> None:
+        del context.pending_events[self]
+        end = self.action.begin(context, self.duration)
+        if end is not None and math.isfinite(self.duration):
+            context.call_at(context.time + self.duration, end)
 
 
 def read_events(
-    node: Node, roles: Mapping[str, Role], links: Collection[str], limit: float = math.inf
-) -> tuple[Occurrence, ...]:
+    node: Node, vehicle_infos: Mapping[str, VehicleInfo], links: Collection[str], limit: float = math.inf
+) -> tuple[ScheduledAction, ...]:
     """The events in a file, by the names of vehicles and links; none may be later than `limit` (s).
 
     Raises the error of the file.
     """
-    return tuple(_event(item, roles, links, limit) for item in node.items())
+    return tuple(_event(item, vehicle_infos, links, limit) for item in node.items())
 
 
-def _event(node: Node, roles: Mapping[str, Role], links: Collection[str], limit: float) -> Occurrence:
+def _event(
+    node: Node, vehicle_infos: Mapping[str, VehicleInfo], links: Collection[str], limit: float
+) -> ScheduledAction:
     given = node.mapping()
-    kinds = [kind for kind in (*KINDS, "cut") if kind in given]
+    kinds = [kind for kind in (*EVENT_KINDS, "cut") if kind in given]
     if not kinds:
         wrong = next((key for key in given if key not in (*TIMES, "for")), "")
-        node.fail(hinted(f"expected one of {', '.join((*KINDS, 'cut'))}", wrong, (*KINDS, "cut")))
+        node.fail(hinted(f"expected one of {', '.join((*EVENT_KINDS, 'cut'))}", wrong, (*EVENT_KINDS, "cut")))
     if len(kinds) > 1:
         given[kinds[1]].fail(f"an event is of one kind: {kinds[0]} or {kinds[1]}")
     kind = kinds[0]
-    more = KINDS[kind].more if kind in KINDS else ("for",)
-    parts = known(node, kind, *TIMES, *more)
-    if "for" in parts and not seconds(parts["for"]) > 0.0:
+    more = EVENT_KINDS[kind].more if kind in EVENT_KINDS else ("for",)
+    parts = read_mapping(node, kind, *TIMES, *more)
+    if "for" in parts and not read_seconds(parts["for"]) > 0.0:
         parts["for"].fail("for must be above 0")
     if ("at" in parts) == ("when" in parts):
         node.fail("an event has either a time, at: 60 s, or a condition, when: EstimatedState.depth > 3")
     if "after" in parts and "when" not in parts:
         parts["after"].fail("after is the time from a condition: it needs when")
-    at = seconds(parts["at"]) if "at" in parts else 0.0
+    at = read_seconds(parts["at"]) if "at" in parts else 0.0
     if at >= limit:
         parts["at"].fail(f"at: {at:g} s is not before the end of the run, at {limit:g} s")
-    schemas = {name: role.schema for name, role in roles.items()}
-    only = next(iter(roles)) if len(roles) == 1 else ""
-    vehicle = one_of(parts["vehicle"], roles, "vehicle") if "vehicle" in parts else only
+    schemas = {name: vehicle_info.schema for name, vehicle_info in vehicle_infos.items()}
+    only = next(iter(vehicle_infos)) if len(vehicle_infos) == 1 else ""
+    vehicle = read_choice(parts["vehicle"], vehicle_infos, "vehicle") if "vehicle" in parts else only
     if kind == "cut":
-        act: Act = Cut(vehicle, one_of(parts["cut"], links, "link"))
+        action: Action = CutLink(vehicle, read_choice(parts["cut"], links, "link"))
     elif not vehicle:
         node.fail("there are several vehicles: write vehicle: NAME")
     else:
-        act = KINDS[kind].read(parts, vehicle, roles[vehicle])
-    return Occurrence(
-        act,
+        action = EVENT_KINDS[kind].read(parts, vehicle, vehicle_infos[vehicle])
+    return ScheduledAction(
+        action,
         node.where,
         at,
-        read_condition(parts["when"], Scope(schemas, vehicle)) if "when" in parts else None,
-        seconds(parts["after"]) if "after" in parts else 0.0,
-        seconds(parts["for"]) if "for" in parts else math.inf,
+        read_condition(parts["when"], ExpressionScope(schemas, vehicle)) if "when" in parts else None,
+        read_seconds(parts["after"]) if "after" in parts else 0.0,
+        read_seconds(parts["for"]) if "for" in parts else math.inf,
     )
 
 
@@ -123,30 +133,30 @@ Parts = dict[str, Node]
 class _Kind(NamedTuple):
     """How to read an event of a kind, and what else it may say."""
 
-    read: Callable[[Parts, str, Role], Act]
+    read: Callable[[Parts, str, VehicleInfo], Action]
     more: tuple[str, ...] = ()
 
 
-def _broken(kind: str, fault: Callable[[Parts, Role], Fault]) -> Callable[[Parts, str, Role], Act]:
-    def read(parts: Parts, vehicle: str, role: Role) -> Act:
-        task = _task(parts[kind], role)
+def _broken(kind: str, fault: Callable[[Parts, VehicleInfo], Fault]) -> Callable[[Parts, str, VehicleInfo], Action]:
+    def read(parts: Parts, vehicle: str, vehicle_info: VehicleInfo) -> Action:
+        task = _task(parts[kind], vehicle_info)
         try:
-            made = fault(parts, role)
-            made.check(role.schema)
+            made = fault(parts, vehicle_info)
+            made.check(vehicle_info.schema)
         except FaultError as error:
             parts[kind].fail(str(error))
-        return Break(vehicle, task, made, parts[kind].where)
+        return InjectFault(vehicle, task, made, parts[kind].where)
 
     return read
 
 
-def _task(node: Node, role: Role) -> str:
+def _task(node: Node, vehicle_info: VehicleInfo) -> str:
     """The section of a task; the hint for the last word of one is the whole."""
-    found = word(node)
-    whole = [section for section in role.sections if re.split(r"[./]", section)[-1] == found]
-    if found not in role.sections and whole:
+    found = read_word(node)
+    whole = [section for section in vehicle_info.sections if re.split(r"[./]", section)[-1] == found]
+    if found not in vehicle_info.sections and whole:
         node.fail(f"there is no task {found!r} (did you mean {' or '.join(map(repr, whole))}?)")
-    return one_of(node, role.sections, "task")
+    return read_choice(node, vehicle_info.sections, "task")
 
 
 def _names(parts: Parts) -> tuple[str, ...]:
@@ -155,59 +165,62 @@ def _names(parts: Parts) -> tuple[str, ...]:
         return ()
     if node.content == []:
         node.fail("names no message")
-    return node.texts() if isinstance(node.content, list) else (word(node),)
+    return node.texts() if isinstance(node.content, list) else (read_word(node),)
 
 
-def _field(parts: Parts, role: Role, amount: str) -> tuple[str, str, float]:
+def _field(parts: Parts, vehicle_info: VehicleInfo, amount: str) -> tuple[str, str, float]:
     """Message, field, and an amount in the unit of the field."""
     for key in ("of", "field", amount):
         if key not in parts:
             raise FaultError(f"{key!r} is missing: of: GpsFix, field: lat, {amount}: 0.001°")
-    message, name = word(parts["of"]), word(parts["field"])
-    infos = role.schema.fields(role.schema[message]) if message in role.schema else ()
+    message, name = read_word(parts["of"]), read_word(parts["field"])
+    infos = vehicle_info.schema.fields(vehicle_info.schema[message]) if message in vehicle_info.schema else ()
     unit = next((info.unit for info in infos if info.name == name), "")
-    return message, name, number(parts[amount], unit)
+    return message, name, read_number(parts[amount], unit)
 
 
-def _leak(parts: Parts, vehicle: str, role: Role) -> Act:
-    sensor = word(parts["leak"])
-    return Leak(vehicle, "" if sensor == "all" else sensor)
+def _leak(parts: Parts, vehicle: str, vehicle_info: VehicleInfo) -> Action:
+    sensor = read_word(parts["leak"])
+    return SimulateLeak(vehicle, "" if sensor == "all" else sensor)
 
 
-def _drain(parts: Parts, vehicle: str, role: Role) -> Act:
-    level = number(parts["drain"], "%")
+def _drain(parts: Parts, vehicle: str, vehicle_info: VehicleInfo) -> Action:
+    level = read_number(parts["drain"], "%")
     if not 0.0 <= level <= 100.0:
         parts["drain"].fail("a level is from 0 % to 100 %")
-    return Drain(vehicle, level, parts["drain"].where)
+    return DrainBattery(vehicle, level, parts["drain"].where)
 
 
-def _set(parts: Parts, vehicle: str, role: Role) -> Act:
+def _set(parts: Parts, vehicle: str, vehicle_info: VehicleInfo) -> Action:
     given = parts["set"].mapping()
     if not given or not all(node.mapping() for node in given.values()):
         parts["set"].fail("sets nothing: write {TASK: {OPTION: VALUE}}")
-    return Set(
+    return SetParameters(
         vehicle,
-        {task: {option: option_text(item) for option, item in node.mapping().items()} for task, node in given.items()},
+        {
+            task: {option: read_option_text(item) for option, item in node.mapping().items()}
+            for task, node in given.items()
+        },
     )
 
 
-def _message(parts: Parts, vehicle: str, role: Role) -> Act:
+def _message(parts: Parts, vehicle: str, vehicle_info: VehicleInfo) -> Action:
     node = parts["message"]
-    message, texts = _plain(node, role.schema, outer=True)
+    message, texts = _plain(node, vehicle_info.schema, outer=True)
     if texts.get("dst"):
         node.fail(f"dst is a number, not {texts['dst']!r}")
     try:
-        made = imc.from_dict(message, role.schema)
+        made = imc.from_dict(message, vehicle_info.schema)
     except imc.DecodeError as error:
         node.fail(str(error))
     words = f"message {type(made).__name__}"
-    return Say(vehicle, made, words, texts.get("src", ""), texts.get("src_ent", ""), texts.get("dst_ent", ""))
+    return SendMessage(vehicle, made, words, texts.get("src", ""), texts.get("src_ent", ""), texts.get("dst_ent", ""))
 
 
 def _plain(node: Node, schema: imc.Schema, *, outer: bool = False) -> tuple[dict[str, object], dict[str, str]]:
     """A message as a dictionary, and what is a name in its header."""
     parts = node.mapping(required=("abbrev",))
-    abbrev = one_of(parts["abbrev"], schema.types, "message")
+    abbrev = read_choice(parts["abbrev"], schema.types, "message")
     infos = {info.name: info for info in schema.fields(schema[abbrev])}
     plain: dict[str, object] = {"abbrev": abbrev}
     texts: dict[str, str] = {}
@@ -228,35 +241,36 @@ def _plain(node: Node, schema: imc.Schema, *, outer: bool = False) -> tuple[dict
             plain[name] = [_plain(one, schema)[0] for one in item.items()]
         else:
             info = infos[name]
-            plain[name] = told(item, lambda value, info=info: read_field(info, value))
+            plain[name] = convert_value(item, lambda value, info=info: read_field(info, value))
     return plain, texts
 
 
-def _plan(parts: Parts, vehicle: str, role: Role) -> Act:
-    word_ = one_of(parts["plan"], PLAN, "order")
-    if word_ == "start" and role.plan is None:
+def _plan(parts: Parts, vehicle: str, vehicle_info: VehicleInfo) -> Action:
+    word_ = read_choice(parts["plan"], PLAN, "order")
+    if word_ == "start" and vehicle_info.plan is None:
         parts["plan"].fail(f"{vehicle} has no plan")
-    plan = role.plan if word_ == "start" else None
-    request = imc.PlanControl(op=PLAN[word_], arg=plan, plan_id=role.plan.plan_id if role.plan else "")
-    return Say(vehicle, request, f"plan {word_}")
+    plan = vehicle_info.plan if word_ == "start" else None
+    request = imc.PlanControl(op=PLAN[word_], arg=plan, plan_id=vehicle_info.plan.plan_id if vehicle_info.plan else "")
+    return SendMessage(vehicle, request, f"plan {word_}")
 
 
-def _abort(parts: Parts, vehicle: str, role: Role) -> Act:
+def _abort(parts: Parts, vehicle: str, vehicle_info: VehicleInfo) -> Action:
     if parts["abort"].value() is not True:
         parts["abort"].fail("write abort: true")
-    return Say(vehicle, imc.Abort(), "abort")
+    return SendMessage(vehicle, imc.Abort(), "abort")
 
 
 PLAN: Mapping[str, int] = MappingProxyType({"start": imc.PlanControl.Op.START, "stop": imc.PlanControl.Op.STOP})
-KINDS: Mapping[str, _Kind] = MappingProxyType(
+EVENT_KINDS: Mapping[str, _Kind] = MappingProxyType(
     {
         "silent": _Kind(_broken("silent", lambda parts, _: Silent(_names(parts))), ("of", "for")),
         "stuck": _Kind(_broken("stuck", lambda parts, _: Stuck(_names(parts))), ("of", "for")),
         "biased": _Kind(
-            _broken("biased", lambda parts, role: Biased(*_field(parts, role, "by"))), ("of", "field", "by", "for")
+            _broken("biased", lambda parts, vehicle_info: Biased(*_field(parts, vehicle_info, "by"))),
+            ("of", "field", "by", "for"),
         ),
         "noisy": _Kind(
-            _broken("noisy", lambda parts, role: Noisy(*_field(parts, role, "deviation"))),
+            _broken("noisy", lambda parts, vehicle_info: Noisy(*_field(parts, vehicle_info, "deviation"))),
             ("of", "field", "deviation", "for"),
         ),
         "crash": _Kind(_broken("crash", lambda parts, _: Crash()), ("for",)),

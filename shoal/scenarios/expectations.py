@@ -5,13 +5,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from shoal.scenarios.conditions import Condition
-from shoal.scenarios.message_monitor import missing
-from shoal.scenarios.result import Verdict
-from shoal.scenarios.robustness import off, shown
-from shoal.scenarios.run_context import Stage
+from shoal.scenarios.conditions import ScenarioCondition
+from shoal.scenarios.message_monitor import missing_messages
+from shoal.scenarios.result import ExpectationVerdict
+from shoal.scenarios.robustness import display_value, violation_text
+from shoal.scenarios.run_context import RunContext
 
-TENDENCIES = ("always", "never", "eventually", "until", "after", "finally")
+TEMPORAL_KINDS = ("always", "never", "eventually", "until", "after", "finally")
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,9 +26,9 @@ class Expectation:
     name: str
     kind: str
     origin: str
-    condition: Condition | None = None
-    then: Condition | None = None
-    meanwhile: Condition | None = None
+    condition: ScenarioCondition | None = None
+    then: ScenarioCondition | None = None
+    meanwhile: ScenarioCondition | None = None
     begin: float = 0.0
     end: float = math.inf
     within: float = math.inf
@@ -36,173 +36,182 @@ class Expectation:
     wanted: str = ""
     vehicle: str = ""
 
-    def judge(self, stage: Stage) -> "Judge":
+    def make_monitor(self, context: RunContext) -> "ExpectationMonitor":
         """What follows one run and judges it. Raises ValueError if a vehicle lacks an entity that is named."""
-        kinds = {"eventually": Sooner, "until": Until, "after": After, "finally": Last}
-        return kinds.get(self.kind, Always)(self, stage)
+        kinds = {
+            "eventually": EventuallyMonitor,
+            "until": UntilMonitor,
+            "after": ResponseMonitor,
+            "finally": FinallyMonitor,
+        }
+        return kinds.get(self.kind, AlwaysMonitor)(self, context)
 
 
-class Judge(ABC):
+class ExpectationMonitor(ABC):
     """Judges an expectation at each message that it watches; `verdict` is its judgement at the end."""
 
     transient = True
 
-    def __init__(self, expected: Expectation, stage: Stage):
+    def __init__(self, expected: Expectation, context: RunContext):
         self.expected = expected
-        self._stage = stage
+        self._context = context
         conditions = [c for c in (expected.condition, expected.then, expected.meanwhile) if c is not None]
-        self._watches = [condition.watches for condition in conditions]
+        self._selectors = [condition.selectors for condition in conditions]
         tests = [c.test for c in (expected.condition, expected.then) if c is not None]
-        self.test, self.then = tests[0], tests[-1]
+        self.test, self.then_test = tests[0], tests[-1]
         is_free = expected.begin == 0.0 and expected.end == math.inf and expected.meanwhile is None
-        self._seen = stage.lookout.watch(self._watches, self.consider if is_free else self._hear)
-        self.seen, self.then_seen = self._seen[0], self._seen[len(tests) - 1]
+        self._latest = context.monitor.subscribe(self._selectors, self.evaluate if is_free else self._update)
+        self.latest, self.then_latest = self._latest[0], self._latest[len(tests) - 1]
         self.count = 0
 
-    def _hear(self, now: float) -> None:
+    def _update(self, now: float) -> None:
         """Judge the latest messages, if it is time for that."""
         expected = self.expected
         if not expected.begin <= now <= expected.end:
             return
-        if expected.meanwhile is not None and not expected.meanwhile.holds(self._seen[-1]):
+        if expected.meanwhile is not None and not expected.meanwhile.holds(self._latest[-1]):
             return
-        self.consider(now)
+        self.evaluate(now)
 
     @abstractmethod
-    def consider(self, now: float) -> None:
+    def evaluate(self, now: float) -> None:
         """Judge at a time at which the expectation applies."""
 
     @abstractmethod
-    def verdict(self) -> Verdict:
+    def verdict(self) -> ExpectationVerdict:
         """The judgement, at the end of the run."""
 
-    def said(self, margin: float, reason: str, time: float, *, applied: bool = True) -> Verdict:
+    def make_verdict(self, margin: float, reason: str, time: float, *, applied: bool = True) -> ExpectationVerdict:
         passed = margin > 0.0
-        return Verdict(
+        return ExpectationVerdict(
             self.expected.name,
             passed,
-            shown(margin),
+            display_value(margin),
             reason,
             applied,
             time,
             self.expected.origin,
         )
 
-    def idle(self, *, passed: bool) -> Verdict:
+    def vacuous_verdict(self, *, passed: bool) -> ExpectationVerdict:
         """The verdict of what never had anything to judge."""
-        absent = [name for group, seen in zip(self._watches, self._seen, strict=True) for name in missing(group, seen)]
+        absent = [
+            name
+            for group, seen in zip(self._selectors, self._latest, strict=True)
+            for name in missing_messages(group, seen)
+        ]
         reason = f"no {', no '.join(dict.fromkeys(absent))} arrived" if absent else "there was never anything to judge"
-        return self.said(math.inf if passed else -math.inf, reason, math.nan, applied=False)
+        return self.make_verdict(math.inf if passed else -math.inf, reason, math.nan, applied=False)
 
 
-class Always(Judge):
+class AlwaysMonitor(ExpectationMonitor):
     """The condition holds at all times; its margin is the smallest."""
 
     least = math.inf
     time = math.nan
-    failed = math.nan
+    failed_at = math.nan
 
-    def consider(self, now: float) -> None:
-        margin = self.test(self.seen, math.nan)
+    def evaluate(self, now: float) -> None:
+        margin = self.test(self.latest, math.nan)
         if margin != margin:
             return
         self.count += 1
         if margin < self.least or self.count == 1:
             self.least, self.time = margin, now
-        if margin <= 0.0 and self.failed != self.failed:
-            self.failed = now
+        if margin <= 0.0 and self.failed_at != self.failed_at:
+            self.failed_at = now
 
-    def verdict(self) -> Verdict:
+    def verdict(self) -> ExpectationVerdict:
         if not self.count:
-            return self.idle(passed=True)
+            return self.vacuous_verdict(passed=True)
         if self.least > 0.0:
-            return self.said(self.least, f"closest at {self.time:.3f} s", self.time)
-        worst = off(self.least, f"worst at {self.time:.3f} s, by")
-        return self.said(self.least, f"failed first at {self.failed:.3f} s{worst}", self.time)
+            return self.make_verdict(self.least, f"closest at {self.time:.3f} s", self.time)
+        worst = violation_text(self.least, f"worst at {self.time:.3f} s, by")
+        return self.make_verdict(self.least, f"failed first at {self.failed_at:.3f} s{worst}", self.time)
 
 
-class Sooner(Judge):
+class EventuallyMonitor(ExpectationMonitor):
     """The condition holds at one time at least; its margin is the largest."""
 
     most = -math.inf
     time = math.nan
-    met = math.nan
+    met_at = math.nan
 
-    def consider(self, now: float) -> None:
-        margin = self.test(self.seen, math.nan)
+    def evaluate(self, now: float) -> None:
+        margin = self.test(self.latest, math.nan)
         if margin != margin or now > self.deadline:
             return
         self.count += 1
         if margin > self.most or self.count == 1:
             self.most, self.time = margin, now
-        if margin > 0.0 and self.met != self.met:
-            self.met = now
+        if margin > 0.0 and self.met_at != self.met_at:
+            self.met_at = now
 
     @property
     def deadline(self) -> float:
         return self.expected.begin + self.expected.within
 
-    def verdict(self) -> Verdict:
+    def verdict(self) -> ExpectationVerdict:
         if not self.count:
-            return self.idle(passed=False)
+            return self.vacuous_verdict(passed=False)
         if self.most > 0.0:
-            return self.said(self.most, f"met at {self.met:.3f} s", self.time)
-        when = f"until {min(self.deadline, self.expected.end, self._stage.time):.3f} s"
-        near = off(self.most, f"closest at {self.time:.3f} s, off by")
-        return self.said(self.most, f"not met {when}{near}", self.time)
+            return self.make_verdict(self.most, f"met at {self.met_at:.3f} s", self.time)
+        when = f"until {min(self.deadline, self.expected.end, self._context.time):.3f} s"
+        near = violation_text(self.most, f"closest at {self.time:.3f} s, off by")
+        return self.make_verdict(self.most, f"not met {when}{near}", self.time)
 
 
-class Until(Judge):
+class UntilMonitor(ExpectationMonitor):
     """The condition holds at one time, and `then` at all times before it."""
 
     held = math.inf
-    broken = math.nan
+    broken_at = math.nan
     best = -math.inf
     time = math.nan
 
-    def consider(self, now: float) -> None:
+    def evaluate(self, now: float) -> None:
         if now > self.expected.begin + self.expected.within:
             return
-        margin, holding = self.test(self.seen, math.nan), self.then(self.then_seen, math.nan)
+        margin, holding = self.test(self.latest, math.nan), self.then_test(self.then_latest, math.nan)
         if margin == margin:
             self.count += 1
             if (found := min(margin, self.held)) > self.best:
                 self.best, self.time = found, now
         if holding == holding and holding < self.held:
             self.held = holding
-            self.broken = now if holding <= 0.0 and self.broken != self.broken else self.broken
+            self.broken_at = now if holding <= 0.0 and self.broken_at != self.broken_at else self.broken_at
 
-    def verdict(self) -> Verdict:
+    def verdict(self) -> ExpectationVerdict:
         if not self.count:
-            return self.idle(passed=False)
+            return self.vacuous_verdict(passed=False)
         if self.best > 0.0:
-            return self.said(self.best, f"met at {self.time:.3f} s", self.time)
+            return self.make_verdict(self.best, f"met at {self.time:.3f} s", self.time)
         expected = self.expected
         assert expected.condition is not None
         assert expected.then is not None
         if self.held <= 0.0:
-            reason = f"{expected.then.text} failed at {self.broken:.3f} s, before {expected.condition.text}"
-            return self.said(self.best, reason, self.broken)
-        end = min(expected.begin + expected.within, expected.end, self._stage.time)
-        return self.said(self.best, f"{expected.condition.text} did not hold until {end:.3f} s", self.time)
+            reason = f"{expected.then.text} failed at {self.broken_at:.3f} s, before {expected.condition.text}"
+            return self.make_verdict(self.best, reason, self.broken_at)
+        end = min(expected.begin + expected.within, expected.end, self._context.time)
+        return self.make_verdict(self.best, f"{expected.condition.text} did not hold until {end:.3f} s", self.time)
 
 
-class After(Judge):
+class ResponseMonitor(ExpectationMonitor):
     """Each time that the condition begins to hold, `then` holds soon, or for a while."""
 
-    def __init__(self, expected: Expectation, stage: Stage):
-        super().__init__(expected, stage)
+    def __init__(self, expected: Expectation, context: RunContext):
+        super().__init__(expected, context)
         self._held = False
         self._open: list[list[float]] = []  # begin and margin of what is not decided yet
         self._least, self._time = math.inf, math.nan
 
-    def consider(self, now: float) -> None:
+    def evaluate(self, now: float) -> None:
         self._close(now)
-        holds = self.test(self.seen, -math.inf) > 0.0
+        holds = self.test(self.latest, -math.inf) > 0.0
         if holds and not self._held:
             self._open.append([now, math.nan])
         self._held = holds
-        margin = self.then(self.then_seen, math.nan)
+        margin = self.then_test(self.then_latest, math.nan)
         choose = min if self.expected.steady else max
         if margin == margin:
             for window in self._open:
@@ -221,36 +230,36 @@ class After(Judge):
         if margin < self._least or self.count == 1:
             self._least, self._time = margin, begin
 
-    def verdict(self) -> Verdict:
-        end = min(self._stage.time, self.expected.end)
+    def verdict(self) -> ExpectationVerdict:
+        end = min(self._context.time, self.expected.end)
         for begin, margin in self._open:
             is_over = end >= begin + self.expected.within
             if is_over or (margin > 0.0) != self.expected.steady:  # what the end leaves open is not judged
                 self._decide(begin, margin)
         self._open.clear()
         if not self.count:
-            return self.idle(passed=True)
+            return self.vacuous_verdict(passed=True)
         times = f"{self.count} time{'s' * (self.count > 1)}"
         if self._least > 0.0:
-            return self.said(self._least, f"followed {times}, closest after {self._time:.3f} s", self._time)
-        far = off(self._least, "off by")
-        return self.said(self._least, f"did not follow after {self._time:.3f} s{far}", self._time)
+            return self.make_verdict(self._least, f"followed {times}, closest after {self._time:.3f} s", self._time)
+        far = violation_text(self._least, "off by")
+        return self.make_verdict(self._least, f"did not follow after {self._time:.3f} s{far}", self._time)
 
 
-class Last(Judge):
+class FinallyMonitor(ExpectationMonitor):
     """The condition holds at the end."""
 
-    def consider(self, now: float) -> None:
+    def evaluate(self, now: float) -> None:
         """What was before the end does not count."""
 
-    def verdict(self) -> Verdict:
-        margin = self.test(self.seen, math.nan)
+    def verdict(self) -> ExpectationVerdict:
+        margin = self.test(self.latest, math.nan)
         if margin != margin:
-            return self.idle(passed=False)
-        far = off(margin, "off by")
-        return self.said(margin, f"at the end, {self._stage.time:.3f} s{far}", self._stage.time)
+            return self.vacuous_verdict(passed=False)
+        far = violation_text(margin, "off by")
+        return self.make_verdict(margin, f"at the end, {self._context.time:.3f} s{far}", self._context.time)
 
 
-def unproved(verdicts: Sequence[Verdict]) -> list[str]:
+def vacuous_warnings(verdicts: Sequence[ExpectationVerdict]) -> list[str]:
     """Warnings of expectations that have passed and proved nothing."""
     return [f"{v.name} proved nothing: {v.reason}" for v in verdicts if v.passed and not v.applied]

@@ -11,7 +11,7 @@ from support.wgs84 import SEMI_MAJOR_AXIS, displacement, offset
 from world.sea import Bathymetry
 
 
-class Function(NamedTuple):
+class ExpressionFunction(NamedTuple):
     """A function of numbers: how many it takes (at least, at most), and whether its result has the unit of these."""
 
     call: Callable[..., float]
@@ -57,7 +57,7 @@ def distance(a: Any, b: Any) -> float:
     return math.hypot(dx + dz * x / SEMI_MAJOR_AXIS, dy + dz * y / SEMI_MAJOR_AXIS)
 
 
-class Bottom:
+class WorldBottom:
     """The bottom in the world of a vehicle; it stands where else its latest message is."""
 
     def __init__(self, seabed: Bathymetry):
@@ -65,7 +65,7 @@ class Bottom:
         self._reference = (math.nan, math.nan)
         self._north = self._east = math.nan
 
-    def below(self, state: Any) -> float:
+    def distance_below(self, state: Any) -> float:
         """How far it is below a vehicle (m)."""
         if (state.lat, state.lon) != self._reference:
             self._reference = state.lat, state.lon
@@ -73,10 +73,10 @@ class Bottom:
         return self._seabed.depth(self._north + state.x, self._east + state.y) - state.z
 
 
-def altitude(state: Any, bottom: Bottom) -> float:
+def altitude(state: Any, bottom: WorldBottom) -> float:
     """How far the bottom is below a vehicle (m); NaN if its position is no number."""
     try:
-        return bottom.below(state)
+        return bottom.distance_below(state)
     except (ValueError, OverflowError):
         return math.nan
 
@@ -97,21 +97,23 @@ def _frames(
     )
 
 
-def has_place(kind: type[imc.Message], *, deep: bool = False) -> bool:
+def has_position(kind: type[imc.Message], *, deep: bool = False) -> bool:
     """Whether messages of this kind tell a position on Earth, and if `deep`, also the place of a vehicle from there."""
     needed = {"lat", "lon", "x", "y", "z"} if deep else {"lat", "lon"}
     return needed <= {info.name for info in imc.fields(kind)}
 
 
-FUNCTIONS: Mapping[str, Function] = MappingProxyType(
+FUNCTIONS: Mapping[str, ExpressionFunction] = MappingProxyType(
     {
-        "abs": Function(math.fabs, 1, 1),
-        "angle": Function(_angle, 1, 1),
-        "hypot": Function(math.hypot, 1, 9),
-        "max": Function(_most, 1, 9),
-        "min": Function(_least, 1, 9),
-        "sqrt": Function(_root, 1, 1, keeps_unit=False),
+        "abs": ExpressionFunction(math.fabs, 1, 1),
+        "angle": ExpressionFunction(_angle, 1, 1),
+        "hypot": ExpressionFunction(math.hypot, 1, 9),
+        "max": ExpressionFunction(_most, 1, 9),
+        "min": ExpressionFunction(_least, 1, 9),
+        "sqrt": ExpressionFunction(_root, 1, 1, keeps_unit=False),
     }
 )
-OF_PLACES: Mapping[str, Callable[[Any, Any], float]] = MappingProxyType({"distance": distance, "altitude": altitude})
+POSITION_FUNCTIONS: Mapping[str, Callable[[Any, Any], float]] = MappingProxyType(
+    {"distance": distance, "altitude": altitude}
+)
 """Functions of two messages; of one, if the second is what a vehicle has around it."""

@@ -6,8 +6,16 @@ from dataclasses import fields
 from types import MappingProxyType
 
 import imc
-from shoal.scenarios.links import Link
-from shoal.scenarios.value_reader import known, number, one_of, seconds, told, whole, word
+from shoal.scenarios.links import LinkModel
+from shoal.scenarios.value_reader import (
+    convert_value,
+    read_choice,
+    read_mapping,
+    read_number,
+    read_seconds,
+    read_whole_number,
+    read_word,
+)
 from support.located_yaml import Node
 
 RATES = {"B/s": 1.0, "kB/s": 1000.0, "bit/s": 0.125, "kbit/s": 125.0}
@@ -15,9 +23,9 @@ _RATE = re.compile(rf"((?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*({'|'.join(RATES)})?
 _MAY_BE_ZERO = ("range", "latency", "loss")
 
 
-def read_links(node: Node, schemas: Mapping[str, imc.Schema]) -> tuple[Link, ...]:
+def read_links(node: Node, schemas: Mapping[str, imc.Schema]) -> tuple[LinkModel, ...]:
     """The links in a file; `schemas` are those of the vehicles, by name. Raises the error of the file."""
-    found: dict[str, Link] = {}
+    found: dict[str, LinkModel] = {}
     for item in node.items():
         link = _link(item, schemas)
         if link.name in found:
@@ -26,11 +34,11 @@ def read_links(node: Node, schemas: Mapping[str, imc.Schema]) -> tuple[Link, ...
     return tuple(found.values())
 
 
-def _link(node: Node, schemas: Mapping[str, imc.Schema]) -> Link:
-    parts = known(node, "between", *(one.name for one in fields(Link) if one.name != "ends"))
+def _link(node: Node, schemas: Mapping[str, imc.Schema]) -> LinkModel:
+    parts = read_mapping(node, "between", *(one.name for one in fields(LinkModel) if one.name != "ends"))
     if "between" not in parts:
         node.fail("'between' is missing: the names of two or more vehicles")
-    ends = tuple(one_of(item, schemas, "vehicle") for item in parts["between"].items())
+    ends = tuple(read_choice(item, schemas, "vehicle") for item in parts["between"].items())
     if len(set(ends)) < len(ends) or len(ends) < 2:
         parts["between"].fail("a link is between two or more vehicles")
     values = {key: read(parts[key]) for key, read in _NUMBERS.items() if key in parts}
@@ -38,19 +46,19 @@ def _link(node: Node, schemas: Mapping[str, imc.Schema]) -> Link:
         if not (value > 0.0 or (value == 0.0 and key in _MAY_BE_ZERO)):
             parts[key].fail(f"{key} must be {'at least' if key in _MAY_BE_ZERO else 'above'} 0")
     names = {name for end in ends for name in schemas[end].types}
-    return Link(
-        word(parts["name"]) if "name" in parts else "-".join(ends),
+    return LinkModel(
+        read_word(parts["name"]) if "name" in parts else "-".join(ends),
         ends,
         **values,
-        **({"queue": whole(parts["queue"])} if "queue" in parts else {}),
-        messages=tuple(one_of(item, names, "message") for item in parts["messages"].items())
+        **({"queue": read_whole_number(parts["queue"])} if "queue" in parts else {}),
+        messages=tuple(read_choice(item, names, "message") for item in parts["messages"].items())
         if "messages" in parts
         else (),
     )
 
 
 def _share(node: Node) -> float:
-    value = number(node, "%") / (100.0 if "%" in node.text() else 1.0)
+    value = read_number(node, "%") / (100.0 if "%" in node.text() else 1.0)
     if value > 1.0:
         node.fail("a loss is from 0 to 1, or from 0 % to 100 %")
     return value
@@ -63,14 +71,14 @@ def _rate(node: Node) -> float:
             raise ValueError(f"{value!r} is not a rate, such as {', '.join(f'80 {unit}' for unit in RATES)}")
         return float(match[1]) * RATES[match[2] or "B/s"]
 
-    return told(node, read)
+    return convert_value(node, read)
 
 
 _NUMBERS: Mapping[str, Callable[[Node], float]] = MappingProxyType(
     {
-        "range": lambda node: number(node, "m"),
-        "latency": seconds,
-        "propagation": lambda node: number(node, "m/s"),
+        "range": lambda node: read_number(node, "m"),
+        "latency": read_seconds,
+        "propagation": lambda node: read_number(node, "m/s"),
         "loss": _share,
         "rate": _rate,
     }

@@ -10,7 +10,7 @@ from zlib import crc32
 import imc
 from runtime.kernel import SECOND
 from runtime.vehicle import FleetError, Vehicle
-from shoal.scenarios.run_context import Stage
+from shoal.scenarios.run_context import RunContext
 from support.wgs84 import displace, displacement
 
 QUEUE = 16  # messages
@@ -18,7 +18,7 @@ COUNTS = ("sent", "received", "lost", "out of range", "cut", "dropped")
 
 
 @dataclass(frozen=True)
-class Link:
+class LinkModel:
     """A link between the vehicles `ends`; all of them hear what one sends.
 
     `range` is the true distance in m beyond which nothing arrives. A message arrives after it was sent at `rate` (B/s),
@@ -38,16 +38,16 @@ class Link:
     messages: tuple[str, ...] = ()
 
     @property
-    def counts(self) -> dict[str, str]:
+    def metric_names(self) -> dict[str, str]:
         """What is counted, by the name of the metric."""
         return {f"{self.name}: {what}": what for what in COUNTS}
 
-    def arm(self, stage: Stage) -> "Channel":
+    def open_channel(self, context: RunContext) -> "LinkChannel":
         """Join the vehicles, before they start. Raises FleetError if two of them have the same IMC id."""
-        return Channel(self, {name: stage.vehicles[name] for name in self.ends}, stage.seed)
+        return LinkChannel(self, {name: context.vehicles[name] for name in self.ends}, context.seed)
 
 
-class Channel:
+class LinkChannel:
     """A link in one run. `cuts` is how often it is cut at present.
 
     Counted are messages `sent`, and those that waited in vain and were `dropped`; of the sent ones, for each receiver,
@@ -55,35 +55,35 @@ class Channel:
     A receiver gets each message at most once, in the order in which it was sent, and nobody gets an own one.
     """
 
-    def __init__(self, link: Link, vehicles: Mapping[str, Vehicle], seed: int):
+    def __init__(self, link: LinkModel, vehicles: Mapping[str, Vehicle], seed: int):
         self.link = link
         self.cuts = 0
         self.counts = Counter[str]()
-        self.places: dict[int, imc.SimulatedState] = {}
+        self.positions: dict[int, imc.SimulatedState] = {}
         self._seed = seed
         systems = [vehicle.system for vehicle in vehicles.values()]
         if len(set(systems)) < len(systems):
             raise FleetError(f"the link {link.name} joins vehicles with the same IMC id: change [IMC Addresses]")
-        self.ends = [End(self, name, vehicle) for name, vehicle in vehicles.items()]
+        self.ends = [LinkEndpoint(self, name, vehicle) for name, vehicle in vehicles.items()]
         for end in self.ends:
             end.vehicle.bus.attach(end)
             if math.isfinite(link.range) or math.isfinite(link.propagation):
-                end.vehicle.tap(imc.SimulatedState, end.move)
+                end.vehicle.tap(imc.SimulatedState, end.on_simulated_state)
 
-    def figures(self) -> dict[str, float]:
+    def metrics(self) -> dict[str, float]:
         """The counts, with the name of the link."""
-        return {name: float(self.counts[what]) for name, what in self.link.counts.items()}
+        return {name: float(self.counts[what]) for name, what in self.link.metric_names.items()}
 
     def distance(self, a: int, b: int) -> float:
         """The true distance (m) between two systems; infinite as long as one of them has no place."""
-        here, there = self.places.get(a), self.places.get(b)
+        here, there = self.positions.get(a), self.positions.get(b)
         if here is None or there is None:
             return math.inf
         if (here.lat, here.lon, here.height) == (there.lat, there.lon, there.height):
             return math.dist((here.x, here.y, here.z), (there.x, there.y, there.z))
         return math.hypot(*displacement(*_place(here), *_place(there)))
 
-    def chance(self, sender: str, receiver: str) -> Callable[[], float]:
+    def random_numbers(self, sender: str, receiver: str) -> Callable[[], float]:
         """Random numbers from 0 to 1 of one direction, which depend on nothing else in the run."""
         from numpy.random import PCG64, Generator, SeedSequence
 
@@ -91,12 +91,12 @@ class Channel:
         return Generator(PCG64(SeedSequence([self._seed, *words]))).random
 
 
-class End:
+class LinkEndpoint:
     """The transport of one vehicle on a link."""
 
     transient = True
 
-    def __init__(self, channel: Channel, name: str, vehicle: Vehicle):
+    def __init__(self, channel: LinkChannel, name: str, vehicle: Vehicle):
         self.name = name
         self.vehicle = vehicle
         self._channel = channel
@@ -116,14 +116,14 @@ class End:
         self._open = False
         self._waiting.clear()
 
-    def move(self, state: imc.SimulatedState) -> None:
+    def on_simulated_state(self, state: imc.SimulatedState) -> None:
         """Keep where the vehicle truly is; a place that is not finite is none."""
         if state.src != self.vehicle.system:
             return
         if math.isfinite(state.lat + state.lon + state.height + state.x + state.y + state.z):
-            self._channel.places[state.src] = state
+            self._channel.positions[state.src] = state
         else:
-            self._channel.places.pop(state.src, None)
+            self._channel.positions.pop(state.src, None)
 
     def send(self, message: imc.Message, packet: bytes) -> None:
         wanted = self._link.messages
@@ -140,11 +140,11 @@ class End:
 
     @cached_property
     def _others(self) -> frozenset[int]:
-        return frozenset(way.receiver.vehicle.system for way in self._ways)
+        return frozenset(way.receiver.vehicle.system for way in self._paths)
 
     @cached_property
-    def _ways(self) -> "list[_Way]":
-        return [_Way(self._channel, self, other) for other in self._channel.ends if other is not self]
+    def _paths(self) -> "list[_Path]":
+        return [_Path(self._channel, self, other) for other in self._channel.ends if other is not self]
 
     def _begin(self, message: imc.Message, packet: bytes) -> None:
         self._sending = True
@@ -160,30 +160,30 @@ class End:
 
     def _emit(self, message: imc.Message, packet: bytes) -> None:
         self._channel.counts["sent"] += 1
-        for way in self._ways:
-            way.carry(message, packet)
+        for way in self._paths:
+            way.transmit(message, packet)
 
     def _later(self, seconds: float, function: Callable[..., object], message: imc.Message, packet: bytes) -> None:
         self.vehicle.kernel.after(seconds, function, message, packet).owner = self.vehicle.bus
 
-    def hear(self, message: imc.Message, packet: bytes) -> None:
+    def receive(self, message: imc.Message, packet: bytes) -> None:
         """Deliver what has arrived."""
         self._channel.counts["received" if self._open else "lost"] += 1
         if self._open:
             self.vehicle.bus.hear(message, packet)
 
 
-class _Way:
+class _Path:
     """From one end to another."""
 
-    def __init__(self, channel: Channel, sender: End, receiver: End):
+    def __init__(self, channel: LinkChannel, sender: LinkEndpoint, receiver: LinkEndpoint):
         self.receiver = receiver
         self._channel = channel
         self._sender = sender
-        self._chance = channel.chance(sender.name, receiver.name) if channel.link.loss else None
+        self._chance = channel.random_numbers(sender.name, receiver.name) if channel.link.loss else None
         self._latest = 0
 
-    def carry(self, message: imc.Message, packet: bytes) -> None:
+    def transmit(self, message: imc.Message, packet: bytes) -> None:
         """Let a message arrive, after those before it, unless something is in the way."""
         link, counts, receiver = self._channel.link, self._channel.counts, self.receiver
         is_lost = self._chance is not None and self._chance() < link.loss
@@ -204,7 +204,7 @@ class _Way:
         if bus.messages is not self._sender.vehicle.bus.messages:
             message = bus.decode(packet)
         self._latest = max(self._latest, kernel.now_ns + round(delay * SECOND))
-        kernel.at(self._latest, receiver.hear, message, packet).owner = bus
+        kernel.at(self._latest, receiver.receive, message, packet).owner = bus
 
 
 def _place(state: imc.SimulatedState) -> tuple[float, float, float]:

@@ -6,26 +6,26 @@ from typing import Any
 import imc
 from runtime.kernel import SECOND
 from runtime.vehicle import Vehicle
-from shoal.scenarios.expression_functions import Bottom
-from shoal.scenarios.operands import Watch
+from shoal.scenarios.expression_functions import WorldBottom
+from shoal.scenarios.operands import MessageSelector
 from support.text import hinted
 from tasks.surroundings import world_of
 
-Told = Callable[[float], object]
+OnMessage = Callable[[float], object]
 """Called with the time since the start of the run (s)."""
 
-Seen = list[Any]
+MessageSlots = list[Any]
 
 
-class _Watcher:
+class _Listener:
     """Whom to tell of messages of a kind, and where to keep them: (entity, list, place)."""
 
-    def __init__(self, told: Told):
-        self.told = told
-        self.slots: list[tuple[int | None, Seen, int]] = []
+    def __init__(self, on_message: OnMessage):
+        self.on_message = on_message
+        self.slots: list[tuple[int | None, MessageSlots, int]] = []
 
 
-class _Ear:
+class _Tap:
     """Hears the messages of a kind that one vehicle publishes."""
 
     transient = True
@@ -35,86 +35,86 @@ class _Ear:
         self._kernel = vehicle.kernel
         self._start_ns = vehicle.kernel.now_ns
         self.last: imc.Message | None = None
-        self.watchers: list[_Watcher] = []
+        self.listeners: list[_Listener] = []
 
-    def hear(self, message: imc.Message) -> None:
+    def receive(self, message: imc.Message) -> None:
         if message.src != self._system:
             return
         self.last = message
         entity, now = message.src_ent, (self._kernel.now_ns - self._start_ns) / SECOND
-        for watcher in self.watchers:
+        for listener in self.listeners:
             concerned = False
-            for wanted, seen, place in watcher.slots:
+            for wanted, latest, place in listener.slots:
                 if wanted is None or wanted == entity:
-                    seen[place] = message
+                    latest[place] = message
                     concerned = True
             if concerned:
-                watcher.told(now)
+                listener.on_message(now)
 
 
-class Lookout:
+class MessageMonitor:
     """Keeps the latest messages that are watched, and tells when one has arrived."""
 
     def __init__(self, vehicles: Mapping[str, Vehicle]):
         self._vehicles = vehicles
-        self._ears: dict[tuple[str, type[imc.Message]], _Ear] = {}
+        self._taps: dict[tuple[str, type[imc.Message]], _Tap] = {}
 
-    def keep(self, vehicle: str, kind: type[imc.Message]) -> Callable[[], imc.Message | None]:
-        """Tells the last message of a kind that a vehicle has published."""
-        ear = self._ear(vehicle, kind)
-        return lambda: ear.last
+    def keep_latest(self, vehicle: str, kind: type[imc.Message]) -> Callable[[], imc.Message | None]:
+        """A function that returns the last message of a kind that a vehicle has published."""
+        tap = self._tap(vehicle, kind)
+        return lambda: tap.last
 
-    def watch(self, groups: Sequence[Sequence[Watch]], told: Told) -> list[Seen]:
-        """The latest messages of each group of watches, None if there is none yet; the lists are filled as they arrive.
+    def subscribe(self, groups: Sequence[Sequence[MessageSelector]], on_message: OnMessage) -> list[MessageSlots]:
+        """The latest messages of each group, None if there is none yet; the lists are filled as they arrive.
 
-        `told` is called once for each message that is watched. Raises ValueError if a vehicle has no such entity.
+        `on_message` is called once for each message that is watched. Raises ValueError if a vehicle has no such entity.
         """
-        found: list[Seen] = []
-        watchers: dict[_Ear, _Watcher] = {}
+        found: list[MessageSlots] = []
+        listeners: dict[_Tap, _Listener] = {}
         for group in groups:
-            seen: Seen = [None] * len(group)
-            found.append(seen)
-            for place, watch in enumerate(group):
-                if issubclass(watch.kind, Bottom):
-                    seen[place] = self._bottom(watch.vehicle)
+            latest: MessageSlots = [None] * len(group)
+            found.append(latest)
+            for place, selector in enumerate(group):
+                if issubclass(selector.kind, WorldBottom):
+                    latest[place] = self._bottom(selector.vehicle)
                     continue
-                ear = self._ear(watch.vehicle, watch.kind)
-                if ear not in watchers:
-                    watchers[ear] = _Watcher(told)
-                    ear.watchers.append(watchers[ear])
-                watchers[ear].slots.append((self._entity(watch), seen, place))
+                tap = self._tap(selector.vehicle, selector.kind)
+                if tap not in listeners:
+                    listeners[tap] = _Listener(on_message)
+                    tap.listeners.append(listeners[tap])
+                listeners[tap].slots.append((self._entity(selector), latest, place))
         return found
 
-    def _bottom(self, vehicle: str) -> Bottom:
+    def _bottom(self, vehicle: str) -> WorldBottom:
         seabed = world_of(self._vehicles[vehicle].daemon).seabed
         if seabed is None:
             raise ValueError(f"the world of {vehicle} has no bottom: its profile has neither soundings nor a depth")
-        return Bottom(seabed)
+        return WorldBottom(seabed)
 
-    def _ear(self, vehicle: str, kind: type[imc.Message]) -> _Ear:
+    def _tap(self, vehicle: str, kind: type[imc.Message]) -> _Tap:
         key = vehicle, kind
-        if key not in self._ears:
-            self._ears[key] = ear = _Ear(self._vehicles[vehicle])
-            self._vehicles[vehicle].tap(kind, ear.hear)
-        return self._ears[key]
+        if key not in self._taps:
+            self._taps[key] = tap = _Tap(self._vehicles[vehicle])
+            self._vehicles[vehicle].tap(kind, tap.receive)
+        return self._taps[key]
 
-    def _entity(self, watch: Watch) -> int | None:
-        if not watch.entity:
+    def _entity(self, selector: MessageSelector) -> int | None:
+        if not selector.entity:
             return None
-        entities = self._vehicles[watch.vehicle].entities
-        entity = entities.find(watch.entity)
+        entities = self._vehicles[selector.vehicle].entities
+        entity = entities.find(selector.entity)
         if entity is None:
             labels = [entity.label for entity in entities]
             raise ValueError(
-                hinted(f"{watch.vehicle} has no entity with the label {watch.entity!r}", watch.entity, labels)
+                hinted(f"{selector.vehicle} has no entity with the label {selector.entity!r}", selector.entity, labels)
             )
         return entity.id
 
 
-def missing(watches: Sequence[Watch], seen: Seen) -> list[str]:
+def missing_messages(selectors: Sequence[MessageSelector], latest: MessageSlots) -> list[str]:
     """The messages that never arrived, for people."""
     return [
-        f"{watch.kind.__name__}{f'[{watch.entity}]' if watch.entity else ''} of {watch.vehicle}"
-        for watch, message in zip(watches, seen, strict=True)
+        f"{selector.kind.__name__}{f'[{selector.entity}]' if selector.entity else ''} of {selector.vehicle}"
+        for selector, message in zip(selectors, latest, strict=True)
         if message is None
     ]

@@ -5,12 +5,12 @@ from array import array
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from shoal.scenarios.conditions import Condition, Expression
-from shoal.scenarios.message_monitor import missing
-from shoal.scenarios.run_context import Stage
+from shoal.scenarios.conditions import MessageExpression, ScenarioCondition
+from shoal.scenarios.message_monitor import missing_messages
+from shoal.scenarios.run_context import RunContext
 
-KINDS = ("max", "min", "mean", "rms", "first", "last", "percentile", "time above", "time below")
-OF_ENUMERATIONS = ("first", "last")
+METRIC_KINDS = ("max", "min", "mean", "rms", "first", "last", "percentile", "time above", "time below")
+KINDS_OF_ENUMERATIONS = ("first", "last")
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,26 +23,26 @@ class Metric:
     name: str
     kind: str
     origin: str
-    expression: Expression
-    meanwhile: Condition | None = None
+    expression: MessageExpression
+    meanwhile: ScenarioCondition | None = None
     begin: float = 0.0
     end: float = math.inf
     bound: float = math.nan
 
-    def measure(self, stage: Stage) -> "Meter":
+    def make_recorder(self, context: RunContext) -> "MetricRecorder":
         """What measures it in one run. Raises ValueError if a vehicle lacks an entity that is named."""
-        return Meter(self, stage)
+        return MetricRecorder(self, context)
 
 
-class Meter:
+class MetricRecorder:
     """Takes the value of an expression at each message that it watches."""
 
     transient = True
 
-    def __init__(self, metric: Metric, stage: Stage):
+    def __init__(self, metric: Metric, context: RunContext):
         self.metric = metric
-        self._stage = stage
-        groups = [metric.expression.watches, *([metric.meanwhile.watches] if metric.meanwhile is not None else [])]
+        self._context = context
+        groups = [metric.expression.selectors, *([metric.meanwhile.selectors] if metric.meanwhile is not None else [])]
         self._samples = array("d")
         self._undefined = 0
         self._duration = 0.0
@@ -50,15 +50,15 @@ class Meter:
         self._keep = self._keepers().get(metric.kind, self._samples.append)
         self._value, self._is_timed = metric.expression.value, metric.kind.startswith("time")
         self._is_free = metric.begin == 0.0 and metric.end == math.inf and metric.meanwhile is None
-        self._seen = stage.lookout.watch(groups, self.hear)
+        self._latest = context.monitor.subscribe(groups, self.update)
 
-    def hear(self, now: float) -> None:
+    def update(self, now: float) -> None:
         """Take the value of the latest messages."""
-        if None in self._seen[0] or not (self._is_free or self._applies(now)):
+        if None in self._latest[0] or not (self._is_free or self._applies(now)):
             if self._is_timed:
                 self._mark(now, beyond=False)
             return
-        value = self._value(self._seen[0])
+        value = self._value(self._latest[0])
         if value != value:
             self._undefined += 1
         elif self._samples:
@@ -73,7 +73,7 @@ class Meter:
         metric = self.metric
         if not metric.begin <= now <= metric.end:
             return False
-        return metric.meanwhile is None or metric.meanwhile.holds(self._seen[1])
+        return metric.meanwhile is None or metric.meanwhile.holds(self._latest[1])
 
     def _keepers(self) -> dict[str, Callable[[float], object]]:
         """What to do with each value after the first one; by default it is kept."""
@@ -114,11 +114,11 @@ class Meter:
         if kind == "percentile":
             return _percentile(samples, self.metric.bound)
         if kind in ("time above", "time below"):
-            self._mark(self._stage.time, beyond=False)
+            self._mark(self._context.time, beyond=False)
             return self._duration
         return samples[0]
 
-    def complaint(self) -> str:
+    def warning(self) -> str:
         """Why there is no value, for people; else empty."""
         if self._undefined:
             return (
@@ -127,7 +127,7 @@ class Meter:
         if self._samples and math.isnan(self.value()):
             return f"metric {self.metric.name}: values of {self.metric.expression.text} are too large for a mean"
         if not self._samples:
-            absent = missing(self.metric.expression.watches, self._seen[0])
+            absent = missing_messages(self.metric.expression.selectors, self._latest[0])
             why = f"no {', no '.join(absent)} arrived" if absent else "there was never anything to measure"
             return f"metric {self.metric.name}: {why}"
         return ""

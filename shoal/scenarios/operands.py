@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import imc
 from imc.layout import NUMBERS
 from shoal.missions import UNITS, quantity
-from shoal.scenarios.expression_functions import FUNCTIONS, OF_PLACES, Bottom, has_place
-from shoal.scenarios.robustness import Latest, Margin
+from shoal.scenarios.expression_functions import FUNCTIONS, POSITION_FUNCTIONS, WorldBottom, has_position
+from shoal.scenarios.robustness import LatestMessages, RobustnessFunction
 from support.text import hinted
 from tasks.plan import Logic
 
@@ -20,13 +20,13 @@ _SPECIAL = ("inf", "infinity", "nan")
 _ENUMERATIONS = ("Enumerated", "Bitfield")
 
 
-class Watch(NamedTuple):
+class MessageSelector(NamedTuple):
     """The messages of a kind that a vehicle publishes, of the entity with this label only if one is given.
 
-    The kind Bottom stands for the bottom in its world.
+    The kind WorldBottom stands for the bottom in its world.
     """
 
-    kind: type[imc.Message] | type[Bottom]
+    kind: type[imc.Message] | type[WorldBottom]
     vehicle: str
     entity: str = ""
 
@@ -40,7 +40,7 @@ class Operand:
     """
 
     text: str
-    value: Callable[[Latest], Any]
+    value: Callable[[LatestMessages], Any]
     needs: frozenset[int] = frozenset()
     unit: str = ""
     enum: type[IntEnum] | type[IntFlag] | None = None
@@ -48,66 +48,68 @@ class Operand:
     name: str = ""
     known: tuple[str, ...] = ()
 
-    def must_be_number(self) -> None:
+    def check_is_number(self) -> None:
         if self.name:
             raise ValueError(hinted(f"{self.name!r} is neither a number nor Message.field", self.name, self.known))
         if self.is_text:
             raise ValueError(f"{self.text} is a text, not a number")
 
-    def must_fit(self, other: "Operand") -> str:
+    def check_units(self, other: "Operand") -> str:
         """The unit of both. Raises ValueError if they differ."""
         if self.unit and other.unit and self.unit != other.unit:
             raise ValueError(f"{self.text} is in {self.unit}, but {other.text} in {other.unit}")
         return self.unit or other.unit
 
 
-class Operands:
+class OperandParser:
     """Reads operands from the words of a text, and collects the messages that they use."""
 
     def __init__(self, vehicles: Mapping[str, imc.Schema], vehicle: str):
-        self.watches: dict[Watch, int] = {}
+        self.selectors: dict[MessageSelector, int] = {}
         self._vehicles = vehicles
         self._vehicle = vehicle
 
-    def sum(self, logic: Logic[Margin]) -> Operand:
-        found = self._product(logic)
+    def parse_sum(self, logic: Logic[RobustnessFunction]) -> Operand:
+        found = self._parse_product(logic)
         while logic.word in ("+", "-"):
             sign = logic.take("a sign")
-            other = self._product(logic)
-            found.must_be_number()
-            other.must_be_number()
-            unit = found.must_fit(other)
-            found = _joined(f"{found.text} {sign} {other.text}", _add if sign == "+" else _subtract, found, other, unit)
+            other = self._parse_product(logic)
+            found.check_is_number()
+            other.check_is_number()
+            unit = found.check_units(other)
+            found = _combine(
+                f"{found.text} {sign} {other.text}", _add if sign == "+" else _subtract, found, other, unit
+            )
         return found
 
-    def _product(self, logic: Logic[Margin]) -> Operand:
-        found = logic.deeper(lambda: self._factor(logic))
+    def _parse_product(self, logic: Logic[RobustnessFunction]) -> Operand:
+        found = logic.deeper(lambda: self._parse_factor(logic))
         while logic.word in ("*", "/"):
             sign = logic.take("a sign")
-            other = logic.deeper(lambda: self._factor(logic))
-            found.must_be_number()
-            other.must_be_number()
+            other = logic.deeper(lambda: self._parse_factor(logic))
+            found.check_is_number()
+            other.check_is_number()
             plain = other if not other.needs and not other.unit else found if sign == "*" else None
             kept = (found if plain is other else other).unit if plain and not plain.unit and not plain.needs else ""
-            found = _joined(
+            found = _combine(
                 f"{found.text} {sign} {other.text}", _multiply if sign == "*" else _divide, found, other, kept
             )
         return found
 
-    def _factor(self, logic: Logic[Margin]) -> Operand:
+    def _parse_factor(self, logic: Logic[RobustnessFunction]) -> Operand:
         if logic.skip("-"):
-            inner = logic.deeper(lambda: self._factor(logic))
-            inner.must_be_number()
+            inner = logic.deeper(lambda: self._parse_factor(logic))
+            inner.check_is_number()
             value = inner.value
 
-            def negative(latest: Latest) -> float:
+            def negative(latest: LatestMessages) -> float:
                 return -value(latest)
 
             return replace(inner, text=f"-{inner.text}", value=negative, enum=None)
         if logic.skip("+"):
-            return logic.deeper(lambda: self._factor(logic))
+            return logic.deeper(lambda: self._parse_factor(logic))
         if logic.skip("("):
-            inner = self.sum(logic)
+            inner = self.parse_sum(logic)
             logic.close()
             return replace(inner, text=f"({inner.text})")
         word = logic.take("a number or Message.field")
@@ -117,24 +119,24 @@ class Operands:
             return Operand(word, lambda _: word[1:-1], is_text=True)
         if not (word[0].isalpha() or word[0] == "_"):
             raise ValueError(f"{word!r} is not expected")
-        return self._call(word, logic) if logic.word == "(" else self._name(word)
+        return self._parse_call(word, logic) if logic.word == "(" else self._parse_name(word)
 
-    def _call(self, word: str, logic: Logic[Margin]) -> Operand:
+    def _parse_call(self, word: str, logic: Logic[RobustnessFunction]) -> Operand:
         logic.skip("(")
-        if word in OF_PLACES:
-            return self._call_of_places(word, logic)
+        if word in POSITION_FUNCTIONS:
+            return self._parse_position_call(word, logic)
         if word not in FUNCTIONS:
-            raise ValueError(hinted(f"there is no function {word!r}", word, [*FUNCTIONS, *OF_PLACES]))
-        function, given = FUNCTIONS[word], [self.sum(logic)]
+            raise ValueError(hinted(f"there is no function {word!r}", word, [*FUNCTIONS, *POSITION_FUNCTIONS]))
+        function, given = FUNCTIONS[word], [self.parse_sum(logic)]
         while logic.skip(","):
-            given.append(self.sum(logic))
+            given.append(self.parse_sum(logic))
         logic.close()
         if not function.least <= len(given) <= function.most:
             raise ValueError(f"{word} takes {function.least} value{'s' * (function.least > 1)}, not {len(given)}")
         first = next((operand for operand in given if operand.unit), given[0])
         for operand in given:
-            operand.must_be_number()
-            first.must_fit(operand)
+            operand.check_is_number()
+            first.check_units(operand)
         call, values = function.call, [operand.value for operand in given]
         needs = frozenset[int]().union(*(operand.needs for operand in given))
         text = f"{word}({', '.join(operand.text for operand in given)})"
@@ -144,44 +146,46 @@ class Operands:
             return Operand(text, lambda latest: call(only(latest)), needs, unit)
         return Operand(text, lambda latest: call(*[value(latest) for value in values]), needs, unit)
 
-    def _call_of_places(self, word: str, logic: Logic[Margin]) -> Operand:
-        call, is_deep = OF_PLACES[word], word == "altitude"
-        first, name, vehicle = self._place(word, logic, deep=is_deep)
+    def _parse_position_call(self, word: str, logic: Logic[RobustnessFunction]) -> Operand:
+        call, is_deep = POSITION_FUNCTIONS[word], word == "altitude"
+        first, name, vehicle = self._parse_position(word, logic, deep=is_deep)
         if is_deep:
-            second = self._index(Watch(Bottom, vehicle))
+            second = self._index(MessageSelector(WorldBottom, vehicle))
         elif not logic.skip(","):
             raise ValueError(f"{word} takes two messages, such as {word}(SimulatedState, EstimatedState)")
         else:
-            second, other, _ = self._place(word, logic)
+            second, other, _ = self._parse_position(word, logic)
             name = f"{name}, {other}"
         logic.close()
         needs = frozenset((first, second))
         return Operand(f"{word}({name})", lambda latest: call(latest[first], latest[second]), needs, "m")
 
-    def _place(self, function: str, logic: Logic[Margin], *, deep: bool = False) -> tuple[int, str, str]:
+    def _parse_position(
+        self, function: str, logic: Logic[RobustnessFunction], *, deep: bool = False
+    ) -> tuple[int, str, str]:
         """The number of a message that tells a place, the message as it is written, and its vehicle."""
         word = logic.take("a message")
-        watch, field = self._watch(word)
-        if watch is None or field or issubclass(watch.kind, Bottom):
+        selector, field = self._selector(word)
+        if selector is None or field or issubclass(selector.kind, WorldBottom):
             raise ValueError(f"{function} takes messages, such as SimulatedState, not {word!r}")
-        if not has_place(watch.kind, deep=deep):
-            raise ValueError(f"{watch.kind.__name__} has no position" + (" of a vehicle" if deep else ""))
-        return self._index(watch), word, watch.vehicle
+        if not has_position(selector.kind, deep=deep):
+            raise ValueError(f"{selector.kind.__name__} has no position" + (" of a vehicle" if deep else ""))
+        return self._index(selector), word, selector.vehicle
 
-    def _name(self, word: str) -> Operand:
+    def _parse_name(self, word: str) -> Operand:
         if word.lower() in _SPECIAL:
             number = float(word)
             return Operand(word, lambda _: number)
-        watch, field = self._watch(word)
-        if watch is None or issubclass(watch.kind, Bottom):
+        selector, field = self._selector(word)
+        if selector is None or issubclass(selector.kind, WorldBottom):
             return Operand(word, lambda _: math.nan, name=word, known=tuple(FUNCTIONS))
         if not field:
-            raise ValueError(f"{word!r} is a message: write which field, such as {_example(watch.kind, word)}")
-        infos = {info.name: info for info in imc.fields(watch.kind)}
+            raise ValueError(f"{word!r} is a message: write which field, such as {_example(selector.kind, word)}")
+        infos = {info.name: info for info in imc.fields(selector.kind)}
         usable = [name for name, info in infos.items() if info.type in NUMBERS or info.type == "plaintext"]
         if field not in usable:
-            raise ValueError(hinted(f"{watch.kind.__name__} has no numeric field {field!r}", field, usable))
-        info, index = infos[field], self._index(watch)
+            raise ValueError(hinted(f"{selector.kind.__name__} has no numeric field {field!r}", field, usable))
+        info, index = infos[field], self._index(selector)
         unit = "" if info.unit in _ENUMERATIONS else info.unit
         return Operand(
             word,
@@ -192,8 +196,8 @@ class Operands:
             info.type == "plaintext",
         )
 
-    def _watch(self, word: str) -> tuple[Watch | None, str]:
-        """What a word such as Message[Entity].field@vehicle watches, None if it is a plain name; and the field."""
+    def _selector(self, word: str) -> tuple[MessageSelector | None, str]:
+        """What a word such as Message[Entity].field@vehicle selectors, None if it is a plain name; and the field."""
         parts = _PARTS.fullmatch(word)
         if parts is None:
             raise ValueError(f"{word!r} is not understood")
@@ -209,10 +213,10 @@ class Operands:
             raise ValueError(hinted(f"there is no message {name!r}", name, messages))
         if vehicle not in self._vehicles:
             raise ValueError(f"{word!r}: there are several vehicles; write @NAME behind it, or vehicle: NAME")
-        return Watch(schema[name], vehicle, entity.strip()), field
+        return MessageSelector(schema[name], vehicle, entity.strip()), field
 
-    def _index(self, watch: Watch) -> int:
-        return self.watches.setdefault(watch, len(self.watches))
+    def _index(self, selector: MessageSelector) -> int:
+        return self.selectors.setdefault(selector, len(self.selectors))
 
 
 def _number(word: str) -> Operand:
@@ -227,7 +231,7 @@ def _example(kind: type[imc.Message], word: str) -> str:
     return f"{message}.{name}{at}{vehicle}"
 
 
-def _joined(text: str, join: Callable[[float, float], float], a: Operand, b: Operand, unit: str) -> Operand:
+def _combine(text: str, join: Callable[[float, float], float], a: Operand, b: Operand, unit: str) -> Operand:
     first, second = a.value, b.value
     return Operand(text, lambda latest: join(first(latest), second(latest)), a.needs | b.needs, unit)
 

@@ -9,9 +9,9 @@ from runtime.profile import Profile, dune, load_profile, located
 from runtime.task import Parameter, find_parameter
 from runtime.vehicle import TaskImportError, all_tasks, check, find_task
 from shoal.missions import usual_modes
-from shoal.scenarios.scenario import Setting
-from shoal.scenarios.shorthands import shared_setting
-from shoal.scenarios.value_reader import in_unit_of, option_text
+from shoal.scenarios.scenario import ScenarioSetting
+from shoal.scenarios.shorthands import setting_with_unit
+from shoal.scenarios.value_reader import convert_to_unit_of, read_option_text
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.located_yaml import Node
 from support.text import hinted
@@ -22,7 +22,7 @@ OF_WORLD = ("World", "Bathymetry")
 MOST_FINE = 1000
 
 
-class Profiles:
+class ScenarioProfiles:
     """Profiles as they are, which nobody may change, and the checks of what scenarios set in them."""
 
     def __init__(self, folder: Path):
@@ -38,7 +38,7 @@ class Profiles:
             try:
                 self._read[key] = load_profile(name, (self.folder,), vehicle=vehicle)
             except ProfileError as error:
-                node.fail("; ".join(placed(problem, ()) for problem in error.problems))
+                node.fail("; ".join(with_location(problem, ()) for problem in error.problems))
         return self._read[key]
 
     def name(self, text: str) -> str:
@@ -61,13 +61,13 @@ class Profiles:
         try:
             return profile.messages or imc.builtin()
         except ProfileError as error:
-            node.fail("; ".join(placed(problem, ()) for problem in error.problems))
+            node.fail("; ".join(with_location(problem, ()) for problem in error.problems))
 
     def dump(self, name: str, vehicle: str) -> str:
         """The effective configuration of a profile."""
         return self._known(name, vehicle).dump()
 
-    def usual(self, name: str, vehicle: str, section: str, option: str) -> str | None:
+    def effective_value(self, name: str, vehicle: str, section: str, option: str) -> str | None:
         """The text of an option of a profile that was read, else the default of the task; None if there is none."""
         text = self._known(name, vehicle).value(section, option)
         cls = find_task(section)
@@ -77,7 +77,7 @@ class Profiles:
         default = parameter.default
         return str(default).lower() if isinstance(default, bool) else str(default)
 
-    def start_ns(self, node: Node, profile: Profile, settings: Sequence[Setting]) -> int:
+    def start_ns(self, node: Node, profile: Profile, settings: Sequence[ScenarioSetting]) -> int:
         """When virtual time starts (ns since 1970 UTC). Raises the error of the file."""
         own = [setting for setting in settings if (setting.section, setting.option) == ("General", "Start Time")]
         try:
@@ -87,7 +87,9 @@ class Profiles:
         except ProfileError as error:
             _fail(node, own, error.problems[0])
 
-    def check(self, node: Node, profile: Profile, modes: frozenset[str], settings: Sequence[Setting]) -> None:
+    def check_settings(
+        self, node: Node, profile: Profile, modes: frozenset[str], settings: Sequence[ScenarioSetting]
+    ) -> None:
         """Raise the error of the file for settings that the profile does not know, or with a wrong value."""
         for setting in settings:
             _check_value(node, setting)
@@ -118,20 +120,20 @@ class Profiles:
         return self._read.get((name, vehicle), self._read.get((name, "")) or self._read[name, vehicle])
 
 
-def parameter_setting(section: str, option: str, node: Node) -> Setting:
+def parameter_setting(section: str, option: str, node: Node) -> ScenarioSetting:
     """An option as a file sets it, with its numbers in the unit of the parameter. Raises the error of the file."""
-    text, parameter = option_text(node), _parameter(node, section, option, node.where)
+    text, parameter = read_option_text(node), _parameter(node, section, option, node.where)
     shared = SECTIONS.get("World/" if section.startswith("World/") else section, {}).get(option)
     if shared is not None:
-        return shared_setting(section, option, shared.unit, node)
+        return setting_with_unit(section, option, shared.unit, node)
     try:
-        text = text if parameter is None else in_unit_of(parameter, text)
+        text = text if parameter is None else convert_to_unit_of(parameter, text)
     except ValueError as error:
         node.fail(f"[{section}] {option}: {error}")
-    return Setting(section, option, text, node.where)
+    return ScenarioSetting(section, option, text, node.where)
 
 
-def placed(problem: Problem, settings: Sequence[Setting]) -> str:
+def with_location(problem: Problem, settings: Sequence[ScenarioSetting]) -> str:
     """A problem of a profile, with the place in the scenario of the setting that it is about."""
     if problem.file != COMMAND_LINE.file:
         return str(problem)
@@ -141,16 +143,16 @@ def placed(problem: Problem, settings: Sequence[Setting]) -> str:
     return f"{named[0].where}: {text}" if named else text
 
 
-def _fail(node: Node, settings: Sequence[Setting], problem: Problem) -> NoReturn:
-    text = placed(problem, settings)
+def _fail(node: Node, settings: Sequence[ScenarioSetting], problem: Problem) -> NoReturn:
+    text = with_location(problem, settings)
     raise node.error(text if any(text.startswith(s.where) for s in settings) else f"{node.where}: {text}")
 
 
-def _order(setting: Setting) -> tuple[str, str]:
+def _order(setting: ScenarioSetting) -> tuple[str, str]:
     return setting.section, setting.option
 
 
-def _check_general(node: Node, setting: Setting, profile: Profile) -> None:
+def _check_general(node: Node, setting: ScenarioSetting, profile: Profile) -> None:
     """Refuse an option of [General] that neither Shoal nor the profile has: a profile may have any for its own use."""
     if setting.section != "General":
         return
@@ -160,7 +162,7 @@ def _check_general(node: Node, setting: Setting, profile: Profile) -> None:
         raise node.error(f"{setting.where}: {reason}")
 
 
-def _check_value(node: Node, setting: Setting) -> None:
+def _check_value(node: Node, setting: ScenarioSetting) -> None:
     parameter = _parameter(node, setting.section, setting.option, setting.where)
     if parameter is None:
         return

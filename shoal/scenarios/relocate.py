@@ -6,7 +6,7 @@ from pathlib import Path
 from support.located_yaml import Node
 
 
-def moved(root: Node, old: Path, new: Path) -> Node:
+def relocate_tree(root: Node, old: Path, new: Path) -> Node:
     """The tree of a scenario in the folder `old` as one in the folder `new`: it names the same plans and profiles."""
     if not isinstance(root.content, dict):
         return root

@@ -8,7 +8,7 @@ TRACK_PERIOD = 5.0  # s
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ExpectationVerdict:
     """Whether an expectation was met, and by how much.
 
     `margin` is how far it was from failing, in the unit of its comparison (negative if it failed, infinite if it
@@ -26,7 +26,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Result:
+class ScenarioResult:
     """One run: `passed` if it ended in order and met all expectations.
 
     `error` is why the run ended out of order: an exception of a task, or the limit of wall time; else empty.
@@ -39,7 +39,7 @@ class Result:
 
     scenario: str
     seed: int
-    verdicts: tuple[Verdict, ...] = ()
+    verdicts: tuple[ExpectationVerdict, ...] = ()
     metrics: dict[str, float] = field(default_factory=dict[str, float])
     outcomes: dict[str, str] = field(default_factory=dict[str, str])
     seconds: float = 0.0

@@ -7,18 +7,18 @@ from typing import Any, TypeAlias
 
 from tasks.plan import Meaning
 
-Latest: TypeAlias = Sequence[Any]
-"""The latest message of each watch, None if there is none yet."""
+LatestMessages: TypeAlias = Sequence[Any]
+"""The latest message of each selector, None if there is none yet."""
 
-Margin: TypeAlias = Callable[[Latest, float], float]
-"""The margin of a test of the latest message of each watch; a comparison with one that is missing has that of the
+RobustnessFunction: TypeAlias = Callable[[LatestMessages, float], float]
+"""The margin of a test of the latest message of each selector; a comparison with one that is missing has that of the
 second argument: NaN if nothing is known of it, or -inf if it counts as false."""
 
 TIE = math.ulp(0.0)  # the margin of a test that is just met; just missed, it is negative
 NO_NUMBER = -sys.float_info.max  # the margin of a test of NaN
 
 
-def gap(compare: Callable[[Any, Any], bool], a: float, b: float) -> float:
+def comparison_robustness(compare: Callable[[Any, Any], bool], a: float, b: float) -> float:
     """The margin of a comparison of two numbers: how far they may move before it changes."""
     holds = compare(a, b)
     size = float(abs(a - b))
@@ -29,25 +29,25 @@ def gap(compare: Callable[[Any, Any], bool], a: float, b: float) -> float:
     return size if holds else -size
 
 
-def verdict(compare: Callable[[Any, Any], bool], a: object, b: object) -> float:
+def boolean_robustness(compare: Callable[[Any, Any], bool], a: object, b: object) -> float:
     """The margin of a comparison of what has no distance: names, texts, numbers of states."""
     return math.inf if compare(a, b) else -math.inf
 
 
-def shown(margin: float) -> float:
+def display_value(margin: float) -> float:
     """A margin for people: a tie is 0, that of what is no number is infinite."""
     return 0.0 if abs(margin) <= TIE else math.copysign(math.inf, margin) if abs(margin) == -NO_NUMBER else margin
 
 
-def off(margin: float, words: str) -> str:
+def violation_text(margin: float, words: str) -> str:
     """By how much a test has failed, after some words; or that it had no number to compare."""
     if margin == NO_NUMBER:
         return ": a value is no number"
-    return f", {words} {-shown(margin):.6g}" if -math.inf < margin <= 0.0 else ""
+    return f", {words} {-display_value(margin):.6g}" if -math.inf < margin <= 0.0 else ""
 
 
-def all_of(tests: Sequence[Margin]) -> Margin:
-    def margin(latest: Latest, unknown: float) -> float:
+def conjunction(tests: Sequence[RobustnessFunction]) -> RobustnessFunction:
+    def margin(latest: LatestMessages, unknown: float) -> float:
         least, doubt = math.inf, False
         for test in tests:
             found = test(latest, unknown)
@@ -60,8 +60,8 @@ def all_of(tests: Sequence[Margin]) -> Margin:
     return margin
 
 
-def any_of(tests: Sequence[Margin]) -> Margin:
-    def margin(latest: Latest, unknown: float) -> float:
+def disjunction(tests: Sequence[RobustnessFunction]) -> RobustnessFunction:
+    def margin(latest: LatestMessages, unknown: float) -> float:
         most, doubt = -math.inf, False
         for test in tests:
             found = test(latest, unknown)
@@ -74,18 +74,18 @@ def any_of(tests: Sequence[Margin]) -> Margin:
     return margin
 
 
-def contrary(test: Margin) -> Margin:
+def negate(test: RobustnessFunction) -> RobustnessFunction:
     return lambda latest, unknown: -test(latest, unknown)
 
 
-def never(test: Margin) -> Margin:
+def negate_unless_nan(test: RobustnessFunction) -> RobustnessFunction:
     """The margin of an expectation that a test is not met: what is no number does not meet that, either."""
 
-    def margin(latest: Latest, unknown: float) -> float:
+    def margin(latest: LatestMessages, unknown: float) -> float:
         found = test(latest, unknown)
         return found if found == NO_NUMBER else -found
 
     return margin
 
 
-MEANING = Meaning(all_of, any_of, contrary)
+MEANING = Meaning(conjunction, disjunction, negate)

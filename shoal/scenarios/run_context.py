@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Protocol
 from runtime.faults import Faults
 from runtime.kernel import SECOND, Kernel
 from runtime.vehicle import Fleet, Vehicle
-from shoal.scenarios.conditions import Condition
-from shoal.scenarios.message_monitor import Lookout, Seen
+from shoal.scenarios.conditions import ScenarioCondition
+from shoal.scenarios.message_monitor import MessageMonitor, MessageSlots
 
 if TYPE_CHECKING:
-    from shoal.scenarios.links import Channel
+    from shoal.scenarios.links import LinkChannel
 
 
-class Stage:
+class RunContext:
     """The vehicles of a run by name, built and not yet started, and their kernel; `warnings` are for the result.
 
     `channels` are their links by name, `unhappened` tells why events have not happened yet, `overlaps` the values
@@ -24,11 +24,11 @@ class Stage:
         self.fleet = fleet
         self.vehicles = vehicles
         self.seed = seed
-        self.lookout = Lookout(vehicles)
-        self.channels: dict[str, Channel] = {}
-        self.unhappened: dict[Event, str] = {}
+        self.monitor = MessageMonitor(vehicles)
+        self.channels: dict[str, LinkChannel] = {}
+        self.pending_events: dict[Event, str] = {}
         self.warnings: list[str] = []
-        self.overlaps = Overlaps()
+        self.temporary_values = TemporaryValues()
         self._faults: dict[str, Faults] = {}
         self._start_ns = fleet.kernel.now_ns
 
@@ -47,25 +47,25 @@ class Stage:
             self._faults[vehicle] = Faults(self.vehicles[vehicle])
         return self._faults[vehicle]
 
-    def idle_faults(self) -> list[str]:
+    def ineffective_faults(self) -> list[str]:
         """The faults that have changed nothing so far."""
         return [text for faults in self._faults.values() for text in faults.idle]
 
-    def at(self, seconds: float, function: Callable[[], object]) -> None:
+    def call_at(self, seconds: float, function: Callable[[], object]) -> None:
         """Call a function at a time of the run (s)."""
         self.kernel.at(self._start_ns + round(seconds * SECOND), function)
 
-    def when(self, condition: Condition, function: Callable[[], object]) -> None:
+    def call_when(self, condition: ScenarioCondition, function: Callable[[], object]) -> None:
         """Call a function once, when a condition holds for the first time. Raises ValueError for unknown entities."""
-        once = _Once(condition, function)
-        (once.seen,) = self.lookout.watch([condition.watches], once.look)
+        once = _CallOnce(condition, function)
+        (once.seen,) = self.monitor.subscribe([condition.selectors], once.update)
 
     def stop(self) -> None:
         """End the run."""
         self.fleet.stop()
 
 
-class Overlaps:
+class TemporaryValues:
     """Values that events set for a while: the latest one counts, and after all of them what was there before."""
 
     def __init__(self) -> None:
@@ -88,20 +88,20 @@ class Overlaps:
 class Event(Protocol):
     """Something that happens in a run, once."""
 
-    def arm(self, stage: Stage) -> None:
+    def schedule(self, context: RunContext) -> None:
         """Prepare it, before the vehicles start. What it needs to know of one run, it keeps in objects of its own."""
         ...
 
 
-class _Once:
+class _CallOnce:
     transient = True
 
-    def __init__(self, condition: Condition, function: Callable[[], object]):
+    def __init__(self, condition: ScenarioCondition, function: Callable[[], object]):
         self._condition = condition
         self._function: Callable[[], object] | None = function
-        self.seen: Seen = []
+        self.seen: MessageSlots = []
 
-    def look(self, _: float) -> None:
+    def update(self, _: float) -> None:
         if (function := self._function) is not None and self._condition.holds(self.seen):
             self._function = None
             function()

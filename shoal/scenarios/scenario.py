@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import imc
-from shoal.scenarios.conditions import Condition
+from shoal.scenarios.conditions import ScenarioCondition
 from shoal.scenarios.expectations import Expectation
-from shoal.scenarios.links import Link
+from shoal.scenarios.links import LinkModel
 from shoal.scenarios.metrics import Metric
 from shoal.scenarios.run_context import Event
 
@@ -16,7 +16,7 @@ class ScenarioFileError(ValueError):
 
 
 @dataclass(frozen=True)
-class Setting:
+class ScenarioSetting:
     """An option that a scenario sets, and the place in its file."""
 
     section: str
@@ -30,7 +30,7 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Actor:
+class VehicleSpec:
     """A vehicle of a scenario, not built yet: `modes` are selected, `seed` is None for that of the run.
 
     `start_ns` is when virtual time starts (ns since 1970), `plan_origin` the place in the file that has or names the
@@ -42,7 +42,7 @@ class Actor:
     folder: Path
     modes: tuple[str, ...]
     seed: int | None = None
-    settings: tuple[Setting, ...] = ()
+    settings: tuple[ScenarioSetting, ...] = ()
     plan: imc.PlanSpecification | None = None
     start_ns: int = 0
     plan_origin: str = ""
@@ -57,12 +57,12 @@ class Scenario:
     path: Path
     description: str
     seed: int
-    actors: tuple[Actor, ...]
+    vehicles: tuple[VehicleSpec, ...]
     expectations: tuple[Expectation, ...] = ()
     metrics: tuple[Metric, ...] = ()
-    links: tuple[Link, ...] = ()
+    links: tuple[LinkModel, ...] = ()
     events: tuple[Event, ...] = ()
     limit: float = 3600.0
     settle: float = 0.0
-    stop_when: Condition | None = None
+    stop_when: ScenarioCondition | None = None
     warnings: tuple[str, ...] = ()

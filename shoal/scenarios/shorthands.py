@@ -6,8 +6,16 @@ from types import MappingProxyType
 
 from runtime.profile import Profile
 from shoal.missions import position, split
-from shoal.scenarios.scenario import Setting
-from shoal.scenarios.value_reader import known, number, option_number, option_text, seconds, told, word
+from shoal.scenarios.scenario import ScenarioSetting
+from shoal.scenarios.value_reader import (
+    convert_value,
+    read_mapping,
+    read_number,
+    read_option_number,
+    read_option_text,
+    read_seconds,
+    read_word,
+)
 from support.located_yaml import Node
 from support.text import hinted
 from world import SECTIONS
@@ -29,23 +37,23 @@ COMPASS = ("North", "East", "Down")
 WORLD_KEYS = ("current", "wind", "objects", "bathymetry", *(name.lower() for name in SECTIONS["World"]))
 
 
-class Tasks:
+class EnabledTasks:
     """The sections of a profile that run in the modes of a vehicle."""
 
     def __init__(self, profile: Profile, modes: frozenset[str]):
         self.names = [name for name in profile.config.sections if profile.enabled(name, modes)]
 
-    def of(self, task: str) -> list[str]:
+    def sections_of(self, task: str) -> list[str]:
         """The sections of a task, also those with an instance."""
         return [name for name in self.names if name.partition("/")[0] == task]
 
 
-def start_settings(node: Node, tasks: Tasks) -> list[Setting]:
+def start_settings(node: Node, tasks: EnabledTasks) -> list[ScenarioSetting]:
     """The options that a `start` stands for. Raises the error of the file, also if the vehicle has none of them."""
-    found: list[Setting] = []
-    for key, item in known(node, "at", "time", *START).items():
+    found: list[ScenarioSetting] = []
+    for key, item in read_mapping(node, "at", "time", *START).items():
         if key == "time":
-            found.append(Setting("General", "Start Time", word(item), item.where))
+            found.append(ScenarioSetting("General", "Start Time", read_word(item), item.where))
             continue
         made = list(_place(item, tasks) if key == "at" else _start(item, START[key], tasks))
         if not made:
@@ -54,25 +62,25 @@ def start_settings(node: Node, tasks: Tasks) -> list[Setting]:
     return found
 
 
-def _start(node: Node, places: tuple[tuple[str, str, str], ...], tasks: Tasks) -> Iterator[Setting]:
+def _start(node: Node, places: tuple[tuple[str, str, str], ...], tasks: EnabledTasks) -> Iterator[ScenarioSetting]:
     for task, option, unit in places:
-        for section in tasks.of(task):
-            yield Setting(section, option, repr(option_number(node, unit)), node.where)
+        for section in tasks.sections_of(task):
+            yield ScenarioSetting(section, option, repr(read_option_number(node, unit)), node.where)
 
 
-def _place(node: Node, tasks: Tasks) -> Iterator[Setting]:
-    lat, lon = map(math.degrees, told(node, position))
-    for section in tasks.of(RECEIVER):
-        yield Setting(section, "Initial Position", f"{lat!r}, {lon!r}", node.where)
-    for section in tasks.of(KINEMATIC):
-        yield Setting(section, "Start Latitude", repr(lat), node.where)
-        yield Setting(section, "Start Longitude", repr(lon), node.where)
+def _place(node: Node, tasks: EnabledTasks) -> Iterator[ScenarioSetting]:
+    lat, lon = map(math.degrees, convert_value(node, position))
+    for section in tasks.sections_of(RECEIVER):
+        yield ScenarioSetting(section, "Initial Position", f"{lat!r}, {lon!r}", node.where)
+    for section in tasks.sections_of(KINEMATIC):
+        yield ScenarioSetting(section, "Start Latitude", repr(lat), node.where)
+        yield ScenarioSetting(section, "Start Longitude", repr(lon), node.where)
 
 
-def world_settings(node: Node, tasks: Tasks) -> list[Setting]:
+def world_settings(node: Node, tasks: EnabledTasks) -> list[ScenarioSetting]:
     """The options that `world` stands for, of those that the vehicle has. Raises the error of the file."""
-    found: list[Setting] = []
-    for key, item in known(node, *WORLD_KEYS).items():
+    found: list[ScenarioSetting] = []
+    for key, item in read_mapping(node, *WORLD_KEYS).items():
         if key == "current":
             found += _current(item, tasks)
         elif key == "wind":
@@ -83,85 +91,87 @@ def world_settings(node: Node, tasks: Tasks) -> list[Setting]:
             found += _bathymetry(item)
         else:
             option = next(name for name in SECTIONS["World"] if name.lower() == key)
-            found.append(shared_setting("World", option, SECTIONS["World"][option].unit, item))
+            found.append(setting_with_unit("World", option, SECTIONS["World"][option].unit, item))
     return found
 
 
-def _current(node: Node, tasks: Tasks) -> Iterator[Setting]:
-    parts = known(node, "north", "east", "down", "deviation", "time constant")
-    speeds = {key: number(item, "m/s") for key, item in parts.items() if key != "time constant"}
-    sections = [] if tasks.of(DRONE) else tasks.of(STREAM)
+def _current(node: Node, tasks: EnabledTasks) -> Iterator[ScenarioSetting]:
+    parts = read_mapping(node, "north", "east", "down", "deviation", "time constant")
+    speeds = {key: read_number(item, "m/s") for key, item in parts.items() if key != "time constant"}
+    sections = [] if tasks.sections_of(DRONE) else tasks.sections_of(STREAM)
     for key in ("north", "east", "down"):
         if key in speeds:
             for section in sections:
-                yield Setting(section, f"Default Speed {key.title()}", repr(speeds[key]), parts[key].where)
-            for section in tasks.of(KINEMATIC) if key != "down" else ():
-                yield Setting(section, f"Current {key.title()}", repr(speeds[key]), parts[key].where)
+                yield ScenarioSetting(section, f"Default Speed {key.title()}", repr(speeds[key]), parts[key].where)
+            for section in tasks.sections_of(KINEMATIC) if key != "down" else ():
+                yield ScenarioSetting(section, f"Current {key.title()}", repr(speeds[key]), parts[key].where)
     yield from _wander(parts, sections)
 
 
-def _wind(node: Node, tasks: Tasks) -> Iterator[Setting]:
-    parts = known(node, "speed", "from", "gusts", "deviation", "time constant")
-    speed = number(parts["speed"], "m/s") if "speed" in parts else 0.0
-    bearing = option_number(parts["from"], "°") if "from" in parts else 0.0
-    for section in tasks.of(WIND):
-        yield Setting(section, "Speed", repr(speed), node.where)
-        yield Setting(section, "Direction", repr(bearing), node.where)
+def _wind(node: Node, tasks: EnabledTasks) -> Iterator[ScenarioSetting]:
+    parts = read_mapping(node, "speed", "from", "gusts", "deviation", "time constant")
+    speed = read_number(parts["speed"], "m/s") if "speed" in parts else 0.0
+    bearing = read_option_number(parts["from"], "°") if "from" in parts else 0.0
+    for section in tasks.sections_of(WIND):
+        yield ScenarioSetting(section, "Speed", repr(speed), node.where)
+        yield ScenarioSetting(section, "Direction", repr(bearing), node.where)
         for key, option in (("gusts", "Gusts"), ("time constant", "Time Constant")):
             if key in parts:
-                value = seconds(parts[key]) if key == "time constant" else number(parts[key], "m/s")
-                yield Setting(section, option, repr(value), parts[key].where)
-    if tasks.of(DRONE):
+                value = read_seconds(parts[key]) if key == "time constant" else read_number(parts[key], "m/s")
+                yield ScenarioSetting(section, option, repr(value), parts[key].where)
+    if tasks.sections_of(DRONE):
         toward = math.radians(bearing) + math.pi
-        for section in tasks.of(STREAM):
+        for section in tasks.sections_of(STREAM):
             north, east = speed * math.cos(toward), speed * math.sin(toward)
-            yield Setting(section, "Default Speed North", repr(north), node.where)
-            yield Setting(section, "Default Speed East", repr(east), node.where)
+            yield ScenarioSetting(section, "Default Speed North", repr(north), node.where)
+            yield ScenarioSetting(section, "Default Speed East", repr(east), node.where)
         deviation = {"deviation": parts["gusts"]} if "gusts" in parts else {}
-        yield from _wander({**parts, **deviation}, tasks.of(STREAM))
+        yield from _wander({**parts, **deviation}, tasks.sections_of(STREAM))
 
 
-def _wander(parts: Mapping[str, Node], sections: list[str]) -> Iterator[Setting]:
+def _wander(parts: Mapping[str, Node], sections: list[str]) -> Iterator[ScenarioSetting]:
     """A deviation makes the velocity wander about its mean."""
     for section in sections:
         if "deviation" in parts:
             node = parts["deviation"]
-            yield Setting(section, "Stream Velocity Source", "Gauss-Markov", node.where)
-            yield Setting(section, "Standard Deviation", repr(number(node, "m/s")), node.where)
+            yield ScenarioSetting(section, "Stream Velocity Source", "Gauss-Markov", node.where)
+            yield ScenarioSetting(section, "Standard Deviation", repr(read_number(node, "m/s")), node.where)
         if "time constant" in parts:
-            yield Setting(section, "Time Constant", repr(seconds(parts["time constant"])), parts["time constant"].where)
+            yield ScenarioSetting(
+                section, "Time Constant", repr(read_seconds(parts["time constant"])), parts["time constant"].where
+            )
 
 
-def _objects(node: Node) -> Iterator[Setting]:
+def _objects(node: Node) -> Iterator[ScenarioSetting]:
     options = SECTIONS["World/"]
     names = {name.lower(): name for name in options}
     things = node.mapping()
-    yield Setting("World", "Objects", ", ".join(things), node.where)
+    yield ScenarioSetting("World", "Objects", ", ".join(things), node.where)
     for name, thing in things.items():
         for key, item in thing.mapping().items():
             if key not in names:
                 item.fail(hinted(f"an object has no {key!r}", key, names))
-            yield shared_setting(f"World/{name}", names[key], options[names[key]].unit, item)
+            yield setting_with_unit(f"World/{name}", names[key], options[names[key]].unit, item)
 
 
-def _bathymetry(node: Node) -> Iterator[Setting]:
-    parts = known(node, "at", "soundings")
+def _bathymetry(node: Node) -> Iterator[ScenarioSetting]:
+    parts = read_mapping(node, "at", "soundings")
     if "at" in parts:
-        lat, lon = map(math.degrees, told(parts["at"], position))
-        yield Setting(BOTTOM, "Latitude (degrees)", repr(lat), parts["at"].where)
-        yield Setting(BOTTOM, "Longitude (degrees)", repr(lon), parts["at"].where)
+        lat, lon = map(math.degrees, convert_value(parts["at"], position))
+        yield ScenarioSetting(BOTTOM, "Latitude (degrees)", repr(lat), parts["at"].where)
+        yield ScenarioSetting(BOTTOM, "Longitude (degrees)", repr(lon), parts["at"].where)
     if "soundings" in parts:
         if parts["soundings"].content == []:
             parts["soundings"].fail("there is no sounding")
-        rows = [" ".join(repr(number(cell, "m")) for cell in row.items()) for row in parts["soundings"].items()]
-        yield Setting(BOTTOM, "Data", ", ".join(rows), parts["soundings"].where)
+        rows = [" ".join(repr(read_number(cell, "m")) for cell in row.items()) for row in parts["soundings"].items()]
+        yield ScenarioSetting(BOTTOM, "Data", ", ".join(rows), parts["soundings"].where)
 
 
-def shared_setting(section: str, option: str, unit: str, node: Node) -> Setting:
+def setting_with_unit(section: str, option: str, unit: str, node: Node) -> ScenarioSetting:
     """An option of the world, with its number in this unit. Raises the error of the file."""
     if unit and isinstance(node.content, str) and _is_quantity(node):
-        return Setting(section, option, repr(option_number(node, "" if unit == "1" else unit)), node.where)
-    return Setting(section, option, option_text(node), node.where)
+        return ScenarioSetting(section, option, repr(read_option_number(node, "" if unit == "1" else unit)), node.where)
+    return ScenarioSetting(section, option, read_option_text(node), node.where)
 
 
 def _is_quantity(node: Node) -> bool:

@@ -4,16 +4,16 @@ import math
 from collections.abc import Sequence
 
 from runtime.vehicle import Vehicle
-from shoal.scenarios.scenario import ScenarioFileError, Setting
+from shoal.scenarios.scenario import ScenarioFileError, ScenarioSetting
 from shoal.scenarios.shorthands import BOTTOM
 from tasks.simulators.gps import GPS
 from tasks.simulators.vsim import VSIM
 
-PLACE = ("Initial Depth", "Initial Position", "Tide Level", "Sounding Radius", "Out Of Bounds Depth")
+START_OPTIONS = ("Initial Depth", "Initial Position", "Tide Level", "Sounding Radius", "Out Of Bounds Depth")
 """The options that decide whether the water is deep enough, the likeliest to be wrong first."""
 
 
-def check_start(vehicle: Vehicle, settings: Sequence[Setting]) -> None:
+def check_start(vehicle: Vehicle, settings: Sequence[ScenarioSetting]) -> None:
     """Refuse settings of a scenario that start a vehicle, built and not started, deeper than the water there allows.
 
     Raises ScenarioFileError. What is wrong in the profile alone, the vehicle tells its log book.
@@ -24,8 +24,8 @@ def check_start(vehicle: Vehicle, settings: Sequence[Setting]) -> None:
             continue
         lat, lon = map(math.radians, receivers[0].initial_position)
         concerned = (task.name, receivers[0].name, "World")
-        about = [setting for setting in settings if setting.section in concerned and setting.option in PLACE]
-        about.sort(key=lambda setting: PLACE.index(setting.option))
+        about = [setting for setting in settings if setting.section in concerned and setting.option in START_OPTIONS]
+        about.sort(key=lambda setting: START_OPTIONS.index(setting.option))
         about += [setting for setting in settings if setting.section == BOTTOM]
         if about and task.initial_depth > (deepest := task.deepest(lat, lon)):
             water = max(0.0, task.water(lat, lon))

@@ -7,7 +7,7 @@ from shoal.scenarios.result import TRACK_PERIOD
 from support.wgs84 import displace
 
 
-class Track:
+class TrueTrack:
     """Notes the true position of a vehicle each `TRACK_PERIOD`: `points` has latitude, longitude (°), depth (m) ..."""
 
     transient = True
@@ -17,7 +17,7 @@ class Track:
         self._system = system
         self._next = -math.inf
 
-    def keep(self, truth: imc.SimulatedState) -> None:
+    def receive(self, truth: imc.SimulatedState) -> None:
         """A state of any vehicle."""
         if truth.src == self._system and truth.timestamp >= self._next:
             if not math.isfinite(truth.lat + truth.lon + truth.height + truth.x + truth.y + truth.z):

@@ -16,7 +16,7 @@ T = TypeVar("T")
 _METERS = re.compile(r"\dm(?![a-z])|\d\s+m(?![a-z])")
 
 
-def known(node: Node, *allowed: str, what: str = "key") -> dict[str, Node]:
+def read_mapping(node: Node, *allowed: str, what: str = "key") -> dict[str, Node]:
     """The mapping, all of whose keys are allowed. Raises the error of the file."""
     if not isinstance(node.content, dict):
         node.fail("expected a mapping of names to values")
@@ -26,7 +26,7 @@ def known(node: Node, *allowed: str, what: str = "key") -> dict[str, Node]:
     return node.content
 
 
-def told(node: Node, read: Callable[[Any], T]) -> T:
+def convert_value(node: Node, read: Callable[[Any], T]) -> T:
     """What a function makes of the value; its ValueError gets the place in the file."""
     value = node.value()
     try:
@@ -37,22 +37,22 @@ def told(node: Node, read: Callable[[Any], T]) -> T:
         node.fail(str(error))
 
 
-def seconds(node: Node) -> float:
+def read_seconds(node: Node) -> float:
     """A time of at least 0: "90 s", "10 min", "1h30min", or a number in s."""
-    return told(node, _duration)
+    return convert_value(node, _duration)
 
 
-def number(node: Node, unit: str = "") -> float:
+def read_number(node: Node, unit: str = "") -> float:
     """A number, or one with a unit that fits, in SI."""
-    return told(node, lambda value: quantity(value, unit))
+    return convert_value(node, lambda value: quantity(value, unit))
 
 
-def option_number(node: Node, unit: str) -> float:
+def read_option_number(node: Node, unit: str) -> float:
     """A number in the unit of an option of a profile."""
-    return told(node, lambda value: in_unit(value, unit))
+    return convert_value(node, lambda value: in_unit(value, unit))
 
 
-def in_unit_of(parameter: Parameter, text: str) -> str:
+def convert_to_unit_of(parameter: Parameter, text: str) -> str:
     """The text of an option, with its numbers in the unit of the parameter. Raises ValueError if a unit does not fit.
 
     Texts that are no numbers with a unit stay as they are.
@@ -64,7 +64,7 @@ def in_unit_of(parameter: Parameter, text: str) -> str:
     return ", ".join(repr(int(n)) if parameter.type is int and n.is_integer() else repr(n) for n in numbers)
 
 
-def whole(node: Node) -> int:
+def read_whole_number(node: Node) -> int:
     """A whole number, 0 or more."""
     value = node.value()
     if isinstance(value, float) and value.is_integer():
@@ -74,28 +74,28 @@ def whole(node: Node) -> int:
     return value
 
 
-def word(node: Node) -> str:
+def read_word(node: Node) -> str:
     """A text that is not empty."""
     if not isinstance(node.content, str) or not node.content.strip():
         node.fail("expected a text")
     return node.content.strip()
 
 
-def one_of(node: Node, words: Iterable[str], what: str) -> str:
+def read_choice(node: Node, words: Iterable[str], what: str) -> str:
     """One of some words."""
-    found, words = word(node), list(words)
+    found, words = read_word(node), list(words)
     if found not in words:
         node.fail(hinted(f"there is no {what} {found!r}", found, words))
     return found
 
 
-def option_text(node: Node) -> str:
+def read_option_text(node: Node) -> str:
     """The text of an option: a scalar as it is written, the items of a list with commas."""
     if isinstance(node.content, str):
         value = node.value()
         return ("true" if value else "false") if isinstance(value, bool) else node.content
     if isinstance(node.content, list):
-        return ", ".join(map(option_text, node.content))
+        return ", ".join(map(read_option_text, node.content))
     node.fail("expected a value or a list of values")
 
 

@@ -24,7 +24,7 @@ from shoal.campaigns.jobs import Job, Unfinished
 from shoal.campaigns.library import library
 from shoal.campaigns.studies import Study
 from shoal.campaigns.versions import versions
-from shoal.scenarios import Result
+from shoal.scenarios import ScenarioResult
 
 CONNECT = 10.0  # s until the scheduler must have answered
 LOOK = 1.0  # s between two looks at who is there
@@ -106,7 +106,7 @@ class Cluster:
         with suppress(Exception):
             self._client.close(timeout=LEAVE)
 
-    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, Result]]:
+    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, ScenarioResult]]:
         """See `Engine.run`. Raises OSError if the scheduler goes away, or no worker is left for `PATIENCE`."""
         coming = iter(jobs)
         try:
@@ -149,14 +149,14 @@ class Cluster:
     def _hear(self, key: str, _: Any) -> None:
         self._done.put(key)
 
-    def _listen(self) -> Iterator[tuple[Job, Result]]:
+    def _listen(self) -> Iterator[tuple[Job, ScenarioResult]]:
         with suppress(Empty):
             key = self._done.get(timeout=LOOK)
             errand = self._errands.get(key)
             if errand is not None and (result := self._fetch(key, errand)) is not None:
                 yield errand.job, result
 
-    def _fetch(self, key: str, errand: _Errand) -> Result | None:
+    def _fetch(self, key: str, errand: _Errand) -> ScenarioResult | None:
         """The result of an errand that is over; None if it has to be done again."""
         reply = self._reply(key, errand)
         if key not in self._errands:  # its worker has gone
@@ -191,7 +191,7 @@ class Cluster:
                 return error
         return None
 
-    def _give_up(self) -> Iterator[tuple[Job, Result]]:
+    def _give_up(self) -> Iterator[tuple[Job, ScenarioResult]]:
         """The jobs with which too many workers have been lost."""
         for job, _ in [lost for lost in self._again if lost[1] >= DEATHS]:
             yield job, job.failed(f"{DEATHS} workers, one after another, were lost with it", Unfinished)

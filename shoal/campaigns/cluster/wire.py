@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from shoal.campaigns.jobs import Job, Timed, Unfinished, Unreadable
-from shoal.scenarios import Result, Verdict
+from shoal.scenarios import ExpectationVerdict, ScenarioResult
 
-_KINDS: dict[str, type[Result]] = {kind.__name__: kind for kind in (Result, Timed, Unfinished, Unreadable)}
+_KINDS: dict[str, type[ScenarioResult]] = {
+    kind.__name__: kind for kind in (ScenarioResult, Timed, Unfinished, Unreadable)
+}
 Line = dict[str, Any]
 
 
@@ -29,16 +31,16 @@ def job_of(line: Line) -> Job:
     return Job(line["key"], Path(line["path"]), line["values"], line["seed"], logs)
 
 
-def result_line(result: Result, log_root: Path) -> Line:
+def result_line(result: ScenarioResult, log_root: Path) -> Line:
     """A result; its logs by their path below the folder for logs."""
     logs = {name: folder.absolute().relative_to(log_root).as_posix() for name, folder in result.logs.items()}
     return {"kind": type(result).__name__, **asdict(replace(result, logs={})), "logs": logs}
 
 
-def result_of(line: Line, log_root: Path | None) -> Result:
+def result_of(line: Line, log_root: Path | None) -> ScenarioResult:
     """The result in a line, with logs in this folder."""
     given = {key: value for key, value in line.items() if key != "kind"}
-    given["verdicts"] = tuple(Verdict(**verdict) for verdict in line["verdicts"])
+    given["verdicts"] = tuple(ExpectationVerdict(**verdict) for verdict in line["verdicts"])
     given["warnings"] = tuple(line["warnings"])
     given["logs"] = {name: log_root / path for name, path in line["logs"].items()} if log_root is not None else {}
     return _KINDS[line["kind"]](**given)

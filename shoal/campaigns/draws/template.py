@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
 from shoal.campaigns.draws.distributions import is_distribution, read_distribution
-from shoal.scenarios import ScenarioFileError, Sources
+from shoal.scenarios import ScenarioDependencies, ScenarioFileError
 from support.located_yaml import Node, read_text, read_tree
 
 
@@ -17,16 +17,16 @@ class Changeable(Protocol):
 
     @property
     def digest(self) -> str: ...
-    def places(self) -> Mapping[str, Node]: ...
+    def scalars_by_path(self) -> Mapping[str, Node]: ...
     def scenario(self, values: Mapping[str, object] | None = ...) -> Any: ...
-    def usual(self, place: str) -> object: ...
-    def sources(self, values: Mapping[str, object] | None = ...) -> Sources: ...
-    def rehearse(self, values: Mapping[str, object] | None = ...) -> None: ...
+    def current_value(self, place: str) -> object: ...
+    def dependencies(self, values: Mapping[str, object] | None = ...) -> ScenarioDependencies: ...
+    def dry_run(self, values: Mapping[str, object] | None = ...) -> None: ...
 
 
 D = TypeVar("D", bound=Changeable)
 Make = Callable[[Path, Node], Changeable]
-"""Makes the draft of a file from its tree, as `Draft` does."""
+"""Makes the draft of a file from its tree, as `ScenarioDocument` does."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def blamed(draft: Changeable, values: Mapping[str, object], error: Exception) ->
             try:
                 draft.scenario({place: value})
             except (ValueError, LookupError) as wrong:
-                node = draft.places().get(place)
+                node = draft.scalars_by_path().get(place)
                 line = re.escape(node.where) if node is not None else r".*?:\d+"
                 return f"--set {place}={value}: {re.sub(f'^{line}: ', '', str(wrong))}"
     return str(error)

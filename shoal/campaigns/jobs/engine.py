@@ -4,13 +4,13 @@ from collections.abc import Generator, Iterable
 from typing import Protocol
 
 from shoal.campaigns.jobs.job import Job
-from shoal.scenarios import Result
+from shoal.scenarios import ScenarioResult
 
 
 class Engine(Protocol):
     """Does jobs somewhere; one caller at a time."""
 
-    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, Result]]:
+    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, ScenarioResult]]:
         """Each job with its result, once, in the order of completion.
 
         A job is asked for when there is somebody for it. One whose process or computer is lost is done elsewhere; one

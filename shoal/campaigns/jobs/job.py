@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from shoal.scenarios import Result
+from shoal.scenarios import ScenarioResult
 
 SUFFIX = ".scenario.yaml"
 
@@ -28,18 +28,18 @@ class Job:
         """What the scenario is called if its file cannot be read: the file's name without its ending."""
         return self.path.name.removesuffix(SUFFIX)
 
-    def failed(self, error: str, kind: type[Result] = Result) -> Result:
+    def failed(self, error: str, kind: type[ScenarioResult] = ScenarioResult) -> ScenarioResult:
         """The result of a run that did not come to its end."""
         return kind(self.name, self.seed or 0, error=error)
 
 
-class Unreadable(Result):
+class Unreadable(ScenarioResult):
     """The result of a job whose file, or a value for it, is wrong: there was no run."""
 
 
-class Unfinished(Result):
+class Unfinished(ScenarioResult):
     """The result of a job whose process has died or was ended, so that nothing is known of the run."""
 
 
-Do = Callable[[Job], Result]
+Do = Callable[[Job], ScenarioResult]
 """Does a job in the process that calls it. It may keep things from one job to the next."""

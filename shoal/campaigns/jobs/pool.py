@@ -12,7 +12,7 @@ from types import TracebackType
 from shoal.campaigns.jobs.job import Do, Job, Unfinished
 from shoal.campaigns.jobs.runner import Runner
 from shoal.campaigns.jobs.worker import Worker, attempt
-from shoal.scenarios import Result
+from shoal.scenarios import ScenarioResult
 
 WALL_LIMIT = 600.0  # s
 TRIES = 2  # processes that may die of one job
@@ -63,7 +63,7 @@ class Pool:
         self._workers.clear()
         self._stack.close()
 
-    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, Result]]:
+    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, ScenarioResult]]:
         """The jobs with their results, in the order of completion. Jobs are asked for when there is somebody for them.
 
         Raises OSError if no process can be started.
@@ -95,7 +95,7 @@ class Pool:
             idle.give(job, deaths)
         return any(worker.job is not None for worker in self._workers)
 
-    def _listen(self) -> Iterator[tuple[Job, Result]]:
+    def _listen(self) -> Iterator[tuple[Job, ScenarioResult]]:
         """What comes next: results, deaths, or limits that are reached."""
         pipes = {worker.pipe: worker for worker in self._workers}
         left = min(worker.seconds_left for worker in self._workers)
@@ -117,7 +117,7 @@ class Pool:
             if job is not None:
                 yield job, job.failed(f"{words}: in {place}" if place else words, Unfinished)
 
-    def _mourn(self, worker: Worker) -> Result | None:
+    def _mourn(self, worker: Worker) -> ScenarioResult | None:
         """Bury a worker; another one takes its job, unless too many have died of it."""
         job, deaths, how = worker.job, worker.deaths, self._end(worker)
         if not worker.is_ready:

@@ -10,7 +10,7 @@ import numpy as np
 
 from shoal.campaigns.draws import Scalar
 from shoal.campaigns.jobs.job import Unfinished
-from shoal.scenarios import Result
+from shoal.scenarios import ScenarioResult
 
 Row = dict[str, Any]
 """A run: `run`, `seed`, `passed`, `margin` ..., and columns of groups such as `metrics.drift`."""
@@ -25,7 +25,14 @@ GROUPS = ("values", "metrics", "margins", "verdicts", "applied", "outcomes", "ha
 
 
 def row_of(
-    run: int, seed: int, values: Mapping[str, Scalar], result: Result, *, versions: str, cpu: float, folder: Path
+    run: int,
+    seed: int,
+    values: Mapping[str, Scalar],
+    result: ScenarioResult,
+    *,
+    versions: str,
+    cpu: float,
+    folder: Path,
 ) -> Row:
     """The row of a run. `values` are those drawn, as numbers; paths of logs are relative to `folder`."""
     failed = min((v for v in result.verdicts if not v.passed), key=lambda verdict: verdict.margin, default=None)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from shoal.campaigns.draws import blamed, load_template
 from shoal.campaigns.jobs.job import Job, Unreadable
-from shoal.scenarios import Draft, Result, ScenarioFileError, load_draft, run
+from shoal.scenarios import ScenarioDocument, ScenarioFileError, ScenarioResult, load_document, run
 from support.file_errors import of_file
 
 KEPT = 16  # drafts
@@ -19,9 +19,9 @@ class Runner:
 
     def __init__(self, *, is_set: bool = False) -> None:
         self._is_set = is_set
-        self._drafts: dict[Path, Draft] = {}
+        self._drafts: dict[Path, ScenarioDocument] = {}
 
-    def __call__(self, job: Job) -> Result:
+    def __call__(self, job: Job) -> ScenarioResult:
         """Run a job's scenario; a file or a value that is wrong is `Unreadable`."""
         try:
             scenario = self._draft(job.path).scenario(job.values)
@@ -34,16 +34,16 @@ class Runner:
         except ScenarioFileError as error:
             return job.failed(str(error), Unreadable)
 
-    def load(self, path: Path) -> Draft:
+    def load(self, path: Path) -> ScenarioDocument:
         """The draft of a file."""
-        return load_draft(path)
+        return load_document(path)
 
     def hint(self, path: Path) -> str:
         """What may be meant by a file that is wrong; empty if nothing is known."""
         with contextlib.suppress(ScenarioFileError, OSError):
             if not path.is_file():
                 return ""
-            for place in load_template(path, Draft).distributions:
+            for place in load_template(path, ScenarioDocument).distributions:
                 return f" (a value that varies, as {place} does, is for `shoal campaign`)"
         return ""
 
@@ -51,7 +51,7 @@ class Runner:
         draft = self._drafts.get(job.path)
         return blamed(draft, job.values, error) if self._is_set and draft is not None else str(error)
 
-    def _draft(self, path: Path) -> Draft:
+    def _draft(self, path: Path) -> ScenarioDocument:
         if path not in self._drafts:
             if path.exists() and not path.is_file():
                 raise ScenarioFileError(f"{path}: a scenario is a file")  # a pipe would never end

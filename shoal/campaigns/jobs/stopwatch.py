@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from shoal.campaigns.jobs.job import Do, Job, Unfinished, Unreadable
-from shoal.scenarios import Result
+from shoal.scenarios import ScenarioResult
 
 
 @dataclass(frozen=True)
-class Timed(Result):
+class Timed(ScenarioResult):
     """A result with the CPU seconds that its run took."""
 
     cpu: float = field(default=0.0, compare=False)
@@ -23,7 +23,7 @@ class Timing:
     do: Do
     only_failed: bool
 
-    def __call__(self, job: Job) -> Result:
+    def __call__(self, job: Job) -> ScenarioResult:
         started = time.process_time()
         first = replace(job, log_root=None) if self.only_failed else job
         result = self.do(first)

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
 from shoal.campaigns.jobs.job import Do, Job
-from shoal.scenarios import Result
+from shoal.scenarios import ScenarioResult
 
 GRACE = 1.0  # s from the limit, at which the process notes where it hangs, to its end
 MARK = "worker-"  # of the folders of processes
@@ -61,7 +61,7 @@ class Worker:
         if self.is_ready:
             self._send()
 
-    def take(self) -> Result | None:
+    def take(self) -> ScenarioResult | None:
         """The result of its job, or None if it says that it is ready or has begun. Raises EOFError if it has ended."""
         try:
             said = self.pipe.recv()
@@ -71,7 +71,7 @@ class Worker:
             self.has_begun = True
             return None
         self._deadline = float("inf")
-        if isinstance(said, Result):
+        if isinstance(said, ScenarioResult):
             self.job = None
             return said
         self.is_ready = True
@@ -150,7 +150,7 @@ def _work(pipe: Connection, make: Callable[[], Do], code: Sequence[Path], folder
     _clear(folder)
 
 
-def attempt(do: Do, job: Job) -> Result:
+def attempt(do: Do, job: Job) -> ScenarioResult:
     """Do a job; what goes wrong is its result: a line that says what, and then where."""
     try:
         return do(job)

@@ -86,7 +86,7 @@ def _count(nodes: Mapping[str, Node], key: str, least: int, most: int, default: 
 
 def _default(draft: Any, fixed: Mapping[str, object], place: str, found: Distribution) -> Scalar | None:
     """The value of a scenario as a number in the unit of a distribution; None if it is in another unit."""
-    value = draft.usual(place)
+    value = draft.current_value(place)
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return value if isinstance(value, bool) else None
     number = parse_scalar(value)
@@ -108,6 +108,6 @@ def _is_in(unit: str, place: str) -> bool:
 
 def _settings(draft: Any, values: Mapping[str, object]) -> list[tuple[str, str, object]]:
     """The options that a scenario with some values sets; a number counts however it is written."""
-    actors = draft.scenario(values).actors
-    settings = ((actor.name, setting) for actor in actors for setting in actor.settings)
+    vehicles = draft.scenario(values).vehicles
+    settings = ((spec.name, setting) for spec in vehicles for setting in spec.settings)
     return [(name, f"{s.section}:{s.option}", parse_scalar(s.value) or s.value) for name, s in settings]

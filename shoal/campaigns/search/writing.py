@@ -9,7 +9,7 @@ import yaml
 from shoal.campaigns.draws import load_template
 from shoal.campaigns.jobs import SUFFIX
 from shoal.campaigns.whole_file import whole_file
-from shoal.scenarios import Draft
+from shoal.scenarios import ScenarioDocument
 from support.located_yaml import Node
 from support.text import printable
 
@@ -24,17 +24,17 @@ def write_scenario(path: Path, values: Mapping[str, object], folder: Path, words
 
     `words` are told in comments at its top. It is called as the other, since plans within it are, too. Raises OSError.
     """
-    draft = load_template(path, Draft).draft
+    draft = load_template(path, ScenarioDocument).draft
     name = path.name.removesuffix(".yaml").removesuffix(".scenario").removesuffix(".study")
     target = folder / f"{name}{SUFFIX}"
-    _write(target, _comments(words) + yaml_of(draft.tree(values, folder)))
+    _write(target, _comments(words) + yaml_of(draft.changed_tree(values, folder)))
     return target
 
 
 def write_options(path: Path, values: Mapping[str, object], folder: Path, words: list[str]) -> list[Path]:
     """Write those values that are parameters as options of a profile, in a file for each vehicle. Raises OSError."""
-    draft = load_template(path, Draft).draft
-    actors = draft.scenario(values).actors
+    draft = load_template(path, ScenarioDocument).draft
+    actors = draft.scenario(values).vehicles
     written: list[Path] = []
     for actor in actors:
         starts = ("vehicle/parameters/", f"vehicles/{actor.name}/parameters/")

@@ -10,7 +10,7 @@ from pathlib import Path
 from runtime.profile import user_etc
 from shoal.campaigns.studies.own_modules import own_modules
 from shoal.campaigns.studies.site import BundleError, Site, below
-from shoal.scenarios import Sources, absolute
+from shoal.scenarios import ScenarioDependencies, absolute_path
 
 MOST_BYTES = 256 << 20
 
@@ -61,7 +61,7 @@ def read_bundle(data: bytes) -> Bundle:
         raise BundleError("these bytes are no bundle of a study") from None
 
 
-def make_bundle(files: Iterable[Path], sources: Sources, named: Mapping[str, Path]) -> Bundle:
+def make_bundle(files: Iterable[Path], sources: ScenarioDependencies, named: Mapping[str, Path]) -> Bundle:
     """Read these files, the sources of a scenario with the modules of a user, and files that a study names.
 
     Raises OSError, and BundleError if they are too large.
@@ -71,17 +71,17 @@ def make_bundle(files: Iterable[Path], sources: Sources, named: Mapping[str, Pat
     total = 0
     own = [file for _, file in modules.values()]
     for path in sorted(
-        {absolute(path) for path in (*files, *sources.files, *sources.data.values(), *named.values(), *own)}
+        {absolute_path(path) for path in (*files, *sources.files, *sources.data.values(), *named.values(), *own)}
     ):
         total += path.stat().st_size
         if total > MOST_BYTES:
             raise BundleError(f"the files of the study have more than {MOST_BYTES >> 20} MiB together, with {path}")
         content[str(path)] = path.read_bytes()
     parts = [(name, content[str(file)]) for name, (_, file) in modules.items()]
-    parts += [(name, content[str(absolute(path))]) for name, path in sorted({**sources.data, **named}.items())]
+    parts += [(name, content[str(absolute_path(path))]) for name, path in sorted({**sources.data, **named}.items())]
     digest = hashlib.sha256()
     for name, data in parts:
         digest.update(f"{name!r} {len(data)} ".encode() + data)
     roots = dict.fromkeys(str(root) for root, _ in modules.values())
-    folder, etc = str(absolute(Path())), str(absolute(user_etc()))
+    folder, etc = str(absolute_path(Path())), str(absolute_path(user_etc()))
     return Bundle(content, folder, etc, tuple(roots), tuple(modules), digest.hexdigest() if parts else "")

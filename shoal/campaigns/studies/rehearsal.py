@@ -31,12 +31,12 @@ class Rehearsal:
                 break
             self._blame(run)
         try:
-            self._draft.rehearse({**self._fixed, **first})
+            self._draft.dry_run({**self._fixed, **first})
         except ValueError:
             if self._is_fine(self._fixed):  # else no value is to blame
                 for place, value in first.items():
                     try:
-                        self._draft.rehearse({**self._fixed, place: value})
+                        self._draft.dry_run({**self._fixed, place: value})
                     except ValueError as error:
                         self._refuse(place, value, error)
             raise
@@ -63,7 +63,7 @@ class Rehearsal:
         words = [(place, cell) for place, found in self._design.varied.items() for cell in found.cells]
         for place, cell in [item for item in words if isinstance(item[1], str)][:MOST_WORDS]:
             try:
-                self._draft.rehearse({**first, place: cell})
+                self._draft.dry_run({**first, place: cell})
             except ValueError as error:
                 self._refuse(place, cell, error)
 
@@ -92,7 +92,7 @@ class Rehearsal:
 
     def _is_fine(self, values: Mapping[str, object]) -> bool:
         try:
-            self._draft.rehearse(values)
+            self._draft.dry_run(values)
         except ValueError:
             return False
         return True

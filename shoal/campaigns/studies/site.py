@@ -11,9 +11,9 @@ from typing import TypeVar
 from runtime.vehicle import search_code
 from shoal.campaigns.jobs import Do, Engine, Job
 from shoal.campaigns.studies.own_modules import SHOAL
-from shoal.scenarios import Result, absolute
+from shoal.scenarios import ScenarioResult, absolute_path
 
-R = TypeVar("R", bound=Result)
+R = TypeVar("R", bound=ScenarioResult)
 UNNAMED = "; a run has only the files of its study: is this one missing in `files`?"
 
 
@@ -47,7 +47,7 @@ class Site:
 
     def path(self, path: Path) -> Path:
         """Where a file is here; a relative path stays one."""
-        return below(self.root, str(absolute(path))) if path.is_absolute() else path
+        return below(self.root, str(absolute_path(path))) if path.is_absolute() else path
 
     def told(self, result: R) -> R:
         """A result that names the files by the paths that they had."""
@@ -70,7 +70,7 @@ class OnSite:
     site: Site
     do: Do
 
-    def __call__(self, job: Job) -> Result:
+    def __call__(self, job: Job) -> ScenarioResult:
         return self.do(replace(job, path=self.site.path(job.path)))
 
 
@@ -81,7 +81,7 @@ class Named:
     engine: Engine
     site: Site
 
-    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, Result]]:
+    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, ScenarioResult]]:
         with closing(self.engine.run(jobs)) as done:
             for job, result in done:
                 yield job, self.site.told(result)

@@ -26,7 +26,7 @@ from shoal.campaigns.rates import Ending
 from shoal.campaigns.search import Search, read_search
 from shoal.campaigns.studies.bundle import Bundle, make_bundle
 from shoal.campaigns.studies.rehearsal import Rehearsal
-from shoal.scenarios import Draft, ScenarioFileError
+from shoal.scenarios import ScenarioDocument, ScenarioFileError
 from support.located_yaml import Node, read_text, read_tree
 from support.text import hinted
 
@@ -80,7 +80,7 @@ class Study:
 def load_study(
     path: Path,
     *,
-    make: Make = Draft,
+    make: Make = ScenarioDocument,
     fixed: Mapping[str, object] | None = None,
     runs: int | None = None,
     logs: str | None = None,
@@ -111,7 +111,7 @@ class _Reader:
         path = self._path if inline else self._scenario_file()
         template = load_template(path, self._make)
         self._draft, self._inside = template.draft, template.distributions
-        self._places = self._draft.places()
+        self._places = self._draft.scalars_by_path()
         try:
             return self._study(path, runs, has_begun=has_begun)
         except ScenarioFileError as error:
@@ -186,7 +186,7 @@ class _Reader:
         """What to do if a place is an item of a list that only the profile has; empty if it is not."""
         whole, _, item = place.rpartition("/")
         is_there = any(known.startswith(f"{whole}/") for known in self._places)
-        value = self._draft.usual(whole) if item.isdecimal() and not is_there else None
+        value = self._draft.current_value(whole) if item.isdecimal() and not is_there else None
         if value is None:
             return ""
         above, _, option = whole.rpartition("/")
@@ -252,14 +252,14 @@ class _Reader:
 
     def _bundle(self, design: Design, path: Path, first: Mapping[str, object]) -> Bundle:
         """All files of all runs: a value that is a text may name a plan or a profile."""
-        sources = self._draft.sources(first)
+        sources = self._draft.dependencies(first)
         with suppress(ValueError):
-            sources |= self._draft.sources(self._fixed)  # what a search may go back to
+            sources |= self._draft.dependencies(self._fixed)  # what a search may go back to
         for place, varied in design.varied.items():
             for cell in varied.cells:
                 if isinstance(cell, str):
                     with suppress(ValueError):  # the run with this value tells it
-                        sources |= self._draft.sources({**first, place: cell})
+                        sources |= self._draft.dependencies({**first, place: cell})
         return make_bundle((self._path, path), sources, dict(self._named_files()))
 
     def _named_files(self) -> Iterator[tuple[str, Path]]:

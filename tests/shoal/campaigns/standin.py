@@ -5,7 +5,7 @@ import math
 import os
 from pathlib import Path
 
-from shoal.scenarios import Result, Sources, Verdict
+from shoal.scenarios import ExpectationVerdict, ScenarioDependencies, ScenarioResult
 
 SCENARIO = """\
 scenario: dive
@@ -33,7 +33,7 @@ class StandInDraft:
         self._root = root
         self.digest = hashlib.sha256(repr(root.value()).encode()).hexdigest()
 
-    def places(self):
+    def scalars_by_path(self):
         found = {}
 
         def walk(node, path):
@@ -47,16 +47,16 @@ class StandInDraft:
         return found
 
     def scenario(self, values=None):
-        known = self.places()
+        known = self.scalars_by_path()
         for name in values or {}:
             if name not in known and not name.startswith("vehicle/parameters/"):
                 raise ValueError(f"unknown {name}")
         return values
 
-    def sources(self, values=None):
-        return Sources()
+    def dependencies(self, values=None):
+        return ScenarioDependencies()
 
-    def rehearse(self, values=None):
+    def dry_run(self, values=None):
         self.scenario(values)
 
 
@@ -75,18 +75,20 @@ class StandInRuns:
         noise = int(hashlib.sha256(str(job.seed).encode()).hexdigest()[:8], 16) / 2**32 - 0.5
         drift = math.hypot(north, 0.3 * east) + 0.05 * noise
         if job.key == self._deadly:
-            return Result("dive", job.seed, error="Navigation.AUV: ZeroDivisionError")
-        kept = Verdict("stays_near", drift < 0.8, 0.8 - drift, "" if drift < 0.8 else f"drift of {drift:.2f} m")
+            return ScenarioResult("dive", job.seed, error="Navigation.AUV: ZeroDivisionError")
+        kept = ExpectationVerdict(
+            "stays_near", drift < 0.8, 0.8 - drift, "" if drift < 0.8 else f"drift of {drift:.2f} m"
+        )
         logs, hashes = {}, {}
         if job.log_root is not None:
             folder = job.log_root / "lauv" / "20240101" / "000000"
             folder.mkdir(parents=True)
             (folder / "Data.lsf").write_bytes(os.fsencode(repr(drift)))
             logs, hashes = {"lauv": folder}, {"lauv": hashlib.sha256(repr(drift).encode()).hexdigest()}
-        return Result(
+        return ScenarioResult(
             "dive",
             job.seed,
-            (kept, Verdict("ends_well", True)),
+            (kept, ExpectationVerdict("ends_well", True)),
             {"drift": drift, "never": math.nan},
             {"lauv": "SUCCESS"},
             600.0,

@@ -5,7 +5,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from shoal.campaigns import Job, Outcome, Unreadable, junit_xml
-from shoal.scenarios import Result, Verdict
+from shoal.scenarios import ExpectationVerdict, ScenarioResult
 
 # What the schemas of Jenkins (junit-10.xsd) and of Ant (JUnit.xsd) have in common: children in order, attributes that
 # both know, and those that one of them asks for.
@@ -41,12 +41,12 @@ def read(outcomes, undone=()):
 
 
 def test_each_scenario_is_a_case():
-    bad = Verdict("depth", False, -0.5, "failed first at 3.000 s", origin="a/b/bad.scenario.yaml:4")
-    good = Verdict("speed", True, 2.0)
+    bad = ExpectationVerdict("depth", False, -0.5, "failed first at 3.000 s", origin="a/b/bad.scenario.yaml:4")
+    good = ExpectationVerdict("speed", True, 2.0)
     suite = read(
         [
-            outcome("good", Result("good", 0, (good,), {"drift": 1.25}, warnings=("it proved nothing",))),
-            outcome("bad", Result("bad", 0, (good, bad), logs={"lauv": Path("log/bad")})),
+            outcome("good", ScenarioResult("good", 0, (good,), {"drift": 1.25}, warnings=("it proved nothing",))),
+            outcome("bad", ScenarioResult("bad", 0, (good, bad), logs={"lauv": Path("log/bad")})),
             outcome("wrong", Unreadable("wrong", 0, error="a/b/wrong.scenario.yaml:1: no\nmore")),
         ],
         [Job("x", Path("later.scenario.yaml"))],
@@ -81,7 +81,13 @@ def test_each_scenario_is_a_case():
 
 def test_any_text_can_be_read_back():
     odd = "\x00\x1b[31m<&\"'>\udcff\ufffe\u2028 ü"
-    suite = read([outcome("odd", Result(odd, 0, (Verdict(odd, False, reason=odd),), error=odd, warnings=(odd,)))])
+    suite = read(
+        [
+            outcome(
+                "odd", ScenarioResult(odd, 0, (ExpectationVerdict(odd, False, reason=odd),), error=odd, warnings=(odd,))
+            )
+        ]
+    )
     case = suite.find("testcase")
     assert case.get("name") == "\\x00\\x1b[31m<&\"'>\\xff\\ufffe\\u2028 ü"
     assert suite.find("system-out").text

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from shoal.scenarios import load_draft
+from shoal.scenarios import load_document
 from tests.outside import children, until
 from tests.shoal.campaigns.examples import FLAT, NAME, TROUBLE, scenario, trouble
 from tests.shoal.cli.installed import ENVIRONMENT, SHOAL, shoal
@@ -227,7 +227,7 @@ def test_a_new_scenario_can_be_read(tmp_path):
     done = shoal("new", "scenario", "dvl-outage", cwd=tmp_path)
     assert done.returncode == 0
     assert "shoal test dvl-outage.scenario.yaml" in done.stdout
-    made = load_draft(tmp_path / "dvl-outage.scenario.yaml").scenario()
+    made = load_document(tmp_path / "dvl-outage.scenario.yaml").scenario()
     assert (len(made.events), len(made.expectations), len(made.metrics)) == (1, 4, 1)
     assert shoal("new", "scenario", "dvl-outage", cwd=tmp_path).returncode == 2
     assert "is not a name such as" in shoal("new", "scenario", "a/b", cwd=tmp_path).stderr

@@ -4,7 +4,7 @@ import textwrap
 
 import pytest
 
-from shoal.scenarios import load_draft, run
+from shoal.scenarios import load_document, run
 
 DIVE = """
 vehicle:
@@ -24,22 +24,22 @@ limit: 3 s
 
 
 @pytest.fixture
-def draft(tmp_path):
-    """Makes the draft of a text; `begin` is put before it."""
+def document(tmp_path):
+    """Makes the document of a text; `begin` is put before it."""
 
     def make(text="", begin=SHORT, name="trial"):
         path = tmp_path / f"{name}.scenario.yaml"
         path.write_text(textwrap.dedent(begin) + textwrap.dedent(text))
-        return load_draft(path)
+        return load_document(path)
 
     return make
 
 
 @pytest.fixture
-def play(draft):
+def play(document):
     """Runs the scenario of a text."""
 
     def play(text="", begin=SHORT, values=None, **options):
-        return run(draft(text, begin).scenario(values), **options)
+        return run(document(text, begin).scenario(values), **options)
 
     return play

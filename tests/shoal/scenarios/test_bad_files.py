@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from shoal.scenarios import ScenarioFileError, load_draft, run
+from shoal.scenarios import ScenarioFileError, load_document, run
 
 OTTER = "vehicle: {profile: otter}\n"
 PAIR = "vehicles: {a: {profile: otter}, b: {profile: otter}}\nlinks: [{between: [a, b], name: x}]\n"
@@ -100,9 +100,9 @@ PAIR = "vehicles: {a: {profile: otter}, b: {profile: otter}}\nlinks: [{between: 
         ),
     ],
 )
-def test_mistakes_are_told_with_file_and_line(draft, text, line, reason):
+def test_mistakes_are_told_with_file_and_line(document, text, line, reason):
     with pytest.raises(ScenarioFileError) as caught:
-        draft(begin=text).scenario()
+        document(begin=text).scenario()
     assert f"trial.scenario.yaml:{line}: " in str(caught.value)
     assert reason in str(caught.value)
 
@@ -121,13 +121,13 @@ def test_mistakes_are_told_with_file_and_line(draft, text, line, reason):
         ({"limit": float("inf")}, 7, "not a duration"),
     ],
 )
-def test_a_wrong_value_is_told_with_the_line_that_it_replaces(draft, values, line, reason):
+def test_a_wrong_value_is_told_with_the_line_that_it_replaces(document, values, line, reason):
     begin = (
         "vehicle:\n  profile: otter\n  seed: 3\n  parameters: {Simulators.GPS: {HACC: 3}}\n"
         "expect:\n  - {always: SimulatedState.z < 3}\nlimit: 3 s\n"
     )
     with pytest.raises(ScenarioFileError) as caught:
-        draft(begin=begin).scenario(values)
+        document(begin=begin).scenario(values)
     assert f"trial.scenario.yaml:{line}: " in str(caught.value)
     assert reason in str(caught.value)
 
@@ -140,17 +140,17 @@ def test_a_wrong_value_is_told_with_the_line_that_it_replaces(draft, values, lin
         "events:\n  - {when: 'SimulatedState[GSP].z < 3', abort: true}",
     ],
 )
-def test_an_entity_that_the_vehicle_lacks_is_told_before_the_run(draft, text):
-    made, said = draft(text), "trial.scenario.yaml:5: otter has no entity with the label 'GSP' (did you mean 'GPS'?)"
+def test_an_entity_that_the_vehicle_lacks_is_told_before_the_run(document, text):
+    made, said = document(text), "trial.scenario.yaml:5: otter has no entity with the label 'GSP' (did you mean 'GPS'?)"
     with pytest.raises(ScenarioFileError, match=re.escape(said)):
-        made.rehearse()
+        made.dry_run()
     with pytest.raises(ScenarioFileError, match=re.escape(said)):
         run(made.scenario())
 
 
 def test_a_file_that_is_not_there_is_an_error_of_the_system(tmp_path):
     with pytest.raises(FileNotFoundError):
-        load_draft(tmp_path / "none.scenario.yaml")
+        load_document(tmp_path / "none.scenario.yaml")
 
 
 @pytest.mark.parametrize(
@@ -162,14 +162,14 @@ def test_a_file_that_is_not_there_is_an_error_of_the_system(tmp_path):
         ("events: [{at: 1 s, silent: Simulators.GPS, crash: Simulators.GPS}]", "of one kind: silent or crash"),
     ],
 )
-def test_what_would_mean_something_else_is_refused(draft, text, words):
+def test_what_would_mean_something_else_is_refused(document, text, words):
     with pytest.raises(ScenarioFileError, match=re.escape(words)):
-        draft(text, "\nvehicle: {profile: otter}\n").scenario()
+        document(text, "\nvehicle: {profile: otter}\n").scenario()
 
 
-def test_messages_of_a_profile_that_are_wrong_are_an_error_of_the_file(draft, tmp_path):
+def test_messages_of_a_profile_that_are_wrong_are_an_error_of_the_file(document, tmp_path):
     (tmp_path / "mine.ini").write_text("[Require otter.ini]\n[General]\nMessages = none.yaml\n")
-    made = draft("limit: 5 s", f"\nvehicle: {{profile: {tmp_path}/mine.ini}}\n")
+    made = document("limit: 5 s", f"\nvehicle: {{profile: {tmp_path}/mine.ini}}\n")
     words = "mine.ini:3: error: [General] Messages: there is no file 'none.yaml'"
     with pytest.raises(ScenarioFileError, match=f"trial.scenario.yaml:2: .*{re.escape(words)}"):
         made.scenario()

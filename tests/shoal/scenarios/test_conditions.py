@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 
 import imc
 from imc.coordinates import absolute
-from shoal.scenarios.conditions import Scope, parse, parse_expression
+from shoal.scenarios.conditions import ExpressionScope, parse_expression, parse_scenario_condition
 from shoal.scenarios.robustness import NO_NUMBER
 from support.wgs84 import offset
 from tasks.plan import parse_condition
 
-ALONE = Scope({"lauv": imc.builtin()}, "lauv")
-PAIR = Scope({"a": imc.builtin(), "b-1": imc.builtin()})
+ALONE = ExpressionScope({"lauv": imc.builtin()}, "lauv")
+PAIR = ExpressionScope({"a": imc.builtin(), "b-1": imc.builtin()})
 MESSAGES = {
     kind: message
     for message in (
@@ -28,11 +28,11 @@ MESSAGES = {
 
 
 def latest(condition):
-    return [MESSAGES.get(watch.kind) for watch in condition.watches]
+    return [MESSAGES.get(selector.kind) for selector in condition.selectors]
 
 
 def margin(text, scope=ALONE):
-    condition = parse(text, scope)
+    condition = parse_scenario_condition(text, scope)
     return condition.margin(latest(condition))
 
 
@@ -102,7 +102,7 @@ def test_a_margin_is_unknown_while_messages_that_decide_it_are_missing(text, exp
 
 def test_what_a_text_names_is_watched():
     def watches(text):
-        return [(w.kind.__name__, w.vehicle, w.entity) for w in parse(text, PAIR).watches]
+        return [(w.kind.__name__, w.vehicle, w.entity) for w in parse_scenario_condition(text, PAIR).selectors]
 
     assert watches("Temperature[CTD 2].value@b-1 > 3") == [("Temperature", "b-1", "CTD 2")]
     assert watches("EstimatedState.x@a > EstimatedState.y@a") == [("EstimatedState", "a", "")]
@@ -145,13 +145,16 @@ def test_what_a_text_names_is_watched():
 )
 def test_mistakes_are_named(text, reason):
     with pytest.raises(ValueError, match=reason):
-        parse(text, ALONE)
+        parse_scenario_condition(text, ALONE)
 
 
 def test_of_several_vehicles_one_is_named():
     with pytest.raises(ValueError, match="there are several vehicles; write @NAME behind it"):
-        parse("EstimatedState.depth > 3", PAIR)
-    assert parse("EstimatedState.depth > 3", Scope(PAIR.vehicles, "a")).watches[0].vehicle == "a"
+        parse_scenario_condition("EstimatedState.depth > 3", PAIR)
+    assert (
+        parse_scenario_condition("EstimatedState.depth > 3", ExpressionScope(PAIR.vehicles, "a")).selectors[0].vehicle
+        == "a"
+    )
 
 
 def test_expressions():
@@ -193,17 +196,17 @@ def states(depth, x, fuel):
 @given(CONDITIONS, VALUES, VALUES, VALUES)
 def test_a_condition_of_a_plan_means_the_same(text, depth, x, fuel):
     known = states(depth, x, fuel)
-    ours = parse(text, ALONE)
-    given = [known.get(watch.kind) for watch in ours.watches]
+    ours = parse_scenario_condition(text, ALONE)
+    given = [known.get(watch.kind) for watch in ours.selectors]
     assert ours.holds(given) == parse_condition(text).holds(known, False)
-    assert {watch.kind for watch in ours.watches} == parse_condition(text).kinds
+    assert {selector.kind for selector in ours.selectors} == parse_condition(text).kinds
 
 
 @given(CONDITIONS.filter(lambda text: "Temperature" not in text), VALUES, VALUES, VALUES)
 def test_the_sign_of_the_margin_is_the_truth(text, depth, x, fuel):
     known = states(depth, x, fuel)
-    ours = parse(text, ALONE)
-    given = [known[watch.kind] for watch in ours.watches]
+    ours = parse_scenario_condition(text, ALONE)
+    given = [known[watch.kind] for watch in ours.selectors]
     found = ours.margin(given)
     assert found != 0.0
     assert (found > 0.0) == ours.holds(given)
@@ -212,7 +215,7 @@ def test_the_sign_of_the_margin_is_the_truth(text, depth, x, fuel):
 @given(st.text(alphabet="EstimadSe.depthx<>=!&|() 0123456789+-*/,'mabsor_@[]°", max_size=60))
 def test_any_text_is_a_condition_or_a_value_error(text):
     try:
-        condition = parse(text, ALONE)
+        condition = parse_scenario_condition(text, ALONE)
     except ValueError:
         return
-    condition.margin([watch.kind() for watch in condition.watches])
+    condition.margin([selector.kind() for selector in condition.selectors])

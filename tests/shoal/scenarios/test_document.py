@@ -1,8 +1,8 @@
-"""Drafts: the places of values, values in their place, and digests."""
+"""Scenario documents: the places of values, values in their place, and digests."""
 
 import pytest
 
-from shoal.scenarios import load_draft
+from shoal.scenarios import load_document
 
 TEXT = """
 vehicle:
@@ -22,24 +22,24 @@ limit: 2 s
 
 
 @pytest.fixture
-def trial(draft):
-    return draft(begin=TEXT.replace("    Simulators.IMU/AHRS: {Standard Deviation - Euler: 0.1}\n", ""))
+def trial(document):
+    return document(begin=TEXT.replace("    Simulators.IMU/AHRS: {Standard Deviation - Euler: 0.1}\n", ""))
 
 
 def settings(scenario):
-    return {(s.section, s.option): s.value for s in scenario.actors[0].settings}
+    return {(s.section, s.option): s.value for s in scenario.vehicles[0].settings}
 
 
 def test_values_have_places(trial):
-    places = trial.places()
+    places = trial.scalars_by_path()
     assert {"vehicle/parameters/Simulators.GPS/HACC", "world/current/north", "expect/0/name", "limit"} <= set(places)
     assert places["world/current/north"].content == "0.3"
     assert places["world/current/north"].line == 7
 
 
 def test_texts_that_yaml_cuts_at_commas_are_whole(trial):
-    assert trial.places()["expect/0/finally"].content == "distance(SimulatedState, EstimatedState) < 10 m"
-    assert trial.places()["metrics/drift/max"].content == "distance(SimulatedState, EstimatedState)"
+    assert trial.scalars_by_path()["expect/0/finally"].content == "distance(SimulatedState, EstimatedState) < 10 m"
+    assert trial.scalars_by_path()["metrics/drift/max"].content == "distance(SimulatedState, EstimatedState)"
     assert [metric.name for metric in trial.scenario().metrics] == ["drift", "speed"]
 
 
@@ -73,22 +73,22 @@ def test_values_replace_others_and_add_to_mappings(trial):
     assert settings(trial.scenario())["Simulators.GPS", "HACC"] == "3"
 
 
-def test_the_digest_is_that_of_the_values(draft, tmp_path):
-    first = draft(begin=TEXT.replace("Standard Deviation - Euler: 0.1", "Entity Label: AHRS"))
-    again = load_draft(first.path)
+def test_the_digest_is_that_of_the_values(document, tmp_path):
+    first = document(begin=TEXT.replace("Standard Deviation - Euler: 0.1", "Entity Label: AHRS"))
+    again = load_document(first.path)
     assert first.digest == again.digest
     first.path.write_text("# a comment\n" + first.path.read_text())
-    assert load_draft(first.path).digest == first.digest
+    assert load_document(first.path).digest == first.digest
     first.path.write_text(first.path.read_text().replace("0.3", "0.4"))
-    assert load_draft(first.path).digest != first.digest
+    assert load_document(first.path).digest != first.digest
 
 
-def test_the_digest_knows_plans_and_profiles(draft, tmp_path):
+def test_the_digest_knows_plans_and_profiles(document, tmp_path):
     (tmp_path / "own.ini").write_text("[Require otter.ini]\n[General]\nVehicle = own\n")
     (tmp_path / "plan.yaml").write_text("origin: 41.185°, -8.7062°\nmaneuvers:\n  - goto: {north: 3, speed: 1}\n")
-    first = draft(begin="vehicle: {profile: own.ini, plan: plan.yaml}\n")
+    first = document(begin="vehicle: {profile: own.ini, plan: plan.yaml}\n")
     before = first.digest
     (tmp_path / "plan.yaml").write_text("origin: 41.185°, -8.7062°\nmaneuvers:\n  - goto: {north: 4, speed: 1}\n")
-    planned = load_draft(first.path).digest
+    planned = load_document(first.path).digest
     (tmp_path / "own.ini").write_text("[Require otter.ini]\n[General]\nVehicle = own\nBattery Capacity = 1000\n")
-    assert len({before, planned, load_draft(first.path).digest}) == 3
+    assert len({before, planned, load_document(first.path).digest}) == 3

@@ -224,9 +224,9 @@ def test_the_same_events_give_the_same_run(play):
         ("{at: 1 s, vehicle: lauv, abort: true}", "there is no vehicle 'lauv'"),
     ],
 )
-def test_events_that_cannot_be_read(draft, event, words):
+def test_events_that_cannot_be_read(document, event, words):
     with pytest.raises(ScenarioFileError, match=rf"trial.scenario.yaml:[56]: .*{words}"):
-        draft(f"events:\n  - {event}").scenario()
+        document(f"events:\n  - {event}").scenario()
 
 
 @pytest.mark.parametrize(
@@ -240,9 +240,9 @@ def test_events_that_cannot_be_read(draft, event, words):
         ("{at: 1 s, message: {abbrev: Temperature, src: nobody}}", "there is no system 'nobody'"),
     ],
 )
-def test_events_that_the_vehicle_cannot_have_are_told_before_the_run(draft, event, words):
+def test_events_that_the_vehicle_cannot_have_are_told_before_the_run(document, event, words):
     with pytest.raises(ScenarioFileError, match=rf"trial.scenario.yaml:5: .*{words}"):
-        draft(f"events:\n  - {event}", SHORT.replace("otter", "lauv-noptilus-1")).rehearse()
+        document(f"events:\n  - {event}", SHORT.replace("otter", "lauv-noptilus-1")).dry_run()
 
 
 def test_of_overlapping_settings_and_leaks_the_latest_counts_and_nothing_stays(told, tmp_path):

@@ -7,37 +7,37 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import imc
-from shoal.scenarios.conditions import Scope, parse, parse_expression
+from shoal.scenarios.conditions import ExpressionScope, parse_expression, parse_scenario_condition
 from shoal.scenarios.expectations import Expectation
 from shoal.scenarios.metrics import Metric
 
-ALONE = Scope({"lauv": imc.builtin()}, "lauv")
+ALONE = ExpressionScope({"lauv": imc.builtin()}, "lauv")
 
 
 class Course:
-    """Stands in for a stage and its lookout: values of Depth and of Temperature, with their times."""
+    """Stands in for a run context and its monitor: values of Depth and of Temperature, with their times."""
 
     def __init__(self):
-        self.lookout = self
+        self.monitor = self
         self.time = 0.0
         self._watchers = []
 
-    def watch(self, groups, told):
+    def subscribe(self, groups, on_message):
         seen = [[None] * len(group) for group in groups]
-        self._watchers.append((groups, told, seen))
+        self._watchers.append((groups, on_message, seen))
         return seen
 
     def play(self, *messages):
         for time, message in messages:
             self.time = time
-            for groups, told, seen in self._watchers:
+            for groups, on_message, seen in self._watchers:
                 concerned = False
                 for group, latest in zip(groups, seen, strict=True):
                     for place, watch in enumerate(group):
                         if watch.kind is type(message):
                             latest[place], concerned = message, True
                 if concerned:
-                    told(time)
+                    on_message(time)
 
 
 def depths(*values):
@@ -46,11 +46,17 @@ def depths(*values):
 
 
 def judged(kind, text, course, then="", meanwhile="", **more):
-    stage = Course()
-    conditions = {key: parse(words, ALONE) for key, words in (("then", then), ("meanwhile", meanwhile)) if words}
-    judge = Expectation("name", kind, "", parse(text, ALONE), **conditions, **more).judge(stage)
-    stage.play(*course)
-    return judge.verdict()
+    context = Course()
+    conditions = {
+        key: parse_scenario_condition(words, ALONE)
+        for key, words in (("then", then), ("meanwhile", meanwhile))
+        if words
+    }
+    monitor = Expectation("name", kind, "", parse_scenario_condition(text, ALONE), **conditions, **more).make_monitor(
+        context
+    )
+    context.play(*course)
+    return monitor.verdict()
 
 
 def told(verdict):
@@ -170,10 +176,10 @@ def test_a_course_moved_by_less_than_the_margin_has_the_same_verdict(values, lim
 
 
 def measured(kind, course, text="Depth.value", **more):
-    stage = Course()
-    meter = Metric("name", kind, "", parse_expression(text, ALONE), **more).measure(stage)
-    stage.play(*course)
-    return meter
+    context = Course()
+    recorder = Metric("name", kind, "", parse_expression(text, ALONE), **more).make_recorder(context)
+    context.play(*course)
+    return recorder
 
 
 @pytest.mark.parametrize(
@@ -181,9 +187,9 @@ def measured(kind, course, text="Depth.value", **more):
     [("max", 4.0), ("min", 1.0), ("mean", 2.5), ("rms", math.sqrt(7.5)), ("first", 2.0), ("last", 3.0)],
 )
 def test_metrics(kind, expected):
-    meter = measured(kind, depths(2, 1, 4, 3))
-    assert meter.value() == pytest.approx(expected)
-    assert meter.complaint() == ""
+    recorder = measured(kind, depths(2, 1, 4, 3))
+    assert recorder.value() == pytest.approx(expected)
+    assert recorder.warning() == ""
 
 
 @pytest.mark.parametrize(("percentage", "expected"), [(0, 1.0), (50, 2.5), (95, 3.85), (100, 4.0)])
@@ -193,10 +199,10 @@ def test_percentiles(percentage, expected):
 
 def test_times_beyond_a_limit_last_until_the_next_value():
     course = [*depths(1, 3, 3, 1), (3.5, imc.Depth(value=4.0)), (5.0, imc.Temperature(value=1.0))]
-    stage = Course()
-    above = Metric("a", "time above", "", parse_expression("Depth.value", ALONE), bound=2.0).measure(stage)
-    below = Metric("b", "time below", "", parse_expression("Depth.value", ALONE), bound=2.0).measure(stage)
-    stage.play(*course)
+    context = Course()
+    above = Metric("a", "time above", "", parse_expression("Depth.value", ALONE), bound=2.0).make_recorder(context)
+    below = Metric("b", "time below", "", parse_expression("Depth.value", ALONE), bound=2.0).make_recorder(context)
+    context.play(*course)
     assert above.value() == 2.0 + 1.5
     assert below.value() == 1.0 + 0.5
 
@@ -204,10 +210,10 @@ def test_times_beyond_a_limit_last_until_the_next_value():
 def test_a_metric_that_cannot_be_measured_says_why():
     nothing = measured("mean", [])
     assert math.isnan(nothing.value())
-    assert nothing.complaint() == "metric name: no Depth of lauv arrived"
+    assert nothing.warning() == "metric name: no Depth of lauv arrived"
     undefined = measured("max", depths(1, math.nan))
     assert math.isnan(undefined.value())
-    assert undefined.complaint() == "metric name: 1 values of Depth.value are no numbers"
+    assert undefined.warning() == "metric name: 1 values of Depth.value are no numbers"
 
 
 @given(VALUES)
@@ -220,16 +226,18 @@ def test_metrics_are_in_order(values):
 @pytest.mark.parametrize("values", [(1e308, 1e308), (math.inf, -math.inf)])
 def test_a_mean_that_is_too_large_says_so(values):
     course = [(float(at), imc.EstimatedState(lat=value)) for at, value in enumerate(values)]
-    meter = measured("mean", course, "EstimatedState.lat")
-    assert math.isnan(meter.value())
-    assert meter.complaint() == "metric name: values of EstimatedState.lat are too large for a mean"
+    recorder = measured("mean", course, "EstimatedState.lat")
+    assert math.isnan(recorder.value())
+    assert recorder.warning() == "metric name: values of EstimatedState.lat are too large for a mean"
     assert measured("rms", course, "EstimatedState.lat").value() == math.inf
 
 
 def test_times_beyond_a_limit_end_with_the_time_of_the_metric():
-    stage = Course()
-    above = Metric("a", "time above", "", parse_expression("Depth.value", ALONE), bound=2.0, end=10.0).measure(stage)
-    stage.play(*((time, imc.Depth(value=3.0)) for time in (0.0, 4.0, 8.0, 12.0)))
+    context = Course()
+    above = Metric("a", "time above", "", parse_expression("Depth.value", ALONE), bound=2.0, end=10.0).make_recorder(
+        context
+    )
+    context.play(*((time, imc.Depth(value=3.0)) for time in (0.0, 4.0, 8.0, 12.0)))
     assert above.value() == 10.0
 
 

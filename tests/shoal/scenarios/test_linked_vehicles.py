@@ -95,6 +95,6 @@ def test_beyond_the_range_and_without_a_link_nothing_is_heard(play, tmp_path):
         ("{between: [lauv-noptilus-1, otter]}\n  - {between: [lauv-noptilus-1, otter]}", "there are two links"),
     ],
 )
-def test_links_that_cannot_be(draft, link, words):
+def test_links_that_cannot_be(document, link, words):
     with pytest.raises(ScenarioFileError, match=rf"trial.scenario.yaml:[78]: .*{words}"):
-        draft(f"links:\n  - {link}", PAIR).scenario()
+        document(f"links:\n  - {link}", PAIR).scenario()

@@ -11,8 +11,8 @@ from runtime import Task, consume, param, periodic
 from runtime.kernel import SECOND, VirtualClock
 from runtime.testing import START, NoProfile
 from runtime.vehicle import Fleet, FleetError, Vehicle
-from shoal.scenarios.links import Link
-from shoal.scenarios.run_context import Stage
+from shoal.scenarios.links import LinkModel
+from shoal.scenarios.run_context import RunContext
 from support.wgs84 import displace
 from tests.runtime.bus.transport_contract import FIRST, SECOND_, TransportContract
 from tests.runtime.bus.transport_contract import Link as Buses
@@ -59,15 +59,15 @@ def talk(*links, seconds=10.0, seed=0, places=((0.0, 0.0), (100.0, 0.0)), rate=4
         for number, (north, speed) in enumerate(places):
             vehicle = Vehicle("abcdef"[number], number + 1, fleet=fleet, profile=NoProfile())
             tasks.append(vehicle.add(Talker, "Test.Talker", north=north, speed=speed, rate=rate, **more))
-        stage = Stage(fleet, {vehicle.name: vehicle for vehicle in fleet.vehicles}, seed)
-        channels = [link.arm(stage) for link in links]
+        context = RunContext(fleet, {vehicle.name: vehicle for vehicle in fleet.vehicles}, seed)
+        channels = [link.open_channel(context) for link in links]
         fleet.start()
         fleet.run(seconds)
     return tasks, channels
 
 
 def link(**values):
-    return Link("radio", ("a", "b"), messages=("Depth",), **values)
+    return LinkModel("radio", ("a", "b"), messages=("Depth",), **values)
 
 
 def delays(task):
@@ -78,7 +78,7 @@ def test_without_limits_all_arrives_at_once():
     (a, b), (channel,) = talk(link())
     assert [value for _, value, _ in b.heard] == list(range(1, a.said + 1))
     assert delays(b) == {0.0}
-    assert channel.figures() == {
+    assert channel.metrics() == {
         "radio: sent": a.said + b.said,
         "radio: received": a.said + b.said,
         "radio: lost": 0.0,
@@ -134,7 +134,7 @@ def test_loss_is_that_share_and_follows_from_the_seed():
 
 
 def test_each_direction_and_link_has_its_own_losses():
-    second = Link("other", ("a", "b"), loss=0.5, messages=("Depth",))
+    second = LinkModel("other", ("a", "b"), loss=0.5, messages=("Depth",))
     alone = talk(link(loss=0.5), seconds=20.0)[1][0].counts
     (a, b), channels = talk(link(loss=0.5), second, seconds=20.0)
     assert channels[0].counts == alone
@@ -157,17 +157,17 @@ def test_at_a_rate_messages_wait_and_what_finds_no_place_is_dropped():
 
 
 def test_only_the_named_messages_are_sent():
-    (_, b), _ = talk(Link("radio", ("a", "b"), messages=("Temperature",)))
+    (_, b), _ = talk(LinkModel("radio", ("a", "b"), messages=("Temperature",)))
     assert b.heard == []
-    _, (channel,) = talk(Link("radio", ("a", "b")), seconds=1.0)
+    _, (channel,) = talk(LinkModel("radio", ("a", "b")), seconds=1.0)
     assert channel.counts["sent"] > 50, "all: states and heartbeats, too"
 
 
 def test_a_link_of_three_and_chains_of_two():
-    tasks, _ = talk(Link("radio", ("a", "b", "c"), messages=("Depth",)), places=((0, 0), (1, 0), (2, 0)))
+    tasks, _ = talk(LinkModel("radio", ("a", "b", "c"), messages=("Depth",)), places=((0, 0), (1, 0), (2, 0)))
     for task in tasks:
         assert {source for source, _, _ in task.heard} == {1, 2, 3} - {task.system}
-    chain = [Link(f"{x}{y}", (x, y), messages=("Depth",)) for x, y in ("ab", "bc")]
+    chain = [LinkModel(f"{x}{y}", (x, y), messages=("Depth",)) for x, y in ("ab", "bc")]
     a, b, c = talk(*chain, places=((0, 0), (1, 0), (2, 0)))[0]
     assert [{source for source, _, _ in task.heard} for task in (a, b, c)] == [{2}, {1, 3}, {2}]
 
@@ -176,7 +176,7 @@ def test_what_is_on_its_way_to_one_that_leaves_is_not_delivered():
     with Fleet(VirtualClock(START * SECOND)) as fleet:
         made = [Vehicle(name, number, fleet=fleet, profile=NoProfile()) for number, name in enumerate("ab")]
         tasks = [vehicle.add(Talker, "Test.Talker") for vehicle in made]
-        channel = link(latency=0.5, rate=100.0).arm(Stage(fleet, dict(zip("ab", made, strict=True)), 0))
+        channel = link(latency=0.5, rate=100.0).open_channel(RunContext(fleet, dict(zip("ab", made, strict=True)), 0))
         fleet.start()
         fleet.run(2.0)
         made[1].stop()
@@ -191,7 +191,7 @@ def test_vehicles_with_one_id_cannot_be_linked():
     with Fleet(VirtualClock(0)) as fleet:
         made = {name: Vehicle(name, 1, fleet=fleet, profile=NoProfile()) for name in "ab"}
         with pytest.raises(FleetError, match="radio joins vehicles with the same IMC id"):
-            link().arm(Stage(fleet, made, 0))
+            link().open_channel(RunContext(fleet, made, 0))
 
 
 @settings(max_examples=40, deadline=None)
@@ -234,7 +234,9 @@ class TestChannel(TransportContract):
                 name: Vehicle(name, system, fleet=fleet, profile=NoProfile())
                 for name, system in (("a", FIRST), ("b", SECOND_))
             }
-            channel = Link("radio", ("a", "b"), latency=0.1, rate=1e4, queue=1000).arm(Stage(fleet, made, 0))
+            channel = LinkModel("radio", ("a", "b"), latency=0.1, rate=1e4, queue=1000).open_channel(
+                RunContext(fleet, made, 0)
+            )
             for vehicle in fleet.vehicles:
                 vehicle.bus.resume()
             yield Buses(*(vehicle.bus for vehicle in fleet.vehicles), channel.ends[0], fleet.kernel.run)

@@ -12,7 +12,7 @@ import pytest
 
 import imc
 from runtime import Task, periodic
-from shoal.scenarios import ScenarioFileError, load_draft, run
+from shoal.scenarios import ScenarioFileError, load_document, run
 from tests.shoal.scenarios.conftest import DIVE
 
 JUDGED = """
@@ -56,8 +56,8 @@ def test_a_dive_is_judged_and_measured(play):
     assert any("metric nothing: no Turbidity" in words for words in result.warnings)
 
 
-def test_a_run_is_the_same_with_a_log_and_without_it(draft, tmp_path):
-    scenario = draft("limit: 8 s\nmetrics: {east: {last: SimulatedState.u}}", DIVE).scenario()
+def test_a_run_is_the_same_with_a_log_and_without_it(document, tmp_path):
+    scenario = document("limit: 8 s\nmetrics: {east: {last: SimulatedState.u}}", DIVE).scenario()
     without, first, second = (run(scenario, seed=5, log_root=root) for root in (None, tmp_path / "a", tmp_path / "b"))
     assert without.fingerprint == first.fingerprint == second.fingerprint
     assert without.metrics == first.metrics
@@ -68,11 +68,11 @@ def test_a_run_is_the_same_with_a_log_and_without_it(draft, tmp_path):
     assert run(scenario, seed=6).fingerprint != first.fingerprint
 
 
-def test_a_run_does_not_depend_on_the_hash_seed(draft):
-    path = draft("expect: [{always: SimulatedState.z < 9 m}]").path
+def test_a_run_does_not_depend_on_the_hash_seed(document):
+    path = document("expect: [{always: SimulatedState.z < 9 m}]").path
     code = (
         "import sys; from pathlib import Path; from shoal.scenarios import *; "
-        "print(run(load_draft(Path(sys.argv[1])).scenario()).fingerprint)"
+        "print(run(load_document(Path(sys.argv[1])).scenario()).fingerprint)"
     )
     found = subprocess.run(
         [sys.executable, "-c", code, str(path)],
@@ -81,7 +81,7 @@ def test_a_run_does_not_depend_on_the_hash_seed(draft):
         text=True,
         check=True,
     )
-    assert found.stdout == run(load_draft(path).scenario()).fingerprint + "\n"
+    assert found.stdout == run(load_document(path).scenario()).fingerprint + "\n"
 
 
 @pytest.mark.parametrize("profile", ["lauv-noptilus-1", "otter", "hexa-00", "caravel"])
@@ -142,10 +142,10 @@ class Unable(Task):
         raise ZeroDivisionError("of a kind")
 
 
-def test_a_vehicle_that_cannot_be_built_is_told_before_the_run(draft, tmp_path):
+def test_a_vehicle_that_cannot_be_built_is_told_before_the_run(document, tmp_path):
     profile = tmp_path / "own.ini"
     profile.write_text(f"[Require otter.ini]\n[{__name__}.Unable]\nEnabled = Simulation\n[General]\nVehicle = own\n")
-    made = draft("expect: [{always: SimulatedState.z < 9 m}]", "vehicle: {profile: own.ini}\n")
+    made = document("expect: [{always: SimulatedState.z < 9 m}]", "vehicle: {profile: own.ini}\n")
     with pytest.raises(ScenarioFileError, match=r"own.ini:2: error: .*Unable: ZeroDivisionError: of a kind"):
         run(made.scenario())
 
@@ -179,10 +179,10 @@ BROKEN = """
 import sys
 from pathlib import Path
 from runtime.vehicle import search_code
-from shoal.scenarios import load_draft, run
+from shoal.scenarios import load_document, run
 
 search_code(Path())
-result = run(load_draft(Path("trial.scenario.yaml")).scenario())
+result = run(load_document(Path("trial.scenario.yaml")).scenario())
 print(result.passed, result.error)
 """
 

@@ -3,7 +3,7 @@
 import pytest
 
 from shoal.scenarios import ScenarioFileError
-from shoal.scenarios.value_reader import in_unit_of
+from shoal.scenarios.value_reader import convert_to_unit_of
 from tasks.simulators.vsim import VSIM
 
 BEGIN = """
@@ -30,9 +30,9 @@ limit: 2 s
         ("Simulators.GPS: {HACC: 4}", "4"),
     ],
 )
-def test_a_parameter_takes_its_unit_and_others_of_its_dimension(draft, parameters, value):
-    (actor,) = draft(begin=BEGIN.format(parameters=parameters)).scenario().actors
-    assert [setting.value for setting in actor.settings] == [value]
+def test_a_parameter_takes_its_unit_and_others_of_its_dimension(document, parameters, value):
+    (spec,) = document(begin=BEGIN.format(parameters=parameters)).scenario().vehicles
+    assert [setting.value for setting in spec.settings] == [value]
 
 
 @pytest.mark.parametrize(
@@ -48,9 +48,9 @@ def test_a_parameter_takes_its_unit_and_others_of_its_dimension(draft, parameter
         ("World: {Caustics: 1 m}", "'1 m' should be a number without a unit"),
     ],
 )
-def test_another_dimension_is_refused_with_its_line(draft, parameters, said):
+def test_another_dimension_is_refused_with_its_line(document, parameters, said):
     with pytest.raises(ScenarioFileError, match=rf"trial.scenario.yaml:4: .*{said}"):
-        draft(begin=BEGIN.format(parameters=parameters)).scenario()
+        document(begin=BEGIN.format(parameters=parameters)).scenario()
 
 
 def test_an_event_sets_a_parameter_with_a_unit(play):
@@ -58,11 +58,11 @@ def test_an_event_sets_a_parameter_with_a_unit(play):
     assert play(text).metrics["valid"] == 0x1FF
 
 
-def test_an_event_with_another_dimension_is_refused_with_its_line(draft):
-    made = draft("events:\n  - {at: 1 s, set: {GPS: {HACC: 9 s}}}")
+def test_an_event_with_another_dimension_is_refused_with_its_line(document):
+    made = document("events:\n  - {at: 1 s, set: {GPS: {HACC: 9 s}}}")
     with pytest.raises(ScenarioFileError, match=r"trial.scenario.yaml:\d+: Simulators.GPS: HACC: '9 s' should be in m"):
-        made.rehearse()
+        made.dry_run()
 
 
 def test_texts_stay_as_they_are():
-    assert in_unit_of(VSIM.parameters()["Entity Label - Stream Velocity Source"], "5 m") == "5 m"
+    assert convert_to_unit_of(VSIM.parameters()["Entity Label - Stream Velocity Source"], "5 m") == "5 m"

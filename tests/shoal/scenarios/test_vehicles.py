@@ -121,29 +121,29 @@ def test_an_auv_can_start_under_water(play):
         ("parameters: {Simulators.VSIM: {Initial Depth: 30}}", ":3: .* 4.5 m deep"),
     ],
 )
-def test_a_start_below_the_bottom_is_refused_before_the_run(draft, begin, said):
-    made = draft(begin=f"vehicle:\n  profile: lauv-noptilus-1\n  {begin}\nlimit: 2 s\n")
-    for begin in (made.rehearse, lambda: run(made.scenario())):
+def test_a_start_below_the_bottom_is_refused_before_the_run(document, begin, said):
+    made = document(begin=f"vehicle:\n  profile: lauv-noptilus-1\n  {begin}\nlimit: 2 s\n")
+    for begin in (made.dry_run, lambda: run(made.scenario())):
         with pytest.raises(ScenarioFileError, match=f"trial.scenario.yaml{said}"):
             begin()
 
 
-def test_a_start_below_the_bottom_by_the_profile_is_no_mistake_of_a_scenario(draft, tmp_path):
+def test_a_start_below_the_bottom_by_the_profile_is_no_mistake_of_a_scenario(document, tmp_path):
     (tmp_path / "deep.ini").write_text(
         "[Require lauv-noptilus-1.ini]\n[Simulators.VSIM]\nInitial Depth = 500\n[Navigation.AUV.Navigation]\n"
     )
     begin = "vehicle: {profile: deep.ini}\nworld: {water visibility: 5}\nlimit: 2 s\n"
-    assert not run(draft(begin=begin).scenario()).error
+    assert not run(document(begin=begin).scenario()).error
 
 
 @pytest.mark.parametrize(
     ("profile", "said"),
     [("otter", "Initial Depth: a boat floats"), ("hexa-00", "this vehicle has no option for depth")],
 )
-def test_what_does_not_dive_cannot_start_under_water(draft, profile, said):
-    made = draft(begin=f"vehicle:\n  profile: {profile}\n  start: {{depth: 3 m}}\nlimit: 2 s\n")
+def test_what_does_not_dive_cannot_start_under_water(document, profile, said):
+    made = document(begin=f"vehicle:\n  profile: {profile}\n  start: {{depth: 3 m}}\nlimit: 2 s\n")
     with pytest.raises(ScenarioFileError, match=rf"trial.scenario.yaml:3: .*{said}"):
-        made.rehearse()
+        made.dry_run()
 
 
 def test_a_multirotor_flies_a_plan(play):

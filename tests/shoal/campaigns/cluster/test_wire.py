@@ -11,12 +11,12 @@ from shoal.campaigns import Job, Unfinished, Unreadable, cluster_address
 from shoal.campaigns.cluster.arithmetic import arithmetic
 from shoal.campaigns.cluster.wire import job_line, job_of, packed, result_line, result_of
 from shoal.campaigns.jobs.stopwatch import Timed
-from shoal.scenarios import Result, Verdict
+from shoal.scenarios import ExpectationVerdict, ScenarioResult
 
 WHOLE = Timed(
     "dive",
     7,
-    (Verdict("deep", False, -0.1, "by 0.1", time=3.0, origin="a:3"), Verdict("ends", True)),
+    (ExpectationVerdict("deep", False, -0.1, "by 0.1", time=3.0, origin="a:3"), ExpectationVerdict("ends", True)),
     {"drift": 0.1 + 0.2, "never": math.nan, "small": 5e-324},
     {"lauv": "SUCCESS"},
     12.5,
@@ -43,7 +43,7 @@ def test_a_result_arrives_to_the_last_bit():
     assert there_and_back(WHOLE, None).logs == {}
 
 
-@pytest.mark.parametrize("kind", [Result, Unfinished, Unreadable])
+@pytest.mark.parametrize("kind", [ScenarioResult, Unfinished, Unreadable])
 def test_a_result_arrives_as_what_it_is(kind):
     assert type(there_and_back(kind("a", 0, error="b"))) is kind
 

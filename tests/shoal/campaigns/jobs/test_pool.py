@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from shoal.campaigns import Job, Pool, Unreadable
-from shoal.scenarios import Result
+from shoal.scenarios import ScenarioResult
 from tests.outside import until
 
 ROOT = Path(__file__).parents[4]
@@ -29,7 +29,7 @@ class Trial:
         return getattr(self, words[0])(job, *words[1:])
 
     def tell(self, job, *_):
-        return Result(job.name, job.seed or 0, metrics={"pid": os.getpid(), "done": self.done})
+        return ScenarioResult(job.name, job.seed or 0, metrics={"pid": os.getpid(), "done": self.done})
 
     def die(self, job, number):
         os.kill(os.getpid(), int(number))
@@ -55,7 +55,7 @@ class Trial:
         sys.exit(3)
 
     def search(self, job, module):
-        return Result(job.name, 0, error=str(__import__(module).__file__))
+        return ScenarioResult(job.name, 0, error=str(__import__(module).__file__))
 
 
 class Stillborn(Trial):

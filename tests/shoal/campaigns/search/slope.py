@@ -5,7 +5,7 @@ from pathlib import Path
 
 from shoal.campaigns.campaign import carry_out
 from shoal.campaigns.studies.study import load_study
-from shoal.scenarios import Result, Verdict
+from shoal.scenarios import ExpectationVerdict, ScenarioResult
 
 SCENARIO = """\
 scenario: dive
@@ -46,14 +46,14 @@ class Slope:
             with Path(self._counter).open("a") as file:
                 file.write(f"{job.key}\n")
         if self._dead and job.key == 4:
-            return Result("dive", job.seed, error="Navigation.AUV: ZeroDivisionError")
+            return ScenarioResult("dive", job.seed, error="Navigation.AUV: ZeroDivisionError")
         north, east, gps = (float(str(job.values.get(place, usual)).split()[0]) for place, usual in USUAL.items())
         margin = 0.413 - north - 0.01 * abs(east) + 0.0 * gps
-        stays = Verdict("stays", margin > 0.0, margin, "" if margin > 0.0 else f"failed by {-margin:.3f}")
-        depth = Verdict("dives", north > -0.9, math.inf if north > -0.9 else -math.inf)
+        stays = ExpectationVerdict("stays", margin > 0.0, margin, "" if margin > 0.0 else f"failed by {-margin:.3f}")
+        depth = ExpectationVerdict("dives", north > -0.9, math.inf if north > -0.9 else -math.inf)
         far = (north + 0.95) ** 2 + (gps - 7.0) ** 2 / 64.0 + abs(job.values.get(self._gain, 9.0) - 2.0)
         digest = f"{job.seed} {north!r} {east!r} {gps!r}"
-        return Result("dive", job.seed, (stays, depth), {"far": far}, fingerprint=digest)
+        return ScenarioResult("dive", job.seed, (stays, depth), {"far": far}, fingerprint=digest)
 
 
 USUAL = {NORTH: 0.1, EAST: 0.0, GPS: 4.0}

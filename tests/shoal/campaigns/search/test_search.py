@@ -19,7 +19,7 @@ from shoal.campaigns.search.course import Course
 from shoal.campaigns.search.goal import Goal
 from shoal.campaigns.search.spec import Search
 from shoal.campaigns.studies.study import load_study
-from shoal.scenarios import Result, Verdict, load_draft
+from shoal.scenarios import ExpectationVerdict, ScenarioResult, load_document
 from support.located_yaml import read_tree
 from tests.shoal.campaigns.search.slope import GPS, NORTH, SCENARIO, STUDY, Slope, comparable, do, write
 
@@ -58,10 +58,10 @@ def test_what_it_found_is_a_scenario_that_says_why(found):
     assert "# Found by a search of dive.study.yaml.\n# margin of stays: -" in text
     assert f"# {NORTH} = {north:g} m/s, instead of 0.1 m/s\n" in text
     assert text.count("instead of") == 1
-    scenario = load_draft(path).scenario()
+    scenario = load_document(path).scenario()
     assert scenario.name == "dive"
     assert scenario.seed == 3
-    speeds = [s.value for s in scenario.actors[0].settings if s.option == "Current North"]
+    speeds = [s.value for s in scenario.vehicles[0].settings if s.option == "Current North"]
     assert speeds == [repr(float(north))]
 
 
@@ -192,7 +192,7 @@ def test_the_best_parameters_are_options_of_a_profile(tmp_path):
     own = SCENARIO.replace("lauv-noptilus-1", "mine.ini").replace("seed: 3\n", "")
     (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n[Require runs/tuned.ini]\n")
     (tmp_path / "own.scenario.yaml").write_text(own)
-    assert load_draft(tmp_path / "own.scenario.yaml").usual(GPS) == chosen
+    assert load_document(tmp_path / "own.scenario.yaml").current_value(GPS) == chosen
     everything = do(write(tmp_path, text.replace("metrics.far", "metrics.far, of: all")), tmp_path / "all")
     assert findings_of(everything).goal.value(findings_of(everything).best) < shown.goal.value(shown.best)
 
@@ -222,7 +222,7 @@ class Failing(Slope):
     """Fails whatever the values are."""
 
     def __call__(self, job):
-        return Result("dive", job.seed, (Verdict("stays", False, -0.1, "failed"),))
+        return ScenarioResult("dive", job.seed, (ExpectationVerdict("stays", False, -0.1, "failed"),))
 
 
 def test_what_ends_with_an_error_is_no_finding_about_one_expectation(tmp_path):
@@ -291,8 +291,8 @@ def test_paths_in_what_it_writes_lead_to_the_same_files(tmp_path):
     (tmp_path / "out.yaml").write_text(plan)
     text = SCENARIO.replace("lauv-noptilus-1", "mine").replace("  modes", "  plan: out.yaml\n  modes")
     data = do(write(tmp_path, scenario=text), tmp_path / "deep" / "er" / "runs")
-    first = load_draft(tmp_path / "dive.scenario.yaml").scenario().actors[0]
-    found = load_draft(data.folder / "dive.scenario.yaml").scenario().actors[0]
+    first = load_document(tmp_path / "dive.scenario.yaml").scenario().vehicles[0]
+    found = load_document(data.folder / "dive.scenario.yaml").scenario().vehicles[0]
     assert Path(found.profile).resolve() == (tmp_path / "mine.ini").resolve()
     assert found.plan.replace(timestamp=0.0) == first.plan.replace(timestamp=0.0)
 

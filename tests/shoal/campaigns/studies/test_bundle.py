@@ -15,8 +15,8 @@ from shoal.campaigns.dataset.journal import read_journal
 from shoal.campaigns.studies.bundle import Bundle, read_bundle
 from shoal.campaigns.studies.own_modules import own_modules
 from shoal.campaigns.studies.site import BundleError
-from shoal.scenarios import Sources
-from shoal.scenarios.dependencies import sources_of
+from shoal.scenarios import ScenarioDependencies
+from shoal.scenarios.dependencies import profile_dependencies
 from tests.outside import until
 
 ROOT = Path(__file__).parents[4]
@@ -144,7 +144,7 @@ def test_messages_and_files_that_a_profile_names_travel(study, monkeypatch):
     (study.parent / "etc" / "more.ini").write_text(
         "[Require lauv-noptilus-1.ini]\n[World]\nWater Type = more.yaml\n[Vision.Recording/Old]\nSource = more.yaml\n"
     )
-    found = sources_of(load_profile("mine"), ("Kinematic",))
+    found = profile_dependencies(load_profile("mine"), ("Kinematic",))
     assert list(found.data) == ["World: Water Type = more.yaml"]  # a task that is not enabled reads nothing
 
 
@@ -257,5 +257,7 @@ def test_bytes_that_are_no_bundle_and_paths_that_lead_out_are_refused(tmp_path):
 
 
 def test_sources_are_put_together():
-    both = Sources(frozenset([Path("/a")]), {"x": Path("/b")}) | Sources(modules=frozenset(["m"]))
-    assert both == Sources(frozenset([Path("/a")]), {"x": Path("/b")}, frozenset(["m"]))
+    both = ScenarioDependencies(frozenset([Path("/a")]), {"x": Path("/b")}) | ScenarioDependencies(
+        modules=frozenset(["m"])
+    )
+    assert both == ScenarioDependencies(frozenset([Path("/a")]), {"x": Path("/b")}, frozenset(["m"]))

@@ -199,7 +199,7 @@ def test_progress_of_an_export_is_a_share_of_the_log(write, make_log, tmp_path):
 def test_a_missing_extra_is_named(shoal, rpms, monkeypatch):
     for module in ("mcap", "pyarrow", "zstandard", "netCDF4"):
         monkeypatch.setitem(sys.modules, module, None)
-    for module in ("mcap", "mcap_file", "parquet", "netcdf"):
+    for module in ("mcap", "mcap_writer", "parquet", "netcdf"):
         monkeypatch.delitem(sys.modules, f"shoal.logs.export.{module}", raising=False)
     for form in ("mcap", "parquet", "netcdf"):
         code, said = shoal("export", rpms, "-f", form)
