@@ -4,7 +4,7 @@ import math
 
 import imc
 from runtime import param
-from tasks.maneuver.protocol import Loops, Maneuver, ManeuverError
+from tasks.maneuver.maneuver_task import Loops, Maneuver, ManeuverError
 
 Direction = imc.Dislodge.Direction
 SURFACE = 0.3  # m

@@ -4,7 +4,7 @@ import math
 
 import imc
 from runtime import param
-from tasks.maneuver.protocol import Leg, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Leg, Maneuver, PathFlags
 from tasks.maneuver.spiral import spiral
 
 

@@ -2,7 +2,7 @@
 
 import imc
 from support.wgs84 import displace
-from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError
+from tasks.maneuver.maneuver_task import Leg, Maneuver, ManeuverError
 
 
 class FollowPath(Maneuver):

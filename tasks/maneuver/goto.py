@@ -1,7 +1,7 @@
 """Goes to a point."""
 
 import imc
-from tasks.maneuver.protocol import Leg, Maneuver
+from tasks.maneuver.maneuver_task import Leg, Maneuver
 
 
 class Goto(Maneuver):

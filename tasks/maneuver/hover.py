@@ -3,7 +3,7 @@
 import math
 
 import imc
-from tasks.maneuver.protocol import Completed, Leg, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Completed, Leg, Maneuver, PathFlags
 
 
 async def hover(maneuver: Maneuver, leg: Leg, seconds: float) -> None:

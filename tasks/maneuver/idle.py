@@ -1,7 +1,7 @@
 """Does nothing, for a time or forever."""
 
 import imc
-from tasks.maneuver.protocol import Maneuver
+from tasks.maneuver.maneuver_task import Maneuver
 
 
 class Idle(Maneuver):

@@ -2,7 +2,7 @@
 
 import imc
 from imc.coordinates import absolute
-from tasks.maneuver.protocol import Leg, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Leg, Maneuver, PathFlags
 
 NOWHERE = (0.0, 0.0)
 

@@ -1,7 +1,7 @@
 """Goes to a point once the vehicle is in the water."""
 
 import imc
-from tasks.maneuver.protocol import Leg, Loops, Maneuver
+from tasks.maneuver.maneuver_task import Leg, Loops, Maneuver
 
 Medium = imc.VehicleMedium.Medium
 

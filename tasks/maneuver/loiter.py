@@ -5,9 +5,9 @@ import math
 import imc
 from runtime import param
 from support.wgs84 import displace
-from tasks.maneuver.circling import Circling
+from tasks.maneuver.circle_timer import Circling
 from tasks.maneuver.hover import hover
-from tasks.maneuver.protocol import Leg, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Leg, Maneuver, PathFlags
 
 Form = imc.Loiter.Type
 Direction = imc.Loiter.Direction

@@ -6,9 +6,9 @@ import imc
 from imc.coordinates import absolute
 from runtime import param
 from support.wgs84 import displacement
-from tasks.maneuver.protocol import Leg, Loops, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Leg, Loops, Maneuver, PathFlags
 from tasks.maneuver.spiral import spiral
-from tasks.maneuver.station import keep_station
+from tasks.maneuver.station_control import keep_station
 
 Flags = imc.PopUp.Flags
 Water = imc.VehicleMedium.Medium.WATER

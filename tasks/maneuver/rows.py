@@ -1,8 +1,8 @@
 """Covers an area in parallel rows."""
 
 import imc
-from tasks.maneuver.coverage import cover
-from tasks.maneuver.protocol import Maneuver
+from tasks.maneuver.maneuver_task import Maneuver
+from tasks.maneuver.survey_rows import cover
 
 
 class Rows(Maneuver):

@@ -6,8 +6,8 @@ from collections import deque
 import imc
 from imc.coordinates import swath
 from runtime import param
-from tasks.maneuver.coverage import cover
-from tasks.maneuver.protocol import Leg, Maneuver
+from tasks.maneuver.maneuver_task import Leg, Maneuver
+from tasks.maneuver.survey_rows import cover
 
 
 class RowsCoverage(Maneuver):

@@ -4,7 +4,7 @@ import math
 
 import imc
 from runtime import ParameterError, param
-from tasks.maneuver.protocol import Completed, Leg, Maneuver, ManeuverError
+from tasks.maneuver.maneuver_task import Completed, Leg, Maneuver, ManeuverError
 from tasks.maneuver.spiral import CLIMB, vertical_error
 
 Late = imc.ScheduledGoto.Delayed

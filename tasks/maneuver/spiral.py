@@ -3,7 +3,7 @@
 import math
 
 import imc
-from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError, PathState
+from tasks.maneuver.maneuver_task import Leg, Maneuver, ManeuverError, PathState
 
 NEAR_ENOUGH = 0.3  # m
 CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed

@@ -6,8 +6,8 @@ import imc
 from imc.tuples import read_tuples
 from runtime import param
 from tasks.maneuver.hover import hover
-from tasks.maneuver.protocol import Leg, Loops, Maneuver
-from tasks.maneuver.station import Approach, keep_station
+from tasks.maneuver.maneuver_task import Leg, Loops, Maneuver
+from tasks.maneuver.station_control import Approach, keep_station
 
 
 class StationKeeping(Maneuver):

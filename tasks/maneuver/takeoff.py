@@ -1,7 +1,7 @@
 """Leaves the ground."""
 
 import imc
-from tasks.maneuver.protocol import Leg, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Leg, Maneuver, PathFlags
 
 
 class Takeoff(Maneuver):

@@ -3,7 +3,7 @@
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.tuples import read_tuples, whole_number
-from tasks.maneuver.protocol import Loops, Maneuver
+from tasks.maneuver.maneuver_task import Loops, Maneuver
 
 
 class Teleoperation(Maneuver):

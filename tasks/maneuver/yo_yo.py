@@ -5,7 +5,7 @@ import math
 import imc
 from runtime import param
 from runtime.vehicle import general_number
-from tasks.maneuver.protocol import Leg, Loops, Maneuver, ManeuverError, PathFlags
+from tasks.maneuver.maneuver_task import Leg, Loops, Maneuver, ManeuverError, PathFlags
 
 TOLERANCE = 0.2  # m
 SAFETY = 3.0  # m above the vehicle's maximum depth

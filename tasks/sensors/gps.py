@@ -6,7 +6,7 @@ from typing import Any
 import imc
 from runtime import State, Task, expect, param
 from runtime.devices import Frames
-from tasks.sensors.gnss import KINDS, LONGEST_UBX, UBX, Epochs, fix_of, undamaged, wanted
+from tasks.sensors.gnss_parser import KINDS, LONGEST_UBX, UBX, Epochs, fix_of, undamaged, wanted
 
 UBX_FIRST = 5.0  # s after a UBX fix, in which NMEA fixes are left out: a receiver may send both
 NAV_PVT, NAV_DOP = b"\x01\x07", b"\x01\x04"

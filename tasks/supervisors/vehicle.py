@@ -3,7 +3,7 @@
 import imc
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
-from tasks.supervisors.starter import Starter
+from tasks.supervisors.maneuver_launcher import Starter
 
 Mode = imc.VehicleState.OpMode
 Command = imc.VehicleCommand.Command

@@ -7,12 +7,12 @@ from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import MULTICAST, PERIOD, PORTS, Services, readable_name
 from runtime import State, Task, param, periodic
 from runtime.networks import is_local
-from tasks.transports.imc_links import peers
-from tasks.transports.imc_links.datagrams import Datagram
-from tasks.transports.imc_links.peers import Drops, Peer
-from tasks.transports.imc_links.reader import Reader
-from tasks.transports.imc_links.recent import Recent
-from tasks.transports.imc_links.sharing import Follower, Leader
+from tasks.transports.imc_links import peer_table
+from tasks.transports.imc_links.datagram_reader import Reader
+from tasks.transports.imc_links.duplicate_filter import Recent
+from tasks.transports.imc_links.peer_table import Drops, Peer
+from tasks.transports.imc_links.recvmmsg import Datagram
+from tasks.transports.imc_links.shared_discovery import Follower, Leader
 from tasks.transports.imc_links.sockets import announce_sockets, network_address, network_after, network_time
 
 FORGOTTEN = 4.5 * PERIOD  # s after which a system is no longer within range
@@ -173,14 +173,14 @@ class Discovery(Task):
     def take_one(self, packet: bytes, address: str) -> None:
         """Put an Announce on the bus, unless it came before or is this vehicle's own."""
         if not self.admits(address):
-            self.drop(peers.TOO_FAST, address)
+            self.drop(peer_table.TOO_FAST, address)
             return
         if self.recent.has(packet):
             return
         try:
             message = self.vehicle.bus.decode(packet)
         except imc.DecodeError as error:
-            self.drop(peers.MALFORMED, address, error.reason)
+            self.drop(peer_table.MALFORMED, address, error.reason)
             return
         if not isinstance(message, imc.Announce) or message.src in (0, BROADCAST, UNKNOWN_SYSTEM):
             self.drop(NOT_AN_ANNOUNCE, address, type(message).__name__)

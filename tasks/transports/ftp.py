@@ -5,7 +5,7 @@ from pathlib import Path
 from imc.discovery import Service
 from runtime import State, Task, param, periodic
 from tasks.transports.ftp_server import FTPServer
-from tasks.transports.imc_links.listening import tell_opened
+from tasks.transports.imc_links.port_search import tell_opened
 from tasks.transports.imc_links.sockets import network_address
 
 RETRY = 5.0  # s

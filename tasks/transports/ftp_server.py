@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from tasks.transports.imc_links.listening import listener
+from tasks.transports.imc_links.port_search import listener
 
 MOST_SESSIONS, MOST_OF_ONE = 12, 8  # in all, and from one address
 MOST_ANSWERS, UNREAD = 256, 1 << 14  # answers, and bytes of them in the socket, that a client leaves unread

@@ -11,7 +11,7 @@ from tasks.transports.mavlink_protocol.ground import CHANGES, GroundLinks
 from tasks.transports.mavlink_protocol.logged import Identity, LoggedSystem, identify
 from tasks.transports.mavlink_protocol.named_values import parse_named_value
 from tasks.transports.mavlink_protocol.parameters import ParameterTable
-from tasks.transports.replay_log import Passed, Player
+from tasks.transports.replayed_log import Passed, Player
 
 AS_LOGGED = "as logged"
 PLAYER = "Transports.Replay"

@@ -7,7 +7,16 @@ import imc
 from runtime import ParameterError, State, Task, Timer, consume, param, periodic
 from runtime.kernel import SECOND
 from support.file_errors import of_file
-from tasks.transports.replay_log import Due, LogTime, Opened, Passed, Recording, ReplaySelection, go_to, open_recording
+from tasks.transports.replayed_log import (
+    Due,
+    LogTime,
+    Opened,
+    Passed,
+    Recording,
+    ReplaySelection,
+    go_to,
+    open_recording,
+)
 
 BATCH = 200  # packets per call, so that other tasks can run while a replay is late
 BREATH = 1e-6  # s, so that time advances even if many packets are due at the same time

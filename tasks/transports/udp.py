@@ -9,16 +9,16 @@ from imc.discovery import Endpoint, Service, Services
 from runtime import State, consume, param, periodic
 from runtime.networks import note_refusals, refusals
 from runtime.profile import items
-from tasks.transports.imc_links.consoles import REPORTS, Consoles
-from tasks.transports.imc_links.datagrams import Datagram
-from tasks.transports.imc_links.gate import ANNOUNCE, NOT_LISTED, SPOOFED, Gate, sender
-from tasks.transports.imc_links.listening import ports_from, tell_opened
+from tasks.transports.imc_links.console_acl import REPORTS, Consoles
+from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, Gate, sender
+from tasks.transports.imc_links.datagram_reader import Reader
+from tasks.transports.imc_links.duplicate_filter import Recent
+from tasks.transports.imc_links.link_task import Carrier, given
 from tasks.transports.imc_links.message_list import MessageList, message_named, parse_rate
-from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, ON_THE_BUS, UNKNOWN, Drops, Peer, Peers
-from tasks.transports.imc_links.reach import Reach
-from tasks.transports.imc_links.reader import Reader
-from tasks.transports.imc_links.recent import Recent
-from tasks.transports.imc_links.sending import Carrier, given
+from tasks.transports.imc_links.peer_table import MALFORMED, MOST_PEERS, ON_THE_BUS, UNKNOWN, Drops, Peer, Peers
+from tasks.transports.imc_links.port_search import ports_from, tell_opened
+from tasks.transports.imc_links.radio_range import Reach
+from tasks.transports.imc_links.recvmmsg import Datagram
 from tasks.transports.imc_links.sockets import bound, network_address, network_time, send
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE

@@ -3,7 +3,7 @@
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime import param
-from tasks.maneuver.protocol import Completed, Leg, Loops, Maneuver, ManeuverError, PathFlags
+from tasks.maneuver.maneuver_task import Completed, Leg, Loops, Maneuver, ManeuverError, PathFlags
 from tasks.maneuver.spiral import vertical_error
 
 Has = imc.Reference.Flags

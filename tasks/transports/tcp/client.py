@@ -9,7 +9,7 @@ from imc.discovery import LOOPBACK
 from runtime import State, param
 from runtime.task import ParameterError
 from tasks.transports.imc_links.sockets import check_address, network_after, network_time
-from tasks.transports.imc_links.streams import Stream, StreamCarrier
+from tasks.transports.imc_links.stream_links import Stream, StreamCarrier
 
 LOOK = 0.05  # s between two looks whether a connection is made
 PATIENCE = 5.0  # s for it

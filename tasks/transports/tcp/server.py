@@ -5,9 +5,9 @@ from collections import Counter
 
 from imc.discovery import Service
 from runtime import State, param
-from tasks.transports.imc_links.listening import listener, tell_opened
+from tasks.transports.imc_links.port_search import listener, tell_opened
 from tasks.transports.imc_links.sockets import network_address, network_after, network_time
-from tasks.transports.imc_links.streams import Stream, StreamCarrier
+from tasks.transports.imc_links.stream_links import Stream, StreamCarrier
 
 PORTS_TRIED = 6  # from Port on, as in DUNE
 AT_ONCE = 8  # connections accepted at a time

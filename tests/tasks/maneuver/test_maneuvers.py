@@ -10,7 +10,7 @@ import imc
 from imc.coordinates import row_pattern
 from runtime import periodic
 from runtime.testing import simulate
-from tasks.maneuver.protocol import summary
+from tasks.maneuver.maneuver_task import summary
 
 DONE = ("SUCCESS", "plan completed")
 Medium = imc.VehicleMedium.Medium

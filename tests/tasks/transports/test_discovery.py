@@ -14,7 +14,7 @@ from runtime.networks import Interface
 from runtime.testing import simulate
 from tasks.transports import discovery
 from tasks.transports.announce import BREAK, Announce
-from tasks.transports.imc_links import sharing
+from tasks.transports.imc_links import shared_discovery
 from tests.tasks.transports.imc_station import Station, afloat, free_ports
 
 OWN = 0x001A
@@ -194,11 +194,11 @@ def test_who_follows_a_vehicle_that_hangs_listens_itself(tmp_path, quick):
 def test_who_is_refused_by_the_one_that_should_listen_does_it_itself(tmp_path, quick, monkeypatch):
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as idle:
         name = quick.partition("=")[2].replace(" ", "")
-        idle.bind(sharing._place(f"127.0.0.1-{MULTICAST}-{name}"))
+        idle.bind(shared_discovery._place(f"127.0.0.1-{MULTICAST}-{name}"))
         with afloat(tmp_path / "alone", quick, wait=False) as vessel:
             vessel.logged("the program that should listen for all takes nobody: listens itself, at port ")
             hears(vessel, 0x4352)
-    monkeypatch.setattr(sharing, "MOST_FOLLOWERS", 0)
+    monkeypatch.setattr(shared_discovery, "MOST_FOLLOWERS", 0)
     with afloat(tmp_path / "first", quick) as first, afloat(tmp_path / "second", quick, wait=False) as surplus:
         surplus.logged("the program that should listen for all takes nobody: listens itself, at port ")
         assert surplus.discovery.refusals == 2

@@ -11,7 +11,7 @@ from runtime import State, Task, consume
 from runtime.testing import START, simulate
 from tasks.transports.logging import Logging
 from tasks.transports.replay import Replay
-from tasks.transports.replay_log import Timeline
+from tasks.transports.replayed_log import Timeline
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
 DEFINITIONS = Path(imc.__file__).parent / "definitions"

@@ -11,7 +11,7 @@ from runtime import ParameterError, State, Task, consume
 from runtime.testing import START, simulate
 from shoal.cli.keys import press
 from tasks.transports.replay import Replay
-from tasks.transports.replay_log import LogTime
+from tasks.transports.replayed_log import LogTime
 
 LOGGED, OTHER = 0x001A, 0x0030
 T0 = 1.7e9

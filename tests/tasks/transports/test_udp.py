@@ -8,7 +8,7 @@ import pytest
 
 import imc
 from imc.discovery import Service, Services
-from tasks.transports.imc_links.peers import MOST_PEERS
+from tasks.transports.imc_links.peer_table import MOST_PEERS
 from tests.tasks.transports.imc_station import Station, afloat
 
 OWN = 0x001A

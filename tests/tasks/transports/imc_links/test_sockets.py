@@ -10,7 +10,7 @@ import imc
 from imc.discovery import MULTICAST, Endpoint, Service, Services
 from runtime.networks import interfaces
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL, announcement, external_services, local_services
-from tasks.transports.imc_links.datagrams import best_way, one_by_one
+from tasks.transports.imc_links.recvmmsg import best_way, one_by_one
 from tasks.transports.imc_links.sockets import announce_sockets, announcer, bound
 
 

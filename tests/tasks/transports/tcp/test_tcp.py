@@ -11,7 +11,7 @@ from runtime.kernel import ScaledClock, WallClock, parse_clock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
-from tasks.transports.imc_links.streams import LONGEST_WAIT
+from tasks.transports.imc_links.stream_links import LONGEST_WAIT
 from tasks.transports.tcp.server import Server
 from tests.tasks.transports.tcp.peers import CONSOLE, HOST, VEHICLE, Peer, packet, run, until
 

@@ -3,7 +3,7 @@
 import math
 
 import imc
-from tasks.transports.imc_links.reach import Reach
+from tasks.transports.imc_links.radio_range import Reach
 
 LAT, LON = math.radians(41.185), math.radians(-8.706)
 FAR = LAT + 500.0 / 6_371_000.0  # 500 m to the north

@@ -8,11 +8,11 @@ from contextlib import suppress
 import imc
 from runtime import param, periodic
 from runtime.kernel import Timer
-from tasks.transports.imc_links.consoles import REPORTS, Consoles
-from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED
-from tasks.transports.imc_links.peers import MALFORMED, ON_THE_BUS, Drops
-from tasks.transports.imc_links.recent import Recent
-from tasks.transports.imc_links.sending import Carrier, given
+from tasks.transports.imc_links.console_acl import REPORTS, Consoles
+from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED
+from tasks.transports.imc_links.duplicate_filter import Recent
+from tasks.transports.imc_links.link_task import Carrier, given
+from tasks.transports.imc_links.peer_table import MALFORMED, ON_THE_BUS, Drops
 from tasks.transports.imc_links.sockets import network_after, network_time
 
 READ_SIZE = 4096  # bytes taken from a connection at a time

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import imc
 from imc.coordinates import rows_of
 from support.wgs84 import displace
-from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError
+from tasks.maneuver.maneuver_task import Leg, Maneuver, ManeuverError
 
 APPROACH = 2  # corners before the first row
 

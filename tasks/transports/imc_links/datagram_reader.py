@@ -5,7 +5,7 @@ import struct
 from collections.abc import Callable, Sequence
 
 from runtime import Task
-from tasks.transports.imc_links.datagrams import AT_ONCE, Datagram, best_way
+from tasks.transports.imc_links.recvmmsg import AT_ONCE, Datagram, best_way
 from tasks.transports.imc_links.sockets import network_after
 
 ROUNDS = 4  # of AT_ONCE datagrams, with handlers and timers between them

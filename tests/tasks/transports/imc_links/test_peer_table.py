@@ -4,9 +4,10 @@ import pytest
 
 import imc
 from imc.discovery import Endpoint, Service, Services
-from tasks.transports.imc_links.consoles import REPORTS, Consoles
-from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, STRANGERS, Gate, sender
-from tasks.transports.imc_links.peers import (
+from tasks.transports.imc_links.console_acl import REPORTS, Consoles
+from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED, STRANGERS, Gate, sender
+from tasks.transports.imc_links.duplicate_filter import Recent
+from tasks.transports.imc_links.peer_table import (
     ELSEWHERE,
     KEPT,
     MALFORMED,
@@ -18,7 +19,6 @@ from tasks.transports.imc_links.peers import (
     Peer,
     Peers,
 )
-from tasks.transports.imc_links.recent import Recent
 
 OWN, CONSOLE, NOW = 0x1A, 0x4042, 1e9
 

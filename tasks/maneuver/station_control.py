@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import imc
-from tasks.maneuver.circling import Circling
-from tasks.maneuver.protocol import SHORT, VERTICAL, Completed, Leg, Loops, Maneuver, PathFlags
+from tasks.maneuver.circle_timer import Circling
+from tasks.maneuver.maneuver_task import SHORT, VERTICAL, Completed, Leg, Loops, Maneuver, PathFlags
 
 REVISION = 1.0  # s between two updates of the speed
 PASSED = 3.0  # s for a new path after the end of one outside a small circle; the controller waits 5 s

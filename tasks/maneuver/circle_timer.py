@@ -3,7 +3,7 @@
 import math
 
 import imc
-from tasks.maneuver.protocol import Completed, Leg, Maneuver, PathState
+from tasks.maneuver.maneuver_task import Completed, Leg, Maneuver, PathState
 
 ON_CIRCLE = 5.0  # m, or a quarter of the radius; no vehicle keeps a circle more exactly in a current
 

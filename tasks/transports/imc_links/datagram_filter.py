@@ -6,8 +6,8 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
 from imc.layout import LITTLE_ENDIAN, SMALLEST_PACKET
-from tasks.transports.imc_links.consoles import Consoles
-from tasks.transports.imc_links.peers import ELSEWHERE, MALFORMED, UNKNOWN, Peer, Peers
+from tasks.transports.imc_links.console_acl import Consoles
+from tasks.transports.imc_links.peer_table import ELSEWHERE, MALFORMED, UNKNOWN, Peer, Peers
 
 SPOOFED = "sent as this vehicle"
 NOT_LISTED = "command of a console that is not listed"

@@ -11,8 +11,8 @@ from runtime import Task
 from runtime.kernel import WallClock
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
-from tasks.transports.imc_links import sharing
-from tasks.transports.imc_links.sharing import Follower, Leader
+from tasks.transports.imc_links import shared_discovery
+from tasks.transports.imc_links.shared_discovery import Follower, Leader
 from tests.outside import until
 
 
@@ -115,10 +115,10 @@ def test_a_follower_counts_the_silence_since_the_last_sign_of_life(task, name):
 
 def test_a_program_of_another_user_is_not_followed(task, name, monkeypatch):
     Leader(task, name)
-    place = sharing._place(name)
-    monkeypatch.setattr(sharing, "_place", lambda _: place)
+    place = shared_discovery._place(name)
+    monkeypatch.setattr(shared_discovery, "_place", lambda _: place)
     monkeypatch.setattr(os, "getuid", lambda: 4711)
-    monkeypatch.setattr(sharing, "ROOT", 4712)
+    monkeypatch.setattr(shared_discovery, "ROOT", 4712)
     with pytest.raises(PermissionError):
         Follower(task, name, print, print)
 
