@@ -17,7 +17,7 @@ from mcap.writer import Writer
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.export import Source
+from shoal.logs.export import LogSource
 from shoal.logs.export.csv import export_csv
 from shoal.logs.export.mcap import export_mcap
 from shoal.logs.export.netcdf import export_netcdf
@@ -29,28 +29,28 @@ ROUNDS = 3
 def shoal(log: Path, out: Path) -> None:
     """What `shoal log export` does."""
     opened = imc.Log(log)
-    export_mcap(Source(opened, summarize(opened)), out)
+    export_mcap(LogSource(opened, summarize(opened)), out)
 
 
 def shoal_messages_only(log: Path, out: Path) -> None:
     """The same without the packets."""
     opened = imc.Log(log)
-    export_mcap(Source(opened, summarize(opened)), out, raw=False)
+    export_mcap(LogSource(opened, summarize(opened)), out, raw=False)
 
 
 def netcdf(log: Path, out: Path) -> None:
     """All messages as NetCDF."""
     opened = imc.Log(log)
-    export_netcdf(Source(opened, summarize(opened)), out)
+    export_netcdf(LogSource(opened, summarize(opened)), out)
 
 
-def folder(export: Callable[[Source, Path], int]) -> Callable[[Path, Path], None]:
+def folder(export: Callable[[LogSource, Path], int]) -> Callable[[Path, Path], None]:
     """An export that writes many files."""
 
     def run(log: Path, out: Path) -> None:
         opened = imc.Log(log)
         out.mkdir(exist_ok=True)
-        export(Source(opened, summarize(opened)), out)
+        export(LogSource(opened, summarize(opened)), out)
 
     return run
 

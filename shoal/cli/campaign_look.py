@@ -11,7 +11,7 @@ from shoal.campaigns import compare as compare_data
 from shoal.cli.campaign_run import FILE, FOLDER, refusals
 from shoal.cli.campaign_search import left_out, state_of
 from shoal.cli.tables import open_console, plain_table
-from shoal.logs.inspect import number
+from shoal.logs.inspect import format_count
 from support.file_errors import naming
 from support.text import printable
 
@@ -65,9 +65,9 @@ def _show(found: Comparison) -> None:
     click.echo(f"B - A: {100 * rate.mean:+.1f} points ({interval}), McNemar p = {found.p:.2g}")
     for count, name in ((found.only_a, "A"), (found.only_b, "B")):
         if count:
-            click.echo(f"not compared: {number(count, 'run')} that only {name} has")
+            click.echo(f"not compared: {format_count(count, 'run')} that only {name} has")
     if found.unfinished:
-        click.echo(f"not compared: {number(found.unfinished, 'run')} that did not end in both")
+        click.echo(f"not compared: {format_count(found.unfinished, 'run')} that did not end in both")
     columns = ("", "A", "B", "B - A", "interval", "fell", "rose")
     table = plain_table(*columns, right=columns[1:])
     for change in found.changes:

@@ -11,7 +11,7 @@ import click
 from shoal.campaigns import merge as merge_data
 from shoal.campaigns import open_data_set, rest_command, strange_paths
 from shoal.cli.campaign_run import FOLDER, refusals
-from shoal.logs.inspect import number
+from shoal.logs.inspect import format_count
 from support.text import printable
 
 MOST_GAPS = 12
@@ -31,7 +31,7 @@ def merge(shards: tuple[Path, ...], out: Path) -> None:
     data = found.data
     click.echo(f"{printable(data.name)}: {data.rate}")
     if found.twice:
-        click.echo(f"{number(found.twice, 'row was', 'rows were')} there before, and equal")
+        click.echo(f"{format_count(found.twice, 'row was', 'rows were')} there before, and equal")
     undone = {"missing": found.missing, "not ended": found.unfinished}
     for what, runs in undone.items():
         if runs:

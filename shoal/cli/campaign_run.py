@@ -44,7 +44,7 @@ from shoal.cli.options import (
     values_option,
 )
 from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
-from shoal.logs.inspect import number, span
+from shoal.logs.inspect import format_count, format_duration
 from support.file_errors import of_file
 from support.text import printable
 
@@ -134,7 +134,7 @@ def run(
             click.echo(f"stopped: {done}; the same command goes on", err=True)
             sys.exit(STOPPED)
     if data.damaged:
-        lines = number(data.damaged, "damaged line")
+        lines = format_count(data.damaged, "damaged line")
         click.echo(f"warning: the journal had {lines}; what was lost is done again", err=True)
     if (shown := findings_of(data)) is not None:
         show_findings(data, shown)
@@ -202,7 +202,7 @@ class _Bar:
     def tell(self, data: DataSet) -> None:
         now = time.monotonic()
         if self._is_first and data.rows:
-            done = number(len(data.rows), "run was", "runs were")
+            done = format_count(len(data.rows), "run was", "runs were")
             self.progress.console.print(f"{done} done before", highlight=False)
         self._is_first = False
         if self._is_live:
@@ -221,7 +221,7 @@ def _sum_up(data: DataSet) -> None:
     simulated, cpu = (math.fsum(row[name] for row in rows) for name in ("seconds", "cpu"))
     if cpu:
         pace = f"{len(rows) * 3600.0 / cpu:.0f} runs per hour of CPU"
-        click.echo(f"  {span(simulated)} simulated in {span(cpu)} of CPU: {pace}")
+        click.echo(f"  {format_duration(simulated)} simulated in {format_duration(cpu)} of CPU: {pace}")
     if errors := [row for row in rows if row["error"]]:
         first = errors[0]
         click.echo(f"{len(errors)} ended out of order, the first is run {first['run']}: {_last(first['error'])}")

@@ -6,7 +6,7 @@ import shlex
 import click
 
 from shoal.campaigns import DataSet, Findings, findings_of, test_command, told
-from shoal.logs.inspect import number
+from shoal.logs.inspect import format_count
 from support.text import printable
 
 
@@ -14,7 +14,7 @@ def state_of(data: DataSet, *, is_short: bool = False) -> str:
     """What is known by now, in a line."""
     if (shown := findings_of(data)) is not None:
         best = shown.course[-1] if shown.course else math.nan
-        done = number(len(data.rows), "run")
+        done = format_count(len(data.rows), "run")
         return printable(f"{done}, {shown.goal.kind} {shown.goal.text} {best:.4g}" if best == best else done)
     rate = data.rate
     if not is_short:
@@ -27,7 +27,7 @@ def left_out(data: DataSet) -> str:
     count = len(data.rows) - len(data.counted)
     if not count or data.end != data.about["most"]:  # an `until` that was reached leaves out those that came later
         return ""
-    others = number(count, "more run is", "more runs are")
+    others = format_count(count, "more run is", "more runs are")
     verb, they = ("does", "it") if count == 1 else ("do", "they")
     words = f"{others} in {data.folder}, and {verb} not count; with --runs {max(data.rows) + 1} {they} {verb}"
     return printable(words)
@@ -38,7 +38,9 @@ def show_findings(data: DataSet, shown: Findings) -> None:
     goal = shown.goal
     smaller = len(data.rows) - len(shown.trials) - 1
     more = f", {smaller} made the change smaller" if smaller else ""
-    click.echo(printable(f"{data.name}: {number(len(shown.trials), 'run')} sought the {goal.kind} {goal.text}{more}"))
+    click.echo(
+        printable(f"{data.name}: {format_count(len(shown.trials), 'run')} sought the {goal.kind} {goal.text}{more}")
+    )
     if shown.as_it_is is not None:
         click.echo(f"  as it is: {goal.value(shown.as_it_is):.4g}")
     if shown.best is not None:
@@ -65,7 +67,7 @@ def _show_found(shown: Findings, units: dict[str, str]) -> None:
     if not shown.goal.breaks:
         words = ""
     elif shown.changes(found):
-        count = number(len(shown.broken), "run fails", "runs fail")
+        count = format_count(len(shown.broken), "run fails", "runs fail")
         words = f"{count}; the smallest change that does is run {found['run']}"
     else:
         words = "it fails as it is: there is nothing to look for"

@@ -8,7 +8,7 @@ from runtime.kernel import WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
-from shoal.neptus import left_out, parameter_list, vehicle_definition
+from shoal.neptus import parameter_list, unplannable_maneuvers, vehicle_definition
 from support.atomic_files import new_file
 from support.diagnostics import ProfileError
 from support.text import printable
@@ -52,7 +52,7 @@ def neptus(
         out / "vehicles-defs" / f"{name}.nvcl": vehicle_definition(made.vehicle),
         out / "conf" / "params" / f"{name}.en_US.xml": parameter_list(made.vehicle),
     }
-    missing = left_out(made.vehicle)
+    missing = unplannable_maneuvers(made.vehicle)
     made.vehicle.close()
     for path, content in contents.items():
         others = [other for other in path.parent.glob(f"*-{name}.nvcl") if other.name.split("-", 1)[0].isdigit()]

@@ -16,7 +16,7 @@ import click
 from click.shell_completion import CompletionItem
 
 import imc
-from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, field_of, make_network
+from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, field_value, make_network
 from support.durations import parse_duration
 from support.text import printable
 
@@ -92,7 +92,7 @@ def with_namesakes(
     """The same also where several vehicles have this name or its id, for what concerns all of them; says so."""
 
     async def find(network: Network) -> T:
-        system = await network.find(name, takes_clash=True)
+        system = await network.find_system(name, takes_clash=True)
         if system.clash:
             click.echo(printable(f"{system.name}: {system.clash}"), err=True)
         return await act(AsyncRemoteVehicle(network, system))
@@ -145,7 +145,7 @@ def fields_text(message: imc.Message, names: tuple[str, ...] = ()) -> str:
     shown: list[str] = []
     for name in wanted:
         try:
-            shown.append(f"{name}={value_text(message, name, field_of(message, name))}")
+            shown.append(f"{name}={value_text(message, name, field_value(message, name))}")
         except AttributeError:
             continue
     return " ".join(shown)

@@ -10,8 +10,8 @@ from runtime.logs import summarize
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
 from shoal.logs.edit import cut as cut_log
 from shoal.logs.edit import merge as merge_logs
-from shoal.logs.inspect import moment, number
-from shoal.logs.selection import choose
+from shoal.logs.inspect import format_count, format_time
+from shoal.logs.selection import select_by_names
 from support.durations import parse_duration
 from support.text import printable
 
@@ -48,13 +48,17 @@ def cut(
         start, stop = (read_time(text, summary.start, summary.end) for text in (begin, end))
         if start is not None and stop is not None and stop <= start:
             raise click.ClickException("--to must be after --from")
-        choice = choose(summary, start, stop, split_words(messages), split_words(systems), split_words(entities))
+        choice = select_by_names(
+            summary, start, stop, split_words(messages), split_words(systems), split_words(entities)
+        )
         if (start is not None and start > summary.end) or (stop is not None and stop <= summary.start):
-            raise click.ClickException(f"the log covers only {moment(summary.start)} to {moment(summary.end)}")
+            raise click.ClickException(
+                f"the log covers only {format_time(summary.start)} to {format_time(summary.end)}"
+            )
         with progress(opened.path, "cutting") as tell:
             done = cut_log(opened, out, choice, summary.owner, tell)
-    kept = f", and {number(done.kept, 'message')} that describe the log" if done.kept else ""
-    click.echo(printable(f"{number(done.chosen, 'message')}{kept}: {out}"))
+    kept = f", and {format_count(done.kept, 'message')} that describe the log" if done.kept else ""
+    click.echo(printable(f"{format_count(done.chosen, 'message')}{kept}: {out}"))
     _tell_losses([(opened.path, loss) for loss in summary.losses])
 
 
@@ -68,8 +72,10 @@ def merge(logs: tuple[Path, ...], out: Path, copies: bool) -> None:
         opened = [open_log(path) for path in logs]
         with progress(opened[0].path, "merging") as tell:
             merged = merge_logs(opened, out, copies, tell)
-    left = f"; {number(merged.copies, 'duplicate')} skipped" if merged.copies else ""
-    click.echo(printable(f"{number(merged.packets, 'message')} from {number(len(logs), 'log')}{left}: {out}"))
+    left = f"; {format_count(merged.copies, 'duplicate')} skipped" if merged.copies else ""
+    click.echo(
+        printable(f"{format_count(merged.packets, 'message')} from {format_count(len(logs), 'log')}{left}: {out}")
+    )
     for warning in merged.warnings:
         click.echo(printable(f"warning: {warning}; readers use only one of them"), err=True)
     _tell_losses(merged.losses)
@@ -77,9 +83,9 @@ def merge(logs: tuple[Path, ...], out: Path, copies: bool) -> None:
 
 def _tell_losses(losses: list[tuple[Path, imc.Loss]]) -> None:
     for path, (offset, length, reason) in losses[:20]:
-        click.echo(printable(f"skipped: {path}: byte {offset}: {number(length, 'byte')}: {reason}"), err=True)
+        click.echo(printable(f"skipped: {path}: byte {offset}: {format_count(length, 'byte')}: {reason}"), err=True)
     if len(losses) > 20:
-        click.echo(f"skipped: {number(len(losses) - 20, 'more damaged place')}", err=True)
+        click.echo(f"skipped: {format_count(len(losses) - 20, 'more damaged place')}", err=True)
 
 
 def split_words(words: tuple[str, ...]) -> list[str]:

@@ -9,7 +9,15 @@ import click
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
 from shoal.cli.plain import json_option, print_json
 from shoal.cli.tables import open_console, plain_table
-from shoal.logs.inspect import FieldDifference, LogDifference, LogMessage, compare, differing, moment, number
+from shoal.logs.inspect import (
+    FieldDifference,
+    LogDifference,
+    LogMessage,
+    compare_logs,
+    differing_fields,
+    format_count,
+    format_time,
+)
 from support.text import printable
 
 MOST_FIELDS = 30
@@ -27,7 +35,7 @@ def diff(a: Path, b: Path, as_json: bool) -> None:
         with refusals():
             logs = open_log(a), open_log(b)
             with progress(logs[0].path) as tell:
-                found = compare(*logs, tell)
+                found = compare_logs(*logs, tell)
             for log, count, losses in zip(logs, found.packets, found.losses, strict=True):
                 check_found(log, count or not losses, losses)
     except click.ClickException as error:
@@ -35,16 +43,16 @@ def diff(a: Path, b: Path, as_json: bool) -> None:
         sys.exit(2)
     for log, losses in zip(logs, found.losses, strict=True):
         if losses:
-            click.echo(printable(f"{log.path}: {number(len(losses), 'damaged place')} skipped"), err=True)
+            click.echo(printable(f"{log.path}: {format_count(len(losses), 'damaged place')} skipped"), err=True)
     if as_json:
         print_json(_as_plain(found, a, b))
         sys.exit(0 if found.equal else 1)
     if found.equal:
-        click.echo(f"equal: {number(found.packets[0], 'message')}, byte for byte")
+        click.echo(f"equal: {format_count(found.packets[0], 'message')}, byte for byte")
         return
     console = open_console(markup=False)
     for name, path, count in zip("AB", (a, b), found.packets, strict=True):
-        console.print(printable(f"{name}: {path}: {number(count, 'message')}"), soft_wrap=True)
+        console.print(printable(f"{name}: {path}: {format_count(count, 'message')}"), soft_wrap=True)
     console.print()
     for line in _first(found):
         console.print(printable(line), soft_wrap=True)
@@ -86,15 +94,15 @@ def _first(found: LogDifference) -> list[str]:
     one, two = found.first
     if one.message is None or two.message is None:
         longer, place, ended = ("B", two, "A") if one.message is None else ("A", one, "B")
-        more = number(abs(found.packets[0] - found.packets[1]), "more message")
+        more = format_count(abs(found.packets[0] - found.packets[1]), "more message")
         begin = f"{ended} ends after message {one.number - 1}; up to there they are equal. {longer} has {more}"
         return [f"{begin}, the first is {_what(place, found)}"]
     until = "; up to there they are equal" if one.number > 1 else ""
-    lines = [f"They first differ at message {one.number}, {moment(one.message.timestamp)}{until}."]
+    lines = [f"They first differ at message {one.number}, {format_time(one.message.timestamp)}{until}."]
     same = type(one.message) is type(two.message) or type(one.message).__name__ == type(two.message).__name__
     if same and one.message.src == two.message.src and one.message.src_ent == two.message.src_ent:
         lines.append(f"Both have {_what(one, found)}, but:")
-        rows = differing(one.message, two.message)
+        rows = differing_fields(one.message, two.message)
         lines += [f"  {name}: {_value(before)} in A, {_value(after)} in B" for name, before, after in rows]
         return lines if rows else [*lines, "  only its bytes differ, not its fields"]
     return [*lines, f"A has {_what(one, found)}", f"B has {_what(two, found)}"]
@@ -123,8 +131,8 @@ def _show_types(found: LogDifference) -> None:
     console.print(table)
     same = sum(row.same for name, row in found.types.items() if name not in different)
     if len(different) < len(found.types):
-        types = number(len(found.types) - len(different), "other type")
-        console.print(f"{types} with {number(same, 'message')} are equal", style="dim")
+        types = format_count(len(found.types) - len(different), "other type")
+        console.print(f"{types} with {format_count(same, 'message')} are equal", style="dim")
 
 
 def _show_fields(found: LogDifference) -> None:
@@ -137,14 +145,14 @@ def _show_fields(found: LogDifference) -> None:
         table.add_row(f"{name}.{attribute}", *map(printable, _figures(row)))
     console = open_console(markup=False)
     how = "type, sender and time" if found.by_time else "type, sender and order (the times differ)"
-    some = f", the first {number(found.compared, 'pair')}" if found.compared < found.pairs else ""
+    some = f", the first {format_count(found.compared, 'pair')}" if found.compared < found.pairs else ""
     console.print(f"\nFields that differ in messages of the same {how}{some}:")
     console.print(table)
     if len(rows) > MOST_FIELDS:
-        console.print(f"and {number(len(rows) - MOST_FIELDS, 'more field')}", style="dim")
+        console.print(f"and {format_count(len(rows) - MOST_FIELDS, 'more field')}", style="dim")
 
 
 def _figures(row: FieldDifference) -> tuple[str, str, str, str]:
     if not row.numeric:
         return str(row.count), "", "", ""
-    return str(row.count), f"{row.mean:.4g}", f"{row.greatest:.4g}", moment(row.at) if row.at == row.at else ""
+    return str(row.count), f"{row.mean:.4g}", f"{row.greatest:.4g}", format_time(row.at) if row.at == row.at else ""

@@ -11,8 +11,8 @@ from rich.text import Text
 from shoal.cli.log_open import LOG, all_processors, progress, refusals, takes_runs
 from shoal.cli.plain import json_option, print_json
 from shoal.cli.tables import open_console
-from shoal.logs.inspect import examine, number, span
-from shoal.logs.inspect import repair as repair_log
+from shoal.logs.inspect import examine_log, format_count, format_duration
+from shoal.logs.inspect import repair_log as repair_log
 from support.text import printable
 
 STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
@@ -27,7 +27,7 @@ def doctor(log: Path, repair: Path | None, as_json: bool) -> None:
     """Find what is wrong with LOG, and explain it. Exit status 1 if there are errors or warnings."""
     with refusals():
         with progress(log) as tell:
-            examination = examine(log, tell, all_processors())
+            examination = examine_log(log, tell, all_processors())
         console = open_console(markup=False)
         order = list(STYLES)
         findings = sorted(examination.findings, key=lambda finding: order.index(finding.severity))
@@ -44,11 +44,11 @@ def doctor(log: Path, repair: Path | None, as_json: bool) -> None:
                 console.print(Text("healthy: ", "green") + Text(_size(summary.packets, summary.duration)))
             if repair is not None:
                 count = repair_log(examination, repair)
-                click.echo(printable(f"repaired: {number(count, 'message')}: {repair}"), err=as_json)
+                click.echo(printable(f"repaired: {format_count(count, 'message')}: {repair}"), err=as_json)
         elif repair is not None:
             raise click.ClickException("there is no message to save")
     sys.exit(0 if examination.healthy else 1)
 
 
 def _size(packets: int, seconds: float) -> str:
-    return f"{number(packets, 'message')} in {span(seconds)}, no damage"
+    return f"{format_count(packets, 'message')} in {format_duration(seconds)}, no damage"

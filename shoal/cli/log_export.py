@@ -14,9 +14,9 @@ from imc.lsf import ReportShare
 from runtime.logs import summarize
 from shoal.cli.log_change import TIMES, read_time, split_words
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
-from shoal.logs.export import Source
-from shoal.logs.inspect import number
-from shoal.logs.selection import choose
+from shoal.logs.export import LogSource
+from shoal.logs.inspect import format_count
+from shoal.logs.selection import select_by_names
 from support.atomic_files import new_file, new_folder
 from support.text import printable
 
@@ -43,7 +43,7 @@ FORMATS = {
     "coco": Format("-coco", False, "shoal.rendering.coco", "export_coco"),
     "tum": Format("-tum", False, "shoal.logs.export.tum", "export_tum"),
 }
-Writer: TypeAlias = Callable[[Source, Path, ReportShare], int]
+Writer: TypeAlias = Callable[[LogSource, Path, ReportShare], int]
 """Writes what is selected to a path, reports the bytes read, and returns how many messages or rows it wrote."""
 
 NOUNS = {"mcap": "message", "coco": "picture"}
@@ -102,25 +102,27 @@ def export(
         check_found(opened, summary.packets)
         start, stop = (read_time(text, summary.start, summary.end) for text in (begin, end))
         words = split_words(messages), split_words(systems), split_words(entities)
-        source = Source(opened, summary, choose(summary, start, stop, *words))
+        source = LogSource(opened, summary, select_by_names(summary, start, stop, *words))
         with (new_file if FORMATS[form].is_file else new_folder)(out, force) as part:
             with progress(opened.path, "exporting") as tell:
                 written = write(source, part, tell)
             if source.packets == 0:
                 raise ValueError("no message is selected; nothing is written")
-    of = f"{number(source.packets, 'message')} of the log"
-    click.echo(printable(f"{of}: {number(written, NOUNS.get(form, 'row'))} in {out}"))
+    of = f"{format_count(source.packets, 'message')} of the log"
+    click.echo(printable(f"{of}: {format_count(written, NOUNS.get(form, 'row'))} in {out}"))
     for reason, count in source.skipped.most_common(MOST_LINES):
-        click.echo(printable(f"skipped: {number(count, 'message')}: {reason}"), err=True)
+        click.echo(printable(f"skipped: {format_count(count, 'message')}: {reason}"), err=True)
     for note in source.notes:
         click.echo(printable(f"note: {note}"), err=True)
-    if source.unread:
-        named = ", ".join(source.unread[:MOST_NAMES]) + (", ..." if len(source.unread) > MOST_NAMES else "")
-        click.echo(printable(f"skipped: {number(len(source.unread), 'picture')}: {named}"), err=True)
+    if source.unreadable_photos:
+        named = ", ".join(source.unreadable_photos[:MOST_NAMES]) + (
+            ", ..." if len(source.unreadable_photos) > MOST_NAMES else ""
+        )
+        click.echo(printable(f"skipped: {format_count(len(source.unreadable_photos), 'picture')}: {named}"), err=True)
     for offset, length, reason in opened.losses[:MOST_LINES]:
-        click.echo(printable(f"skipped: byte {offset}: {number(length, 'byte')}: {reason}"), err=True)
+        click.echo(printable(f"skipped: byte {offset}: {format_count(length, 'byte')}: {reason}"), err=True)
     if len(opened.losses) > MOST_LINES:
-        click.echo(f"skipped: {number(len(opened.losses) - MOST_LINES, 'more damaged place')}", err=True)
+        click.echo(f"skipped: {format_count(len(opened.losses) - MOST_LINES, 'more damaged place')}", err=True)
 
 
 @click.command()
@@ -144,7 +146,7 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
             with new_folder(out, force) as part, progress(file) as tell:
                 warnings = write(file, part, tell)
         packets = len(imc.Log(out))
-    click.echo(printable(f"{number(packets, 'message')}: {out}"))
+    click.echo(printable(f"{format_count(packets, 'message')}: {out}"))
     for warning in warnings:
         click.echo(printable(f"warning: {warning}"), err=True)
 
@@ -194,7 +196,8 @@ def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportShare], list
 
     def read(path: Path, folder: Path, tell: ReportShare) -> list[str]:
         done = convert(path, folder, system, tell)
-        lost = f"{number(done.lost, 'byte')} of {path} skipped: in no whole record, the first at byte {done.first_lost}"
+        skipped = f"{format_count(done.lost, 'byte')} of {path} skipped"
+        lost = f"{skipped}: in no whole record, the first at byte {done.first_lost}"
         return [*([lost] if done.lost else []), *done.notes]
 
     return read

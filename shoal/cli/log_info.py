@@ -8,7 +8,7 @@ from runtime.logs import PacketCount, Summary, place_of, summarize
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, run_at, takes_runs
 from shoal.cli.plain import json_option, of_summary, print_json
 from shoal.cli.tables import open_console, plain_table
-from shoal.logs.inspect import logs_below, moment, number, rate, size, span
+from shoal.logs.inspect import format_count, format_duration, format_rate, format_size, format_time, logs_below
 from support.text import printable
 
 MOST_LINES = 20  # of damage
@@ -49,7 +49,7 @@ def info(log: Path, entities: bool, as_json: bool) -> None:
 def _facts(summary: Summary, logs: list[Path]) -> list[tuple[str, str]]:
     others = [summary.names.system(src) for src in summary.clocks if src != summary.owner]
     heard = f", also messages from {', '.join(others)}" if others else ""
-    packed = f", {size(summary.unpacked)} unpacked" if summary.path.suffix != ".lsf" else ""
+    packed = f", {format_size(summary.unpacked)} unpacked" if summary.path.suffix != ".lsf" else ""
     source = summary.schema_source or "built-in, none beside the log"
     if summary.schema_source and len(logs) > 1:  # that of all logs together is a temporary file
         source = str(logs[0] / Path(summary.schema_source).name)
@@ -62,20 +62,20 @@ def _facts(summary: Summary, logs: list[Path]) -> list[tuple[str, str]]:
             facts.append(("run", f"log {place.number} of the run that began with {place.first}; --run takes them all"))
     facts += [
         ("system", f"{summary.names.system(summary.owner)}{heard}"),
-        ("from", moment(summary.start)),
-        ("to", f"{moment(summary.end)} ({span(summary.duration)})"),
-        ("messages", f"{number(summary.packets, 'message')} of {number(len(summary.by_type), 'type')}"),
-        ("size", f"{size(summary.file_size)}{packed}"),
+        ("from", format_time(summary.start)),
+        ("to", f"{format_time(summary.end)} ({format_duration(summary.duration)})"),
+        ("messages", f"{format_count(summary.packets, 'message')} of {format_count(len(summary.by_type), 'type')}"),
+        ("size", f"{format_size(summary.file_size)}{packed}"),
         ("schema", f"IMC {summary.schema.version}: {source}"),
     ]
     for step in summary.steps[:MOST_LINES]:
-        leap = span(step.after - step.before)
-        text = f"of {summary.names.system(step.src)} set by {leap} at {moment(step.before)}, byte {step.offset}"
+        leap = format_duration(step.after - step.before)
+        text = f"of {summary.names.system(step.src)} set by {leap} at {format_time(step.before)}, byte {step.offset}"
         facts.append(("clock", text))
     if summary.losses:
         lost = sum(loss.length for loss in summary.losses)
-        facts.append(("damage", f"{number(len(summary.losses), 'place')}, {size(lost)}"))
-        facts += [("", f"byte {at}: {size(length)}: {why}") for at, length, why in summary.losses[:MOST_LINES]]
+        facts.append(("damage", f"{format_count(len(summary.losses), 'place')}, {format_size(lost)}"))
+        facts += [("", f"byte {at}: {format_size(length)}: {why}") for at, length, why in summary.losses[:MOST_LINES]]
         if len(summary.losses) > MOST_LINES:
             facts.append(("", f"and {len(summary.losses) - MOST_LINES} more"))
     else:
@@ -84,7 +84,7 @@ def _facts(summary: Summary, logs: list[Path]) -> list[tuple[str, str]]:
 
 
 def _figures(tally: PacketCount) -> tuple[str, str, str]:
-    return str(tally.count), rate(tally.rate), str(tally.size)
+    return str(tally.count), format_rate(tally.rate), str(tally.size)
 
 
 @click.command()
@@ -104,7 +104,9 @@ def ls(folder: Path, as_json: bool) -> None:
     table = plain_table("log", "system", "from", "duration", "size", "", right=("duration", "size"))
     for glance in found:
         path = glance.path.parent if glance.path.name.startswith("Data.lsf") else glance.path
-        when = moment(glance.start) if glance.start == glance.start else ""
-        length = span(glance.end - glance.start) if when else ""
-        table.add_row(*map(printable, (str(path), glance.system, when, length, size(glance.size), glance.problem)))
+        when = format_time(glance.start) if glance.start == glance.start else ""
+        length = format_duration(glance.end - glance.start) if when else ""
+        table.add_row(
+            *map(printable, (str(path), glance.system, when, length, format_size(glance.size), glance.problem))
+        )
     console.print(table)

@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 import imc
 from imc.lsf import Spread
 from runtime.logs import UnknownName, logs_of_run, missing_logs
-from shoal.logs.joined_logs import as_one, newest_log
+from shoal.logs.joined_logs import joined_logs, newest_log
 from support.diagnostics import ProfileError
 from support.file_errors import of_file
 from support.text import printable
@@ -54,7 +54,7 @@ def _chosen(path: Path, run: bool, last: bool) -> Path:
     if not run:
         return path
     logs = logs_of_run(path.parent if path.is_file() else path)
-    whole = click.get_current_context().with_resource(as_one(logs))
+    whole = click.get_current_context().with_resource(joined_logs(logs))
     click.get_current_context().meta[str(whole)] = logs
     for number in missing_logs(logs):
         click.echo(f"log {number} of the run is missing", err=True)

@@ -7,7 +7,7 @@ import click
 from shoal.cli.log_export import default_name, extra
 from shoal.cli.log_open import LOG, open_log, progress, refusals
 from shoal.cli.options import code_of_log_option, use_code
-from shoal.logs.inspect import number
+from shoal.logs.inspect import format_count
 from support.atomic_files import new_folder
 from support.text import printable
 
@@ -53,4 +53,4 @@ def render(
     for note in done.notes:
         click.echo(printable(f"note: {note}"), err=True)
     each = ", ".join(f"{label} {count}" for label, count in done.pictures.items())
-    click.echo(printable(f"{number(sum(done.pictures.values()), 'picture')} in {out}: {each}"))
+    click.echo(printable(f"{format_count(sum(done.pictures.values()), 'picture')} in {out}: {each}"))

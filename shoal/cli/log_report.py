@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from shoal.cli.log_open import LOG, open_log, progress, refusals, run_at, takes_runs
-from shoal.logs.inspect import report as draw
-from shoal.logs.inspect import size
+from shoal.logs.inspect import format_size
+from shoal.logs.inspect import render_report as draw
 from support.file_errors import naming
 from support.text import printable
 
@@ -25,4 +25,4 @@ def report(log: Path, out: Path | None) -> None:
         out = out or (opened.path.parent / "report.html" if len(logs) == 1 else logs[0] / "report-run.html")
         with naming(out):
             out.write_text(text, encoding="utf-8")
-    click.echo(printable(f"{size(len(text.encode()))}: {out}"))
+    click.echo(printable(f"{format_size(len(text.encode()))}: {out}"))

@@ -13,7 +13,7 @@ from rich.table import Table
 import imc
 from imc.discovery import PERIOD, readable_name
 from shoal.cli.hand import clock_text, json_option, no, on_network, print_line, reach_options, seconds
-from shoal.network import NEAR, Network, System
+from shoal.network import NEAR, Network, NetworkSystem
 from support.text import printable
 
 KINDS = (
@@ -61,8 +61,8 @@ def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool
                 for text in troubles(system):
                     click.echo(printable(f"{readable_name(system.name)}: {text}"), err=True)
         if not found:
-            no(network.nobody())
-        for text in network.unreached:
+            no(network.no_vehicle_text())
+        for text in network.link_troubles:
             click.echo(printable(text), err=True)
 
     on_network(reach, act)
@@ -84,7 +84,7 @@ async def _gather(network: Network, duration: float | None) -> None:
             click.echo(f"nobody has answered yet; waiting up to {network.patience:g} s, {why}", err=True)
         if duration is not None or not there or past < FIRST:
             continue
-        is_complete = all(system.last_of(kind) is not None for system in there for kind in SHOWN)
+        is_complete = all(system.latest_message(kind) is not None for system in there for kind in SHOWN)
         if past > longest or (is_complete and known == before and not any(map(has_unlabelled_errors, there))):
             return
 
@@ -96,16 +96,16 @@ class Questions:
         self._network = network
         self._asked: dict[tuple[str, str], float] = {}
 
-    def ask(self, systems: list[System]) -> None:
+    def ask(self, systems: list[NetworkSystem]) -> None:
         """Ask for the labels of entities with errors and, where all last messages do not come by themselves, states."""
         for system in systems:
             if has_unlabelled_errors(system) and self._is_due(system, "labels"):
-                self._network.ask_labels(system)
-            tells_all = any(link.brings_all for link in system.links.values())
-            if not tells_all and system.last_of(imc.EntityState) is None and self._is_due(system, "states"):
+                self._network.request_labels(system)
+            tells_all = any(link.delivers_all for link in system.links.values())
+            if not tells_all and system.latest_message(imc.EntityState) is None and self._is_due(system, "states"):
                 self._network.send(system, imc.QueryEntityState())
 
-    def _is_due(self, system: System, what: str) -> bool:
+    def _is_due(self, system: NetworkSystem, what: str) -> bool:
         now = time.monotonic()
         if system.id is None or now - self._asked.get((system.name, what), -math.inf) <= 1.0:
             return False
@@ -113,7 +113,7 @@ class Questions:
         return True
 
 
-def has_unlabelled_errors(system: System) -> bool:
+def has_unlabelled_errors(system: NetworkSystem) -> bool:
     return any(label.isdecimal() for label in system.errors)
 
 
@@ -126,7 +126,7 @@ async def _draw(network: Network, duration: float | None) -> None:
         while duration is None or time.monotonic() - began < duration:
             questions.ask(network.vehicles())
             live.update(_table(network.vehicles()))
-            await network.news(REFRESH)
+            await network.wait_for_change(REFRESH)
 
 
 async def _tell(network: Network, duration: float | None, as_json: bool) -> None:
@@ -146,13 +146,13 @@ async def _tell(network: Network, duration: float | None, as_json: bool) -> None
             else:
                 click.echo(printable(f"{clock_text(time.time())} {readable_name(name)} {now.get(name) or event}"))
         before = now
-        await network.news(REFRESH)
+        await network.wait_for_change(REFRESH)
 
 
-def as_values(system: System) -> dict[str, object]:
+def as_values(system: NetworkSystem) -> dict[str, object]:
     """What is known of a vehicle; angles in rad, depth in m, battery in %, age in s."""
-    vehicle, state = system.last_of(imc.VehicleState), system.last_of(imc.EstimatedState)
-    plan, fuel = system.last_of(imc.PlanControlState), system.last_of(imc.FuelLevel)
+    vehicle, state = system.latest_message(imc.VehicleState), system.latest_message(imc.EstimatedState)
+    plan, fuel = system.latest_message(imc.PlanControlState), system.latest_message(imc.FuelLevel)
     lat, lon = position(state) if state is not None else (math.nan, math.nan)
     return {
         "name": system.name,
@@ -179,9 +179,9 @@ def position(state: imc.EstimatedState) -> tuple[float, float]:
     return imc.coordinates.absolute(state)[:2]
 
 
-def state_text(system: System) -> str:
+def state_text(system: NetworkSystem) -> str:
     """Mode and plan."""
-    vehicle, plan = system.last_of(imc.VehicleState), system.last_of(imc.PlanControlState)
+    vehicle, plan = system.latest_message(imc.VehicleState), system.latest_message(imc.PlanControlState)
     mode = _name(imc.VehicleState.OpMode, vehicle.op_mode) if vehicle is not None else "here"
     if plan is None or plan.state not in (
         imc.PlanControlState.State.EXECUTING,
@@ -191,22 +191,22 @@ def state_text(system: System) -> str:
     return f"{mode} {readable_name(plan.plan_id)}"
 
 
-def troubles(system: System) -> list[str]:
+def troubles(system: NetworkSystem) -> list[str]:
     """What an operator must know: two vehicles of one name or id."""
     return [f"{system.clash}; end all but one"] if system.clash else []
 
 
-def _table(systems: list[System]) -> Table:
+def _table(systems: list[NetworkSystem]) -> Table:
     table = Table(box=None, header_style="dim", pad_edge=False)
     for column in ("vehicle", "id", "state", "position", "depth", "battery", "errors", "heard", "by"):
         table.add_column(
             column, no_wrap=column != "errors", justify="right" if column in ("depth", "battery") else "left"
         )
     for system in systems:
-        values, state = as_values(system), system.last_of(imc.EstimatedState)
-        plan = system.last_of(imc.PlanControlState)
+        values, state = as_values(system), system.latest_message(imc.EstimatedState)
+        plan = system.latest_message(imc.PlanControlState)
         progress = f" {plan.plan_progress:.0f} %" if values["progress"] is not None and plan is not None else ""
-        fuel = system.last_of(imc.FuelLevel)
+        fuel = system.latest_message(imc.FuelLevel)
         table.add_row(
             readable_name(system.name) + ("!" if system.clash else ""),
             "" if system.id is None else f"0x{system.id:04X}",

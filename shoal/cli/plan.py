@@ -18,7 +18,7 @@ from shoal.cli.hand import (
     vehicle_argument,
     with_vehicle,
 )
-from shoal.network import AsyncRemoteVehicle, Outcome
+from shoal.network import AsyncRemoteVehicle, PlanOutcome
 from support.file_errors import naming
 from support.text import printable
 
@@ -108,7 +108,7 @@ def _load(plan: str) -> str | imc.PlanSpecification:
 
 
 def _print(action: str, name: str, found: Any, output: Path | None, as_json: bool) -> None:
-    if isinstance(found, Outcome):
+    if isinstance(found, PlanOutcome):
         if as_json:
             print_line(asdict(found))
         else:

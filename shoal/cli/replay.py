@@ -15,7 +15,7 @@ from shoal.cli.log_change import split_words
 from shoal.cli.log_open import refusals, run_at, takes_runs
 from shoal.cli.options import check_log_dir
 from shoal.cli.run import options, swim
-from shoal.logs.selection import choose
+from shoal.logs.selection import select_by_names
 from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
 from tasks.transports.mavlink_protocol.keys import usable_route
@@ -71,7 +71,7 @@ def replay(
         raise click.ClickException(f"{log}: there is no message in this log")
     if messages or systems or entities:
         with refusals():
-            choose(summarize(opened), None, None, *map(split_words, (messages, systems, entities)))
+            select_by_names(summarize(opened), None, None, *map(split_words, (messages, systems, entities)))
     cls = find_task("Transports.Replay")
     assert cls is not None
     try:

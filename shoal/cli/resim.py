@@ -10,8 +10,8 @@ from rich.table import Table
 
 import imc
 from shoal.cli.options import code_of_log_option, use_code
-from shoal.logs.inspect import number
-from shoal.rerun import Key, MessageCount, Resimulation, ResimulationError, resimulate
+from shoal.logs.inspect import format_count
+from shoal.rerun import EntityMessage, MessageCount, Resimulation, ResimulationError, resimulate
 from support.diagnostics import ProfileError
 from support.file_errors import of_file
 from support.text import printable
@@ -71,7 +71,7 @@ def show(done: Resimulation) -> None:
     for entity, inputs in done.missing.items():
         text = f"{_label(done, entity)}: not comparable: the log lacks what it subscribes to: {', '.join(inputs)}"
         click.echo(printable(text))
-    comparable = {key: tally for key, tally in comparison.tallies.items() if key[0] not in done.missing}
+    comparable = {key: tally for key, tally in comparison.counts.items() if key[0] not in done.missing}
     if done.missing and not comparable:
         return
     if comparable:
@@ -83,22 +83,22 @@ def show(done: Resimulation) -> None:
     for line in _first(done):
         click.echo(printable(line))
     names = ", ".join(done.tasks)
-    total = sum(tally.logged for tally in comparison.tallies.values())
+    total = sum(tally.logged for tally in comparison.counts.values())
     if comparison.equal:
-        click.echo(printable(f"{names}: {number(total, 'message')}, 0 bytes of difference"))
+        click.echo(printable(f"{names}: {format_count(total, 'message')}, 0 bytes of difference"))
     else:
-        click.echo(printable(f"{names}: {number(comparison.bytes, 'byte')} of difference"))
+        click.echo(printable(f"{names}: {format_count(comparison.bytes, 'byte')} of difference"))
 
 
-def _messages(done: Resimulation, tallies: dict[Key, MessageCount]) -> Table:
+def _messages(done: Resimulation, tallies: dict[EntityMessage, MessageCount]) -> Table:
     table = _table("entity", "message", "log", "resim", "equal", "changed", "only log", "only resim")
     for (entity, kind), tally in sorted(tallies.items()):
-        counts = tally.logged, tally.said, tally.equal, tally.changed, tally.only_logged, tally.only_said
+        counts = tally.logged, tally.published, tally.equal, tally.changed, tally.only_logged, tally.only_published
         table.add_row(_label(done, entity), _name(done, kind), *map(str, counts))
     return table
 
 
-def _fields(done: Resimulation, tallies: dict[Key, MessageCount]) -> Table:
+def _fields(done: Resimulation, tallies: dict[EntityMessage, MessageCount]) -> Table:
     table = _table("message", "field", "changed", "mean", "rms", "largest")
     for (_, kind), tally in sorted(tallies.items()):
         for name, statistics in tally.fields.items():
@@ -119,12 +119,12 @@ def _table(*columns: str) -> Table:
 def _first(done: Resimulation) -> Iterator[str]:
     """The first difference: its time, and both messages with the fields that differ."""
     first = done.comparison.first
-    if first is None or (packet := first.logged or first.said) is None:
+    if first is None or (packet := first.logged or first.published) is None:
         return
     since = imc.header(packet).timestamp - done.begin
-    yield f"first difference: at {since:.3f} s, after {number(first.after, 'equal message')}"
-    yield f"  log    {_words(done, first.logged, first.said)}"
-    yield f"  resim  {_words(done, first.said, first.logged)}"
+    yield f"first difference: at {since:.3f} s, after {format_count(first.after, 'equal message')}"
+    yield f"  log    {_words(done, first.logged, first.published)}"
+    yield f"  resim  {_words(done, first.published, first.logged)}"
 
 
 def _words(done: Resimulation, packet: bytes | None, other: bytes | None) -> str:
@@ -152,7 +152,7 @@ def _label(done: Resimulation, entity: int) -> str:
 
 
 def _name(done: Resimulation, kind: int) -> str:
-    logged = any(tally.logged for (_, number), tally in done.comparison.tallies.items() if number == kind)
+    logged = any(tally.logged for (_, number), tally in done.comparison.counts.items() if number == kind)
     found = (done.log.schema if logged else imc.builtin()).types_by_id.get(kind)
     return found.abbrev if found else f"id {kind}"
 

@@ -10,7 +10,7 @@ from runtime.kernel import SECOND
 from runtime.snapshot import SnapshotError
 from shoal.cli.options import check_log_dir, code_of_log_option, log_dir_option, use_code
 from shoal.cli.run import swim
-from shoal.rerun import Instants, Rewound, outline
+from shoal.rerun import RewoundRun, TimestampResolver, summarize_log
 from support.diagnostics import ProfileError
 from support.durations import parse_duration
 
@@ -35,7 +35,7 @@ def rewind(
     use_code(code, of_log=True)
     try:
         opened = imc.Log(log)
-        rewound = Rewound(opened)
+        rewound = RewoundRun(opened)
         wanted, end = parse_duration(at), rewound.end
         if wanted > end:
             text = f"{log} ends at {end:.6g} s of its run"
@@ -53,10 +53,10 @@ def rewind(
 
 def _rest(log: imc.Log, time: int) -> float:
     """Seconds from a time (ns) to the end of a log, including its last moment if a plan ended the log."""
-    about = outline(log)
+    about = summarize_log(log)
     if about is None:
         return 0.0
     heads = (imc.header(packet) for _, packet in log.packets())
     at_end = Counter(head.id for head in heads if head.timestamp == about.end and head.src == about.owner)
     ended_by_plan = imc.PlanControlState.ID in at_end or at_end[imc.LoggingControl.ID] > 1
-    return max(0, Instants(time).of(about.end) + ended_by_plan - time) / SECOND
+    return max(0, TimestampResolver(time).resolve(about.end) + ended_by_plan - time) / SECOND

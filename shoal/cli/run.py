@@ -179,11 +179,11 @@ def go_on(
     path: Path, log_dir: Path, duration: float | None, overrides: tuple[str, ...], snapshot_every: float | None
 ) -> NoReturn:
     """Continue from a snapshot, which contains the profile; `overrides` change its values."""
-    from shoal.rerun import continued  # only here, since all other runs begin sooner without it
+    from shoal.rerun import resume_snapshot  # only here, since all other runs begin sooner without it
 
     try:
         state = load_file(path)
-        vehicle = continued(
+        vehicle = resume_snapshot(
             state,
             log_dir,
             overrides=overrides,

@@ -29,7 +29,7 @@ from shoal.cli.hand import (
     vehicle_argument,
     with_namesakes,
 )
-from shoal.network import AsyncRemoteVehicle, VehicleLost, field_of, parse_where
+from shoal.network import AsyncRemoteVehicle, VehicleLost, field_value, parse_message_filter
 from support.text import printable, suggestion
 
 REFRESH = 0.5  # s
@@ -69,7 +69,7 @@ def spy(
     """
     kinds = [message_type(name, schema) for name in messages]
     try:
-        test = parse_where(where, kinds, schema)
+        test = parse_message_filter(where, kinds, schema)
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--where") from None
     names = tuple(name.strip() for name in fields.split(",") if name.strip())
@@ -109,7 +109,7 @@ class Sieve:
 
     def passes(self, message: imc.Message) -> bool:
         self.heard += 1
-        wanted = self._test(message) and self._vehicle.system.is_labelled(message.src_ent, self._entity)
+        wanted = self._test(message) and self._vehicle.system.matches_label(message.src_ent, self._entity)
         self.passed += wanted
         if wanted and isinstance(message, imc.Unknown) and message.id not in self._unknown:
             self._unknown.add(message.id)
@@ -151,7 +151,7 @@ def _show(vehicle: AsyncRemoteVehicle, message: imc.Message, names: tuple[str, .
     values: dict[str, object] = {"abbrev": type(message).__name__, "timestamp": message.timestamp, "entity": entity}
     for name in names:
         try:
-            value = field_of(message, name)
+            value = field_value(message, name)
         except AttributeError:
             continue
         values[name] = _json(value) if isinstance(value, imc.Message) else value

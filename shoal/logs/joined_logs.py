@@ -16,7 +16,7 @@ FIRST = ("Config.ini",)
 
 
 @contextmanager
-def as_one(logs: Sequence[Path]) -> Generator[Path]:
+def joined_logs(logs: Sequence[Path]) -> Generator[Path]:
     """A temporary folder with consecutive logs as one, named after the first; a single log is taken as it is.
 
     Raises OSError, and ValueError if the logs have different definitions or compression.

@@ -10,7 +10,7 @@ from runtime.logs import Array, Summary, types_called
 
 
 @dataclass(frozen=True)
-class Selection:
+class PacketSelection:
     """What to copy: times in s since 1970 UTC, `end` not included; ids; None selects all."""
 
     start: float = -math.inf
@@ -20,19 +20,19 @@ class Selection:
     entities: frozenset[tuple[int, int]] | None = None
 
 
-def choose(
+def select_by_names(
     summary: Summary,
     start: float | None = None,
     end: float | None = None,
     types: Iterable[str] = (),
     systems: Iterable[str] = (),
     entities: Iterable[str] = (),
-) -> Selection:
+) -> PacketSelection:
     """A selection by names. Raises UnknownName for a name that the log or its schema does not have."""
     called = frozenset(types_called(types, summary.schema))
     of_systems = frozenset(summary.names.systems_called(systems, summary.clocks))
     of_entities = frozenset(summary.names.entities_called(entities, summary.by_entity))
-    return Selection(
+    return PacketSelection(
         -math.inf if start is None else start,
         math.inf if end is None else end,
         called or None,
@@ -41,7 +41,7 @@ def choose(
     )
 
 
-class Watch:
+class OwnerClock:
     """Follows the owner's clock through a log."""
 
     def __init__(self, owner: int):
@@ -60,7 +60,7 @@ class Watch:
         return said[places]
 
 
-def wanted(heads: Array, choice: Selection, watch: Watch) -> Array:
+def selection_mask(heads: Array, choice: PacketSelection, watch: OwnerClock) -> Array:
     """Which packets are selected, by their headers; blocks must come in the order of the log."""
     times = watch.times(heads)
     found = np.ones(len(heads), bool)

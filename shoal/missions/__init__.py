@@ -5,7 +5,7 @@ from shoal.missions.mission import Mission
 from shoal.missions.reader import PlanFileError
 from shoal.missions.report import COMPLETED, FAILED, LATE, ManeuverReport, Report
 from shoal.missions.simulated_flight import AUTOSTART, fly, prepare, usual_modes
-from shoal.missions.start_request import PlanRequest, given_in
+from shoal.missions.start_request import PlanStartRequest, find_start_request
 from shoal.missions.values import UNITS, in_unit, position, quantity, read_field, split
 
 __all__ = [
@@ -17,10 +17,10 @@ __all__ = [
     "ManeuverReport",
     "Mission",
     "PlanFileError",
-    "PlanRequest",
+    "PlanStartRequest",
     "Report",
+    "find_start_request",
     "fly",
-    "given_in",
     "in_unit",
     "load_plan",
     "parse_plan",

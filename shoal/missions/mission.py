@@ -9,14 +9,14 @@ from imc.coordinates import NOWHERE, absolute
 from runtime.snapshot import Journals, keep_beside_log, run_with_snapshots
 from runtime.vehicle import Vehicle
 from shoal.missions.report import COMPLETED, FAILED, ManeuverReport, Report
-from shoal.missions.start_request import PlanRequest
+from shoal.missions.start_request import PlanStartRequest
 from support.wgs84 import displacement
 
 NEEDED = ("Supervisors.Vehicle", "Plan.Engine")  # a mission waits for their messages
 ON_TRACK, AT_DEPTH = 1.5, 0.5  # m; on each path, errors count once they have been smaller
 ON_COURSE = math.radians(15.0)
 NEXT_STATES = (imc.PlanControlState.State.READY, imc.PlanControlState.State.BLOCKED)
-Followed = imc.PathControlState.Flags
+PathFlags = imc.PathControlState.Flags
 
 
 class Mission:
@@ -41,7 +41,7 @@ class Mission:
         self._vehicle = vehicle
         flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
         request = imc.PlanControl(plan_id=plan.plan_id, flags=flags, arg=plan, dst=vehicle.system, request_id=1)
-        self._request = PlanRequest(vehicle, request, patience=patience, refused=self._give_up)
+        self._request = PlanStartRequest(vehicle, request, patience=patience, refused=self._give_up)
         self._watch = watch
         self._over = vehicle.stop if over is None else over
         self._position: tuple[float, float] | None = None
@@ -112,7 +112,7 @@ class Mission:
             legs.append(ManeuverReport(state.man_id, state.timestamp))
         if self._watch is not None:
             self._watch(state)
-        if self._request.given and not self._is_over:
+        if self._request.is_sent and not self._is_over:
             self._look_for_end(state)
 
     def _look_for_end(self, state: imc.PlanControlState) -> None:
@@ -126,10 +126,10 @@ class Mission:
         if not self._is_flying or not self.report.legs:
             return
         leg = self.report.legs[-1]
-        if not path.flags & (Followed.LOITERING | Followed.NEAR) and path.lradius == 0.0:
+        if not path.flags & (PathFlags.LOITERING | PathFlags.NEAR) and path.lradius == 0.0:
             on_track = abs(path.y) <= ON_TRACK and abs(path.course_error) <= ON_COURSE
             leg.cross_track = self._worst("across", path.path_ref, abs(path.y), on_track, leg.cross_track)
-        if not path.flags & Followed.NO_Z:
+        if not path.flags & PathFlags.NO_Z:
             leg.depth_error = self._worst("depth", path.path_ref, abs(path.z), abs(path.z) <= AT_DEPTH, leg.depth_error)
 
     def _worst(self, kind: str, path_ref: int, error: float, small: bool, before: float) -> float:

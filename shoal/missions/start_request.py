@@ -12,12 +12,12 @@ READY = imc.PlanControlState.State.READY
 CALM = imc.VehicleState.OpMode.SERVICE
 
 
-class PlanRequest:
+class PlanStartRequest:
     """Publishes a request when the vehicle has reported SERVICE and, after that, a READY plan engine.
 
     It acts as an operator: it watches the bus, and snapshots do not contain it. `refused` is called with a reason if
-    either report takes longer than `patience` (s). `calm` is True once SERVICE was reported, `given` once the request
-    was published.
+    either report takes longer than `patience` (s). `is_vehicle_ready` is True once SERVICE was reported,
+    `is_sent` once the request was published.
     """
 
     transient = True
@@ -29,11 +29,11 @@ class PlanRequest:
         *,
         patience: float = 120.0,
         refused: Callable[[str], object] = lambda _: None,
-        calm: bool = False,
-        given: bool = False,
+        is_vehicle_ready: bool = False,
+        is_sent: bool = False,
     ):
-        self.calm = calm
-        self.given = given
+        self.is_vehicle_ready = is_vehicle_ready
+        self.is_sent = is_sent
         self._vehicle = vehicle
         self._request = request
         self._patience = patience
@@ -53,29 +53,31 @@ class PlanRequest:
         self._vehicle.kernel.at(self._deadline, self._lose_patience, self._deadline)
 
     def _watch(self, state: imc.VehicleState) -> None:
-        if not self.calm and state.src == self._vehicle.system and state.op_mode == CALM:
-            self.calm = True
+        if not self.is_vehicle_ready and state.src == self._vehicle.system and state.op_mode == CALM:
+            self.is_vehicle_ready = True
             self.begin()
 
     def _ask(self, state: imc.PlanControlState) -> None:
-        if self.calm and not self.given and state.src == self._vehicle.system and state.state == READY:
-            self.given = True
+        if self.is_vehicle_ready and not self.is_sent and state.src == self._vehicle.system and state.state == READY:
+            self.is_sent = True
             self._vehicle.daemon.publish(self._request)
 
     def _lose_patience(self, deadline: int) -> None:
-        if not self.given and deadline == self._deadline:
+        if not self.is_sent and deadline == self._deadline:
             self._refused(f"vehicle not ready within {self._patience:g} s")
 
 
-class Given(NamedTuple):
-    """A request in a log, and the state of its PlanRequest at a time."""
+class LoggedStartRequest(NamedTuple):
+    """A request in a log, and the state of its PlanStartRequest at a time."""
 
     request: imc.PlanControl
-    calm: bool
-    given: bool
+    is_vehicle_ready: bool
+    is_sent: bool
 
 
-def given_in(packets: Iterable[tuple[int, bytes]], schema: imc.Schema, vehicle: Vehicle, time: float) -> Given | None:
+def find_start_request(
+    packets: Iterable[tuple[int, bytes]], schema: imc.Schema, vehicle: Vehicle, time: float
+) -> LoggedStartRequest | None:
     """The request in a run's log, and its state before a time (s since 1970 UTC); None if there is none."""
     calm, daemon = False, vehicle.daemon.entity.id
     for _, packet in packets:
@@ -91,5 +93,5 @@ def given_in(packets: Iterable[tuple[int, bytes]], schema: imc.Schema, vehicle: 
             and (head.src_ent, head.dst) == (daemon, vehicle.system)
         ):
             request = message.replace(timestamp=-1.0, src=UNKNOWN_SYSTEM, src_ent=UNKNOWN_ENTITY)
-            return Given(request, calm, head.timestamp < time)
+            return LoggedStartRequest(request, calm, head.timestamp < time)
     return None

@@ -18,7 +18,7 @@ SIZES = {"UUV": (2.0, 0.2, 0.2), "USV": (2.0, 1.0, 0.5), "UAV": (0.8, 0.8, 0.4)}
 LOOKS = {"UUV": ("lauv/lauv-seacon0", "lauv/lauv-xtreme-2.x3d"), "UAV": ("cularis/cularis", "cularis/cularis.3ds")}
 
 
-class Shape(NamedTuple):
+class ManeuverFormat(NamedTuple):
     """How Neptus describes a maneuver: its name there, the elements of its place and speed, and the others."""
 
     name: str
@@ -38,24 +38,28 @@ CIRCLE: Tree = {
 }
 AREA: Tree = {"width": "100", "length": "200", "bearing": "0"}
 SHAPES = {
-    "Goto": Shape("Goto", "finalPoint", "velocity", TOLERANCE),
-    "ScheduledGoto": Shape("ScheduledGoto", "finalPoint", "velocity", TOLERANCE),
-    "Launch": Shape("Launch", "finalPoint", "velocity", TOLERANCE),
-    "Loiter": Shape("Loiter", "basePoint", "velocity", {"duration": "60", "trajectory": CIRCLE}),
-    "StationKeeping": Shape("StationKeeping", "basePoint", "speed", {"duration": "60", "trajectory": {"radius": "15"}}),
-    "YoYo": Shape("YoYo", "finalPoint", "speed", {"amplitude": "1", "pitch": "0.2618"}),
-    "Elevator": Shape(
+    "Goto": ManeuverFormat("Goto", "finalPoint", "velocity", TOLERANCE),
+    "ScheduledGoto": ManeuverFormat("ScheduledGoto", "finalPoint", "velocity", TOLERANCE),
+    "Launch": ManeuverFormat("Launch", "finalPoint", "velocity", TOLERANCE),
+    "Loiter": ManeuverFormat("Loiter", "basePoint", "velocity", {"duration": "60", "trajectory": CIRCLE}),
+    "StationKeeping": ManeuverFormat(
+        "StationKeeping", "basePoint", "speed", {"duration": "60", "trajectory": {"radius": "15"}}
+    ),
+    "YoYo": ManeuverFormat("YoYo", "finalPoint", "speed", {"amplitude": "1", "pitch": "0.2618"}),
+    "Elevator": ManeuverFormat(
         "Elevator", "finalPoint", "speed", {"startZ": "0", "pitch": "15", "radius": "15", "duration": "0"}
     ),
-    "PopUp": Shape("PopUp", "finalPoint", "speed", {"duration": "60", "flags": ""}),
-    "FollowPath": Shape("FollowPath", "basePoint", "speed", {"path": ""}),
-    "Rows": Shape("RowsManeuver", "basePoint", "speed", {**AREA, "height": "0", "hstep": "27", "vstep": "0"}),
-    "RowsCoverage": Shape(
+    "PopUp": ManeuverFormat("PopUp", "finalPoint", "speed", {"duration": "60", "flags": ""}),
+    "FollowPath": ManeuverFormat("FollowPath", "basePoint", "speed", {"path": ""}),
+    "Rows": ManeuverFormat("RowsManeuver", "basePoint", "speed", {**AREA, "height": "0", "hstep": "27", "vstep": "0"}),
+    "RowsCoverage": ManeuverFormat(
         "RowsCoverage", "basePoint", "speed", {**AREA, "angleAperture": "120", "range": "30", "overlapPercentage": "0"}
     ),
-    "Takeoff": Shape("Takeoff", "basePoint", "speed", {"takeoffPitch": "10"}),
-    "Land": Shape("Land", "basePoint", "speed", {"bearing": "0", "glideSlope": "10", "glideSlopeAltitude": "10"}),
-    "FollowReference": Shape(
+    "Takeoff": ManeuverFormat("Takeoff", "basePoint", "speed", {"takeoffPitch": "10"}),
+    "Land": ManeuverFormat(
+        "Land", "basePoint", "speed", {"bearing": "0", "glideSlope": "10", "glideSlopeAltitude": "10"}
+    ),
+    "FollowReference": ManeuverFormat(
         "FollowReference",
         "",
         "",
@@ -67,7 +71,7 @@ SHAPES = {
             "altitudeInterval": "5",
         },
     ),
-    "Teleoperation": Shape("Unconstrained", "", "", {}),
+    "Teleoperation": ManeuverFormat("Unconstrained", "", "", {}),
 }
 
 
@@ -94,7 +98,7 @@ def vehicle_definition(vehicle: Vehicle) -> bytes:
     return Xml.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
 
 
-def left_out(vehicle: Vehicle) -> list[str]:
+def unplannable_maneuvers(vehicle: Vehicle) -> list[str]:
     """The maneuvers of a vehicle that Neptus cannot plan."""
     return [name for name in _maneuvers(vehicle) if name not in (*SHAPES, "IdleManeuver")]
 
@@ -125,7 +129,7 @@ def _size(vehicle: Vehicle, kind: str) -> list[str]:
     return sides if len(sides) == 3 else [f"{side:g}" for side in SIZES.get(kind, SIZES["USV"])]
 
 
-def _add_maneuver(parent: Xml.Element, shape: Shape, kind: str, speed: str) -> None:
+def _add_maneuver(parent: Xml.Element, shape: ManeuverFormat, kind: str, speed: str) -> None:
     mode = "automatic" if shape != SHAPES["Teleoperation"] else "manual"
     maneuver = Xml.SubElement(Xml.SubElement(parent, "maneuver"), shape.name, kind=mode)
     if shape.place:

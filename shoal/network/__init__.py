@@ -1,40 +1,40 @@
 """Running vehicles: who is there, what they say, their plans and parameters."""
 
-from shoal.network.blocking import Connection, RemoteLogs, RemoteParameters, RemotePlans, RemoteVehicle
-from shoal.network.diagnosis import Contact, Diagnosis, Finding, diagnose
+from shoal.network.blocking import RemoteLogs, RemoteParameters, RemotePlans, RemoteVehicle, VehicleConnection
+from shoal.network.diagnosis import Contact, Diagnosis, LinkProblem, diagnose
 from shoal.network.endpoints import connect, make_network
-from shoal.network.link import NEAR, Arrival, Console, Ear, Link, NetworkError
-from shoal.network.listener import Listener
-from shoal.network.logs import Logs, RemoteLog
-from shoal.network.message_filter import field_of, parse_where
+from shoal.network.link import NEAR, Console, LinkListener, NetworkError, NetworkLink, ReceivedPacket
+from shoal.network.listener import MessageListener
+from shoal.network.logs import AsyncRemoteLogs, RemoteLog
+from shoal.network.message_filter import field_value, parse_message_filter
 from shoal.network.network import Network, NoAnswer, VehicleLost
-from shoal.network.parameters import Parameters, check_parameter
-from shoal.network.plans import Outcome, Plans, Refused, StoredPlan
+from shoal.network.parameters import AsyncRemoteParameters, check_parameter
+from shoal.network.plans import AsyncRemotePlans, PlanOutcome, Refused, StoredPlan
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
-from shoal.network.system_table import System
+from shoal.network.system_table import NetworkSystem
 from shoal.network.tcp_link import TCPLink
 from shoal.network.udp_link import UDPLink
 from shoal.network.zenoh_link import ZenohLink
 
 __all__ = [
     "NEAR",
-    "Arrival",
+    "AsyncRemoteLogs",
+    "AsyncRemoteParameters",
+    "AsyncRemotePlans",
     "AsyncRemoteVehicle",
-    "Connection",
     "Console",
     "Contact",
     "Diagnosis",
-    "Ear",
-    "Finding",
-    "Link",
-    "Listener",
-    "Logs",
+    "LinkListener",
+    "LinkProblem",
+    "MessageListener",
     "Network",
     "NetworkError",
+    "NetworkLink",
+    "NetworkSystem",
     "NoAnswer",
-    "Outcome",
-    "Parameters",
-    "Plans",
+    "PlanOutcome",
+    "ReceivedPacket",
     "Refused",
     "RemoteLog",
     "RemoteLogs",
@@ -42,15 +42,15 @@ __all__ = [
     "RemotePlans",
     "RemoteVehicle",
     "StoredPlan",
-    "System",
     "TCPLink",
     "UDPLink",
+    "VehicleConnection",
     "VehicleLost",
     "ZenohLink",
     "check_parameter",
     "connect",
     "diagnose",
-    "field_of",
+    "field_value",
     "make_network",
-    "parse_where",
+    "parse_message_filter",
 ]

@@ -10,10 +10,10 @@ from typing import Any, Concatenate, ParamSpec, TypeVar, overload
 
 import imc
 from shoal.network.link import NetworkError
-from shoal.network.logs import Logs
+from shoal.network.logs import AsyncRemoteLogs
 from shoal.network.network import Network
-from shoal.network.parameters import Parameters
-from shoal.network.plans import Plans
+from shoal.network.parameters import AsyncRemoteParameters
+from shoal.network.plans import AsyncRemotePlans
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
 
 P = ParamSpec("P")
@@ -23,7 +23,7 @@ ENDED = "the connection to the vehicle has been closed"
 IN_PROGRESS = "`progress` cannot ask the vehicle: store the state and ask when `start` has returned, or use asyncio"
 
 
-class Portal:
+class LoopThread:
     """An event loop in a thread; `call` runs a coroutine there and waits for its result."""
 
     def __init__(self) -> None:
@@ -70,56 +70,56 @@ async def _cancel_others() -> None:
     await asyncio.gather(*others, return_exceptions=True)
 
 
-class _Face:
+class _BlockingProxy:
     """The face of an asyncio object for programs without asyncio."""
 
-    def __init__(self, portal: Portal, target: object) -> None:
+    def __init__(self, portal: LoopThread, target: object) -> None:
         self._portal, self._target = portal, target
 
     @staticmethod
-    def waiting(method: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Callable[Concatenate[Any, P], T]:
+    def blocking(method: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Callable[Concatenate[Any, P], T]:
         """The same method, but it waits for the result."""
 
         @wraps(method)
-        def wait(face: _Face, *args: P.args, **named: P.kwargs) -> T:
+        def wait(face: _BlockingProxy, *args: P.args, **named: P.kwargs) -> T:
             return face._portal.call(method(face._target, *args, **named))
 
         return wait
 
 
-class RemotePlans(_Face):
+class RemotePlans(_BlockingProxy):
     """The plans of a vehicle; `progress` is called in the thread of the network."""
 
-    list = _Face.waiting(Plans.list)
-    get = _Face.waiting(Plans.get)
-    put = _Face.waiting(Plans.put)
-    delete = _Face.waiting(Plans.delete)
-    status = _Face.waiting(Plans.status)
-    start = _Face.waiting(Plans.start)
-    stop = _Face.waiting(Plans.stop)
+    list = _BlockingProxy.blocking(AsyncRemotePlans.list)
+    get = _BlockingProxy.blocking(AsyncRemotePlans.get)
+    put = _BlockingProxy.blocking(AsyncRemotePlans.put)
+    delete = _BlockingProxy.blocking(AsyncRemotePlans.delete)
+    status = _BlockingProxy.blocking(AsyncRemotePlans.status)
+    start = _BlockingProxy.blocking(AsyncRemotePlans.start)
+    stop = _BlockingProxy.blocking(AsyncRemotePlans.stop)
 
 
-class RemoteParameters(_Face):
+class RemoteParameters(_BlockingProxy):
     """The parameters of a vehicle, by the label of the entity; values are texts."""
 
-    entities = _Face.waiting(Parameters.entities)
-    list = _Face.waiting(Parameters.list)
-    get = _Face.waiting(Parameters.get)
-    set = _Face.waiting(Parameters.set)
-    save = _Face.waiting(Parameters.save)
+    entities = _BlockingProxy.blocking(AsyncRemoteParameters.entities)
+    list = _BlockingProxy.blocking(AsyncRemoteParameters.list)
+    get = _BlockingProxy.blocking(AsyncRemoteParameters.get)
+    set = _BlockingProxy.blocking(AsyncRemoteParameters.set)
+    save = _BlockingProxy.blocking(AsyncRemoteParameters.save)
 
 
-class RemoteLogs(_Face):
+class RemoteLogs(_BlockingProxy):
     """The logs of a vehicle."""
 
-    list = _Face.waiting(Logs.list)
-    fetch = _Face.waiting(Logs.fetch)
+    list = _BlockingProxy.blocking(AsyncRemoteLogs.list)
+    fetch = _BlockingProxy.blocking(AsyncRemoteLogs.fetch)
 
 
-class RemoteVehicle(_Face):
+class RemoteVehicle(_BlockingProxy):
     """A vehicle on the network, for programs without asyncio; `shoal.connect` makes it."""
 
-    def __init__(self, portal: Portal, vehicle: AsyncRemoteVehicle) -> None:
+    def __init__(self, portal: LoopThread, vehicle: AsyncRemoteVehicle) -> None:
         super().__init__(portal, vehicle)
         self._vehicle = vehicle
         self.plan = RemotePlans(portal, vehicle.plan)
@@ -135,10 +135,10 @@ class RemoteVehicle(_Face):
         """Its IMC id."""
         return self._vehicle.id
 
-    latest = _Face.waiting(AsyncRemoteVehicle.latest)
-    send = _Face.waiting(AsyncRemoteVehicle.send)
-    request = _Face.waiting(AsyncRemoteVehicle.request)
-    abort = _Face.waiting(AsyncRemoteVehicle.abort)
+    latest = _BlockingProxy.blocking(AsyncRemoteVehicle.latest)
+    send = _BlockingProxy.blocking(AsyncRemoteVehicle.send)
+    request = _BlockingProxy.blocking(AsyncRemoteVehicle.request)
+    abort = _BlockingProxy.blocking(AsyncRemoteVehicle.abort)
 
     @overload
     def messages(self, kind: type[M], /, *, where: str = "") -> Generator[M]: ...
@@ -164,7 +164,7 @@ async def _close(stream: AsyncGenerator[M]) -> None:
     await stream.aclose()
 
 
-class Connection:
+class VehicleConnection:
     """A vehicle by its name, as a context manager of both kinds: `with` and `async with`; or `open` and `close`."""
 
     def __init__(self, name: str, network: Callable[[], Network], timeout: float | None) -> None:
@@ -172,13 +172,13 @@ class Connection:
         self._make = network
         self._timeout = timeout
         self._network: Network | None = None
-        self._portal: Portal | None = None
+        self._portal: LoopThread | None = None
 
     async def __aenter__(self) -> AsyncRemoteVehicle:
         self._network = network = self._make()
         await network.__aenter__()
         try:
-            return AsyncRemoteVehicle(network, await network.find(self._name, self._timeout))
+            return AsyncRemoteVehicle(network, await network.find_system(self._name, self._timeout))
         except BaseException:
             await network.__aexit__()
             raise
@@ -191,7 +191,7 @@ class Connection:
     def open(self) -> RemoteVehicle:
         """The vehicle until `close`, for the cells of a notebook."""
         self.close()
-        portal = Portal()
+        portal = LoopThread()
         try:
             vehicle = RemoteVehicle(portal, portal.call(self.__aenter__()))
         except BaseException:

@@ -8,9 +8,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 import imc
-from shoal.network.listener import Listener
+from shoal.network.listener import MessageListener
 from shoal.network.network import Network, NoAnswer, VehicleLost
-from shoal.network.system_table import System
+from shoal.network.system_table import NetworkSystem
 
 PROBES = 5
 ENOUGH = 2  # probes without any answer
@@ -43,7 +43,7 @@ ADVICE = {
 
 
 @dataclass(frozen=True)
-class Finding:
+class LinkProblem:
     """One thing that is wrong, with whom (empty: here), and what to do about it."""
 
     about: str
@@ -77,14 +77,14 @@ class Diagnosis:
 
     links: dict[str, str]
     contacts: list[Contact] = field(default_factory=list[Contact])
-    findings: list[Finding] = field(default_factory=list[Finding])
+    findings: list[LinkProblem] = field(default_factory=list[LinkProblem])
 
 
 async def diagnose(network: Network, name: str = "", seconds: float = 2.5, patience: float = PATIENCE) -> Diagnosis:
     """Listen for some seconds, ask each vehicle or the one that is named, and judge; answers may take `patience` s."""
-    network.want(None, (imc.Heartbeat, imc.EntityState))
+    network.subscribe(None, (imc.Heartbeat, imc.EntityState))
     if name:
-        network.want(None, (imc.EstimatedState, imc.VehicleState))
+        network.subscribe(None, (imc.EstimatedState, imc.VehicleState))
     began = time.monotonic()
     before = {system.name: Counter(system.heard) for system in network.systems.values()}
     await asyncio.sleep(seconds)
@@ -101,12 +101,12 @@ async def diagnose(network: Network, name: str = "", seconds: float = 2.5, patie
     return found
 
 
-def _contact(system: System, before: Counter[str], past: float) -> Contact:
+def _contact(system: NetworkSystem, before: Counter[str], past: float) -> Contact:
     rates = {link: (count - before[link]) / past for link, count in system.heard.items()}
     return Contact(system.name, system.id, rates, system.age, clock=system.clock, is_vehicle=system.is_vehicle)
 
 
-async def _probe(network: Network, system: System, contact: Contact, patience: float) -> None:
+async def _probe(network: Network, system: NetworkSystem, contact: Contact, patience: float) -> None:
     """Ask a vehicle, and read what it says of us."""
     book = network.listen(system, (imc.LogBookEntry,))
     try:
@@ -114,16 +114,16 @@ async def _probe(network: Network, system: System, contact: Contact, patience: f
         if not contact.answered:
             contact.says |= await _words_of_us(network, book)
     finally:
-        network.end(book)
+        network.close_listener(book)
     if times:
         contact.round_trip = sorted(times)[len(times) // 2]
     contact.missed = dict(system.missed)
-    for state in system.all_of(imc.EntityState):
+    for state in system.latest_messages(imc.EntityState):
         if any(words in state.description for words in CARRIERS):
             contact.says[system.label(state.src_ent)] = state.description
 
 
-async def _question(network: Network, system: System, contact: Contact, patience: float) -> list[float]:
+async def _question(network: Network, system: NetworkSystem, contact: Contact, patience: float) -> list[float]:
     """Questions that every vehicle answers, one after the other, each sent once; the times to the answers (s)."""
     times: list[float] = []
     for _ in range(PROBES):
@@ -136,7 +136,7 @@ async def _question(network: Network, system: System, contact: Contact, patience
 
         query = imc.EntityList(op=imc.EntityList.Op.QUERY)
         try:
-            await network.ask(system, query, (imc.EntityList,), answer, timeout=patience, repeat=patience)
+            await network.request(system, query, (imc.EntityList,), answer, timeout=patience, repeat=patience)
         except NoAnswer:
             if contact.asked == ENOUGH and not contact.answered:
                 break
@@ -148,7 +148,7 @@ async def _question(network: Network, system: System, contact: Contact, patience
     return times
 
 
-async def _words_of_us(network: Network, book: Listener) -> dict[str, str]:
+async def _words_of_us(network: Network, book: MessageListener) -> dict[str, str]:
     """What the log book of a system says of us; it may be full of other entries."""
     with suppress(TimeoutError):
         async with asyncio.timeout(LAST_WORDS):
@@ -159,11 +159,11 @@ async def _words_of_us(network: Network, book: Listener) -> dict[str, str]:
     return {}
 
 
-def _judge(network: Network, system: System, contact: Contact) -> list[Finding]:
-    found: list[Finding] = []
+def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[LinkProblem]:
+    found: list[LinkProblem] = []
 
     def tell(text: str, advice: str) -> None:
-        found.append(Finding(system.name, text, advice))
+        found.append(LinkProblem(system.name, text, advice))
 
     if clash := system.clash:
         tell(clash, "end one, or give it another name and id")
@@ -205,25 +205,25 @@ def _judge(network: Network, system: System, contact: Contact) -> list[Finding]:
     return found
 
 
-def _of_here(network: Network, name: str, found: Diagnosis) -> list[Finding]:
+def _of_here(network: Network, name: str, found: Diagnosis) -> list[LinkProblem]:
     """What concerns no system that is known by name."""
-    findings: list[Finding] = []
+    findings: list[LinkProblem] = []
     working = [link for link, trouble in found.links.items() if not trouble]
     vehicles = [contact for contact in found.contacts if contact.is_vehicle]
     if not vehicles:
         whom = f"{name} is not" if name else "no vehicle is"
-        findings.append(Finding("", f"{whom} heard", "start it; `shoal ls` lists who is there"))
+        findings.append(LinkProblem("", f"{whom} heard", "start it; `shoal ls` lists who is there"))
     for link, trouble in found.links.items():
         if trouble and (not working or not vehicles or network.expects_all):
-            findings.append(Finding("", f"{link}: {trouble}", _advice_for_link(link, trouble)))
+            findings.append(LinkProblem("", f"{link}: {trouble}", _advice_for_link(link, trouble)))
     for link in network.links:
         if getattr(link, "deaf", False):
             text = "all ports of discovery are taken by other programs of this computer: no announcement is heard"
             findings.append(
-                Finding("", text, "end one of them; vehicles at ports 6002-6006 of this computer are asked")
+                LinkProblem("", text, "end one of them; vehicles at ports 6002-6006 of this computer are asked")
             )
-    for (peer, reason), number in sorted(network.strangers.items()):
-        findings.append(Finding(peer, f"{number} packets: {reason}", advice_for(reason)))
+    for (peer, reason), number in sorted(network.unknown_drops.items()):
+        findings.append(LinkProblem(peer, f"{number} packets: {reason}", advice_for(reason)))
     return findings
 
 

@@ -9,8 +9,8 @@ import imc
 from imc.addresses import OPERATORS
 from imc.discovery import LOOPBACK, PORTS, Endpoint, Service
 from runtime.zenoh import endpoints_in
-from shoal.network.blocking import Connection
-from shoal.network.link import Console, Link
+from shoal.network.blocking import VehicleConnection
+from shoal.network.link import Console, NetworkLink
 from shoal.network.network import Network
 from shoal.network.tcp_link import USUAL_PORT, TCPLink
 from shoal.network.udp_link import EVERYWHERE, UDPLink
@@ -55,7 +55,7 @@ def make_network(
             of_zenoh.append(endpoint)
         else:
             raise ValueError(f"{endpoint!r} is not an endpoint such as {EXAMPLES}")
-    links: list[Link] = []
+    links: list[NetworkLink] = []
     of_zenoh = list(dict.fromkeys(of_zenoh))
     names = [f"zenoh {endpoint}" for endpoint in of_zenoh] if len(of_zenoh) > 1 else ["zenoh"]
     links += [ZenohLink([each], zenoh_config, name) for each, name in zip(of_zenoh, names, strict=False)]
@@ -71,7 +71,7 @@ def connect(
     zenoh_config: Path | None = None,
     messages: imc.Schema | None = None,
     timeout: float | None = None,
-) -> Connection:
+) -> VehicleConnection:
     """A running vehicle, by its name; over zenoh or IMC, whichever answers.
 
     `make_network` explains endpoints and messages.
@@ -86,7 +86,7 @@ def connect(
     Entering raises NetworkError if it is not found within `timeout` seconds, by default as long as there is hope, and
     ValueError for a wrong endpoint.
     """
-    return Connection(name, lambda: make_network(endpoints, zenoh_config, messages), timeout)
+    return VehicleConnection(name, lambda: make_network(endpoints, zenoh_config, messages), timeout)
 
 
 def _in_file(path: Path | None) -> list[str]:

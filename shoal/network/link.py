@@ -27,7 +27,7 @@ class Console(NamedTuple):
     name: str
 
 
-class Arrival(NamedTuple):
+class ReceivedPacket(NamedTuple):
     """A packet, and what the link knows about its source: names may be empty, `place` is for people.
 
     `is_old`: not new, but the last one of its kind, which was kept for us.
@@ -40,34 +40,34 @@ class Arrival(NamedTuple):
     is_old: bool = False
 
 
-class Ear(Protocol):
+class LinkListener(Protocol):
     """What a link tells."""
 
-    def arrived(self, link: "Link", arrival: Arrival) -> None:
+    def on_packet(self, link: "NetworkLink", arrival: ReceivedPacket) -> None:
         """A packet, as it came; it may be damaged."""
         ...
 
-    def appeared(self, link: "Link", system: str, part: str, place: str, number: int | None = None) -> None:
+    def on_appeared(self, link: "NetworkLink", system: str, part: str, place: str, number: int | None = None) -> None:
         """A system, or another process of it (`part`), is there, at a place; `number` is its id, if that is known."""
         ...
 
-    def vanished(self, link: "Link", system: str, part: str, *, is_told: bool) -> None:
+    def on_vanished(self, link: "NetworkLink", system: str, part: str, *, is_told: bool) -> None:
         """A part of a system is not there any more; `is_told`: something said so, it has not only fallen silent."""
         ...
 
-    def dropped(self, link: "Link", peer: str, reason: str, number: int = 1) -> None:
+    def on_dropped(self, link: "NetworkLink", peer: str, reason: str, number: int = 1) -> None:
         """Packets that did not arrive here, or could not be taken."""
         ...
 
 
-class Link(Protocol):
+class NetworkLink(Protocol):
     """One network."""
 
     name: str
     trouble: str
-    brings_all: bool
+    delivers_all: bool
     """Whether it brings all messages of a system, not only those that the system sends to consoles."""
-    piece: int
+    fragment_size: int
     """Bytes of a packet, beyond which it goes in pieces that get lost one by one; 0 if nothing gets lost."""
 
     @property
@@ -75,11 +75,11 @@ class Link(Protocol):
         """How long it makes sense to wait for a system that has not appeared (s)."""
         ...
 
-    async def open(self, ear: Ear, console: Console) -> None:
+    async def open(self, ear: LinkListener, console: Console) -> None:
         """Start; returns as soon as packets can come, or `trouble` says why not."""
         ...
 
-    def want(self, system: str, messages: Collection[str]) -> None:
+    def subscribe(self, system: str, messages: Collection[str]) -> None:
         """Ask for messages of a system, from now on; EVERYBODY and EVERYTHING are possible. Links may bring more."""
         ...
 
@@ -92,9 +92,9 @@ class Link(Protocol):
         ...
 
 
-def too_long(ways: Sequence[Link], size: int) -> str:
+def size_warning(ways: Sequence[NetworkLink], size: int) -> str:
     """Why a packet of so many bytes may not arrive by the first of these ways; empty if it is not for its length."""
-    piece = ways[0].piece if ways else 0
+    piece = ways[0].fragment_size if ways else 0
     if not piece or size <= piece:
         return ""
     return f"its {size} bytes go in {-(-size // piece)} pieces, and one that is lost loses all: try imc+tcp://"

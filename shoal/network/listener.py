@@ -5,26 +5,28 @@ from collections import deque
 from collections.abc import Collection
 
 import imc
-from shoal.network.system_table import System
+from shoal.network.system_table import NetworkSystem
 
 MOST_WAITING = 8192  # messages in front of a slow reader
 
 
-class Listener:
+class MessageListener:
     """Messages from a system, or to it, of some types, in the order of arrival; of all systems and types without.
 
     `lost` is how many were too many for the reader. `takes_old`: also the last ones before, if they were kept.
     """
 
-    def __init__(self, system: System | None, kinds: Collection[type[imc.Message]], *, takes_old: bool = False) -> None:
+    def __init__(
+        self, system: NetworkSystem | None, kinds: Collection[type[imc.Message]], *, takes_old: bool = False
+    ) -> None:
         self.lost = 0
         self.takes_old = takes_old
         self._system = system
         self._kinds = tuple(kinds)
-        self._waiting: deque[tuple[System, imc.Message]] = deque()
+        self._waiting: deque[tuple[NetworkSystem, imc.Message]] = deque()
         self._news = asyncio.Event()
 
-    def offer(self, system: System, message: imc.Message) -> None:
+    def put(self, system: NetworkSystem, message: imc.Message) -> None:
         mine = self._system
         if (mine is not None and mine is not system and message.dst != mine.id) or (
             self._kinds and not isinstance(message, self._kinds)
@@ -36,7 +38,7 @@ class Listener:
         self._waiting.append((system, message))
         self._news.set()
 
-    async def next(self, timeout: float | None = None) -> tuple[System, imc.Message]:
+    async def next(self, timeout: float | None = None) -> tuple[NetworkSystem, imc.Message]:
         """The next message and who sent it. Raises TimeoutError."""
         while not self._waiting:
             self._news.clear()
@@ -45,21 +47,21 @@ class Listener:
         return self._waiting.popleft()
 
 
-def imc_type(kind: object) -> type[imc.Message]:
+def check_message_type(kind: object) -> type[imc.Message]:
     """The type itself. Raises TypeError for what is none, such as the name of one."""
     if isinstance(kind, type) and issubclass(kind, imc.Message):
         return kind
     raise TypeError(f"{kind!r} is not a type of message, such as imc.EstimatedState")
 
 
-def imc_message(message: object) -> imc.Message:
+def check_message(message: object) -> imc.Message:
     """The message itself. Raises TypeError for what is none, such as a type of them."""
     if isinstance(message, imc.Message):
         return message
     raise TypeError(f"{message!r} is not a message, such as imc.Heartbeat()")
 
 
-def kind_of_damage(reason: str) -> str:
+def damage_kind(reason: str) -> str:
     """The kind of an error in a packet, without its numbers: there must not be a count for each."""
     if "CRC" in reason:
         return "wrong CRC"

@@ -15,7 +15,7 @@ import imc
 from imc.discovery import PERIOD, Endpoint, Services
 from shoal.network.link import NetworkError
 from shoal.network.network import Network, NoAnswer
-from shoal.network.system_table import System
+from shoal.network.system_table import NetworkSystem
 from support.file_errors import naming
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _NAME = re.compile(r"[^/\\\0]{1,200}")
 _ADDRESS = re.compile(r"\d+\.\d+\.\d+\.\d+")
 
 
-class Facts(NamedTuple):
+class RemoteFile(NamedTuple):
     """What a server says of a file: its size in bytes, and when it was changed last (s since 1970; 0 if unknown)."""
 
     size: int = 0
@@ -55,17 +55,17 @@ class RemoteLog:
         return sum(self.files.values())  # integers
 
 
-class Logs:
+class AsyncRemoteLogs:
     """The logs of one vehicle."""
 
-    def __init__(self, network: Network, system: System) -> None:
+    def __init__(self, network: Network, system: NetworkSystem) -> None:
         self._network = network
         self._system = system
 
     async def list(self) -> list[RemoteLog]:
         """All logs, the oldest first. Raises NetworkError if the vehicle serves none."""
         places = await self._places()
-        return await asyncio.to_thread(all_logs, places)
+        return await asyncio.to_thread(list_logs, places)
 
     async def fetch(self, log: RemoteLog, folder: Path, progress: Callable[[int], object] = lambda _: None) -> Path:
         """Copy a log into a folder, below the name of the vehicle; returns where it is.
@@ -82,16 +82,16 @@ class Logs:
 
     async def _places(self) -> Sequence[Endpoint]:
         """Where the vehicle serves its logs, as its Announce says every 10 s; first where its packets come from."""
-        self._network.want(self._system, (imc.Announce,))
+        self._network.subscribe(self._system, (imc.Announce,))
         deadline = time.monotonic() + 1.2 * PERIOD
         while (left := deadline - time.monotonic()) > 0.0:
             # Of several entities: the log begins with an Announce of the vehicle, too.
-            texts = [announce.services for announce in self._system.all_of(imc.Announce)]
+            texts = [announce.services for announce in self._system.latest_messages(imc.Announce)]
             if places := [place for text in texts for place in Services.parse(text).endpoints("ftp")]:
                 near = set(_ADDRESS.findall(" ".join(self._system.places)))
                 return sorted(dict.fromkeys(places), key=lambda place: place.address not in near)
             try:
-                await self._network.next(self._system, imc.Announce, left, takes_old=True)
+                await self._network.next_message(self._system, imc.Announce, left, takes_old=True)
             except NoAnswer:
                 break
         raise NetworkError(f"{self._system.name} serves no logs: Transports.FTP does not run there; {CURE}")
@@ -127,15 +127,15 @@ def _session(places: Sequence[Endpoint]) -> Generator["FTP"]:
         raise NetworkError(f"the server of logs at {where}: {error}") from None
 
 
-def all_logs(places: Sequence[Endpoint]) -> list[RemoteLog]:
+def list_logs(places: Sequence[Endpoint]) -> list[RemoteLog]:
     """The logs that a server has, the oldest first. Raises NetworkError."""
     found: list[RemoteLog] = []
     with _session(places) as session:
-        if (at_once := logs_at_once(session)) is not None:
+        if (at_once := list_logs_at_once(session)) is not None:
             return at_once
-        for day in names_in(session, "", "dir"):
-            for log in names_in(session, f"/{day}", "dir"):
-                files = names_in(session, f"/{day}/{log}", "file")
+        for day in list_folder(session, "", "dir"):
+            for log in list_folder(session, f"/{day}", "dir"):
+                files = list_folder(session, f"/{day}/{log}", "file")
                 sizes = {name: facts.size for name, facts in files.items()}
                 changed = {name: facts.changed for name, facts in files.items()}
                 found.append(RemoteLog(f"{day}/{log}", sizes, changed))
@@ -144,7 +144,7 @@ def all_logs(places: Sequence[Endpoint]) -> list[RemoteLog]:
     return sorted(found, key=lambda log: log.name)
 
 
-def logs_at_once(session: "FTP") -> list[RemoteLog] | None:
+def list_logs_at_once(session: "FTP") -> list[RemoteLog] | None:
     """The logs that a server of Shoal lists in one answer; None if it does not."""
     import ftplib
 
@@ -167,9 +167,9 @@ def logs_at_once(session: "FTP") -> list[RemoteLog] | None:
     return sorted(found.values(), key=lambda log: log.name)[:MOST_LOGS]
 
 
-def names_in(session: "FTP", folder: str, kind: str) -> dict[str, Facts]:
+def list_folder(session: "FTP", folder: str, kind: str) -> dict[str, RemoteFile]:
     """What is in a folder, by name. A server may say anything: a name must not lead elsewhere on this computer."""
-    found: dict[str, Facts] = {}
+    found: dict[str, RemoteFile] = {}
     for name, facts in session.mlsd(folder or "/"):
         if facts.get("type") == kind and _is_name(name):
             found[name] = _facts(facts)
@@ -180,9 +180,9 @@ def _is_name(name: str) -> bool:
     return bool(_NAME.fullmatch(name)) and name not in (".", "..")
 
 
-def _facts(facts: Mapping[str, str]) -> Facts:
+def _facts(facts: Mapping[str, str]) -> RemoteFile:
     size = facts.get("size", "0")
-    return Facts(int(size) if size.isdecimal() else 0, _date(facts.get("modify", "")))
+    return RemoteFile(int(size) if size.isdecimal() else 0, _date(facts.get("modify", "")))
 
 
 def _date(text: str) -> float:

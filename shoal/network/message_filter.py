@@ -15,7 +15,7 @@ import imc
 from support.text import suggestion
 from tasks.plan import NUMBER, SIGN, Logic, truth
 
-Test = Callable[[imc.Message], bool]
+MessageTest = Callable[[imc.Message], bool]
 Named = Mapping[type[imc.Message], int]
 HEADER = ("src", "src_ent", "dst", "dst_ent", "timestamp")
 DEGREES = ("deg", "°")
@@ -28,7 +28,9 @@ class _Wanted(NamedTuple):
     named: Named | None = None
 
 
-def parse_where(text: str, kinds: Iterable[type[imc.Message]] = (), schema: imc.Schema | None = None) -> Test:
+def parse_message_filter(
+    text: str, kinds: Iterable[type[imc.Message]] = (), schema: imc.Schema | None = None
+) -> MessageTest:
     """The test of an expression for messages of these types, without any for all of a schema, by default ours.
 
     Raises ValueError with the reason.
@@ -37,10 +39,10 @@ def parse_where(text: str, kinds: Iterable[type[imc.Message]] = (), schema: imc.
     known = list(kinds) or [schema[name] for name in schema.types]
     if not text.strip():
         return lambda _: True
-    return Logic[Test](text, _WORD, lambda logic: _comparison(logic, known, schema), truth()).parse()
+    return Logic[MessageTest](text, _WORD, lambda logic: _comparison(logic, known, schema), truth()).parse()
 
 
-def field_of(message: imc.Message, path: str) -> Any:
+def field_value(message: imc.Message, path: str) -> Any:
     """The value of a field such as depth or arg.plan_id. Raises AttributeError if the message has none."""
     value: Any = message
     for name in path.split("."):
@@ -50,16 +52,16 @@ def field_of(message: imc.Message, path: str) -> Any:
     return value
 
 
-def fields_of(kind: type[imc.Message]) -> dict[str, imc.FieldInfo]:
+def field_infos(kind: type[imc.Message]) -> dict[str, imc.FieldInfo]:
     return {info.name: info for info in imc.fields(kind)}
 
 
-def _comparison(logic: Logic[Test], kinds: list[type[imc.Message]], schema: imc.Schema) -> Test:
+def _comparison(logic: Logic[MessageTest], kinds: list[type[imc.Message]], schema: imc.Schema) -> MessageTest:
     word = logic.take("a field")
     if not (word[0].isalpha() or word[0] == "_"):
         raise ValueError(f"{word!r} is no field; the field comes first, as in depth > 2")
     path, kinds = _split(word, kinds, schema)
-    infos = {kind: info for kind in kinds if (info := fields_of(kind).get(path))}
+    infos = {kind: info for kind in kinds if (info := field_infos(kind).get(path))}
     compare = _contains if logic.skip("~") else logic.comparison()
     only = frozenset(kinds) if word != path else None
     wanted, named = _value(logic, word, infos)
@@ -68,7 +70,7 @@ def _comparison(logic: Logic[Test], kinds: list[type[imc.Message]], schema: imc.
         if (named and type(message) not in named) or (only is not None and type(message) not in only):
             return False
         try:
-            value = field_of(message, path)
+            value = field_value(message, path)
         except AttributeError:
             return False
         right = named[type(message)] if named else wanted
@@ -85,7 +87,7 @@ def _split(word: str, kinds: list[type[imc.Message]], schema: imc.Schema) -> tup
         if not kinds:
             raise ValueError(f"{first} is not among the messages asked for")
     name = word.partition(".")[0]
-    names = {name for kind in kinds for name in fields_of(kind)}
+    names = {name for kind in kinds for name in field_infos(kind)}
     if name not in names and name not in HEADER:
         of = kinds[0].__name__ if len(kinds) == 1 else "none of these messages"
         has = "has no field" if len(kinds) == 1 else "has a field"
@@ -95,7 +97,7 @@ def _split(word: str, kinds: list[type[imc.Message]], schema: imc.Schema) -> tup
     return word, kinds
 
 
-def _value(logic: Logic[Test], word: str, infos: Mapping[type[imc.Message], imc.FieldInfo]) -> _Wanted:
+def _value(logic: Logic[MessageTest], word: str, infos: Mapping[type[imc.Message], imc.FieldInfo]) -> _Wanted:
     """The value of a comparison; the name of an enumerated one has a number for each type of message."""
     text = logic.take("a value")
     if text[0] in "\"'":

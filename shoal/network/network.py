@@ -10,9 +10,9 @@ from typing import Self, TypeVar
 
 import imc
 from imc.addresses import OPERATORS
-from shoal.network.link import EVERYBODY, EVERYTHING, Arrival, Console, Link, NetworkError, too_long
-from shoal.network.listener import Listener, imc_type, kind_of_damage
-from shoal.network.system_table import MOST_SYSTEMS, System, Systems
+from shoal.network.link import EVERYBODY, EVERYTHING, Console, NetworkError, NetworkLink, ReceivedPacket, size_warning
+from shoal.network.listener import MessageListener, check_message_type, damage_kind
+from shoal.network.system_table import MOST_SYSTEMS, NetworkSystem, SystemTable
 from support.text import printable, suggestion
 
 M = TypeVar("M", bound=imc.Message)
@@ -45,7 +45,7 @@ class Network:
 
     def __init__(
         self,
-        links: Sequence[Link],
+        links: Sequence[NetworkLink],
         console: Console | None = None,
         messages: imc.Schema | None = None,
         *,
@@ -56,9 +56,9 @@ class Network:
         self.links = tuple(links)
         self.expects_all = expects_all
         self.messages = messages or imc.builtin()
-        self.systems = Systems()
-        self.strangers: dict[tuple[str, str], int] = {}
-        self._listeners: list[Listener] = []
+        self.systems = SystemTable()
+        self.unknown_drops: dict[tuple[str, str], int] = {}
+        self._listeners: list[MessageListener] = []
         self._replies: deque[imc.Message] = deque(maxlen=MOST_REPLIES)
         self._opened = 0.0
         self._request = random.SystemRandom().randrange(1, 0xFFFF)
@@ -73,30 +73,30 @@ class Network:
 
     # What links tell
 
-    def arrived(self, link: Link, arrival: Arrival) -> None:
+    def on_packet(self, link: NetworkLink, arrival: ReceivedPacket) -> None:
         try:
             message = self.messages.decode(arrival.packet)
         except imc.DecodeError as error:
-            self.dropped(link, arrival.system or arrival.place, kind_of_damage(str(error)))
+            self.on_dropped(link, arrival.system or arrival.place, damage_kind(str(error)))
             return
         if message.src == self.console.id:
             return
-        system = self.systems.source(arrival, message.src)
+        system = self.systems.sender_of(arrival, message.src)
         if system is None:
-            self.dropped(link, arrival.place or arrival.system or f"0x{message.src:04X}", "not announced")
+            self.on_dropped(link, arrival.place or arrival.system or f"0x{message.src:04X}", "not announced")
             return
         if not arrival.is_old:
             system.count(link, message)
-            takes = system.takes(link)
+            takes = system.accepts_from(link)
             if not self._is_first(message, takes):
                 return
-            system.note(link, message, arrival.entity, is_heard=takes)
+            system.update(link, message, arrival.entity, is_heard=takes)
             if (message.dst, message.dst_ent) == (self.console.id, LABELS):
                 return
-        system.keep(message)
+        system.store_latest(message)
         for listener in tuple(self._listeners):
             if listener.takes_old or not arrival.is_old:
-                listener.offer(system, message)
+                listener.put(system, message)
 
     def _is_first(self, message: imc.Message, takes: bool) -> bool:
         """Whether a packet is no copy of one that came by another way; what is for us counts by any way, but once."""
@@ -107,8 +107,8 @@ class Network:
         self._replies.append(message)
         return True
 
-    def appeared(self, link: Link, system: str, part: str, place: str, number: int | None = None) -> None:
-        found = self.systems.meet(system)
+    def on_appeared(self, link: NetworkLink, system: str, part: str, place: str, number: int | None = None) -> None:
+        found = self.systems.find_or_add(system)
         if found is None:
             return
         if number is not None:
@@ -118,7 +118,7 @@ class Network:
         found.parts[link.name, part] = place or found.parts.get((link.name, part), "")
         self.systems.changed.set()
 
-    def vanished(self, link: Link, system: str, part: str, *, is_told: bool) -> None:
+    def on_vanished(self, link: NetworkLink, system: str, part: str, *, is_told: bool) -> None:
         found = self.systems.get(system)
         if found is None:
             return
@@ -129,36 +129,38 @@ class Network:
             found.last.pop(link.name, None)
         self.systems.changed.set()
 
-    def dropped(self, link: Link, peer: str, reason: str, number: int = 1) -> None:
+    def on_dropped(self, link: NetworkLink, peer: str, reason: str, number: int = 1) -> None:
         known = self.systems.get(peer)
         if known is not None:
             known.missed[reason] += number
-        elif len(self.strangers) < MOST_SYSTEMS or (peer, reason) in self.strangers:
+        elif len(self.unknown_drops) < MOST_SYSTEMS or (peer, reason) in self.unknown_drops:
             place = peer or link.name, reason
-            self.strangers[place] = self.strangers.get(place, 0) + number
+            self.unknown_drops[place] = self.unknown_drops.get(place, 0) + number
 
     # Questions
 
     def listen(
-        self, system: System | None = None, kinds: Collection[type[imc.Message]] = (), *, takes_old: bool = False
-    ) -> Listener:
+        self, system: NetworkSystem | None = None, kinds: Collection[type[imc.Message]] = (), *, takes_old: bool = False
+    ) -> MessageListener:
         """What a system says and what is said to it, or all systems say. To be ended with `end`."""
-        self.want(system, kinds)
-        listener = Listener(system, kinds, takes_old=takes_old)
+        self.subscribe(system, kinds)
+        listener = MessageListener(system, kinds, takes_old=takes_old)
         self._listeners.append(listener)
         return listener
 
-    def want(self, system: System | None, kinds: Collection[type[imc.Message]] = ()) -> None:
+    def subscribe(self, system: NetworkSystem | None, kinds: Collection[type[imc.Message]] = ()) -> None:
         """Have `System.latest` follow messages of some types, or all. Raises TypeError for what is no type of them."""
-        wanted = frozenset(imc_type(kind).__name__ for kind in kinds) or EVERYTHING
+        wanted = frozenset(check_message_type(kind).__name__ for kind in kinds) or EVERYTHING
         for link in self.links:
-            link.want(EVERYBODY if system is None else system.name, wanted)
+            link.subscribe(EVERYBODY if system is None else system.name, wanted)
 
-    def end(self, listener: Listener) -> None:
+    def close_listener(self, listener: MessageListener) -> None:
         with suppress(ValueError):
             self._listeners.remove(listener)
 
-    async def stream(self, system: System, kinds: Collection[type[imc.Message]] = ()) -> AsyncGenerator[imc.Message]:
+    async def stream(
+        self, system: NetworkSystem, kinds: Collection[type[imc.Message]] = ()
+    ) -> AsyncGenerator[imc.Message]:
         """Messages of a system for ever. Raises VehicleLost when it ends or falls silent."""
         listener = self.listen(system, kinds)
         try:
@@ -166,15 +168,21 @@ class Network:
                 try:
                     _, message = await listener.next(GRACE)
                 except TimeoutError:
-                    self.check(system)
+                    self.check_is_there(system)
                     continue
                 if message.src in system.ids:
                     yield message
         finally:
-            self.end(listener)
+            self.close_listener(listener)
 
-    async def next(
-        self, system: System, kind: type[M], timeout: float | None = None, entity: str = "", *, takes_old: bool = False
+    async def next_message(
+        self,
+        system: NetworkSystem,
+        kind: type[M],
+        timeout: float | None = None,
+        entity: str = "",
+        *,
+        takes_old: bool = False,
     ) -> M:
         """The next message of a type, of one entity (label) if it is named. Raises NoAnswer, VehicleLost."""
         timeout = system.patience if timeout is None else timeout
@@ -184,15 +192,15 @@ class Network:
             while (left := deadline - time.monotonic()) > 0.0:
                 with suppress(TimeoutError):
                     _, message = await listener.next(min(left, GRACE))
-                    ours = message.src == system.id and system.is_labelled(message.src_ent, entity)
+                    ours = message.src == system.id and system.matches_label(message.src_ent, entity)
                     if isinstance(message, kind) and ours:
                         return message
-                self.check(system)
+                self.check_is_there(system)
         finally:
-            self.end(listener)
+            self.close_listener(listener)
         raise NoAnswer(f"no {kind.__name__} from {system.name}{entity and f' ({entity})'} within {timeout:g} s")
 
-    async def find(self, name: str, timeout: float | None = None, *, takes_clash: bool = False) -> System:
+    async def find_system(self, name: str, timeout: float | None = None, *, takes_clash: bool = False) -> NetworkSystem:
         """The system of a name, as soon as its id is known; without a time-out, as long as there is hope.
 
         Raises NetworkError that says who is there instead; and, without `takes_clash`, if several vehicles have the
@@ -202,8 +210,8 @@ class Network:
             raise NetworkError(f"{printable(name)!r} is not the name of one vehicle")
         name = "_".join(name.split())
         for link in self.links:
-            link.want(name, BASIC)
-            link.want(name, ("VehicleState", "PlanControlState"))
+            link.subscribe(name, BASIC)
+            link.subscribe(name, ("VehicleState", "PlanControlState"))
         began = time.monotonic()
         while (left := began + (self._patience(name) if timeout is None else timeout) - time.monotonic()) > 0.0:
             system = self.systems.get(name)
@@ -211,64 +219,64 @@ class Network:
             if system is not None and system.id is not None and system.is_there and (alone or system.clash):
                 if system.clash and not takes_clash:
                     break
-                self.ask_labels(system)
+                self.request_labels(system)
                 return system
-            await self.news(min(left, 0.05))
-        raise NetworkError(self._why_not(name))
+            await self.wait_for_change(min(left, 0.05))
+        raise NetworkError(self._not_found_reason(name))
 
     @property
     def patience(self) -> float:
         """How long it makes sense to wait for somebody to appear (s)."""
         return max((link.patience for link in self.links), default=0.0)
 
-    def ask_labels(self, system: System) -> None:
+    def request_labels(self, system: NetworkSystem) -> None:
         """Ask a system for the labels of its entities, which `System.label` then knows."""
-        query = self.address(system, imc.EntityList(op=imc.EntityList.Op.QUERY)).replace(src_ent=LABELS)
+        query = self.with_header(system, imc.EntityList(op=imc.EntityList.Op.QUERY)).replace(src_ent=LABELS)
         self._send(system, query, imc.encode(query))
 
     def _patience(self, name: str) -> float:
         known = self.systems.get(name)
         return max(self.patience, LONGEST) if known is not None and known.is_there else self.patience
 
-    async def news(self, timeout: float) -> None:
+    async def wait_for_change(self, timeout: float) -> None:
         """Wait until a system appears, vanishes, or gets known, but not longer than `timeout` s."""
         with suppress(TimeoutError):
             async with asyncio.timeout(timeout):
                 await self.systems.changed.wait()
         self.systems.changed.clear()
 
-    def vehicles(self) -> list[System]:
+    def vehicles(self) -> list[NetworkSystem]:
         """All systems that are no consoles and are there, by name."""
         there = (system for system in self.systems.values() if system.is_there and system.is_vehicle)
         return sorted(there, key=lambda system: system.name)
 
-    def check(self, system: System) -> None:
+    def check_is_there(self, system: NetworkSystem) -> None:
         """Raise VehicleLost if a system is not there any more."""
         if not system.is_there:
             how = "gone; it has ended" if system.has_ended else f"not heard any more, since {system.age:.0f} s"
             troubles = "; ".join(link.trouble for link in self.links if link.trouble and link.name in system.heard)
             raise VehicleLost(f"{system.name} is {how}{f' ({troubles})' if troubles else ''}")
 
-    def number(self) -> int:
+    def next_request_id(self) -> int:
         """The number of the next request."""
         self._request = self._request % 0xFFFE + 1
         return self._request
 
-    def send(self, system: System, message: imc.Message) -> bytes:
+    def send(self, system: NetworkSystem, message: imc.Message) -> bytes:
         """Send a message to a system in the name of this console; returns the packet."""
-        packet = imc.encode(self.address(system, message))
+        packet = imc.encode(self.with_header(system, message))
         self._send(system, message, packet)
         return packet
 
-    def address(self, system: System, message: imc.Message, number: int | None = None) -> imc.Message:
+    def with_header(self, system: NetworkSystem, message: imc.Message, number: int | None = None) -> imc.Message:
         """The message with our header; raises EncodeError if it does not fit a packet."""
         destination = system.id if number is None else number
         header = {"src": self.console.id, "src_ent": 0, "dst": destination, "timestamp": time.time()}
         return message.replace(**header)
 
-    async def ask(
+    async def request(
         self,
-        system: System,
+        system: NetworkSystem,
         request: imc.Message,
         kinds: Collection[type[imc.Message]],
         answer: Callable[[imc.Message], A | None],
@@ -285,7 +293,7 @@ class Network:
         timeout = system.patience if timeout is None else timeout
         listener = self.listen(system, kinds)
         number = system.id if number is None else number
-        packet = imc.encode(self.address(system, request, number))
+        packet = imc.encode(self.with_header(system, request, number))
         deadline, attempt = time.monotonic() + timeout, 0
         try:
             while (left := deadline - time.monotonic()) > 0.0:
@@ -300,28 +308,28 @@ class Network:
                     found = answer(message) if message.src == number else None
                     if found is not None:
                         return found
-                self.check(system)
+                self.check_is_there(system)
         finally:
-            self.end(listener)
+            self.close_listener(listener)
         what = f"{system.name} does not answer {type(request).__name__} within {timeout:g} s"
-        raise NoAnswer(f"{what}; {self._complaint(system, len(packet))}")
+        raise NoAnswer(f"{what}; {self._no_answer_reason(system, len(packet))}")
 
-    def _complaint(self, system: System, size: int) -> str:
+    def _no_answer_reason(self, system: NetworkSystem, size: int) -> str:
         """What the log book of a system says of our packets, or what else may be the reason."""
         ours = f"packet from 0x{self.console.id:04X} "
-        texts = [entry.text for entry in system.all_of(imc.LogBookEntry) if ours in entry.text]
-        guess = too_long(self._ways(system), size) or f"`shoal link {system.name}` tells why"
+        texts = [entry.text for entry in system.latest_messages(imc.LogBookEntry) if ours in entry.text]
+        guess = size_warning(self._ways(system), size) or f"`shoal link {system.name}` tells why"
         return printable(f"its log book: {texts[-1]}" if texts else guess)
 
-    def _send(self, system: System, message: imc.Message, packet: bytes, attempt: int = 0) -> None:
+    def _send(self, system: NetworkSystem, message: imc.Message, packet: bytes, attempt: int = 0) -> None:
         """By the way that was heard last; further attempts take the others, too."""
         if links := self._ways(system):
             links[attempt % len(links)].send(system.name, message, packet)
 
-    def _ways(self, system: System) -> list[Link]:
+    def _ways(self, system: NetworkSystem) -> list[NetworkLink]:
         return sorted(system.links.values(), key=lambda link: -system.last.get(link.name, 0.0))
 
-    def nobody(self) -> str:
+    def no_vehicle_text(self) -> str:
         """The sentence for a network without vehicles."""
         return f"no vehicle is on the network{self._troubles()}"
 
@@ -330,11 +338,11 @@ class Network:
         return f" ({troubles})" if troubles else ""
 
     @property
-    def unreached(self) -> list[str]:
+    def link_troubles(self) -> list[str]:
         """What is wrong with networks where the user wants to look."""
         return [link.trouble for link in self.links if link.trouble] if self.expects_all else []
 
-    def _why_not(self, name: str) -> str:
+    def _not_found_reason(self, name: str) -> str:
         system = self.systems.get(name)
         if system is not None and system.clash:
             return f"{name}: {system.clash}; end one of them"
@@ -343,5 +351,7 @@ class Network:
         there = [system.name for system in self.vehicles()]
         if there:
             hint = suggestion(name, there) or "`shoal ls` lists them"
-            return f"no vehicle {printable(name)!r} on the network; {hint}{self._troubles() if self.unreached else ''}"
-        return self.nobody()
+            return (
+                f"no vehicle {printable(name)!r} on the network; {hint}{self._troubles() if self.link_troubles else ''}"
+            )
+        return self.no_vehicle_text()

@@ -6,10 +6,10 @@ from collections.abc import Collection, Mapping
 from contextlib import suppress
 
 import imc
-from shoal.network.listener import Listener
+from shoal.network.listener import MessageListener
 from shoal.network.network import Network, NoAnswer
 from shoal.network.plans import Refused
-from shoal.network.system_table import System
+from shoal.network.system_table import NetworkSystem
 from support.text import suggestion
 
 SHORT = 1.2  # s for the first question: there may be no such entity
@@ -17,10 +17,10 @@ QUIET = 0.5  # s without an answer: there are no more
 AT_ONCE = 50  # questions; a vehicle gives a console 200 answers a second
 
 
-class Parameters:
+class AsyncRemoteParameters:
     """Reads and sets parameters. Values are texts, as in a profile."""
 
-    def __init__(self, network: Network, system: System) -> None:
+    def __init__(self, network: Network, system: NetworkSystem) -> None:
         self._network = network
         self._system = system
 
@@ -34,7 +34,7 @@ class Parameters:
             pairs = (entry.rpartition("=") for entry in message.list.split(";"))
             return {label: int(number) for label, _, number in pairs if label and number.isdecimal()}
 
-        return await self._network.ask(self._system, query, (imc.EntityList,), answer)
+        return await self._network.request(self._system, query, (imc.EntityList,), answer)
 
     async def list(self) -> dict[str, dict[str, str]]:
         """The parameters of all entities that have any, by label and name."""
@@ -56,10 +56,10 @@ class Parameters:
                         if isinstance(message, imc.EntityParameters) and message.name not in found:
                             found[message.name] = _values(message)
                             last = time.monotonic()
-                    self._network.check(self._system)
+                    self._network.check_is_there(self._system)
                 waiting = [label for label in waiting if label not in found]
         finally:
-            self._network.end(listener)
+            self._network.close_listener(listener)
         return dict(sorted(found.items()))
 
     async def get(self, entity: str) -> dict[str, str]:
@@ -78,7 +78,7 @@ class Parameters:
 
     async def _read(self, entity: str, timeout: float | None = None) -> dict[str, str]:
         kinds = (imc.EntityParameters,)
-        answer = self._network.ask(self._system, _query(entity), kinds, lambda m: _of(m, entity), timeout=timeout)
+        answer = self._network.request(self._system, _query(entity), kinds, lambda m: _of(m, entity), timeout=timeout)
         return await answer
 
     async def set(self, entity: str, values: Mapping[str, str | float]) -> dict[str, str]:
@@ -109,7 +109,7 @@ class Parameters:
         try:
             kinds = (imc.EntityParameters, imc.LogBookEntry)
             try:
-                accepted = await self._network.ask(self._system, request, kinds, answer)
+                accepted = await self._network.request(self._system, request, kinds, answer)
             except NoAnswer:  # the answer may have got lost
                 now = await self._read(entity)
                 accepted = {name: now[name] for name in values if _is_same(now.get(name, ""), texts[name])}
@@ -117,7 +117,7 @@ class Parameters:
                 raise Refused("; ".join([await self._reason(log, entity, name, texts[name]) for name in missing]))
             return accepted
         finally:
-            self._network.end(log)
+            self._network.close_listener(log)
 
     async def save(self, entity: str) -> None:
         """Have the vehicle keep the values of an entity for its next start. Raises Refused if it cannot."""
@@ -128,13 +128,13 @@ class Parameters:
             return message if isinstance(message, imc.LogBookEntry) and ours else None
 
         await self.get(entity)
-        reply = await self._network.ask(
+        reply = await self._network.request(
             self._system, imc.SaveEntityParameters(name=entity), (imc.LogBookEntry,), answer
         )
         if reply.type >= imc.LogBookEntry.Type.ERROR:
             raise Refused(reply.text)
 
-    async def _reason(self, log: Listener, entity: str, name: str, value: str) -> str:
+    async def _reason(self, log: MessageListener, entity: str, name: str, value: str) -> str:
         """Why a value was refused: the vehicle says so in its log book."""
         with suppress(TimeoutError):
             async with asyncio.timeout(QUIET):  # of all entries: there may be others again and again

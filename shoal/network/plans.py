@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import imc
 from shoal.network.link import NetworkError
 from shoal.network.network import GRACE, Network
-from shoal.network.system_table import System
+from shoal.network.system_table import NetworkSystem
 from support.text import suggestion
 
 Op = imc.PlanControl.Op
@@ -37,7 +37,7 @@ class StoredPlan:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class PlanOutcome:
     """The end of a plan: whether it was completed, and the vehicle's words."""
 
     plan: str
@@ -46,10 +46,10 @@ class Outcome:
     seconds: float
 
 
-class Plans:
+class AsyncRemotePlans:
     """The plans of one vehicle."""
 
-    def __init__(self, network: Network, system: System) -> None:
+    def __init__(self, network: Network, system: NetworkSystem) -> None:
         self._network = network
         self._system = system
         self._answered = -math.inf  # time stamp of the vehicle's last answer to a change that we asked for
@@ -85,15 +85,15 @@ class Plans:
 
         A report of the very instant of the answer may still name the plan before.
         """
-        self._network.check(self._system)
-        last = self._system.last_of(imc.PlanControlState)
+        self._network.check_is_there(self._system)
+        last = self._system.latest_message(imc.PlanControlState)
         if last is not None and self._system.age < 1.0 and last.timestamp > self._answered:
             return last
-        state = await self._network.next(self._system, imc.PlanControlState, timeout)
+        state = await self._network.next_message(self._system, imc.PlanControlState, timeout)
         for _ in range(MOST_LATE):
             if state.timestamp > self._answered:
                 break
-            state = await self._network.next(self._system, imc.PlanControlState, timeout)
+            state = await self._network.next_message(self._system, imc.PlanControlState, timeout)
         return state  # an old one only if its clock was set back
 
     async def start(
@@ -104,7 +104,7 @@ class Plans:
         calibrate: bool = False,
         ignore_errors: bool = False,
         progress: Callable[[imc.PlanControlState], object] | None = None,
-    ) -> Outcome | None:
+    ) -> PlanOutcome | None:
         """Start a stored plan, or one that goes with the request, which the vehicle then also stores.
 
         Waits for the end, unless `wait` is False; `progress` gets each report until then. Raises Refused if the vehicle
@@ -116,11 +116,11 @@ class Plans:
         is_name = isinstance(plan, str)
         name = plan if is_name else plan.plan_id
         request = imc.PlanControl(op=Op.START, plan_id=name, flags=flags, arg=None if is_name else plan)
-        request = request.replace(request_id=self._network.number())
+        request = request.replace(request_id=self._network.next_request_id())
         network, system = self._network, self._system
         listener = network.listen(system, (imc.PlanControl, imc.PlanControlState))
         try:
-            answer = await network.ask(system, request, (imc.PlanControl,), lambda m: self._answer(m, request))
+            answer = await network.request(system, request, (imc.PlanControl,), lambda m: self._answer(m, request))
             if answer.type == Type.FAILURE:
                 raise await self._refused(name, answer.info)
             if not wait:
@@ -130,7 +130,7 @@ class Plans:
                 try:
                     _, message = await listener.next(GRACE)
                 except TimeoutError:
-                    network.check(system)
+                    network.check_is_there(system)
                     message = None
                 if isinstance(message, imc.PlanControlState) and message.src == system.id:
                     flown = flown or message.state in (Phase.INITIALIZING, Phase.EXECUTING)
@@ -138,20 +138,22 @@ class Plans:
                         over = over or time.monotonic()
                         done = message.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
                         if time.monotonic() - over > LAST_WORDS:
-                            return Outcome(name, done, words if done else "plan has failed", time.monotonic() - began)
+                            return PlanOutcome(
+                                name, done, words if done else "plan has failed", time.monotonic() - began
+                            )
                     elif progress is not None:
                         progress(message)
                 elif message is not None and (reply := self._answer(message, request)) is not None:
                     words = reply.info
                     if reply.type == Type.FAILURE or words.startswith("plan completed"):
-                        return Outcome(name, reply.type == Type.SUCCESS, words, time.monotonic() - began)
+                        return PlanOutcome(name, reply.type == Type.SUCCESS, words, time.monotonic() - began)
         finally:
-            network.end(listener)
+            network.close_listener(listener)
 
     async def stop(self) -> None:
         """Stop the plan that is running. Raises Refused if none is."""
-        request = imc.PlanControl(op=Op.STOP, request_id=self._network.number())
-        ask = self._network.ask
+        request = imc.PlanControl(op=Op.STOP, request_id=self._network.next_request_id())
+        ask = self._network.request
         answer = await ask(self._system, request, (imc.PlanControl,), lambda message: self._answer(message, request))
         if answer.type == Type.FAILURE:
             raise Refused(answer.info)
@@ -170,7 +172,7 @@ class Plans:
     async def _database(
         self, op: imc.PlanDB.Op, name: str = "", plan: imc.PlanSpecification | None = None
     ) -> imc.Message | None:
-        request = imc.PlanDB(op=op, plan_id=name, arg=plan, request_id=self._network.number())
+        request = imc.PlanDB(op=op, plan_id=name, arg=plan, request_id=self._network.next_request_id())
 
         def answer(message: imc.Message) -> imc.PlanDB | None:
             if not isinstance(message, imc.PlanDB) or message.dst != self._network.console.id:
@@ -178,7 +180,7 @@ class Plans:
             ours = (message.op, message.request_id) == (request.op, request.request_id)
             return message if ours and message.type in (imc.PlanDB.Type.SUCCESS, imc.PlanDB.Type.FAILURE) else None
 
-        reply = await self._network.ask(self._system, request, (imc.PlanDB,), answer)
+        reply = await self._network.request(self._system, request, (imc.PlanDB,), answer)
         if reply.type == imc.PlanDB.Type.FAILURE:
             raise await self._refused(name, reply.info)
         return reply.arg

@@ -9,13 +9,13 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.discovery import Services
 from shoal.network.link import NetworkError
-from shoal.network.listener import imc_message, imc_type
-from shoal.network.logs import Logs
-from shoal.network.message_filter import parse_where
+from shoal.network.listener import check_message, check_message_type
+from shoal.network.logs import AsyncRemoteLogs
+from shoal.network.message_filter import parse_message_filter
 from shoal.network.network import Network, NoAnswer
-from shoal.network.parameters import Parameters
-from shoal.network.plans import Plans, Refused
-from shoal.network.system_table import System
+from shoal.network.parameters import AsyncRemoteParameters
+from shoal.network.plans import AsyncRemotePlans, Refused
+from shoal.network.system_table import NetworkSystem
 
 M = TypeVar("M", bound=imc.Message)
 ANNOUNCED = 0.3  # s for the Announce that a vehicle keeps for those who come
@@ -27,12 +27,12 @@ class AsyncRemoteVehicle:
     plan: its plans. param: its parameters. log: its logs. network: all else that is heard.
     """
 
-    def __init__(self, network: Network, system: System) -> None:
+    def __init__(self, network: Network, system: NetworkSystem) -> None:
         self.network = network
         self.system = system
-        self.plan = Plans(network, system)
-        self.param = Parameters(network, system)
-        self.log = Logs(network, system)
+        self.plan = AsyncRemotePlans(network, system)
+        self.param = AsyncRemoteParameters(network, system)
+        self.log = AsyncRemoteLogs(network, system)
         self._has_asked = False
 
     @property
@@ -49,11 +49,11 @@ class AsyncRemoteVehicle:
 
         Raises NoAnswer if none comes in time.
         """
-        self.network.want(self.system, (kind,))
-        found = self.system.last_of(kind, entity)
+        self.network.subscribe(self.system, (kind,))
+        found = self.system.latest_message(kind, entity)
         if found is not None:
             return found
-        return await self.network.next(self.system, kind, timeout, entity, takes_old=True)
+        return await self.network.next_message(self.system, kind, timeout, entity, takes_old=True)
 
     @overload
     def messages(self, kind: type[M], /, *, where: str = "") -> AsyncGenerator[M]: ...
@@ -65,7 +65,7 @@ class AsyncRemoteVehicle:
 
         Raises ValueError for a wrong expression, VehicleLost when the vehicle ends or falls silent.
         """
-        test = parse_where(where, tuple(map(imc_type, kinds)), self.network.messages)
+        test = parse_message_filter(where, tuple(map(check_message_type, kinds)), self.network.messages)
         stream = self.network.stream(self.system, kinds)
         try:
             async for message in stream:
@@ -79,19 +79,19 @@ class AsyncRemoteVehicle:
 
         Raises EncodeError if it does not fit a packet, Refused if the vehicle announces that it does not have it.
         """
-        self.network.check(self.system)
+        self.network.check_is_there(self.system)
         await self._check_type(message)
         self.network.send(self.system, message)
 
     async def _check_type(self, message: imc.Message) -> None:
         """Raise Refused if the vehicle announces that it cannot read a message. One of the user's waits for that."""
-        kind, usual = type(imc_message(message)), imc.builtin()
+        kind, usual = type(check_message(message)), imc.builtin()
         ours = imc.signature(kind)
         theirs = imc.signature(usual.by_id(kind.ID)) if kind.ID in usual.types_by_id else ""
         own = self._announced()
         if own is None and ours != theirs and not self._has_asked:
             self._has_asked = True
-            self.network.want(self.system, (imc.Announce,))
+            self.network.subscribe(self.system, (imc.Announce,))
             with suppress(TimeoutError):
                 async with asyncio.timeout(ANNOUNCED):
                     while (own := self._announced()) is None:
@@ -105,7 +105,7 @@ class AsyncRemoteVehicle:
 
     def _announced(self) -> Mapping[int, str] | None:
         """The messages of its own that the vehicle announces; the Announce that begins its log does not tell them."""
-        told = (Services.parse(found.services).messages for found in self.system.all_of(imc.Announce))
+        told = (Services.parse(found.services).messages for found in self.system.latest_messages(imc.Announce))
         return next((messages for messages in told if messages is not None), None)
 
     async def request(self, message: imc.Message, answer: type[M], *, timeout: float | None = None) -> M:
@@ -121,7 +121,7 @@ class AsyncRemoteVehicle:
                 return None
             return reply if getattr(reply, "request_id", number) == number else None
 
-        return await self.network.ask(self.system, message, (answer,), fits, timeout=timeout)
+        return await self.network.request(self.system, message, (answer,), fits, timeout=timeout)
 
     async def abort(self) -> None:
         """Stop everything at once, of all vehicles that have this name or its id.
@@ -143,16 +143,16 @@ class AsyncRemoteVehicle:
         if troubles:
             raise NoAnswer(f"{self.system.clash}; all were told to abort, but {'; '.join(troubles)}")
 
-    def _namesakes(self) -> list[tuple[System, int, set[object]]]:
+    def _namesakes(self) -> list[tuple[NetworkSystem, int, set[object]]]:
         """The systems of this name or id, by id, and what tells all that take their packets."""
         systems = [self.system, *self.system.present_rivals]
         return [(each, id, {(each.name, id), *each.parts}) for each in systems for id in each.ids]
 
-    async def _abort(self, system: System, number: int) -> None:
+    async def _abort(self, system: NetworkSystem, number: int) -> None:
 
         def confirms(message: imc.Message) -> bool | None:
             """Aborted, or where a transport does not carry that, the mode that follows."""
             in_error = isinstance(message, imc.VehicleState) and message.op_mode == imc.VehicleState.OpMode.ERROR
             return True if isinstance(message, imc.Aborted) or in_error else None
 
-        await self.network.ask(system, imc.Abort(), (imc.Aborted, imc.VehicleState), confirms, number=number)
+        await self.network.request(system, imc.Abort(), (imc.Aborted, imc.VehicleState), confirms, number=number)

@@ -10,7 +10,7 @@ from typing import TypeVar
 import imc
 from imc.addresses import OPERATORS
 from imc.discovery import PERIOD
-from shoal.network.link import Arrival, Link
+from shoal.network.link import NetworkLink, ReceivedPacket
 
 M = TypeVar("M", bound=imc.Message)
 MOST_SYSTEMS = 256
@@ -26,7 +26,7 @@ FRESH = 3.0  # s; a packet that also comes over another network counts only if t
 
 
 @dataclass(eq=False)
-class System:
+class NetworkSystem:
     """A system, by its name. Times are of `time.monotonic`, in s; NaN or 0 before the first.
 
     parts: where its processes are, by link and process. heard: packets by link. missed: what did not arrive, or could
@@ -38,13 +38,13 @@ class System:
     name: str
     id: int | None = None
     parts: dict[tuple[str, str], str] = field(default_factory=dict[tuple[str, str], str])
-    links: dict[str, Link] = field(default_factory=dict[str, Link])
+    links: dict[str, NetworkLink] = field(default_factory=dict[str, NetworkLink])
     heard: Counter[str] = field(default_factory=Counter[str])
     last: dict[str, float] = field(default_factory=dict[str, float])
     missed: Counter[str] = field(default_factory=Counter[str])
     others: dict[int, str] = field(default_factory=dict[int, str])
     seen: dict[int, float] = field(default_factory=dict[int, float])
-    rivals: "list[System]" = field(default_factory=list["System"])
+    rivals: "list[NetworkSystem]" = field(default_factory=list["NetworkSystem"])
     labels: dict[int, str] = field(default_factory=dict[int, str])
     clock: float = float("nan")
     heard_at: float = field(default_factory=time.monotonic)
@@ -62,14 +62,14 @@ class System:
         return bool(self.parts) or (bool(self.last) and self.age < SILENCE)
 
     @property
-    def is_mute(self) -> bool:
+    def is_silent(self) -> bool:
         """Whether it has announced itself, but said nothing yet."""
         return all(name == imc.Announce.__name__ for name, _ in self.latest)
 
     @property
     def patience(self) -> float:
         """How long to wait for its answer (s)."""
-        return PATIENCE + (LATE if self.is_mute else 0.0)
+        return PATIENCE + (LATE if self.is_silent else 0.0)
 
     @property
     def is_vehicle(self) -> bool:
@@ -102,23 +102,23 @@ class System:
         return f"{words} ({'; '.join(self.places)})" if self.places else words
 
     @property
-    def present_rivals(self) -> "list[System]":
+    def present_rivals(self) -> "list[NetworkSystem]":
         return [rival for rival in self.rivals if rival.is_there]
 
     @property
     def places(self) -> list[str]:
         return sorted({place for place in self.parts.values() if place})
 
-    def takes(self, link: Link) -> bool:
+    def accepts_from(self, link: NetworkLink) -> bool:
         """Whether packets that come by this link count: one link is heard until it is silent.
 
         It is one that brings all messages, if there is one, else the first.
         """
         now = time.monotonic()
         fresh = [self.links[name] for name, at in self.last.items() if now - at < FRESH and name in self.links]
-        return max([*fresh, link], key=lambda each: each.brings_all).name == link.name
+        return max([*fresh, link], key=lambda each: each.delivers_all).name == link.name
 
-    def count(self, link: Link, message: imc.Message) -> None:
+    def count(self, link: NetworkLink, message: imc.Message) -> None:
         """Count a packet, and what cannot be read of it. Announce goes to everybody: it is no sign of a contact."""
         self.heard[link.name] += not isinstance(message, imc.Announce)
         if isinstance(message, imc.Unknown):
@@ -126,15 +126,15 @@ class System:
         elif message.surplus:
             self.missed[f"schema mismatch: {type(message).__name__} is longer than ours"] += 1
 
-    def note(self, link: Link, message: imc.Message, entity: str, *, is_heard: bool) -> None:
+    def update(self, link: NetworkLink, message: imc.Message, entity: str, *, is_heard: bool) -> None:
         """Note what a packet says of the system besides its content; `entity` is its label, if the link knows it.
 
-        `is_heard` is whether the packets of this link count, as `takes` says.
+        `is_heard` is whether the packets of this link count, as `accepts_from` says.
         """
         if is_heard:
             self.last[link.name] = self.heard_at = time.monotonic()
         self.links.setdefault(link.name, link)
-        self.note_clock(message.timestamp)
+        self.update_clock(message.timestamp)
         if entity and message.src_ent <= MOST_LABELS:
             self.labels.setdefault(message.src_ent, entity)
         if isinstance(message, imc.EntityList) and message.op == imc.EntityList.Op.REPORT:
@@ -142,7 +142,7 @@ class System:
         elif isinstance(message, imc.EntityInfo) and message.label:
             self.labels[message.src_ent] = message.label
 
-    def keep(self, message: imc.Message) -> None:
+    def store_latest(self, message: imc.Message) -> None:
         place = type(message).__name__, message.src_ent
         known = self.latest.get(place)
         if known is not None and known.timestamp > message.timestamp > known.timestamp - STEP:
@@ -150,15 +150,15 @@ class System:
         if place in self.latest or len(self.latest) < MOST_KEPT:
             self.latest[place] = message
 
-    def last_of(self, kind: type[M], entity: str = "") -> M | None:
+    def latest_message(self, kind: type[M], entity: str = "") -> M | None:
         """The newest message of a type, of one entity (label) if it is named."""
         found: M | None = None
         for (name, source), message in self.latest.items():
-            if name == kind.__name__ and isinstance(message, kind) and self.is_labelled(source, entity):
+            if name == kind.__name__ and isinstance(message, kind) and self.matches_label(source, entity):
                 found = message if found is None or message.timestamp >= found.timestamp else found
         return found
 
-    def all_of(self, kind: type[M]) -> Iterator[M]:
+    def latest_messages(self, kind: type[M]) -> Iterator[M]:
         """The last message of a type from each entity."""
         return (message for message in list(self.latest.values()) if isinstance(message, kind))
 
@@ -168,9 +168,9 @@ class System:
 
         VehicleState names only those that it was told to watch.
         """
-        states = sorted(self.all_of(imc.EntityState), key=lambda state: state.src_ent)
+        states = sorted(self.latest_messages(imc.EntityState), key=lambda state: state.src_ent)
         found = {self.label(state.src_ent): state.description for state in states if state.state in WRONG}
-        vehicle = self.last_of(imc.VehicleState)
+        vehicle = self.latest_message(imc.VehicleState)
         for label in vehicle.error_ents.split(",") if vehicle is not None else ():
             if label:
                 found.setdefault(label, "")
@@ -180,7 +180,7 @@ class System:
         """The label of an entity, its number if it is unknown."""
         return self.labels.get(entity, str(entity))
 
-    def is_labelled(self, entity: int, label: str) -> bool:
+    def matches_label(self, entity: int, label: str) -> bool:
         """Whether an entity has a label; keys of zenoh have _ for blanks. Any has the empty one."""
         return not label or "_".join(self.label(entity).split()) == "_".join(label.split())
 
@@ -190,7 +190,7 @@ class System:
             if label and number.isascii() and number.isdecimal() and int(number) <= MOST_LABELS:
                 self.labels[int(number)] = label
 
-    def note_clock(self, timestamp: float) -> None:
+    def update_clock(self, timestamp: float) -> None:
         difference = timestamp - time.time()
         if self.clock != self.clock or abs(difference) < abs(self.clock):
             self.clock = difference
@@ -198,30 +198,30 @@ class System:
             self.clock += 0.01 * (difference - self.clock)
 
 
-class Systems(dict[str, System]):
+class SystemTable(dict[str, NetworkSystem]):
     """The systems on all networks, by name; `changed` is set when one appears, vanishes, or gets known."""
 
     def __init__(self) -> None:
         super().__init__()
         self.changed = asyncio.Event()
 
-    def meet(self, name: str) -> System | None:
+    def find_or_add(self, name: str) -> NetworkSystem | None:
         """The system of a name; None if there is no room for one more."""
         found = self.get(name)
         if found is None and name and len(self) < MOST_SYSTEMS:
-            found = self[name] = System(name)
+            found = self[name] = NetworkSystem(name)
         return found
 
-    def source(self, arrival: Arrival, number: int) -> System | None:
+    def sender_of(self, arrival: ReceivedPacket, number: int) -> NetworkSystem | None:
         """Who sent a packet: by the name that came with it, else by its id."""
         if not arrival.system:
             return next((system for system in self.values() if system.id == number), None)
-        system = self.meet(arrival.system)
+        system = self.find_or_add(arrival.system)
         if system is not None:
             self.identify(system, number, arrival.place)
         return system
 
-    def identify(self, system: System, number: int, place: str) -> None:
+    def identify(self, system: NetworkSystem, number: int, place: str) -> None:
         """Note the id of a system; another one than before is that of a second vehicle, if the first is still heard."""
         now = time.monotonic()
         for silent in [each for each, at in system.seen.items() if now - at > FORGOTTEN and each != number]:

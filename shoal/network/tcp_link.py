@@ -10,7 +10,7 @@ import imc
 from imc.discovery import Endpoint, readable_name
 from imc.layout import LARGEST_PACKET
 from runtime.networks import is_local
-from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
+from shoal.network.link import EVERYBODY, FAR, NEAR, Console, LinkListener, ReceivedPacket
 
 USUAL_PORT = 7001
 FIRST_TRY = 0.5  # s that the first connections may take
@@ -26,7 +26,7 @@ MOST_WAITING = 1 << 20  # bytes that the other side leaves unread
 
 
 @dataclass(eq=False)
-class _Line:
+class _Connection:
     """A connection: the systems behind it by id, and why there is none."""
 
     place: Endpoint
@@ -40,12 +40,12 @@ class TCPLink:
     """The systems behind the servers at some places; a connection that ends is made again."""
 
     name = "tcp"
-    brings_all = False
-    piece = 0
+    delivers_all = False
+    fragment_size = 0
 
     def __init__(self, places: Collection[Endpoint]) -> None:
         self.is_far = not all(is_local(place.address) or place.address == "localhost" for place in places)
-        self._lines = [_Line(place, f"{place} has not answered yet") for place in dict.fromkeys(places)]
+        self._lines = [_Connection(place, f"{place} has not answered yet") for place in dict.fromkeys(places)]
         self.trouble = "; ".join(line.trouble for line in self._lines)
         self._tasks: list[asyncio.Task[None]] = []
 
@@ -53,7 +53,7 @@ class TCPLink:
     def patience(self) -> float:
         return FAR if self.is_far else NEAR
 
-    async def open(self, ear: Ear, console: Console) -> None:
+    async def open(self, ear: LinkListener, console: Console) -> None:
         self._ear, self._console = ear, console
         tried = [asyncio.Event() for _ in self._lines]
         self._tasks = [asyncio.create_task(self._keep(*each)) for each in zip(self._lines, tried, strict=True)]
@@ -61,7 +61,7 @@ class TCPLink:
             async with asyncio.timeout(FIRST_TRY):
                 await asyncio.gather(*(each.wait() for each in tried))
 
-    def want(self, system: str, messages: Collection[str]) -> None:
+    def subscribe(self, system: str, messages: Collection[str]) -> None:
         """The vehicle's profile decides what it sends."""
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
@@ -74,15 +74,15 @@ class TCPLink:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    def _write(self, line: _Line, packet: bytes) -> None:
+    def _write(self, line: _Connection, packet: bytes) -> None:
         if line.writer is None:
             return
         if line.writer.transport.get_write_buffer_size() > MOST_WAITING:
-            self._ear.dropped(self, str(line.place), "the other side does not read")
+            self._ear.on_dropped(self, str(line.place), "the other side does not read")
         else:
             line.writer.write(packet)
 
-    async def _keep(self, line: _Line, tried: asyncio.Event) -> None:
+    async def _keep(self, line: _Connection, tried: asyncio.Event) -> None:
         """Connect, again and again, and take what comes."""
         while True:
             try:
@@ -109,16 +109,16 @@ class TCPLink:
                 self._tell(line, f"{line.place} {trouble}")
             await asyncio.sleep(RETRY)
 
-    def _tell(self, line: _Line, trouble: str) -> None:
+    def _tell(self, line: _Connection, trouble: str) -> None:
         line.trouble = trouble
         self.trouble = "; ".join(each.trouble for each in self._lines if each.trouble)
 
-    async def _beat(self, line: _Line) -> None:
+    async def _beat(self, line: _Connection) -> None:
         while True:
             self._write(line, imc.encode_as(imc.Heartbeat(), time.time(), self._console.id, 0, 0xFFFF, 0xFF))
             await asyncio.sleep(BEAT)
 
-    async def _read(self, line: _Line, reader: asyncio.StreamReader) -> str:
+    async def _read(self, line: _Connection, reader: asyncio.StreamReader) -> str:
         """Take packets until the connection ends, or is silent; which of the two."""
         parser = imc.StreamParser()
         heard = since = time.monotonic()
@@ -146,10 +146,10 @@ class TCPLink:
             for packet in packets:
                 self._take(line, packet)
             if parser.lost > before:
-                self._ear.dropped(self, str(line.place), f"between packets: {parser.losses[-1].reason}")
+                self._ear.on_dropped(self, str(line.place), f"between packets: {parser.losses[-1].reason}")
         return CLOSED
 
-    def _take(self, line: _Line, packet: bytes) -> None:
+    def _take(self, line: _Connection, packet: bytes) -> None:
         source = imc.header(packet).src
         if imc.packet_id(packet) == imc.Announce.ID:
             with suppress(imc.DecodeError):
@@ -159,18 +159,18 @@ class TCPLink:
         elif source not in line.names and time.monotonic() - line.began > NAMELESS:
             self._name(line, source, f"0x{source:04X}")
         if source in line.names:
-            self._ear.arrived(self, Arrival(packet, line.names[source], "", f"at {line.place}"))
+            self._ear.on_packet(self, ReceivedPacket(packet, line.names[source], "", f"at {line.place}"))
 
-    def _name(self, line: _Line, source: int, name: str) -> None:
+    def _name(self, line: _Connection, source: int, name: str) -> None:
         known = line.names.get(source)
         if not name or name == known or (known is None and len(line.names) >= MOST_SYSTEMS):
             return
         if known is not None:
-            self._ear.vanished(self, known, f"{line.place} {source}", is_told=True)
+            self._ear.on_vanished(self, known, f"{line.place} {source}", is_told=True)
         line.names[source] = name
-        self._ear.appeared(self, name, f"{line.place} {source}", f"at {line.place}", source)
+        self._ear.on_appeared(self, name, f"{line.place} {source}", f"at {line.place}", source)
 
-    def _lose(self, line: _Line, *, is_told: bool) -> None:
+    def _lose(self, line: _Connection, *, is_told: bool) -> None:
         names, line.names = line.names, {}
         for source, name in names.items():
-            self._ear.vanished(self, name, f"{line.place} {source}", is_told=is_told)
+            self._ear.on_vanished(self, name, f"{line.place} {source}", is_told=is_told)

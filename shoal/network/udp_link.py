@@ -23,8 +23,8 @@ from imc.discovery import (
     targets,
 )
 from runtime.networks import EVERYWHERE, interfaces, refusals
-from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
-from shoal.network.udp_sockets import bound, listening, own_address, waiting
+from shoal.network.link import EVERYBODY, FAR, NEAR, Console, LinkListener, ReceivedPacket
+from shoal.network.udp_sockets import bound_socket, discovery_socket, own_address, waiting_datagrams
 
 USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be heard
 BEAT = 1.0  # s
@@ -59,8 +59,8 @@ class UDPLink:
     """
 
     name = "udp"
-    brings_all = False
-    piece = 1472  # of Ethernet, without the headers of IP and UDP
+    delivers_all = False
+    fragment_size = 1472  # of Ethernet, without the headers of IP and UDP
 
     def __init__(self, places: Collection[Endpoint] = (Endpoint(LOOPBACK, 0),), ports: Sequence[int] = PORTS) -> None:
         self.trouble = "not open yet"
@@ -92,16 +92,16 @@ class UDPLink:
         asked = here | {place for place in self._places if place.port}
         return len(asked - self._refused) > len(self._everybody())
 
-    async def open(self, ear: Ear, console: Console) -> None:
+    async def open(self, ear: LinkListener, console: Console) -> None:
         self._ear, self._console = ear, console
         address = EVERYWHERE if self.is_far else LOOPBACK
         try:
-            self._data = bound(address, 0)
+            self._data = bound_socket(address, 0)
         except OSError as error:
             self.trouble = f"no UDP socket: {error.strerror}"
             return
         self._watch(self._data, self._read_data)
-        self._discovery = listening(address, self._ports)
+        self._discovery = discovery_socket(address, self._ports)
         if self._discovery is None:
             self.deaf = True
         else:
@@ -110,7 +110,7 @@ class UDPLink:
         self.trouble = ""
         self._beating = asyncio.create_task(self._beat())
 
-    def want(self, system: str, messages: Collection[str]) -> None:
+    def subscribe(self, system: str, messages: Collection[str]) -> None:
         """The vehicle's profile decides what it sends."""
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
@@ -206,7 +206,7 @@ class UDPLink:
                 with suppress(OSError):
                     self._data.sendto(packet, place)
             elif error.errno == errno.EMSGSIZE:
-                self._ear.dropped(self, str(place), "too long for a datagram")
+                self._ear.on_dropped(self, str(place), "too long for a datagram")
 
     def _look_for_refusals(self) -> None:
         """Systems whose computer says that nobody listens any more have ended."""
@@ -223,18 +223,18 @@ class UDPLink:
     def _lose(self, peer: _Peer, *, is_told: bool) -> None:
         if self._twins.pop(peer.uid, None) is None:
             self._peers.pop(peer.id, None)
-        self._ear.vanished(self, peer.name, peer.uid, is_told=is_told)
+        self._ear.on_vanished(self, peer.name, peer.uid, is_told=is_told)
 
     def _read_announcements(self) -> None:
         assert self._discovery is not None
-        for packet, sender in waiting(self._discovery, self._look_for_refusals):
+        for packet, sender in waiting_datagrams(self._discovery, self._look_for_refusals):
             self._hear(packet, sender)
 
     def _hear(self, packet: bytes, sender: Endpoint) -> None:
         try:
             message = imc.decode(packet)
         except imc.DecodeError as error:
-            self._ear.dropped(self, sender.address, f"announcement: {error.reason}")
+            self._ear.on_dropped(self, sender.address, f"announcement: {error.reason}")
             return
         if not isinstance(message, imc.Announce):
             return
@@ -245,13 +245,13 @@ class UDPLink:
             self._rival_heard = time.monotonic()
             shared = f"another program at {sender.address} uses the id 0x{self._console.id:04X}"
             self.trouble = f"{shared}: give each program its own (SHOAL_CONSOLE), and list all in Consoles"
-            self._ear.dropped(self, sender.address, f"another program uses our id 0x{self._console.id:04X}")
+            self._ear.on_dropped(self, sender.address, f"another program uses our id 0x{self._console.id:04X}")
 
     def _meet(self, announce: imc.Announce, sender: Endpoint) -> None:
         services = Services.parse(announce.services)
         name, places = readable_name(announce.sys_name), services.endpoints("imc+udp", sender.address)
         if not places or not name:
-            self._ear.dropped(self, name or sender.address, "announced without an address for packets")
+            self._ear.on_dropped(self, name or sender.address, "announced without an address for packets")
             return
         known = self._peers.get(announce.src)
         uid = services.uid or str(announce.src)
@@ -259,7 +259,7 @@ class UDPLink:
         if known is not None and known.uid != uid and known.endpoint != places[0] and now - known.seen < SILENCE:
             if len(self._twins) < MOST_PEERS:
                 self._twins[uid] = _Peer(announce.src, name, uid, places[0], now)
-                self._ear.appeared(self, name, uid, f"at {places[0]}", announce.src)
+                self._ear.on_appeared(self, name, uid, f"at {places[0]}", announce.src)
             return
         if known is not None and (known.uid, known.name) != (uid, name):
             self._lose(known, is_told=True)
@@ -271,8 +271,8 @@ class UDPLink:
             self._missed.pop(announce.src, None)
             known = self._peers[announce.src] = _Peer(announce.src, name, uid, places[0], now)
         known.endpoint, known.announced = places[0], now
-        self._ear.appeared(self, name, uid, f"at {places[0]}", announce.src)
-        self._ear.arrived(self, Arrival(imc.encode(announce), name, "", f"at {places[0]}"))
+        self._ear.on_appeared(self, name, uid, f"at {places[0]}", announce.src)
+        self._ear.on_packet(self, ReceivedPacket(imc.encode(announce), name, "", f"at {places[0]}"))
         if not known.heard:
             self._greet(known)
 
@@ -282,7 +282,7 @@ class UDPLink:
         self._send(self._packet(imc.Heartbeat(), peer.id), peer.endpoint)
 
     def _read_data(self) -> None:
-        for packet, sender in waiting(self._data, self._look_for_refusals):
+        for packet, sender in waiting_datagrams(self._data, self._look_for_refusals):
             order = "little" if packet[:1] == b"\x54" else "big"
             if int.from_bytes(packet[2:4], order) == imc.Announce.ID:  # the answer to ours
                 self._hear(packet, sender)
@@ -296,16 +296,16 @@ class UDPLink:
                 now = time.monotonic()
                 name = f"0x{source:04X}"
                 peer = self._peers[source] = _Peer(source, name, name, sender, now + 1e9)
-                self._ear.appeared(self, name, name, f"at {sender}", source)
+                self._ear.on_appeared(self, name, name, f"at {sender}", source)
             if peer is None and source in OPERATORS:
                 continue  # another console, which greets everybody; its Announce comes every 10 s
             if peer is None:
-                self._ear.dropped(self, f"0x{source:04X} at {sender.address}", "not announced")
+                self._ear.on_dropped(self, f"0x{source:04X} at {sender.address}", "not announced")
             elif peer.endpoint.address != sender.address:
-                self._ear.dropped(self, peer.name, f"from {sender.address}, not from {peer.endpoint.address}")
+                self._ear.on_dropped(self, peer.name, f"from {sender.address}, not from {peer.endpoint.address}")
             else:
                 peer.heard = time.monotonic()
-                self._ear.arrived(self, Arrival(packet, peer.name, "", f"at {sender}"))
+                self._ear.on_packet(self, ReceivedPacket(packet, peer.name, "", f"at {sender}"))
 
     def _found_again(self, source: int, sender: Endpoint) -> _Peer | None:
         """A system that fell silent and is heard again, before it has announced itself again."""
@@ -315,7 +315,7 @@ class UDPLink:
         del self._missed[source]
         self._peers[source] = peer
         peer.announced = time.monotonic()
-        self._ear.appeared(self, peer.name, peer.uid, f"at {peer.endpoint}", source)
+        self._ear.on_appeared(self, peer.name, peer.uid, f"at {peer.endpoint}", source)
         return peer
 
     def _is_asked(self, sender: Endpoint) -> bool:

@@ -12,7 +12,7 @@ AT_ONCE = 256  # datagrams read before the rest of the program comes to its turn
 BUFFER = 4 << 20  # bytes
 
 
-def bound(address: str, port: int) -> socket.socket:
+def bound_socket(address: str, port: int) -> socket.socket:
     """A socket at an address of this computer, 0.0.0.0 for all. Raises OSError if the port is taken."""
     one = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
@@ -30,11 +30,11 @@ def bound(address: str, port: int) -> socket.socket:
     return one
 
 
-def listening(address: str, ports: Sequence[int]) -> socket.socket | None:
+def discovery_socket(address: str, ports: Sequence[int]) -> socket.socket | None:
     """A socket at the first free port of discovery; others of this computer need theirs, too. None if all are taken."""
     for port in ports:
         try:
-            one = bound(address, port)
+            one = bound_socket(address, port)
         except OSError:
             continue
         for interface in interfaces() if address == EVERYWHERE else ():
@@ -45,7 +45,7 @@ def listening(address: str, ports: Sequence[int]) -> socket.socket | None:
     return None
 
 
-def waiting(one: socket.socket, failed: Callable[[], object]) -> Iterable[tuple[bytes, Endpoint]]:
+def waiting_datagrams(one: socket.socket, failed: Callable[[], object]) -> Iterable[tuple[bytes, Endpoint]]:
     """The datagrams that wait at a socket, AT_ONCE at most, and who sent them; `failed` is called after an error."""
     for _ in range(AT_ONCE):
         try:

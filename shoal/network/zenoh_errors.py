@@ -12,7 +12,7 @@ REFUSED = (
 )
 
 
-def why_not(endpoints: Collection[str]) -> str:
+def connection_failure(endpoints: Collection[str]) -> str:
     """Nobody listens at the endpoints, or who is there did not let us in."""
     accepting: list[str] = []
     for endpoint in endpoints:

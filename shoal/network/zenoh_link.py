@@ -11,8 +11,8 @@ from urllib.parse import unquote
 
 import imc
 from runtime.zenoh import LOCAL_PORT, Opener, ZenohConfig, chunk, explain, key, parse_token
-from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
-from shoal.network.zenoh_errors import why_not
+from shoal.network.link import EVERYBODY, FAR, NEAR, Console, LinkListener, ReceivedPacket
+from shoal.network.zenoh_errors import connection_failure
 
 if TYPE_CHECKING:
     import zenoh
@@ -45,8 +45,8 @@ class ZenohLink:
     Each packet is taken once, however many ways lead here; the numbers in packets of Shoal show which were lost.
     """
 
-    brings_all = True
-    piece = 0
+    delivers_all = True
+    fragment_size = 0
 
     def __init__(
         self, connect: Collection[str] = (LOCAL,), config_file: Path | None = None, name: str = "zenoh"
@@ -76,7 +76,7 @@ class ZenohLink:
     def patience(self) -> float:
         return FAR if self.is_far else NEAR
 
-    async def open(self, ear: Ear, console: Console) -> None:
+    async def open(self, ear: LinkListener, console: Console) -> None:
         self._ear, self._console = ear, console
         self._loop = asyncio.get_running_loop()
         self._wanted.setdefault(f"imc/{chunk(console.name)}/@cmd/**", None)
@@ -94,7 +94,7 @@ class ZenohLink:
             async with asyncio.timeout(FIRST_TRY):
                 await opened.wait()
 
-    def want(self, system: str, messages: Collection[str]) -> None:
+    def subscribe(self, system: str, messages: Collection[str]) -> None:
         system = EVERYBODY if system == EVERYBODY else chunk(system)
         wanted = [f"imc/{system}/{way}{chunk(message)}/*" for message in messages for way in ("", "@cmd/")]
         if not messages:
@@ -123,7 +123,7 @@ class ZenohLink:
                 priority=zenoh.Priority.REAL_TIME,
             )
         except Exception as error:
-            self._ear.dropped(self, system, f"zenoh did not send it: {explain(error)}")
+            self._ear.on_dropped(self, system, f"zenoh did not send it: {explain(error)}")
 
     async def close(self) -> None:
         if self._retrying is not None:
@@ -149,7 +149,7 @@ class ZenohLink:
             except zenoh.ZError as error:
                 trouble = f"zenoh: {explain(error)}"
                 if "connect" in str(error).lower():
-                    trouble = await asyncio.to_thread(why_not, self._connect)
+                    trouble = await asyncio.to_thread(connection_failure, self._connect)
                 self.trouble = trouble
                 opened.set()
                 await asyncio.sleep(RETRY)
@@ -262,7 +262,7 @@ class ZenohLink:
             self._arrive(self._waiting.popleft())
         if self._overflow:
             number, self._overflow = self._overflow, 0
-            self._ear.dropped(self, "", "this program is too slow for what it asked for", number)
+            self._ear.on_dropped(self, "", "this program is too slow for what it asked for", number)
         if self._waiting:
             self._wake()
 
@@ -279,7 +279,7 @@ class ZenohLink:
             return
         if is_there:
             self._present.add(expression)
-            self._ear.appeared(self, system, part, place, number)
+            self._ear.on_appeared(self, system, part, place, number)
             return
         self._present.discard(expression)
         # The process that we are connected to has ended, and with it the way to all others.
@@ -291,7 +291,7 @@ class ZenohLink:
 
     def _lose(self, expression: str, system: str, part: str) -> None:
         if expression not in self._present and self._session is not None:
-            self._ear.vanished(self, system, part, is_told=True)
+            self._ear.on_vanished(self, system, part, is_told=True)
 
     def _arrive(self, sample: _Sample) -> None:
         chunks = sample.key.split("/")
@@ -303,7 +303,7 @@ class ZenohLink:
             system, entity = unquote(chunks[1]), unquote(chunks[3])
         if system == self._console.name or not self._is_new(sample, system):
             return
-        self._ear.arrived(self, Arrival(sample.packet, system, entity, "", sample.is_old))
+        self._ear.on_packet(self, ReceivedPacket(sample.packet, system, entity, "", sample.is_old))
 
     def _is_new(self, sample: _Sample, system: str) -> bool:
         """Whether a packet did not come before by another way; counts those that are missing before it."""
@@ -315,7 +315,7 @@ class ZenohLink:
         if not 0 < ahead < 0x80000000:
             return False
         if ahead > 1:
-            self._ear.dropped(self, system, "lost on the way", ahead - 1)
+            self._ear.on_dropped(self, system, "lost on the way", ahead - 1)
         if last is None and len(self._numbers) >= MOST_PUBLISHERS:
             self._numbers.clear()
         self._numbers[publisher] = number

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shoal.logs.export import Source, exported, exported_ending
+from shoal.logs.export import LogSource, export_photo, export_suffix
 from shoal.rendering.exposures import expose
 from shoal.rendering.label_files import name_of
 from tasks.vision.keeping import FOLDER
@@ -81,7 +81,7 @@ def dataset(pictures: Iterable[Annotated]) -> str:
     return json.dumps({"images": images, "annotations": annotations, "categories": categories}) + "\n"
 
 
-def export_coco(source: Source, folder: Path, progress: Callable[[float], object] = lambda _: None) -> int:
+def export_coco(source: LogSource, folder: Path, progress: Callable[[float], object] = lambda _: None) -> int:
     """Write the pictures in Photos beside a log to images/, and annotations.json; returns how many there are.
 
     Their labels are those of the cameras of the run, from SimulatedState. A picture that none of them took, or with a
@@ -104,10 +104,10 @@ def export_coco(source: Source, folder: Path, progress: Callable[[float], object
             source.skipped[f"{FOLDER}/{file.name} is of no camera of the run"] += 1
         elif shot.unlike:
             source.skipped[f"{FOLDER}/{file.name} was taken with another lens, which changed unnoticed"] += 1
-        elif source.choice.start <= shot.time < source.choice.end:
-            if (data := exported(source, file)) is None:
+        elif source.selection.start <= shot.time < source.selection.end:
+            if (data := export_photo(source, file)) is None:
                 continue
-            name = f"{IMAGES}/{file.stem}{exported_ending(file)}"
+            name = f"{IMAGES}/{file.stem}{export_suffix(file)}"
             (folder / name).write_bytes(data)
             camera = seen.eye(shot).camera
             found = annotate(camera.labels(shot.standpoint, shot.gliders, boards=shot.boards))

@@ -15,10 +15,18 @@ import imc
 from runtime.kernel import VirtualClock, nanoseconds
 from runtime.logs import logs_of_run, place_of
 from runtime.vehicle import Vehicle, build
-from shoal.logs.export import is_like
+from shoal.logs.export import matches_optics
 from shoal.rendering.cameras import take_cameras, take_world
 from shoal.rendering.frames import FrameTimes, Taken, frame_rates, logged_frames, logged_optics, start_time
-from shoal.rerun import Instants, LoggedRun, ResimulationError, outline, profile_of, run_of, tick_rates
+from shoal.rerun import (
+    LoggedRun,
+    ResimulationError,
+    TimestampResolver,
+    find_logged_run,
+    logged_profile,
+    summarize_log,
+    tick_rates,
+)
 from tasks.surroundings import world_of
 from tasks.vision.keeping import FOLDER
 from tasks.vision.photos import write_picture
@@ -89,19 +97,19 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
     `world` is an ini file whose options of [World] replace those of the run. Raises ResimulationError, ProfileError,
     OSError.
     """
-    run = run_of(log)
-    about = outline(run)
+    run = find_logged_run(log)
+    about = summarize_log(run)
     if about is None:
         raise ResimulationError(f"{log.path}: the log has no messages")
     for kind in TOLD[1:]:
         if not about.counts[kind.ID]:
             why = "cameras look from where a simulated vehicle truly was, and begin when it knows where it is"
             raise ResimulationError(f"{log.path}: the log has no {kind.__name__}: {why}")
-    loaded, notes = profile_of(run.logs[0], about, None)
+    loaded, notes = logged_profile(run.logs[0], about, None)
     loaded.refuse_errors()
     virtual = about.begin == loaded.start_time
     start = loaded.start_time_ns if virtual else nanoseconds(about.begin)
-    instants = Instants(start, [rate for _, rate in tick_rates(loaded)], virtual=virtual)
+    instants = TimestampResolver(start, [rate for _, rate in tick_rates(loaded)], virtual=virtual)
     told = _told(run, instants, about.owner)
     name = _name(log.schema, told[imc.LoggingControl.ID])
     taken = {} if virtual else logged_frames(log.schema, told[imc.CameraFrame.ID])
@@ -145,8 +153,8 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
                         notes.append(f"cut, or made on a wall clock: the log does not tell when {label} was exposed")
             vehicle.start()
             # A run ends before the events of its last instant, but a log that another one follows after some of them.
-            end = instants.of(about.end)
-            vehicle.kernel.run(until=end if about.closed and not _goes_on(log) else end + 1)
+            end = instants.resolve(about.end)
+            vehicle.kernel.run(until=end if about.ends_cleanly and not _goes_on(log) else end + 1)
         finally:
             vehicle.close()
         pictures = vehicle.log_root / vehicle.name / name / FOLDER
@@ -166,7 +174,7 @@ def _compare(seen: Exposures, entities: Mapping[str, int], told: Mapping[tuple[i
     """Mark the pictures whose CameraFrame in the log tells of another lens or size than theirs."""
     for number, shot in enumerate(seen.shots):
         optics = told.get((entities.get(shot.camera, -1), shot.time))
-        if optics is not None and not is_like(seen.eye(shot).camera.optics, optics):
+        if optics is not None and not matches_optics(seen.eye(shot).camera.optics, optics):
             seen.shots[number] = shot._replace(unlike=True)
     unlike = Counter(shot.camera for shot in seen.shots if shot.unlike)
     for label, count in sorted(unlike.items()):
@@ -240,7 +248,7 @@ class _Chain:
         self.ask()
 
 
-def _told(run: LoggedRun, instants: Instants, owner: int) -> Mapping[int, deque[tuple[int, bytes]]]:
+def _told(run: LoggedRun, instants: TimestampResolver, owner: int) -> Mapping[int, deque[tuple[int, bytes]]]:
     """When the messages of TOLD, CHANGE and BESIDE were published (ns), and their packets, by message id."""
     found = {kind.ID: deque[tuple[int, bytes]]() for kind in (*TOLD, CHANGE, *BESIDE)}
     # Few packets are of these: the others, known by two bytes in either order, are not looked at.
@@ -251,7 +259,7 @@ def _told(run: LoggedRun, instants: Instants, owner: int) -> Mapping[int, deque[
             continue
         header = imc.header(packet)
         if header.src == owner and header.id in found and math.isfinite(header.timestamp):
-            latest = max(latest, instants.of(header.timestamp))
+            latest = max(latest, instants.resolve(header.timestamp))
             found[header.id].append((latest, packet))
             while asked and header.id == imc.EntityParameters.ID:
                 found[CHANGE.ID].append((latest, asked.popleft()))

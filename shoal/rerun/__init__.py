@@ -1,27 +1,27 @@
 """Re-runs part of a log: tasks on the messages of all others, or a whole vehicle from a moment on."""
 
-from shoal.rerun.comparison import Comparison, FieldStatistics, FirstDifference, Key, MessageCount
-from shoal.rerun.log_summary import outline
-from shoal.rerun.logged_packets import Instants
-from shoal.rerun.logged_run import LoggedRun, run_of
-from shoal.rerun.resimulation import Resimulation, ResimulationError, profile_of, resimulate, tick_rates
-from shoal.rerun.rewind import Rewound, continued
+from shoal.rerun.comparison import EntityMessage, FieldStatistics, FirstDifference, MessageCount, RerunComparison
+from shoal.rerun.log_summary import summarize_log
+from shoal.rerun.logged_packets import TimestampResolver
+from shoal.rerun.logged_run import LoggedRun, find_logged_run
+from shoal.rerun.resimulation import Resimulation, ResimulationError, logged_profile, resimulate, tick_rates
+from shoal.rerun.rewind import RewoundRun, resume_snapshot
 
 __all__ = [
-    "Comparison",
+    "EntityMessage",
     "FieldStatistics",
     "FirstDifference",
-    "Instants",
-    "Key",
     "LoggedRun",
     "MessageCount",
+    "RerunComparison",
     "Resimulation",
     "ResimulationError",
-    "Rewound",
-    "continued",
-    "outline",
-    "profile_of",
+    "RewoundRun",
+    "TimestampResolver",
+    "find_logged_run",
+    "logged_profile",
     "resimulate",
-    "run_of",
+    "resume_snapshot",
+    "summarize_log",
     "tick_rates",
 ]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import imc
 
-Key = tuple[int, int]
+EntityMessage = tuple[int, int]
 """Entity and message id."""
 
 
@@ -54,7 +54,7 @@ class MessageCount:
     """The messages of one type and entity: in the log, in the re-simulation, and how their pairs differ."""
 
     logged: int = 0
-    said: int = 0
+    published: int = 0
     equal: int = 0
     changed: int = 0
     fields: dict[str, FieldStatistics] = field(default_factory=dict[str, FieldStatistics])
@@ -64,8 +64,8 @@ class MessageCount:
         return self.logged - self.equal - self.changed
 
     @property
-    def only_said(self) -> int:
-        return self.said - self.equal - self.changed
+    def only_published(self) -> int:
+        return self.published - self.equal - self.changed
 
 
 class FirstDifference(NamedTuple):
@@ -73,16 +73,16 @@ class FirstDifference(NamedTuple):
 
     after: int
     logged: bytes | None
-    said: bytes | None
+    published: bytes | None
 
 
 @dataclass(slots=True)
 class _Pending:
     logged: deque[tuple[float, bytes]] = field(default_factory=deque[tuple[float, bytes]])
-    said: deque[tuple[float, bytes]] = field(default_factory=deque[tuple[float, bytes]])
+    published: deque[tuple[float, bytes]] = field(default_factory=deque[tuple[float, bytes]])
 
 
-class Comparison:
+class RerunComparison:
     """Compares the packets of both sides as they come; memory does not grow with the log.
 
     Packets of the same type, entity and `id` are pairs if their times are within `tolerance` (s). `bytes` is how many
@@ -90,7 +90,7 @@ class Comparison:
     """
 
     def __init__(self, schema: imc.Schema, tolerance: float):
-        self.tallies: dict[Key, MessageCount] = {}
+        self.counts: dict[EntityMessage, MessageCount] = {}
         self.bytes = 0
         self.packets = 0
         self.first: FirstDifference | None = None
@@ -105,7 +105,7 @@ class Comparison:
         """Whether all packets are identical and in the same order."""
         return self.first is None
 
-    def log_has(self, header: imc.Header, packet: bytes) -> None:
+    def add_logged(self, header: imc.Header, packet: bytes) -> None:
         self._tally(header).logged += 1
         pending = self._queue(header, packet)
         pending.logged.append((header.timestamp, packet))
@@ -114,10 +114,10 @@ class Comparison:
             self._walk()
         self._pair(header, pending)
 
-    def task_says(self, header: imc.Header, packet: bytes) -> None:
-        self._tally(header).said += 1
+    def add_published(self, header: imc.Header, packet: bytes) -> None:
+        self._tally(header).published += 1
         pending = self._queue(header, packet)
-        pending.said.append((header.timestamp, packet))
+        pending.published.append((header.timestamp, packet))
         if self.first is None:
             self._said.append(packet)
             self._walk()
@@ -126,14 +126,14 @@ class Comparison:
     def finish(self) -> None:
         """Both sides are complete."""
         for pending in self._pending.values():
-            self.bytes += sum(len(packet) for _, packet in (*pending.logged, *pending.said))
+            self.bytes += sum(len(packet) for _, packet in (*pending.logged, *pending.published))
         self._pending.clear()
         if self.first is None and (self._logged or self._said):
             logged, said = self._logged, self._said
             self.first = FirstDifference(self.packets, logged[0] if logged else None, said[0] if said else None)
 
     def _tally(self, header: imc.Header) -> MessageCount:
-        return self.tallies.setdefault((header.src_ent, header.id), MessageCount())
+        return self.counts.setdefault((header.src_ent, header.id), MessageCount())
 
     def _queue(self, header: imc.Header, packet: bytes) -> _Pending:
         number = 0
@@ -153,17 +153,17 @@ class Comparison:
             self.packets += 1
 
     def _pair(self, header: imc.Header, pending: _Pending) -> None:
-        while pending.logged and pending.said:
-            (then, logged), (now, said) = pending.logged[0], pending.said[0]
+        while pending.logged and pending.published:
+            (then, logged), (now, said) = pending.logged[0], pending.published[0]
             if now - then > self._tolerance or self._nearer(pending.logged, now):
                 self.bytes += len(logged)
                 pending.logged.popleft()
-            elif then - now > self._tolerance or self._nearer(pending.said, then):
+            elif then - now > self._tolerance or self._nearer(pending.published, then):
                 self.bytes += len(said)
-                pending.said.popleft()
+                pending.published.popleft()
             else:
                 pending.logged.popleft()
-                pending.said.popleft()
+                pending.published.popleft()
                 self._compare(self._tally(header), header.id, logged, said)
 
     def _nearer(self, queue: deque[tuple[float, bytes]], time: float) -> bool:
@@ -199,36 +199,36 @@ class LastMoment:
     A run that is stopped by hand ends in the middle of a moment. `now` returns the time (ns since 1970 UTC).
     """
 
-    def __init__(self, comparison: Comparison, now: Callable[[], int]):
+    def __init__(self, comparison: RerunComparison, now: Callable[[], int]):
         self.end: int | None = None
         self._comparison = comparison
         self._now = now
         self._logged: list[tuple[imc.Header, bytes]] = []
         self._said: list[tuple[imc.Header, bytes]] = []
 
-    def log_has(self, header: imc.Header, packet: bytes) -> None:
+    def add_logged(self, header: imc.Header, packet: bytes) -> None:
         if self._is_last():
             self._logged.append((header, packet))
         else:
-            self._comparison.log_has(header, packet)
+            self._comparison.add_logged(header, packet)
 
-    def task_says(self, header: imc.Header, packet: bytes) -> None:
+    def add_published(self, header: imc.Header, packet: bytes) -> None:
         if self._is_last():
             self._said.append((header, packet))
         else:
-            self._comparison.task_says(header, packet)
+            self._comparison.add_published(header, packet)
 
     def _is_last(self) -> bool:
         return self.end is not None and self._now() >= self.end
 
-    def settle(self, doubtful: bool) -> bool:
+    def compare_last(self, doubtful: bool) -> bool:
         """Compare the last moment, unless it is `doubtful` and differs. Returns whether it was compared."""
         if doubtful and self._logged != self._said:
             return False
         for header, packet in self._logged:
-            self._comparison.log_has(header, packet)
+            self._comparison.add_logged(header, packet)
         for header, packet in self._said:
-            self._comparison.task_says(header, packet)
+            self._comparison.add_published(header, packet)
         return True
 
 

@@ -17,13 +17,13 @@ GAP = 1.0  # s; a vehicle sends Heartbeat at 1 Hz
 
 
 @dataclass
-class Outline:
+class LogSummary:
     """A log in outline; times are s since 1970 UTC, of the owner's clock.
 
     opened: when the log was begun. Where parts were cut off, begin and end are those of the rest.
     last: when each of the owner's messages came last.
     late: message id and entity of packets that carry an earlier time, such as that of a measurement.
-    marked: it begins with LoggingControl. closed: it ends cleanly. lived: more than the closing happened in its last
+    begins_with_start: its first message is LoggingControl. is_active_at_end: more than the closing happened in its last
     moment. counts: packets by message id. speakers: the owner's packets by message id and entity.
     """
 
@@ -31,9 +31,9 @@ class Outline:
     opened: float = math.nan
     begin: float = math.nan
     end: float = math.nan
-    marked: bool = False
-    closed: bool = False
-    lived: bool = False
+    begins_with_start: bool = False
+    ends_cleanly: bool = False
+    is_active_at_end: bool = False
     counts: Counter[int] = field(default_factory=Counter[int])
     speakers: Counter[tuple[int, int]] = field(default_factory=Counter[tuple[int, int]])
     last: dict[int, float] = field(default_factory=dict[int, float])
@@ -46,15 +46,15 @@ class Outline:
         return {label: entity for (system, entity), label in self.names.labels.items() if system == self.owner}
 
 
-def outline(log: imc.Log | LoggedRun) -> Outline | None:
+def summarize_log(log: imc.Log | LoggedRun) -> LogSummary | None:
     """The outline of a log or a run; None if it has no messages."""
-    found: Outline | None = None
+    found: LogSummary | None = None
     first = last = math.nan  # when messages came that do not only describe the log
     naming = {imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID}
     for _, packet in log.packets():
         head = imc.header(packet)
         if found is None:
-            found = Outline(head.src, marked=head.id == imc.LoggingControl.ID)
+            found = LogSummary(head.src, begins_with_start=head.id == imc.LoggingControl.ID)
         found.counts[head.id] += 1
         if head.id in naming:
             _learn(found, log, packet)
@@ -70,17 +70,17 @@ def outline(log: imc.Log | LoggedRun) -> Outline | None:
             if head.timestamp < found.end:
                 found.late.add((head.id, head.src_ent))
             if not head.timestamp <= found.end:
-                found.end, found.lived = head.timestamp, False
-            found.lived |= head.timestamp == found.end and head.id not in CLOSING
-        found.closed = head.id == imc.LoggingControl.ID and _is_stop(log, packet)
+                found.end, found.is_active_at_end = head.timestamp, False
+            found.is_active_at_end |= head.timestamp == found.end and head.id not in CLOSING
+        found.ends_cleanly = head.id == imc.LoggingControl.ID and _is_stop(log, packet)
     if found is not None:
-        found.begin = first if found.marked and first - found.opened > GAP else found.opened
+        found.begin = first if found.begins_with_start and first - found.opened > GAP else found.opened
         if found.end - last > GAP:
-            found.end, found.closed = last, False
+            found.end, found.ends_cleanly = last, False
     return found
 
 
-def _learn(found: Outline, log: imc.Log | LoggedRun, packet: bytes) -> None:
+def _learn(found: LogSummary, log: imc.Log | LoggedRun, packet: bytes) -> None:
     try:
         found.names.learn(log.schema.decode(packet))
     except imc.DecodeError:

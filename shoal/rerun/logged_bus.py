@@ -6,7 +6,7 @@ import imc
 from runtime.bus import Bus
 from runtime.kernel import Kernel
 from runtime.task import SYSTEM_ENTITY
-from shoal.rerun.logged_packets import History, LoggedPacket
+from shoal.rerun.logged_packets import LoggedPacket, LogReplay
 
 
 class LoggedBus(Bus):
@@ -14,26 +14,27 @@ class LoggedBus(Bus):
 
     A message that a task publishes here follows the messages that precede it in the log. The tasks' own messages in
     the log are not delivered. What is published here for others (the Daemon's heartbeat) is dropped: the log has it.
-    `heard` is called with the tasks' packets in the log, `said` with those that they publish here, `seen` with all
-    that pass the bus. After the end of a log that is `cut_short`, `said` is not called: they have no counterpart.
+    `on_logged` is called with the tasks' packets in the log, `on_published` with those that they publish here,
+    `on_packet` with all that pass the bus. After the end of a log that is `cut_short`, `on_published` is not called:
+    they have no counterpart.
     """
 
     cut_short = False
     needs_packets = True
 
-    history: History
+    history: LogReplay
     schema: imc.Schema
     daemon: object
-    heard: Callable[[imc.Header, bytes], object]
-    said: Callable[[imc.Header, bytes], object]
-    seen: Callable[[bytes], object]
+    on_logged: Callable[[imc.Header, bytes], object]
+    on_published: Callable[[imc.Header, bytes], object]
+    on_packet: Callable[[bytes], object]
 
     def __init__(self, kernel: Kernel, system: int):
         super().__init__(kernel, system)
         self.malformed_in_log = 0
         self._names = dict[int, type | None]()
 
-    def follow(self, history: History, schema: imc.Schema, speakers: Callable[[imc.Header], bool]) -> None:
+    def deliver_log(self, history: LogReplay, schema: imc.Schema, speakers: Callable[[imc.Header], bool]) -> None:
         """Start to deliver the log; `speakers` tells which packets are the tasks' own."""
         self.history, self.schema, self._is_own = history, schema, speakers
         self.kernel.soon(self._feed)
@@ -42,31 +43,31 @@ class LoggedBus(Bus):
         header = imc.header(packet)
         if not self._is_own(header):
             return
-        over = self.cut_short and self.history.next() is None
-        for entry in self.history.until((header.id, header.src_ent), self.kernel.now_ns):
+        over = self.cut_short and self.history.peek() is None
+        for entry in self.history.pop_until((header.id, header.src_ent), self.kernel.now_ns):
             self._pass(entry)
         if not over:
-            self.said(header, packet)
-        self.seen(packet)
+            self.on_published(header, packet)
+        self.on_packet(packet)
         super().publish(message, packet, origin)
 
     def finish(self) -> None:
         """Pass the rest of the log."""
-        while self.history.next() is not None:
-            self._pass(self.history.take())
+        while self.history.peek() is not None:
+            self._pass(self.history.pop())
 
     def _feed(self) -> None:
         """Deliver what is due up to the next message that a task should publish, and wait for that one."""
         now = self.kernel.now_ns
-        while (entry := self.history.next()) is not None and entry.time <= now and not entry.own:
-            self._pass(self.history.take())
+        while (entry := self.history.peek()) is not None and entry.time <= now and not entry.own:
+            self._pass(self.history.pop())
         if entry is None:
             return
         if entry.time > now:
             self.kernel.at(entry.time, self._arrive)
             return
         if self.kernel.idle:  # nothing else is due that could publish it: only the log has it
-            self._pass(self.history.take())
+            self._pass(self.history.pop())
         self.kernel.soon(self._feed)
 
     def _arrive(self) -> None:
@@ -75,9 +76,9 @@ class LoggedBus(Bus):
 
     def _pass(self, entry: LoggedPacket) -> None:
         if entry.own:
-            self.heard(entry.header, entry.packet)
+            self.on_logged(entry.header, entry.packet)
             return
-        self.seen(entry.packet)
+        self.on_packet(entry.packet)
         kind = self._kind(entry.header.id)
         if kind is not None and not self._route(kind):
             return

@@ -24,7 +24,7 @@ class LoggedPacket(NamedTuple):
     own: bool
 
 
-class Instants:
+class TimestampResolver:
     """Finds the nanosecond of a packet's time, a double that stands for some 200 of them.
 
     It takes the one at which a task ticks, of `rates` (Hz) counted from `start` (ns); else the roundest, or the one
@@ -39,7 +39,7 @@ class Instants:
         self._last = (math.nan, 0)
         self._recent: deque[int] = deque(maxlen=REMEMBERED)
 
-    def of(self, time: float) -> int:
+    def resolve(self, time: float) -> int:
         """The instant (ns) of a finite time (s), both since 1970 UTC."""
         if time != self._last[0]:
             self._last = time, self._find(time)
@@ -68,7 +68,7 @@ class Instants:
         return near
 
 
-class History:
+class LogReplay:
     """A log as the re-run tasks receive it; `own` tells which packets are theirs, `start` is in ns.
 
     Time is that of the owner's packets and never goes back: a measurement with an earlier time than the packet before
@@ -80,7 +80,7 @@ class History:
         self,
         log: imc.Log | LoggedRun,
         owner: int,
-        instants: Instants,
+        instants: TimestampResolver,
         own: Callable[[imc.Header], bool],
         start: int,
         late: Collection[tuple[int, int]] = (),
@@ -96,17 +96,17 @@ class History:
         self._ahead: deque[LoggedPacket] = deque()
         self._timed: deque[LoggedPacket] = deque()
 
-    def next(self) -> LoggedPacket | None:
+    def peek(self) -> LoggedPacket | None:
         """The next packet, which is not removed; None at the end."""
         if not self._ahead and (entry := self._read()) is not None:
             self._ahead.append(entry)
         return self._ahead[0] if self._ahead else None
 
-    def take(self) -> LoggedPacket:
-        """Remove and return the packet that `next` found."""
+    def pop(self) -> LoggedPacket:
+        """Remove and return the packet that `peek` found."""
         return self._ahead.popleft()
 
-    def until(self, kind: tuple[int, int], now: int) -> list[LoggedPacket]:
+    def pop_until(self, kind: tuple[int, int], now: int) -> list[LoggedPacket]:
         """Take out all up to the first own packet of `kind` (message id, entity), if it is due by `now` (ns)."""
         for index, entry in enumerate(self._until(now)):
             if entry.own and (entry.header.id, entry.header.src_ent) == kind:
@@ -134,7 +134,7 @@ class History:
                 header = imc.header(packet)
                 waiting.append((header, packet))
                 if header.src == self._owner and 0.0 <= header.timestamp < LATEST:
-                    instant = self._instants.of(header.timestamp)
+                    instant = self._instants.resolve(header.timestamp)
                     if instant > self._latest or not self._may_be_late(header):
                         self._date(waiting, max(self._latest, instant))
                         break
@@ -154,7 +154,7 @@ class History:
         """
         for header, packet in waiting:
             if header.src != self._owner:
-                said = self._instants.of(header.timestamp) if 0.0 <= header.timestamp < LATEST else 0
+                said = self._instants.resolve(header.timestamp) if 0.0 <= header.timestamp < LATEST else 0
                 if self._latest <= said <= following:
                     self._latest = said
             elif self._may_be_late(header):
@@ -168,6 +168,6 @@ class History:
         self._timed.append(last._replace(time=following))
 
 
-def spoken_by(owner: int, entities: Collection[int], since: float = -math.inf) -> Callable[[imc.Header], bool]:
+def make_sender_test(owner: int, entities: Collection[int], since: float = -math.inf) -> Callable[[imc.Header], bool]:
     """A function that tells whether a packet comes from one of these entities of the owner, not before a time (s)."""
     return lambda header: header.src == owner and header.src_ent in entities and not header.timestamp < since

@@ -30,7 +30,7 @@ class LoggedRun:
             yield from log.packets()
 
 
-def run_of(log: imc.Log) -> LoggedRun:
+def find_logged_run(log: imc.Log) -> LoggedRun:
     """The logs of the run up to this one if all are in the vehicle's folder and end cleanly; else this one alone."""
     place = place_of(log.path.parent)
     if place is None:

@@ -15,11 +15,11 @@ from runtime.logs import new_log
 from runtime.profile import Profile, default_label, items, load_profile, own_etc
 from runtime.task import Task, consumers, find_parameter, tickers
 from runtime.vehicle import TaskImportError, all_tasks, build, find_task, why_missing
-from shoal.rerun.comparison import Comparison, LastMoment
-from shoal.rerun.log_summary import GAP, Outline, outline
+from shoal.rerun.comparison import LastMoment, RerunComparison
+from shoal.rerun.log_summary import GAP, LogSummary, summarize_log
 from shoal.rerun.logged_bus import LoggedBus
-from shoal.rerun.logged_packets import History, Instants, spoken_by
-from shoal.rerun.logged_run import CONFIGURATION, LoggedRun, run_of
+from shoal.rerun.logged_packets import LogReplay, TimestampResolver, make_sender_test
+from shoal.rerun.logged_run import CONFIGURATION, LoggedRun, find_logged_run
 from support.file_errors import naming
 from support.text import quoted, suggestion
 
@@ -42,7 +42,7 @@ class Resimulation:
 
     log: imc.Log
     tasks: list[str]
-    comparison: Comparison
+    comparison: RerunComparison
     exact: bool
     begin: float
     notes: list[str] = field(default_factory=list[str])
@@ -64,11 +64,11 @@ def resimulate(
     parameters are those of its Config.ini, or of `profile`. `out` becomes a log of all messages on the bus.
     Raises ResimulationError, ProfileError, FileExistsError, OSError, and what the tasks raise.
     """
-    run = run_of(log)
-    about = outline(run)
+    run = find_logged_run(log)
+    about = summarize_log(run)
     if about is None:
         raise ResimulationError(f"{log.path}: the log has no messages")
-    loaded, notes = profile_of(run.logs[0], about, profile)
+    loaded, notes = logged_profile(run.logs[0], about, profile)
     notes = [f"{note}; name a profile with -c" for note in notes]
     if loaded.messages is not None:
         run.schema.share(loaded.messages)
@@ -103,43 +103,45 @@ def resimulate(
             raise ResimulationError(f"{', '.join(skipped)}: {reason}")
         again = [vehicle.task(section) for section in sections]
         chosen = {entity.id: entity.label for entity in vehicle.entities if entity.component in sections}
-        own = spoken_by(about.owner, chosen.keys(), since=about.begin if about.begin > about.opened else -math.inf)
-        comparison = Comparison(log.schema, 0.0 if virtual else TOLERANCE)
+        own = make_sender_test(
+            about.owner, chosen.keys(), since=about.begin if about.begin > about.opened else -math.inf
+        )
+        comparison = RerunComparison(log.schema, 0.0 if virtual else TOLERANCE)
         bus = vehicle.bus
         assert isinstance(bus, LoggedBus)
         moment = LastMoment(comparison, lambda: vehicle.kernel.now_ns)
-        bus.heard, bus.said = moment.log_has, moment.task_says
-        bus.daemon, bus.cut_short = vehicle.daemon, not about.closed
+        bus.on_logged, bus.on_published = moment.add_logged, moment.add_published
+        bus.daemon, bus.cut_short = vehicle.daemon, not about.ends_cleanly
         for label, entity in about.labels.items():
             vehicle.entities.hear(about.owner, entity, label)
-        with _written(out, log, loaded) as bus.seen:
-            rates = Instants(start, (rate for _, rate in tick_rates(loaded)), virtual=virtual)
+        with _written(out, log, loaded) as bus.on_packet:
+            rates = TimestampResolver(start, (rate for _, rate in tick_rates(loaded)), virtual=virtual)
             of_entity = _rates_by_entity(loaded, about) if virtual else {}
-            bus.follow(History(run, about.owner, rates, own, start, about.late, of_entity), log.schema, own)
+            bus.deliver_log(LogReplay(run, about.owner, rates, own, start, about.late, of_entity), log.schema, own)
             try:
                 vehicle.start()
-                end = rates.of(about.end)
-                moment.end = end if about.closed else None
-                vehicle.kernel.run(until=end if about.closed else end + 1)
+                end = rates.resolve(about.end)
+                moment.end = end if about.ends_cleanly else None
+                vehicle.kernel.run(until=end if about.ends_cleanly else end + 1)
             finally:
                 vehicle.close()
             bus.finish()
-        if not moment.settle(about.lived and not overrides):
+        if not moment.compare_last(about.is_active_at_end and not overrides):
             notes.append("the run was stopped in the middle of its last moment, which is not compared")
         comparison.finish()
     notes += _reservations(run, about, loaded, again, chosen, virtual, bus.malformed_in_log)
     missing: dict[int, list[str]] = {}
     for task in again:
         own_ids = {entity.id for entity in vehicle.entities if entity.component == task.name}
-        stopped = any(t.logged and not t.said for (entity, _), t in comparison.tallies.items() if entity in own_ids)
-        if any(t.only_logged for (entity, _), t in comparison.tallies.items() if entity in own_ids):
+        stopped = any(t.logged and not t.published for (entity, _), t in comparison.counts.items() if entity in own_ids)
+        if any(t.only_logged for (entity, _), t in comparison.counts.items() if entity in own_ids):
             notes += _ending(run, about, task)
         if lacking := list(_lacking(run, about, loaded, task, stopped=stopped)):
             missing |= dict.fromkeys(own_ids, lacking)
     return Resimulation(log, sections, comparison, virtual and not overrides, start / SECOND, notes, chosen, missing)
 
 
-def profile_of(log: imc.Log, about: Outline, named: str | Path | None) -> tuple[Profile, list[str]]:
+def logged_profile(log: imc.Log, about: LogSummary, named: str | Path | None) -> tuple[Profile, list[str]]:
     """The configuration of a run by its first log, or the profile that is named, and what is to be noted of it."""
     beside = log.path.parent / CONFIGURATION
     if named is not None:
@@ -186,7 +188,7 @@ def _check(section: str) -> None:
         raise ResimulationError(f"{section} needs the network, which logs do not record")
 
 
-def _rates_by_entity(profile: Profile, about: Outline) -> dict[int, set[float]]:
+def _rates_by_entity(profile: Profile, about: LogSummary) -> dict[int, set[float]]:
     found: dict[int, set[float]] = {}
     for section, rate in tick_rates(profile):
         label = profile.config.value(section, "Entity Label", default_label(section))
@@ -215,7 +217,7 @@ def tick_rates(profile: Profile) -> Iterator[tuple[str, float]]:
 
 def _reservations(
     run: LoggedRun,
-    about: Outline,
+    about: LogSummary,
     profile: Profile,
     tasks: Sequence[Task],
     chosen: dict[int, str],
@@ -225,15 +227,15 @@ def _reservations(
     """What cannot be reproduced, and why."""
     if not virtual:
         since = profile.start_time if 0.0 <= about.opened - profile.start_time < 1e6 else about.opened
-        if about.marked and (late := about.begin - since) > 0.0:
+        if about.begins_with_start and (late := about.begin - since) > 0.0:
             whom = "the vehicle" if since == profile.start_time else "the run"
             why = f"; {run.gap}" if run.gap else ""
             yield f"the log begins {late:.1f} s after {whom}: the state of the tasks at that time is unknown{why}"
         elif run.gap:
             yield f"the tasks start with this log, not with the run; {run.gap}"
-        if not about.marked or since != profile.start_time:
+        if not about.begins_with_start or since != profile.start_time:
             yield "made on a wall clock: the log does not record when tasks ticked and in which order things happened"
-    if not about.closed:
+    if not about.ends_cleanly:
         yield "the log does not end cleanly: its last messages may be missing"
     if damaged := sum(len(log.losses) for log in run.logs):
         yield f"the log has {damaged} damaged places: what the tasks received there is unknown"
@@ -256,7 +258,7 @@ def _reservations(
             yield f"the log has no messages of the entity {quoted(label)}" + _others(about, label)
 
 
-def _ending(run: LoggedRun, about: Outline, task: Task) -> Iterator[str]:
+def _ending(run: LoggedRun, about: LogSummary, task: Task) -> Iterator[str]:
     """The inputs of a task that end long before the log does."""
     for wanted in _inputs(run, task):
         count, last = about.counts[wanted.ID], about.last.get(wanted.ID, math.nan)
@@ -285,7 +287,7 @@ def _inputs(run: LoggedRun, task: Task) -> Iterator[type[imc.Message]]:
                 yield wanted
 
 
-def _lacking(run: LoggedRun, about: Outline, profile: Profile, task: Task, *, stopped: bool) -> Iterator[str]:
+def _lacking(run: LoggedRun, about: LogSummary, profile: Profile, task: Task, *, stopped: bool) -> Iterator[str]:
     """The inputs of a task that the log lacks. A message that was not published is not lacking.
 
     stopped: the task published messages in the log, but none here.
@@ -293,7 +295,7 @@ def _lacking(run: LoggedRun, about: Outline, profile: Profile, task: Task, *, st
     chosen = items(profile.config.value("Transports.Logging", "Transports"))
     # A vehicle's own log begins with LoggingControl and has its heartbeat. But only the result tells whether another
     # log was made from it, without some messages.
-    whole = about.marked and imc.Heartbeat.ID in about.counts and not stopped
+    whole = about.begins_with_start and imc.Heartbeat.ID in about.counts and not stopped
     present = [run.schema.by_id(number) for number in about.counts if number in run.schema.types_by_id]
     if stopped:
         yield from (wanted.__name__ for wanted in _beside_messages(task))
@@ -317,7 +319,7 @@ def _check_option(assignment: str, section: str, option: str) -> None:
         raise ResimulationError(f"--set {assignment}: {section} has no option {quoted(option)}: {hint}")
 
 
-def _others(about: Outline, label: str) -> str:
+def _others(about: LogSummary, label: str) -> str:
     hint = suggestion(label, about.labels)
     return f"; {hint}; rename it with --set 'Section:Entity Label=...'" if hint else ""
 

@@ -18,9 +18,9 @@ from runtime.profile import Profile, items, load_profile
 from runtime.snapshot import STATE, SUFFIX, Journals, Snapshot, SnapshotError, load, load_file, restore, save
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import Vehicle, build
-from shoal.missions import PlanRequest, given_in
-from shoal.rerun.log_summary import outline
-from shoal.rerun.logged_run import LoggedRun, run_of
+from shoal.missions import PlanStartRequest, find_start_request
+from shoal.rerun.log_summary import summarize_log
+from shoal.rerun.logged_run import LoggedRun, find_logged_run
 from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
 
@@ -28,13 +28,13 @@ _INCLUDES = re.compile(rb"^[ \t\v\f\r]*\[[ \t\v\f\r]*(Include|Require)\s", re.MU
 """What a configuration that was saved never has: it would read files of this machine."""
 
 
-def continued(
+def resume_snapshot(
     snapshot: Snapshot,
     log_root: Path,
     *,
     overrides: Sequence[str] = (),
     journals: bool = False,
-    look_on: Callable[[Vehicle], object] = lambda _: None,
+    before_start: Callable[[Vehicle], object] = lambda _: None,
     definitions: Path | None = None,
 ) -> Vehicle:
     """A started vehicle in the state of a snapshot, with the configuration in that snapshot.
@@ -65,7 +65,7 @@ def continued(
     try:
         if journals:
             Journals(vehicle)
-        look_on(vehicle)
+        before_start(vehicle)
         for assignment in overrides:
             _value(vehicle, assignment)
         restore(vehicle, snapshot)
@@ -84,7 +84,7 @@ def continued(
     return vehicle
 
 
-class Rewound:
+class RewoundRun:
     """The run of a log: its state at a time, and the vehicle that continues from there.
 
     Raises SnapshotError if the log is not of a virtual run of Shoal, ProfileError.
@@ -92,19 +92,19 @@ class Rewound:
 
     def __init__(self, log: imc.Log):
         folder = log.path.parent
-        if outline(log) is None:
+        if summarize_log(log) is None:
             raise SnapshotError(f"{log.path}: there is no message in this log")
         if not (folder / "Config.ini").is_file():
             raise SnapshotError(f"{folder} has no Config.ini: only runs of Shoal can be repeated")
         self._log = log
-        self._run = run_of(log)
+        self._run = find_logged_run(log)
         first = self._run.logs[0].path.parent / "Config.ini"
         self._profile = load_profile(first if first.is_file() else folder / "Config.ini")
 
     @property
     def end(self) -> float:
         """The end of the log, in s of the run."""
-        about = outline(self._log)
+        about = summarize_log(self._log)
         return about.end - self._profile.start_time if about is not None else 0.0
 
     def state_at(self, seconds: float) -> Snapshot:
@@ -138,14 +138,16 @@ class Rewound:
     ) -> Vehicle:
         """The vehicle in a state of the run; it requests the plan if the run had not yet done so.
 
-        `overrides` and `journals` are those of `continued`. Raises SnapshotError, ProfileError.
+        `overrides` and `journals` are those of `resume_snapshot`. Raises SnapshotError, ProfileError.
         """
 
         def look_on(vehicle: Vehicle) -> None:
             self._request(vehicle, snapshot.time)
 
         xml = self._run.logs[0].path.parent / "IMC.xml.gz"
-        return continued(snapshot, log_root, overrides=overrides, journals=journals, look_on=look_on, definitions=xml)
+        return resume_snapshot(
+            snapshot, log_root, overrides=overrides, journals=journals, before_start=look_on, definitions=xml
+        )
 
     def _from_start(self, scratch: Path, seconds: float) -> Vehicle:
         profile, first = self._profile, self._run.logs[0]
@@ -156,7 +158,7 @@ class Rewound:
             if self._run.gap and place is not None and place.first.startswith(f"{start:%Y%m%d/%H%M%S}"):
                 why = f"cannot be repeated from the start of its run; {self._run.gap}"
             raise SnapshotError(f"{first.path} has no snapshot before {seconds:g} s, and {why}")
-        about = outline(self._run)
+        about = summarize_log(self._run)
         vehicle = _vehicle(profile, scratch, profile.start_time_ns, about.labels if about is not None else {})
         Journals(vehicle)
         self._request(vehicle, profile.start_time_ns)
@@ -165,9 +167,9 @@ class Rewound:
 
     def _request(self, vehicle: Vehicle, time: int) -> None:
         """Request the plan of this run, unless the run had done so before a time (ns)."""
-        found = given_in(self._run.packets(), self._run.schema, vehicle, time / SECOND)
-        if found is not None and not found.given:
-            PlanRequest(vehicle, found.request, calm=found.calm)
+        found = find_start_request(self._run.packets(), self._run.schema, vehicle, time / SECOND)
+        if found is not None and not found.is_sent:
+            PlanStartRequest(vehicle, found.request, is_vehicle_ready=found.is_vehicle_ready)
 
     def _compare(self, scratch: Path, wanted: int) -> None:
         """Compare the log with the repeated run. Raises SnapshotError if they differ before a time (ns)."""

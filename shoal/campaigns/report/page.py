@@ -28,7 +28,7 @@ from shoal.campaigns.report.analysis import (
 from shoal.campaigns.report.pieces import safe, section, short, table
 from shoal.campaigns.report.plots import MOST_PLOTS, best_so_far, histograms, pass_rates, scatters, track_map
 from shoal.campaigns.search import Findings, Goal
-from shoal.logs.inspect import number, span
+from shoal.logs.inspect import format_count, format_duration
 
 LISTED = 20
 MOST_INDICES = 12  # outputs
@@ -146,8 +146,8 @@ def _tiles(data: DataSet, rows: Sequence[Row], rate: Rate) -> str:
         ("", f"{low:.1%} to {high:.1%}", f"true pass rate, {100 * rate.confidence:g}% confidence (Wilson)"),
         ("", f"{rate.passed} of {rate.runs}", "runs passed"),
         ("bad" if errors else "", str(errors), "ended out of order"),
-        ("", span(simulated), "simulated"),
-        ("", span(cpu), "of CPU"),
+        ("", format_duration(simulated), "simulated"),
+        ("", format_duration(cpu), "of CPU"),
         ("", f"{len(rows) * 3600.0 / cpu:.0f}" if cpu else "", "runs per hour of CPU"),
     ]
     if data.progress:
@@ -235,7 +235,7 @@ def _strongest(
 def _worst(data: DataSet, rows: Sequence[Row], beside: Path) -> str:
     worst = sorted(rows, key=lambda row: (not row["error"], row["passed"], row["margin"], row["run"]))[:LISTED]
     return section(
-        f"The {number(len(worst), 'worst run')}",
+        f"The {format_count(len(worst), 'worst run')}",
         _listed(data, [(row, row["margin"]) for row in worst], "margin", beside),
     )
 
@@ -244,7 +244,7 @@ def _best(data: DataSet, rows: Sequence[Row], goal: Goal, beside: Path) -> str:
     """The runs nearest to what a search looks for."""
     values = [(row, value) for row in rows if not math.isnan(value := goal.value(row))]
     best = sorted(values, key=lambda pair: -pair[1] if goal.is_largest else pair[1])[:LISTED]
-    title = f"The {number(len(best), 'run')} with the {goal.kind} {goal.text}"
+    title = f"The {format_count(len(best), 'run')} with the {goal.kind} {goal.text}"
     return section(title, _listed(data, best, goal.text, beside) if best else "")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import imc
 from imc.lsf import ReportShare
 from runtime.logs import KEPT, blocks, new_log
-from shoal.logs.selection import Selection, Watch, wanted
+from shoal.logs.selection import OwnerClock, PacketSelection, selection_mask
 
 
 @dataclass
@@ -20,16 +20,18 @@ class CutReport:
     losses: list[imc.Loss] = field(default_factory=list[imc.Loss])
 
 
-def cut(log: imc.Log, folder: Path, choice: Selection, owner: int, progress: ReportShare | None = None) -> CutReport:
+def cut(
+    log: imc.Log, folder: Path, choice: PacketSelection, owner: int, progress: ReportShare | None = None
+) -> CutReport:
     """Copy the selected packets and those in KEPT, unchanged and in order, to a new log in `folder`.
 
     Only the owner's clock counts. Another system's clock may be wrong, so its packets have the time of the owner's
     packet before them. Raises FileExistsError, OSError; ValueError if nothing is selected, and then writes nothing.
     """
-    done, watch = CutReport(), Watch(owner)
+    done, watch = CutReport(), OwnerClock(owner)
     with new_log(folder, log) as writer:
         for block in blocks(log, done.losses, progress):
-            chosen = wanted(block.headers, choice, watch)
+            chosen = selection_mask(block.headers, choice, watch)
             kept = ~chosen & np.isin(block.headers["id"], list(KEPT))
             for index in np.flatnonzero(chosen | kept):
                 writer.write(block.packets[index])

@@ -7,10 +7,17 @@ from typing import Protocol
 import imc
 from imc.lsf import ReportShare
 from mavlink import Flight, Record, dataflash, from_dataflash, from_ulog, load_dialect, ulog
-from shoal.logs.edit.imported_log import IMPOSSIBLE, Imported, NothingToImport, Skipped, SystemLog, open_writer
+from shoal.logs.edit.imported_log import (
+    CONVERSION_ERRORS,
+    ImportReport,
+    NothingToImport,
+    SkippedRecords,
+    SystemLogWriter,
+    open_writer,
+)
 
 
-class _Log(Protocol):
+class _FlightLog(Protocol):
     path: Path
     size: int
     position: int
@@ -28,7 +35,9 @@ class _Translator(Protocol):
     def finish(self, time: float) -> Iterator[tuple[str, imc.Message]]: ...
 
 
-def import_dataflash(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> Imported:
+def import_dataflash(
+    path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None
+) -> ImportReport:
     """Write Data.lsf.gz and IMC.xml.gz to `folder`; `progress` gets the share that is read.
 
     The vehicle is `system`, or "mavlink-<id>". Times are UTC if a GPS has told it, else they count from the start of
@@ -40,7 +49,7 @@ def import_dataflash(path: Path, folder: Path, system: str = "", progress: Repor
     return _import(log, flight, translator, folder, system, progress)
 
 
-def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> Imported:
+def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> ImportReport:
     """The same for a ULog file of PX4. Raises BadULog too."""
     log = ulog.ULog(path)
     flight = from_ulog.survey(log)
@@ -52,20 +61,20 @@ def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportShar
 
 
 def _import(
-    log: _Log, flight: Flight, translator: _Translator, folder: Path, system: str, progress: ReportShare
-) -> Imported:
+    log: _FlightLog, flight: Flight, translator: _Translator, folder: Path, system: str, progress: ReportShare
+) -> ImportReport:
     writer = open_writer(folder)
-    skipped = Skipped()
+    skipped = SkippedRecords()
     last = 0.0
     try:
-        vehicle = SystemLog(writer, system or f"mavlink-{flight.system}", log.path.stem)
+        vehicle = SystemLogWriter(writer, system or f"mavlink-{flight.system}", log.path.stem)
         for count, record in enumerate(log.read(translator.kinds)):
             time = record.time + (flight.start or 0.0)
-            vehicle.introduce(time, flight.system_type, flight.system)
+            vehicle.write_preamble(time, flight.system_type, flight.system)
             try:
                 vehicle.write(translator.hear(record))
-            except IMPOSSIBLE:
-                skipped.note(record.name, time)
+            except CONVERSION_ERRORS:
+                skipped.count(record.name, time)
             last = time
             if count % 1000 == 0:
                 progress(log.position / log.size)
@@ -77,5 +86,5 @@ def _import(
         writer.close()
     notes = [f"{log.path}: no GPS has told the time: times count from the start of the autopilot"]
     notes = notes if flight.start is None else []
-    notes += skipped.notes(log.path)
-    return Imported(log.records, log.lost, log.first_lost, {vehicle.name: vehicle.count}, notes)
+    notes += skipped.texts(log.path)
+    return ImportReport(log.records, log.lost, log.first_lost, {vehicle.name: vehicle.count}, notes)

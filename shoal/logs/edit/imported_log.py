@@ -18,23 +18,23 @@ class NothingToImport(ValueError):
     """A file from which nothing can be imported; the text says which, and why."""
 
 
-IMPOSSIBLE = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, struct.error, imc.EncodeError)
+CONVERSION_ERRORS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, struct.error, imc.EncodeError)
 """What damaged contents, or those of a program that calls its fields otherwise, lead to."""
 
 
-class Skipped:
+class SkippedRecords:
     """Contents of a file that could not be translated, by kind."""
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
         self._first: dict[str, float] = {}
 
-    def note(self, kind: str, time: float) -> None:
+    def count(self, kind: str, time: float) -> None:
         """Count one; `time` in s, since 1970 UTC or since the start."""
         self._counts[kind] += 1
         self._first.setdefault(kind, time)
 
-    def notes(self, path: Path) -> list[str]:
+    def texts(self, path: Path) -> list[str]:
         """What a person should know of it."""
         return [
             f"{path}: {many} of its {kind} skipped: not as expected, the first at {self._first[kind]:.3f} s"
@@ -43,7 +43,7 @@ class Skipped:
 
 
 @dataclass
-class Imported:
+class ImportReport:
     """What was imported: records in the file, bytes outside of them, IMC messages written, by system.
 
     first_lost: the place of the first byte outside of records, -1 for none. notes: what a person should know of it.
@@ -56,7 +56,7 @@ class Imported:
     notes: list[str] = field(default_factory=list[str])
 
 
-class SystemLog:
+class SystemLogWriter:
     """One system of a log that is written: it introduces itself before its first message."""
 
     def __init__(self, writer: LsfWriter, name: str, log: str) -> None:
@@ -67,7 +67,7 @@ class SystemLog:
         self._id = _address(name)
         self._labels = {label: number for number, label in enumerate(ENTITIES, 1)}
 
-    def introduce(self, time: float, kind: imc.SystemType, mavlink: int) -> None:
+    def write_preamble(self, time: float, kind: imc.SystemType, mavlink: int) -> None:
         """Write what a log begins with, unless it is there; `mavlink` is the vehicle's id there."""
         if self.count:
             return
@@ -77,9 +77,9 @@ class SystemLog:
         for label in ENTITIES:
             self._name(label, time)
 
-    def write(self, said: Iterable[tuple[str, imc.Message]]) -> None:
+    def write(self, messages: Iterable[tuple[str, imc.Message]]) -> None:
         """Write messages with their times, after the labels of their entities."""
-        for label, message in said:
+        for label, message in messages:
             if label not in self._labels:
                 self._name(label, message.timestamp)
             self._say(label, message)

@@ -21,7 +21,7 @@ LARGEST_CHUNK = 1 << 28
 RECORD_HEAD = 9
 
 
-class BadFile(ValueError):
+class BadMcapFile(ValueError):
     """A file that cannot be imported; the text says which and why."""
 
 
@@ -38,7 +38,7 @@ def import_mcap(path: Path, folder: Path) -> list[str]:
     """Write the packets of an MCAP file, unchanged, to Data.lsf.gz in `folder`, and its IMC.xml.gz, IMC.xml and
     Config.ini, if it has them; returns what is wrong with the file.
 
-    Damaged chunks are skipped; if the file ends early, all complete chunks are read. Raises BadFile if it has no
+    Damaged chunks are skipped; if the file ends early, all complete chunks are read. Raises BadMcapFile if it has no
     packets, OSError.
     """
     wrong: list[str] = []
@@ -57,7 +57,7 @@ def import_mcap(path: Path, folder: Path) -> list[str]:
             writer.close()
     if not count:
         why = f"; {wrong[0]}" if wrong else ""
-        raise BadFile(f"{path}: there are no IMC packets in it (topic {TOPIC}, type {PACKETS.full_name}){why}")
+        raise BadMcapFile(f"{path}: there are no IMC packets in it (topic {TOPIC}, type {PACKETS.full_name}){why}")
     return [f"{path}: {text}" for text in dict.fromkeys(wrong)]
 
 

@@ -17,7 +17,7 @@ from runtime.logs import NAMING, Array, Names, blocks, new_log, type_name
 from support.file_errors import naming
 
 
-class Conflict(ValueError):
+class MergeConflict(ValueError):
     """Logs that cannot be merged; the text says why."""
 
 
@@ -42,9 +42,9 @@ def merge(
     """
     merged = MergeReport()
     with naming(tempfile.gettempdir()), tempfile.TemporaryFile() as spill:
-        collected = _Collected(spill)
+        collected = _SpilledPackets(spill)
         for number, log in enumerate(logs):
-            merged.losses += [(log.path, loss) for loss in collected.take(number, log, progress)]
+            merged.losses += [(log.path, loss) for loss in collected.read_log(number, log, progress)]
         if not collected.times:
             raise ValueError("there is no message in these logs")
         source = _common_schema(logs, collected.ids)
@@ -56,7 +56,7 @@ def merge(
     return merged
 
 
-class _Collected:
+class _SpilledPackets:
     """The packets of several logs, one after the other in a file."""
 
     def __init__(self, spill: IO[bytes]):
@@ -66,7 +66,7 @@ class _Collected:
         self.names: list[Names] = []
         self._end = 0
 
-    def take(self, number: int, log: imc.Log, progress: ReportShare | None) -> list[imc.Loss]:
+    def read_log(self, number: int, log: imc.Log, progress: ReportShare | None) -> list[imc.Loss]:
         """Read a log; returns what was damaged."""
         losses: list[imc.Loss] = []
         ids: set[int] = set()
@@ -128,12 +128,12 @@ def _common_schema(logs: list[imc.Log], ids: list[set[int]]) -> imc.Log:
     reasons: list[str] = []
     for candidate in logs:
         if candidate.schema.sync != logs[0].schema.sync:
-            raise Conflict(f"{candidate.path} and {logs[0].path} are of IMC versions with different sync numbers")
+            raise MergeConflict(f"{candidate.path} and {logs[0].path} are of IMC versions with different sync numbers")
         reason = next(filter(None, (_misfit(candidate, log, used) for log, used in zip(logs, ids, strict=True))), None)
         if reason is None:
             return candidate
         reasons.append(reason)
-    raise Conflict(f"no log has definitions that fit all: {'; '.join(dict.fromkeys(reasons))}")
+    raise MergeConflict(f"no log has definitions that fit all: {'; '.join(dict.fromkeys(reasons))}")
 
 
 def _misfit(candidate: imc.Log, log: imc.Log, used: set[int]) -> str:

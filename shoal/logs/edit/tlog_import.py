@@ -14,31 +14,38 @@ from mavlink import (
     Tlog,
     load_dialect,
 )
-from shoal.logs.edit.imported_log import IMPOSSIBLE, Imported, NothingToImport, Skipped, SystemLog, open_writer
+from shoal.logs.edit.imported_log import (
+    CONVERSION_ERRORS,
+    ImportReport,
+    NothingToImport,
+    SkippedRecords,
+    SystemLogWriter,
+    open_writer,
+)
 
 AUTOPILOT = 1  # component
 
 
 @dataclass
-class _System:
+class _ImportedSystem:
     number: int
-    log: SystemLog
+    log: SystemLogWriter
     translator: AutopilotTranslator
     dialogues: DialogueTranslator
-    skipped: Skipped
+    skipped: SkippedRecords
 
-    def hear(self, message: Received, time: float) -> None:
-        self.log.introduce(time, self.translator.system_type, self.number)
+    def receive(self, message: Received, time: float) -> None:
+        self.log.write_preamble(time, self.translator.system_type, self.number)
         for translator in (self.translator, self.dialogues):
             ours = translator is self.dialogues or message.component == AUTOPILOT
             if ours and message.name in translator.kinds:
                 try:
                     self.log.write(translator.hear(message, time))
-                except IMPOSSIBLE:
-                    self.skipped.note(message.name, time)
+                except CONVERSION_ERRORS:
+                    self.skipped.count(message.name, time)
 
 
-def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> Imported:
+def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> ImportReport:
     """Write Data.lsf.gz and IMC.xml.gz to `folder`; `progress` gets the share that is read.
 
     Each autopilot becomes a system "mavlink-<id>"; the first is `system`, if given. Ground stations, cameras and
@@ -49,24 +56,26 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShar
     tlog = Tlog(path, dialect)
     if not kinds:
         raise NothingToImport(f"{path}: not an MCAP, .tlog, .BIN or .ulg file: no autopilot in its {tlog.size} bytes")
-    last, skipped = 0.0, Skipped()
+    last, skipped = 0.0, SkippedRecords()
     writer = open_writer(folder)
     try:
-        systems: dict[int, _System] = {}
+        systems: dict[int, _ImportedSystem] = {}
         for number, (kind, autopilot) in kinds.items():
             name = system if system and not systems else f"mavlink-{number}"
             dialogues = DialogueTranslator(dialect, number, kind, autopilot)
             translator = AutopilotTranslator(dialect, kind)
-            systems[number] = _System(number, SystemLog(writer, name, path.stem), translator, dialogues, skipped)
+            systems[number] = _ImportedSystem(
+                number, SystemLogWriter(writer, name, path.stem), translator, dialogues, skipped
+            )
         wanted = frozenset[str]().union(*(heard.translator.kinds | heard.dialogues.kinds for heard in systems.values()))
         for number, (time, message) in enumerate(tlog.read(wanted)):
             heard = systems.get(message.system)
             if heard is not None and message.component == AUTOPILOT:
-                heard.hear(message, time)
+                heard.receive(message, time)
                 last = time
             asked = systems.get(message.values.get("target_system", 0)) if heard is None else None
             if asked is not None and asked.log.count:  # a station has told it something
-                asked.hear(message, time)
+                asked.receive(message, time)
             if number % 1000 == 0:
                 progress(tlog.position / tlog.size)
         for heard in systems.values():
@@ -75,7 +84,7 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShar
     finally:
         writer.close()
     counts = {heard.log.name: heard.log.count for heard in systems.values()}
-    return Imported(tlog.frames, tlog.lost, tlog.first_lost, counts, skipped.notes(path))
+    return ImportReport(tlog.frames, tlog.lost, tlog.first_lost, counts, skipped.texts(path))
 
 
 def _kinds(path: Path, dialect: Dialect) -> dict[int, tuple[int, int]]:

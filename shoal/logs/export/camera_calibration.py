@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 
 from runtime.logs import Array
-from shoal.logs.export.message_batches import Source
+from shoal.logs.export.message_batches import LogSource
 from world.optics import CalibrationError, CameraModel, read_camera
 from world.sensors import Part
 
@@ -30,7 +30,7 @@ class LoggedCamera(NamedTuple):
     label: str = ""
 
 
-class LoggedUnit(NamedTuple):
+class LoggedImu(NamedTuple):
     """An IMU: its noise, and its 4x4 pose in the body."""
 
     part: Part
@@ -54,7 +54,7 @@ def logged_cameras(photos: Path) -> dict[str, LoggedCamera]:
     return found
 
 
-def camera_models(photos: Path, cameras: Mapping[str, LoggedCamera]) -> dict[str, CameraModel]:
+def load_camera_models(photos: Path, cameras: Mapping[str, LoggedCamera]) -> dict[str, CameraModel]:
     """The models of these cameras of a folder of pictures; those that can be used."""
     found: dict[str, CameraModel] = {}
     for name, camera in cameras.items():
@@ -63,13 +63,13 @@ def camera_models(photos: Path, cameras: Mapping[str, LoggedCamera]) -> dict[str
     return found
 
 
-def is_like(optics: CameraModel, told: Sequence[float]) -> bool:
+def matches_optics(optics: CameraModel, told: Sequence[float]) -> bool:
     """Whether a camera has the numbers of OPTICS that a CameraFrame tells."""
     own = [getattr(optics, name) for name in OPTICS]
     return all(math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-3) for a, b in zip(told, own, strict=True))
 
 
-def pictures_unlike(source: Source, models: Mapping[str, CameraModel]) -> frozenset[str]:
+def photos_of_other_lenses(source: LogSource, models: Mapping[str, CameraModel]) -> frozenset[str]:
     """The files of pictures that, by their CameraFrame, another lens took than these cameras have.
 
     The parameters of a camera may change while a log is written; cameras.yaml tells of the last ones.
@@ -80,15 +80,15 @@ def pictures_unlike(source: Source, models: Mapping[str, CameraModel]) -> frozen
         name = Path(str(getattr(frame, "file", ""))).name
         told = [float(getattr(frame, field, math.nan)) for field in OPTICS]
         optics = models.get(name.rsplit("_", 2)[0])
-        if optics is not None and all(map(math.isfinite, told)) and not is_like(optics, told):
+        if optics is not None and all(map(math.isfinite, told)) and not matches_optics(optics, told):
             found.add(name)
     return frozenset(found)
 
 
-def sensor(camera: LoggedCamera) -> dict[str, Any]:
+def euroc_sensor(camera: LoggedCamera) -> dict[str, Any]:
     """What EuRoC's sensor.yaml says of a camera; without a model if Kalibr lacks it."""
     model = camera.model
-    found: dict[str, Any] = {"T_BS": matrix(camera.pose)}
+    found: dict[str, Any] = {"T_BS": euroc_matrix(camera.pose)}
     if "intrinsics" not in model:
         return {**found, "no_intrinsics": model.get("not_in_kalibr", "")}
     return {
@@ -101,12 +101,12 @@ def sensor(camera: LoggedCamera) -> dict[str, Any]:
     }
 
 
-def matrix(pose: Array) -> dict[str, Any]:
+def euroc_matrix(pose: Array) -> dict[str, Any]:
     """A matrix as EuRoC writes it."""
     return {"rows": 4, "cols": 4, "data": pose.ravel().tolist()}
 
 
-def write_calibration(folder: Path, cameras: Sequence[LoggedCamera], unit: LoggedUnit | None, rate: float) -> None:
+def write_calibration(folder: Path, cameras: Sequence[LoggedCamera], unit: LoggedImu | None, rate: float) -> None:
     """Write camchain.yaml, and with an IMU of a known noise and a `rate` (Hz) vins/ and openvins/. Raises OSError.
 
     Only what the models of the cameras allow is written: Kalibr's for camchain and OpenVINS, VINS-Fusion's for vins/.
@@ -145,11 +145,11 @@ def _chain(cameras: Sequence[LoggedCamera], imu: Array | None, late: float) -> d
     return chain
 
 
-def _write_openvins(folder: Path, chain: dict[str, Any], unit: LoggedUnit, rate: float) -> None:
+def _write_openvins(folder: Path, chain: dict[str, Any], unit: LoggedImu, rate: float) -> None:
     folder.mkdir(exist_ok=True)
     imu: dict[str, Any] = {
         "T_i_b": np.eye(4).tolist(),
-        **densities(unit.part),
+        **noise_densities(unit.part),
         **{name: np.eye(3).tolist() for name in ("Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC")},
         "Tg": np.zeros((3, 3)).tolist(),
         "model": "calibrated",
@@ -175,11 +175,11 @@ def _write_openvins(folder: Path, chain: dict[str, Any], unit: LoggedUnit, rate:
         _write(folder / f"{name}.yaml", content, "%YAML:1.0\n\n")
 
 
-def _write_vins(folder: Path, cameras: Sequence[LoggedCamera], unit: LoggedUnit, late: float) -> None:
+def _write_vins(folder: Path, cameras: Sequence[LoggedCamera], unit: LoggedImu, late: float) -> None:
     """VINS-Fusion's configuration, in which body is the IMU, whose samples are `late` (s)."""
     folder.mkdir(exist_ok=True)
     width, height = cameras[0].model["resolution"]
-    noise = densities(unit.part)
+    noise = noise_densities(unit.part)
     lines = ["%YAML:1.0", "", "imu: 1", f"num_of_cam: {len(cameras)}", 'imu_topic: "/imu0"']
     for number in range(len(cameras)):
         lines += [f'image{number}_topic: "/cam{number}/image_raw"', f'cam{number}_calib: "cam{number}.yaml"']
@@ -217,7 +217,7 @@ def _camodocal(camera: LoggedCamera) -> dict[str, Any]:
     return {"model_type": "KANNALA_BRANDT", **size, "projection_parameters": projection}
 
 
-def densities(part: Part) -> dict[str, float]:
+def noise_densities(part: Part) -> dict[str, float]:
     """The noise of an IMU by the names of Kalibr."""
     return {
         "gyroscope_noise_density": part.gyroscope.density.white,

@@ -15,7 +15,7 @@ import numpy as np
 import imc
 from imc.layout import ADDRESS_FIELDS, NUMPY, VARIABLE
 from runtime.logs import Array
-from shoal.logs.export.ros_types import Member, RosType
+from shoal.logs.export.ros_types import RosField, RosType
 
 ENCAPSULATION = b"\0\1\0\0"
 SIZES = {code: struct.calcsize("<" + code) for code in NUMPY}
@@ -23,7 +23,7 @@ SIZES = {code: struct.calcsize("<" + code) for code in NUMPY}
 Item = tuple[str, str] | tuple[str, str, int] | bytes
 
 
-class Record:
+class CdrRecords:
     """Records of fixed size as a NumPy array: the unaligned `prefix`, then aligned numbers and constant texts.
 
     items: (name, struct letter), (name, letter, count) or the bytes of a constant text.
@@ -41,7 +41,7 @@ class Record:
             code = "I" if isinstance(item, bytes) else item[1]
             template += bytes(-(len(template) - origin) % SIZES[code])
             if isinstance(item, bytes):
-                template += text(item)
+                template += cdr_string(item)
                 continue
             count = item[2] if len(item) == 3 else 1
             names.append(item[0])
@@ -53,36 +53,36 @@ class Record:
         self._template = bytes(template)
         self._dtype = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": self.size})
 
-    def make(self, count: int) -> Array:
+    def zeros(self, count: int) -> Array:
         """`count` records, all numbers zero."""
         return np.frombuffer(bytearray(self._template * count), self._dtype)
 
 
-def text(data: bytes) -> bytes:
+def cdr_string(data: bytes) -> bytes:
     """A string with its length; it must be placed at a multiple of four."""
     return struct.pack("<I", len(data) + 1) + data + b"\0"
 
 
-class Unfit(ValueError):
+class CdrError(ValueError):
     """A message that its ROS type cannot hold; the text says why."""
 
 
-Write = Callable[[Any, bytearray], None]
-"""Appends the fields of a message to a body that begins after the encapsulation. Raises Unfit."""
+CdrWriter = Callable[[Any, bytearray], None]
+"""Appends the fields of a message to a body that begins after the encapsulation. Raises CdrError."""
 
 
-def writer(type_: RosType, inside: bool = False) -> Write:
+def make_cdr_writer(type_: RosType, inside: bool = False) -> CdrWriter:
     """A function that writes messages of one type; `inside` another message, ROS needs at least one byte."""
-    steps: list[Write] = []
-    numbers: list[Member] = []
-    for member in type_.members:
+    steps: list[CdrWriter] = []
+    numbers: list[RosField] = []
+    for member in type_.fields:
         numbers.append(member)
         if member.code in VARIABLE:
             steps.append(_step(numbers[:-1], member))
             numbers = []
     if numbers:
         steps.append(_numbers(numbers))
-    if not type_.members and inside:
+    if not type_.fields and inside:
         return lambda _, body: body.append(0)
     if len(steps) == 1:
         return steps[0]
@@ -94,7 +94,7 @@ def writer(type_: RosType, inside: bool = False) -> Write:
     return write
 
 
-def _numbers(members: Sequence[Member]) -> Write:
+def _numbers(members: Sequence[RosField]) -> CdrWriter:
     packers, values = _packers("".join(member.code for member in members)), _getter(members)
 
     def write(message: Any, body: bytearray) -> None:
@@ -103,7 +103,7 @@ def _numbers(members: Sequence[Member]) -> Write:
     return write
 
 
-def _step(members: Sequence[Member], tail: Member) -> Write:
+def _step(members: Sequence[RosField], tail: RosField) -> CdrWriter:
     """Writes numbers and the text, bytes or messages after them, whose count is packed with the numbers."""
     packers, values = _packers("".join(member.code for member in members) + "I"), _getter(members)
     name, code, inner = tail.attribute, tail.code, tail.inner
@@ -125,8 +125,8 @@ def _step(members: Sequence[Member], tail: Member) -> Write:
     return {"R": write_bytes, "T": write_text}.get(code, write_json)
 
 
-def _messages(packers: "Sequence[_Pack]", values: "_Values", tail: Member, inner: RosType) -> Write:
-    write_inner, name = writer(inner, inside=True), tail.attribute
+def _messages(packers: "Sequence[_Pack]", values: "_Values", tail: RosField, inner: RosType) -> CdrWriter:
+    write_inner, name = make_cdr_writer(inner, inside=True), tail.attribute
     expected = inner.name.rpartition("/")[2]
 
     def write(message: Any, body: bytearray) -> None:
@@ -135,7 +135,7 @@ def _messages(packers: "Sequence[_Pack]", values: "_Values", tail: Member, inner
         body += packers[len(body) & 7](*values(message), len(found))
         for item in found:
             if "Inline" + type(item).__name__.replace("_", "") != expected:
-                raise Unfit(f"{type(message).__name__}.{name} holds {type(item).__name__}")
+                raise CdrError(f"{type(message).__name__}.{name} holds {type(item).__name__}")
             write_inner(item, body)
 
     return write
@@ -159,7 +159,7 @@ _Pack = Callable[..., bytes]
 _Values = Callable[[Any], Sequence[Any]]
 
 
-def _getter(members: Sequence[Member]) -> _Values:
+def _getter(members: Sequence[RosField]) -> _Values:
     names = [member.attribute for member in members]
     if not names:
         return lambda _: ()

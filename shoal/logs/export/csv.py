@@ -10,11 +10,19 @@ import numpy as np
 
 import imc
 from imc.lsf import ReportShare
-from shoal.logs.export.message_batches import Source
-from shoal.logs.export.message_table import HEADER, NUMPY, Table, Values, columns_of, plain, table_of
+from shoal.logs.export.message_batches import LogSource
+from shoal.logs.export.message_table import (
+    HEADER,
+    NUMPY,
+    MessageTable,
+    Values,
+    field_columns,
+    json_columns,
+    message_table,
+)
 
 
-def export_csv(source: Source, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_csv(source: LogSource, folder: Path, progress: ReportShare = lambda _: None) -> int:
     """Write <Message>.csv for each type to `folder`; returns the number of rows.
 
     The first row has the names of the columns with their units: `timestamp (s)`, `utc`, `system`, `label`, the rest of
@@ -32,29 +40,29 @@ def export_csv(source: Source, folder: Path, progress: ReportShare = lambda _: N
                     file = stack.enter_context(path.open("w", encoding="utf-8", newline=""))
                     writer = writers[group.message.id] = csv.writer(file)
                     writer.writerow(_heading(source.schema, group.message))
-                table = table_of(source, batch, group)
+                table = message_table(source, batch, group)
                 writer.writerows(zip(*_columns(source, table), strict=True))
                 rows += table.rows
     return rows
 
 
-def texts(values: Values, type_: str) -> list[str]:
+def column_texts(values: Values, type_: str) -> list[str]:
     """Values of a column as text."""
     if type_ == "rawdata":
         return [data.hex() for data in values]
     if type_ not in NUMPY:
-        return list(plain(values, type_))
+        return list(json_columns(values, type_))
     numbers = np.asarray(values)
     return numbers.astype("U32").tolist() if type_ == "fp32_t" else list(map(repr, numbers.tolist()))
 
 
 def _heading(schema: imc.Schema, message: imc.MessageType) -> list[str]:
-    columns = columns_of(schema, message)
+    columns = field_columns(schema, message)
     fields = [f"{column.name} ({column.unit})" if column.unit else column.name for column in columns]
     return ["timestamp (s)", "utc", "system", "label", *HEADER[1:], *fields]
 
 
-def _columns(source: Source, table: Table) -> list[list[str]]:
+def _columns(source: LogSource, table: MessageTable) -> list[list[str]]:
     columns = table.columns
     times: list[float] = np.asarray(columns["timestamp"]).tolist()
     pairs: list[tuple[int, int]] = list(
@@ -62,9 +70,9 @@ def _columns(source: Source, table: Table) -> list[list[str]]:
     )
     known = {pair: (source.names.system(pair[0]), source.names.entity(*pair)) for pair in set(pairs)}
     found = [list(map(repr, times)), [_utc(time) for time in times]]
-    found += [list(plain([known[pair][place] for pair in pairs], "plaintext")) for place in (0, 1)]
-    found += [texts(columns[name], "uint16_t") for name in HEADER[1:]]
-    return found + [texts(columns[field.attribute], field.type) for field in table.message.fields]
+    found += [list(json_columns([known[pair][place] for pair in pairs], "plaintext")) for place in (0, 1)]
+    found += [column_texts(columns[name], "uint16_t") for name in HEADER[1:]]
+    return found + [column_texts(columns[field.attribute], field.type) for field in table.message.fields]
 
 
 def _utc(time: float) -> str:

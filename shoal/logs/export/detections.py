@@ -25,7 +25,7 @@ DIAMETER = 0.8  # m, the length of a mini glider
 LEAST = 8.0  # px
 
 
-class Spot(NamedTuple):
+class DetectionPoint(NamedTuple):
     """A detection: the entity that it comes from, when (s since 1970), its number, its place (m north, east, down)."""
 
     entity: int
@@ -34,29 +34,29 @@ class Spot(NamedTuple):
     place: tuple[float, float, float]
 
 
-class Pieces:
+class DetectionCollector:
     """The states and detections of a log as they come, by system; those of fixed size."""
 
     def __init__(self) -> None:
         self._found: dict[int, dict[str, list[Array]]] = {}
 
-    def take(self, name: str, src: int, rows: Array) -> None:
+    def add(self, name: str, src: int, rows: Array) -> None:
         if name in FIELDS:
             kept = rows[FIELDS[name]].copy()
             self._found.setdefault(src, {}).setdefault(name, []).append(kept)
 
-    def joined(self, origin: MapOrigin | None) -> dict[int, "Detections"]:
+    def by_system(self, origin: MapOrigin | None) -> dict[int, "SystemDetections"]:
         """The detections of each system that has told where it believes to be."""
         if origin is None:
             return {}
         return {
-            src: Detections(origin, np.concatenate(parts[STATE]), np.concatenate(parts[MUG]))
+            src: SystemDetections(origin, np.concatenate(parts[STATE]), np.concatenate(parts[MUG]))
             for src, parts in self._found.items()
             if len(parts) == len(FIELDS)
         }
 
 
-class Detections:
+class SystemDetections:
     """The detections of one system, which are relative to where it believes to be.
 
     Their height is not in the log: they are on the bottom below the vehicle by its altitude, or without one at the
@@ -78,12 +78,12 @@ class Detections:
         self.spots = list(self._spots(found[np.argsort(found["timestamp"], kind="stable")]))
         self._spot_times = np.array([spot.time for spot in self.spots])
 
-    def _spots(self, found: Array) -> Iterator[Spot]:
+    def _spots(self, found: Array) -> Iterator[DetectionPoint]:
         rows = zip(*(found[name].tolist() for name in ("src_ent", "timestamp", "id", "x", "y")), strict=True)
         for entity, time, number, x, y in rows:
             state = self._at(time)
             if state is not None:
-                yield Spot(entity, time, number, (state[0] + x, state[1] + y, state[2] + state[6]))
+                yield DetectionPoint(entity, time, number, (state[0] + x, state[1] + y, state[2] + state[6]))
 
     def _at(self, time: float) -> list[float] | None:
         """Place, angles, and the height above the ground at a time; None where no state is near."""
@@ -91,13 +91,15 @@ class Detections:
             return None
         return [float(np.interp(time, self._times, self._columns[:, n])) for n in range(self._columns.shape[1])]
 
-    def in_picture(self, time: float, model: CameraModel, camera: LoggedCamera) -> Iterator[tuple[Spot, Array, float]]:
+    def project_into_photo(
+        self, time: float, model: CameraModel, camera: LoggedCamera
+    ) -> Iterator[tuple[DetectionPoint, Array, float]]:
         """What is published first of each thing after a picture that shows it, its pixel, and its size (px)."""
         state = self._at(time)
         if state is None:
             return
         first, last = np.searchsorted(self._spot_times, (time, time + LATEST)).tolist()
-        seen: dict[tuple[int, int], Spot] = {}
+        seen: dict[tuple[int, int], DetectionPoint] = {}
         for spot in self.spots[first:last]:
             seen.setdefault((spot.entity, spot.id), spot)
         turn, pose = np.array(rotation(state[3], state[4], state[5])), camera.pose

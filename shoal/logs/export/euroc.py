@@ -13,16 +13,16 @@ from runtime.logs import Array
 from runtime.profile import default_label, read_sections
 from shoal.logs.export.camera_calibration import (
     LoggedCamera,
-    LoggedUnit,
-    densities,
+    LoggedImu,
+    euroc_matrix,
+    euroc_sensor,
     logged_cameras,
-    matrix,
-    sensor,
+    noise_densities,
     write_calibration,
 )
-from shoal.logs.export.message_batches import Source
-from shoal.logs.export.photo_files import Photo, exported
-from shoal.logs.export.vio_recording import Samples, Track, record
+from shoal.logs.export.message_batches import LogSource
+from shoal.logs.export.photo_files import Photo, export_photo
+from shoal.logs.export.vio_recording import ImuSamples, PoseTrack, read_recording
 from support.rotations import rotation
 from tasks.simulators.imu import ARTICLE_INTERVAL, IMU, grade_of
 from world.sensors import vins_parameters
@@ -40,7 +40,7 @@ TRUTH_HEADING = "#timestamp," + ",".join(
 FRAMES = "R is east, north, up; the body B is forward, right, down of the vehicle; T_BS places the sensor S in it"
 
 
-def export_euroc(source: Source, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_euroc(source: LogSource, folder: Path, progress: ReportShare = lambda _: None) -> int:
     """Write mav0/imu0.., cam0.., state_groundtruth_estimate0 and state_estimate0, and calibration/; returns the rows.
 
     calibration/ has the noise of each IMU, and of the cameras that Photos/cameras.yaml describes a camchain of Kalibr
@@ -48,35 +48,35 @@ def export_euroc(source: Source, folder: Path, progress: ReportShare = lambda _:
     say has a sensor.yaml without densities, and no Kalibr file. The biases of the truth are not known, and nan. Raises
     OSError.
     """
-    recording = record(source, progress)
+    recording = read_recording(source, progress)
     units = _units(source.log.path.parent / "Config.ini")
     written = 0
-    for number, samples in enumerate(recording.units):
+    for number, samples in enumerate(recording.imus):
         written += _write_unit(folder, number, samples, units.get(samples.label))
     for name, track in (("state_groundtruth_estimate0", recording.truth), ("state_estimate0", recording.estimate)):
         if track is not None:
             written += _write_track(folder / "mav0" / name, track)
     known, chain = logged_cameras(source.log.path.parent / "Photos"), list[LoggedCamera]()
-    for number, (camera, photos) in enumerate(sorted(recording.pictures.items())):
+    for number, (camera, photos) in enumerate(sorted(recording.photos.items())):
         written += _write_pictures(source, folder / "mav0" / f"cam{number}", photos, known.get(camera))
         chain += [known[camera]] if camera in known else []
-    first = recording.units[0] if recording.units else None
+    first = recording.imus[0] if recording.imus else None
     unit = None if first is None else units.get(first.label)
     write_calibration(folder / "calibration", chain, unit, 0.0 if first is None else _rate(first.times))
     return written
 
 
-def _write_unit(folder: Path, number: int, samples: Samples, unit: LoggedUnit | None) -> int:
+def _write_unit(folder: Path, number: int, samples: ImuSamples, unit: LoggedImu | None) -> int:
     place = folder / "mav0" / f"imu{number}"
     rate = _rate(samples.times)
     about: dict[str, Any] = {
         "sensor_type": "imu",
         "comment": f"{samples.label}: {FRAMES}",
-        "T_BS": matrix(np.eye(4) if unit is None else unit.pose),
+        "T_BS": euroc_matrix(np.eye(4) if unit is None else unit.pose),
         "rate_hz": rate,
     }
     if unit is not None:
-        noise = densities(unit.part)
+        noise = noise_densities(unit.part)
         about |= noise
         calibration = folder / "calibration"
         _write_yaml(calibration / f"imu{number}.yaml", {**noise, "rostopic": f"/imu{number}", "update_rate": rate})
@@ -88,8 +88,8 @@ def _write_unit(folder: Path, number: int, samples: Samples, unit: LoggedUnit | 
     return len(samples.times)
 
 
-def _write_track(place: Path, track: Track) -> int:
-    about = {"sensor_type": "visual-inertial", "comment": FRAMES, "T_BS": matrix(np.eye(4))}
+def _write_track(place: Path, track: PoseTrack) -> int:
+    about = {"sensor_type": "visual-inertial", "comment": FRAMES, "T_BS": euroc_matrix(np.eye(4))}
     _write_yaml(place / "sensor.yaml", about)
     unknown = np.full((len(track.times), 6), math.nan)
     _write_table(
@@ -98,20 +98,20 @@ def _write_track(place: Path, track: Track) -> int:
     return len(track.times)
 
 
-def _write_pictures(source: Source, place: Path, photos: list[Photo], known: LoggedCamera | None) -> int:
+def _write_pictures(source: LogSource, place: Path, photos: list[Photo], known: LoggedCamera | None) -> int:
     (place / "data").mkdir(parents=True)
     lines = ["#timestamp [ns],filename"]
     times = list[int]()
     for photo in photos:
-        if (data := exported(source, photo.path)) is None:
+        if (data := export_photo(source, photo.path)) is None:
             continue
         times.append(round(photo.time * 1e6) * 1000)
-        name = f"{times[-1]}{photo.ending}"
+        name = f"{times[-1]}{photo.export_suffix}"
         (place / "data" / name).write_bytes(data)
         lines.append(f"{times[-1]},{name}")
     (place / "data.csv").write_text("\n".join(lines) + "\n")
     about = {"sensor_type": "camera", "comment": photos[0].camera, "rate_hz": _rate(np.array(times))}
-    _write_yaml(place / "sensor.yaml", {**about, **({} if known is None else sensor(known))})
+    _write_yaml(place / "sensor.yaml", {**about, **({} if known is None else euroc_sensor(known))})
     return len(times)
 
 
@@ -120,9 +120,9 @@ def _rate(times: Array) -> float:
     return round(1e9 / float(np.median(np.diff(times))), 3) if len(times) > 1 else 0.0
 
 
-def _units(configuration: Path) -> dict[str, LoggedUnit]:
+def _units(configuration: Path) -> dict[str, LoggedImu]:
     """The simulated IMUs of a configuration by entity; none for one that cannot be read."""
-    found: dict[str, LoggedUnit] = {}
+    found: dict[str, LoggedImu] = {}
     try:
         sections = read_sections(configuration)
     except (OSError, ValueError):
@@ -132,7 +132,7 @@ def _units(configuration: Path) -> dict[str, LoggedUnit]:
             continue
         label = options.get("Entity Label") or default_label(section)
         try:
-            found[label] = LoggedUnit(grade_of(options), _pose(options))
+            found[label] = LoggedImu(grade_of(options), _pose(options))
         except ValueError:
             continue
     return found

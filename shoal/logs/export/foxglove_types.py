@@ -3,8 +3,8 @@
 import struct
 from collections.abc import Iterable, Sequence
 
-from shoal.logs.export.cdr import SIZES, text
-from shoal.logs.export.ros_standard_types import geometry
+from shoal.logs.export.cdr import SIZES, cdr_string
+from shoal.logs.export.ros_standard_types import geometry_definitions
 from shoal.logs.export.ros_types import STANDARD, RosType
 
 Color = tuple[float, float, float, float]
@@ -30,7 +30,7 @@ ANNOTATIONS = RosType(
     "foxglove_msgs/ImageAnnotations",
     f"{_STAMP}foxglove_msgs/CircleAnnotation[] circles\nfoxglove_msgs/PointsAnnotation[] points\n"
     f"foxglove_msgs/TextAnnotation[] texts\n{_PAIRS}",
-    needs={
+    dependencies={
         **_COMMON,
         "foxglove_msgs/Point2": "float64 x\nfloat64 y\n",
         "foxglove_msgs/CircleAnnotation": f"{_STAMP}foxglove_msgs/Point2 position\nfloat64 diameter\n"
@@ -46,9 +46,9 @@ ANNOTATIONS = RosType(
 SCENE = RosType(
     "foxglove_msgs/SceneUpdate",
     "foxglove_msgs/SceneEntityDeletion[] deletions\nfoxglove_msgs/SceneEntity[] entities\n",
-    needs={
+    dependencies={
         **_COMMON,
-        **geometry("Pose", "Point", "Quaternion", "Vector3"),
+        **geometry_definitions("Pose", "Point", "Quaternion", "Vector3"),
         "builtin_interfaces/Duration": "int32 sec\nuint32 nanosec\n",
         "foxglove_msgs/SceneEntityDeletion": f"{_STAMP}uint8 MATCHING_ID=0\nuint8 ALL=1\nuint8 type\nstring id\n",
         "foxglove_msgs/SceneEntity": f"{_STAMP}string frame_id\nstring id\nbuiltin_interfaces/Duration lifetime\n"
@@ -72,26 +72,26 @@ SCENE = RosType(
 )
 
 
-class Body(bytearray):
+class CdrBody(bytearray):
     """A message in CDR, behind its encapsulation: values are aligned as they are appended."""
 
-    def number(self, code: str, *values: float) -> "Body":
+    def number(self, code: str, *values: float) -> "CdrBody":
         """Append values with the letter of `struct`."""
         self += bytes(-len(self) % SIZES[code]) + struct.pack(f"<{len(values)}{code}", *values)
         return self
 
-    def time(self, nanoseconds: int) -> "Body":
+    def time(self, nanoseconds: int) -> "CdrBody":
         return self.number("I", *divmod(nanoseconds, BILLION))
 
-    def text(self, words: str) -> "Body":
+    def text(self, words: str) -> "CdrBody":
         self.number("I")
-        self += text(words.encode("utf-8", "replace"))
+        self += cdr_string(words.encode("utf-8", "replace"))
         return self
 
 
-def annotations(time: int, marks: Sequence[tuple[float, float, float, str]]) -> Body:
+def image_annotations(time: int, marks: Sequence[tuple[float, float, float, str]]) -> CdrBody:
     """An ANNOTATIONS at a time (ns): circles at column and row, with a diameter (px), and a text beside each."""
-    body = Body().time(time).number("I", len(marks))
+    body = CdrBody().time(time).number("I", len(marks))
     for u, v, diameter, _ in marks:
         body.time(time).number("d", u, v, diameter, 2.0, *NONE, *YELLOW).number("I", 0)
     body.number("I", 0, len(marks))
@@ -101,12 +101,12 @@ def annotations(time: int, marks: Sequence[tuple[float, float, float, str]]) -> 
     return body.number("I", 0)
 
 
-def scene(
+def scene_update(
     time: int, frame: str, lifetime: int, things: Iterable[tuple[str, tuple[float, float, float], float, str]]
-) -> Body:
+) -> CdrBody:
     """A SCENE at a time, for so long (ns): balls by their ids, each at a place, with a diameter (m) and a text."""
     given = list(things)
-    body = Body().number("I", 0, len(given))
+    body = CdrBody().number("I", 0, len(given))
     for name, place, diameter, words in given:
         body.time(time).text(frame).text(name).time(lifetime).number("B", 0)
         body.number("I", 0, 0, 0, 1).number("d", *place, *STEADY, diameter, diameter, diameter, *YELLOW)

@@ -14,13 +14,13 @@ import numpy as np
 
 import imc
 from imc.lsf import ReportShare
-from shoal.logs.export.message_batches import Source
-from shoal.logs.export.message_table import HEADER, HEADER_TYPES, NUMPY, Table, Values, table_of
+from shoal.logs.export.message_batches import LogSource
+from shoal.logs.export.message_table import HEADER, HEADER_TYPES, NUMPY, MessageTable, Values, message_table
 
 _BREAKS = re.compile(r"[\t\r\n]")
 
 
-def export_llf(source: Source, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_llf(source: LogSource, folder: Path, progress: ReportShare = lambda _: None) -> int:
     """Write <Message>.llf for each type to `folder`; returns the number of rows.
 
     Times are in s since `#startTime`, the start of the log. Raises OSError.
@@ -37,7 +37,7 @@ def export_llf(source: Source, folder: Path, progress: ReportShare = lambda _: N
                     file = stack.enter_context(path.open("w", encoding="utf-8", newline="\r\n"))
                     file.write(_heading(source.schema, group.message, start))
                     files[group.message.id] = file
-                table = table_of(source, batch, group)
+                table = message_table(source, batch, group)
                 file.writelines("\t".join(row) + "\n" for row in zip(*_columns(table, start), strict=True))
                 rows += table.rows
     return rows
@@ -57,7 +57,7 @@ def _heading(schema: imc.Schema, message: imc.MessageType, start: float) -> str:
 _TAB = "\t"
 
 
-def _columns(table: Table, start: float) -> list[list[str]]:
+def _columns(table: MessageTable, start: float) -> list[list[str]]:
     times = np.asarray(table.columns["timestamp"]) - start
     found = [_texts(times, "fp64_t"), *(_texts(table.columns[name], "uint16_t") for name in HEADER[1:])]
     return found + [_texts(table.columns[field.attribute], field.type) for field in table.message.fields]

@@ -12,15 +12,15 @@ from imc.layout import ADDRESS_FIELDS
 from imc.lsf import ReportShare, packed_schema
 from runtime.logs import Array
 from shoal.logs.export import foxglove_types, ros_standard_types
-from shoal.logs.export.camera_calibration import UNLIKE, camera_models, logged_cameras, pictures_unlike
-from shoal.logs.export.cdr import ENCAPSULATION, Item, Record, Unfit, Write, text, writer
-from shoal.logs.export.detections import MUG, Detections, Pieces, Spot
-from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform, no_info
-from shoal.logs.export.mcap_writer import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
-from shoal.logs.export.message_batches import ExportBatch, MessageBatch, Source, nanoseconds
-from shoal.logs.export.photo_files import exported, photos
+from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, logged_cameras, photos_of_other_lenses
+from shoal.logs.export.cdr import ENCAPSULATION, CdrError, CdrRecords, CdrWriter, Item, cdr_string, make_cdr_writer
+from shoal.logs.export.detections import MUG, DetectionCollector, DetectionPoint, SystemDetections
+from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform, missing_info_reason
+from shoal.logs.export.mcap_writer import MESSAGE, MESSAGE_LENGTH, McapChunk, McapWriter
+from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch, nanoseconds
+from shoal.logs.export.photo_files import export_photo, find_photos
 from shoal.logs.export.ros_standard_types import STAMP
-from shoal.logs.export.ros_topics import Topics, ros_name
+from shoal.logs.export.ros_topics import TopicChannels, ros_name
 from shoal.logs.export.ros_types import PACKAGE, RosType, ros_type
 
 LIBRARY = "shoal"
@@ -36,7 +36,7 @@ _BILLION = 1_000_000_000
 
 
 def export_mcap(
-    source: Source, path: Path, raw: bool = True, images: bool = True, progress: ReportShare = lambda _: None
+    source: LogSource, path: Path, raw: bool = True, images: bool = True, progress: ReportShare = lambda _: None
 ) -> int:
     """Write the selected messages of a log to a new MCAP file; returns the number of messages in it.
 
@@ -49,7 +49,7 @@ def export_mcap(
     Messages that their ROS type cannot hold count as skipped. Raises OSError.
     """
     with path.open("wb") as opened:
-        file = McapFile(opened, "ros2", LIBRARY)
+        file = McapWriter(opened, "ros2", LIBRARY)
         _attach(file, source)
         export = _Export(file, source)
         for batch in source.batches(progress):
@@ -64,7 +64,7 @@ def export_mcap(
         return file.messages
 
 
-def _attach(file: McapFile, source: Source) -> None:
+def _attach(file: McapWriter, source: LogSource) -> None:
     schema = source.log.schema_source
     if schema is None:
         file.add_attachment("IMC.xml.gz", "application/gzip", 0, packed_schema(source.schema))
@@ -76,23 +76,23 @@ def _attach(file: McapFile, source: Source) -> None:
 
 
 class _Export:
-    def __init__(self, file: McapFile, source: Source):
+    def __init__(self, file: McapWriter, source: LogSource):
         self._file = file
         self._source = source
-        self._topics = Topics(file)
-        self._types: dict[int, tuple[RosType, Write]] = {}
+        self._topics = TopicChannels(file)
+        self._types: dict[int, tuple[RosType, CdrWriter]] = {}
         self._heads: dict[int, tuple[Callable[..., bytes], bytes]] = {}
         self._known: dict[tuple[int, int, int, str], int] = {}
         self._origin: ros_standard_types.MapOrigin | None = None
         self._moving: dict[int, int] = {}
-        self._records: dict[tuple[int, bytes], Record] = {}
+        self._records: dict[tuple[int, bytes], CdrRecords] = {}
         self._prefix = cache(_plain_record)
-        self._pieces = Pieces()
-        self._detections: dict[int, Detections] = {}
+        self._pieces = DetectionCollector()
+        self._detections: dict[int, SystemDetections] = {}
 
     def write(self, batch: ExportBatch) -> None:
         """Write all messages of a batch, in one chunk."""
-        chunk = Chunk()
+        chunk = McapChunk()
         times = nanoseconds(batch.headers["timestamp"])
         for group in self._source.groups(batch):
             if group.array is None:
@@ -107,7 +107,7 @@ class _Export:
 
     def write_packets(self, batch: ExportBatch) -> None:
         """Write the packets, in a chunk of their own that viewers can skip."""
-        chunk = Chunk()
+        chunk = McapChunk()
         data = batch.joined()
         time = int(nanoseconds(batch.headers["timestamp"][:1])[0])
         body = ENCAPSULATION + len(data).to_bytes(4, "little") + data
@@ -116,37 +116,37 @@ class _Export:
 
     def write_detections(self) -> None:
         """Write what was detected, where the vehicles believe it to be."""
-        self._detections, names = self._pieces.joined(self._origin), self._source.names
+        self._detections, names = self._pieces.by_system(self._origin), self._source.names
         for src, found in self._detections.items():
-            chunk = Chunk()
+            chunk = McapChunk()
             times = nanoseconds(np.array([spot.time for spot in found.spots])).tolist()
             for number, (time, spot) in enumerate(zip(times, found.spots, strict=True)):
                 north, east, down = spot.place
                 thing = str(spot.id), (east, north, -down), BALL, self._called(src, spot)
                 parts = names.system(src), MUG, names.entity(src, spot.entity), "scene"
-                body = foxglove_types.scene(time, ros_standard_types.MAP.decode(), LIFETIME, [thing])
+                body = foxglove_types.scene_update(time, ros_standard_types.MAP.decode(), LIFETIME, [thing])
                 chunk.add(self._topics.channel(parts, foxglove_types.SCENE), number, time, ENCAPSULATION + body)
             self._file.add_chunk(chunk)
 
-    def _called(self, src: int, spot: Spot) -> str:
+    def _called(self, src: int, spot: DetectionPoint) -> str:
         return f"{self._source.names.entity(src, spot.entity)} {spot.id}"
 
     def write_photos(self, folder: Path) -> None:
         """Write the pictures in a folder that were taken in the selected time."""
         source = self._source
         system, cameras = source.names.system(source.summary.owner), logged_cameras(folder)
-        models, detections = camera_models(folder, cameras), self._detections.get(source.summary.owner)
-        unlike = pictures_unlike(source, models)
-        for number, photo in enumerate(photos(folder, source.summary.start)):
-            if not source.choice.start <= photo.time < source.choice.end or not 0.0 <= photo.time < 1 << 31:
+        models, detections = load_camera_models(folder, cameras), self._detections.get(source.summary.owner)
+        unlike = photos_of_other_lenses(source, models)
+        for number, photo in enumerate(find_photos(folder, source.summary.start)):
+            if not source.selection.start <= photo.time < source.selection.end or not 0.0 <= photo.time < 1 << 31:
                 continue
-            if (data := exported(source, photo.path)) is None:
+            if (data := export_photo(source, photo.path)) is None:
                 continue
-            chunk = Chunk()
+            chunk = McapChunk()
             channel = self._topics.channel((system, photo.camera, "image"), ros_standard_types.IMAGE)
             time = round(photo.time * 1e6) * 1000
             frame = f"{ros_name(system)}/{ros_name(photo.camera)}"  # several vehicles have cameras of one name
-            body = ros_standard_types.image_body(time, frame.encode(), photo.form, data)
+            body = ros_standard_types.image_body(time, frame.encode(), photo.format, data)
             chunk.add(channel, number, time, ENCAPSULATION + body)
             if photo.path.name in unlike:
                 if (note := f"no CameraInfo: {UNLIKE.format(photo.camera)}") not in source.notes:
@@ -156,16 +156,16 @@ class _Export:
                 if info := camera_info(time, frame, camera):
                     channel = self._topics.channel((system, photo.camera, "camera_info"), CAMERA_INFO)
                     chunk.add(channel, number, time, ENCAPSULATION + info)
-                elif (note := f"no CameraInfo of {camera.label}: {no_info(camera)}") not in source.notes:
+                elif (note := f"no CameraInfo of {camera.label}: {missing_info_reason(camera)}") not in source.notes:
                     source.notes.append(note)
                 place = camera_transform(time, ros_name(system), frame, camera)
                 chunk.add(
                     self._topics.channel(("tf",), ros_standard_types.TRANSFORM), number, time, ENCAPSULATION + place
                 )
             if detections is not None and photo.camera in models and photo.path.name not in unlike:
-                shown = detections.in_picture(photo.time, models[photo.camera], cameras[photo.camera])
+                shown = detections.project_into_photo(photo.time, models[photo.camera], cameras[photo.camera])
                 marks = [(*pixel, size, self._called(source.summary.owner, spot)) for spot, pixel, size in shown]
-                body = foxglove_types.annotations(time, marks)
+                body = foxglove_types.image_annotations(time, marks)
                 channel = self._topics.channel((system, photo.camera, "annotations"), foxglove_types.ANNOTATIONS)
                 chunk.add(channel, number, time, ENCAPSULATION + body)
             self._file.add_chunk(chunk)
@@ -177,11 +177,11 @@ class _Export:
             where = {"latitude_rad": repr(lat), "longitude_rad": repr(lon), "height_m": repr(height)}
             self._file.add_metadata("map", {"axes": "east, north, up", **where})
 
-    def _type(self, message: imc.MessageType) -> tuple[RosType, Write]:
+    def _type(self, message: imc.MessageType) -> tuple[RosType, CdrWriter]:
         found = self._types.get(message.id)
         if found is None:
             type_ = ros_type(self._source.schema, message)
-            found = self._types[message.id] = (type_, writer(type_))
+            found = self._types[message.id] = (type_, make_cdr_writer(type_))
         return found
 
     def _channel(
@@ -215,33 +215,33 @@ class _Export:
         return table[entities]
 
     def _write_array(
-        self, chunk: Chunk, message: imc.MessageType, array: Array, src: int, times: Array, numbers: Array
+        self, chunk: McapChunk, message: imc.MessageType, array: Array, src: int, times: Array, numbers: Array
     ) -> None:
         frame = ros_name(self._source.names.system(src)).encode()
         type_, _ = self._type(message)
-        self._pieces.take(message.abbrev, src, array)
+        self._pieces.add(message.abbrev, src, array)
         record = self._records.get((message.id, frame))
         if record is None:
             record = self._records[message.id, frame] = _record(type_, frame)
-        records = record.make(len(array))
+        records = record.zeros(len(array))
         for name in _ADDRESSES:
             records["header " + name] = array[name]
-        for member in type_.members:
+        for member in type_.fields:
             records["." + member.name] = array[member.attribute]
         _emit(chunk, record, records, self._channels(message, src, array["src_ent"]), times, numbers)
-        names = {member.attribute for member in type_.members}
+        names = {member.attribute for member in type_.fields}
         if names >= ros_standard_types.STATE:
             self._write_pose(chunk, message, array, src, frame, times, numbers)
         elif message.abbrev == "GpsFix" and names >= ros_standard_types.FIX:
             record = self._prefix(ros_standard_types.location_items(frame))
-            records = record.make(len(array))
+            records = record.zeros(len(array))
             ros_standard_types.fill_fix(records, array)
             channels = self._channels(message, src, array["src_ent"], "location", ros_standard_types.LOCATION)
             _emit(chunk, record, records, channels, times, numbers)
 
     def _write_pose(
         self,
-        chunk: Chunk,
+        chunk: McapChunk,
         message: imc.MessageType,
         array: Array,
         src: int,
@@ -251,7 +251,7 @@ class _Export:
     ) -> None:
         entities = array["src_ent"]
         record = self._prefix(ros_standard_types.location_items(frame))
-        records = record.make(len(array))
+        records = record.zeros(len(array))
         ros_standard_types.fill_location(records, array)
         channels = self._channels(message, src, entities, "location", ros_standard_types.LOCATION)
         _emit(chunk, record, records, channels, times, numbers)
@@ -259,7 +259,7 @@ class _Export:
         if self._origin is None:
             return
         record = self._prefix(ros_standard_types.pose_items())
-        records = record.make(len(array))
+        records = record.zeros(len(array))
         ros_standard_types.fill_pose(records, array, self._origin)
         channels = self._channels(message, src, entities, "pose", ros_standard_types.POSE)
         _emit(chunk, record, records, channels, times, numbers)
@@ -268,25 +268,25 @@ class _Export:
         # One transform per vehicle: two entities that estimate its state would make its frame jump between them.
         own = entities == self._moving.setdefault(src, int(entities[0]))
         record = self._prefix(ros_standard_types.transform_items(frame))
-        transforms = record.make(int(own.sum()))
+        transforms = record.zeros(int(own.sum()))
         transforms["count"] = 1
         for name in ("x", "y", "z", "qx", "qy", "qz", "qw"):
             transforms[name] = records[name][own]
         channel = self._topics.channel(("tf",), ros_standard_types.TRANSFORM)
         _emit(chunk, record, transforms, np.full(len(transforms), channel), times[own], numbers[own])
 
-    def _write_each(self, chunk: Chunk, batch: ExportBatch, group: MessageBatch, times: Array) -> None:
+    def _write_each(self, chunk: McapChunk, batch: ExportBatch, group: MessageBatch, times: Array) -> None:
         message, entries = group.message, group.message.abbrev == "LogBookEntry"
         write = self._type(message)[1]
         seconds, rests = (part.tolist() for part in np.divmod(times[group.rows], _BILLION))
         numbers = (group.rows + batch.first & 0xFFFFFFFF).tolist()
-        for place, said in self._source.decoded(batch, group.rows):
+        for place, said in self._source.decode(batch, group.rows):
             src = said.src
             pack, frame = self._heads.get(src) or self._head(src)
             body = bytearray(pack(seconds[place], rests[place], frame, src, said.src_ent, said.dst, said.dst_ent))
             try:
                 write(said, body)
-            except Unfit as error:
+            except CdrError as error:
                 self._source.skipped[str(error)] += 1
                 continue
             time, number = seconds[place] * _BILLION + rests[place], numbers[place]
@@ -297,29 +297,31 @@ class _Export:
 
     def _head(self, src: int) -> tuple[Callable[..., bytes], bytes]:
         """Packs header and addresses of messages from a system: the function, and the frame to give it."""
-        frame = text(ros_name(self._source.names.system(src)).encode())
+        frame = cdr_string(ros_name(self._source.names.system(src)).encode())
         layout = struct.Struct(f"<II{len(frame)}s{len(frame) % 2}xHBxHB")
         self._heads[src] = layout.pack, frame
         return self._heads[src]
 
-    def _write_entry(self, chunk: Chunk, entry: imc.Message, time: int, number: int) -> None:
+    def _write_entry(self, chunk: McapChunk, entry: imc.Message, time: int, number: int) -> None:
         names = self._source.names
         name = f"{names.system(entry.src)}.{names.entity(entry.src, entry.src_ent)}"
         body = ros_standard_types.log_body(time, entry, name)
         chunk.add(self._topics.channel(("rosout",), ros_standard_types.LOG), number, time, ENCAPSULATION + body)
 
 
-def _plain_record(items: tuple[Item, ...]) -> Record:
-    return Record(MESSAGE, items)
+def _plain_record(items: tuple[Item, ...]) -> CdrRecords:
+    return CdrRecords(MESSAGE, items)
 
 
-def _record(type_: RosType, frame: bytes) -> Record:
+def _record(type_: RosType, frame: bytes) -> CdrRecords:
     # No field of a message begins with a point, so the names cannot collide with those of the record.
     addresses = [("header " + name, code) for name, code in _ADDRESSES.items()]
-    return Record(MESSAGE, (*STAMP, frame, *addresses, *(("." + member.name, member.code) for member in type_.members)))
+    return CdrRecords(
+        MESSAGE, (*STAMP, frame, *addresses, *(("." + member.name, member.code) for member in type_.fields))
+    )
 
 
-def _emit(chunk: Chunk, record: Record, records: Array, channels: Array, times: Array, numbers: Array) -> None:
+def _emit(chunk: McapChunk, record: CdrRecords, records: Array, channels: Array, times: Array, numbers: Array) -> None:
     """Fill in all but the fields of the messages, and add the records to the chunk."""
     records["opcode"] = 5
     records["length"] = MESSAGE_LENGTH + record.data_size

@@ -5,7 +5,7 @@ import struct
 import numpy as np
 
 from shoal.logs.export.camera_calibration import LoggedCamera
-from shoal.logs.export.cdr import text
+from shoal.logs.export.cdr import cdr_string
 from shoal.logs.export.ros_types import STANDARD, RosType
 from support.rotations import quaternion
 
@@ -13,7 +13,7 @@ CAMERA_INFO = RosType(
     "sensor_msgs/CameraInfo",
     "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\nfloat64[9] k\n"
     "float64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\nRegionOfInterest roi\n",
-    needs={
+    dependencies={
         **STANDARD,
         "sensor_msgs/RegionOfInterest": "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\n"
         "bool do_rectify\n",
@@ -36,14 +36,14 @@ def camera_info(time: int, frame: str, camera: LoggedCamera) -> bytes:
     p = [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]
     width, height = model["resolution"]
     body = _header(time, frame)
-    body += _aligned(body, 4) + struct.pack("<II", height, width) + text(name.encode())
+    body += _aligned(body, 4) + struct.pack("<II", height, width) + cdr_string(name.encode())
     body += _aligned(body, 4) + struct.pack("<I", len(d))
     body += _aligned(body, 8) + struct.pack(f"<{len(d)}d", *d)
     body += struct.pack("<30d", *k, *np.eye(3).ravel(), *p)
     return body + struct.pack("<6I?", 0, 0, 0, 0, 0, 0, False)
 
 
-def no_info(camera: LoggedCamera) -> str:
+def missing_info_reason(camera: LoggedCamera) -> str:
     """Why a camera has no CAMERA_INFO."""
     model = camera.model
     if "intrinsics" not in model:
@@ -57,12 +57,12 @@ def camera_transform(time: int, vehicle: str, frame: str, camera: LoggedCamera) 
     x, y, z = (FLU @ pose[:3, 3]).tolist()
     qw, qx, qy, qz = quaternion((FLU @ pose[:3, :3]).tolist())
     body = struct.pack("<I", 1) + _header(time, vehicle)
-    body += _aligned(body, 4) + text(frame.encode())
+    body += _aligned(body, 4) + cdr_string(frame.encode())
     return body + _aligned(body, 8) + struct.pack("<7d", x, y, z, qx, qy, qz, qw)
 
 
 def _header(time: int, frame: str) -> bytes:
-    return struct.pack("<II", *divmod(time, BILLION)) + text(frame.encode())
+    return struct.pack("<II", *divmod(time, BILLION)) + cdr_string(frame.encode())
 
 
 def _aligned(body: bytes, size: int) -> bytes:

@@ -37,7 +37,7 @@ class MessageIndex(NamedTuple):
     offsets: Array
 
 
-class Chunk:
+class McapChunk:
     """Messages that are compressed together."""
 
     def __init__(self) -> None:
@@ -71,7 +71,7 @@ class Chunk:
         self.size += len(data)
 
 
-class McapFile:
+class McapWriter:
     """An MCAP file being written to an open binary file, which stays open. Raises OSError."""
 
     def __init__(self, file: IO[bytes], profile: str, library: str):
@@ -115,7 +115,7 @@ class McapFile:
         offset, length = self._record(records.Metadata(name, values))
         self._metadata.append(records.MetadataIndex(offset, length, name))
 
-    def add_chunk(self, chunk: Chunk) -> None:
+    def add_chunk(self, chunk: McapChunk) -> None:
         """Compress and write the messages of a chunk; one without messages is skipped."""
         data, place = chunk.end()
         if not len(place.channels):

@@ -12,7 +12,7 @@ import imc
 from imc.layout import ADDRESS_FIELDS, HEADER_FIELDS, SMALLEST_PACKET, VARIABLE, columns
 from imc.lsf import Batch, ReportShare, at_each
 from runtime.logs import Array, Names, Summary
-from shoal.logs.selection import Selection, Watch, wanted
+from shoal.logs.selection import OwnerClock, PacketSelection, selection_mask
 
 BATCH_BYTES = 1 << 21
 
@@ -54,7 +54,7 @@ class MessageBatch(NamedTuple):
 
 
 @dataclass
-class Source:
+class LogSource:
     """A log, and what to export of it.
 
     skipped: reason -> number of messages that could not be written; unread: pictures that could not be read; notes:
@@ -63,9 +63,9 @@ class Source:
 
     log: imc.Log
     summary: Summary
-    choice: Selection = field(default_factory=Selection)
+    selection: PacketSelection = field(default_factory=PacketSelection)
     skipped: Counter[str] = field(default_factory=Counter[str])
-    unread: list[str] = field(default_factory=list[str])
+    unreadable_photos: list[str] = field(default_factory=list[str])
     notes: list[str] = field(default_factory=list[str])
     packets: int = 0
 
@@ -83,12 +83,12 @@ class Source:
 
     def batches(self, progress: ReportShare = lambda _: None) -> Iterator[ExportBatch]:
         """The selected packets; `progress` gets the share of the log that has been read, 0 to 1."""
-        watch = Watch(self.summary.owner)
+        watch = OwnerClock(self.summary.owner)
         self.packets = 0
         for batch in _merged(self.log.batches()):
             progress((batch.base + len(batch.data)) / max(1, self.summary.unpacked))
             heads = _headers(batch)
-            keep = wanted(heads, self.choice, watch)
+            keep = selection_mask(heads, self.selection, watch)
             if keep.any():
                 yield ExportBatch(self.packets, batch.data, batch.starts[keep], batch.ends[keep], heads[keep])
                 self.packets += int(keep.sum())
@@ -113,7 +113,7 @@ class Source:
                     continue
             yield MessageBatch(message, rows, None)
 
-    def decoded(self, batch: ExportBatch, rows: Array) -> Iterator[tuple[int, imc.Message]]:
+    def decode(self, batch: ExportBatch, rows: Array) -> Iterator[tuple[int, imc.Message]]:
         """(place in `rows`, message) of a batch; what cannot be decoded counts as skipped."""
         starts, ends = batch.starts[rows].tolist(), batch.ends[rows].tolist()
         for place, (start, end) in enumerate(zip(starts, ends, strict=True)):

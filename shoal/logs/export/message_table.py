@@ -9,7 +9,7 @@ from imc import layout
 from imc.layout import ADDRESS_FIELDS, TYPES_BY_CODE
 from runtime.logs import Array
 from shoal.logs.export.cdr import json_text
-from shoal.logs.export.message_batches import ExportBatch, MessageBatch, Source
+from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch
 
 HEADER = tuple(ADDRESS_FIELDS)
 HEADER_TYPES = tuple(TYPES_BY_CODE[code] for code in ADDRESS_FIELDS.values())
@@ -31,7 +31,7 @@ class Column(NamedTuple):
     bitfield: bool
 
 
-class Table(NamedTuple):
+class MessageTable(NamedTuple):
     """Messages of one type: columns by name, those of HEADER first; all have the same length.
 
     Numbers are arrays; text is str, raw data is bytes, an inline message is a message or None, a list of messages is a
@@ -43,7 +43,7 @@ class Table(NamedTuple):
     rows: int
 
 
-def columns_of(schema: imc.Schema, message: imc.MessageType) -> list[Column]:
+def field_columns(schema: imc.Schema, message: imc.MessageType) -> list[Column]:
     """The fields of a message as columns."""
     found: list[Column] = []
     for field in message.fields:
@@ -53,22 +53,22 @@ def columns_of(schema: imc.Schema, message: imc.MessageType) -> list[Column]:
     return found
 
 
-def table_of(source: Source, batch: ExportBatch, group: MessageBatch) -> Table:
+def message_table(source: LogSource, batch: ExportBatch, group: MessageBatch) -> MessageTable:
     """The messages of a group; what cannot be decoded counts as skipped."""
     names = [field.attribute for field in group.message.fields]
     if group.array is not None:
         columns: dict[str, Values] = {name: group.array[name] for name in (*HEADER, *names)}
-        return Table(group.message, columns, len(group.array))
-    decoded = list(source.decoded(batch, group.rows))
+        return MessageTable(group.message, columns, len(group.array))
+    decoded = list(source.decode(batch, group.rows))
     heads = batch.headers[group.rows[[place for place, _ in decoded]]]
     columns = {name: heads[name] for name in HEADER}
     for field in group.message.fields:
         values = [getattr(message, field.attribute) for _, message in decoded]
         columns[field.attribute] = np.array(values, NUMPY[field.type]) if field.type in NUMPY else values
-    return Table(group.message, columns, len(decoded))
+    return MessageTable(group.message, columns, len(decoded))
 
 
-def plain(values: Values, type_: str) -> Values:
+def json_columns(values: Values, type_: str) -> Values:
     """Values of a column with JSON text for messages; text that is not UTF-8 has its bytes as \\udcxx."""
     if type_ == "plaintext":
         return [text.encode("utf-8", "backslashreplace").decode() for text in values]

@@ -11,8 +11,17 @@ import numpy as np
 import imc
 from imc.lsf import ReportShare
 from runtime.logs import Array
-from shoal.logs.export.message_batches import Source
-from shoal.logs.export.message_table import HEADER, HEADER_TYPES, NUMPY, Column, Table, columns_of, plain, table_of
+from shoal.logs.export.message_batches import LogSource
+from shoal.logs.export.message_table import (
+    HEADER,
+    HEADER_TYPES,
+    NUMPY,
+    Column,
+    MessageTable,
+    field_columns,
+    json_columns,
+    message_table,
+)
 
 ROWS = 1 << 13  # of a chunk
 RAW = 1 << 16  # bytes of a chunk of raw data
@@ -77,7 +86,7 @@ KINDS = {
 _nc: Any = import_module("netCDF4")
 
 
-def export_netcdf(source: Source, path: Path, progress: ReportShare = lambda _: None) -> int:
+def export_netcdf(source: LogSource, path: Path, progress: ReportShare = lambda _: None) -> int:
     """Write the messages to a NetCDF file; returns the number of rows.
 
     The dimension of a group is `obs`: messages in the order of the log. Its variables are `time` (CF), the header,
@@ -94,7 +103,7 @@ def export_netcdf(source: Source, path: Path, progress: ReportShare = lambda _: 
             file.setncatts({"Conventions": "CF-1.11", "title": f"IMC log of {owner}", "history": "shoal log export"})
             for batch in source.batches(progress):
                 for group in source.groups(batch):
-                    table = table_of(source, batch, group)
+                    table = message_table(source, batch, group)
                     number = group.message.id
                     if number not in types:
                         types[number] = _Type(file, source, group.message, speakers)
@@ -115,15 +124,15 @@ def export_netcdf(source: Source, path: Path, progress: ReportShare = lambda _: 
     return rows
 
 
-def _name_speakers(file: Any, source: Source, speakers: dict[int, int]) -> None:
+def _name_speakers(file: Any, source: LogSource, speakers: dict[int, int]) -> None:
     file.createDimension(ENTITY, len(speakers))
     pairs = [(key >> 8, key & 0xFF) for key in speakers]
     names = source.names
     columns = (
         ("src", "i4", [src for src, _ in pairs], "IMC id of the system"),
         ("src_ent", "u1", [entity for _, entity in pairs], "id of the entity"),
-        ("system", str, plain([names.system(src) for src, _ in pairs], "plaintext"), "name of the system"),
-        ("label", str, plain([names.entity(*pair) for pair in pairs], "plaintext"), "label of the entity"),
+        ("system", str, json_columns([names.system(src) for src, _ in pairs], "plaintext"), "name of the system"),
+        ("label", str, json_columns([names.entity(*pair) for pair in pairs], "plaintext"), "label of the entity"),
     )
     for name, kind, values, title in columns:
         variable = file.createVariable(name, kind, (ENTITY,), fill_value=False)
@@ -134,15 +143,15 @@ def _name_speakers(file: Any, source: Source, speakers: dict[int, int]) -> None:
 class _Type:
     """The messages of one type: rows that wait to fill a chunk, and their variables."""
 
-    def __init__(self, file: Any, source: Source, message: imc.MessageType, speakers: dict[int, int]):
+    def __init__(self, file: Any, source: LogSource, message: imc.MessageType, speakers: dict[int, int]):
         self._group = file.createGroup(message.abbrev)
         self._group.setncatts({"title": message.name, "imc_id": message.id, "imc_version": source.schema.version})
         self._group.createDimension(OBSERVATION, None)
         self._rows = min(ROWS, max(1, source.summary.by_type[message.abbrev].count))
         self._speakers = speakers
-        self._columns = columns_of(source.schema, message)
+        self._columns = field_columns(source.schema, message)
         self._written = self._count = self.waiting = 0
-        self._tables: list[Table] = []
+        self._tables: list[MessageTable] = []
 
         self._head = [self._number("time", "fp64_t", TIME)]
         self._head += [
@@ -154,7 +163,7 @@ class _Type:
         self._raw: dict[str, Any] = {}
         self._fields = {column.name: self._field(column) for column in self._columns}
 
-    def add(self, table: Table) -> None:
+    def add(self, table: MessageTable) -> None:
         self._tables.append(table)
         self._count += table.rows
         for column in self._columns:
@@ -186,7 +195,7 @@ class _Type:
 
     def _write_list(self, column: Column, values: list[Any], place: slice) -> None:
         if column.type != "rawdata":
-            texts = [text.replace("\0", "\\x00") for text in plain(values, column.type)]
+            texts = [text.replace("\0", "\\x00") for text in json_columns(values, column.type)]
             self._fields[column.name][place] = np.array(texts, object)
             return
         self._fields[column.name][place] = np.array([len(data) for data in values], np.int64)

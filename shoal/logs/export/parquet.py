@@ -10,17 +10,17 @@ import numpy as np
 
 import imc
 from imc.lsf import ReportShare
-from shoal.logs.export.message_batches import Source
+from shoal.logs.export.message_batches import LogSource
 from shoal.logs.export.message_table import (
     HEADER,
     HEADER_TYPES,
     NUMPY,
     Column,
-    Table,
+    MessageTable,
     Values,
-    columns_of,
-    plain,
-    table_of,
+    field_columns,
+    json_columns,
+    message_table,
 )
 
 ROWS = 1 << 16  # of a row group
@@ -31,7 +31,7 @@ _pa: Any = import_module("pyarrow")
 _pq: Any = import_module("pyarrow.parquet")
 
 
-def export_parquet(source: Source, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_parquet(source: LogSource, folder: Path, progress: ReportShare = lambda _: None) -> int:
     """Write <Message>.parquet for each type to `folder`; returns the number of rows.
 
     Columns: `utc` (µs, empty if the timestamp is not a date), `system` and `label` (of the sender), the header, the
@@ -43,7 +43,7 @@ def export_parquet(source: Source, folder: Path, progress: ReportShare = lambda 
     with ExitStack() as stack:
         for batch in source.batches(progress):
             for group in source.groups(batch):
-                table = table_of(source, batch, group)
+                table = message_table(source, batch, group)
                 file = files.get(group.message.id)
                 if file is None:
                     file = files[group.message.id] = _File(source, group.message, folder)
@@ -57,9 +57,9 @@ def export_parquet(source: Source, folder: Path, progress: ReportShare = lambda 
 
 
 class _File:
-    def __init__(self, source: Source, message: imc.MessageType, folder: Path):
+    def __init__(self, source: LogSource, message: imc.MessageType, folder: Path):
         self._names = source.names
-        self._columns = columns_of(source.schema, message)
+        self._columns = field_columns(source.schema, message)
         own = {"utc", "system", "label", *HEADER}
         self._places = [("field_" if column.name in own else "") + column.name for column in self._columns]
         head = [("utc", _pa.timestamp("us", "UTC")), ("system", _text()), ("label", _text())]
@@ -73,7 +73,7 @@ class _File:
         self.waiting = 0
         self._file = _pq.ParquetWriter(str(folder / f"{message.abbrev}.parquet"), self._schema, compression="zstd")
 
-    def add(self, table: Table) -> None:
+    def add(self, table: MessageTable) -> None:
         columns = table.columns
         stamps = columns["timestamp"]
         arrays: list[Any] = [_utc(stamps), *self._speakers(columns["src"], columns["src_ent"])]
@@ -131,7 +131,7 @@ def _kind(type_: str) -> Any:
 def _array(values: Values, type_: str) -> Any:
     if type_ in NUMPY:
         return _pa.array(np.ascontiguousarray(values))
-    return _pa.array(plain(values, type_), _kind(type_))
+    return _pa.array(json_columns(values, type_), _kind(type_))
 
 
 def _dictionary(texts: list[str], places: Any) -> Any:

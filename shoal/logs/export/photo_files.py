@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from shoal.logs.export.message_batches import Source
+from shoal.logs.export.message_batches import LogSource
 
 _PHOTO = re.compile(r"(?:(?P<camera>.+)_\d+_)?(?P<time>\d+(?:\.\d+)?)")
 _FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg", ".qoi": "png"}
@@ -20,15 +20,15 @@ class Photo(NamedTuple):
 
     time: float
     camera: str
-    form: str
+    format: str
     path: Path
 
     @property
-    def ending(self) -> str:
-        return exported_ending(self.path)
+    def export_suffix(self) -> str:
+        return export_suffix(self.path)
 
 
-def photos(folder: Path, start: float) -> Iterator[Photo]:
+def find_photos(folder: Path, start: float) -> Iterator[Photo]:
     """The pictures in a folder `Photos`, whose names end with the time: seconds since 1970, or since `start`.
 
     Names without a time are skipped.
@@ -41,13 +41,13 @@ def photos(folder: Path, start: float) -> Iterator[Photo]:
             yield Photo(time if time > 1e9 else start + time, found["camera"] or "Camera", form, path)
 
 
-def exported_ending(path: Path) -> str:
+def export_suffix(path: Path) -> str:
     """What the name of an exported picture ends with."""
     ending = path.suffix.lower()
     return ".png" if ending == QOI else ending
 
 
-def exported(source: Source, path: Path) -> bytes | None:
+def export_photo(source: LogSource, path: Path) -> bytes | None:
     """A picture as it is exported: as it is, or PNG of a QOI; None of one that cannot be read, told to `source`.
 
     What is not decoded is checked for its header and its end, PNG also for the checksums of its parts.
@@ -69,5 +69,5 @@ def exported(source: Source, path: Path) -> bytes | None:
         reason = "no picture"
     except (OSError, ValueError, SyntaxError, EOFError, IndexError, Image.DecompressionBombError) as error:
         reason = getattr(error, "strerror", None) or ("no picture" if path.suffix.lower() == QOI else str(error))
-    source.unread.append(f"{path.name}: {reason}")
+    source.unreadable_photos.append(f"{path.name}: {reason}")
     return None

@@ -12,7 +12,7 @@ import numpy as np
 import imc
 from imc.lsf import positions
 from runtime.logs import Array
-from shoal.logs.export.cdr import Item, text
+from shoal.logs.export.cdr import Item, cdr_string
 from shoal.logs.export.ros_types import STANDARD, RosType
 from support.wgs84_arrays import displacement
 
@@ -30,7 +30,7 @@ _GEOMETRY = {
 }
 
 
-def geometry(*names: str) -> dict[str, str]:
+def geometry_definitions(*names: str) -> dict[str, str]:
     return {f"geometry_msgs/{name}": _GEOMETRY[name] for name in names}
 
 
@@ -39,7 +39,7 @@ LOCATION = RosType(
     "std_msgs/Header header\nsensor_msgs/NavSatStatus status\nfloat64 latitude\nfloat64 longitude\nfloat64 altitude\n"
     "float64[9] position_covariance\nuint8 COVARIANCE_TYPE_UNKNOWN=0\nuint8 COVARIANCE_TYPE_APPROXIMATED=1\n"
     "uint8 COVARIANCE_TYPE_DIAGONAL_KNOWN=2\nuint8 COVARIANCE_TYPE_KNOWN=3\nuint8 position_covariance_type\n",
-    needs={
+    dependencies={
         **STANDARD,
         "sensor_msgs/NavSatStatus": "int8 STATUS_UNKNOWN=-2\nint8 STATUS_NO_FIX=-1\nint8 STATUS_FIX=0\n"
         "int8 STATUS_SBAS_FIX=1\nint8 STATUS_GBAS_FIX=2\nint8 status -2\nuint16 SERVICE_UNKNOWN=0\n"
@@ -50,21 +50,21 @@ LOCATION = RosType(
 POSE = RosType(
     "geometry_msgs/PoseStamped",
     "std_msgs/Header header\nPose pose\n",
-    needs={**STANDARD, **geometry("Pose", "Point", "Quaternion")},
+    dependencies={**STANDARD, **geometry_definitions("Pose", "Point", "Quaternion")},
 )
 TRANSFORM = RosType(
     "tf2_msgs/TFMessage",
     "geometry_msgs/TransformStamped[] transforms\n",
-    needs={**STANDARD, **geometry("TransformStamped", "Transform", "Vector3", "Quaternion")},
+    dependencies={**STANDARD, **geometry_definitions("TransformStamped", "Transform", "Vector3", "Quaternion")},
 )
 LOG = RosType(
     "rcl_interfaces/Log",
     "uint8 DEBUG=10\nuint8 INFO=20\nuint8 WARN=30\nuint8 ERROR=40\nuint8 FATAL=50\nbuiltin_interfaces/Time stamp\n"
     "uint8 level\nstring name\nstring msg\nstring file\nstring function\nuint32 line\n",
-    needs={"builtin_interfaces/Time": STANDARD["builtin_interfaces/Time"]},
+    dependencies={"builtin_interfaces/Time": STANDARD["builtin_interfaces/Time"]},
 )
 IMAGE = RosType(
-    "sensor_msgs/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data\n", needs={**STANDARD}
+    "sensor_msgs/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data\n", dependencies={**STANDARD}
 )
 
 LEVELS = {
@@ -164,7 +164,7 @@ def log_body(time: int, entry: Any, name: str) -> bytearray:
     body += divmod(time, 1_000_000_000)[1].to_bytes(4, "little")
     body.append(LEVELS.get(entry.type, 20))
     for words in (name, entry.text, "", entry.context):
-        body += bytes(-len(body) % 4) + text(words.encode("utf-8", "replace"))
+        body += bytes(-len(body) % 4) + cdr_string(words.encode("utf-8", "replace"))
     return body + bytes(-len(body) % 4) + bytes(4)
 
 
@@ -173,5 +173,5 @@ def image_body(time: int, frame: bytes, form: str, data: bytes) -> bytearray:
     seconds, rest = divmod(time, 1_000_000_000)
     body = bytearray(seconds.to_bytes(4, "little") + rest.to_bytes(4, "little"))
     for words in (frame, form.encode()):
-        body += bytes(-len(body) % 4) + text(words)
+        body += bytes(-len(body) % 4) + cdr_string(words)
     return body + bytes(-len(body) % 4) + len(data).to_bytes(4, "little") + data

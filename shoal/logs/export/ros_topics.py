@@ -2,7 +2,7 @@
 
 import re
 
-from shoal.logs.export.mcap_writer import McapFile
+from shoal.logs.export.mcap_writer import McapWriter
 from shoal.logs.export.ros_types import RosType
 
 
@@ -12,10 +12,10 @@ def ros_name(text: str) -> str:
     return "_" * name[0].isdigit() + name
 
 
-class Topics:
+class TopicChannels:
     """Types and channels, written to the file when they are first needed."""
 
-    def __init__(self, file: McapFile):
+    def __init__(self, file: McapWriter):
         self._file = file
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, int], int] = {}

@@ -31,7 +31,7 @@ STANDARD = {
 
 
 @dataclass(frozen=True)
-class Member:
+class RosField:
     """A field of a ROS message: its name, its ROS type, the attribute and wire letter of its IMC field.
 
     inner: the type of the messages in the field; None if they are JSON text or there are none.
@@ -50,8 +50,8 @@ class RosType:
 
     name: str
     text: str
-    members: tuple[Member, ...] = ()
-    needs: dict[str, str] = field(default_factory=dict[str, str])
+    fields: tuple[RosField, ...] = ()
+    dependencies: dict[str, str] = field(default_factory=dict[str, str])
 
     @cached_property
     def full_name(self) -> str:
@@ -61,7 +61,7 @@ class RosType:
     @cached_property
     def definition(self) -> str:
         """The definition with all that it needs, in ROS' concatenated form (encoding "ros2msg")."""
-        parts = [self.text, *(f"MSG: {name}\n{text}" for name, text in self.needs.items())]
+        parts = [self.text, *(f"MSG: {name}\n{text}" for name, text in self.dependencies.items())]
         return SEPARATOR.join(part.rstrip("\n") for part in parts) + "\n"
 
 
@@ -95,8 +95,8 @@ def _inline_type(schema: imc.Schema, message: imc.MessageType, around: tuple[str
 
 def _members(
     schema: imc.Schema, message: imc.MessageType, taken: frozenset[str], around: tuple[str, ...]
-) -> tuple[tuple[Member, ...], list[str], dict[str, str]]:
-    members: list[Member] = []
+) -> tuple[tuple[RosField, ...], list[str], dict[str, str]]:
+    members: list[RosField] = []
     lines: list[str] = []
     needs: dict[str, str] = {}
     names = set(taken)
@@ -111,7 +111,7 @@ def _members(
             code = WIRE_CODES[field_.type]
             if len(allowed) == 1 and not allowed & set(around):
                 inner = _inline_type(schema, schema.types[next(iter(allowed))], around)
-                needs |= {inner.name: inner.text, **inner.needs}
+                needs |= {inner.name: inner.text, **inner.dependencies}
                 type_ = inner.name + ("[<=1]" if code == "M" else "[]")
             else:
                 type_, note = "string", "JSON"
@@ -119,7 +119,7 @@ def _members(
         unit = field_.unit if field_.unit not in ("Enumerated", "Bitfield", "TupleList", "List") else ""
         remark = ", ".join(text for text in (_comment(field_.name), unit, note) if text)
         lines.append(f"{type_} {name}" + (f"  # {remark}" if remark else ""))
-        members.append(Member(name, type_, field_.attribute, code, inner))
+        members.append(RosField(name, type_, field_.attribute, code, inner))
     return tuple(members), lines, needs
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from imc.lsf import ReportShare, positions
 from runtime.logs import Array
-from shoal.logs.export.camera_calibration import UNLIKE, camera_models, logged_cameras, pictures_unlike
-from shoal.logs.export.message_batches import ExportBatch, MessageBatch, Source, nanoseconds
-from shoal.logs.export.photo_files import Photo, photos
+from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, logged_cameras, photos_of_other_lenses
+from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch, nanoseconds
+from shoal.logs.export.photo_files import Photo, find_photos
 from shoal.logs.export.ros_standard_types import MapOrigin, first_origin
 from support.wgs84_arrays import displacement
 
@@ -26,7 +26,7 @@ FIELDS = {
 ENU_OF_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 
-class Samples(NamedTuple):
+class ImuSamples(NamedTuple):
     """Those of an inertial measurement unit: times (ns since 1970), rates (rad/s) and forces (m/s²), a row each."""
 
     label: str
@@ -35,7 +35,7 @@ class Samples(NamedTuple):
     forces: Array
 
 
-class Track(NamedTuple):
+class PoseTrack(NamedTuple):
     """The motion of the vehicle: times (ns since 1970), places and velocities (m, m/s; east, north, up), attitudes.
 
     An attitude is a quaternion w, x, y, z that turns vectors of the body (forward, right, down) to east, north, up.
@@ -49,16 +49,16 @@ class Track(NamedTuple):
 
 
 @dataclass
-class Recording:
+class VioRecording:
     """The samples, tracks and pictures of a log's vehicle; pictures by camera."""
 
-    units: list[Samples] = field(default_factory=list[Samples])
-    truth: Track | None = None
-    estimate: Track | None = None
-    pictures: dict[str, list[Photo]] = field(default_factory=dict[str, list[Photo]])
+    imus: list[ImuSamples] = field(default_factory=list[ImuSamples])
+    truth: PoseTrack | None = None
+    estimate: PoseTrack | None = None
+    photos: dict[str, list[Photo]] = field(default_factory=dict[str, list[Photo]])
 
 
-def record(source: Source, progress: ReportShare = lambda _: None) -> Recording:
+def read_recording(source: LogSource, progress: ReportShare = lambda _: None) -> VioRecording:
     """Read a log. What cannot be used counts as skipped in `source`. Raises OSError."""
     found: dict[str, list[Array]] = {name: [] for name in FIELDS}
     for batch in source.batches(progress):
@@ -67,7 +67,7 @@ def record(source: Source, progress: ReportShare = lambda _: None) -> Recording:
                 rows = _rows(source, batch, group)
                 found[group.message.abbrev].append(rows[rows["src"] == source.summary.owner])
     tables = {name: _cleaned(source, name, rows) for name, rows in found.items() if rows}
-    recording = Recording(list(_units(source, tables)))
+    recording = VioRecording(list(_units(source, tables)))
     states = [tables[name] for name in ("SimulatedState", "EstimatedState") if name in tables and len(tables[name])]
     origin = first_origin(states[0]) if states else None
     if origin is not None:
@@ -75,14 +75,14 @@ def record(source: Source, progress: ReportShare = lambda _: None) -> Recording:
             _track(tables[name], origin) if name in tables else None for name in ("SimulatedState", "EstimatedState")
         )
     folder = source.log.path.parent / "Photos"
-    unlike = pictures_unlike(source, camera_models(folder, logged_cameras(folder)))
-    for photo in photos(folder, source.summary.start):
-        if not source.choice.start <= photo.time < source.choice.end:
+    unlike = photos_of_other_lenses(source, load_camera_models(folder, logged_cameras(folder)))
+    for photo in find_photos(folder, source.summary.start):
+        if not source.selection.start <= photo.time < source.selection.end:
             continue
         if photo.path.name in unlike:
             source.skipped[UNLIKE.format(photo.camera)] += 1
         else:
-            recording.pictures.setdefault(photo.camera, []).append(photo)
+            recording.photos.setdefault(photo.camera, []).append(photo)
     return recording
 
 
@@ -97,7 +97,7 @@ def quaternions(phi: Array, theta: Array, psi: Array) -> Array:
     return np.where(found[:, :1] < 0.0, -found, found)
 
 
-def _rows(source: Source, batch: ExportBatch, group: MessageBatch) -> Array:
+def _rows(source: LogSource, batch: ExportBatch, group: MessageBatch) -> Array:
     names = FIELDS[group.message.abbrev]
     rows = np.empty(len(group.rows), [(name, "f8") for name in names])
     if group.array is not None:
@@ -105,12 +105,12 @@ def _rows(source: Source, batch: ExportBatch, group: MessageBatch) -> Array:
             rows[name] = group.array[name]
         return rows
     kept: list[tuple[float, ...]] = []
-    for _, message in source.decoded(batch, group.rows):
+    for _, message in source.decode(batch, group.rows):
         kept.append(tuple(float(getattr(message, name)) for name in names))
     return np.array(kept, rows.dtype)
 
 
-def _cleaned(source: Source, name: str, rows: list[Array]) -> Array:
+def _cleaned(source: LogSource, name: str, rows: list[Array]) -> Array:
     """All rows that are finite, by time; the last one of those of the same time and entity."""
     table = np.concatenate(rows)
     finite = np.ones(len(table), bool)
@@ -126,7 +126,7 @@ def _cleaned(source: Source, name: str, rows: list[Array]) -> Array:
     return table[last]
 
 
-def _units(source: Source, tables: dict[str, Array]) -> Iterator[Samples]:
+def _units(source: LogSource, tables: dict[str, Array]) -> Iterator[ImuSamples]:
     rates, forces = tables.get("AngularVelocity"), tables.get("Acceleration")
     if rates is None or forces is None:
         return
@@ -138,10 +138,12 @@ def _units(source: Source, tables: dict[str, Array]) -> Iterator[Samples]:
         if alone:
             source.skipped[f"{label} has no rates and force at the same time"] += alone
         if len(times):
-            yield Samples(label, nanoseconds(times), _vectors(turning[first], "xyz"), _vectors(pushing[second], "xyz"))
+            yield ImuSamples(
+                label, nanoseconds(times), _vectors(turning[first], "xyz"), _vectors(pushing[second], "xyz")
+            )
 
 
-def _track(states: Array, origin: MapOrigin) -> Track:
+def _track(states: Array, origin: MapOrigin) -> PoseTrack:
     """The states of the entity that has most of them."""
     entities, counts = np.unique(states["src_ent"], return_counts=True)
     states = states[states["src_ent"] == entities[int(np.argmax(counts))]]
@@ -151,7 +153,7 @@ def _track(states: Array, origin: MapOrigin) -> Track:
     velocities = _turned(attitudes, _vectors(states, "uvw"))
     if "svx" in (states.dtype.names or ()):
         velocities += np.stack((states["svx"], states["svy"], states["svz"]), axis=-1) @ ENU_OF_NED.T
-    return Track(nanoseconds(states["timestamp"]), np.stack((east, north, -down), axis=-1), attitudes, velocities)
+    return PoseTrack(nanoseconds(states["timestamp"]), np.stack((east, north, -down), axis=-1), attitudes, velocities)
 
 
 def _vectors(table: Array, names: str) -> Array:

@@ -1,24 +1,24 @@
 """Shows what is in logs, what is wrong with them, and where two differ."""
 
-from shoal.logs.inspect.diff import FieldDifference, LogDifference, LogMessage, compare, differing
-from shoal.logs.inspect.doctor import examine, repair
-from shoal.logs.inspect.formatting import moment, number, rate, size, span
-from shoal.logs.inspect.html_report import report
+from shoal.logs.inspect.diff import FieldDifference, LogDifference, LogMessage, compare_logs, differing_fields
+from shoal.logs.inspect.doctor import examine_log, repair_log
+from shoal.logs.inspect.formatting import format_count, format_duration, format_rate, format_size, format_time
+from shoal.logs.inspect.html_report import render_report
 from shoal.logs.inspect.listing import logs_below
 
 __all__ = [
     "FieldDifference",
     "LogDifference",
     "LogMessage",
-    "compare",
-    "differing",
-    "examine",
+    "compare_logs",
+    "differing_fields",
+    "examine_log",
+    "format_count",
+    "format_duration",
+    "format_rate",
+    "format_size",
+    "format_time",
     "logs_below",
-    "moment",
-    "number",
-    "rate",
-    "repair",
-    "report",
-    "size",
-    "span",
+    "render_report",
+    "repair_log",
 ]

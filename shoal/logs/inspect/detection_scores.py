@@ -27,7 +27,7 @@ MOST_SPREADS = 3000
 LONGEST = 30 * 86400.0  # s of a run
 
 
-class Judged(NamedTuple):
+class DetectionScore(NamedTuple):
     """What an entity detected, and the numbers of the gliders that its score has, in their order."""
 
     label: str
@@ -35,7 +35,7 @@ class Judged(NamedTuple):
     score: Score
 
 
-class _Eye(NamedTuple):
+class _Camera(NamedTuple):
     """A camera: its model, where it is (4, 4) for what is below and above it, and what its errors are.
 
     `blur` is a further error per height; the accuracy is None where it is not told. What is seen on fewer pixels than
@@ -71,7 +71,7 @@ class _Truth(NamedTuple):
         return np.stack([np.interp(times, self.time, row) for row in (rows[:, 0], rows[:, 1], rows[:, 2])], axis=-1)
 
 
-def judge(log: imc.Log, summary: Summary, labels: Callable[[int], str]) -> list[Judged]:
+def score_detections(log: imc.Log, summary: Summary, labels: Callable[[int], str]) -> list[DetectionScore]:
     """Judge all entities that detect gliders; none of a log without truth or configuration.
 
     `labels` tells the label of an entity. Of the configuration, which may come from a stranger, only Shoal's own
@@ -94,7 +94,7 @@ def judge(log: imc.Log, summary: Summary, labels: Callable[[int], str]) -> list[
     rows = log.array("EstimatedMugState", src=summary.owner)
     rows = rows[(rows["timestamp"] >= truth.time[0]) & (rows["timestamp"] <= truth.time[-1])]
     rows = rows[np.isfinite(rows["x"] + rows["y"]) & (np.abs(rows["x"]) + np.abs(rows["y"]) < 1e6)]
-    found: list[Judged] = []
+    found: list[DetectionScore] = []
     for entity in np.unique(rows["src_ent"]).tolist():
         label = labels(entity)
         mine = rows[rows["src_ent"] == entity]
@@ -103,8 +103,8 @@ def judge(log: imc.Log, summary: Summary, labels: Callable[[int], str]) -> list[
 
 
 def _judged(
-    label: str, rows: Array, truth: _Truth, world: World, began: float, eyes: Mapping[str, Sequence[_Eye]]
-) -> Judged:
+    label: str, rows: Array, truth: _Truth, world: World, began: float, eyes: Mapping[str, Sequence[_Camera]]
+) -> DetectionScore:
     looking = eyes.get(label, ())
     rows = rows[rows["timestamp"] >= min((eye.shared for eye in looking), default=-math.inf)]
     offsets = np.stack([rows["x"], rows["y"]], axis=-1).astype(np.float64)
@@ -119,7 +119,7 @@ def _judged(
     shown = [_shown(eye, truth, world, began) for eye in looking if len(eye.looks)]
     seen = np.concatenate(shown) if shown else None
     found = score(rows["id"], offsets, to[..., :2], spreads, seen)
-    return Judged(label, tuple(thing.id for thing in world.objects), found)
+    return DetectionScore(label, tuple(thing.id for thing in world.objects), found)
 
 
 def _gliders(world: World, truth: _Truth, times: Array, began: float, *, sea: bool) -> Array:
@@ -137,7 +137,7 @@ def _gliders(world: World, truth: _Truth, times: Array, began: float, *, sea: bo
     return places - truth.at(times)[0][:, None]
 
 
-def _shown(eye: _Eye, truth: _Truth, world: World, began: float) -> Array:
+def _shown(eye: _Camera, truth: _Truth, world: World, began: float) -> Array:
     """(m, k): which look showed which object."""
     times = eye.looks[(eye.looks >= truth.time[0]) & (eye.looks <= truth.time[-1])]
     _, angles = truth.at(times)
@@ -153,7 +153,7 @@ def _shown(eye: _Eye, truth: _Truth, world: World, began: float) -> Array:
     return inside & (pixels >= eye.least)
 
 
-def _spread(eye: _Eye, to: Array, angles: Array) -> Array:
+def _spread(eye: _Camera, to: Array, angles: Array) -> Array:
     """(2, 2) of one detection, by what its camera says of its errors."""
     if eye.accuracy is None:
         return np.full((2, 2), np.nan)
@@ -195,7 +195,9 @@ def _ground(log: imc.Log, summary: Summary, times: Array) -> Array:
     return np.interp(times, rows["timestamp"][order], down[order]) if len(rows) else np.full(len(times), np.nan)
 
 
-def _eyes(log: imc.Log, profile: Profile, summary: Summary, labels: Callable[[int], str]) -> dict[str, Sequence[_Eye]]:
+def _eyes(
+    log: imc.Log, profile: Profile, summary: Summary, labels: Callable[[int], str]
+) -> dict[str, Sequence[_Camera]]:
     """The cameras behind the entities that detect gliders, by label."""
     from runtime.vehicle import build  # slow to import, as tasks are
     from tasks.simulators.mug_detection_camera import MUGDetectionCamera
@@ -212,27 +214,27 @@ def _eyes(log: imc.Log, profile: Profile, summary: Summary, labels: Callable[[in
         tasks: dict[str, Task] = {task.entity.label: task for task in vehicle.tasks}
         vehicle.close()
     frames = log.array("CameraFrame", src=summary.owner) if "CameraFrame" in summary.by_type else None
-    found: dict[str, Sequence[_Eye]] = {}
+    found: dict[str, Sequence[_Camera]] = {}
     for label, task in tasks.items():
         if isinstance(task, MUGDetectionCamera):
             rate = task.detection_rate or 20.0
             looks = np.arange(summary.start, summary.end, max(1.0 / rate, (summary.end - summary.start) / MOST_LOOKS))
             exact = task.fidelity == "Physical"
             optics, accuracy, blur = task.as_seen()
-            found[label] = [_Eye(optics, task.mounts, looks, accuracy if exact else None, blur, task.least_pixels)]
+            found[label] = [_Camera(optics, task.mounts, looks, accuracy if exact else None, blur, task.least_pixels)]
     for section in (name for name in sections if name.partition("/")[0] == DETECTOR):
         options = profile.options(section)
         values = {
             p.attribute: p.parse(options.get(n, "") or p.format(p.default)) for n, p in MUGDetector.parameters().items()
         }
-        eyes: list[_Eye] = []
+        eyes: list[_Camera] = []
         for label, task in tasks.items():
             if isinstance(task, RenderedCamera) and values["camera"] in ("", label):
                 looks, shared = (np.empty(0), -math.inf) if frames is None else _looks(frames, label, labels)
                 mount = optical(task.mount)
                 least = 2.0 * values["least_pixels"]
                 accuracy, sea = accuracy_of(values), task.scene == "Sea Surface"
-                eyes.append(_Eye(task.camera.optics, (mount, mount), looks, accuracy, 0.0, least, shared, sea))
+                eyes.append(_Camera(task.camera.optics, (mount, mount), looks, accuracy, 0.0, least, shared, sea))
         found[options.get("Entity Label", "") or default_label(section)] = eyes
     return found
 

@@ -70,7 +70,7 @@ class LogDifference:
         return self.first is None
 
 
-class _Content:
+class _PacketArrays:
     """A log's packets as arrays: key of type and sender, time, offset, fingerprint."""
 
     def __init__(self, log: imc.Log, names: Names, losses: list[imc.Loss], progress: ReportShare | None):
@@ -110,11 +110,11 @@ class _Content:
         return LogMessage(number + 1, int(self.offsets[number]), _decoded(self.log, packet))
 
 
-def compare(a: imc.Log, b: imc.Log, progress: ReportShare | None = None) -> LogDifference:
+def compare_logs(a: imc.Log, b: imc.Log, progress: ReportShare | None = None) -> LogDifference:
     """Compare two logs. Needs about 30 bytes of memory per packet, and up to MOST_PAIRS changed packets."""
     names = Names()
     losses: tuple[list[imc.Loss], list[imc.Loss]] = ([], [])
-    one, two = _Content(a, names, losses[0], progress), _Content(b, names, losses[1], progress)
+    one, two = _PacketArrays(a, names, losses[0], progress), _PacketArrays(b, names, losses[1], progress)
     found = LogDifference((len(one.keys), len(two.keys)), names, losses)
     common = min(found.packets)
     parting = np.flatnonzero(one.prints[:common] != two.prints[:common])
@@ -143,7 +143,9 @@ def _unmatched(mine: Array, theirs: Array) -> Array:
     return np.sort(order[rank >= np.repeat(shared, counts)])
 
 
-def _pairs(one: _Content, two: _Content, left_a: Array, left_b: Array, found: LogDifference) -> tuple[Array, Array]:
+def _pairs(
+    one: _PacketArrays, two: _PacketArrays, left_a: Array, left_b: Array, found: LogDifference
+) -> tuple[Array, Array]:
     """The numbers of changed messages in both logs, paired by type, sender and time, else by type, sender and order."""
     pairs = _matched(one.keys[left_a], one.times[left_a], two.keys[left_b], two.times[left_b])
     shared = len(one.keys) - len(left_a)
@@ -172,7 +174,9 @@ def _matched(keys_a: Array, times_a: Array, keys_b: Array, times_b: Array) -> tu
     return places_a, places_b
 
 
-def _count(one: _Content, two: _Content, left_a: Array, left_b: Array, pairs: Array, found: LogDifference) -> None:
+def _count(
+    one: _PacketArrays, two: _PacketArrays, left_a: Array, left_b: Array, pairs: Array, found: LogDifference
+) -> None:
     columns = (one.keys, one.keys[left_a], two.keys[left_b], one.keys[pairs])
     ids: list[list[int]] = [(keys >> 24).tolist() for keys in columns]
     totals, a, b, changed = map(Counter, ids)
@@ -182,19 +186,21 @@ def _count(one: _Content, two: _Content, left_a: Array, left_b: Array, pairs: Ar
         found.types[name] = TypeDifference(totals[number] - a[number], both, a[number] - both, b[number] - both)
 
 
-def _compare_fields(one: _Content, two: _Content, pairs_a: Array, pairs_b: Array, found: LogDifference) -> None:
+def _compare_fields(
+    one: _PacketArrays, two: _PacketArrays, pairs_a: Array, pairs_b: Array, found: LogDifference
+) -> None:
     pairs_a, pairs_b = pairs_a[:MOST_PAIRS], pairs_b[:MOST_PAIRS]
     order = np.argsort(pairs_b)
     theirs = dict(zip(pairs_b[order].tolist(), two.fetch(pairs_b[order]), strict=True))
     for number, packet in zip(pairs_b.tolist(), one.fetch(pairs_a), strict=True):
         mine, other = _decoded(one.log, packet), _decoded(two.log, theirs[number])
         found.compared += 1
-        for name, before, after in differing(mine, other):
+        for name, before, after in differing_fields(mine, other):
             key = (type(mine).__name__, name)
             _add(found.fields.setdefault(key, FieldDifference()), before, after, mine.timestamp)
 
 
-def differing(mine: imc.Message, other: imc.Message) -> list[tuple[str, Any, Any]]:
+def differing_fields(mine: imc.Message, other: imc.Message) -> list[tuple[str, Any, Any]]:
     """The fields in which two messages of one type differ: name, value here, value there. NaN equals NaN."""
     names: Iterable[str] = type(mine).__struct_fields__
     values = ((name, getattr(mine, name), getattr(other, name, None)) for name in names)

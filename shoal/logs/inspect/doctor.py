@@ -10,9 +10,9 @@ from imc.addresses import UNKNOWN_ENTITY
 from imc.discovery import readable_name
 from imc.lsf import ReportShare, Spread
 from runtime.logs import Block, Summary, new_log, summarize, type_name
-from shoal.logs.inspect.formatting import moment, number, span
-from shoal.logs.inspect.gaps import Rhythms
-from shoal.logs.inspect.schema_mismatch import Layouts
+from shoal.logs.inspect.formatting import format_count, format_duration, format_time
+from shoal.logs.inspect.gaps import MessageIntervals
+from shoal.logs.inspect.schema_mismatch import SchemaCheck
 
 MOST_PLACES = 5
 NEARLY_ALL = 250  # of 255 entity ids
@@ -24,7 +24,7 @@ Severity = Literal["error", "warning", "note"]
 
 
 @dataclass(frozen=True)
-class Finding:
+class LogProblem:
     """Something about a log: what, where, what it means, and what to do."""
 
     severity: Severity
@@ -39,7 +39,7 @@ class Examination:
     """What was found; `summary` is None if there is nothing to read."""
 
     log: imc.Log
-    findings: list[Finding]
+    findings: list[LogProblem]
     summary: Summary | None = None
 
     @property
@@ -47,7 +47,7 @@ class Examination:
         return all(finding.severity == "note" for finding in self.findings)
 
 
-class _Marks:
+class _EndMarks:
     """Notes whether the log ends as it should."""
 
     def __init__(self, schema: imc.Schema):
@@ -65,35 +65,37 @@ class _Marks:
         self.stopped = type(message).__name__ == "LoggingControl" and getattr(message, "op", None) == stop
 
 
-def examine(path: Path, progress: ReportShare | None = None, spread: Spread | None = None) -> Examination:
+def examine_log(path: Path, progress: ReportShare | None = None, spread: Spread | None = None) -> Examination:
     """Read a log once and check it; `spread` is that of imc.Log. Raises FileNotFoundError, OSError."""
     try:
-        log, findings = imc.Log(path, spread=spread), list[Finding]()
+        log, findings = imc.Log(path, spread=spread), list[LogProblem]()
     except imc.SchemaError as error:
         log = imc.Log(path, schema=imc.builtin(), spread=spread)
         text = f"the definitions beside the log are bad: {error}"
-        findings = [Finding("error", text, meaning="Readers refuse them.", remedy="--repair writes the built-in ones.")]
+        findings = [
+            LogProblem("error", text, meaning="Readers refuse them.", remedy="--repair writes the built-in ones.")
+        ]
     else:
         if log.schema_source is None:
             text = "there is no IMC.xml or IMC.xml.gz beside the log"
             meaning = "The built-in definitions are used; messages of another version may be misread."
-            findings.append(Finding("warning", text, (), meaning, "Copy the vehicle's file, or use --repair."))
+            findings.append(LogProblem("warning", text, (), meaning, "Copy the vehicle's file, or use --repair."))
     length = log.path.stat().st_size
-    layouts, rhythms, marks = Layouts(log.schema), Rhythms(), _Marks(log.schema)
+    layouts, rhythms, marks = SchemaCheck(log.schema), MessageIntervals(), _EndMarks(log.schema)
     summary = summarize(log, progress, (layouts, rhythms, marks))
     if summary.packets == 0:
         text = f"none of its {length} bytes belongs to a message" if length else "the file is empty"
-        return Examination(log, [Finding("error", text, (), "This is not an LSF log, or nothing of it is left.")])
+        return Examination(log, [LogProblem("error", text, (), "This is not an LSF log, or nothing of it is left.")])
     findings += _damage(summary)
     findings += [*_layouts(layouts, log.schema), *_clocks(summary), *_gaps(rhythms, summary), *_entities(summary)]
     if not marks.stopped:
         text = "the log does not end with LoggingControl STOPPED"
         meaning = "The vehicle stopped abruptly, or this is a part of a log; the last seconds may be missing."
-        findings.append(Finding("note", text, (), meaning))
+        findings.append(LogProblem("note", text, (), meaning))
     return Examination(log, findings, summary)
 
 
-def repair(examination: Examination, folder: Path) -> int:
+def repair_log(examination: Examination, folder: Path) -> int:
     """Write the good packets and definitions to a new log; returns the number of packets.
 
     Raises FileExistsError, OSError; ValueError if there are none.
@@ -120,117 +122,121 @@ _REASONS = (
 )
 
 
-def _damage(summary: Summary) -> list[Finding]:
+def _damage(summary: Summary) -> list[LogProblem]:
     groups: dict[tuple[str, str, str], list[imc.Loss]] = {}
     for loss in summary.losses:
         known = next((row for row in _REASONS if loss.reason.startswith(row[0])), ("", "error", ""))
         if known[0] == "member" and loss.reason.endswith("cut short"):
             known = ("cut", "warning", CUT)
         groups.setdefault(known, []).append(loss)
-    found: list[Finding] = []
+    found: list[LogProblem] = []
     for (reason, severity, meaning), losses in groups.items():
         what = reason if reason not in ("", "member", "cut") else losses[0].reason
         what = "damaged compression" if reason == "member" else "cut compressed data" if reason == "cut" else what
         lost = sum(loss.length for loss in losses)
-        text = f"damage: {what}: {number(len(losses), 'place')}" + (f", {number(lost, 'byte')}" if lost else "")
-        places = _few([f"byte {at}: {number(length, 'byte')}: {why}" for at, length, why in losses])
+        text = f"damage: {what}: {format_count(len(losses), 'place')}" + (
+            f", {format_count(lost, 'byte')}" if lost else ""
+        )
+        places = _few([f"byte {at}: {format_count(length, 'byte')}: {why}" for at, length, why in losses])
         remedy = "All packets around it can be read; --repair writes them to a clean log."
-        found.append(Finding("warning" if severity == "warning" else "error", text, places, meaning, remedy))
+        found.append(LogProblem("warning" if severity == "warning" else "error", text, places, meaning, remedy))
     return found
 
 
-def _layouts(layouts: Layouts, schema: imc.Schema) -> list[Finding]:
-    found: list[Finding] = []
-    for identity, misfits in sorted(layouts.misfits.items()):
+def _layouts(layouts: SchemaCheck, schema: imc.Schema) -> list[LogProblem]:
+    found: list[LogProblem] = []
+    for identity, misfits in sorted(layouts.mismatches.items()):
         name = type_name(schema, identity)
         count = sum(misfit.packets for misfit in misfits)
-        places = _few([f"from byte {at}: {number(times, 'packet')}: {how}" for how, times, at in misfits])
-        text = f"the definitions contradict the packets: {name}, {number(count, 'packet')}"
+        places = _few([f"from byte {at}: {format_count(times, 'packet')}: {how}" for how, times, at in misfits])
+        text = f"the definitions contradict the packets: {name}, {format_count(count, 'packet')}"
         meaning = "The log was written with another version of this message; its values may be misread."
-        found.append(Finding("error", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
+        found.append(LogProblem("error", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
     if layouts.unknown:
         places = _few(
             [
-                f"id {identity}: {number(count, 'packet')}"
+                f"id {identity}: {format_count(count, 'packet')}"
                 + (f", {DUNE_ONLY[identity]} in newer versions of DUNE" if identity in DUNE_ONLY else "")
                 for identity, count in sorted(layouts.unknown.items())
             ]
         )
-        text = f"messages that the definitions do not have: {number(sum(layouts.unknown.values()), 'packet')}"
+        text = f"messages that the definitions do not have: {format_count(sum(layouts.unknown.values()), 'packet')}"
         meaning = "They are kept, but their fields cannot be read."
-        found.append(Finding("warning", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
+        found.append(LogProblem("warning", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
     return found
 
 
-def _clocks(summary: Summary) -> list[Finding]:
-    found: list[Finding] = []
+def _clocks(summary: Summary) -> list[LogProblem]:
+    found: list[LogProblem] = []
     if summary.steps:
         places = _few(
             [
-                f"byte {step.offset}: {summary.names.system(step.src)} by {span(step.after - step.before)}"
-                f" at {moment(step.before)}"
+                f"byte {step.offset}: {summary.names.system(step.src)} by {format_duration(step.after - step.before)}"
+                f" at {format_time(step.before)}"
                 for step in summary.steps
             ]
         )
-        text = f"clocks jump: {number(len(summary.steps), 'time')}"
+        text = f"clocks jump: {format_count(len(summary.steps), 'time')}"
         meaning = "The clock was set during the log, or nothing was recorded for a while; curves over time break there."
-        found.append(Finding("warning", text, places, meaning, "Cut the log at the jump: shoal log cut --from/--to."))
+        found.append(
+            LogProblem("warning", text, places, meaning, "Cut the log at the jump: shoal log cut --from/--to.")
+        )
     for src, clock in summary.clocks.items():
         who = summary.names.system(src)
         if clock.strays:
-            text = f"{number(clock.strays, 'message')} of {who} with times far from those around them"
-            found.append(Finding("note", text, (), "They were stored and logged later, or have no time."))
+            text = f"{format_count(clock.strays, 'message')} of {who} with times far from those around them"
+            found.append(LogProblem("note", text, (), "They were stored and logged later, or have no time."))
         apart = clock.start - summary.start if clock.start < summary.start else max(0.0, clock.end - summary.end)
         if src != summary.owner and math.isfinite(apart) and abs(apart) > CLOCKS_APART:
-            text = f"the clock of {who} is off: it is {span(apart)} outside the log's time"
+            text = f"the clock of {who} is off: it is {format_duration(apart)} outside the log's time"
             meaning = "Its messages appear at the wrong time among those of others."
-            found.append(Finding("warning", text, (), meaning))
+            found.append(LogProblem("warning", text, (), meaning))
     return found
 
 
-def _gaps(rhythms: Rhythms, summary: Summary) -> list[Finding]:
+def _gaps(rhythms: MessageIntervals, summary: Summary) -> list[LogProblem]:
     rows: list[tuple[float, str]] = []
     for (identity, src, entity), rhythm in rhythms.found.items():
         if src == summary.owner and (gaps := rhythm.gaps(summary.end, LONG_ENOUGH * summary.duration)):
             more = f", and {len(gaps) - 1} more" if len(gaps) > 1 else ""
             who = f"{type_name(summary.schema, identity)} of {summary.names.entity(src, entity)}"
-            when = f"silent for {span(gaps[0].length)} from {moment(gaps[0].begin)}"
+            when = f"silent for {format_duration(gaps[0].length)} from {format_time(gaps[0].begin)}"
             rows.append((gaps[0].length, f"{who} (every {rhythm.period:.2g} s): {when}{more}"))
     if not rows:
         return []
     rows.sort(reverse=True)
-    text = f"gaps in regular messages: {number(len(rows), 'kind')} of message"
+    text = f"gaps in regular messages: {format_count(len(rows), 'kind')} of message"
     meaning = "A device or task stopped sending; some do so on purpose, such as controllers between maneuvers."
-    return [Finding("note", text, _few([row for _, row in rows]), meaning)]
+    return [LogProblem("note", text, _few([row for _, row in rows]), meaning)]
 
 
-def _entities(summary: Summary) -> list[Finding]:
-    names, found = summary.names, list[Finding]()
+def _entities(summary: Summary) -> list[LogProblem]:
+    names, found = summary.names, list[LogProblem]()
     own = [(src, entity) for src, entity in summary.by_entity if src == summary.owner]
     nameless = [key for key in own if key[1] != UNKNOWN_ENTITY and key not in names.labels]
     if nameless:
         places = _few([f"entity {entity} of {names.system(src)}" for src, entity in sorted(nameless)])
-        text = f"{number(len(nameless), 'entity', 'entities')} without a label"
+        text = f"{format_count(len(nameless), 'entity', 'entities')} without a label"
         meaning = "No EntityInfo or EntityList names them; they can only be told apart by number."
-        found.append(Finding("note", text, places, meaning))
+        found.append(LogProblem("note", text, places, meaning))
     if (tally := summary.by_entity.get((summary.owner, UNKNOWN_ENTITY))) is not None:
-        text = f"{number(tally.count, 'message')} of entity 255, which means none"
-        found.append(Finding("note", text, (), "Their sender did not set its entity."))
+        text = f"{format_count(tally.count, 'message')} of entity 255, which means none"
+        found.append(LogProblem("note", text, (), "Their sender did not set its entity."))
     for src in summary.clocks:
         ids = {entity for system, entity in {**names.labels, **dict.fromkeys(summary.by_entity)} if system == src}
         ids.discard(UNKNOWN_ENTITY)
         if len(ids) >= NEARLY_ALL:
-            text = f"{names.system(src)} has {number(len(ids), 'entity', 'entities')}"
+            text = f"{names.system(src)} has {format_count(len(ids), 'entity', 'entities')}"
             meaning = "There are only 255 ids; all further entities share 255, and cannot be told apart."
-            found.append(Finding("warning", text, (), meaning, "Disable tasks that the vehicle does not need."))
+            found.append(LogProblem("warning", text, (), meaning, "Disable tasks that the vehicle does not need."))
     if names.earlier:
         several: list[str] = []
         for (src, entity), labels in sorted(names.earlier.items()):
             each = [*map(readable_name, labels), names.entity(src, entity)]
             several.append(f"entity {entity} of {names.system(src)}: {', '.join(_few(each))}")
-        text = f"{number(len(names.earlier), 'entity', 'entities')} with several labels"
+        text = f"{format_count(len(names.earlier), 'entity', 'entities')} with several labels"
         meaning = "The log has several runs of a vehicle; readers use one label for all of it."
-        found.append(Finding("warning", text, _few(several), meaning, "Look at the runs one by one: shoal log cut."))
+        found.append(LogProblem("warning", text, _few(several), meaning, "Look at the runs one by one: shoal log cut."))
     return found
 
 

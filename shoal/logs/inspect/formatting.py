@@ -4,7 +4,7 @@ import math
 from datetime import UTC, datetime
 
 
-def moment(time: float) -> str:
+def format_time(time: float) -> str:
     """A time (s since 1970 UTC) as "2026-01-01 00:00:00.000 UTC"; the number if it is not a date."""
     try:
         return f"{datetime.fromtimestamp(round(time, 3), UTC):%Y-%m-%d %H:%M:%S.%f}"[:-3] + " UTC"
@@ -12,7 +12,7 @@ def moment(time: float) -> str:
         return f"{time:g} s"
 
 
-def span(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """ "45.0 s", "10 min 00 s", "3 h 12 min", "2 d 5 h"; the sign in front."""
     if not math.isfinite(seconds):
         return "unknown"
@@ -27,7 +27,7 @@ def span(seconds: float) -> str:
     return f"{sign}{whole // 86400} d {whole % 86400 // 3600} h"
 
 
-def size(count: int) -> str:
+def format_size(count: int) -> str:
     """ "512 bytes", "8.3 MB", "1.2 GB" (decimal)."""
     if count < 1000:
         return "1 byte" if count == 1 else f"{count} bytes"
@@ -38,11 +38,11 @@ def size(count: int) -> str:
     return f"{value:.3g} {units[0]}"
 
 
-def rate(hertz: float) -> str:
+def format_rate(hertz: float) -> str:
     """ "20 Hz", "0.88 Hz"; empty if unknown."""
     return "" if math.isnan(hertz) else f"{hertz:.3g} Hz" if hertz < 100 else f"{hertz:.0f} Hz"
 
 
-def number(count: int, noun: str, plural: str = "") -> str:
+def format_count(count: int, noun: str, plural: str = "") -> str:
     """ "1 message", "12 345 messages"."""
     return f"{count:,} {noun if count == 1 else plural or noun + 's'}".replace(",", " ")

@@ -22,14 +22,14 @@ class Gap(NamedTuple):
 
 
 @dataclass
-class Rhythm:
+class MessageInterval:
     """How regularly one entity sends one message."""
 
     last: float = np.nan
     histogram: Array = field(default_factory=lambda: np.zeros(BINS, np.int64))
     pauses: list[Gap] = field(default_factory=list[Gap])
 
-    def feed(self, times: Array) -> None:
+    def update(self, times: Array) -> None:
         times = np.concatenate(([self.last], times[np.isfinite(times)]))
         steps = np.diff(times)
         forward = np.flatnonzero(steps > 0.0)
@@ -58,11 +58,11 @@ class Rhythm:
         return sorted(found, key=lambda gap: -gap.length)
 
 
-class Rhythms:
-    """The rhythm of each message of each entity: (message id, system, entity) -> Rhythm."""
+class MessageIntervals:
+    """The interval of each message of each entity, by message id, system and entity."""
 
     def __init__(self) -> None:
-        self.found: dict[tuple[int, int, int], Rhythm] = {}
+        self.found: dict[tuple[int, int, int], MessageInterval] = {}
 
     def __call__(self, block: Block) -> None:
         heads = block.headers
@@ -70,4 +70,4 @@ class Rhythms:
         order = np.argsort(keys, kind="stable")
         kinds, begins = np.unique(keys[order], return_index=True)
         for key, times in zip(kinds.tolist(), np.split(heads["timestamp"][order], begins[1:]), strict=True):
-            self.found.setdefault((key >> 24, key >> 8 & 0xFFFF, key & 0xFF), Rhythm()).feed(times)
+            self.found.setdefault((key >> 24, key >> 8 & 0xFFFF, key & 0xFF), MessageInterval()).update(times)

@@ -12,9 +12,9 @@ import numpy as np
 import imc
 from imc.lsf import ReportShare
 from runtime.logs import Summary, summarize
-from shoal.logs.inspect.formatting import moment, number, rate, size, span
-from shoal.logs.inspect.report_data import LogbookLine, LogContent, Stretch, content_of
-from shoal.logs.inspect.time_plot import Curve, bands, chart, clock, css_class
+from shoal.logs.inspect.formatting import format_count, format_duration, format_rate, format_size, format_time
+from shoal.logs.inspect.report_data import LogbookLine, ReportData, TimeSpan, read_report_data
+from shoal.logs.inspect.time_plot import Curve, css_class, draw_bands, draw_curves, elapsed_text
 from shoal.logs.inspect.track_plot import draw_track
 from support import wgs84
 from support.text import printable
@@ -28,21 +28,21 @@ SEVERE = ("WARNING", "ERROR", "CRITICAL")
 _HERE = Path(__file__).parent
 
 
-def report(log: imc.Log, progress: ReportShare | None = None) -> str:
+def render_report(log: imc.Log, progress: ReportShare | None = None) -> str:
     """The page of a log. Text of the log is escaped. Raises ValueError for an empty log."""
     summary = summarize(log, progress)
     if summary.packets == 0:
         raise ValueError(f"{log.path}: there is no message in this log")
-    return page(content_of(log, summary))
+    return render_page(read_report_data(log, summary))
 
 
-def page(content: LogContent) -> str:
+def render_page(content: ReportData) -> str:
     summary = content.summary
     script = (_HERE / "report.js").read_text(encoding="utf-8")
     allowed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{allowed}'; base-uri 'none'"
     name = summary.names.system(summary.owner)
-    title = f"{name}, {moment(summary.start)}"
+    title = f"{name}, {format_time(summary.start)}"
     duration = max(summary.duration, 0.0) if math.isfinite(summary.duration) else 0.0
     parts = [
         _tiles(content),
@@ -63,7 +63,7 @@ def page(content: LogContent) -> str:
 <title>{_safe(title)}</title><style>{(_HERE / "report.css").read_text(encoding="utf-8")}</style></head>
 <body><main data-duration="{duration:.6f}" data-start="{summary.start:.3f}">
 <header><h1>{_safe(name)}</h1>
-<p>{moment(summary.start)}, {span(summary.duration)} · {_safe(str(summary.path))}</p></header>
+<p>{format_time(summary.start)}, {format_duration(summary.duration)} · {_safe(str(summary.path))}</p></header>
 {"".join(parts)}
 <footer>Point at a curve to read all values; drag to zoom, double-click to zoom out. Times are since the start.
 IMC {_safe(summary.schema.version)} from {_safe(source)}.</footer>
@@ -72,14 +72,14 @@ IMC {_safe(summary.schema.version)} from {_safe(source)}.</footer>
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def _tiles(content: LogContent) -> str:
+def _tiles(content: ReportData) -> str:
     summary, motion = content.summary, content.motion
-    tiles = [("", span(summary.duration), "duration")]
+    tiles = [("", format_duration(summary.duration), "duration")]
     if len(motion.time):
         moving = motion.speed[motion.speed > 0.05]
         tiles.append(("", f"{content.distance:,.0f} m".replace(",", " "), "over ground"))
         for height, what in ((motion.depth, "greatest depth"), (motion.altitude, "greatest altitude")):
-            if np.isfinite(height).any() and not content.afloat:
+            if np.isfinite(height).any() and not content.is_surface_vehicle:
                 tiles.append(("", f"{float(np.nanmax(height)):.1f} m", what))
                 break
         tiles.append(("", f"{float(np.median(moving)) if len(moving) else 0.0:.2f} m/s", "median speed"))
@@ -88,7 +88,7 @@ def _tiles(content: LogContent) -> str:
             (
                 "",
                 f"{len(content.detections.time)}",
-                f"detections of {number(len(np.unique(content.detections.id)), 'MUG')}",
+                f"detections of {format_count(len(np.unique(content.detections.id)), 'MUG')}",
             )
         )
     tiles.append(("", f"{summary.packets:,}".replace(",", " "), "messages"))
@@ -103,57 +103,59 @@ def _tile(kind: str, value: str, what: str) -> str:
     return f'<div class="tile {kind}"><b>{_safe(value)}</b><span>{_safe(what)}</span></div>'
 
 
-def _charts(content: LogContent, duration: float) -> Iterable[str]:
+def _charts(content: ReportData, duration: float) -> Iterable[str]:
     motion = content.motion
     if len(motion.time) == 0:
         return
     bed = motion.depth + motion.altitude
     curves = [Curve("depth", "a", motion.time, motion.depth, "m", 2)]
-    if content.afloat:
+    if content.is_surface_vehicle:
         if np.isfinite(bed).any():
             below = [Curve("altitude", "c", motion.time, motion.altitude, "m", 2)]
-            yield chart("Altitude above the seabed, m", below, duration, 130)
+            yield draw_curves("Altitude above the seabed, m", below, duration, 130)
     elif not np.isfinite(motion.depth).any():
         curves = [Curve("altitude", "c", motion.time, motion.altitude, "m", 2)]
-        yield chart("Altitude, m", curves, duration, 200)
+        yield draw_curves("Altitude, m", curves, duration, 200)
     elif np.isfinite(bed).any():
         curves.append(Curve("altitude", "c", motion.time, motion.altitude, "m", 2))
         curves.insert(0, Curve("seabed", "ground", motion.time, bed, "m", 1))
         low, high = min(0.0, float(np.nanmin(motion.depth))), float(np.nanmax(bed)) * 1.08
-        yield chart(
+        yield draw_curves(
             "Depth and seabed, m", curves[:2], duration, 220, down=True, ground="seabed", limits=(low - 0.3, high)
         )
-        yield chart("Altitude above the seabed, m", curves[2:], duration, 130)
+        yield draw_curves("Altitude above the seabed, m", curves[2:], duration, 130)
     else:
-        yield chart("Depth, m", curves, duration, 200, down=True)
+        yield draw_curves("Depth, m", curves, duration, 200, down=True)
     roll, pitch = (np.degrees(angle) for angle in (motion.roll, motion.pitch))
-    yield chart(
+    yield draw_curves(
         "Roll and pitch, °",
         [Curve("roll", "b", motion.time, roll, "°"), Curve("pitch", "a", motion.time, pitch, "°")],
         duration,
     )
     heading = np.degrees(motion.heading) % 360.0
     turn = [Curve("heading", "a", motion.time, heading, "°", 0, wraps=True)]
-    yield chart("Heading, °", turn, duration, 160, limits=(0.0, 360.0), marks=(0.0, 90.0, 180.0, 270.0, 360.0))
-    yield chart("Speed over ground, m/s", [Curve("speed", "c", motion.time, motion.speed, "m/s", 2)], duration, 150)
+    yield draw_curves("Heading, °", turn, duration, 160, limits=(0.0, 360.0), marks=(0.0, 90.0, 180.0, 270.0, 360.0))
+    yield draw_curves(
+        "Speed over ground, m/s", [Curve("speed", "c", motion.time, motion.speed, "m/s", 2)], duration, 150
+    )
     times, percent = content.progress
     if np.isfinite(percent).any():
         plan = [Curve("progress", "a", times, percent, "%", 0)]
-        yield chart("Plan progress, %", plan, duration, 130, limits=(0.0, 103.0), marks=(0.0, 50.0, 100.0))
+        yield draw_curves("Plan progress, %", plan, duration, 130, limits=(0.0, 103.0), marks=(0.0, 50.0, 100.0))
 
 
-def _timelines(content: LogContent, duration: float) -> Iterable[str]:
-    rows: list[tuple[str, list[Stretch]]] = []
+def _timelines(content: ReportData, duration: float) -> Iterable[str]:
+    rows: list[tuple[str, list[TimeSpan]]] = []
     if content.maneuvers:
         rows.append(("maneuver", content.maneuvers))
     if content.modes:
         rows.append(("mode", content.modes))
     severe = [entry for entry in content.entries if entry.level in SEVERE]
     if severe:
-        marks = [Stretch(entry.time, entry.time, entry.level, f"{entry.context}: {entry.text}") for entry in severe]
+        marks = [TimeSpan(entry.time, entry.time, entry.level, f"{entry.context}: {entry.text}") for entry in severe]
         rows.append(("log book", marks))
     if rows:
-        yield bands("Plan and mode", _printable(rows), duration)
+        yield draw_bands("Plan and mode", _printable(rows), duration)
     changing = {name: found for name, found in content.entities.items() if _worst(found) > 0}
     calm = [name for name in content.entities if name not in changing]
     few = len(content.entities) <= 12
@@ -162,24 +164,24 @@ def _timelines(content: LogContent, duration: float) -> Iterable[str]:
         states = ("BOOT", "NORMAL", "FAULT", "ERROR", "FAILURE")
         legend = "".join(f'<span><i class="state {css_class(s)}"></i>{s.lower()}</span>' for s in states)
         shown = [(name, content.entities[name]) for name in order[:MOST_ROWS]]
-        yield bands("Entity states", _printable(shown), duration, legend)
+        yield draw_bands("Entity states", _printable(shown), duration, legend)
     if calm and not few:
         more = f" {len(order) - MOST_ROWS} more changed." if len(order) > MOST_ROWS else ""
         names = ", ".join(sorted(calm))
         yield (
-            f"<section><details><summary>{number(len(calm), 'entity was', 'entities were')} normal all the time.{more}"
-            f"</summary>{_safe(names)}</details></section>"
+            f"<section><details><summary>{format_count(len(calm), 'entity was', 'entities were')} normal all the time."
+            f"{more}</summary>{_safe(names)}</details></section>"
         )
 
 
-def _worst(stretches: list[Stretch]) -> int:
+def _worst(stretches: list[TimeSpan]) -> int:
     """The rank of the worst state; BOOT is bad only if it never ends."""
     ranks = {"NORMAL": 0, "BOOT": 0, "WARNING": 2, "FAULT": 2, "ERROR": 3, "CRITICAL": 4, "FAILURE": 4}
     ended = int(bool(stretches) and stretches[-1].value != "NORMAL")
     return max((ranks.get(stretch.value, 1) for stretch in stretches), default=0) or ended
 
 
-def _detections(content: LogContent) -> str:
+def _detections(content: ReportData) -> str:
     seen = content.detections
     if len(seen.time) == 0:
         return ""
@@ -190,16 +192,16 @@ def _detections(content: LogContent) -> str:
         spread = math.hypot(float(seen.north[of].std()), float(seen.east[of].std()))
         lat, lon, _ = wgs84.displace(*(content.origin or (0.0, 0.0)), 0.0, north, east)
         where = f"{math.degrees(lat):.6f}° {math.degrees(lon):.6f}°"
-        times = (clock(float(seen.time[of].min())), clock(float(seen.time[of].max())))
+        times = (elapsed_text(float(seen.time[of].min())), elapsed_text(float(seen.time[of].max())))
         figures = (f"{north:.2f} m", f"{east:.2f} m", f"± {spread:.2f} m")
         rows.append((f"MUG {identity}", str(int(of.sum())), *times, *figures, where))
     head = ("", "detections", "first", "last", "north", "east", "spread", "latitude, longitude")
     return _section("MUG detections", _table(head, rows, range(1, 7)))
 
 
-def _judged(content: LogContent) -> str:
+def _judged(content: ReportData) -> str:
     rows: list[tuple[str, ...]] = []
-    for label, gliders, found in content.judged:
+    for label, gliders, found in content.detection_scores:
         for glider, thing in zip(gliders, found.things, strict=True):
             looks = ("", "") if thing.looks < 0 else (str(thing.looks), str(thing.missed))
             errors = [
@@ -218,7 +220,7 @@ def _judged(content: LogContent) -> str:
     return _section("MUG detections and the truth", _table(head, rows[:MOST_ENTRIES], range(2, 8)) + note)
 
 
-def _book(entries: list[LogbookLine], content: LogContent) -> str:
+def _book(entries: list[LogbookLine], content: ReportData) -> str:
     severe = [entry for entry in entries if entry.level in SEVERE]
     others = [entry for entry in entries if entry.level not in SEVERE]
     head = ("time", "level", "who", "what")
@@ -228,21 +230,21 @@ def _book(entries: list[LogbookLine], content: LogContent) -> str:
     if others:
         table = _table(head, map(_line, others[:MOST_ENTRIES]), (0,))
         first = f"the first {MOST_ENTRIES} of " if len(others) > MOST_ENTRIES else ""
-        text += (
-            f"<details><summary>{first}{number(len(others), 'other entry', 'other entries')}</summary>{table}</details>"
-        )
+        count = format_count(len(others), "other entry", "other entries")
+        text += f"<details><summary>{first}{count}</summary>{table}</details>"
     return _section("Errors and warnings of the log book", text)
 
 
 def _line(entry: LogbookLine) -> tuple[str, ...]:
-    return clock(entry.time), entry.level.lower(), _short(entry.context), _short(entry.text)
+    return elapsed_text(entry.time), entry.level.lower(), _short(entry.context), _short(entry.text)
 
 
 def _rates(summary: Summary) -> str:
     most = max(tally.size for tally in summary.by_type.values())
     rows = [
-        f"<tr><td>{_safe(name)}</td><td class=n>{tally.count}</td><td class=n>{rate(tally.rate)}</td>"
-        f'<td class=n>{size(tally.size)}</td><td class=bar><i style="width:{100 * tally.size / most:.0f}%"></i></tr>'
+        f"<tr><td>{_safe(name)}</td><td class=n>{tally.count}</td><td class=n>{format_rate(tally.rate)}</td>"
+        f"<td class=n>{format_size(tally.size)}</td>"
+        f'<td class=bar><i style="width:{100 * tally.size / most:.0f}%"></i></tr>'
         for name, tally in summary.by_type.items()
     ]
     head = "<tr><th>message<th class=n>count<th class=n>rate<th class=n>size<th></tr>"
@@ -254,10 +256,13 @@ def _rates(summary: Summary) -> str:
 
 
 def _troubles(summary: Summary) -> str:
-    rows = [(f"byte {loss.offset}", number(loss.length, "byte"), loss.reason) for loss in summary.losses[:MOST_ENTRIES]]
+    rows = [
+        (f"byte {loss.offset}", format_count(loss.length, "byte"), loss.reason)
+        for loss in summary.losses[:MOST_ENTRIES]
+    ]
     for step in summary.steps[:MOST_ENTRIES]:
-        what = f"the clock of {summary.names.system(step.src)} was set at {moment(step.before)}"
-        rows.append((f"byte {step.offset}", span(step.after - step.before), what))
+        what = f"the clock of {summary.names.system(step.src)} was set at {format_time(step.before)}"
+        rows.append((f"byte {step.offset}", format_duration(step.after - step.before), what))
     return _section("Damage and clock steps", _table(("where", "how much", "what"), rows, (1,))) if rows else ""
 
 
@@ -275,9 +280,9 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable
     return f"<div class=scroll><table><tr>{line(head, 'th')}</tr>{body}</table></div>"
 
 
-def _printable(rows: Iterable[tuple[str, list[Stretch]]]) -> list[tuple[str, list[Stretch]]]:
+def _printable(rows: Iterable[tuple[str, list[TimeSpan]]]) -> list[tuple[str, list[TimeSpan]]]:
     """Rows to draw: without control characters, and at most MOST_STRETCHES each, the worst and longest."""
-    found: list[tuple[str, list[Stretch]]] = []
+    found: list[tuple[str, list[TimeSpan]]] = []
     for name, stretches in rows:
         by_weight = sorted(stretches, key=lambda at: (-_worst([at]), at.begin - at.end))[:MOST_STRETCHES]
         kept = sorted(by_weight, key=lambda at: at.begin)

@@ -26,7 +26,7 @@ LARGEST_MEMBER = 1 << 24
 MOST_TRIED = 8  # members at the end; the bytes that begin one also occur by chance
 
 
-class Glance(NamedTuple):
+class LogOverview(NamedTuple):
     """A log: its file, its system, begin and end (s since 1970 UTC; NaN if unknown), bytes on disk, what is wrong."""
 
     path: Path
@@ -37,7 +37,7 @@ class Glance(NamedTuple):
     problem: str
 
 
-def logs_below(folder: Path) -> list[Glance]:
+def logs_below(folder: Path) -> list[LogOverview]:
     """The logs in a folder and its subfolders, by path; of several Data.lsf files in one, the one `imc.Log` opens."""
     found: list[Path] = []
     for place, folders, files in os.walk(folder):
@@ -46,16 +46,16 @@ def logs_below(folder: Path) -> list[Glance]:
         names = [preferred] if preferred else sorted(name for name in files if name.endswith(SUFFIXES))
         found += [Path(place, name) for name in names]
     names = Names()
-    return [glance(path, names) for path in sorted(found)]
+    return [log_overview(path, names) for path in sorted(found)]
 
 
-def glance(path: Path, names: Names) -> Glance:
+def log_overview(path: Path, names: Names) -> LogOverview:
     """Look at the first and the last messages of a log."""
     size = 0
     try:
         size = path.stat().st_size
         if not path.is_file():
-            return Glance(path, "", math.nan, math.nan, size, "not a file")
+            return LogOverview(path, "", math.nan, math.nan, size, "not a file")
         if (seen := _quick_glance(path, size, names)) is not None:
             return seen
         log = imc.Log(path, schema=imc.builtin())
@@ -66,21 +66,21 @@ def glance(path: Path, names: Names) -> Glance:
             packets = [packet for _, packet in islice(log.packets(), GLANCE)]
             first = _headers(packets, log.schema.sync)
         if first is None:
-            return Glance(path, "", math.nan, math.nan, size, "no message in it" if size else "empty")
+            return LogOverview(path, "", math.nan, math.nan, size, "no message in it" if size else "empty")
         last = _headers(_last_packets(path, log.schema), log.schema.sync)
         if last is None:
             last = _headers((packet for _, packet in log.packets()), log.schema.sync)
     except OSError as error:
-        return Glance(path, "", math.nan, math.nan, size, error.strerror or str(error))
+        return LogOverview(path, "", math.nan, math.nan, size, error.strerror or str(error))
     except imc.SchemaError as error:
-        return Glance(path, "", math.nan, math.nan, size, str(error))
+        return LogOverview(path, "", math.nan, math.nan, size, str(error))
     owners, counts = np.unique(first["src"], return_counts=True)
     owner = int(owners[counts.argmax()])
     system = _announced(packets, owner) or names.system(owner)
-    return Glance(path, system, _bound(first, owner, np.min), _bound(last, owner, np.max), size, "")
+    return LogOverview(path, system, _bound(first, owner, np.min), _bound(last, owner, np.max), size, "")
 
 
-def _quick_glance(path: Path, size: int, names: Names) -> Glance | None:
+def _quick_glance(path: Path, size: int, names: Names) -> LogOverview | None:
     """The same from a few KiB; None if it takes a closer look: damage, another sync number, few messages at the end."""
     form = next((form for form in COMPRESSIONS.values() if form.suffix == path.suffix), None)
     with path.open("rb") as file:
@@ -102,7 +102,7 @@ def _quick_glance(path: Path, size: int, names: Names) -> Glance | None:
         end = math.nan if last is None else _bound(_seen(last), owner, np.max)
         if not math.isnan(begin) and not math.isnan(end):
             announced = batch.having((batch.heads & 0xFFFF) == imc.Announce.ID).packets()
-            return Glance(
+            return LogOverview(
                 path, _announced(map(itemgetter(1), announced), owner) or names.system(owner), begin, end, size, ""
             )
     return None

@@ -10,7 +10,7 @@ import numpy as np
 import imc
 from imc import coordinates
 from runtime.logs import Array, Summary
-from shoal.logs.inspect.detection_scores import Judged, judge
+from shoal.logs.inspect.detection_scores import DetectionScore, score_detections
 from support import wgs84
 
 FARTHEST = 1e6  # any offset, depth, angle or speed beyond it is invalid
@@ -28,7 +28,7 @@ _NEEDED = {
 _STATE = ("lat", "lon", "height", "x", "y", "depth", "alt", "phi", "theta", "psi", "vx", "vy", "vz")
 
 
-class Stretch(NamedTuple):
+class TimeSpan(NamedTuple):
     """A span of time (s since the log's start) with one value."""
 
     begin: float
@@ -46,7 +46,7 @@ class LogbookLine(NamedTuple):
     text: str
 
 
-class Track(NamedTuple):
+class VehicleMotion(NamedTuple):
     """Arrays of one length: time (s since the log's start), north and east of the origin, depth, altitude (m; NaN where
     unknown), roll, pitch, heading (rad), speed over ground (m/s)."""
 
@@ -61,7 +61,7 @@ class Track(NamedTuple):
     speed: Array
 
 
-class Detections(NamedTuple):
+class GliderDetections(NamedTuple):
     """Arrays of one length: time (s since the log's start), id, north and east of the origin (m)."""
 
     time: Array
@@ -71,20 +71,20 @@ class Detections(NamedTuple):
 
 
 @dataclass
-class LogContent:
+class ReportData:
     """The content of a report. origin: latitude, longitude (rad) of north = east = 0; None without position."""
 
     summary: Summary
-    motion: Track
-    detections: Detections
+    motion: VehicleMotion
+    detections: GliderDetections
     origin: tuple[float, float] | None = None
-    entities: dict[str, list[Stretch]] = field(default_factory=dict[str, list[Stretch]])
-    modes: list[Stretch] = field(default_factory=list[Stretch])
-    maneuvers: list[Stretch] = field(default_factory=list[Stretch])
+    entities: dict[str, list[TimeSpan]] = field(default_factory=dict[str, list[TimeSpan]])
+    modes: list[TimeSpan] = field(default_factory=list[TimeSpan])
+    maneuvers: list[TimeSpan] = field(default_factory=list[TimeSpan])
     progress: tuple[Array, Array] = field(default_factory=lambda: (np.empty(0), np.empty(0)))
     entries: list[LogbookLine] = field(default_factory=list[LogbookLine])
     levels: Counter[str] = field(default_factory=Counter[str])
-    judged: list[Judged] = field(default_factory=list[Judged])
+    detection_scores: list[DetectionScore] = field(default_factory=list[DetectionScore])
 
     @property
     def distance(self) -> float:
@@ -92,13 +92,13 @@ class LogContent:
         return track_length(self.motion)
 
     @property
-    def afloat(self) -> bool:
+    def is_surface_vehicle(self) -> bool:
         """Whether depth is known and always at the surface."""
         known = self.motion.depth[np.isfinite(self.motion.depth)]
         return len(known) > 0 and float(np.abs(known).max()) < AFLOAT
 
 
-def content_of(log: imc.Log, summary: Summary) -> LogContent:
+def read_report_data(log: imc.Log, summary: Summary) -> ReportData:
     """Read the owner's messages of a log that a report needs; its times are seconds since the log's start."""
     collected: dict[str, list[Any]] = {kind: [] for kind in _NEEDED}
     types = log.schema.types
@@ -118,7 +118,7 @@ def content_of(log: imc.Log, summary: Summary) -> LogContent:
                 continue
         collected[kind].append(_state(message) if kind == "EstimatedState" else message)
     motion, origin = _motion(collected["EstimatedState"], summary)
-    content = LogContent(
+    content = ReportData(
         summary, motion, _detections(collected["EstimatedMugState"], motion, summary), origin, levels=levels
     )
     _states(content, collected["EntityState"])
@@ -127,11 +127,13 @@ def content_of(log: imc.Log, summary: Summary) -> LogContent:
     for entry in collected["LogBookEntry"]:
         content.entries.append(LogbookLine(entry.timestamp - summary.start, _level(entry), entry.context, entry.text))
     content.entries.sort(key=lambda entry: entry.time)
-    content.judged = judge(log, summary, lambda entity: summary.names.entity(summary.owner, entity))
+    content.detection_scores = score_detections(
+        log, summary, lambda entity: summary.names.entity(summary.owner, entity)
+    )
     return content
 
 
-def track_length(motion: Track, least: float = 1.0) -> float:
+def track_length(motion: VehicleMotion, least: float = 1.0) -> float:
     """The distance over ground in m, in steps of at least `least` m, so that noise at rest adds nothing."""
     total, north, east = 0.0, math.nan, math.nan
     for n, e in zip(motion.north.tolist(), motion.east.tolist(), strict=True):
@@ -146,7 +148,7 @@ def _state(message: Any) -> tuple[float, ...]:
     return (message.timestamp, message.src_ent, *(getattr(message, name, math.nan) for name in _STATE))
 
 
-def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Track, tuple[float, float] | None]:
+def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[VehicleMotion, tuple[float, float] | None]:
     """The states of the entity that sends most of them, ordered by time, and the origin of their offsets."""
     table = np.array(rows, float).reshape(len(rows), 2 + len(_STATE))
     within = (table[:, 0] >= summary.start - 1.0) & (table[:, 0] <= summary.end + 1.0)
@@ -159,7 +161,7 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Track, tup
     values[~(np.abs(values) < FARTHEST)] = np.nan
     if len(table) == 0:
         empty = np.empty(0)
-        return Track(*(empty,) * 9), None
+        return VehicleMotion(*(empty,) * 9), None
     speakers, counts = np.unique(table[:, 1], return_counts=True)
     table = table[table[:, 1] == speakers[counts.argmax()]]
     table = table[np.argsort(table[:, 0], kind="stable")]
@@ -169,7 +171,7 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Track, tup
     points: list[tuple[float, float]] = references.tolist()
     offsets = np.array([wgs84.displacement(*origin, 0.0, *point, 0.0)[:2] for point in points])
     north, east = (offsets[places.reshape(-1)] + np.column_stack((x, y))).T
-    motion = Track(
+    motion = VehicleMotion(
         table[:, 0] - summary.start,
         north,
         east,
@@ -183,18 +185,18 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Track, tup
     return motion, origin
 
 
-def _detections(messages: list[Any], motion: Track, summary: Summary) -> Detections:
+def _detections(messages: list[Any], motion: VehicleMotion, summary: Summary) -> GliderDetections:
     """Where MUGs were detected: the vehicle's position at that time plus the offset."""
     if len(motion.time) == 0:
-        return Detections(*(np.empty(0),) * 4)
+        return GliderDetections(*(np.empty(0),) * 4)
     known = [message for message in messages if abs(message.x) < FARTHEST and abs(message.y) < FARTHEST]
     time = np.array([message.timestamp - summary.start for message in known])
     north = np.array([message.x for message in known]) + np.interp(time, motion.time, motion.north)
     east = np.array([message.y for message in known]) + np.interp(time, motion.time, motion.east)
-    return Detections(time, np.array([message.id for message in known], np.int64), north, east)
+    return GliderDetections(time, np.array([message.id for message in known], np.int64), north, east)
 
 
-def _states(content: LogContent, messages: list[Any]) -> None:
+def _states(content: ReportData, messages: list[Any]) -> None:
     names, owner = content.summary.names, content.summary.owner
     by_entity: dict[int, list[Any]] = {}
     for message in messages:
@@ -207,12 +209,12 @@ def _states(content: LogContent, messages: list[Any]) -> None:
         content.entities[label] = _stretches(rows, content.summary)
 
 
-def _modes(content: LogContent, messages: list[Any]) -> None:
+def _modes(content: ReportData, messages: list[Any]) -> None:
     rows = [(m.timestamp, _named(imc.VehicleState.OpMode, m.op_mode), m.last_error) for m in messages]
     content.modes = _stretches(rows, content.summary, by_text=False)
 
 
-def _plans(content: LogContent, messages: list[Any]) -> None:
+def _plans(content: ReportData, messages: list[Any]) -> None:
     messages.sort(key=lambda message: message.timestamp)
     rows = [
         (
@@ -228,16 +230,16 @@ def _plans(content: LogContent, messages: list[Any]) -> None:
     content.progress = (times, np.where((percent >= 0.0) & (percent <= 100.0), percent, np.nan))
 
 
-def _stretches(rows: list[tuple[float, str, str]], summary: Summary, by_text: bool = True) -> list[Stretch]:
+def _stretches(rows: list[tuple[float, str, str]], summary: Summary, by_text: bool = True) -> list[TimeSpan]:
     """Consecutive equal values as one stretch; the last one lasts until the end of the log."""
-    found: list[Stretch] = []
+    found: list[TimeSpan] = []
     for time, value, text in sorted(rows, key=lambda row: row[0]):
         at = min(max(time - summary.start, 0.0), summary.duration)
         if found and found[-1].value == value and (found[-1].text == text or value in QUIET or not by_text):
             continue
         if found:
             found[-1] = found[-1]._replace(end=at)
-        found.append(Stretch(at, summary.duration, value, text))
+        found.append(TimeSpan(at, summary.duration, value, text))
     return found
 
 

@@ -14,7 +14,7 @@ MOST_KINDS = 10  # of misfits of one message that are listed
 _BYTES = {"int8_t": 1, "uint8_t": 1, "int16_t": 2, "uint16_t": 2, "int32_t": 4, "uint32_t": 4, "fp32_t": 4}
 
 
-class Misfit(NamedTuple):
+class SchemaMismatch(NamedTuple):
     """A message that is not as defined: how, in how many packets, and where the first is."""
 
     how: str
@@ -22,20 +22,20 @@ class Misfit(NamedTuple):
     offset: int
 
 
-class Layouts:
+class SchemaCheck:
     """Counts the packets that are longer or shorter than the definitions say, and those of unknown ids."""
 
     def __init__(self, schema: imc.Schema):
         self._schema = schema
         self._fixed = {number: _fixed_size(message) for number, message in schema.types_by_id.items()}
         self._left = Counter({number: SAMPLE for number, size in self._fixed.items() if size is None})
-        self._found: dict[tuple[int, str], Misfit] = {}
+        self._found: dict[tuple[int, str], SchemaMismatch] = {}
         self.unknown: Counter[int] = Counter()
 
     @property
-    def misfits(self) -> dict[int, list[Misfit]]:
+    def mismatches(self) -> dict[int, list[SchemaMismatch]]:
         """By id of the message."""
-        found: dict[int, list[Misfit]] = {}
+        found: dict[int, list[SchemaMismatch]] = {}
         for (number, _), misfit in self._found.items():
             found.setdefault(number, []).append(misfit)
         return found
@@ -67,7 +67,7 @@ class Layouts:
     def _note(self, number: int, how: str, block: Block, place: int) -> None:
         if (number, how) not in self._found and sum(number == other for other, _ in self._found) >= MOST_KINDS:
             how = "wrong in other ways"
-        before = self._found.get((number, how), Misfit(how, 0, block.offsets[place]))
+        before = self._found.get((number, how), SchemaMismatch(how, 0, block.offsets[place]))
         self._found[number, how] = before._replace(packets=before.packets + 1)
 
 

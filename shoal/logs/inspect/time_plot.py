@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from runtime.logs import Array
-from shoal.logs.inspect.report_data import Stretch
+from shoal.logs.inspect.report_data import TimeSpan
 
 WIDTH, LEFT, RIGHT = 1000, 132, 10
 INNER = WIDTH - LEFT - RIGHT
@@ -66,7 +66,7 @@ def time_ticks(duration: float, about: int = 8) -> list[float]:
     return [float(at) for at in range(0, math.floor(duration) + 1, step)]
 
 
-def clock(seconds: float) -> str:
+def elapsed_text(seconds: float) -> str:
     """ "2:05", "1:02:05" since the start."""
     whole = round(seconds)
     hours, rest = divmod(abs(whole), 3600)
@@ -74,7 +74,7 @@ def clock(seconds: float) -> str:
     return f"-{text}" if whole < 0 else text
 
 
-def chart(
+def draw_curves(
     title: str,
     curves: Sequence[Curve],
     duration: float,
@@ -114,10 +114,10 @@ def chart(
     )
     above, below = (low, high) if down else (high, low)
     scale = f'data-top="{above:.9g}" data-bottom="{below:.9g}" data-plot="{plot}"'
-    return figure(title, legend, svg(height, plot, "".join(body), axis, duration, scale))
+    return html_figure(title, legend, time_svg(height, plot, "".join(body), axis, duration, scale))
 
 
-def bands(title: str, rows: Iterable[tuple[str, Iterable[Stretch]]], duration: float, legend: str = "") -> str:
+def draw_bands(title: str, rows: Iterable[tuple[str, Iterable[TimeSpan]]], duration: float, legend: str = "") -> str:
     """A row for each name, with a bar for each stretch: colored if it is a state, else with its value in it."""
     body: list[str] = []
     labels: list[str] = []
@@ -129,7 +129,7 @@ def bands(title: str, rows: Iterable[tuple[str, Iterable[Stretch]]], duration: f
         for place, stretch in enumerate(stretches):
             x, end = (float(_x(np.array(at), duration)) for at in (stretch.begin, stretch.end))
             what = ": ".join(filter(None, (stretch.value, stretch.text)))
-            told = f"{name}\n{what}\n{clock(stretch.begin)} – {clock(stretch.end)}"
+            told = f"{name}\n{what}\n{elapsed_text(stretch.begin)} – {elapsed_text(stretch.end)}"
             kind = css_class(stretch.value)
             fits = kind == "other" and end - x > 7 * len(stretch.value) + 8
             inside = f'<text x="{x + 6:.1f}" y="{y + 14}">{escape(stretch.value)}</text>' if fits else ""
@@ -139,7 +139,7 @@ def bands(title: str, rows: Iterable[tuple[str, Iterable[Stretch]]], duration: f
                 f'width="{max(end - x, 1.5):.1f}" data-tip="{escape(told)}"/>{inside}'
             )
         y += row_height
-    return figure(title, legend, svg(y + 30, y, "".join(body), "", duration, "", "".join(labels)))
+    return html_figure(title, legend, time_svg(y + 30, y, "".join(body), "", duration, "", "".join(labels)))
 
 
 def css_class(value: str) -> str:
@@ -148,17 +148,17 @@ def css_class(value: str) -> str:
     return value.lower() if value in known else "other"
 
 
-def figure(title: str, legend: str, drawing: str) -> str:
+def html_figure(title: str, legend: str, drawing: str) -> str:
     return (
         f'<figure><figcaption><h2>{escape(title)}</h2><div class="legend">{legend}</div></figcaption>{drawing}</figure>'
     )
 
 
-def svg(height: int, plot: int, body: str, axis: str, duration: float, data: str, over: str = "") -> str:
+def time_svg(height: int, plot: int, body: str, axis: str, duration: float, data: str, over: str = "") -> str:
     """A drawing over time; the page's script zooms the inner <svg>."""
     at = (
         f'<text class="tick" x="{LEFT + INNER * time / duration:.1f}" y="{height - 6}" text-anchor="middle">'
-        f"{clock(time)}</text>"
+        f"{elapsed_text(time)}</text>"
         for time in (time_ticks(duration) if duration > 0.0 else [0.0])
         if duration > 0.0
     )

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from runtime.logs import Array
-from shoal.logs.inspect.report_data import Detections, LogContent, Track
-from shoal.logs.inspect.time_plot import WIDTH, figure, ticks
+from shoal.logs.inspect.report_data import GliderDetections, ReportData, VehicleMotion
+from shoal.logs.inspect.time_plot import WIDTH, html_figure, ticks
 
 HEIGHT, MARGIN = 560, 46
 SHADES = 6
@@ -19,7 +19,7 @@ ARROW, MOST_ARROWS = 230, 12
 SMALLEST = 4.0  # m to show, at least, if a vehicle stays where it is
 
 
-class PlotView:
+class MapScale:
     """Converts m north and east to the drawing's units."""
 
     def __init__(self, north: Array, east: Array):
@@ -34,13 +34,15 @@ class PlotView:
         return HEIGHT / 2 - (np.asarray(north) - self.middle[0]) / self.span
 
 
-def draw_track(content: LogContent) -> str:
+def draw_track(content: ReportData) -> str:
     """The track, where it begins and ends, and the detections; a grid in m north and east of the origin."""
     motion, seen = content.motion, content.detections
     if len(motion.time) == 0:
-        return figure("Track over ground", "", '<p class="none">The log has no EstimatedState with a position.</p>')
-    view = PlotView(np.concatenate((motion.north, seen.north)), np.concatenate((motion.east, seen.east)))
-    kept = thin(motion, view.span)
+        return html_figure(
+            "Track over ground", "", '<p class="none">The log has no EstimatedState with a position.</p>'
+        )
+    view = MapScale(np.concatenate((motion.north, seen.north)), np.concatenate((motion.east, seen.east)))
+    kept = thin_out(motion, view.span)
     body = [
         *_grid(view),
         *_line(motion, kept, view),
@@ -63,10 +65,10 @@ def draw_track(content: LogContent) -> str:
     legend = f'<span class="origin">0, 0 is {lat:.6f}° {lon:.6f}°</span>' + _shades(motion) + _key(seen)
     head = f'<svg class="map" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" data-places="{places}">'
     drawing = f"{head}{''.join(body)}{marker}</svg>"
-    return figure("Track over ground", legend, drawing)
+    return html_figure("Track over ground", legend, drawing)
 
 
-def thin(motion: Track, span: float) -> Array:
+def thin_out(motion: VehicleMotion, span: float) -> Array:
     """The places of the points that a drawing of `span` m per unit needs; at most MOST_POINTS and the last."""
     kept = [0]
     least = 0.7 * span
@@ -81,7 +83,7 @@ def thin(motion: Track, span: float) -> Array:
     return np.unique([*kept[::step], kept[-1]])
 
 
-def _grid(view: PlotView) -> Iterator[str]:
+def _grid(view: MapScale) -> Iterator[str]:
     left, right = (view.middle[1] + side * WIDTH / 2 * view.span for side in (-1, 1))
     low, high = (view.middle[0] + side * HEIGHT / 2 * view.span for side in (-1, 1))
     step = (marks := ticks(left, right, 8))[1] - marks[0]
@@ -105,7 +107,7 @@ def _meters(value: float) -> str:
     return f"{value:.6g}".replace("-", "−")
 
 
-def _line(motion: Track, kept: Array, view: PlotView) -> Iterator[str]:
+def _line(motion: VehicleMotion, kept: Array, view: MapScale) -> Iterator[str]:
     """The track in pieces of one shade each."""
     depth = np.nan_to_num(motion.depth[kept])
     deepest = max(float(depth.max()), 1.0)
@@ -120,7 +122,7 @@ def _line(motion: Track, kept: Array, view: PlotView) -> Iterator[str]:
         yield f'<path class="track s{shade[begin]}" d="M{piece}"/>'
 
 
-def _arrows(motion: Track, kept: Array, view: PlotView) -> Iterator[str]:
+def _arrows(motion: VehicleMotion, kept: Array, view: MapScale) -> Iterator[str]:
     """Arrowheads along the track, at least ARROW units apart."""
     x, y = view.x(motion.east[kept]), view.y(motion.north[kept])
     way = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
@@ -132,7 +134,7 @@ def _arrows(motion: Track, kept: Array, view: PlotView) -> Iterator[str]:
             yield f'<path class="way" d="M0-7 5 5 0 2-5 5Z" transform="{place}"/>'
 
 
-def _shades(motion: Track) -> str:
+def _shades(motion: VehicleMotion) -> str:
     deepest = float(np.nan_to_num(motion.depth).max())
     if deepest < 0.5:
         return ""
@@ -140,7 +142,7 @@ def _shades(motion: Track) -> str:
     return f'<span class="depths">surface {boxes} {deepest:.1f} m deep</span>'
 
 
-def _dots(seen: Detections, view: PlotView) -> Iterator[str]:
+def _dots(seen: GliderDetections, view: MapScale) -> Iterator[str]:
     step = math.ceil(len(seen.time) / MOST_DOTS) or 1
     for x, y in zip(view.x(seen.east[::step]).tolist(), view.y(seen.north[::step]).tolist(), strict=True):
         yield f'<circle class="seen" cx="{x:.1f}" cy="{y:.1f}" r="2.5"/>'
@@ -152,11 +154,11 @@ def _dots(seen: Detections, view: PlotView) -> Iterator[str]:
         yield f'<text class="label" x="{x + 10:.1f}" y="{y - 6:.1f}">MUG {escape(str(identity))}</text>'
 
 
-def _key(seen: Detections) -> str:
+def _key(seen: GliderDetections) -> str:
     return '<span class="key mugs"><i></i>MUG detections</span>' if len(seen.time) else ""
 
 
-def _ends(motion: Track, view: PlotView) -> Iterator[str]:
+def _ends(motion: VehicleMotion, view: MapScale) -> Iterator[str]:
     xs, ys = view.x(motion.east[[0, -1]]).tolist(), view.y(motion.north[[0, -1]]).tolist()
     close = math.hypot(xs[1] - xs[0], ys[1] - ys[0]) < 60
     yield f'<g class="start"><circle cx="{xs[0]:.1f}" cy="{ys[0]:.1f}" r="6"/></g>'

@@ -13,7 +13,7 @@ from runtime.profile import load_profile
 from runtime.snapshot import Journals, SnapshotError, load
 from runtime.snapshot.snapshot import FORMAT
 from runtime.vehicle import Vehicle, build
-from shoal.rerun import continued
+from shoal.rerun import resume_snapshot
 
 Plain = dict[str, Any]
 Place = tuple[list[Any] | dict[Any, Any], Any]
@@ -134,7 +134,7 @@ def running(profile: str, root: Path, seconds: float = 1.03) -> Vehicle:
 def outcome(state: bytes, jail: Path, seconds: float = 0.25) -> str:
     """Why a snapshot is refused; empty if its run goes on. Any other exception is raised."""
     try:
-        vehicle = continued(load(state), jail / "log")
+        vehicle = resume_snapshot(load(state), jail / "log")
         try:
             vehicle.run(seconds)
         finally:

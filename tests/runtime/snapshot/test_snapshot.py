@@ -17,7 +17,7 @@ from runtime.profile import load_profile, read_sections
 from runtime.snapshot import SnapshotError, load, restore, save
 from runtime.snapshot.values import StateReader
 from runtime.vehicle import Vehicle, build
-from shoal.rerun import continued
+from shoal.rerun import resume_snapshot
 from tests.runtime.snapshot.keeper import keeper, through
 
 LENGTH = 6.0
@@ -224,12 +224,12 @@ def test_parameters_that_were_changed_are_still_saved_after_a_snapshot(tmp_path:
     state = save(vehicle)
     vehicle.close()
     assert load(state).profile == {GPS: {HACC: of_profile.encode()}}
-    again = continued(load(state), tmp_path / "b")
+    again = resume_snapshot(load(state), tmp_path / "b")
     second = save(again)
     assert saved_parameters(again, tmp_path / "c") == {HACC: "7.5"}
     again.close()
     assert load(second).profile == load(state).profile
-    third = continued(load(second), tmp_path / "d")
+    third = resume_snapshot(load(second), tmp_path / "d")
     accurate(third, of_profile)
     assert saved_parameters(third, tmp_path / "e") == {}
     third.close()
@@ -244,7 +244,7 @@ def test_parameters_that_a_vehicle_does_not_have_are_refused(tmp_path: Path, pro
     vehicle.close()
     state.profile = profile
     with pytest.raises(SnapshotError, match=r"not a valid snapshot: .*(GPX|HACK)"):
-        continued(state, tmp_path / "b")
+        resume_snapshot(state, tmp_path / "b")
 
 
 def test_a_vehicle_whose_task_refuses_an_override_is_closed(tmp_path: Path) -> None:
@@ -256,7 +256,7 @@ def test_a_vehicle_whose_task_refuses_an_override_is_closed(tmp_path: Path) -> N
     seen: list[Vehicle] = []
     override = f"{GPS}:Initial Position=100, 0"
     with pytest.raises(SnapshotError, match=r"Initial Position=100, 0: .* is not a latitude and a longitude"):
-        continued(state, tmp_path / "b", overrides=[override], look_on=seen.append)
+        resume_snapshot(state, tmp_path / "b", overrides=[override], before_start=seen.append)
     (again,) = seen
     assert again.closing
     assert again.running == set()

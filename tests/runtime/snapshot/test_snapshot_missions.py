@@ -12,7 +12,7 @@ import imc
 from runtime.kernel import SECOND
 from runtime.snapshot import Journals, Snapshot, load, save
 from shoal.missions import Mission, load_plan, prepare
-from shoal.rerun import continued
+from shoal.rerun import resume_snapshot
 
 PLAN = """
 plan: all of it
@@ -112,7 +112,7 @@ def test_saving_changes_nothing(uninterrupted: Flight, saved: Flight) -> None:
 def test_a_mission_goes_on_from_any_moment(saved: Flight, tmp_path: Path) -> None:
     assert len(saved.saved) > 15
     for snapshot in saved.saved:
-        vehicle = continued(snapshot, tmp_path)
+        vehicle = resume_snapshot(snapshot, tmp_path)
         heard = Heard()
         end = min(snapshot.time + AHEAD, saved.heard[-1][0])
         vehicle.tap(imc.Message, lambda _, p, h=heard, v=vehicle: h.append((v.kernel.now_ns, p)), packets=True)

@@ -10,7 +10,7 @@ from click.testing import CliRunner, Result
 
 import imc
 from shoal.cli import main
-from shoal.network.system_table import System
+from shoal.network.system_table import NetworkSystem
 from tests.outside import until
 from tests.shoal.network.running import running
 from tests.shoal.network.station import OWN, Station, discovery_ports, living
@@ -70,7 +70,7 @@ def test_states_of_entities_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_stranger_does_not_write_to_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(System, "places", ["at \x1b[2J"])
+    monkeypatch.setattr(NetworkSystem, "places", ["at \x1b[2J"])
     assert "\\x1b[2J" in ls(monkeypatch, "--for", "0.3s").stderr
     assert "\x1b" not in ls(monkeypatch, "--for", "0.3s").stderr
 

@@ -10,7 +10,7 @@ from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli import main
-from shoal.neptus import left_out, parameter_list, vehicle_definition
+from shoal.neptus import parameter_list, unplannable_maneuvers, vehicle_definition
 
 KINDS = {"lauv-noptilus-1": "UUV", "otter": "USV", "caravel": "USV", "hexa-00": "UAV"}
 # Elements without which Neptus' reader of a maneuver gives up, besides place and speed.
@@ -77,7 +77,7 @@ def test_the_maneuvers_are_those_that_the_vehicle_registers(vehicle):
     assert {"Goto", "Loiter", "StationKeeping", "FollowPath", "RowsManeuver"} <= set(found)
     renamed = {"RowsManeuver": "Rows", "Unconstrained": "Teleoperation"}
     described = {renamed.get(name, name) for name in found}
-    assert described | set(left_out(vehicle)) == set(heard) - {"IdleManeuver"}
+    assert described | set(unplannable_maneuvers(vehicle)) == set(heard) - {"IdleManeuver"}
 
 
 def test_every_listed_parameter_is_answered_with_the_listed_value(vehicle):

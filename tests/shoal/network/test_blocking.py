@@ -5,13 +5,13 @@ import threading
 
 import pytest
 
-from shoal.network.blocking import Portal
+from shoal.network.blocking import LoopThread
 from shoal.network.link import NetworkError
 from tests.outside import until
 
 
 def test_who_waits_in_another_thread_learns_that_the_connection_is_closed() -> None:
-    portal, told, ended = Portal(), list[str](), list[str]()
+    portal, told, ended = LoopThread(), list[str](), list[str]()
     waits = threading.Event()
 
     async def wait_for_ever() -> None:

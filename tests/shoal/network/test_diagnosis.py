@@ -135,7 +135,7 @@ def test_two_systems_of_one_name_are_not_commanded():
         async with living(first), living(second), Network([UDPLink(ports=ports)]) as network:
             await asyncio.sleep(0.3)
             with pytest.raises(NetworkError, match="several vehicles have this name, with the ids 0x0B01, 0x0B02"):
-                await network.find("station")
+                await network.find_system("station")
 
     asyncio.run(act())
 
@@ -148,7 +148,7 @@ def test_two_systems_of_one_id_are_not_commanded():
             await asyncio.sleep(0.3)
             for name, rival in (("station", "other"), ("other", "station")):
                 with pytest.raises(NetworkError, match=f"{name}: its id 0x0B01 is also that of {rival} at 127.0.0.1"):
-                    await network.find(name)
+                    await network.find_system(name)
 
     asyncio.run(act())
 
@@ -170,7 +170,7 @@ def test_two_that_have_only_announced_themselves_are_not_commanded(monkeypatch):
         late[0] += 10.0
         async with made as network:
             first.announce()
-            seeking = asyncio.create_task(network.find("station"))
+            seeking = asyncio.create_task(network.find_system("station"))
             await asyncio.sleep(0.02)
             second.announce()
             with pytest.raises(NetworkError, match="several vehicles have this name and id"):
@@ -195,7 +195,7 @@ def test_a_network_whose_address_has_gone_does_not_end_our_announcements(monkeyp
     async def act() -> None:
         ports = discovery_ports()
         async with living(Station(ports)), Network([UDPLink([Endpoint("0.0.0.0", 0)], ports)]) as network:
-            assert (await network.find("station", 5.0)).id == OWN
+            assert (await network.find_system("station", 5.0)).id == OWN
             async with asyncio.timeout(5.0):
                 while "udp" not in network.systems["station"].last:
                     await asyncio.sleep(0.02)
@@ -210,7 +210,7 @@ def test_two_programs_with_one_id_are_told_of():
         older, newer = UDPLink(ports=ports), UDPLink(ports=ports)
         async with Network([older], console) as network, Network([newer], console), asyncio.timeout(20.0):
             async with living(Station(ports)):
-                system = await network.find("station")
+                system = await network.find_system("station")
                 while not older.trouble:
                     await asyncio.sleep(0.02)
                 assert older.trouble == (
@@ -225,7 +225,7 @@ def test_two_programs_with_one_id_are_told_of():
             while system.is_there:
                 await asyncio.sleep(0.02)
             with pytest.raises(VehicleLost, match=r"station is gone; .* \(another program at .* uses the id 0x4101: "):
-                network.check(system)
+                network.check_is_there(system)
 
     asyncio.run(act())
 
@@ -247,16 +247,16 @@ def test_a_system_that_ends_is_gone_within_a_second():
         ports = discovery_ports()
         async with Network([UDPLink(ports=ports)]) as network:
             async with living(Station(ports)):
-                await network.find("station")
+                await network.find_system("station")
                 assert [system.name for system in network.vehicles()] == ["station"]
             began = time.monotonic()
             while network.vehicles():
                 await asyncio.sleep(0.02)
                 assert time.monotonic() - began < 1.0 * slowness()
             with pytest.raises(VehicleLost, match="station is gone; it has ended"):
-                network.check(network.systems["station"])
+                network.check_is_there(network.systems["station"])
             with pytest.raises(NetworkError, match="no vehicle is on the network"):
-                await network.find("station", 0.1)
+                await network.find_system("station", 0.1)
 
     asyncio.run(act())
 
@@ -270,7 +270,7 @@ def test_a_system_that_falls_silent_is_not_said_to_have_ended(monkeypatch):
         station = Station(ports)
         task = asyncio.create_task(station.live(announces=True, beats=True))
         async with Network([UDPLink(ports=ports)]) as network:
-            system = await network.find("station")
+            system = await network.find_system("station")
             await asyncio.sleep(0.5)
             task.cancel()
             silent = time.monotonic()
@@ -278,7 +278,7 @@ def test_a_system_that_falls_silent_is_not_said_to_have_ended(monkeypatch):
                 while system.is_there:
                     await asyncio.sleep(0.02)
             with pytest.raises(VehicleLost, match=r"station is not heard any more, since \d+ s"):
-                network.check(system)
+                network.check_is_there(system)
             assert system.age == pytest.approx(time.monotonic() - silent, abs=0.3 * slowness())
         station.close()
 
@@ -293,6 +293,6 @@ def test_without_zenoh_and_without_anybody(monkeypatch):
     async def act() -> None:
         async with Network([ZenohLink()]) as network:
             with pytest.raises(NetworkError, match=r"zenoh is not installed: pip install 'shoal\[zenoh\]'"):
-                await network.find("station", 0.1)
+                await network.find_system("station", 0.1)
 
     asyncio.run(act())

@@ -13,9 +13,9 @@ import pytest
 import imc
 from imc.discovery import Endpoint
 from shoal.network.link import NetworkError
-from shoal.network.logs import Facts, Logs, RemoteLog, all_logs, logs_at_once, names_in
+from shoal.network.logs import AsyncRemoteLogs, RemoteFile, RemoteLog, list_folder, list_logs, list_logs_at_once
 from shoal.network.network import Network
-from shoal.network.system_table import System
+from shoal.network.system_table import NetworkSystem
 
 
 class Hostile(FTP):
@@ -29,8 +29,8 @@ class Hostile(FTP):
 
 
 def test_no_name_leads_out_of_the_folder() -> None:
-    assert names_in(Hostile(), "", "dir") == {"20260101": Facts()}
-    assert names_in(Hostile(), "", "file") == {"20260102": Facts(), "20260103": Facts(12, 1767225600.0)}
+    assert list_folder(Hostile(), "", "dir") == {"20260101": RemoteFile()}
+    assert list_folder(Hostile(), "", "file") == {"20260102": RemoteFile(), "20260103": RemoteFile(12, 1767225600.0)}
 
 
 class HostileTree(FTP):
@@ -41,7 +41,7 @@ class HostileTree(FTP):
 
 
 def test_no_name_in_a_tree_leads_out_of_the_folder() -> None:
-    assert logs_at_once(HostileTree()) == [RemoteLog("20260101/120000", {"Data.lsf": 0}, {"Data.lsf": 0.0})]
+    assert list_logs_at_once(HostileTree()) == [RemoteLog("20260101/120000", {"Data.lsf": 0}, {"Data.lsf": 0.0})]
 
 
 def test_a_name_that_is_not_utf_8_is_an_error_of_the_server() -> None:
@@ -63,13 +63,13 @@ def test_a_name_that_is_not_utf_8_is_an_error_of_the_server() -> None:
         threading.Thread(target=serve, daemon=True).start()
         place = Endpoint(*control.getsockname())
         with pytest.raises(NetworkError, match=re.escape(f"the server of logs at {place}: 'utf-8' codec")):
-            all_logs([place])
+            list_logs([place])
 
 
 def test_the_address_that_the_vehicle_is_heard_at_is_tried_first() -> None:
-    system = System("otter", parts={("udp", "1"): "at 10.1.0.2:6002"})
+    system = NetworkSystem("otter", parts={("udp", "1"): "at 10.1.0.2:6002"})
     services = "ftp://10.0.9.7:30021/;ftp://10.1.0.2:30021/;imc+udp://10.1.0.2:6002/"
-    system.keep(imc.Announce(sys_name="otter", services=services))
+    system.store_latest(imc.Announce(sys_name="otter", services=services))
     asked: list[list[Endpoint]] = []
 
     def look(places: list[Endpoint]) -> list[RemoteLog]:
@@ -77,8 +77,8 @@ def test_the_address_that_the_vehicle_is_heard_at_is_tried_first() -> None:
         return []
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("shoal.network.logs.all_logs", look)
-        asyncio.run(Logs(Network([]), system).list())
+        patch.setattr("shoal.network.logs.list_logs", look)
+        asyncio.run(AsyncRemoteLogs(Network([]), system).list())
     assert asked == [[Endpoint("10.1.0.2", 30021), Endpoint("10.0.9.7", 30021)]]
 
 
@@ -93,4 +93,4 @@ def test_the_next_address_is_tried_if_one_does_not_answer() -> None:
 
         threading.Thread(target=serve, daemon=True).start()
         with pytest.raises(NetworkError, match=f"at {places[0]}, {places[1]}: 421 busy"):
-            all_logs(places)
+            list_logs(places)

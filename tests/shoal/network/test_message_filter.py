@@ -3,7 +3,7 @@
 import pytest
 
 import imc
-from shoal.network import parse_where
+from shoal.network import parse_message_filter
 
 STATE = imc.EstimatedState(depth=3.0, u=1.0, psi=0.5, src=26)
 PLAN = imc.PlanControlState(state=imc.PlanControlState.State.EXECUTING, plan_id="survey-1")
@@ -39,7 +39,7 @@ VEHICLE = imc.VehicleState(flags=imc.VehicleState.Flags.MANEUVER_DONE)
     ],
 )
 def test_expressions(text, message, expected):
-    assert parse_where(text)(message) is expected
+    assert parse_message_filter(text)(message) is expected
 
 
 @pytest.mark.parametrize(
@@ -68,5 +68,5 @@ def test_expressions(text, message, expected):
 )
 def test_mistakes_are_named(text, kinds, reason):
     with pytest.raises(ValueError) as mistake:
-        parse_where(text, kinds)
+        parse_message_filter(text, kinds)
     assert reason in str(mistake.value)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import imc
-from shoal.network import Network, NoAnswer, Parameters, Refused, UDPLink
+from shoal.network import AsyncRemoteParameters, Network, NoAnswer, Refused, UDPLink
 from tests.shoal.network.station import OWN, Station, discovery_ports, living
 
 
@@ -41,14 +41,16 @@ class Vehicle(Station):
         self.answers += 1
 
 
-def on(vehicle: Vehicle, act: Callable[[Parameters], Coroutine[Any, Any, object]], *also: imc.Message) -> object:
+def on(
+    vehicle: Vehicle, act: Callable[[AsyncRemoteParameters], Coroutine[Any, Any, object]], *also: imc.Message
+) -> object:
     async def run() -> object:
         packets = [vehicle.packet(message) for message in also]
         async with living(vehicle, also=packets), Network([UDPLink(ports=vehicle.ports)]) as network:
-            system = await network.find("station")
-            await network.next(system, imc.Heartbeat)
+            system = await network.find_system("station")
+            await network.next_message(system, imc.Heartbeat)
             async with asyncio.timeout(20.0):
-                return await act(Parameters(network, system))
+                return await act(AsyncRemoteParameters(network, system))
 
     return asyncio.run(run())
 

@@ -7,7 +7,7 @@ import time
 import pytest
 
 import imc
-from shoal.network import Network, NetworkError, Plans, UDPLink
+from shoal.network import AsyncRemotePlans, Network, NetworkError, UDPLink
 from tests.shoal.network.station import Station, discovery_ports, living
 
 PATIENCE = 0.3  # s; one that comes in LATE does not come in time
@@ -34,7 +34,7 @@ async def look(*, far: bool = False, others: bool = False, silent: bool = False,
         late.ports = ports
         coming = asyncio.get_running_loop().call_later(late_by, late.announce)
         stack.callback(coming.cancel)
-        return (await network.find("late")).name
+        return (await network.find_system("late")).name
 
 
 def test_over_a_radio_on_which_somebody_answers_a_late_vehicle_is_found() -> None:
@@ -80,7 +80,7 @@ def test_a_system_of_dune_announces_itself_late_and_sends_5_s_after_it_has_heard
         async with Network([UDPLink(ports=ports)]) as network:
             living = asyncio.create_task(live())
             try:
-                return await Plans(network, await network.find("station")).status()
+                return await AsyncRemotePlans(network, await network.find_system("station")).status()
             finally:
                 living.cancel()
                 station.close()

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import imc
-from shoal.network.plans import MOST_LATE, Plans
+from shoal.network.plans import MOST_LATE, AsyncRemotePlans
 
 ID, CONSOLE = 0x001A, 0x4101
 
@@ -35,7 +35,7 @@ def report(plan: str, timestamp: float) -> imc.PlanControlState:
 
 def stopped(last: imc.PlanControlState, *reports: imc.PlanControlState, answered: float = 5.0) -> imc.PlanControlState:
     """The status after a stop that was answered at a time (s)."""
-    plans = Plans(Told(answered, *reports), SimpleNamespace(id=ID, age=0.1, last_of=lambda _: last))
+    plans = AsyncRemotePlans(Told(answered, *reports), SimpleNamespace(id=ID, age=0.1, last_of=lambda _: last))
 
     async def act() -> imc.PlanControlState:
         await plans.stop()

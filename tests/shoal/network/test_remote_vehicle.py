@@ -14,7 +14,7 @@ import pytest
 
 import imc
 import shoal
-from shoal.network import AsyncRemoteVehicle, Link, NoAnswer, Refused, RemoteVehicle, VehicleLost, make_network
+from shoal.network import AsyncRemoteVehicle, NetworkLink, NoAnswer, Refused, RemoteVehicle, VehicleLost, make_network
 from tests.shoal.network.running import Running, running
 
 NAME = "lauv-noptilus-1"
@@ -243,7 +243,7 @@ def test_an_abort_is_confirmed(vehicle: RemoteVehicle) -> None:
         break
 
 
-def spoil(link: Link) -> None:
+def spoil(link: NetworkLink) -> None:
     """Let a link lose the first copy of every packet, and send the second one three times, the last a second later."""
     sent: Counter[bytes] = Counter()
     carry = link.send
@@ -263,7 +263,7 @@ def test_commands_over_a_network_that_loses_and_repeats_packets(process: Running
         for link in network.links:
             spoil(link)
         async with network:
-            vehicle = AsyncRemoteVehicle(network, await network.find(NAME, 5.0))
+            vehicle = AsyncRemoteVehicle(network, await network.find_system(NAME, 5.0))
             async for _ in vehicle.messages(imc.VehicleState, where="op_mode == SERVICE"):
                 break
             book = network.listen(vehicle.system, (imc.LogBookEntry,))

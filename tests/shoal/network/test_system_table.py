@@ -3,24 +3,24 @@
 import time
 
 from shoal.network import UDPLink, ZenohLink
-from shoal.network.system_table import FORGOTTEN, FRESH, System, Systems
+from shoal.network.system_table import FORGOTTEN, FRESH, NetworkSystem, SystemTable
 
 
 def test_the_link_that_brings_all_messages_is_heard_while_it_brings_any() -> None:
-    udp, zenoh, system = UDPLink(), ZenohLink([]), System("lauv-noptilus-1")
+    udp, zenoh, system = UDPLink(), ZenohLink([]), NetworkSystem("lauv-noptilus-1")
     system.links = {"udp": udp, "zenoh": zenoh}
     now = time.monotonic()
     system.last = {"udp": now}
-    assert (system.takes(udp), system.takes(zenoh)) == (True, True)
+    assert (system.accepts_from(udp), system.accepts_from(zenoh)) == (True, True)
     system.last["zenoh"] = now
-    assert (system.takes(udp), system.takes(zenoh)) == (False, True)
+    assert (system.accepts_from(udp), system.accepts_from(zenoh)) == (False, True)
     system.last["zenoh"] = now - FRESH - 1.0
-    assert system.takes(udp)
+    assert system.accepts_from(udp)
 
 
 def test_a_second_vehicle_of_one_name_counts_as_long_as_it_is_heard() -> None:
-    systems = Systems()
-    otter = systems.meet("otter")
+    systems = SystemTable()
+    otter = systems.find_or_add("otter")
     assert otter is not None
     for number in (3, 4):
         systems.identify(otter, number, f"at 10.0.0.{number}")

@@ -70,10 +70,10 @@ def test_a_vehicle_is_found_by_its_name_commanded_and_missed_when_it_ends(tmp_pa
 def test_a_system_that_does_not_announce_itself_is_called_by_its_id_until_it_does() -> None:
     async def act() -> None:
         async with serving(packet(imc.Heartbeat())) as port, reaching(port) as net:
-            assert (await net.find("0x0B01")).id == OWN
+            assert (await net.find_system("0x0B01")).id == OWN
         announce = packet(imc.Announce(sys_name="buoy", services=""))
         async with serving(packet(imc.Heartbeat()), announce) as port, reaching(port) as net:
-            assert (await net.find("buoy")).id == OWN
+            assert (await net.find_system("buoy")).id == OWN
             assert [system.name for system in net.vehicles()] == ["buoy"]
 
     asyncio.run(act())
@@ -84,9 +84,9 @@ def test_a_server_that_is_not_there_yet_is_named_and_connected_to_later() -> Non
         async with serving() as port:
             pass
         async with reaching(port) as net:
-            assert net.nobody() == f"no vehicle is on the network (nobody listens at 127.0.0.1:{port})"
+            assert net.no_vehicle_text() == f"no vehicle is on the network (nobody listens at 127.0.0.1:{port})"
             async with serving(packet(imc.Announce(sys_name="buoy", services="")), port=port):
-                assert (await net.find("buoy", 5.0)).id == OWN
+                assert (await net.find_system("buoy", 5.0)).id == OWN
 
     asyncio.run(act())
 
@@ -103,11 +103,11 @@ def test_a_server_that_does_not_answer_and_one_that_is_silent_are_named(monkeypa
                 one.connect_ex(full.getsockname())
             place = f"127.0.0.1:{full.getsockname()[1]}"
             async with reaching(full.getsockname()[1]) as net:
-                assert net.nobody() == f"no vehicle is on the network ({place} has not answered yet)"
-        assert Network([ZenohLink([f"tcp/{place}"])]).nobody().endswith(f"(tcp/{place} has not answered yet)")
+                assert net.no_vehicle_text() == f"no vehicle is on the network ({place} has not answered yet)"
+        assert Network([ZenohLink([f"tcp/{place}"])]).no_vehicle_text().endswith(f"(tcp/{place} has not answered yet)")
         async with serving() as port, reaching(port) as net:
             async with asyncio.timeout(10.0):
-                while "has sent nothing for 0.1 s" not in net.nobody():
+                while "has sent nothing for 0.1 s" not in net.no_vehicle_text():
                     await asyncio.sleep(0.01)
 
     asyncio.run(act())
@@ -117,9 +117,9 @@ def test_what_is_no_imc_is_counted() -> None:
     async def act() -> None:
         async with serving(b"HTTP/1.1 400 Bad Request\r\n\r\n") as port, reaching(port) as net:
             async with asyncio.timeout(5.0):
-                while not net.strangers:
+                while not net.unknown_drops:
                     await asyncio.sleep(0.02)
-            assert [peer for peer, _ in net.strangers] == [f"127.0.0.1:{port}"]
+            assert [peer for peer, _ in net.unknown_drops] == [f"127.0.0.1:{port}"]
 
     asyncio.run(act())
 
@@ -130,8 +130,8 @@ def test_a_damaged_length_hides_what_is_behind_it_for_a_second_only() -> None:
         damaged = beat[:4] + (60000).to_bytes(2, "little") + beat[6:]
         announce = packet(imc.Announce(sys_name="buoy", services=""))
         async with serving(damaged, announce) as port, reaching(port) as net:
-            assert (await net.find("buoy", 10.0)).id == OWN
-            assert [what for _, what in net.strangers] == ["between packets: truncated"]
+            assert (await net.find_system("buoy", 10.0)).id == OWN
+            assert [what for _, what in net.unknown_drops] == ["between packets: truncated"]
 
     asyncio.run(act())
 

@@ -14,16 +14,16 @@ class Ear:
     def __init__(self):
         self.there, self.beats = set(), 0
 
-    def appeared(self, link, system, part, place, number=None):
+    def on_appeared(self, link, system, part, place, number=None):
         self.there.add(system)
 
-    def vanished(self, link, system, part, *, is_told):
+    def on_vanished(self, link, system, part, *, is_told):
         self.there.discard(system)
 
-    def arrived(self, link, arrival):
+    def on_packet(self, link, arrival):
         self.beats += imc.packet_id(arrival.packet) == imc.Heartbeat.ID
 
-    def dropped(self, link, peer, reason, number=1):
+    def on_dropped(self, link, peer, reason, number=1):
         pass
 
 

@@ -128,7 +128,7 @@ async def seen(network: Network, *names: str) -> bool:
     with suppress(TimeoutError):
         async with asyncio.timeout(PATIENCE):
             while not {system.name for system in network.vehicles()}.issuperset(names):
-                await network.news(0.1)
+                await network.wait_for_change(0.1)
     return {system.name for system in network.vehicles()}.issuperset(names)
 
 
@@ -137,11 +137,11 @@ def test_each_of_several_endpoints_is_joined_and_one_that_does_not_answer_is_nam
 
     async def look(*endpoints: str) -> None:
         async with make_network([",".join(endpoints)]) as network:
-            network.want(None, (imc.Heartbeat,))
+            network.subscribe(None, (imc.Heartbeat,))
             assert await seen(network, "first", "second")
-            assert network.unreached == [f"nobody listens at {missing}"]
+            assert network.link_troubles == [f"nobody listens at {missing}"]
             with pytest.raises(NetworkError, match=f"no vehicle 'third' on the network; .*nobody listens at {missing}"):
-                await network.find("third", 0.1)
+                await network.find_system("third", 0.1)
 
     with speaking("first", 0x0B01) as first, speaking("second", 0x0B02) as second:
         asyncio.run(look(first, missing, second))
@@ -153,7 +153,7 @@ def test_a_configuration_file_says_where_to_connect(tmp_path: Path, monkeypatch:
 
     async def look() -> None:
         async with make_network(zenoh_config=path) as network:
-            network.want(None, (imc.Heartbeat,))
+            network.subscribe(None, (imc.Heartbeat,))
             assert await seen(network, "first")
 
     with speaking("first", 0x0B01) as first:

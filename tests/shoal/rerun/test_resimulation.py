@@ -17,7 +17,7 @@ from runtime.snapshot import SnapshotError
 from runtime.vehicle import build, find_task
 from shoal import fly
 from shoal.cli import main
-from shoal.rerun import Instants, ResimulationError, Rewound, resimulate
+from shoal.rerun import ResimulationError, RewoundRun, TimestampResolver, resimulate
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
 MIXER = "tests.shoal.rerun.interplay.Mixer"
@@ -68,7 +68,7 @@ def test_every_task_says_again_what_is_in_the_log(log: imc.Log, sections: list[s
     assert done.comparison.equal
     assert done.comparison.bytes == 0
     assert done.notes == []
-    said = sum(tally.said for tally in done.comparison.tallies.values())
+    said = sum(tally.published for tally in done.comparison.counts.values())
     labels = {section: load_profile("lauv-noptilus-1").config.value(section, "Entity Label") for section in sections}
     assert set(done.labels.values()) == set(labels.values())
     owned = [p for _, p in log.packets() if imc.header(p).src_ent in done.labels]
@@ -81,7 +81,7 @@ def test_late_measurements_and_labels_of_others_are_what_they_were(tmp_path: Pat
     for section in ("Navigation.AUV.Navigation", "Monitors.FuelLevel", "Monitors.Entities"):
         done = resimulate(log, [section])
         assert done.comparison.first is None
-        assert len(done.comparison.tallies) > 2
+        assert len(done.comparison.counts) > 2
 
 
 def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
@@ -96,7 +96,7 @@ def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
         assert done.exact
         assert done.comparison.bytes == 0
         assert done.comparison.first is None
-        assert sum(tally.equal for tally in done.comparison.tallies.values()) > 15
+        assert sum(tally.equal for tally in done.comparison.counts.values()) > 15
         assert "starts with the earlier logs of the run: 000000" in done.notes
     first = log.path.parent.parent / "000000"
     (first / "Data.lsf.gz").unlink()
@@ -110,7 +110,7 @@ def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
     )
     assert missing in resimulate(log, [CAMERA]).notes[0]
     with pytest.raises(SnapshotError, match=f"cannot be repeated from the start of its run; {missing}"):
-        Rewound(log).state_at(7.0)
+        RewoundRun(log).state_at(7.0)
 
 
 def test_measurements_of_the_moment_in_which_a_mission_ends(tmp_path: Path) -> None:
@@ -165,28 +165,28 @@ def test_parameters_that_were_set_on_the_way_are_set_again(tmp_path: Path) -> No
     changes += [(4.0, imc.QueryEntityParameters(name="MUG Camera"))]
     done = resimulate(run(tmp_path, "lauv-noptilus-1", 8.0, *changes), [CAMERA])
     assert done.comparison.equal
-    assert any(kind == imc.EntityParameters.ID for _, kind in done.comparison.tallies)
+    assert any(kind == imc.EntityParameters.ID for _, kind in done.comparison.counts)
 
 
 def test_what_if(log: imc.Log) -> None:
     done = resimulate(log, [CAMERA], overrides=[f"{CAMERA}:MUGs=1.0 0.3, 2.0 1.0"])
     assert not done.exact
-    (tally,) = [t for (_, kind), t in done.comparison.tallies.items() if kind == imc.EstimatedMugState.ID]
+    (tally,) = [t for (_, kind), t in done.comparison.counts.items() if kind == imc.EstimatedMugState.ID]
     assert tally.logged > 10
-    assert tally.said > tally.logged
+    assert tally.published > tally.logged
     assert tally.only_logged == 0
     first = done.comparison.first
     assert first is not None
-    assert imc.header(first.said or b"").id == imc.EstimatedMugState.ID
+    assert imc.header(first.published or b"").id == imc.EstimatedMugState.ID
 
 
 def test_what_if_tells_the_differences_of_fields(log: imc.Log) -> None:
     done = resimulate(log, ["GPS"], overrides=["Simulators.GPS/Kinematic:HACC=5"])
-    (tally,) = [t for (_, kind), t in done.comparison.tallies.items() if kind == imc.GpsFix.ID]
+    (tally,) = [t for (_, kind), t in done.comparison.counts.items() if kind == imc.GpsFix.ID]
     changed = {name: figures for name, figures in tally.fields.items() if figures.changed}
     assert list(changed) == ["hacc"]
     assert (changed["hacc"].mean, changed["hacc"].rms, changed["hacc"].largest) == pytest.approx((3.0, 3.0, 3.0))
-    assert (tally.changed, tally.equal, tally.only_logged, tally.only_said) == (tally.logged, 0, 0, 0)
+    assert (tally.changed, tally.equal, tally.only_logged, tally.only_published) == (tally.logged, 0, 0, 0)
 
 
 def test_another_seed_is_another_noise(log: imc.Log) -> None:
@@ -213,7 +213,7 @@ def test_a_log_of_dune_says_what_cannot_be_reproduced() -> None:
     assert not done.exact
     assert any("has no Config.ini" in note for note in done.notes)
     assert any("wall clock" in note for note in done.notes)
-    assert any(tally.said for tally in done.comparison.tallies.values())
+    assert any(tally.published for tally in done.comparison.counts.values())
 
 
 @pytest.mark.parametrize(
@@ -233,9 +233,9 @@ def test_what_cannot_be_simulated_again_is_refused(log: imc.Log, name: str, reas
 
 def test_a_task_that_was_not_there_says_something_new(log: imc.Log) -> None:
     done = resimulate(log, [f"{MIXER}/New"])
-    (tally,) = [t for (_, kind), t in done.comparison.tallies.items() if kind == imc.Rpm.ID]
+    (tally,) = [t for (_, kind), t in done.comparison.counts.items() if kind == imc.Rpm.ID]
     assert tally.logged == 0
-    assert tally.said > 100
+    assert tally.published > 100
     assert any("no messages of the entity 'Mixer/New'" in note for note in done.notes)
 
 
@@ -256,13 +256,13 @@ def test_the_command_tells_and_shows(log: imc.Log, tmp_path: Path) -> None:
 def test_instants_of_ticks_are_found_in_times_of_packets(count: int, rate: float) -> None:
     start = 1_767_225_600_000_000_000
     tick = start + round(count * 1e9 / rate)
-    assert Instants(start, [rate]).of(tick / 1_000_000_000) == tick
+    assert TimestampResolver(start, [rate]).resolve(tick / 1_000_000_000) == tick
 
 
 def test_instants_of_a_wall_clock_are_not_rounded() -> None:
     start, time = 1_700_000_000_000_000_000, 1_700_000_003.1200001
-    assert Instants(start).of(time) == start + 3_120_000_100
-    assert Instants(start, virtual=False).of(time) == nanoseconds(time)
+    assert TimestampResolver(start).resolve(time) == start + 3_120_000_100
+    assert TimestampResolver(start, virtual=False).resolve(time) == nanoseconds(time)
 
 
 def cut(log: imc.Log, folder: Path, without: type[imc.Message]) -> imc.Log:
@@ -309,9 +309,9 @@ def test_the_part_of_a_log_begins_so_long_after_the_vehicle(log: imc.Log, tmp_pa
         done = resimulate(imc.Log(part), ["IMU"])
         assert not done.exact
         assert done.notes[0].startswith(f"the log begins {begin:.1f} s after the vehicle: the state of the tasks")
-        (tally,) = [t for (_, kind), t in done.comparison.tallies.items() if kind == imc.EulerAngles.ID]
-        assert tally.said == pytest.approx(100 * (end - begin), abs=2)
-        assert tally.only_said == 0
+        (tally,) = [t for (_, kind), t in done.comparison.counts.items() if kind == imc.EulerAngles.ID]
+        assert tally.published == pytest.approx(100 * (end - begin), abs=2)
+        assert tally.only_published == 0
 
 
 def test_misspelled_option_is_an_error(log: imc.Log) -> None:

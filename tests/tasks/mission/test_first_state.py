@@ -10,7 +10,7 @@ import imc
 from imc.coordinates import absolute
 from runtime import State
 from runtime.logs import summarize
-from shoal.logs.inspect.report_data import content_of
+from shoal.logs.inspect.report_data import read_report_data
 from shoal.missions import prepare
 from support.wgs84 import displacement
 
@@ -50,7 +50,7 @@ def test_every_state_is_where_the_vehicle_starts_and_the_report_is_not_4000_km_l
     assert max(map(away, states)) < 60.0
     (data,) = tmp_path.glob("log/*/*/*/Data.lsf.gz")
     log = imc.Log(data.parent)
-    story = content_of(log, summarize(log))
+    story = read_report_data(log, summarize(log))
     assert story.distance < 60.0
     assert story.origin == pytest.approx(START, abs=1e-4)
 

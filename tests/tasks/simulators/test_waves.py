@@ -10,7 +10,7 @@ from runtime.profile import load_profile, read_sections
 from runtime.snapshot import load, save
 from runtime.testing import simulate
 from shoal.missions import load_plan, prepare
-from shoal.rerun import continued
+from shoal.rerun import resume_snapshot
 from support.rotations import body_rates, rotation, to_ned
 from tasks.simulators.vsim import VSIM
 from tests.tasks.mission.boats import BOATS, LAT, LON, goto, plan_of, sail
@@ -82,7 +82,7 @@ def test_a_run_in_waves_is_the_same_again_and_after_a_snapshot(tmp_path):
     vehicle.tap(imc.SimulatedState, states.append)
     vehicle.run(3.0)
     vehicle.close()
-    again, later = continued(snapshot, tmp_path / "again"), list[imc.SimulatedState]()
+    again, later = resume_snapshot(snapshot, tmp_path / "again"), list[imc.SimulatedState]()
     again.tap(imc.SimulatedState, later.append)
     again.run(3.0)
     again.close()

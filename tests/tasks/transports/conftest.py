@@ -135,7 +135,7 @@ def desk():
 def console(request, tmp_path_factory):
     """A console of a vehicle in SERVICE."""
     found = Console(request.param, tmp_path_factory.mktemp("vehicle"))
-    found.calm()
+    found.is_vehicle_ready()
     yield found
     found.vehicle.close()
 
@@ -143,7 +143,7 @@ def console(request, tmp_path_factory):
 @pytest.fixture(scope="module")
 def noptilus(tmp_path_factory):
     found = Console("lauv-noptilus-1", tmp_path_factory.mktemp("vehicle"))
-    found.calm()
+    found.is_vehicle_ready()
     yield found
     found.vehicle.close()
 

@@ -10,7 +10,7 @@ from threading import Thread
 import pytest
 
 from imc.discovery import Endpoint
-from shoal.network.logs import all_logs
+from shoal.network.logs import list_logs
 from tasks.transports.ftp_server import MOST_OF_ONE, MOST_SESSIONS, FTPServer
 from tests.outside import until
 
@@ -93,7 +93,7 @@ def test_all_logs_are_listed_in_one_answer(serve, logs, monkeypatch):
     client = serve()
     place = Endpoint(HOST, client.server.port)
     monkeypatch.setattr(ftplib.FTP, "makepasv", None)
-    found = all_logs([place])
+    found = list_logs([place])
     assert [(log.name, log.files) for log in found] == [
         (LOG, {"Again.txt": 8, "Data.lsf.gz": len(DATA), "Output.txt": 8}),
         ("20260101/000100", {}),
@@ -101,7 +101,7 @@ def test_all_logs_are_listed_in_one_answer(serve, logs, monkeypatch):
     assert found[0].changed["Output.txt"] == int((logs / LOG / "Output.txt").stat().st_mtime)
     monkeypatch.undo()
     monkeypatch.setattr("tasks.transports.ftp_server.MOST_IN_TREE", 4)
-    assert all_logs([place]) == found, "too many for one answer: folder by folder"
+    assert list_logs([place]) == found, "too many for one answer: folder by folder"
 
 
 def test_a_console_finds_and_downloads_a_log(serve):

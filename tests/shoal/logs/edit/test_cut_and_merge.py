@@ -8,8 +8,8 @@ import pytest
 import imc
 from runtime.logs import summarize
 from shoal.logs.edit import cut, merge
-from shoal.logs.edit.merge_logs import Conflict
-from shoal.logs.selection import Selection, choose
+from shoal.logs.edit.merge_logs import MergeConflict
+from shoal.logs.selection import PacketSelection, select_by_names
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 INF = float("inf")
@@ -33,7 +33,7 @@ def packets_of(folder: Path) -> list[bytes]:
 def cut_by(folder: Path, out: Path, **choice: object) -> list[bytes]:
     log = imc.Log(folder)
     summary = summarize(log)
-    cut(log, out, choose(summary, **choice), summary.owner)
+    cut(log, out, select_by_names(summary, **choice), summary.owner)
     return packets_of(out)
 
 
@@ -85,14 +85,14 @@ def test_other_systems_have_the_time_at_which_they_were_heard(make_log, tmp_path
 def test_nothing_chosen_leaves_nothing(make_log, tmp_path):
     log = imc.Log(make_log([at(0)]))
     with pytest.raises(ValueError, match="nothing is written"):
-        cut(log, tmp_path / "out", Selection(types=frozenset({imc.Abort.ID})), VEHICLE)
+        cut(log, tmp_path / "out", PacketSelection(types=frozenset({imc.Abort.ID})), VEHICLE)
     assert not (tmp_path / "out").exists()
 
 
 def test_an_existing_folder_is_left_alone(make_log, tmp_path):
     folder = make_log([at(0)])
     with pytest.raises(FileExistsError):
-        cut(imc.Log(folder), folder, Selection(), VEHICLE)
+        cut(imc.Log(folder), folder, PacketSelection(), VEHICLE)
     assert len(packets_of(folder)) == 1
 
 
@@ -100,7 +100,7 @@ def test_merging_the_parts_gives_the_whole(make_log, tmp_path):
     folder = make_log([at(n / 100) for n in range(3000)])
     parts = [(20.0, INF), (0.0, 10.0), (10.0, 20.0)]
     for number, (begin, end) in enumerate(parts):
-        cut(imc.Log(folder), tmp_path / f"part{number}", Selection(START + begin, START + end), VEHICLE)
+        cut(imc.Log(folder), tmp_path / f"part{number}", PacketSelection(START + begin, START + end), VEHICLE)
     merged = merge([imc.Log(tmp_path / f"part{number}") for number in range(3)], tmp_path / "whole")
     assert packets_of(tmp_path / "whole") == packets_of(folder)
     assert (merged.packets, merged.copies, merged.warnings) == (3000, 0, [])
@@ -144,7 +144,7 @@ def test_definitions_that_suit_both_are_taken(make_log, tmp_path):
 
 def test_definitions_that_contradict_are_refused(make_log, tmp_path):
     logs = [imc.Log(public_log(tmp_path, "GpioStateGet")), imc.Log(make_log([at(1, imc.EstimatedMugState)]))]
-    with pytest.raises(Conflict, match=r"message 2001 of .* is GpioStateGet in"):
+    with pytest.raises(MergeConflict, match=r"message 2001 of .* is GpioStateGet in"):
         merge(logs, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

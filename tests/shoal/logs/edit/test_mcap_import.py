@@ -12,8 +12,8 @@ from mcap.writer import Writer
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.edit.mcap_import import BadFile, import_mcap
-from shoal.logs.export import Source
+from shoal.logs.edit.mcap_import import BadMcapFile, import_mcap
+from shoal.logs.export import LogSource
 from shoal.logs.export.mcap import export_mcap
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
@@ -27,7 +27,7 @@ def packets_of(log):
 def idle(tmp_path):
     """A log of DUNE, and the same as MCAP in several chunks."""
     log = imc.Log(LOGS / "dune-idle")
-    export_mcap(Source(log, summarize(log)), tmp_path / "idle.mcap")
+    export_mcap(LogSource(log, summarize(log)), tmp_path / "idle.mcap")
     return log, tmp_path / "idle.mcap"
 
 
@@ -36,7 +36,7 @@ def small(tmp_path_factory):
     """The bytes of a small MCAP file."""
     path = tmp_path_factory.mktemp("small") / "small.mcap"
     log = imc.Log(LOGS / "dune-mission-cut")
-    export_mcap(Source(log, summarize(log)), path)
+    export_mcap(LogSource(log, summarize(log)), path)
     return path.read_bytes()
 
 
@@ -56,7 +56,7 @@ def test_an_mcap_cut_short_gives_the_packets_before_the_cut(idle, tmp_path):
     (tmp_path / "a").mkdir()
     assert any("end.mcap: its end is damaged" in text for text in import_mcap(tmp_path / "end.mcap", tmp_path / "a"))
     assert packets_of(imc.Log(tmp_path / "a")) == packets_of(log)
-    with pytest.raises(BadFile, match=r"begin\.mcap"):
+    with pytest.raises(BadMcapFile, match=r"begin\.mcap"):
         import_mcap(tmp_path / "begin.mcap", tmp_path)
 
 
@@ -77,7 +77,7 @@ def test_other_mcap_files_are_refused(tmp_path):
     writer.finish()
     for name, data in (("other", buffer.getvalue()), ("garbage", b"\x89MCAP0\r\n" + bytes(100)), ("empty", b"")):
         (tmp_path / name).write_bytes(data)
-        with pytest.raises(BadFile, match=name):
+        with pytest.raises(BadMcapFile, match=name):
             import_mcap(tmp_path / name, tmp_path)
         (tmp_path / "Data.lsf.gz").unlink()
 
@@ -86,7 +86,7 @@ def test_damaged_chunks_are_left_out(tmp_path, monkeypatch):
     monkeypatch.setattr("shoal.logs.export.message_batches.BATCH_BYTES", 100_000)
     monkeypatch.setattr("imc.lsf.scanner.PIECE", 100_000)
     log = imc.Log(LOGS / "dune-idle")
-    export_mcap(Source(log, summarize(log)), tmp_path / "a.mcap")
+    export_mcap(LogSource(log, summarize(log)), tmp_path / "a.mcap")
     with (tmp_path / "a.mcap").open("rb") as file:
         indexes = make_reader(file).get_summary().chunk_indexes
         places = [index.chunk_start_offset for index in indexes if len(index.message_index_offsets) == 1]
@@ -111,5 +111,5 @@ def test_no_damage_stops_an_import(tmp_path_factory, small, data):
     end = data.draw(st.integers(begin, min(begin + 40, len(source))))
     folder = tmp_path_factory.mktemp("import")
     (folder / "a.mcap").write_bytes(source[:begin] + data.draw(st.binary(max_size=40)) + source[end:])
-    with suppress(BadFile):
+    with suppress(BadMcapFile):
         import_mcap(folder / "a.mcap", folder)

@@ -10,7 +10,7 @@ import yaml
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.export import Source
+from shoal.logs.export import LogSource
 from shoal.logs.export.euroc import export_euroc
 from shoal.logs.export.tum import export_tum
 from shoal.logs.export.vio_recording import quaternions
@@ -39,7 +39,7 @@ def source(tmp_path_factory):
     made.vehicle.run(SECONDS)
     made.vehicle.close()
     log = imc.Log(max(folder.rglob("Data.lsf.gz"), key=lambda path: path.stat().st_size).parent)
-    return Source(log, summarize(log))
+    return LogSource(log, summarize(log))
 
 
 def numbers(path):
@@ -203,7 +203,7 @@ def test_what_is_not_finite_or_alone_is_left_out_and_counted(make_log, tmp_path)
         messages.append(imc.Acceleration(x=math.nan if number == 2 else 1.0, **head, timestamp=time))
     messages.append(imc.Acceleration(x=9.0, **head, timestamp=1.7e9 + 9))
     log = imc.Log(make_log(list(map(imc.encode, messages))))
-    source = Source(log, summarize(log))
+    source = LogSource(log, summarize(log))
     assert export_euroc(source, tmp_path) == 4
     told = {"Acceleration is not finite": 1, "entity 7 has no rates and force at the same time": 2}
     assert dict(source.skipped) == told

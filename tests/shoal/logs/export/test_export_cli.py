@@ -11,7 +11,7 @@ import imc
 from runtime.logs import summarize
 from shoal.cli import main
 from shoal.logs.edit.tlog_import import import_tlog
-from shoal.logs.export import Source
+from shoal.logs.export import LogSource
 from shoal.logs.export.csv import export_csv
 from shoal.logs.export.euroc import export_euroc
 from shoal.logs.export.llf import export_llf
@@ -190,7 +190,7 @@ def test_progress_of_an_export_is_a_share_of_the_log(write, make_log, tmp_path):
     log = imc.Log(make_log([imc.encode(imc.Rpm(value=n, src=0x1A, timestamp=1.7e9 + n)) for n in range(50)]))
     told = []
     (tmp_path / "out").mkdir()
-    write(Source(log, summarize(log)), tmp_path / "out", progress=told.append)
+    write(LogSource(log, summarize(log)), tmp_path / "out", progress=told.append)
     assert told
     assert all(0.0 < share <= 1.0 for share in told)
     assert told[-1] == 1.0

@@ -15,10 +15,10 @@ import imc
 from imc.layout import WIRE_CODES
 from runtime.logs import summarize
 from shoal.logs.edit.mcap_import import import_mcap
-from shoal.logs.export import Source
+from shoal.logs.export import LogSource
 from shoal.logs.export.mcap import export_mcap
 from shoal.logs.export.ros_types import ros_type
-from shoal.logs.selection import Selection
+from shoal.logs.selection import PacketSelection
 from support import wgs84
 from support.pose import DOWN, Pose
 from tasks.vision.records import write_cameras
@@ -37,12 +37,12 @@ def packets_of(log):
 
 def source_of(log, **choice):
     opened = imc.Log(log)
-    return Source(opened, summarize(opened), Selection(**choice))
+    return LogSource(opened, summarize(opened), PacketSelection(**choice))
 
 
 def check_equal(schema, message, said):
     """Assert that a message read by rosbags equals that of the log."""
-    members = ros_type(schema, schema.types_by_id[message.ID]).members
+    members = ros_type(schema, schema.types_by_id[message.ID]).fields
     for field, member in zip(schema.fields(type(message)), members, strict=True):
         check_field(schema, field.type, getattr(message, field.name), getattr(said, member.name), member.inner)
     assert (said.src, said.src_ent, said.dst, said.dst_ent) == (
@@ -60,7 +60,7 @@ def check_field(schema, kind, logged, read, inner):
     elif kind == "message-list" and inner:
         assert len(read) == len(logged)
         for item, found in zip(logged, read, strict=True):
-            for field, member in zip(schema.fields(type(item)), inner.members, strict=True):
+            for field, member in zip(schema.fields(type(item)), inner.fields, strict=True):
                 check_field(schema, field.type, getattr(item, field.name), getattr(found, member.name), member.inner)
     elif kind == "message":
         assert (None if read == "null" else imc.from_json(read, schema)) == logged

@@ -5,9 +5,9 @@ import pytest
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.export import Source
+from shoal.logs.export import LogSource
 from shoal.logs.export.mcap import export_mcap
-from shoal.logs.selection import Selection
+from shoal.logs.selection import PacketSelection
 from shoal.missions import prepare
 from shoal.rendering import expose
 from tests.outside import ALONE
@@ -30,7 +30,7 @@ def source(tmp_path_factory):
     made.vehicle.run(SECONDS)
     made.vehicle.close()
     log = imc.Log(max(folder.rglob("Data.lsf.gz"), key=lambda path: path.stat().st_size).parent)
-    return Source(log, summarize(log))
+    return LogSource(log, summarize(log))
 
 
 @pytest.fixture(scope="module")
@@ -87,8 +87,8 @@ def test_the_scene_has_the_gliders_where_the_vehicle_believes_them(source, reade
 
 
 def test_without_states_only_the_messages_are_there(source, tmp_path):
-    chosen = Selection(types=frozenset({imc.EstimatedMugState.ID}))
-    export_mcap(Source(source.log, source.summary, chosen), tmp_path / "a.mcap", raw=False)
+    chosen = PacketSelection(types=frozenset({imc.EstimatedMugState.ID}))
+    export_mcap(LogSource(source.log, source.summary, chosen), tmp_path / "a.mcap", raw=False)
     found = Reader(tmp_path / "a.mcap")
     assert {topic.rpartition("/")[2] for topic in found.topics} == {
         *("MUG_Camera", "MUG_Detector", "image", "camera_info", "tf")

@@ -12,7 +12,7 @@ import xarray
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.export import Source
+from shoal.logs.export import LogSource
 from shoal.logs.export.netcdf import UNITS, export_netcdf
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
@@ -22,7 +22,7 @@ HEADER = {"timestamp": 1.7e9, "src": 0x1A, "src_ent": 7, "dst": 0xFFFF, "dst_ent
 def export(log, path):
     """Writes a log to a file; returns the number of rows."""
     opened = imc.Log(log)
-    return export_netcdf(Source(opened, summarize(opened)), path)
+    return export_netcdf(LogSource(opened, summarize(opened)), path)
 
 
 @pytest.fixture(scope="module")

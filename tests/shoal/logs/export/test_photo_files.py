@@ -11,7 +11,7 @@ from PIL import Image
 import imc
 from runtime.logs import summarize
 from shoal.cli import main
-from shoal.logs.export import Source
+from shoal.logs.export import LogSource
 from shoal.logs.export.mcap import export_mcap
 from tasks.vision.photos import photo_name, write_picture
 from tests.shoal.logs.export.mcap_reader import Reader
@@ -47,7 +47,7 @@ def test_data_sets_have_png_of_qoi(log, tmp_path, form, table, place):
 
 def test_mcap_has_png_of_qoi(log, tmp_path):
     opened = imc.Log(log)
-    source = Source(opened, summarize(opened))
+    source = LogSource(opened, summarize(opened))
     export_mcap(source, tmp_path / "a.mcap")
     reader = Reader(tmp_path / "a.mcap")
     (topic,) = (topic for topic in reader.topics if topic.endswith("/Front/image"))
@@ -55,7 +55,7 @@ def test_mcap_has_png_of_qoi(log, tmp_path):
     assert [said.format for said in shown] == ["png", "png"]
     for said in shown:
         assert np.array_equal(np.asarray(Image.open(io.BytesIO(said.data)).convert("RGBA")), SHOT)
-    assert source.unread == ["Front_000002_1700000002.000000.qoi: no picture"]
+    assert source.unreadable_photos == ["Front_000002_1700000002.000000.qoi: no picture"]
 
 
 @pytest.mark.parametrize("form", ["euroc", "tum", "mcap"])

@@ -11,11 +11,11 @@ import pytest
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.export import Source
+from shoal.logs.export import LogSource
 from shoal.logs.export.csv import export_csv
 from shoal.logs.export.llf import export_llf, java_number
 from shoal.logs.export.parquet import export_parquet
-from shoal.logs.selection import Selection
+from shoal.logs.selection import PacketSelection
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 HEADER = {"timestamp": 1.7e9, "src": 0x1A, "src_ent": 7, "dst": 0x1E, "dst_ent": 9}
@@ -35,7 +35,7 @@ ODD = [
 
 def source_of(log, *types):
     opened = imc.Log(log)
-    return Source(opened, summarize(opened), Selection(types=frozenset(types) or None))
+    return LogSource(opened, summarize(opened), PacketSelection(types=frozenset(types) or None))
 
 
 @pytest.fixture

@@ -11,9 +11,9 @@ from runtime.logs import summarize
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.logs.edit import cut
-from shoal.logs.inspect import report
-from shoal.logs.inspect.report_data import content_of
-from shoal.logs.selection import Selection
+from shoal.logs.inspect import render_report
+from shoal.logs.inspect.report_data import read_report_data
+from shoal.logs.selection import PacketSelection
 
 HEAD = "MUG detections and the truth"
 MUG_CAMERA = "Simulators.MUGDetectionCamera"
@@ -44,7 +44,7 @@ def sailed(tmp_path_factory):
 
 def judged(folder):
     log = imc.Log(folder)
-    return {found.label: found for found in content_of(log, summarize(log)).judged}
+    return {found.label: found for found in read_report_data(log, summarize(log)).detection_scores}
 
 
 @pytest.mark.heavy
@@ -86,7 +86,7 @@ def test_detections_of_pictures_before_the_log_do_not_count(sailed, tmp_path):
     summary = summarize(log)
     entity = next(n for n in range(256) if summary.names.entity(summary.owner, n) == "MUG Detector")
     first = next(log.messages("EstimatedMugState", src=summary.owner, src_ent=entity)).timestamp
-    cut(log, tmp_path / "part", Selection(first - 0.01, first + 30.0), summary.owner)
+    cut(log, tmp_path / "part", PacketSelection(first - 0.01, first + 30.0), summary.owner)
     (tmp_path / "part" / "Config.ini").write_bytes((sailed / "Config.ini").read_bytes())
     of = [entry for entry in imc.Log(tmp_path / "part").messages("EstimatedMugState") if entry.src_ent == entity]
     early = [entry for entry in of if entry.timestamp < first + 0.05]
@@ -96,7 +96,7 @@ def test_detections_of_pictures_before_the_log_do_not_count(sailed, tmp_path):
 
 
 def test_the_page_has_a_table_of_them(sailed):
-    text = report(imc.Log(sailed))
+    text = render_report(imc.Log(sailed))
     assert HEAD in re.findall(r"<h2>(.*?)</h2>", text)
     table = text[text.index(HEAD) :]
     for words in ("MUG Camera", "MUG Detector", "false alarms", "id switches", "NEES"):
@@ -123,7 +123,7 @@ def test_a_log_without_a_configuration_that_can_be_read_is_not_judged(text, make
     if text is not None:
         (path / "Config.ini" if path.is_dir() else path.parent / "Config.ini").write_text(text, encoding="latin-1")
     log = imc.Log(path)
-    assert HEAD not in report(log) or text in ("", None)
+    assert HEAD not in render_report(log) or text in ("", None)
 
 
 def test_no_code_of_a_log_runs(sailed, tmp_path, monkeypatch):
@@ -140,5 +140,5 @@ def test_no_code_of_a_log_runs(sailed, tmp_path, monkeypatch):
     more += "[evil]\nEnabled = Always\n[Vision.Camera/evil]\nEnabled = Always\n"
     with (path / "Config.ini").open("a") as file:
         file.write(more)
-    assert HEAD in report(imc.Log(path))
+    assert HEAD in render_report(imc.Log(path))
     assert not (tmp_path / "ran").exists()

@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import imc
-from shoal.logs.inspect import compare
+from shoal.logs.inspect import compare_logs
 
 START = 1_767_225_600.0
 VEHICLE = 0x001A
@@ -18,13 +18,13 @@ def at(seconds, kind=imc.Voltage, **fields):
 
 
 def differ(make_log, one, two):
-    return compare(imc.Log(make_log(one, "a")), imc.Log(make_log(two, "b")))
+    return compare_logs(imc.Log(make_log(one, "a")), imc.Log(make_log(two, "b")))
 
 
 def test_equal_logs_in_other_packing(make_log):
     messages = [at(n) for n in range(100)]
     a, b = make_log(messages, "a", compression="none"), make_log(messages, "b", block=100)
-    found = compare(imc.Log(a), imc.Log(b))
+    found = compare_logs(imc.Log(a), imc.Log(b))
     assert found.equal
     assert found.packets == (100, 100)
 
@@ -100,7 +100,7 @@ def test_counts_always_add_up(tmp_path_factory, one, two):
         packets = (imc.encode(at(n, (imc.Voltage, imc.Current)[kind], value=value)) for n, kind, value in rows)
         (folder / "Data.lsf").write_bytes(b"".join(packets))
         logs.append(imc.Log(folder))
-    found = compare(*logs)
+    found = compare_logs(*logs)
     assert found.equal == (one == two)
     if not found.equal:
         assert sum(row.same + row.changed + row.only_a for row in found.types.values()) == len(one)

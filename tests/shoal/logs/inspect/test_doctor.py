@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import imc
-from shoal.logs.inspect import examine, repair
+from shoal.logs.inspect import examine_log, repair_log
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 START = 1_767_225_600.0
@@ -24,7 +24,7 @@ def labels(**entities):
 
 
 def said(folder):
-    return [f"{finding.severity}: {finding.text}" for finding in examine(folder).findings]
+    return [f"{finding.severity}: {finding.text}" for finding in examine_log(folder).findings]
 
 
 def stop(seconds):
@@ -36,13 +36,13 @@ def good(count=200):
 
 
 def test_a_good_log_is_healthy(make_log):
-    examination = examine(make_log(good()))
+    examination = examine_log(make_log(good()))
     assert examination.healthy
     assert examination.findings == []
 
 
 def test_the_log_of_dune_has_nothing_worse_than_notes():
-    findings = examine(LOGS / "dune-idle").findings
+    findings = examine_log(LOGS / "dune-idle").findings
     assert [finding.severity for finding in findings if "IMC.xml" not in finding.text] == ["note"]
 
 
@@ -66,11 +66,11 @@ def damaged(kind):
     ],
 )
 def test_damage_is_told_and_repaired(make_log, tmp_path, kind, text, saved):
-    examination = examine(make_log(damaged(kind), compression="none"))
+    examination = examine_log(make_log(damaged(kind), compression="none"))
     assert text in [f"{finding.severity}: {finding.text}" for finding in examination.findings]
     assert not examination.healthy
-    assert repair(examination, tmp_path / "clean") == saved
-    assert examine(tmp_path / "clean").healthy
+    assert repair_log(examination, tmp_path / "clean") == saved
+    assert examine_log(tmp_path / "clean").healthy
     assert len(imc.Log(tmp_path / "clean")) == saved
 
 
@@ -86,13 +86,13 @@ def test_a_cut_member_is_told_and_mended(make_log, tmp_path):
         path.write_bytes(whole[:cut])
         with pytest.raises((EOFError, gzip.BadGzipFile)):
             gzip.decompress(path.read_bytes())
-        examination = examine(path.parent)
+        examination = examine_log(path.parent)
         assert "warning: damage: cut compressed data: 1 place" in said(path.parent)
-        count = repair(examination, tmp_path / str(cut))
+        count = repair_log(examination, tmp_path / str(cut))
         mended = gzip.decompress((tmp_path / str(cut) / "Data.lsf.gz").read_bytes())
         assert len(mended) >= complete
         assert packets.startswith(mended)
-        assert examine(tmp_path / str(cut)).healthy
+        assert examine_log(tmp_path / str(cut)).healthy
         assert [*imc.Log(tmp_path / str(cut))] == good()[:count]
         saved.append(count)
     assert saved == sorted(saved)
@@ -107,19 +107,19 @@ def test_several_threads_find_the_same(make_log, monkeypatch):
         data[place] ^= 0x55
     path.write_bytes(data)
     with ThreadPoolExecutor(2) as threads:
-        examination = examine(path.parent, spread=threads.map)
+        examination = examine_log(path.parent, spread=threads.map)
     assert not examination.healthy
-    assert examination.findings == examine(path.parent).findings
+    assert examination.findings == examine_log(path.parent).findings
 
 
 @pytest.mark.parametrize(("content", "text"), [(b"", "the file is empty"), (b"x" * 99, "none of its 99 bytes")])
 def test_no_log_at_all(tmp_path, content, text):
     (tmp_path / "Data.lsf").write_bytes(content)
-    examination = examine(tmp_path)
+    examination = examine_log(tmp_path)
     assert [finding.severity for finding in examination.findings] == ["error"]
     assert text in examination.findings[0].text
     with pytest.raises(ValueError, match="nothing is written"):
-        repair(examination, tmp_path / "clean")
+        repair_log(examination, tmp_path / "clean")
     assert not (tmp_path / "clean").exists()
 
 
@@ -128,9 +128,9 @@ def test_no_log_at_all(tmp_path, content, text):
     [b"<messages><", b"\x1f\x8bnonsense", b'<!DOCTYPE x [<!ENTITY a "b">]><messages/>', gzip.compress(bytes(1 << 25))],
 )
 def test_bad_definitions_are_told_and_replaced(make_log, tmp_path, schema):
-    examination = examine(make_log(good(), schema=schema))
+    examination = examine_log(make_log(good(), schema=schema))
     assert "the definitions beside the log are bad" in examination.findings[0].text
-    repair(examination, tmp_path / "clean")
+    repair_log(examination, tmp_path / "clean")
     assert imc.Log(tmp_path / "clean").schema == imc.builtin()
 
 
@@ -141,7 +141,7 @@ def test_missing_definitions(make_log):
 def test_packets_that_contradict_the_definitions(make_log):
     packet = imc.encode(imc.Unknown(id=imc.Pulse.ID, payload=bytes(8), timestamp=START, src=VEHICLE, src_ent=7))
     short = imc.encode(imc.Unknown(id=imc.EntityState.ID, payload=bytes(1), timestamp=START, src=VEHICLE, src_ent=7))
-    found = examine(make_log([*good(), packet, packet, short, stop(21)])).findings
+    found = examine_log(make_log([*good(), packet, packet, short, stop(21)])).findings
     texts = [finding.text for finding in found if finding.severity == "error"]
     assert texts == [
         "the definitions contradict the packets: EntityState, 1 packet",
@@ -152,7 +152,7 @@ def test_packets_that_contradict_the_definitions(make_log):
 
 def test_unknown_ids(make_log):
     unknown = [at(1, imc.Unknown, id=720), at(1, imc.Unknown, id=9999), at(2, imc.Unknown, id=9999)]
-    (finding,) = examine(make_log([*good(), *unknown, stop(21)])).findings
+    (finding,) = examine_log(make_log([*good(), *unknown, stop(21)])).findings
     assert finding.text == "messages that the definitions do not have: 3 packets"
     assert finding.places == (
         "id 720: 1 packet, StationKeepingExtended in newer versions of DUNE",
@@ -172,7 +172,7 @@ def test_silence_of_a_regular_message(make_log):
     others = [at(n, imc.Current) for n in range(60)]
     spoken = [at(n / 10) for n in range(600) if not 200 <= n < 300]
     messages = sorted([*others, *spoken], key=lambda message: message.timestamp)
-    (finding,) = examine(make_log([*labels(Battery=7), *messages, stop(60)])).findings
+    (finding,) = examine_log(make_log([*labels(Battery=7), *messages, stop(60)])).findings
     assert finding.text == "gaps in regular messages: 1 kind of message"
     assert "Voltage of Battery (every 0.1 s): silent for 10.1 s from 2026-01-01 00:00:19.900 UTC" in finding.places[0]
 

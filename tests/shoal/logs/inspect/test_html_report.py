@@ -10,8 +10,8 @@ import pytest
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.inspect import report
-from shoal.logs.inspect.report_data import content_of
+from shoal.logs.inspect import render_report
+from shoal.logs.inspect.report_data import read_report_data
 from shoal.logs.inspect.time_plot import decimate, ticks
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
@@ -67,7 +67,7 @@ def mission():
 
 def test_all_parts_of_a_mission(make_log):
     log = imc.Log(make_log([*labels(DVL=8), *mission()]))
-    text = report(log)
+    text = render_report(log)
     heads = re.findall(r"<h2>(.*?)</h2>", text)
     assert heads == [
         "Track over ground",
@@ -90,7 +90,7 @@ def test_all_parts_of_a_mission(make_log):
 
 def test_what_flies_has_an_altitude_and_no_depth(make_log):
     flight = [at(n / 10, imc.EstimatedState, lat=0.7, x=float(n), alt=n / 20, depth=-1.0) for n in range(600)]
-    text = report(imc.Log(make_log(flight)))
+    text = render_report(imc.Log(make_log(flight)))
     assert "greatest altitude" in text
     assert "greatest depth" not in text
     heads = re.findall(r"<h2>(.*?)</h2>", text)
@@ -100,7 +100,7 @@ def test_what_flies_has_an_altitude_and_no_depth(make_log):
 @pytest.mark.parametrize(("altitude", "drawn"), [(12.0, ["Altitude above the seabed, m"]), (-1.0, [])])
 def test_what_stays_at_the_surface_has_no_depth(make_log, altitude, drawn):
     voyage = [at(n / 10, imc.EstimatedState, lat=0.7, x=float(n), depth=0.0, alt=altitude) for n in range(600)]
-    text = report(imc.Log(make_log(voyage)))
+    text = render_report(imc.Log(make_log(voyage)))
     assert "greatest" not in text
     heads = re.findall(r"<h2>(.*?)</h2>", text)
     assert heads[: 2 + len(drawn)] == ["Track over ground", *drawn, "Roll and pitch, °"]
@@ -110,14 +110,14 @@ def test_states_without_a_position_are_not_in_the_track(make_log):
     unknown = [at(n / 10, imc.EstimatedState, depth=0.0) for n in range(50)]
     voyage = [at(5 + n / 10, imc.EstimatedState, lat=0.7, x=float(n)) for n in range(50)]
     log = imc.Log(make_log([*unknown, *voyage]))
-    story = content_of(log, summarize(log))
+    story = read_report_data(log, summarize(log))
     assert story.origin == (0.7, 0.0)
     assert story.distance == pytest.approx(49.0)
 
 
 def test_what_the_story_holds(make_log):
     log = imc.Log(make_log([*labels(DVL=8), *mission()]))
-    story = content_of(log, summarize(log))
+    story = read_report_data(log, summarize(log))
     assert story.origin == (0.7, -0.15)
     assert story.motion.north[-1] == pytest.approx(119.9)
     assert story.distance == pytest.approx(122.0, rel=0.05)
@@ -134,7 +134,7 @@ def test_what_the_story_holds(make_log):
 
 
 def test_the_page_needs_no_other_file_and_no_host():
-    text = report(imc.Log(LOGS / "dune-idle"))
+    text = render_report(imc.Log(LOGS / "dune-idle"))
     page = Page(text)
     assert not re.search(r"https?://(?!www\.w3\.org/2000/svg)|@import|url\(", text)
     attributes = [name for _, attrs in page.tags for name in attrs]
@@ -160,7 +160,7 @@ def hostile_log():
 
 
 def test_hostile_text_and_numbers_are_only_shown(make_log):
-    page = Page(report(imc.Log(make_log(hostile_log()))))
+    page = Page(render_report(imc.Log(make_log(hostile_log()))))
     assert [tag for tag, _ in page.tags].count("script") == 1
     assert "img" not in [tag for tag, _ in page.tags]
     assert not [name for _, attrs in page.tags for name in attrs if name.startswith("on")]
@@ -171,14 +171,14 @@ def test_hostile_text_and_numbers_are_only_shown(make_log):
 
 @pytest.mark.parametrize("kinds", [(), (imc.EstimatedState,), (imc.EntityState,), (imc.PlanControlState,)])
 def test_logs_that_lack_most(make_log, kinds):
-    text = report(imc.Log(make_log([at(0), *(at(1, kind) for kind in kinds)])))
+    text = render_report(imc.Log(make_log([at(0), *(at(1, kind) for kind in kinds)])))
     assert "Track over ground" in text
 
 
 def test_a_state_beyond_the_pole_or_without_a_place_is_left_out(make_log):
     states = [(math.nan, 0.0), (9.0, 0.0), (0.7, math.inf)]
     log = imc.Log(make_log(at(n, imc.EstimatedState, lat=lat, lon=lon) for n, (lat, lon) in enumerate(states)))
-    assert content_of(log, summarize(log)).origin is None
+    assert read_report_data(log, summarize(log)).origin is None
 
 
 def test_a_page_stays_small_whatever_the_log_says(make_log):
@@ -188,12 +188,12 @@ def test_a_page_stays_small_whatever_the_log_says(make_log):
             yield at(n / 50, imc.LogBookEntry, type=2, context="y" * 3000, text="z" * 3000)
             yield at(n / 50, imc.EstimatedState, lat=0.7, x=math.sin(n) * 100, y=math.cos(n * 1.1) * 100, depth=n % 7)
 
-    assert len(report(imc.Log(make_log(flood())))) < 1_000_000
+    assert len(render_report(imc.Log(make_log(flood())))) < 1_000_000
 
 
 def test_an_empty_log_has_no_page(make_log):
     with pytest.raises(ValueError, match="no message"):
-        report(imc.Log(make_log([])))
+        render_report(imc.Log(make_log([])))
 
 
 def test_decimation_keeps_the_extremes():
