@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import imc
-from runtime.faults import Biased, Crash, Fault, Faults, Silent, Source, Stuck
+from runtime.fault_injection import Biased, Crash, Fault, Faults, Silent, Source, Stuck
 from shoal.missions import prepare
 from support.wgs84 import displace, displacement
 from world import read_world

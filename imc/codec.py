@@ -8,6 +8,7 @@ from fastcrc.crc16 import arc
 from msgspec.structs import force_setattr
 
 from imc.compiler import Passage, Reader, compile_passage, compile_reader, payload_size
+from imc.encodability import first_problem, wire_violations
 from imc.errors import DecodeError, EncodeError
 from imc.layout import (
     ADDRESS,
@@ -22,7 +23,6 @@ from imc.layout import (
 )
 from imc.message import Header, Message, Unknown
 from imc.messages import BY_ID
-from imc.wire_check import first_problem, wire_violations
 
 ByteOrder = Literal["little", "big"]
 

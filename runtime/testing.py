@@ -10,7 +10,7 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.bus import Frame
 from runtime.devices import Recording, Recordings
-from runtime.faults import Faults, Injection
+from runtime.fault_injection import Faults, Injection
 from runtime.kernel import SECOND, Clock, VirtualClock, nanoseconds
 from runtime.task import Parameter, Task
 from runtime.vehicle import Vehicle, section_name

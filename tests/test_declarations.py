@@ -77,7 +77,7 @@ def test_the_core_install_imports_without_the_extras():
         "import sys\n"
         "for name in ('zenoh', 'pymavlink', 'PIL', 'cv2', 'serial', 'pyftpdlib', 'pynmeagps', 'pyubx2'):\n"
         "    sys.modules[name] = None\n"
-        "from runtime.vehicle.catalogue import all_tasks\n"
+        "from runtime.vehicle.task_registry import all_tasks\n"
         "import shoal.cli.run, shoal.cli.replay, shoal.cli.check, shoal.cli.tasks, runtime.zenoh\n"
         "assert len(all_tasks()) >= 9\n"
     )

@@ -29,7 +29,7 @@ OPEN = {  # modules that are imported as they are
         "imc.fragments",
         "imc.layout",
         "imc.messages",
-        "imc.tuples",
+        "imc.tuple_list",
         "runtime.networks",
     ),
     "runtime.testing",

@@ -1,6 +1,6 @@
 """The definitions that lie beside the data of a log."""
 
-from imc.lsf.members import gzip_member
+from imc.lsf.gzip_members import gzip_member
 from imc.schema import Schema, dump
 
 KEPT = "packed"

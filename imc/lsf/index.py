@@ -5,7 +5,7 @@ from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from imc.layout import SMALLEST_PACKET
-from imc.lsf.bytes import Members
+from imc.lsf.byte_reader import Members
 from imc.lsf.scanner import Batch
 from imc.stream import Loss
 

@@ -13,10 +13,10 @@ import msgspec
 from fastcrc import crc32
 
 from imc.layout import SMALLEST_PACKET
-from imc.lsf.bytes import Members, ReportShare, chunks, compression_of
+from imc.lsf.byte_reader import Members, ReportShare, chunks, compression_of
+from imc.lsf.damage_list import Losses
 from imc.lsf.index import LogIndex, TypeIndex, build
-from imc.lsf.losses import Losses
-from imc.lsf.members_ahead import Spread
+from imc.lsf.parallel_gunzip import Spread
 from imc.lsf.scanner import Batch, scan
 from imc.stream import Loss
 

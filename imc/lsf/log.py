@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, Unpack
 from fastcrc.crc16 import arc
 
 from imc.errors import DecodeError
-from imc.lsf.bytes import ReportShare, chunks, open_reader
+from imc.lsf.byte_reader import ReportShare, chunks, open_reader
 from imc.lsf.columns import ColumnReader, fill_together, long_enough
+from imc.lsf.damage_list import Losses
 from imc.lsf.dataframe import frame_of
-from imc.lsf.folder import find_log, find_schema
 from imc.lsf.index import LogIndex, Places
-from imc.lsf.losses import Losses
-from imc.lsf.members_ahead import Spread
+from imc.lsf.log_files import find_log, find_schema
 from imc.lsf.packet_reader import PacketReader, StaleIndex
+from imc.lsf.parallel_gunzip import Spread
+from imc.lsf.position_columns import positions
 from imc.lsf.scanner import Batch, scan
 from imc.lsf.selection import Conditions, Objects, Where, entity_labels, having, select
-from imc.lsf.tracks import positions
 from imc.lsf.writer import BLOCK, LsfWriter
 from imc.message import Message
 from imc.schema import Schema
@@ -177,7 +177,7 @@ class Log:
         return Objects(self.path, lambda: self._places(kind, meaning), self._reader, self._decode)
 
     def positions(self, kind: Kind = "EstimatedState", **where: Unpack[Conditions]) -> "NDArray[Any]":
-        """The positions in the messages of a type, displaced by their offsets: see `imc.lsf.tracks.positions`."""
+        """The positions in the messages of a type, displaced by their offsets: see `imc.lsf.positions`."""
         return positions(self.array(kind, **where))
 
     def to_pandas(self, kind: Kind, **where: Unpack[Conditions]) -> Any:

@@ -9,9 +9,9 @@ from typing import Any, Self
 from fastcrc.crc16 import arc
 
 from imc.layout import LARGEST_PACKET
-from imc.lsf.bytes import ByteReader
-from imc.lsf.crc import PERIOD
+from imc.lsf.byte_reader import ByteReader
 from imc.lsf.index import Places
+from imc.lsf.range_crc import PERIOD
 from imc.lsf.scanner import Batch, at_each, crc_right
 
 WINDOW = 1 << 20  # bytes read at a time

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
-from imc.lsf.members import COMPRESSIONS
+from imc.lsf.gzip_members import COMPRESSIONS
 
 BLOCK = 1 << 17  # unpacked bytes of one member, as in DUNE
 

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import SMALLEST_PACKET
-from runtime.bus.contract import BusInstrument, Handler, Subscription, Transport
-from runtime.bus.frame import Frame, FrameCarrier
+from runtime.bus.camera_frame import Frame, FrameCarrier
+from runtime.bus.codec_roundtrip import Passages, known_here
 from runtime.bus.inbox import Inbox, Request
-from runtime.bus.passages import Passages, known_here
+from runtime.bus.interfaces import BusInstrument, Handler, Subscription, Transport
 from runtime.kernel import Kernel, owner_of
 
 AT_ONCE = 64  # packets from other processes taken at a time; then the vehicle's own timers come first

@@ -8,7 +8,7 @@ from threading import Lock
 from imc import Abort
 from imc.addresses import ANNOUNCED, UNKNOWN_SYSTEM
 from imc.layout import LITTLE_ENDIAN, SMALLEST_PACKET
-from runtime.bus.excess import Excess
+from runtime.bus.drop_counter import Excess
 
 MOST_OF_ONE = 1024  # packets of one source
 MOST_SOURCES = 64  # with packets waiting; all further ones share a queue

@@ -2,9 +2,9 @@
 
 from runtime.devices.addresses import Address, Connection, SerialPort, TcpConnection, TcpServer, UdpSocket, look_up
 from runtime.devices.device import Device, Log, Owner
-from runtime.devices.exchange import Exchange
-from runtime.devices.recording import Piece, Recording, Recordings
-from runtime.devices.splitters import Frames, Lines, Splitter, Whole, lines_of, number
+from runtime.devices.framing import Frames, Lines, Splitter, Whole, lines_of, number
+from runtime.devices.scripted_input import Piece, Recording, Recordings
+from runtime.devices.tcp_request import Exchange
 
 __all__ = [
     "Address",

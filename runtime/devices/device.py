@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from runtime.devices.addresses import Address, Connection, Datagram, UdpConnection, look_up, words
-from runtime.devices.recording import Piece
-from runtime.devices.splitters import Splitter
+from runtime.devices.framing import Splitter
+from runtime.devices.scripted_input import Piece
 from runtime.kernel import SECOND, Readable
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s

@@ -1,9 +1,9 @@
 """One queue of events and the clock that it runs on."""
 
 from runtime.kernel.clock import SECOND, Clock, ScaledClock, VirtualClock, WallClock, nanoseconds, parse_clock
-from runtime.kernel.failure import Blocked, HandlerError, LivelockError, SimulatedCrash, as_error
-from runtime.kernel.instrument import KernelInstrument
+from runtime.kernel.errors import Blocked, HandlerError, LivelockError, SimulatedCrash, as_error
 from runtime.kernel.kernel import LIVELOCK_EVENTS, Kernel
+from runtime.kernel.observer import KernelInstrument
 from runtime.kernel.timer import Readable, Timer, handler_of, owner_of, title
 from runtime.kernel.watchdog import Watchdog
 

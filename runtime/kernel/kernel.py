@@ -7,9 +7,9 @@ from heapq import heapify, heappop, heappush
 from typing import Any
 
 from runtime.kernel.clock import SECOND, Clock
-from runtime.kernel.failure import LivelockError, as_error, raise_error, warn_slow
-from runtime.kernel.instrument import KernelInstrument
-from runtime.kernel.sources import Sources
+from runtime.kernel.errors import LivelockError, as_error, raise_error, warn_slow
+from runtime.kernel.observer import KernelInstrument
+from runtime.kernel.selector import Sources
 from runtime.kernel.timer import Readable, Timer, handler_of, owner_of
 
 LIVELOCK_EVENTS = 100_000

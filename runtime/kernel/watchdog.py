@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from types import FrameType, TracebackType
 
-from runtime.kernel.failure import Blocked
+from runtime.kernel.errors import Blocked
 from runtime.kernel.kernel import Kernel
 from runtime.kernel.timer import Timer, handler_of, owner_of, title
 

@@ -13,7 +13,7 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import SMALLEST_PACKET
 from imc.lsf import ReportShare
-from runtime.logs.clocks import Clock, ClockStep
+from runtime.logs.clock_steps import Clock, ClockStep
 from runtime.logs.names import KEPT, NAMING, Names, type_name
 from runtime.logs.packet_headers import Array, Block, blocks
 

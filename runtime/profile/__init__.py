@@ -3,7 +3,6 @@
 from runtime.profile import dune
 from runtime.profile.config import Config, Option, Section, items, statement, write
 from runtime.profile.dune import EVERY_TASK
-from runtime.profile.folders import available, find_profile, located, own_etc, search_path, user_etc
 from runtime.profile.ini import parse, read_sections, write_sections
 from runtime.profile.profile import (
     ALWAYS,
@@ -16,6 +15,7 @@ from runtime.profile.profile import (
     load_profile,
     parse_address,
 )
+from runtime.profile.search_path import available, find_profile, located, own_etc, search_path, user_etc
 
 __all__ = [
     "ALWAYS",

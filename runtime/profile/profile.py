@@ -13,8 +13,8 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.profile import dune
 from runtime.profile.config import BLANKS, Config, header, items, statement
-from runtime.profile.folders import find_profile, located, own_etc
 from runtime.profile.ini import parse
+from runtime.profile.search_path import find_profile, located, own_etc
 from runtime.task import Parameter
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
 from support.file_errors import of_file

@@ -1,6 +1,7 @@
 """The state of a vehicle as plain values, saved and restored."""
 
-from runtime.snapshot.journal import Journals
+from runtime.snapshot.allowlist import SnapshotError
+from runtime.snapshot.input_journal import Journals
 from runtime.snapshot.snapshot import (
     STATE,
     SUFFIX,
@@ -12,7 +13,6 @@ from runtime.snapshot.snapshot import (
     run_with_snapshots,
     save,
 )
-from runtime.snapshot.vocabulary import SnapshotError
 
 __all__ = [
     "STATE",

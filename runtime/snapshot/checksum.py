@@ -12,8 +12,8 @@ import numpy as np
 
 import imc
 from runtime.kernel import Timer
+from runtime.snapshot.serializer import attributes
 from runtime.snapshot.state import BELONGINGS, entities_of, parts, task_of
-from runtime.snapshot.values import attributes
 from runtime.task import Entity, Script, Task, Ticker
 
 DEEPEST = 40

@@ -10,9 +10,11 @@ from typing import Any
 import msgspec
 
 from runtime.kernel import SECOND, Timer, nanoseconds, owner_of, title
+from runtime.snapshot.allowlist import LARGEST, SnapshotError, check_size, shown
 from runtime.snapshot.checksum import state_checksum
-from runtime.snapshot.journal import Past
-from runtime.snapshot.scripts import replay_journal
+from runtime.snapshot.input_journal import Past
+from runtime.snapshot.script_replay import replay_journal
+from runtime.snapshot.serializer import StateWriter
 from runtime.snapshot.state import (
     TaskState,
     TimerState,
@@ -26,8 +28,6 @@ from runtime.snapshot.state import (
     timer_state,
     writer_for,
 )
-from runtime.snapshot.values import StateWriter
-from runtime.snapshot.vocabulary import LARGEST, SnapshotError, check_size, shown
 from runtime.task import State, Task, with_place
 from runtime.vehicle import Vehicle
 from support.file_errors import naming

@@ -9,8 +9,8 @@ import msgspec
 
 from runtime.bus import Bus, Subscription
 from runtime.kernel import SECOND, Timer, title
-from runtime.snapshot.values import StateReader, StateWriter
-from runtime.snapshot.vocabulary import SnapshotError, Vocabulary, check_attribute, shown
+from runtime.snapshot.allowlist import SnapshotError, Vocabulary, check_attribute, shown
+from runtime.snapshot.serializer import StateReader, StateWriter
 from runtime.task import HIGHEST_RATE, Entity, Logbook, Parameter, Script, Task, Ticker
 from runtime.vehicle import Vehicle
 

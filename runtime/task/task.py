@@ -12,7 +12,7 @@ import imc
 from imc.addresses import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.bus import Subscription
 from runtime.kernel import Readable, Timer, as_error, handler_of, nanoseconds
-from runtime.task.attached import Attached
+from runtime.task.devices import Attached
 from runtime.task.entities import Entity, State
 from runtime.task.handlers import Consumer, Ticker, consumers, tickers
 from runtime.task.logbook import Logbook, cut

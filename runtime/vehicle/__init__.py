@@ -1,7 +1,11 @@
 """A profile brought to life: the vehicle, fleets of them, and what checks and explains a profile."""
 
-from runtime.vehicle.assemble import Build, build, doubts, join_zenoh
-from runtime.vehicle.catalogue import (
+from runtime.vehicle.builder import Build, build, doubts, join_zenoh
+from runtime.vehicle.effective_config import Settings, general_number
+from runtime.vehicle.explainer import Row, explain
+from runtime.vehicle.fleet import Fleet, FleetError
+from runtime.vehicle.profile_lint import check
+from runtime.vehicle.task_registry import (
     TaskImportError,
     all_tasks,
     find_task,
@@ -11,10 +15,6 @@ from runtime.vehicle.catalogue import (
     section_name,
     why_missing,
 )
-from runtime.vehicle.changes import Settings, general_number
-from runtime.vehicle.checker import check
-from runtime.vehicle.explainer import Row, explain
-from runtime.vehicle.fleet import Fleet, FleetError
 from runtime.vehicle.vehicle import Vehicle
 
 __all__ = [

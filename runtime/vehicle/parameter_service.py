@@ -8,7 +8,7 @@ from imc.addresses import UNKNOWN_SYSTEM
 from runtime.kernel import as_error
 from runtime.profile import statement
 from runtime.task import Parameter, ParameterError, Task, consume
-from runtime.vehicle.allowance import Allowance
+from runtime.vehicle.reply_quota import Allowance
 from support.file_errors import of_file
 
 if TYPE_CHECKING:

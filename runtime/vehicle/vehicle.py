@@ -13,11 +13,11 @@ from runtime.devices import Recordings
 from runtime.kernel import SECOND, Clock, Kernel, SimulatedCrash, as_error, owner_of, title
 from runtime.profile import default_label
 from runtime.task import Activation, Entities, State, Systems, Task, consumers, one_line, rate_of, tickers, with_place
-from runtime.vehicle.changes import Changes, Settings, assign, give
 from runtime.vehicle.daemon import Daemon
+from runtime.vehicle.effective_config import Changes, Settings, assign, give
 from runtime.vehicle.fleet import Fleet
-from runtime.vehicle.pace import Pace
-from runtime.vehicle.workers import Workers
+from runtime.vehicle.realtime_lag import Pace
+from runtime.vehicle.thread_pool import Workers
 
 if TYPE_CHECKING:
     from runtime.snapshot import Journals

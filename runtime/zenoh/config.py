@@ -174,7 +174,7 @@ class ZenohConfig:
             # Sessions of this computer are found at their ports; gossip would connect to all that these know elsewhere.
             put("scouting/gossip/autoconnect", None, [])
 
-        # Frames are put into shared memory by runtime.zenoh.frames, packets by zenoh itself, from a pool of 17 MB.
+        # Frames are put into shared memory by camera_frames, packets by zenoh itself, from a pool of 17 MB.
         put("transport/shared_memory/enabled", None, True)
         put("transport/shared_memory/transport_optimization/enabled", self.shared_memory, False)
         put("transport/link/tx/lease", None, LEASE)

@@ -16,8 +16,8 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, cast
 
 from runtime.networks import interfaces
-from runtime.zenoh.faults import REPORT_PERIOD
-from runtime.zenoh.keys import PREFIX, alive_key, chunk
+from runtime.zenoh.error_counter import REPORT_PERIOD
+from runtime.zenoh.key_expressions import PREFIX, alive_key, chunk
 
 if TYPE_CHECKING:
     import zenoh

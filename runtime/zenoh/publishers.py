@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
-from runtime.zenoh.keys import key
+from runtime.zenoh.key_expressions import key
 
 if TYPE_CHECKING:
     import zenoh

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from runtime.zenoh.certificates import open_to_all, refusal
-from runtime.zenoh.keys import ALL_SYSTEMS, HEARD, PREFIX, chunk
+from runtime.zenoh.key_expressions import ALL_SYSTEMS, HEARD, PREFIX, chunk
 
 ENCRYPTED = ("tls/", "quic/")
 LOOPBACK_INTERFACES = ["lo", "lo0"]

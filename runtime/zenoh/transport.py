@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, Any, cast
 
 import imc
 from imc.addresses import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
-from runtime.zenoh.answers import Answers
-from runtime.zenoh.arrivals import Arrivals
+from runtime.zenoh.authorization import Gate
+from runtime.zenoh.camera_frames import Frames
 from runtime.zenoh.config import SESSIONS, Layout, ZenohConfig, explain
-from runtime.zenoh.faults import FaultCounter
-from runtime.zenoh.frames import Frames
-from runtime.zenoh.gate import Gate
-from runtime.zenoh.keys import HEARD
-from runtime.zenoh.last import LastMessages
-from runtime.zenoh.meeting import MeetingPoint, is_held
-from runtime.zenoh.memory import Opener
-from runtime.zenoh.outbox import Outbox
+from runtime.zenoh.error_counter import FaultCounter
+from runtime.zenoh.key_expressions import HEARD
+from runtime.zenoh.last_value_cache import LastMessages
+from runtime.zenoh.live_systems import Residents
 from runtime.zenoh.presence import Part, Presence
 from runtime.zenoh.publishers import Publisher, Publishers
-from runtime.zenoh.residents import Residents
+from runtime.zenoh.queryables import Answers
+from runtime.zenoh.reliable_queue import Outbox
+from runtime.zenoh.rendezvous import MeetingPoint, is_held
 from runtime.zenoh.scouting import Scout, hello
+from runtime.zenoh.session_factory import Opener
+from runtime.zenoh.subscribers import Arrivals
 
 if TYPE_CHECKING:
     import zenoh

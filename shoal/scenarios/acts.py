@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
-from runtime.faults import Fault
+from runtime.fault_injection import Fault
 from runtime.task import Parameter, Task, find_parameter
 from runtime.vehicle import Vehicle
 from shoal.scenarios.stage import Stage

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Hashable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
-from runtime.faults import Faults
+from runtime.fault_injection import Faults
 from runtime.kernel import SECOND, Kernel
 from runtime.vehicle import Fleet, Vehicle
 from shoal.scenarios.conditions import Condition

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 
-from imc.tuples import read_tuples, whole_number
+from imc.tuple_list import read_tuples, whole_number
 
 FULL = 127.0  # full deflection of an axis, to either side
 AXES = ("Heading", "Thrust", "Pitch")

@@ -3,7 +3,7 @@
 import math
 
 import imc
-from imc.tuples import read_tuples
+from imc.tuple_list import read_tuples
 from runtime import param
 from tasks.maneuver.hover import hover
 from tasks.maneuver.protocol import Leg, Loops, Maneuver

@@ -2,7 +2,7 @@
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
-from imc.tuples import read_tuples, whole_number
+from imc.tuple_list import read_tuples, whole_number
 from tasks.maneuver.protocol import Loops, Maneuver
 
 

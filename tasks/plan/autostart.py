@@ -1,7 +1,7 @@
 """Starts a plan without an operator."""
 
 import imc
-from imc.tuples import read_tuples
+from imc.tuple_list import read_tuples
 from runtime import ParameterError, State, Task, consume, param
 from support.text import quoted, suggestion
 from tasks.plan.templates import TEMPLATES, TemplateError, Usual, generate

@@ -2,7 +2,7 @@
 
 import imc
 from imc.coordinates import absolute
-from imc.tuples import read_tuples
+from imc.tuple_list import read_tuples
 from runtime import Script, State, Task, consume, param
 from tasks.plan.replies import shortened
 from tasks.plan.templates import Position, TemplateError, Usual, generate

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import imc
 from imc.lsf import Log, index_file, read_neptus_index, write_neptus_index
-from imc.lsf import bytes as log_bytes
+from imc.lsf import byte_reader as log_bytes
 from tests.imc.lsf.indexed import all_of, messages, write_log
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import imc
 from imc.lsf import Log, LsfWriter
-from imc.lsf.members import PACKED_CHUNK
+from imc.lsf.gzip_members import PACKED_CHUNK
 
 DEFINITIONS = Path(imc.__file__).parent / "definitions"
 LOGS = Path(__file__).parents[2] / "data" / "logs"

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from runtime.zenoh.config import SESSION_OFFSET, SESSIONS
-from runtime.zenoh.meeting import is_held
+from runtime.zenoh.rendezvous import is_held
 from tests.outside import PATIENCE, until
 
 DISCOVERY = ("Transports.Announce", "Transports.Discovery")

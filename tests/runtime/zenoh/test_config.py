@@ -12,10 +12,10 @@ import zenoh
 import imc
 import runtime.zenoh.publishers
 from runtime.zenoh import ZenohConfig, ZenohTransport
-from runtime.zenoh.arrivals import Arrivals
-from runtime.zenoh.faults import FaultCounter
-from runtime.zenoh.keys import chunk, key
-from runtime.zenoh.meeting import is_held
+from runtime.zenoh.error_counter import FaultCounter
+from runtime.zenoh.key_expressions import chunk, key
+from runtime.zenoh.rendezvous import is_held
+from runtime.zenoh.subscribers import Arrivals
 from tests.outside import until
 from tests.runtime.zenoh.processes import local_port
 

@@ -10,7 +10,7 @@ import zenoh
 import imc
 from runtime.bus import Request
 from runtime.zenoh import Part, ZenohConfig, ZenohTransport
-from runtime.zenoh.answers import MOST_OF_ONE
+from runtime.zenoh.queryables import MOST_OF_ONE
 from tests.outside import until
 from tests.runtime.zenoh.processes import local_port
 

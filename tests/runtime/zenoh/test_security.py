@@ -9,7 +9,7 @@ import pytest
 
 from runtime.zenoh import ZenohConfig
 from runtime.zenoh.certificates import refusal
-from runtime.zenoh.meeting import is_held
+from runtime.zenoh.rendezvous import is_held
 from runtime.zenoh.security import Security
 from tests.outside import until
 from tests.runtime.zenoh.processes import PATIENCE, Network, Process, count

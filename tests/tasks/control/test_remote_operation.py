@@ -7,7 +7,7 @@ import pytest
 from lean import BLIND, UNLOGGED
 
 import imc
-from imc.tuples import read_tuples, whole_number
+from imc.tuple_list import read_tuples, whole_number
 from runtime import State
 from runtime.testing import simulate
 from shoal.missions import prepare

@@ -4,7 +4,7 @@ from flying import START, fly, last, modes, replies, start
 
 import imc
 from runtime import ActivationError, Task, param
-from runtime.faults import Injection, Silent
+from runtime.fault_injection import Injection, Silent
 
 
 class Payload(Task):
