@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NoReturn, cast
 
-from imc.encodability import own_wire, wire_expectation
+from imc.encodability import encodable_range, own_fields
 from imc.errors import DecodeError
 from imc.layout import ADDRESS_FIELDS
 from imc.message import Message, Unknown
@@ -61,7 +61,7 @@ def _plain(message: Message, convert: Callable[[Any, str], Any], header: bool) -
 
 
 def _wire_of(cls: type[Message], message: Message) -> dict[str, str]:
-    return _UNKNOWN_WIRE if cls is Unknown else own_wire(message)
+    return _UNKNOWN_WIRE if cls is Unknown else own_fields(message)
 
 
 def _keep(value: Any, _: str) -> Any:
@@ -133,7 +133,7 @@ def _value(
     if isinstance(value, str) and code not in "TRfd":
         value = _named_value(cls, name, value)
     value = read(value, code)
-    expected = wire_expectation(None if isinstance(value, bool) else value, code)
+    expected = encodable_range(None if isinstance(value, bool) else value, code)
     if expected:
         raise DecodeError(f"{where}: {value!r:.80} is not {expected}")
     return float(value) if code in "fd" else value

@@ -28,15 +28,15 @@ class Violation(NamedTuple):
         return f"{self.field}: {self.value!r} is not {self.range}"
 
 
-def wire_violations(message: Message, wire: dict[str, str], path: str = "") -> Iterator[Violation]:
+def encoding_violations(message: Message, wire: dict[str, str], path: str = "") -> Iterator[Violation]:
     """Values that cannot be written. wire: names of fields -> their letters in `Message.WIRE`."""
     for name, code in wire.items():
-        expected = wire_expectation(getattr(message, name), code)
+        expected = encodable_range(getattr(message, name), code)
         if expected:
             yield Violation(path + name, getattr(message, name), expected)
 
 
-def own_wire(message: Message) -> dict[str, str]:
+def own_fields(message: Message) -> dict[str, str]:
     """Names of a message's own fields -> their letters in `Message.WIRE`."""
     names = message.__struct_fields__[len(ADDRESS_FIELDS) : -1]
     return dict(zip(names, message.WIRE, strict=True)) if message.WIRE else {}
@@ -44,7 +44,7 @@ def own_wire(message: Message) -> dict[str, str]:
 
 def inner_messages(message: Message, path: str) -> Iterator[tuple[str, Message]]:
     """The messages in a message, with their paths."""
-    for name, code in own_wire(message).items():
+    for name, code in own_fields(message).items():
         value: Any = getattr(message, name)
         if code == "M" and isinstance(value, Message):
             yield f"{path}{name}", value
@@ -53,7 +53,7 @@ def inner_messages(message: Message, path: str) -> Iterator[tuple[str, Message]]
             yield from ((f"{path}{name}[{index}]", item) for index, item in items if isinstance(item, Message))
 
 
-def wire_expectation(value: Any, code: str) -> str:
+def encodable_range(value: Any, code: str) -> str:
     """What a value must be to fit its letter in `Message.WIRE`; "" if it fits."""
     kind = TYPES_BY_CODE[code]
     if code in INTEGERS:
@@ -94,12 +94,12 @@ def _is_known(value: Any) -> bool:
     return isinstance(value, Message) and not isinstance(value, Unknown)
 
 
-def first_problem(message: Message, path: str = "") -> str:
+def first_violation(message: Message, path: str = "") -> str:
     """The first value that cannot be written, in a message or those inside it; "" if there is none."""
-    for violation in wire_violations(message, own_wire(message), path):
+    for violation in encoding_violations(message, own_fields(message), path):
         return str(violation)
     for inside, inner in inner_messages(message, path):
-        problem = first_problem(inner, inside + ".")
+        problem = first_violation(inner, inside + ".")
         if problem:
             return problem
     return ""

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from imc.encodability import Violation, inner_messages, own_wire, wire_violations
+from imc.encodability import Violation, encoding_violations, inner_messages, own_fields
 from imc.layout import ADDRESS_FIELDS
 from imc.message import Message
 from imc.schema import FieldInfo, fields
@@ -15,13 +15,13 @@ def validate(message: Message) -> list[Violation]:
     NaN is outside any limits. The codec does not call this: packets with such values are read, and written if the
     values fit their wire types.
     """
-    return [*wire_violations(message, ADDRESS_FIELDS), *_violations(message, "")]
+    return [*encoding_violations(message, ADDRESS_FIELDS), *_violations(message, "")]
 
 
 def _violations(message: Message, path: str) -> Iterator[Violation]:
-    wire = own_wire(message)
-    unwritable = {violation.field for violation in wire_violations(message, wire)}
-    yield from wire_violations(message, wire, path)
+    wire = own_fields(message)
+    unwritable = {violation.field for violation in encoding_violations(message, wire)}
+    yield from encoding_violations(message, wire, path)
     infos = {info.name: info for info in fields(type(message))}
     for name in wire:
         value: Any = getattr(message, name)

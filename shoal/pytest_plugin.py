@@ -133,9 +133,9 @@ def vehicle(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[Callabl
 
 
 def _search(config: pytest.Config) -> None:
-    from runtime.vehicle import search_code
+    from runtime.vehicle import add_task_folder
 
-    search_code(config.rootpath)
+    add_task_folder(config.rootpath)
 
 
 def _outcome(

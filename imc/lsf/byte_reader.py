@@ -7,8 +7,8 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol, Self
 
-from imc.lsf.gzip_members import COMPRESSIONS, Compression, Piece
-from imc.lsf.parallel_gunzip import Spread, unpack_ahead
+from imc.lsf.gzip_members import COMPRESSIONS, Compression, MemberData
+from imc.lsf.parallel_gunzip import ParallelMap, unpack_ahead
 from imc.lsf.scanner import PIECE, Lose
 
 MEMORY = 1 << 24
@@ -17,7 +17,7 @@ MEMBER_STEP = 1 << 16  # least unpacked bytes between two members of `Members`
 Members = list[tuple[int, int]]
 """Where members of a compressed file begin: offset in the file, offset in the unpacked bytes."""
 
-ReportShare = Callable[[float], None]
+ReportProgress = Callable[[float], None]
 """Called with the share that is done, 0 to 1."""
 
 
@@ -38,12 +38,12 @@ def compression_of(path: Path) -> Compression | None:
     return next((form for form in COMPRESSIONS.values() if form.suffix == path.suffix), None)
 
 
-def chunks(
+def unpacked_chunks(
     path: Path,
     lose: Lose,
     members: Members | None = None,
-    progress: ReportShare | None = None,
-    spread: Spread | None = None,
+    progress: ReportProgress | None = None,
+    spread: ParallelMap | None = None,
 ) -> Iterator[bytes]:
     """All bytes of a log. Calls `lose` for damaged members; appends to `members` where members begin.
 
@@ -65,7 +65,7 @@ def _plain_chunks(file: BinaryIO) -> Iterator[bytes]:
 
 
 def _unpacked_chunks(
-    file: BinaryIO, form: Compression, lose: Lose, members: Members | None, spread: Spread | None
+    file: BinaryIO, form: Compression, lose: Lose, members: Members | None, spread: ParallelMap | None
 ) -> Iterator[bytes]:
     offset, member = 0, -1
     for piece in unpack_ahead(file, form, 0, spread):
@@ -80,7 +80,7 @@ def _unpacked_chunks(
         yield piece.data
 
 
-def open_reader(path: Path, members: Members, lose: Lose, spread: Spread | None = None) -> ByteReader:
+def open_reader(path: Path, members: Members, lose: Lose, spread: ParallelMap | None = None) -> ByteReader:
     """A reader of parts of a log; `members` is the list that `chunks` filled. Raises OSError.
 
     Calls `lose` for damaged members.
@@ -115,14 +115,14 @@ class _Packed:
     It keeps the latest MEMORY bytes, because messages read in order of time may be a little out of order in the log.
     """
 
-    def __init__(self, file: BinaryIO, form: Compression, members: Members, lose: Lose, spread: Spread | None):
+    def __init__(self, file: BinaryIO, form: Compression, members: Members, lose: Lose, spread: ParallelMap | None):
         self._file = file
         self._lose = lose
         self._spread = spread
         self._form = form
         self._packed = [packed for packed, _ in members]
         self._unpacked = [unpacked for _, unpacked in members]
-        self._pieces: Iterator[Piece] = iter(())
+        self._pieces: Iterator[MemberData] = iter(())
         self._starts: list[int] = []
         self._blocks: list[bytes] = []
         self._end = 0

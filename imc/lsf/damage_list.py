@@ -7,7 +7,7 @@ from imc.stream import Loss
 MOST = 10_000  # places kept one by one
 
 
-class Losses:
+class DamageList:
     """Places of damage, each once; call it with offset, length and reason. Beyond MOST they are only summed up."""
 
     def __init__(self, found: Iterable[Loss] = ()):

@@ -20,7 +20,7 @@ SEARCH_CHUNK = 1 << 18
 LONGEST_MAGIC = 10
 
 
-def gzip_member(data: bytes, level: int = 1) -> bytes:
+def compress_member(data: bytes, level: int = 1) -> bytes:
     """`data` as one gzip member, without time, file name or operating system, so that equal data pack equally."""
     packer = zlib.compressobj(level, zlib.DEFLATED, -zlib.MAX_WBITS)
     body = packer.compress(data) + packer.flush()
@@ -37,13 +37,15 @@ class Compression(NamedTuple):
 
 
 COMPRESSIONS = {
-    "gzip": Compression(".gz", gzip_member, re.compile(rb"\x1f\x8b\x08[\x00-\x1f]"), lambda: zlib.decompressobj(31)),
+    "gzip": Compression(
+        ".gz", compress_member, re.compile(rb"\x1f\x8b\x08[\x00-\x1f]"), lambda: zlib.decompressobj(31)
+    ),
     "bzip2": Compression(".bz2", bz2.compress, re.compile(rb"BZh[1-9](?:1AY&SY|\x17rE8P\x90)"), bz2.BZ2Decompressor),
     "zlib": Compression(".z", zlib.compress, re.compile(rb"\x78[\x01\x5e\x9c\xda]"), zlib.decompressobj),
 }
 
 
-class Piece(NamedTuple):
+class MemberData(NamedTuple):
     """Unpacked bytes of a member, or its `damage`; `member` is where it begins in the file.
 
     It is `doubtful` whether there is a member if it was searched for after damage.
@@ -55,9 +57,9 @@ class Piece(NamedTuple):
     doubtful: bool = False
 
 
-def unpack(
+def unpack_members(
     file: BinaryIO, form: Compression, begin: int = 0, stop: float = math.inf, unpacked: int = 0
-) -> Generator[Piece, None, tuple[int, int]]:
+) -> Generator[MemberData, None, tuple[int, int]]:
     """The contents of the members from `begin` on; after damage, continues with the next member that unpacks.
 
     Stops at the end of the file, or before a member at or after `stop` that follows a good one; returns where that is
@@ -69,16 +71,16 @@ def unpack(
         member, before = _Member(file, form, begin, DOUBTFUL_CHUNK if searching else PACKED_CHUNK), unpacked
         for data in member:
             unpacked += len(data)
-            yield Piece(begin, data, "", searching)
+            yield MemberData(begin, data, "", searching)
             if unpacked > max(HARMLESS, MOST_TIMES * member.end):
-                yield Piece(begin, b"", f"{member}: it unpacks to more than {MOST_TIMES} times its size")
+                yield MemberData(begin, b"", f"{member}: it unpacks to more than {MOST_TIMES} times its size")
                 return end, unpacked
         if not member.damage:
             begin, searching = member.end, False
             continue
         # The magic bytes also occur by chance; such a false member fails soon and is not reported as damage.
         if not searching or unpacked - before > 1024:
-            yield Piece(begin, b"", f"{member}: {member.damage}")
+            yield MemberData(begin, b"", f"{member}: {member.damage}")
         # The next member may begin before the place where this one failed. But in a file full of false members that all
         # fail late, looking at each byte again for each of them would take quadratic time.
         wasted += COST_OF_MEMBER + member.end - begin

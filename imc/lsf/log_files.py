@@ -39,7 +39,7 @@ def _familiar(schema: Schema) -> Schema:
         return ours
     if schema.sync == ours.sync:
         same = (n for n, t in ours.types_by_id.items() if _shape(ours, t) == _shape(schema, schema.types_by_id.get(n)))
-        schema.adopt({number: ours.by_id(number) for number in same})
+        schema.use_classes({number: ours.by_id(number) for number in same})
     return schema
 
 

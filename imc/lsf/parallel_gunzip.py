@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from io import BytesIO
 from typing import BinaryIO, Protocol
 
-from imc.lsf.gzip_members import COMPRESSIONS, LONGEST_MAGIC, Compression, Piece, unpack
+from imc.lsf.gzip_members import COMPRESSIONS, LONGEST_MAGIC, Compression, MemberData, unpack_members
 
 STRETCH = 1 << 18  # packed bytes unpacked together, about
 LONGEST = 1 << 20  # packed bytes within which a member must begin
@@ -15,19 +15,19 @@ LARGEST = 1 << 22  # most unpacked bytes of a stretch, which bounds the memory
 AHEAD = 8  # stretches being unpacked at a time
 HEADER = re.compile(rb"\x1f\x8b\x08\x00....[\x00\x02\x04][\x00\x03\x0b\xff]", re.DOTALL)
 
-Pieces = list[Piece] | None
+Pieces = list[MemberData] | None
 """The contents of a stretch; None if it is not a sequence of whole members."""
 
 
-class Spread(Protocol):
+class ParallelMap(Protocol):
     """Applies a function to each part and gives the results in order: `map`, or that of an Executor."""
 
     def __call__(self, function: Callable[[bytes], Pieces], parts: Iterable[bytes], /) -> Iterator[Pieces]: ...
 
 
 def unpack_ahead(
-    file: BinaryIO, form: Compression, begin: int, spread: Spread | None, unpacked: int = 0
-) -> Iterator[Piece]:
+    file: BinaryIO, form: Compression, begin: int, spread: ParallelMap | None, unpacked: int = 0
+) -> Iterator[MemberData]:
     """Like `unpack`, but unpacks some stretches ahead with `spread`.
 
     A stretch goes from one place that looks like the header of a member to a later one. If it is not a sequence of
@@ -36,19 +36,19 @@ def unpack_ahead(
     # Finding headers without unpacking is a guess: the same bytes may occur inside a member. A wrong cut leaves half a
     # member at the end of a stretch, which `_unpack_stretch` notices. So a bad guess costs time, but never data.
     if spread is None or form is not COMPRESSIONS["gzip"]:
-        yield from unpack(file, form, begin, unpacked=unpacked)
+        yield from unpack_members(file, form, begin, unpacked=unpacked)
         return
     end = file.seek(0, os.SEEK_END)
     # enough for a reader of a few packets
-    begin, unpacked = yield from unpack(file, form, begin, begin + STRETCH, unpacked)
+    begin, unpacked = yield from unpack_members(file, form, begin, begin + STRETCH, unpacked)
     while begin < end:
         begin, unpacked = yield from _whole_stretches(file, begin, unpacked, spread)
-        begin, unpacked = yield from unpack(file, form, begin, begin + STRETCH, unpacked)
+        begin, unpacked = yield from unpack_members(file, form, begin, begin + STRETCH, unpacked)
 
 
 def _whole_stretches(
-    file: BinaryIO, begin: int, unpacked: int, spread: Spread
-) -> Generator[Piece, None, tuple[int, int]]:
+    file: BinaryIO, begin: int, unpacked: int, spread: ParallelMap
+) -> Generator[MemberData, None, tuple[int, int]]:
     """The pieces of the stretches from `begin` to the first bad one; returns where that one begins, as `unpack`."""
     waiting = deque[tuple[int, Iterator[Pieces]]]()
     stretches = _stretches(file, begin)
@@ -63,7 +63,7 @@ def _whole_stretches(
             return begin, unpacked
         for piece in pieces:
             unpacked += len(piece.data)
-            yield Piece(begin + piece.member, piece.data, "")
+            yield MemberData(begin + piece.member, piece.data, "")
         begin += length
 
 
@@ -84,8 +84,8 @@ def _stretches(file: BinaryIO, begin: int) -> Iterator[bytes]:
 
 
 def _unpack_stretch(packed: bytes) -> Pieces:
-    pieces, size = list[Piece](), 0
-    for piece in unpack(BytesIO(packed), COMPRESSIONS["gzip"]):
+    pieces, size = list[MemberData](), 0
+    for piece in unpack_members(BytesIO(packed), COMPRESSIONS["gzip"]):
         size += len(piece.data)
         if piece.damage or size > LARGEST:
             return None

@@ -11,7 +11,7 @@ GENERATOR = 0xA001  # x¹⁶ + x¹⁵ + x² + 1, reflected
 PERIOD = 32767  # of the powers of x modulo the generator, which is (x + 1) (x¹⁵ + x + 1)
 
 
-def overlapping_right(
+def valid_crcs(
     data: bytes, starts: "NDArray[np.int64]", ends: "NDArray[np.int64]", big: "NDArray[np.bool_]"
 ) -> "NDArray[np.bool_]":
     """Which of the parts of `data` are packets that end with their CRC; `big`: it is stored big endian.

@@ -85,7 +85,7 @@ def _read(data: bytes, file: str, over: Schema | None) -> Schema:
 
 @cache
 def _extending(schema: Schema, over: Schema) -> Schema:
-    schema.share(over)
+    schema.share_classes(over)
     return schema
 
 
@@ -104,7 +104,7 @@ def _unpacked(data: bytes, file: str) -> bytes:
 def builtin() -> Schema:
     """The schema of the classes in `imc.messages`: IMC and Shoal's additions."""
     schema = _merged().schema
-    schema.adopt(BY_ID)
+    schema.use_classes(BY_ID)
     return schema
 
 

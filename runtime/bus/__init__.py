@@ -2,18 +2,18 @@
 
 from runtime.bus.bus import Bus
 from runtime.bus.camera_frame import Frame
-from runtime.bus.codec_roundtrip import known_here
-from runtime.bus.drop_counter import Excess
+from runtime.bus.codec_roundtrip import local_class
+from runtime.bus.drop_counter import DropCounter
 from runtime.bus.inbox import Request
-from runtime.bus.interfaces import BusInstrument, Subscription, Transport
+from runtime.bus.interfaces import BusObserver, Subscription, Transport
 
 __all__ = [
     "Bus",
-    "BusInstrument",
-    "Excess",
+    "BusObserver",
+    "DropCounter",
     "Frame",
     "Request",
     "Subscription",
     "Transport",
-    "known_here",
+    "local_class",
 ]

@@ -53,13 +53,13 @@ class Frame:
         self.image.setflags(write=False)
 
 
-class FrameCarrier(Protocol):
+class FrameTransport(Protocol):
     """Carries frames between the processes of a vehicle."""
 
-    def share(self, frame: Frame) -> None:
+    def send(self, frame: Frame) -> None:
         """Send a frame to the other processes that want it. Never blocks."""
         ...
 
-    def want(self, receive: Callable[[Frame], None]) -> None:
+    def open(self, receive: Callable[[Frame], None]) -> None:
         """Take the frames of other processes from now on; `receive` is called from any thread."""
         ...

@@ -6,7 +6,7 @@ from typing import Any
 import imc
 
 
-class Passages(dict[type[imc.Message], Callable[..., Any]]):
+class CodecRoundTrip(dict[type[imc.Message], Callable[..., Any]]):
     """What takes messages through the codec of a schema, by type; `encodes` is whether the packets are wanted, too."""
 
     def __init__(self, schema: imc.Schema, encodes: bool) -> None:
@@ -14,12 +14,12 @@ class Passages(dict[type[imc.Message], Callable[..., Any]]):
 
     def __missing__(self, kind: type[imc.Message]) -> Callable[..., Any]:
         if not issubclass(kind, imc.Unknown):
-            known_here(kind, self._schema)
-        passage = self[kind] = self._schema.codec.passage(kind, self._encodes)
+            local_class(kind, self._schema)
+        passage = self[kind] = self._schema.codec.round_trip(kind, self._encodes)
         return passage
 
 
-def known_here(kind: type[imc.Message], schema: imc.Schema) -> type[imc.Message]:
+def local_class(kind: type[imc.Message], schema: imc.Schema) -> type[imc.Message]:
     """The class of `schema` for a message of another one. Raises imc.SchemaError if it has no such message."""
     ours = schema.by_id(kind.ID) if kind.ID in schema.types_by_id else None
     if ours is None or imc.signature(ours) != imc.signature(kind):

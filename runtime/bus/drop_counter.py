@@ -7,7 +7,7 @@ from imc.addresses import UNKNOWN_SYSTEM
 MOST_NAMED = 256
 
 
-class Excess:
+class DropCounter:
     """What was dropped: `total`, and since the last `drain` by source (IMC id).
 
     With more than MOST_NAMED sources those with the smallest counts become UNKNOWN_SYSTEM, so that many names do not

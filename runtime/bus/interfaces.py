@@ -50,7 +50,7 @@ class Transport(Protocol):
         ...
 
 
-class BusInstrument(Protocol):
+class BusObserver(Protocol):
     """Observes a bus; it must not change anything."""
 
     def subscribed(self, subscription: Subscription) -> None:

@@ -54,9 +54,9 @@ class Address(Protocol):
     @property
     def speed(self) -> float: ...
     @property
-    def most(self) -> float: ...
+    def max_rate(self) -> float: ...
     @property
-    def midway(self) -> bool: ...
+    def starts_midway(self) -> bool: ...
     @property
     def datagrams(self) -> bool: ...
     @property
@@ -79,7 +79,7 @@ class SerialPort:
         self.name = device or "serial port"
         self._device = device
         self.speed = baud / 10.0  # a byte has a start and a stop bit
-        self.most = max(SLOWEST_CAP, 2.0 * self.speed)  # ports over USB may be faster than they are told
+        self.max_rate = max(SLOWEST_CAP, 2.0 * self.speed)  # ports over USB may be faster than they are told
         self._baud = baud
         self._settings = settings
 
@@ -97,7 +97,7 @@ class SerialPort:
         try:
             port = serial.Serial(self._device, self._baud, timeout=0, write_timeout=0, exclusive=True, **self._settings)
         except (OSError, ValueError) as error:
-            raise plain(error) from None
+            raise user_message(error) from None
         except Exception as error:  # termios.error is no OSError
             raise OSError(*error.args) from None
         return SerialConnection(port)
@@ -164,7 +164,7 @@ class TcpServer:
                 raise OSError(code, os.strerror(code))
         except (OSError, ValueError, OverflowError) as error:
             made.close()
-            raise plain(error) from None
+            raise user_message(error) from None
         return connection
 
 
@@ -244,7 +244,7 @@ class UdpSocket:
             made.bind(self._own)
         except (OSError, ValueError, OverflowError) as error:
             made.close()
-            raise plain(error) from None
+            raise user_message(error) from None
         return UdpConnection(made, (number or self._to[0], self._to[1]) if self._to is not None else None)
 
 
@@ -281,7 +281,7 @@ class UdpConnection:
             found.append(datagram)
         return found
 
-    def answer(self, sender: tuple[str, int]) -> None:
+    def reply_to(self, sender: tuple[str, int]) -> None:
         """Send to this one from now on, whoever else is heard."""
         if not self._fixed:
             self._to, self._chosen = sender, True
@@ -296,7 +296,7 @@ class UdpConnection:
         self._socket.close()
 
 
-def plain(error: Exception) -> OSError:
+def user_message(error: Exception) -> OSError:
     """An error of opening, with a text for people instead of a library's."""
     number = error.errno if isinstance(error, OSError) else None
     within = error.__context__  # pyserial puts the error of the system into words
@@ -307,12 +307,12 @@ def plain(error: Exception) -> OSError:
     return OSError(number, HINTS.get(number, os.strerror(number)))
 
 
-def words(error: OSError) -> str:
+def without_errno(error: OSError) -> str:
     """What went wrong, without the number."""
     return error.strerror or str(error)
 
 
-def look_up(host: str) -> str | OSError:
+def resolve_host(host: str) -> str | OSError:
     """The numeric address of a host name, which may take long; or why there is none."""
     try:
         return str(socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][4][0])

@@ -11,7 +11,7 @@ Size = Callable[[bytes], int | None]
 """The size of the frame at the beginning of some bytes; None if more bytes are needed to say, 0 if it is no frame."""
 
 
-def number(text: str) -> float:
+def parse_number(text: str) -> float:
     """A number that a device has written. Raises ValueError for what float() takes, too: nan, inf, 1e999 and 1_5."""
     value = float(text)
     if not math.isfinite(value) or "_" in text:
@@ -25,7 +25,7 @@ class Splitter(Protocol):
     `skipped` counts the bytes that are in none, `damaged` the pieces among them that could be recognized as such.
     """
 
-    skipped: int
+    skipped_bytes: int
     damaged: int
 
     def begin(self, *, midway: bool) -> None:
@@ -42,11 +42,11 @@ class Splitter(Protocol):
         ...
 
 
-class Whole:
+class RawChunks:
     """Leaves every portion as it is, such as a datagram."""
 
     def __init__(self) -> None:
-        self.skipped = self.damaged = 0
+        self.skipped_bytes = self.damaged = 0
 
     @property
     def waiting(self) -> int:
@@ -59,7 +59,7 @@ class Whole:
         return [data]
 
 
-class Lines:
+class LineSplitter:
     """Lines that end with `end`; carriage returns and spaces around them are removed, and empty lines left out.
 
     A line of more than `longest` bytes is skipped. If it begins midway, so is what comes before the first end: the
@@ -67,7 +67,7 @@ class Lines:
     """
 
     def __init__(self, *, longest: int = LONGEST_LINE, end: bytes = b"\n"):
-        self.skipped = self.damaged = 0
+        self.skipped_bytes = self.damaged = 0
         self._longest = longest
         self._end = end
         self._part = b""
@@ -78,7 +78,7 @@ class Lines:
         return len(self._part)
 
     def begin(self, *, midway: bool) -> None:
-        self.skipped += len(self._part)
+        self.skipped_bytes += len(self._part)
         self._part, self._lost = b"", midway
 
     def feed(self, data: bytes) -> list[bytes]:
@@ -88,13 +88,13 @@ class Lines:
             return []
         complete = [b"" if self._lost else first, *rest[:-1]]
         if self._lost:
-            self.skipped += len(first)
+            self.skipped_bytes += len(first)
         self._part, self._lost = b"", False
         self._keep(rest[-1])
         found: list[bytes] = []
         for line in complete:
             if len(line) > self._longest:
-                self.skipped += len(line)
+                self.skipped_bytes += len(line)
                 self.damaged += 1
             elif line := line.strip():
                 found.append(line)
@@ -105,12 +105,12 @@ class Lines:
         if self._lost or len(part) > self._longest:
             self.damaged += not self._lost
             kept = len(self._end) - 1
-            self.skipped += max(0, len(part) - kept)
+            self.skipped_bytes += max(0, len(part) - kept)
             part, self._lost = part[len(part) - kept :] if kept else b"", True
         self._part = part
 
 
-class Frames:
+class FrameSplitter:
     """Frames that begin with certain bytes.
 
     `kinds` has, for the first bytes of each kind of frame, a function that tells its size. `valid` says whether a frame
@@ -127,7 +127,7 @@ class Frames:
     ):
         if not kinds or not all(kinds):
             raise ValueError("a frame begins with at least one byte")
-        self.skipped = self.damaged = 0
+        self.skipped_bytes = self.damaged = 0
         self._kinds = dict(kinds)
         self._valid = valid
         self._longest = longest
@@ -138,7 +138,7 @@ class Frames:
         return len(self._data)
 
     def begin(self, *, midway: bool) -> None:
-        self.skipped += len(self._data)
+        self.skipped_bytes += len(self._data)
         self._data = b""
 
     def feed(self, data: bytes) -> list[bytes]:
@@ -153,10 +153,10 @@ class Frames:
             start = places[mark]
             if start == len(data):
                 start -= self._begun(data, at)
-                self.skipped += start - at
+                self.skipped_bytes += start - at
                 at = start
                 break
-            self.skipped += start - at
+            self.skipped_bytes += start - at
             at = start
             size = self._size(mark, data, start)
             if size is None:
@@ -167,7 +167,7 @@ class Frames:
                 at += size
             else:
                 self.damaged += size > 0
-                self.skipped += 1
+                self.skipped_bytes += 1
                 at += 1
         self._data = data[at:]
         return found
@@ -188,7 +188,7 @@ class Frames:
         return max(counts, default=0)
 
 
-def lines_of(longest: int = LONGEST_LINE) -> Size:
+def line_size(longest: int = LONGEST_LINE) -> Size:
     """The size of a frame that is a line: up to and with the line feed."""
 
     def size(head: bytes) -> int | None:

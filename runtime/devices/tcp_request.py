@@ -12,7 +12,7 @@ Complete = Callable[[bytearray], bool]
 """Whether some bytes are a whole answer; called as more arrive. Raises ValueError for what can be none."""
 
 
-class Exchange:
+class TcpRequester:
     """A connection to `host` and `port` that `ask` opens when there is none; any failure ends it.
 
     `ask` waits, so call it where `Task.offload` computes, never in a handler, and one at a time. `close` may be called
@@ -30,15 +30,15 @@ class Exchange:
     def is_open(self) -> bool:
         return self._socket is not None
 
-    def ask(self, request: bytes, complete: Complete) -> bytearray:
+    def request(self, request: bytes, complete: Complete) -> bytearray:
         """The answer to a request. Raises OSError, or ValueError from `complete`, or for too long an answer."""
         try:
             return self._ask(request, complete)
         except BaseException:
-            self.drop()
+            self.disconnect()
             raise
 
-    def drop(self) -> None:
+    def disconnect(self) -> None:
         """End the connection; the next request opens another one."""
         opened, self._socket = self._socket, None
         if opened is not None:
@@ -48,7 +48,7 @@ class Exchange:
 
     def close(self) -> None:
         self._closed = True
-        self.drop()
+        self.disconnect()
 
     def open(self) -> None:
         """Connect, unless it is connected. Raises OSError."""
@@ -62,7 +62,7 @@ class Exchange:
             opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._socket = opened
             if self._closed:
-                self.drop()
+                self.disconnect()
                 raise ConnectionAbortedError("closed")
 
     def _ask(self, request: bytes, complete: Complete) -> bytearray:

@@ -1,7 +1,7 @@
 """Faults of tasks in simulation: what they publish is lost, stuck, shifted or noisy, or they fail."""
 
-from runtime.fault_injection.faults import Faults, Injection
-from runtime.fault_injection.interceptor import Source
+from runtime.fault_injection.faults import FaultInjector, Injection
+from runtime.fault_injection.interceptor import PublishInterceptor
 from runtime.fault_injection.kinds import Biased, Crash, Fault, FaultError, Noisy, Silent, Spoil, Stuck
 from runtime.kernel import SimulatedCrash
 
@@ -10,12 +10,12 @@ __all__ = [
     "Crash",
     "Fault",
     "FaultError",
-    "Faults",
+    "FaultInjector",
     "Injection",
     "Noisy",
+    "PublishInterceptor",
     "Silent",
     "SimulatedCrash",
-    "Source",
     "Spoil",
     "Stuck",
 ]

@@ -12,7 +12,7 @@ Item = imc.Message | Frame
 Spoil = Callable[[Any], Item | None]  # from what the task says to what others hear; None is nothing
 
 
-class Source:
+class PublishInterceptor:
     """What one task publishes and shares: it goes through the `spoils` in the order in which they began.
 
     With `remembers`, `last` has the latest message or frame of each kind, as the task itself would have it. `crashes`
@@ -22,16 +22,16 @@ class Source:
 
     def __init__(self, task: Task):
         self.task = task
-        self.spoils: list[Spoil] = []
+        self.filters: list[Spoil] = []
         self.last: dict[object, Item] = {}
-        self.remembers = False
+        self.keeps_last = False
         self.crashes = 0
         self.acted = set[int]()
 
-    def settle(self) -> None:
+    def attach_or_detach(self) -> None:
         """Stand between the task and its bus if there is a reason, else leave."""
         own = vars(self.task)
-        if self.spoils or self.remembers:
+        if self.filters or self.keeps_last:
             own["publish"], own["share"] = self._publish, self._share
         else:
             own.pop("publish", None)
@@ -63,12 +63,12 @@ class Source:
 
     def _spoilt(self, item: Item) -> Item | None:
         heard: Item | None = item
-        for spoil in self.spoils:
+        for spoil in self.filters:
             before, heard = heard, spoil(heard)
             if heard is not before:
                 self.acted.add(id(spoil))
             if heard is None:
                 break
-        if self.remembers:
+        if self.keeps_last:
             self.last[self.key(item)] = item
         return heard

@@ -9,9 +9,9 @@ from zlib import crc32
 import imc
 from imc.layout import NUMBERS
 from runtime.bus import Frame
-from runtime.fault_injection.interceptor import Item, Source, Spoil
+from runtime.fault_injection.interceptor import Item, PublishInterceptor, Spoil
 from runtime.kernel import SimulatedCrash
-from support.text import hinted, quoted
+from support.text import quoted, with_suggestion
 
 ABOUT_ITSELF = (
     imc.EntityActivationState,
@@ -37,20 +37,20 @@ class Fault:
     is `momentary` is over at once, unless it lasts for some time.
     """
 
-    remembers: ClassVar[bool] = False
+    needs_last: ClassVar[bool] = False
     momentary: ClassVar[bool] = False
 
     def check(self, schema: imc.Schema) -> None:
         """Raise FaultError if a vehicle with these messages cannot have this fault."""
 
-    def begin(self, source: Source, number: int) -> Spoil | None:
+    def begin(self, source: PublishInterceptor, number: int) -> Spoil | None:
         """What it does to each message and frame of a task, from now on; None for nothing.
 
         `number` counts the faults that the task has had.
         """
         return None
 
-    def end(self, source: Source) -> None:
+    def end(self, source: PublishInterceptor) -> None:
         """Undo what `begin` has done besides."""
 
 
@@ -70,7 +70,7 @@ class Silent(Fault):
     def check(self, schema: imc.Schema) -> None:
         _check_names(schema, self.of)
 
-    def begin(self, source: Source, number: int) -> Spoil:
+    def begin(self, source: PublishInterceptor, number: int) -> Spoil:
         concerns = _concerned(self.of)
         return lambda item: None if concerns(item) else item
 
@@ -84,7 +84,7 @@ class Stuck(Fault):
     """
 
     of: tuple[str, ...] = ()
-    remembers: ClassVar[bool] = True
+    needs_last: ClassVar[bool] = True
 
     def __str__(self) -> str:
         return f"stuck{_listed(self.of)}"
@@ -92,7 +92,7 @@ class Stuck(Fault):
     def check(self, schema: imc.Schema) -> None:
         _check_names(schema, self.of)
 
-    def begin(self, source: Source, number: int) -> Spoil:
+    def begin(self, source: PublishInterceptor, number: int) -> Spoil:
         concerns, kept = _concerned(self.of), dict(source.last)
 
         def repeat(item: Item) -> Item:
@@ -127,7 +127,7 @@ class Biased(Fault):
             raise FaultError(f"{self.of}.{self.field} is an integer, and cannot be NaN")
         _field(schema, self.of, self.field)
 
-    def begin(self, source: Source, number: int) -> Spoil:
+    def begin(self, source: PublishInterceptor, number: int) -> Spoil:
         return _shifting(source, self.of, self.field, lambda: self.by)
 
 
@@ -153,7 +153,7 @@ class Noisy(Fault):
     def check(self, schema: imc.Schema) -> None:
         _field(schema, self.of, self.field)
 
-    def begin(self, source: Source, number: int) -> Spoil:
+    def begin(self, source: PublishInterceptor, number: int) -> Spoil:
         from numpy.random import PCG64, Generator, SeedSequence
 
         task = source.task
@@ -172,13 +172,13 @@ class Crash(Fault):
     def __str__(self) -> str:
         return "crash"
 
-    def begin(self, source: Source, number: int) -> None:
+    def begin(self, source: PublishInterceptor, number: int) -> None:
         task = source.task
         source.crashes += 1
         vars(task)["start"] = _crash
         task.vehicle.kernel.after(0.0, _crash).owner = task
 
-    def end(self, source: Source) -> None:
+    def end(self, source: PublishInterceptor) -> None:
         source.crashes -= 1
         if not source.crashes:
             del vars(source.task)["start"]
@@ -201,17 +201,17 @@ def _concerned(names: tuple[str, ...]) -> Callable[[Item], bool]:
 def _check_names(schema: imc.Schema, names: tuple[str, ...]) -> None:
     for name in names:
         if name not in schema and name != Frame.__name__:
-            raise FaultError(hinted(f"there is no message {quoted(name)}", name, schema.types))
+            raise FaultError(with_suggestion(f"there is no message {quoted(name)}", name, schema.types))
 
 
 def _field(schema: imc.Schema, message: str, name: str) -> imc.FieldInfo:
     """A field that is a number. Raises FaultError."""
     if message not in schema:
-        raise FaultError(hinted(f"there is no message {quoted(message)}", message, schema.types))
+        raise FaultError(with_suggestion(f"there is no message {quoted(message)}", message, schema.types))
     infos = {info.name: info for info in schema.fields(schema[message])}
     info = infos.get(name)
     if info is None:
-        raise FaultError(hinted(f"{message} has no field {quoted(name)}", name, infos))
+        raise FaultError(with_suggestion(f"{message} has no field {quoted(name)}", name, infos))
     if info.enum is not None or info.type not in NUMBERS:
         raise FaultError(f"{message}.{name} is not a number")
     return info
@@ -225,7 +225,7 @@ def _range(kind: str) -> tuple[float, float]:
     return (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
 
 
-def _shifting(source: Source, message: str, name: str, step: Callable[[], float]) -> Spoil:
+def _shifting(source: PublishInterceptor, message: str, name: str, step: Callable[[], float]) -> Spoil:
     info = _field(source.task.vehicle.bus.messages, message, name)
     least, most = _range(info.type)
     low = least if info.minimum is None else max(least, info.minimum)

@@ -2,12 +2,12 @@
 
 import logging
 
-from runtime.kernel.timer import title
+from runtime.kernel.timer import owner_title
 
 logger = logging.getLogger("shoal.kernel")
 
 
-class Blocked(BaseException):
+class HandlerBlockedError(BaseException):
     """Raised by a watchdog inside a handler that does not return; no `except Exception` of the handler stops it."""
 
 
@@ -15,7 +15,7 @@ class LivelockError(RuntimeError):
     """Events cause each other without time passing; `owner` handled the last of them."""
 
     def __init__(self, events: int, owner: object):
-        super().__init__(f"{events} events without time passing, the last in {title(owner)}")
+        super().__init__(f"{events} events without time passing, the last in {owner_title(owner)}")
         self.owner = owner
 
 
@@ -31,7 +31,7 @@ def as_error(error: BaseException) -> Exception:
     """`error`, or one that says what it means; raises those that are meant for the program: KeyboardInterrupt."""
     if isinstance(error, Exception):
         return error
-    if isinstance(error, Blocked):
+    if isinstance(error, HandlerBlockedError):
         text = f"the handler did not return: {error}" if error.args else "the handler did not return"
     elif isinstance(error, SystemExit):
         text = f"the handler tried to end the program: sys.exit({error.code if error.code is not None else ''})"
@@ -49,4 +49,4 @@ def raise_error(_: object, error: Exception) -> None:
 
 
 def warn_slow(owner: object, seconds: float, handler: str) -> None:
-    logger.warning("%s took %.3f s in one handler, %s", title(owner), seconds, handler)
+    logger.warning("%s took %.3f s in one handler, %s", owner_title(owner), seconds, handler)

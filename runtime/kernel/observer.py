@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 
-class KernelInstrument(Protocol):
+class KernelObserver(Protocol):
     """Observes the calls that a kernel makes on a virtual clock; it must not change anything."""
 
     def calling(self, function: Callable[..., object], args: tuple[Any, ...]) -> None:

@@ -13,7 +13,7 @@ from runtime.kernel.timer import Readable, Timer
 ONCE = (1).to_bytes(8, sys.byteorder)
 
 
-class Bell:
+class WakeUp:
     """Rings from any thread, and can be watched for that: Linux's eventfd(2), elsewhere a pair of sockets."""
 
     if sys.platform == "linux":
@@ -42,13 +42,13 @@ class Bell:
             self._in.close()
 
 
-class Sources:
+class WatchedSources:
     """Watched sockets, each with the call that it causes, and a bell by which any thread may `wake` the kernel."""
 
     def __init__(self):
         self.count = 0
         self._selector = selectors.DefaultSelector()
-        self._bell = Bell()
+        self._bell = WakeUp()
         self._selector.register(self._bell, selectors.EVENT_READ, None)
 
     def watch(self, source: Readable, function: Callable[[], object]) -> Timer:

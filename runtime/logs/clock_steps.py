@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.logs.packet_headers import Array
+from runtime.logs.header_arrays import Array
 
 BACK, AHEAD = 1.0, 10.0  # s
 WINDOW = 16  # packets on each side; a stray time returns to normal within them
@@ -21,7 +21,7 @@ class ClockStep(NamedTuple):
     after: float
 
 
-class Clock:
+class SystemClock:
     """The times of one system's packets, in the order of the log.
 
     start, end: s since 1970 UTC, without stray times: single ones far from their neighbors. strays: the number of them.
@@ -31,12 +31,12 @@ class Clock:
         self.src = src
         self.packets = 0
         self.start = self.end = np.nan
-        self.strays = 0
+        self.outliers = 0
         self.steps: list[ClockStep] = []
         self._times: Array = np.empty(0)
         self._offsets: Array = np.empty(0, np.int64)
 
-    def feed(self, times: Array, offsets: Array) -> None:
+    def update(self, times: Array, offsets: Array) -> None:
         """Add the times and offsets of more packets."""
         self.packets += len(times)
         self._bound(times)
@@ -54,7 +54,7 @@ class Clock:
         rows = np.full((-(-len(times) // GROUP), GROUP), np.nan)
         rows.reshape(-1)[: len(times)] = np.where(np.isfinite(times) & (times > 0.0), times, np.nan)
         near = _near_others(rows)
-        self.strays += len(times) - int(near.sum())
+        self.outliers += len(times) - int(near.sum())
         if near.any():
             begins = np.where(near, rows, np.inf).min(axis=1)
             self.start = float(begins[near.any(axis=1)][0]) if np.isnan(self.start) else self.start
@@ -68,7 +68,7 @@ class Clock:
             self.steps.append(ClockStep(int(offsets[place]), self.src, before, after))
 
 
-def without_strays(times: Array) -> Array:
+def without_outliers(times: Array) -> Array:
     """The finite times, without those far from the others."""
     return times[_near_others(times[np.newaxis])[0]]
 

@@ -11,19 +11,19 @@ LARGEST = 4096  # bytes
 _NAME = re.compile(r"\d{8}/[^/\\\x00]{1,250}")
 
 
-class Place(msgspec.Struct, frozen=True):
+class RunPosition(msgspec.Struct, frozen=True):
     """The place of a log in its run: the first log of the run, as <day>/<folder>, and its number, from 1."""
 
     first: str
     number: int
 
 
-def place_bytes(first: str, number: int) -> bytes:
+def encode_run_position(first: str, number: int) -> bytes:
     """The content of RUN_FILE."""
-    return msgspec.json.encode(Place(first, number)) + b"\n"
+    return msgspec.json.encode(RunPosition(first, number)) + b"\n"
 
 
-def folder_called(told: Path, current: Path | None) -> Path:
+def find_log_folder(told: Path, current: Path | None) -> Path:
     """The folder of the log that a virtual run calls `told`: that of the `current` log may end in _2, _3 ...
 
     The run does not tell this end, since it must not depend on which folders exist.
@@ -35,13 +35,13 @@ def folder_called(told: Path, current: Path | None) -> Path:
     return told
 
 
-def place_of(folder: Path) -> Place | None:
+def run_position(folder: Path) -> RunPosition | None:
     """The place of a log in its run; None if the folder does not say, or not in a way that makes sense."""
     try:
         if not (folder / RUN_FILE).is_file():  # a pipe would be waited for
             return None
         with (folder / RUN_FILE).open("rb") as file:
-            found = msgspec.json.decode(file.read(LARGEST), type=Place)
+            found = msgspec.json.decode(file.read(LARGEST), type=RunPosition)
     except (OSError, msgspec.DecodeError):
         return None
     return found if _NAME.fullmatch(found.first) and found.number > 0 else None
@@ -54,7 +54,7 @@ def logs_of_run(folder: Path) -> list[Path]:
     the same number.
     """
     folder = folder.absolute()
-    own = place_of(folder)
+    own = run_position(folder)
     if own is None:
         return [folder]
     begin = own.first.partition("/")[0]
@@ -71,10 +71,10 @@ def logs_of_run(folder: Path) -> list[Path]:
 
 def missing_logs(logs: list[Path]) -> list[int]:
     """The numbers of the logs that are missing before or between these logs of a run."""
-    numbers = [place.number for log in logs if (place := place_of(log))]
+    numbers = [place.number for log in logs if (place := run_position(log))]
     return sorted(set(range(1, max(numbers, default=0))) - set(numbers))
 
 
-def _same_run(log: Path, own: Place) -> Place | None:
-    place = place_of(log)
+def _same_run(log: Path, own: RunPosition) -> RunPosition | None:
+    place = run_position(log)
     return place if place is not None and place.first == own.first else None

@@ -22,7 +22,7 @@ def user_etc() -> Path:
     return Path(os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config"), "shoal/etc")
 
 
-def located(path: Path) -> Path:
+def copy_in_root(path: Path) -> Path:
     """Where to read the file at a path: its copy, if there is one, in the folder SHOAL_ROOT, which has the same paths.
 
     Whatever opens a file that a profile or a scenario names asks this: a campaign reads copies. A folder counts as
@@ -41,7 +41,7 @@ def search_path(config_dirs: Iterable[str | Path] = ()) -> list[Path]:
     return list(dict.fromkeys(folders))
 
 
-def available(config_dirs: Iterable[str | Path] = ()) -> dict[str, Path]:
+def available_profiles(config_dirs: Iterable[str | Path] = ()) -> dict[str, Path]:
     """The files of all profiles by name."""
     found: dict[str, Path] = {}
     for folder in search_path(config_dirs):
@@ -58,7 +58,7 @@ def find_profile(name: str | Path, config_dirs: Iterable[str | Path] = ()) -> Pa
     """
     text = os.fspath(name)
     if text.endswith(".ini"):
-        if (path := located(Path(text))).exists():
+        if (path := copy_in_root(Path(text))).exists():
             return path
         if os.path.dirname(text):
             raise _refusal(text, "there is no such file")
@@ -72,7 +72,9 @@ def find_profile(name: str | Path, config_dirs: Iterable[str | Path] = ()) -> Pa
         if os.path.isfile(path):
             return path
     places = ", ".join(map(str, search_path(config_dirs)))
-    raise _refusal(text, f"there is no profile {quoted(text)} in {places}", suggestion(text, available(config_dirs)))
+    raise _refusal(
+        text, f"there is no profile {quoted(text)} in {places}", suggestion(text, available_profiles(config_dirs))
+    )
 
 
 def _refusal(name: str, text: str, hint: str = "") -> ProfileError:

@@ -17,12 +17,12 @@ import numpy as np
 import imc
 from runtime.bus import Bus, Frame, Subscription
 from runtime.kernel import Kernel, Timer
-from runtime.task import Activation, Entities, Entity, Script, Systems, Task, Ticker
+from runtime.task import Activation, Entity, EntityTable, Script, SystemTable, Task, Ticker
 from runtime.vehicle import Vehicle
 from support.text import quoted
 
 OWN = frozenset({"imc", "mavlink", "runtime", "support", "tasks", "world"})
-PARTS = (Task, Ticker, Script, Activation, Entity, Entities, Systems, Bus, Subscription, Kernel, Timer, Vehicle)
+PARTS = (Task, Ticker, Script, Activation, Entity, EntityTable, SystemTable, Bus, Subscription, Kernel, Timer, Vehicle)
 """What a snapshot can name, but not contain."""
 OF_TASK = frozenset(
     {"publish", "reply", "relay", "share", "set_entity_state", "activate", "deactivate", "reconfigured", "_offloaded"}
@@ -40,7 +40,7 @@ class SnapshotError(ValueError):
     """State that cannot be saved or restored; the text names it and the reason."""
 
 
-class Vocabulary:
+class ClassAllowlist:
     """The classes that snapshots of one vehicle may name: of Shoal, of packages in `trusted`, and its messages."""
 
     def __init__(self, trusted: Collection[str] = (), messages: imc.Schema | None = None):
@@ -63,7 +63,7 @@ class Vocabulary:
         """The class of a path, if it is a subclass of `kind`. Raises SnapshotError."""
         found = self._resolve(path) if isinstance(path, str) else None
         if not isinstance(found, type) or not issubclass(found, kind):
-            raise SnapshotError(f"{shown(path)} is no class that a snapshot may contain")
+            raise SnapshotError(f"{short_repr(path)} is no class that a snapshot may contain")
         return cast(type[Any], found)
 
     def _resolve(self, path: str) -> object:
@@ -76,13 +76,13 @@ class Vocabulary:
         return found if getattr(found, "__module__", "") == module else None
 
 
-def shown(value: object) -> str:
+def short_repr(value: object) -> str:
     """A value of a snapshot as errors show it: short, and safe for a terminal."""
     return quoted(value) if isinstance(value, str) else f"a {type(value).__name__}"
 
 
 @functools.cache
-def is_state(cls: type) -> bool:
+def is_allowed_object(cls: type) -> bool:
     """Whether objects of a class may be in a snapshot, made without a call of their constructor.
 
     Not what the vehicle owns: a forged task, kernel or bus would have methods that tasks call with all rights.
@@ -96,7 +96,7 @@ def is_state(cls: type) -> bool:
     return True
 
 
-def is_type(value: type) -> bool:
+def is_allowed_class(value: type) -> bool:
     """Whether a class itself may be a value: a snapshot could otherwise have any constructor called."""
     return issubclass(value, (imc.Message, Frame, Enum))
 
@@ -106,11 +106,11 @@ def check_attribute(cls: type, name: Any) -> str:
     inherited = next((vars(base)[name] for base in cls.__mro__ if name in vars(base)), MISSING)
     fits = isinstance(name, str) and name.isidentifier() and not (name.startswith("__") and name.endswith("__"))
     if not fits or callable(inherited) or isinstance(inherited, (property, classmethod, staticmethod)):
-        raise SnapshotError(f"a {cls.__name__} cannot have an attribute {shown(name)} in a snapshot")
+        raise SnapshotError(f"a {cls.__name__} cannot have an attribute {short_repr(name)} in a snapshot")
     return name
 
 
-def method_of(owner: Any, name: Any) -> Any:
+def allowed_method(owner: Any, name: Any) -> Any:
     """A method that a snapshot may name, since the kernel calls it with arguments in it. Raises SnapshotError."""
     cls = cast(type[Any], type(owner))
     inherited = next((vars(base)[name] for base in cls.__mro__ if name in vars(base)), None)
@@ -121,7 +121,7 @@ def method_of(owner: Any, name: Any) -> Any:
     else:
         fits = isinstance(owner, Bus) and name in OF_BUS
     if not fits or name.startswith("__"):
-        raise SnapshotError(f"{shown(name)} of a {cls.__name__} cannot be called from a snapshot")
+        raise SnapshotError(f"{short_repr(name)} of a {cls.__name__} cannot be called from a snapshot")
     return getattr(owner, name)
 
 
@@ -130,7 +130,7 @@ def check_path(text: Any) -> str:
     path = PurePath(text)
     if path.is_absolute() or ".." in path.parts or "\0" in text:
         raise SnapshotError(
-            f"the path {shown(text)} leads out of the vehicle's folders, which a snapshot cannot contain"
+            f"the path {short_repr(text)} leads out of the vehicle's folders, which a snapshot cannot contain"
         )
     return text
 
@@ -139,7 +139,7 @@ def check_dtype(text: Any) -> "np.dtype[Any]":
     """The type of an array of numbers or texts. Raises SnapshotError."""
     dtype = np.dtype(text) if isinstance(text, str) else None
     if dtype is None or dtype.kind not in "biufcmMSU" or not dtype.itemsize:
-        raise SnapshotError(f"an array of {shown(text)} is nothing that a snapshot can contain")
+        raise SnapshotError(f"an array of {short_repr(text)} is nothing that a snapshot can contain")
     return dtype
 
 

@@ -25,7 +25,7 @@ PlainJournalEntry = tuple[int, int | str, list[Any]]
 TaskValues = tuple[dict[str, Any], list[dict[str, Any]], bool]
 
 
-class Past(msgspec.Struct, array_like=True):
+class JournalStart(msgspec.Struct, array_like=True):
     """The state of a task at a time (ns) when it ran no script, and its inputs since then.
 
     entities: label, state, description, and whether the task has reported the state. checksum: that of the task when
@@ -47,7 +47,7 @@ class JournalChunk(msgspec.Struct, array_like=True):
     entries: list[PlainJournalEntry]
 
 
-class Journal:
+class InputJournal:
     """The state of one task at its last recorded moment without a script, and its inputs since then.
 
     A waiting coroutine cannot be saved as plain values. A task with a running script is therefore saved as this earlier
@@ -56,7 +56,7 @@ class Journal:
 
     def __init__(self, task: Task):
         self.task = task
-        self.past: Past | None = None
+        self.past: JournalStart | None = None
         self.trouble = "it has not started"
         self.begun = False
         self.entries: list[JournalEntry] = []
@@ -71,7 +71,7 @@ class Journal:
         self.values = _values(self.task)
         writer = writer_for(self.task.vehicle, timers)
         try:
-            self.past = Past(
+            self.past = JournalStart(
                 time,
                 task_state(self.task, hears, writer),
                 [timer_state(timer, writer) for timer in timers],
@@ -79,7 +79,7 @@ class Journal:
                 [],
             )
         except SnapshotError as error:
-            self.lose(str(error))
+            self.invalidate(str(error))
 
     def pack(self) -> None:
         """Compress the entries."""
@@ -87,20 +87,20 @@ class Journal:
             if self.past is not None and self.entries:
                 self.past.chunks.append(self._packed())
         except SnapshotError as error:
-            self.lose(str(error))
+            self.invalidate(str(error))
         self.entries.clear()
 
-    def lose(self, why: str) -> None:
+    def invalidate(self, why: str) -> None:
         """Make the journal unusable until it begins again."""
         self.past, self.trouble = None, why
 
-    def saved(self, checksum: int) -> Past:
+    def snapshot(self, checksum: int) -> JournalStart:
         """The journal up to now, with the present checksum of the task. Raises SnapshotError."""
         past = self.past
         if past is None:
             raise SnapshotError(f"{self.task.name} runs a script, and its journal was lost: {self.trouble}")
         chunks = [*past.chunks, self._packed()] if self.entries else list(past.chunks)
-        return Past(past.time, past.state, past.timers, past.entities, chunks, checksum)
+        return JournalStart(past.time, past.state, past.timers, past.entities, chunks, checksum)
 
     def _packed(self) -> bytes:
         packets: list[bytes] = []
@@ -119,7 +119,7 @@ class Journal:
         return zlib.compress(msgspec.msgpack.encode(JournalChunk(packets, entries)), 1)
 
 
-class Journals:
+class InputJournals:
     """The journals of all tasks of a vehicle whose classes have async methods, from construction on.
 
     They slow a run down, so only a run that takes snapshots has them. Raises SnapshotError if vehicles share a kernel.
@@ -132,13 +132,13 @@ class Journals:
         self._kernel = vehicle.kernel
         self._moment = -1
         self._changed: int | None = None
-        self._journals = {id(task): Journal(task) for task in vehicle.tasks if _has_scripts(type(task))}
-        self._handlers: dict[int, tuple[Journal, int]] = {}
+        self._journals = {id(task): InputJournal(task) for task in vehicle.tasks if _has_scripts(type(task))}
+        self._handlers: dict[int, tuple[InputJournal, int]] = {}
         vehicle.journals = self
-        vehicle.bus.instruments.append(self)
-        vehicle.kernel.instruments.append(self)
+        vehicle.bus.observers.append(self)
+        vehicle.kernel.observers.append(self)
 
-    def of(self, task: Task) -> Journal:
+    def of(self, task: Task) -> InputJournal:
         """The journal of a task. Raises SnapshotError."""
         self._settle()
         try:
@@ -146,7 +146,7 @@ class Journals:
         except KeyError:
             raise SnapshotError(f"{task.name} runs a script that is not a method of its class") from None
 
-    def take_over(self, task: Task, past: Past, handlers: list[Callable[..., object]]) -> None:
+    def take_over(self, task: Task, past: JournalStart, handlers: list[Callable[..., object]]) -> None:
         """Continue the journal of a task that has just replayed it."""
         journal = self._journals[id(task)]
         journal.past, journal.entries, journal.values = past, [], _values(task)
@@ -196,11 +196,11 @@ class Journals:
         if owner is self._vehicle.daemon:
             self._changed = now
 
-    def _note_call(self, journal: Journal, function: Callable[..., object], args: tuple[Any, ...]) -> None:
+    def _note_call(self, journal: InputJournal, function: Callable[..., object], args: tuple[Any, ...]) -> None:
         if isinstance(function, MethodType):
             journal.entries.append((self._moment, function.__name__, args))
         else:
-            journal.lose(f"it was called by {function!r}")
+            journal.invalidate(f"it was called by {function!r}")
 
     def _settle(self) -> None:
         """Record what the Daemon's last call has set: it changes other tasks directly, without a call by the kernel."""
@@ -238,7 +238,7 @@ class Journals:
                 self._handlers[id(handler)] = journal, number
 
 
-def unpacked(chunk: bytes) -> JournalChunk:
+def unpack_chunk(chunk: bytes) -> JournalChunk:
     """The entries of a packed chunk. Raises SnapshotError."""
     try:
         unpacker = zlib.decompressobj()

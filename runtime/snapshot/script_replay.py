@@ -7,12 +7,12 @@ from runtime.bus import Subscription
 from runtime.kernel import Timer
 from runtime.snapshot.allowlist import SnapshotError
 from runtime.snapshot.checksum import state_checksum
-from runtime.snapshot.input_journal import CHANGED, SET, TIMER, Past, unpacked
+from runtime.snapshot.input_journal import CHANGED, SET, TIMER, JournalStart, unpack_chunk
 from runtime.snapshot.state import (
-    checked_values,
+    check_values,
     connect,
+    do_nothing,
     entities_of,
-    nothing,
     reader_for,
     restore_pushed,
     restore_task,
@@ -22,7 +22,7 @@ from runtime.snapshot.state import (
 from runtime.task import State, Task
 
 
-def replay_journal(task: Task, past: Past) -> tuple[list[Timer], list[Callable[..., object]]]:
+def replay_journal(task: Task, past: JournalStart) -> tuple[list[Timer], list[Callable[..., object]]]:
     """Replay the journal of a task that has no subscriptions yet; the bus holds back what the task publishes.
 
     Returns its timers in the order in which they run, and its handlers by number. The kernel's queue is empty before
@@ -30,11 +30,11 @@ def replay_journal(task: Task, past: Past) -> tuple[list[Timer], list[Callable[.
     """
     vehicle, kernel = task.vehicle, task.vehicle.kernel
     collector = _Handlers(task)
-    before = vehicle.bus.instruments
-    vehicle.bus.instruments = [collector]  # what is replayed must not enter the journal again
+    before = vehicle.bus.observers
+    vehicle.bus.observers = [collector]  # what is replayed must not enter the journal again
     handlers = collector.handlers
     try:
-        kernel.reach(past.time)
+        kernel.set_now(past.time)
         _begin(task, past)
         for chunk in past.chunks:
             _live(task, chunk, handlers)
@@ -44,7 +44,7 @@ def replay_journal(task: Task, past: Past) -> tuple[list[Timer], list[Callable[.
             raise
         raise SnapshotError(f"{task.name} cannot be restored: its journal does not fit it") from error
     finally:
-        vehicle.bus.instruments = before
+        vehicle.bus.observers = before
         kernel.clear()
     # A replay repeats the run only if the task depends on nothing but its inputs; otherwise refuse, and do not diverge.
     if state_checksum(task, timers) != past.checksum:
@@ -70,7 +70,7 @@ class _Handlers:
         """Does nothing: the journal has the change."""
 
 
-def _begin(task: Task, past: Past) -> None:
+def _begin(task: Task, past: JournalStart) -> None:
     kernel = task.vehicle.kernel
     entities = {entity.label: entity for entity in entities_of(task)}
     for label, state, description, stateful in past.entities:
@@ -78,7 +78,7 @@ def _begin(task: Task, past: Past) -> None:
         entity.state, entity.description, entity.stateful = State(state), description, stateful
     # Timers first, still empty, because attributes refer to them by index. They are stored in the order in which they
     # run, which decides between timers of the same time.
-    timers = [kernel.at(state.time, nothing) for state in past.timers]
+    timers = [kernel.at(state.time, do_nothing) for state in past.timers]
     reader = reader_for(task.vehicle, timers)
     connect(task, past.state, reader)
     if past.state.tickers:
@@ -94,27 +94,27 @@ def _begin(task: Task, past: Past) -> None:
 
 
 def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> None:
-    kernel, chunk = task.vehicle.kernel, unpacked(data)
+    kernel, chunk = task.vehicle.kernel, unpack_chunk(data)
     messages = [task.vehicle.bus.decode(packet) for packet in chunk.packets]
     reader = reader_for(task.vehicle, [])
     for time, key, words in chunk.entries:
         if time < kernel.now_ns:
             raise SnapshotError("not a valid snapshot: a journal goes back in time")
-        kernel.reach(time)
+        kernel.set_now(time)
         args: list[Any] = [messages[word] if isinstance(word, int) else reader.read(word[0]) for word in words]
         if isinstance(key, int):
             handlers[key](*args)
         elif key == TIMER:
-            timer = kernel.take(task)
+            timer = kernel.pop_due(task)
             if timer is None or timer.function is None:
                 raise SnapshotError(f"{task.name} cannot be restored: a timer is missing")
             timer.function(*timer.args)
         elif key == CHANGED:
-            task.parameter_set.restore(checked_values(task, args[0]))
+            task.parameter_set.restore(check_values(task, args[0]))
             task.configure()
             task.reconfigured()
         elif key == SET:
-            task.parameter_set.restore(checked_values(task, args[0]))
+            task.parameter_set.restore(check_values(task, args[0]))
             restore_pushed(task, args[1])
         else:
             reader.read(["method", ["task", task.name], key])(*args)

@@ -13,15 +13,15 @@ import msgspec
 import numpy as np
 
 from runtime.snapshot.allowlist import (
+    ClassAllowlist,
     SnapshotError,
-    Vocabulary,
+    allowed_method,
     check_attribute,
     check_dtype,
     check_message,
     check_path,
-    is_state,
-    is_type,
-    method_of,
+    is_allowed_class,
+    is_allowed_object,
 )
 
 LARGEST = 2**63
@@ -36,9 +36,9 @@ class StateWriter:
     Writes only what a StateReader of the same vocabulary reads.
     """
 
-    def __init__(self, name: Callable[[object], list[Any] | None], words: Vocabulary | None = None):
+    def __init__(self, name: Callable[[object], list[Any] | None], words: ClassAllowlist | None = None):
         self._name = name
-        self._words = words or Vocabulary()
+        self._words = words or ClassAllowlist()
         self._seen: dict[int, tuple[int, object]] = {}
 
     def write(self, value: Any, where: str) -> Any:
@@ -118,12 +118,12 @@ class StateWriter:
         if kind.__module__.partition(".")[0] in sys.stdlib_module_names or issubclass(kind, CONTAINERS):
             raise SnapshotError(f"{where} is a {kind.__name__}, which a snapshot cannot contain")
         path = self._words.path_of(kind, where)
-        if not is_state(kind):
+        if not is_allowed_object(kind):
             raise SnapshotError(f"{where} is a {kind.__name__}, which a snapshot cannot contain")
         return ["object", path, self._of(value, where)]
 
     def _type(self, value: type[Any], where: str) -> list[Any]:
-        if not is_type(value):
+        if not is_allowed_class(value):
             raise SnapshotError(f"{where} is the class {value.__qualname__}, which a snapshot cannot contain")
         return ["type", self._words.path_of(value, where)]
 
@@ -131,7 +131,7 @@ class StateWriter:
         if self._name(value.__self__) is None:
             owner = type(value.__self__).__qualname__
             raise SnapshotError(f"{where} is {value.__name__} of a {owner}, which is no part of the vehicle")
-        self._try(method_of, value.__self__, value.__name__, where=where)
+        self._try(allowed_method, value.__self__, value.__name__, where=where)
         return ["method", self.write(value.__self__, where), value.__name__]
 
     def _of(self, value: Any, where: str) -> list[Any]:
@@ -160,9 +160,9 @@ class StateReader:
     for what it refuses, and whatever Python raises for words that a StateWriter does not write.
     """
 
-    def __init__(self, find: Callable[[list[Any]], Any], words: Vocabulary | None = None):
+    def __init__(self, find: Callable[[list[Any]], Any], words: ClassAllowlist | None = None):
         self._find = find
-        self._words = words or Vocabulary()
+        self._words = words or ClassAllowlist()
         self._seen: dict[int, Any] = {}
 
     def read(self, plain: Any) -> Any:
@@ -198,7 +198,7 @@ class StateReader:
             self._fill(made, words[2])
         elif kind == "object":
             cls = self._words.find(words[0])
-            if not is_state(cls):
+            if not is_allowed_object(cls):
                 raise SnapshotError(f"a {cls.__name__} is nothing that a snapshot can contain")
             made = self._seen[number] = object.__new__(cls)
             self._fill(made, words[1])
@@ -229,11 +229,11 @@ class StateReader:
                 return self._words.find(rest[0], Enum)(self.read(rest[1]))
             case "type":
                 cls = self._words.find(rest[0])
-                if not is_type(cls):
+                if not is_allowed_class(cls):
                     raise SnapshotError(f"the class {cls.__name__} is nothing that a snapshot can contain")
                 return cls
             case "method":
-                return method_of(self.read(rest[0]), rest[1])
+                return allowed_method(self.read(rest[0]), rest[1])
             case "partial":
                 function, args, keywords = (self.read(word) for word in rest)
                 if not isinstance(function, MethodType):

@@ -4,11 +4,21 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
-from runtime.devices import Address, Device, Lines, Owner, SerialPort, Splitter, TcpServer, UdpSocket, Whole
+from runtime.devices import (
+    Address,
+    Device,
+    DeviceOwner,
+    LineSplitter,
+    RawChunks,
+    SerialPort,
+    Splitter,
+    TcpServer,
+    UdpSocket,
+)
 from runtime.kernel import SECOND, Kernel
 from runtime.task.entities import Entity, State
-from runtime.task.handlers import expectations, value_of
-from runtime.task.logbook import cut
+from runtime.task.handlers import expected_methods, value_of
+from runtime.task.logbook import truncate_utf8
 
 if TYPE_CHECKING:
     from runtime.vehicle import Vehicle
@@ -17,7 +27,7 @@ TCP = "tcp://"
 
 
 @dataclass(slots=True)
-class Health:
+class DeviceHealth:
     """What is wrong with the devices and the data of a task.
 
     since: time (ns) from which data are expected. devices: the trouble of each device, by name. fresh: time (ns) of the
@@ -30,11 +40,11 @@ class Health:
     shown: str = ""
 
 
-class Attached:
+class DeviceTask:
     """The part of a task that opens devices and watches over its data."""
 
     _devices: tuple[Device, ...] = ()
-    _health: Health | None = None
+    _health: DeviceHealth | None = None
 
     if TYPE_CHECKING:  # what Task has
         vehicle: Vehicle
@@ -104,35 +114,35 @@ class Attached:
         health = self._care()
         health.fresh[method] = self._kernel.now_ns
         if health.shown or self.entity.state is State.BOOT:
-            self.judge_data()
+            self.check_data()
 
-    def judge_data(self) -> None:
+    def check_data(self) -> None:
         """Show in the entity's state whether a device is missing, or expected data are late."""
         health = self._care()
-        words = cut("; ".join([*health.devices.values()] or self._late(health)))
+        words = truncate_utf8("; ".join([*health.devices.values()] or self._late(health)))
         before, health.shown = health.shown, words
         if words:
             if words != before:
                 self.set_entity_state(State.ERROR, words)
         elif self.entity.state is State.BOOT or (before and self.entity.description == before):
-            waits = any(name not in health.fresh for name in expectations(type(self)))
+            waits = any(name not in health.fresh for name in expected_methods(type(self)))
             if not waits:
                 self.set_entity_state(State.NORMAL, "active")
             elif before:
                 self.set_entity_state(State.BOOT, "waiting for data")
 
-    def _late(self, health: Health) -> list[str]:
+    def _late(self, health: DeviceHealth) -> list[str]:
         found: list[str] = []
-        for method, every in expectations(type(self)).items():
+        for method, every in expected_methods(type(self)).items():
             limit = value_of(self, every)
             if limit > 0.0 and self._kernel.now_ns - health.fresh.get(method, health.since) > limit * SECOND:
                 device = self._devices[0] if len(self._devices) == 1 else None
-                found.append(f"{method}: no data for {limit:g} s" if device is None else device.silence(limit))
+                found.append(f"{method}: no data for {limit:g} s" if device is None else device.silence_message(limit))
         return found
 
-    def _care(self) -> Health:
+    def _care(self) -> DeviceHealth:
         if self._health is None:
-            self._health = Health(self._kernel.now_ns)
+            self._health = DeviceHealth(self._kernel.now_ns)
         return self._health
 
     def _attach(
@@ -145,7 +155,7 @@ class Attached:
     ) -> Device:
         if (lines is None) == (frames is None):
             raise TypeError("a device has either lines or frames, and a method that takes them")
-        splitter = split or (Whole() if lines is None else Lines())
+        splitter = split or (RawChunks() if lines is None else LineSplitter())
         name = address.name
 
         def take(piece: bytes) -> object:
@@ -158,22 +168,22 @@ class Attached:
             elif health.devices.pop(name, None) is not None:
                 health.since = self._kernel.now_ns
                 health.fresh.clear()
-            self.judge_data()
+            self.check_data()
 
-        device = Device(cast(Owner, self), address, splitter, take, opened=opened, trouble=tell)
+        device = Device(cast(DeviceOwner, self), address, splitter, take, opened=opened, trouble=tell)
         self._devices = (*self._devices, device)
         recordings = self.vehicle.recordings
-        pieces = recordings.pieces(name, address.speed) if recordings is not None else None
+        pieces = recordings.input_for(name, address.speed) if recordings is not None else None
         if recordings is not None and pieces is not None:
             recordings.end = max(recordings.end, self._kernel.now_ns + max((piece.time for piece in pieces), default=0))
-            device.play(pieces, lambda data: recordings.sent.append((name, data)))
+            device.play_recording(pieces, lambda data: recordings.sent.append((name, data)))
         elif recordings is not None or self._kernel.virtual:
             tell(f"{name}: not opened in virtual time" if recordings is None else f"{name}: nothing is recorded of it")
         else:
             device.open()
         return device
 
-    def detach(self) -> None:
+    def close_devices(self) -> None:
         """Close all devices; the vehicle calls it after `stop`, which may still write to them."""
         devices, self._devices, self._health = self._devices, (), None
         for device in devices:

@@ -6,17 +6,17 @@ from functools import partial
 from pathlib import Path
 
 import imc
-from runtime.bus import Bus, known_here
+from runtime.bus import Bus, local_class
 from runtime.kernel import Clock, Kernel, as_error
 from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune
-from runtime.task import EntityError, ParameterError, Task, allot, consumers, with_place
+from runtime.task import EntityError, ParameterError, Task, assign_ids, consumer_methods, with_location
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.profile_lint import zenoh_options
-from runtime.vehicle.sibling_processes import Processes
-from runtime.vehicle.task_registry import TaskImportError, find_task, missing_extra, why_missing
+from runtime.vehicle.sibling_processes import SiblingProcesses
+from runtime.vehicle.task_registry import TaskImportError, find_task, missing_extra, missing_task_reason
 from runtime.vehicle.vehicle import Vehicle
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
-from support.text import misspelled, quoted
+from support.text import corrected_spelling, quoted
 
 OF_ONE_TASK = (
     imc.QueryEntityParameters,
@@ -66,7 +66,7 @@ def build(
     Raises ProfileError naming file and line of each mistake, FleetError if the fleet has a vehicle of this name.
     """
     if fleet is not None and fleet.kernel.virtual and fleet.kernel.now_ns != profile.start_time_ns:
-        profile.start_at(fleet.kernel.now_ns)
+        profile.set_start_time(fleet.kernel.now_ns)
     if keep_going is None:
         virtual = fleet.kernel.virtual if fleet is not None else clock is not None and clock.virtual
         keep_going = not (virtual or SIMULATED & set(selected))
@@ -74,7 +74,7 @@ def build(
     profile.override(f"General:Seed={seed}")
     profile.override(f"General:Selected={', '.join(sorted(selected))}")
     if entity_ids is None:
-        entity_ids = allot(_labels(profile), profile.entity_ids)
+        entity_ids = assign_ids(_labels(profile), profile.entity_ids)
         for label, number in entity_ids.items():
             profile.override(f"{ENTITY_IDS}:{label}={number}")
     vehicle = Vehicle(
@@ -115,7 +115,7 @@ def _build_task(made: Build, profile: Profile, section: Section, process: str | 
         if section.name.partition("/")[0] in dune.TASKS:
             made.skip(section.name, "not in Shoal")
             return []
-        return [Problem("error", *section.origin, f"[{section.name}] is not a task", why_missing(section.name))]
+        return [Problem("error", *section.origin, f"[{section.name}] is not a task", missing_task_reason(section.name))]
     if vehicle.virtual and cls.external:
         what = "a device" if cls.requires == "drivers" else "the network"
         made.skip(section.name, f"needs {what}, which is off in virtual time")
@@ -133,9 +133,9 @@ def _build_task(made: Build, profile: Profile, section: Section, process: str | 
 def _add_task(vehicle: Vehicle, profile: Profile, section: Section, cls: type[Task]) -> list[Problem]:
     """Add a task of a class with the options of its section; returns the mistakes."""
     try:
-        for consumer in consumers(cls):
+        for consumer in consumer_methods(cls):
             if issubclass(consumer.type, imc.Message) and consumer.type.SCHEMA is not None:
-                known_here(consumer.type, vehicle.bus.messages)
+                local_class(consumer.type, vehicle.bus.messages)
         task = vehicle.add(cls, section.name, profile.options(section.name))
         for option in section.options.values():
             task.parameter_set.redeclare(option.name, option.attributes)
@@ -150,7 +150,7 @@ def _add_task(vehicle: Vehicle, profile: Profile, section: Section, cls: type[Ta
     except EntityError as error:
         return [Problem("error", *_origin(profile, section.name, "Entity Label"), str(error))]
     except BaseException as error:
-        return [Problem("error", *section.origin, f"{section.name}: {with_place(as_error(error))}")]
+        return [Problem("error", *section.origin, f"{section.name}: {with_location(as_error(error))}")]
     return []
 
 
@@ -167,25 +167,25 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
     Raises ProfileError for the section, ConnectionError if zenoh cannot be joined or a vehicle of this name is already
     on the network, ModuleNotFoundError without zenoh.
     """
-    from runtime.zenoh import DAEMON, Part, ZenohConfig, ZenohTransport
+    from runtime.zenoh import DAEMON, ProcessPart, ZenohConfig, ZenohTransport
 
     own = [e for e in vehicle.entities if e is not vehicle.daemon.entity and not e.process]
     here = sum(1 << entity.id for entity in own) | (0 if vehicle.process else DAEMON)
-    others = Processes(vehicle) if any(entity.process for entity in vehicle.entities) else None
+    others = SiblingProcesses(vehicle) if any(entity.process for entity in vehicle.entities) else None
     try:
         config = ZenohConfig.from_options(profile.options("Zenoh"), profile.path.parent)
         config = replace(config, vehicle=vehicle.name)
-        if absent := config.absent():
+        if absent := config.missing_interface():
             raise ValueError(absent)
         transport = ZenohTransport(
             config,
             vehicle.systems.name,
             vehicle.entities.label,
             system_id=vehicle.systems.id,
-            part=Part(vehicle.name, vehicle.system, here, vehicle.process or MAIN),
+            part=ProcessPart(vehicle.name, vehicle.system, here, vehicle.process or MAIN),
             concerns=partial(_concerns, vehicle),
             speaks_for=partial(_speaks_for, vehicle),
-            note=None if others is None else lambda name, runs: vehicle.kernel.post(others.note, name, runs),
+            note=None if others is None else lambda name, runs: vehicle.kernel.post(others.update, name, runs),
             tell=lambda words: vehicle.kernel.post(vehicle.daemon.log.warning, words),
         )
         vehicle.bus.attach(transport)
@@ -215,7 +215,7 @@ def _concerns(vehicle: Vehicle, request: imc.Message) -> bool:
     asked = getattr(request, "entity_name", "") or getattr(request, "name", "")
     if not (isinstance(request, OF_ONE_TASK) and asked):
         return not vehicle.process
-    if vehicle.daemon.answering(asked) is not None:
+    if vehicle.daemon.find_task(asked) is not None:
         return True
     entity = vehicle.entities.find(asked)
     if not vehicle.process and (entity is None or not entity.process):
@@ -231,7 +231,7 @@ def _speaks_for(vehicle: Vehicle, number: int) -> bool:
     return entity is None or vehicle.daemon.reports(entity)
 
 
-def doubts(vehicle: Vehicle, profile: Profile) -> list[Problem]:
+def config_warnings(vehicle: Vehicle, profile: Profile) -> list[Problem]:
     """Warnings of a vehicle's tasks about their parameters in the profile."""
     return [
         Problem("warning", *_origin(profile, section, doubt.option), f"[{section}] {doubt.text}", doubt.hint)
@@ -248,7 +248,7 @@ def _warn_of_unknown(task: Task, section: Section) -> None:
         known = option.name in ("Enabled", *EVERY_TASK) or task.parameter_set.find(option.name) is not None
         if known or not option.history:
             continue
-        if near := misspelled(option.name, task.parameter_set.declarations):
+        if near := corrected_spelling(option.name, task.parameter_set.declarations):
             words = f"{quoted(option.name)} is not a parameter; did you mean {quoted(near)}?"
             task.vehicle.kernel.soon(task.log.warning, f"{_short(option)}: {words}")
         else:

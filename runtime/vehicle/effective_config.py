@@ -11,7 +11,7 @@ from runtime.task import ParameterError, Task
 T = TypeVar("T")
 
 
-class Settings(Protocol):
+class ProfileValues(Protocol):
     """The part of a profile that a running vehicle needs."""
 
     @property
@@ -36,7 +36,7 @@ class Settings(Protocol):
         ...
 
 
-def general_number(profile: Settings, option: str, default: float) -> float:
+def general_number(profile: ProfileValues, option: str, default: float) -> float:
     """A number in section General, `default` if it is missing or empty. Raises ParameterError."""
     text = profile.value("General", option)
     try:
@@ -48,10 +48,10 @@ def general_number(profile: Settings, option: str, default: float) -> float:
     return number
 
 
-class Changes:
+class EffectiveConfig:
     """How the parameters of tasks differ from the profile."""
 
-    def __init__(self, settings: Settings):
+    def __init__(self, settings: ProfileValues):
         self._settings = settings
         self._original: dict[str, dict[str, str]] = {}
         self._effective: dict[str, dict[str, str]] = {}
@@ -113,7 +113,7 @@ class Changes:
         write_sections(path, saved)
 
 
-def assign(task: Task, options: Mapping[str, str]) -> None:
+def set_texts(task: Task, options: Mapping[str, str]) -> None:
     """Set parameters from ini texts, by ini name; unknown names are ignored. Raises ParameterError."""
     for name, text in options.items():
         parameter = task.parameter_set.find(name)
@@ -125,7 +125,7 @@ def assign(task: Task, options: Mapping[str, str]) -> None:
             raise ParameterError(name, str(error)) from None
 
 
-def give(task: Task, values: Mapping[str, Any]) -> None:
+def set_values(task: Task, values: Mapping[str, Any]) -> None:
     """Set parameters by attribute. Raises ParameterError."""
     for attribute, value in values.items():
         parameter = next((p for p in task.parameters().values() if p.attribute == attribute), None)

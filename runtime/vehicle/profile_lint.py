@@ -4,19 +4,19 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import imc
-from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, items, parse_address
+from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, parse_address, split_list
 from runtime.task import Parameter, SharedOption, Task, find_parameter, listing_options, shared_options
-from runtime.vehicle.task_registry import misspelled_task, nearest_task, section_name, why_missing
+from runtime.vehicle.task_registry import missing_task_reason, misspelled_task, nearest_task, section_name
 from runtime.zenoh import ZenohConfig
 from support.diagnostics import Origin, Problem, ProfileError, Severity
-from support.text import misspelled, nearest, quoted, suggestion
+from support.text import corrected_spelling, nearest_word, quoted, suggestion
 
 DAEMON = "Daemon"
 
 _OCTAL = re.compile(r"[+-]?0[0-7]+")
 
 
-def check(
+def check_profile(
     profile: Profile,
     tasks: Mapping[str, type[Task]],
     selected: Iterable[str] | None = None,
@@ -83,7 +83,7 @@ class _Checker:
         for option in self._config.options("General"):
             if option.name in dune.GENERAL:
                 continue
-            near = misspelled(option.name, dune.GENERAL)
+            near = corrected_spelling(option.name, dune.GENERAL)
             severity: Severity = "warning" if near else "note"
             hint = f"did you mean {quoted(near)}?" if near else ""
             self._say(severity, option.origin, f"[General] unknown option {quoted(option.name)}", hint)
@@ -94,7 +94,7 @@ class _Checker:
                 self._say("error", option.origin, found)
             else:
                 self._check_heard(option, found.hear or ())
-                if absent := found.absent():
+                if absent := found.missing_interface():
                     self._say("warning", option.origin, absent)
 
     def _check_heard(self, option: Option, names: tuple[str, ...]) -> None:
@@ -106,7 +106,7 @@ class _Checker:
             return  # told already
         known = [kind.abbrev for kind in schema.types_by_id.values()]
         for name in [name for name in names if name not in known]:
-            hint = f"did you mean {quoted(near)}?" if (near := misspelled(name, known)) else ""
+            hint = f"did you mean {quoted(near)}?" if (near := corrected_spelling(name, known)) else ""
             self._say("warning", option.origin, f"[Zenoh] Hear: there is no message {quoted(name)}", hint)
 
     def _check_addresses(self) -> None:
@@ -129,7 +129,7 @@ class _Checker:
 
     def _check_section(self, section: Section) -> None:
         self._check_repetitions(section)
-        runs = not {ALWAYS, *self._profile.modes}.isdisjoint(items(section.value("Enabled")))
+        runs = not {ALWAYS, *self._profile.modes}.isdisjoint(split_list(section.value("Enabled")))
         meant = runs or "Enabled" not in section.options
         find = self._find_task if meant else _lookup(self._tasks)  # what is switched off is not imported
         try:
@@ -191,11 +191,11 @@ class _Checker:
             return
         near = nearest_task(base, [*self._tasks, *dune.TASKS]) or misspelled_task(base)
         meant = runs or (dot and "Enabled" not in section.options)
-        hint = f"did you mean [{near}]?" if near else why_missing(base) if meant else ""
+        hint = f"did you mean [{near}]?" if near else missing_task_reason(base) if meant else ""
         if base in dune.TASKS:
             self._say("note", section.origin, f"[{name}] is a task of DUNE that is not available in Shoal")
         elif "Enabled" not in section.options and (":" in name or not dot):
-            if near := nearest(name, () if dot else dune.DATA_SECTIONS):
+            if near := nearest_word(name, () if dot else dune.DATA_SECTIONS):
                 self._say("warning", section.origin, f"nothing reads [{name}]", f"did you mean [{near}]?")
         elif runs or near or "Enabled" not in section.options or not dot:
             self._say("error" if runs else "warning", section.origin, f"[{name}] is not a task", hint)
@@ -203,7 +203,7 @@ class _Checker:
     def _check_shared(self, section: Section, known: Mapping[str, SharedOption]) -> None:
         for option in section.options.values() if known else ():
             if option.name not in known and option.history:
-                near = misspelled(option.name, known)
+                near = corrected_spelling(option.name, known)
                 text = f"[{section.name}] nothing reads {quoted(option.name)}"
                 hint = f"did you mean {quoted(near)}?" if near else f"shoal explain lists those of {section.name}"
                 self._say("warning", option.origin, text, hint)
@@ -211,23 +211,23 @@ class _Checker:
     def _check_listed(self, section: Section) -> None:
         own = section.name.partition("/")[2]
         for place, name in listing_options(self._tasks.values(), section.name):
-            if own not in items(self._config.value(place, name)):
+            if own not in split_list(self._config.value(place, name)):
                 hint = f"write {quoted(own)} in {name} of [{place}]"
                 self._say("warning", section.origin, f"nothing reads [{section.name}]", hint)
 
     def _check_multiplexer(self, section: Section) -> None:
-        tasks = ", ".join(dict.fromkeys(name for name, _ in dune.multiplexed("Enabled")))
+        tasks = ", ".join(dict.fromkeys(name for name, _ in dune.multiplexer_targets("Enabled")))
         self._say("note", section.origin, f"[{section.name}] stands for a section of each of its maneuvers: {tasks}")
         enabled = section.options.get("Enabled")
         for option in section.options.values():
-            for name, _ in dune.multiplexed(option.name):
+            for name, _ in dune.multiplexer_targets(option.name):
                 own = self._config.option(name, "Enabled")
                 if own and enabled and enabled is not option and own.origin != enabled.origin:
                     text = f"[{section.name}] {quoted(option.name)} has no effect: [{name}] has its own Enabled"
                     self._say("warning", option.origin, text, f"set it in [{name}]")
             kind = option.name.removeprefix(f"{dune.LABEL} -- ").partition(" -- ")[0]
             if " -- " in option.name and kind not in (*dune.MULTIPLEXED, *dune.FOR_AIRCRAFT):
-                near = misspelled(kind, dune.MULTIPLEXED)
+                near = corrected_spelling(kind, dune.MULTIPLEXED)
                 text = f"[{section.name}] {quoted(option.name)}: {quoted(kind)} is not one of its maneuvers"
                 self._say("warning", option.origin, text, f"did you mean {quoted(near)}?" if near else "")
 
@@ -260,7 +260,7 @@ class _Checker:
         names = ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)]
         others: list[Option] = []
         for option in options:
-            near = misspelled(option.name, names)
+            near = corrected_spelling(option.name, names)
             text = f"[{section.name}] {quoted(option.name)} is not a parameter of {task}"
             if near.casefold() == option.name.casefold():
                 text += ": the letter case differs"
@@ -282,7 +282,7 @@ class _Checker:
         except ValueError as error:
             self._say("error", option.origin, f"{where}: {error}", _correction(parameter, text))
             return
-        if surplus := parameter.surplus(text).strip():
+        if surplus := parameter.ignored_suffix(text).strip():
             unit = parameter.unit if parameter.unit not in ("", "1") else ""
             hint = f"write the number alone; it is in {unit}" if unit else "write the number alone"
             if surplus.startswith(","):
@@ -292,7 +292,7 @@ class _Checker:
         for octal in filter(_OCTAL.fullmatch, words if parameter.type is int else []):
             text = f"{where}: {octal} begins with 0 and is read as octal: {int(octal, 8)}"
             self._say("warning", option.origin, text, "write it without the 0")
-        for doubt in parameter.doubts(text):
+        for doubt in parameter.warnings(text):
             self._say("warning", option.origin, f"{where}: {doubt}")
         if parameter.is_list and parameter.type is str and option.value and "" in words:
             self._say("warning", option.origin, f"{where}: an item of the list is empty", "remove the extra comma")
@@ -327,6 +327,6 @@ def _lookup(tasks: Mapping[str, type[Task]]) -> Callable[[str], type[Task] | Non
 def _correction(parameter: Parameter, text: str) -> str:
     if parameter.type is bool:
         return "write true or false"
-    if parameter.choices and (near := nearest(text, map(str, parameter.choices))):
+    if parameter.choices and (near := nearest_word(text, map(str, parameter.choices))):
         return f"did you mean {quoted(near)}?"
     return f"the default is {parameter.format(parameter.default)}" if parameter.default not in ("", []) else ""

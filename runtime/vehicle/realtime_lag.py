@@ -16,7 +16,7 @@ STEP = 0.5  # s, least step of the system time that is told; a busy computer may
 HUNG = 10.0  # s of real time in offloaded work, after which it is named
 
 
-class Pace:
+class RealtimeLag:
     """The pace of a vehicle whose clock follows real time; `look` is called about once a second of its time.
 
     `speed` is what the clock reached in the last window, in seconds of the vehicle per second of real time, `merged`
@@ -35,7 +35,7 @@ class Pace:
         self._named: set[str] = set()
         self._offset = self._system_time()
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Measure, and warn in the log book."""
         self._look_at_system_time()
         self._look_at_workers()
@@ -103,7 +103,7 @@ class Pace:
         return time.time_ns() - self._vehicle.kernel.clock.read() if self.wanted == 1.0 else 0
 
     def _look_at_workers(self) -> None:
-        for title, seconds in self._vehicle.worker.doing():
+        for title, seconds in self._vehicle.worker.current_work():
             if seconds > HUNG and title not in self._named:
                 self._named.add(title)
                 self._vehicle.daemon.log.warning(f"offloaded work has not returned for {seconds:.0f} s: {title}")

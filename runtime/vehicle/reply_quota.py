@@ -1,7 +1,7 @@
 """How many replies each asker gets, so that nobody keeps a vehicle busy with questions."""
 
 from imc.addresses import UNKNOWN_SYSTEM
-from runtime.bus import Excess
+from runtime.bus import DropCounter
 
 RATE, BURST = 200.0, 400.0  # replies to one asker: per second, at once
 RATE_OF_ALL, BURST_OF_ALL = 400.0, 1200.0
@@ -9,17 +9,17 @@ MOST_ASKERS = 64
 ALL = UNKNOWN_SYSTEM  # all askers together
 
 
-class Allowance:
+class ReplyQuota:
     """Counts replies by asker (IMC id); `refused` counts the requests that got none.
 
     Askers share an allowance (ALL), too, because anybody can ask in many names.
     """
 
     def __init__(self) -> None:
-        self.refused = Excess()
+        self.refused = DropCounter()
         self._left: dict[int, tuple[float, float]] = {}
 
-    def spend(self, asker: int, replies: int, now: float) -> bool:
+    def try_acquire(self, asker: int, replies: int, now: float) -> bool:
         """Whether an asker may have this many replies now (s); a request for more than BURST takes all of it."""
         own = self._balance(asker, now, RATE, BURST)
         everybody = self._balance(ALL, now, RATE_OF_ALL, BURST_OF_ALL)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 STARTING_TIME = 20.0  # s until a process that does not appear has failed
 
 
-class Processes:
+class SiblingProcesses:
     """Keeps the entities of the vehicle's other processes in the main one's table.
 
     While a process runs it reports their states itself; when it has ended, they are in FAILURE. Call `note` from the
@@ -33,7 +33,7 @@ class Processes:
         """Those of one other process, or of all."""
         return [e for e in self._vehicle.entities if e.process and process in ("", e.process)]
 
-    def note(self, process: str, runs: bool) -> None:
+    def update(self, process: str, runs: bool) -> None:
         """A process has appeared, or gone; when the vehicle ends, all go."""
         if runs == (process in self.running) or self._vehicle.stopped or self._vehicle.closing:
             return
@@ -69,4 +69,4 @@ class Processes:
         process = next((e.process for e in self.entities() if e.component == info.component), "")
         entities = self._vehicle.entities
         if process and entities.by_id(info.id) is None and entities.adopt(info.id, info.label, info.component, process):
-            self._vehicle.daemon.tell_entities()
+            self._vehicle.daemon.publish_entities()

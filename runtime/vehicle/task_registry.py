@@ -13,7 +13,7 @@ from types import ModuleType
 
 from runtime.profile import dune
 from runtime.task import Task, one_line
-from support.text import misspelled, nearest, printable, quoted
+from support.text import corrected_spelling, nearest_word, printable, quoted
 
 OWN = "tasks"
 PACKAGES = ("imc", "mavlink", "runtime", "shoal", "support", "world")  # of Shoal, besides that of its tasks
@@ -25,7 +25,7 @@ class TaskImportError(ImportError):
     """The module of a section exists but cannot be imported, or the declaration of its task is invalid."""
 
 
-def search_code(folder: Path) -> list[str]:
+def add_task_folder(folder: Path) -> list[str]:
     """Search a folder for a user's tasks, after Shoal's: its modules, and its folder `tasks` by path.
 
     Returns what cannot be found there, because Shoal has the same name.
@@ -41,7 +41,7 @@ def search_code(folder: Path) -> list[str]:
     clashes = _other_sources(folder) if (folder / MARK).is_file() else _clashes(folder)
     if (folder / OWN).is_dir():
         _extend(package, folder / OWN)
-        own_tasks.cache_clear()
+        task_modules.cache_clear()
     return clashes
 
 
@@ -53,7 +53,7 @@ def _clashes(folder: Path) -> list[str]:
         for path in (folder / name, folder / f"{name}.py")
         if path.is_file() or any(path.glob("*.py"))
     ]
-    before = own_tasks()
+    before = task_modules()
     for module, file in _modules(folder / OWN, OWN):
         short = _section_key(module)
         if short in before:
@@ -87,7 +87,7 @@ def _extend(package: ModuleType, folder: Path) -> None:
 
 
 @cache
-def own_tasks() -> dict[str, str]:
+def task_modules() -> dict[str, str]:
     """The modules in folders `tasks`, at any depth, by the section's name in lower case; Shoal's come first."""
     folder = importlib.util.find_spec(OWN)
     found: dict[str, str] = {}
@@ -118,7 +118,7 @@ def find_task(section: str) -> type[Task] | None:
     return found
 
 
-def why_missing(section: str) -> str:
+def missing_task_reason(section: str) -> str:
     """Why `find_task` finds nothing for a section: a spelling mistake, or what is wrong with its module or class."""
     if near := misspelled_task(section):
         return f"did you mean [{near}]?"
@@ -135,7 +135,7 @@ def why_missing(section: str) -> str:
         for name, value in vars(sys.modules[module]).items()
         if isinstance(value, type) and issubclass(value, Task) and value is not Task
     ]
-    near = nearest(cls_name, tasks)
+    near = nearest_word(cls_name, tasks)
     hint = f"; did you mean {near}?" if near else f"; it has {', '.join(tasks)}" if tasks else ""
     return f"{file} has no class {cls_name}{hint}"
 
@@ -144,7 +144,7 @@ def _no_module(names: list[str]) -> str:
     """Where the task of a section, by the parts of its name, was searched for; or the name that it has to have."""
     inside = names[0].lower() == OWN
     path = names[inside:]
-    if inside and len(path) > 2 and ".".join(path[:-1]).replace("_", "").lower() in own_tasks():
+    if inside and len(path) > 2 and ".".join(path[:-1]).replace("_", "").lower() in task_modules():
         del path[-2]  # the module, as Python names a class
     if len(path) < 2:
         inside, path = True, ["Mine", *path]
@@ -162,14 +162,14 @@ def nearest_task(name: str, known: Collection[str]) -> str:
     """
     group, dot, rest = name.casefold().partition(".")
     inside = {task.partition(".")[2]: task for task in known if not dot or task.casefold().startswith(f"{group}.")}
-    return inside.get(misspelled(rest or group, inside), "") if inside else misspelled(name, known)
+    return inside.get(corrected_spelling(rest or group, inside), "") if inside else corrected_spelling(name, known)
 
 
 def misspelled_task(section: str) -> str:
     """The name of the task, of Shoal, the user or DUNE, that a section almost has; empty if it is not close to any."""
     name = section.partition("/")[0]
-    near = nearest_task(name, [*own_tasks(), *dune.TASKS]) if name.lower() not in own_tasks() else ""
-    if (module := own_tasks().get(near)) is None:
+    near = nearest_task(name, [*task_modules(), *dune.TASKS]) if name.lower() not in task_modules() else ""
+    if (module := task_modules().get(near)) is None:
         return near
     wanted = near.rpartition(".")[2]
     try:
@@ -183,7 +183,7 @@ def _module_of(section: str) -> tuple[str, str]:
     """The module of a section, empty if there is none, and the name of the class in it."""
     name = section.partition("/")[0]
     path, _, cls_name = name.rpartition(".")
-    module = own_tasks().get(name.lower())
+    module = task_modules().get(name.lower())
     if module is None and path and all(part.isidentifier() for part in name.split(".")):
         try:
             module = path if _exists(path) else None
@@ -205,7 +205,7 @@ def all_tasks(broken: list[TaskImportError] | None = None) -> dict[str, type[Tas
     Failed imports are added to `broken`; without it TaskImportError is raised.
     """
     found: dict[str, type[Task]] = {}
-    for module in own_tasks().values():
+    for module in task_modules().values():
         wanted = module.rpartition(".")[2].replace("_", "")
         group = section_group(module)
         try:

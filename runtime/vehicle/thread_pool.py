@@ -9,7 +9,7 @@ THREADS = 2
 Work = tuple[str, Callable[[], object]]
 
 
-class Workers:
+class WorkerThreads:
     """Two threads that do what is submitted, in its order."""
 
     def __init__(self, name: str):
@@ -28,7 +28,7 @@ class Workers:
                 self._threads[-1].start()
         self._queue.put((title, work))
 
-    def doing(self) -> list[tuple[str, float]]:
+    def current_work(self) -> list[tuple[str, float]]:
         """What is being done, and for how long (s)."""
         now = time.monotonic()
         return [(item[0], now - item[1]) for item in list(self._doing) if item is not None]
@@ -42,7 +42,7 @@ class Workers:
         end = time.monotonic() + patience
         for thread in self._threads:
             thread.join(max(0.0, end - time.monotonic()))
-        return [title for title, _ in self.doing()]
+        return [title for title, _ in self.current_work()]
 
     def _run(self, number: int) -> None:
         while (item := self._queue.get()) is not None:

@@ -10,8 +10,8 @@ from collections.abc import Callable, Collection, Mapping
 import imc
 from imc.addresses import ANNOUNCED, BROADCAST, OPERATORS, UNKNOWN_SYSTEM
 from imc.layout import LITTLE_ENDIAN
-from runtime.zenoh.key_expressions import ALL_SYSTEMS, HEARD, chunk
-from runtime.zenoh.presence import Part
+from runtime.zenoh.key_expressions import ALL_SYSTEMS, HEARD, key_chunk
+from runtime.zenoh.presence import ProcessPart
 
 TO_ALL = UNKNOWN_SYSTEM, ANNOUNCED, BROADCAST
 OBEYED_FROM_ALL = {imc.Abort.ID: "an Abort", imc.MessagePart.ID: "a part of a message, which may be a command,"}
@@ -21,7 +21,7 @@ MOST_KEYS = 4096
 LITTLE, BIG = (struct.Struct(order + "2xH10xHxH").unpack_from for order in "<>")  # id, source, destination
 
 
-class Gate:
+class PacketAuthorizer:
     """The rules of one process of a vehicle, `part`.
 
     `vehicles` are the names of other vehicles that access control lets in; `ids` gives the ids of those that run, by
@@ -31,7 +31,7 @@ class Gate:
 
     def __init__(
         self,
-        part: Part,
+        part: ProcessPart,
         vehicles: Collection[str],
         ids: Callable[[], Mapping[str, frozenset[int]]],
         system_name: Callable[[int], str],
@@ -39,16 +39,16 @@ class Gate:
         system_id: Callable[[str], int | None] = lambda _: None,
     ) -> None:
         self._system = part.system
-        self._name = chunk(part.vehicle)
+        self._name = key_chunk(part.vehicle)
         self._commanded = {self._name, f"0x{part.system:04X}", ALL_SYSTEMS}
-        self._listed = {chunk(name) for name in vehicles} - {self._name}
+        self._listed = {key_chunk(name) for name in vehicles} - {self._name}
         self._ids = ids
         self._system_name = system_name
         self._is_sibling = is_sibling
         self._system_id = system_id
         self._places: dict[str, tuple[str, str]] = {}
 
-    def objection(self, key: str, packet: bytes, session: str) -> str:
+    def reject_reason(self, key: str, packet: bytes, session: str) -> str:
         """Why a packet (SMALLEST_PACKET or longer) of a session must not arrive from this key; "" if it may."""
         name, way = self._places.get(key) or self._place(key)
         kind, source, destination = (LITTLE if packet[0] == LITTLE_ENDIAN else BIG)(packet)
@@ -74,7 +74,7 @@ class Gate:
             return f"of 0x{source:04X}, which is not {name}"
         if is_listed:
             owner = self._system_name(source)  # by the profile: the ids of a token are what the vehicle says itself
-            if source in OPERATORS or (owner != name and chunk(owner) not in (name, f"0x{source:04X}")):
+            if source in OPERATORS or (owner != name and key_chunk(owner) not in (name, f"0x{source:04X}")):
                 return f"of {owner}, which is not {name}"
         is_vehicle = is_listed or is_known or (ids and source not in OPERATORS)
         if is_vehicle and kind in OBEYED_FROM_ALL and destination in TO_ALL:

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import msgspec
 
 from runtime.bus import Frame
-from runtime.zenoh.config import LONGEST_FRAME, explain
-from runtime.zenoh.error_counter import FaultCounter
-from runtime.zenoh.key_expressions import PREFIX, chunk
-from runtime.zenoh.session_factory import ADVICE, lockable
+from runtime.zenoh.config import LONGEST_FRAME, error_text
+from runtime.zenoh.error_counter import ErrorCounter
+from runtime.zenoh.key_expressions import PREFIX, key_chunk
+from runtime.zenoh.session_factory import ADVICE, lockable_memory
 
 if TYPE_CHECKING:
     import zenoh
@@ -30,7 +30,7 @@ ENDING = 0.5  # s
 Pixels = Annotated[int, msgspec.Meta(ge=1, le=65535)]
 
 
-class Head(msgspec.Struct):
+class FrameHeader(msgspec.Struct):
     """A frame without its pixels."""
 
     time: float
@@ -41,16 +41,16 @@ class Head(msgspec.Struct):
     info: dict[str, float]
 
 
-class Frames:
+class ZenohFrames:
     """Sends the frames of one process to others that want them, and takes theirs; the oldest are dropped.
 
     `is_sibling` says of a session (zenoh id) whether it runs another part of the vehicle: frames of others are refused.
     """
 
     def __init__(self, vehicle: str, is_sibling: Callable[[str], bool], tell: Callable[[str], None]) -> None:
-        self.strange = FaultCounter("that should be frames of this vehicle were dropped", tell)
-        self.unsent = FaultCounter("that are frames could not be sent", tell)
-        self._place = f"{PREFIX}/{chunk(vehicle)}/@frame"
+        self.malformed = ErrorCounter("that should be frames of this vehicle were dropped", tell)
+        self.unsent = ErrorCounter("that are frames could not be sent", tell)
+        self._place = f"{PREFIX}/{key_chunk(vehicle)}/@frame"
         self._is_sibling = is_sibling
         self._session: zenoh.Session | None = None
         self._publishers: dict[str, Any] = {}
@@ -108,7 +108,7 @@ class Frames:
         import zenoh
 
         return session.declare_publisher(
-            f"{self._place}/{chunk(camera)}",
+            f"{self._place}/{key_chunk(camera)}",
             congestion_control=zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.DATA_LOW,
         )
@@ -123,7 +123,7 @@ class Frames:
 
         while (frame := self._waiting.get()) is not None:
             height, width, _ = frame.image.shape
-            head = Head(frame.time, frame.camera, frame.index, height, width, frame.info)
+            head = FrameHeader(frame.time, frame.camera, frame.index, height, width, frame.info)
             try:
                 pixels = self._in_shared_memory(frame.image.tobytes())
                 publisher = self._publishers[frame.camera]
@@ -150,9 +150,9 @@ class Frames:
                 pool = zenoh.shm.ShmProvider.default_backend(cast(Any, len(pixels) * POOL))
             except zenoh.ZError as error:
                 self._shares, pool = False, None
-                needed = f"{len(pixels) * POOL / 2**20:.3g} MB are needed, and {lockable()}"
+                needed = f"{len(pixels) * POOL / 2**20:.3g} MB are needed, and {lockable_memory()}"
                 words = "frames go to other processes without shared memory, which is slower"
-                self._tell(f"{words}: {needed}; {ADVICE} [{explain(error)}]")
+                self._tell(f"{words}: {needed}; {ADVICE} [{error_text(error)}]")
             self._pool = len(pixels), pool
         if pool is None or self._pool[0] < len(pixels):
             return pixels
@@ -181,12 +181,12 @@ class Frames:
         try:
             if source is None or sample.attachment is None or not self._is_sibling(str(source.source_id.zid)):
                 raise ValueError("not of a process of the vehicle")
-            head = msgspec.msgpack.decode(sample.attachment.to_bytes(), type=Head)
+            head = msgspec.msgpack.decode(sample.attachment.to_bytes(), type=FrameHeader)
             import numpy as np  # slow to import, and most sessions carry no frames
 
             pixels = np.frombuffer(sample.payload.to_bytes(), np.uint8)
             image = pixels.reshape(head.height, head.width, 4)
             return Frame(head.time, head.camera, head.index, image, head.info)
         except ValueError as error:  # msgspec's errors are ValueErrors, too
-            self.strange.count(f"{sample.key_expr}: {error}")
+            self.malformed.count(f"{sample.key_expr}: {error}")
             return None

@@ -10,7 +10,7 @@ REPORT_PERIOD = 10.0  # s
 logger = logging.getLogger("shoal.zenoh")
 
 
-class FaultCounter:
+class ErrorCounter:
     """Counts one kind of fault; reports the first one, then at most once in REPORT_PERIOD seconds."""
 
     def __init__(self, what: str, report: Callable[[str], None] = logger.warning) -> None:
@@ -28,9 +28,9 @@ class FaultCounter:
             if now < self._next:
                 return
             self._next = now + REPORT_PERIOD
-        self.tell(detail)
+        self.report(detail)
 
-    def tell(self, detail: object) -> None:
+    def report(self, detail: object) -> None:
         """Report what has not been reported yet."""
         if text := self._untold():
             self._report(f"{text}; {detail}")

@@ -25,7 +25,7 @@ POSSIBLE = hasattr(socket, "TCP_USER_TIMEOUT") and os.path.isdir(SOCKETS)
 End = tuple[str, int]
 
 
-class Silence:
+class LinkTimeout:
     """Sets the limit at each link of the watched sessions that leads beyond this computer."""
 
     def __init__(self) -> None:
@@ -52,10 +52,10 @@ class Silence:
             links = {link for session in list(self._sessions) for link in _links(session)}
             self._limited &= links
             if links - self._limited:
-                self._limited |= limit(links - self._limited)
+                self._limited |= set_timeout(links - self._limited)
 
 
-def limit(links: set[tuple[End, End]]) -> set[tuple[End, End]]:
+def set_timeout(links: set[tuple[End, End]]) -> set[tuple[End, End]]:
     """Set the limit at the sockets of this process between these ends; returns those that have it."""
     found: set[tuple[End, End]] = set()
     for name in os.listdir(SOCKETS):

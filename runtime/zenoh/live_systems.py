@@ -12,7 +12,7 @@ EVERYBODY = f"{PREFIX}/*/@alive/*/*"
 MOST_TOKENS = 4096
 
 
-class Residents:
+class LiveSystems:
     """The vehicles of which a process runs on the bus: their ids, and these by the names in their keys."""
 
     def __init__(self) -> None:

@@ -15,11 +15,11 @@ import imc
 from imc.addresses import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
 from imc.layout import LARGEST_PACKET
 from runtime.bus import Request
-from runtime.zenoh.key_expressions import PREFIX, chunk, query_key
-from runtime.zenoh.last_value_cache import Answer, LastMessages
-from runtime.zenoh.presence import Part
+from runtime.zenoh.key_expressions import PREFIX, key_chunk, query_key
+from runtime.zenoh.last_value_cache import CachedPacket, LastValueCache
+from runtime.zenoh.presence import ProcessPart
 from runtime.zenoh.publishers import ENCODING
-from runtime.zenoh.reliable_queue import Outbox
+from runtime.zenoh.reliable_queue import ReliableQueue
 
 if TYPE_CHECKING:
     import zenoh
@@ -80,7 +80,7 @@ class _Open:
         return all(getattr(other, name, "") == getattr(self.request, name, "") for name in (*IDENTITY, "op"))
 
 
-class Answers:
+class Queryables:
     """Answers queries for what a session has published, and for replies to requests.
 
     `last` has the last packets. `part` is the vehicle of the session, None for a relay. `take` gets the packets of
@@ -94,23 +94,23 @@ class Answers:
     def __init__(
         self,
         session: "zenoh.Session",
-        part: Part | None,
-        outbox: Outbox,
-        last: LastMessages,
+        part: ProcessPart | None,
+        outbox: ReliableQueue,
+        last: LastValueCache,
         take: Callable[[bytes], object],
         concerns: Callable[[imc.Message], bool],
     ) -> None:
         import zenoh
 
         self._part = part
-        self._outbox = outbox
+        self._reliable_queue = outbox
         self._last = last
         self._take = take
         self._concerns = concerns
         self._open: dict[int, list[_Open]] = {}  # by source
         self._handling: _Open | None = None
         self._lock = threading.Lock()
-        expression = f"{PREFIX}/{'*' if part is None else chunk(part.vehicle)}/@q/**"
+        expression = f"{PREFIX}/{'*' if part is None else key_chunk(part.vehicle)}/@q/**"
         # Not indirect: that is a thread for which an interpreter waits at its end.
         handler = zenoh.handlers.Callback(self._answer, indirect=False)
         self._queryable: Any = cast(Any, session.declare_queryable)(expression, handler)
@@ -120,7 +120,7 @@ class Answers:
         """Whether handlers of a request run now."""
         return self._handling is not None
 
-    def remark(self, entry: imc.LogBookEntry) -> None:
+    def note_log_entry(self, entry: imc.LogBookEntry) -> None:
         """Note what is logged while a request is handled; called from the kernel's thread, as `reply`."""
         if self._handling is not None and entry.type in BAD:
             self._handling.remarks.append(entry.text)
@@ -249,15 +249,15 @@ class Answers:
 
     def _reply(self, one: _Open, packet: bytes) -> None:
         place = str(one.query.key_expr) if self._part is None else query_key(one.name, self._part.vehicle)
-        self._send(one.query, {place: Answer(packet)})
+        self._send(one.query, {place: CachedPacket(packet)})
 
-    def _send(self, query: "zenoh.Query", answers: Mapping[str, Answer]) -> None:
+    def _send(self, query: "zenoh.Query", answers: Mapping[str, CachedPacket]) -> None:
         def send() -> None:
             for place, (packet, stamp) in answers.items():
                 cast(Any, query).reply(place, packet, encoding=ENCODING, timestamp=stamp)
             cast(Any, query).drop()
 
-        self._outbox.put(f"reply to {query.key_expr}", send)
+        self._reliable_queue.put(f"reply to {query.key_expr}", send)
 
     def _decline(self, query: "zenoh.Query", why: str) -> None:
         """Refuse what no process of the vehicle answers; one of them says so."""
@@ -269,7 +269,7 @@ class Answers:
             cast(Any, query).reply_err(why)
             cast(Any, query).drop()  # else the other side waits for more
 
-        self._outbox.put(f"refusal: {why}", send)
+        self._reliable_queue.put(f"refusal: {why}", send)
 
 
 def _asks(kind: type[imc.Message]) -> bool:

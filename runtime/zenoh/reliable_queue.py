@@ -4,7 +4,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from runtime.zenoh.error_counter import FaultCounter
+from runtime.zenoh.error_counter import ErrorCounter
 
 MOST_WAITING = 256
 PATIENCE = 0.5  # s to send what waits when the bus is left
@@ -12,13 +12,13 @@ PATIENCE = 0.5  # s to send what waits when the bus is left
 Send = Callable[[], object]
 
 
-class Outbox:
+class ReliableQueue:
     """A bounded queue of things to send, in order, and the thread that sends them.
 
     What does not fit is counted in `unsent`, as what zenoh refuses.
     """
 
-    def __init__(self, unsent: FaultCounter) -> None:
+    def __init__(self, unsent: ErrorCounter) -> None:
         self._unsent = unsent
         self._waiting: deque[tuple[str, Send]] = deque()
         self._changed = threading.Condition()

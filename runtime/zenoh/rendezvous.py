@@ -8,8 +8,8 @@ import socket
 import threading
 from typing import TYPE_CHECKING, Any, cast
 
-from runtime.zenoh.config import ZenohConfig, explain, insert, is_loopback
-from runtime.zenoh.session_factory import Opener
+from runtime.zenoh.config import ZenohConfig, error_text, is_loopback, set_option
+from runtime.zenoh.session_factory import SessionFactory
 
 if TYPE_CHECKING:
     import zenoh
@@ -19,16 +19,16 @@ PERIOD = 0.5  # s
 logger = logging.getLogger("shoal.zenoh")
 
 
-class MeetingPoint:
+class Rendezvous:
     """Listens at the fixed endpoints of a configuration as soon as no other process does.
 
     It has its own zenoh sessions, because zenoh can neither start to listen in an open session, nor close a session
     that waits for a port. They serve the clients that connect there.
     """
 
-    def __init__(self, config: ZenohConfig, opener: Opener) -> None:
+    def __init__(self, config: ZenohConfig, opener: SessionFactory) -> None:
         self._config = config
-        self._opener = opener
+        self._session_factory = opener
         self._wanted: list[str] = []
         self._sessions: list[zenoh.Session] = []
         self._closing = threading.Event()
@@ -59,26 +59,26 @@ class MeetingPoint:
     def _listen(self) -> None:
         import zenoh
 
-        free = [endpoint for endpoint in self._wanted if not is_held(endpoint)]
+        free = [endpoint for endpoint in self._wanted if not is_in_use(endpoint)]
         if not free:
             return
         config = self._config.build().config
-        insert(config, "id", None)  # an id in the configuration file is that of the session of packets
-        insert(config, "listen/endpoints", free)
+        set_option(config, "id", None)  # an id in the configuration file is that of the session of packets
+        set_option(config, "listen/endpoints", free)
         if not all(map(is_loopback, free)):
-            insert(config, "mode", "router")  # a peer passes nothing on to the peers of other computers
-        insert(config, "connect/endpoints", [])
-        insert(config, "open/return_conditions/connect_scouted", False)
+            set_option(config, "mode", "router")  # a peer passes nothing on to the peers of other computers
+        set_option(config, "connect/endpoints", [])
+        set_option(config, "open/return_conditions/connect_scouted", False)
         try:
-            self._sessions.append(self._opener.open(config))
+            self._sessions.append(self._session_factory.open(config))
         except zenoh.ZError as error:
-            if not any(map(is_held, free)):
-                raise ConnectionError(f"zenoh cannot listen at {', '.join(free)}: {explain(error)}") from None
+            if not any(map(is_in_use, free)):
+                raise ConnectionError(f"zenoh cannot listen at {', '.join(free)}: {error_text(error)}") from None
             return  # another process was faster
         self._wanted = [endpoint for endpoint in self._wanted if endpoint not in free]
 
 
-def is_held(endpoint: str) -> bool:
+def is_in_use(endpoint: str) -> bool:
     """Whether a process listens at an endpoint."""
     protocol, _, rest = endpoint.partition("/")
     host, _, port = re.split(r"[?#]", rest)[0].rpartition(":")

@@ -4,8 +4,8 @@ import contextlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from runtime.zenoh.config import insert
-from runtime.zenoh.link_timeout import Silence
+from runtime.zenoh.config import set_option
+from runtime.zenoh.link_timeout import LinkTimeout
 
 if TYPE_CHECKING:
     import zenoh
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 ADVICE = "raise the limit (LimitMEMLOCK= of a systemd unit, ulimit -l of a shell)"
 
 
-def lockable() -> str:
+def lockable_memory() -> str:
     """How much memory this process may lock, for people."""
     with contextlib.suppress(ImportError):  # there is none on Windows
         import resource
@@ -24,7 +24,7 @@ def lockable() -> str:
     return "the computer gives no shared memory"
 
 
-class Opener:
+class SessionFactory:
     """Opens zenoh sessions; without shared memory if this process may not have any, which it tells once.
 
     Their links to other computers end when those are silent.
@@ -33,7 +33,7 @@ class Opener:
     def __init__(self, tell: Callable[[str], None] = lambda _: None) -> None:
         self.shares = True
         self._tell = tell
-        self._silence = Silence()
+        self._silence = LinkTimeout()
 
     def open(self, config: "zenoh.Config") -> "zenoh.Session":
         """Raises zenoh.ZError."""
@@ -55,6 +55,8 @@ class Opener:
                 if "shm" not in str(error).lower():
                     raise
             self.shares = False
-            self._tell(f"zenoh: no shared memory, since {lockable()}: frames take longer to other processes; {ADVICE}")
-        insert(config, "transport/shared_memory/enabled", False)
+            self._tell(
+                f"zenoh: no shared memory, since {lockable_memory()}: frames take longer to other processes; {ADVICE}"
+            )
+        set_option(config, "transport/shared_memory/enabled", False)
         return zenoh.open(config)

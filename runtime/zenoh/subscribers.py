@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from imc.layout import LARGEST_PACKET, SMALLEST_PACKET
-from runtime.zenoh.authorization import Gate
-from runtime.zenoh.error_counter import FaultCounter
-from runtime.zenoh.key_expressions import PREFIX, chunk, heard, heard_elsewhere
+from runtime.zenoh.authorization import PacketAuthorizer
+from runtime.zenoh.error_counter import ErrorCounter
+from runtime.zenoh.key_expressions import PREFIX, key_chunk, relayed_key, subscription_keys
 from runtime.zenoh.publishers import LATCHED
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class _Last:
     session: str
 
 
-class Arrivals:
+class Subscribers:
     """The subscribers of a session, and the threads that read them.
 
     `receive` gets the packets that `gate` lets pass; None lets all pass.
@@ -44,12 +44,12 @@ class Arrivals:
     def __init__(
         self,
         receive: Callable[[bytes], None],
-        gate: Gate | None,
+        gate: PacketAuthorizer | None,
         tell: Callable[[str], None],
     ) -> None:
-        self.lost = FaultCounter("of other processes were lost on the way", tell)
-        self.oversize = FaultCounter("were too large for a packet and were dropped", tell)
-        self.strange = FaultCounter("of others that may not send them were dropped", tell)
+        self.lost = ErrorCounter("of other processes were lost on the way", tell)
+        self.oversize = ErrorCounter("were too large for a packet and were dropped", tell)
+        self.rejected = ErrorCounter("of others that may not send them were dropped", tell)
         self._receive = receive
         self._gate = gate
         self._last: dict[tuple[zenoh.ZenohId, int], _Last] = {}
@@ -70,15 +70,15 @@ class Arrivals:
         import zenoh.ext
 
         self._own = str(session.info.zid())
-        for_all, commands = heard(vehicle, messages)
-        of_siblings = [] if self._gate is None else [heard_elsewhere(vehicle)]
+        for_all, commands = subscription_keys(vehicle, messages)
+        of_siblings = [] if self._gate is None else [relayed_key(vehicle)]
         for expression in (*for_all, *commands, *of_siblings):
             ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(RING)
             subscriber = session.declare_subscriber(expression, ring, allowed_origin=zenoh.Locality.REMOTE)
             self._subscribers.append(subscriber)
             self._begin(expression, self._read, subscriber.handler)
         for message in LATCHED:
-            whose = "*" if messages is None or message in messages else chunk(vehicle)
+            whose = "*" if messages is None or message in messages else key_chunk(vehicle)
             self._subscribers.append(
                 zenoh.ext.declare_advanced_subscriber(
                     session,
@@ -102,7 +102,7 @@ class Arrivals:
             thread.join(ENDING)
         self._subscribers.clear()
 
-    def arrive(self, sample: "zenoh.Sample") -> None:
+    def receive(self, sample: "zenoh.Sample") -> None:
         """Pass on the packet of a sample, unless it has arrived before, is too large, or not its sender's to send."""
         source, name, place = sample.source_info, "", str(sample.key_expr)
         if source is not None:
@@ -126,8 +126,8 @@ class Arrivals:
             return
         packet = payload.to_bytes()
         gate = self._gate if len(packet) >= SMALLEST_PACKET else None
-        if gate is not None and (why := gate.objection(place, packet, name)):
-            self.strange.count(f"last at {place}: {why}")
+        if gate is not None and (why := gate.reject_reason(place, packet, name)):
+            self.rejected.count(f"last at {place}: {why}")
             return
         if "*" in place and not self._is_new(packet):
             return  # a key with wildcards reaches several subscribers
@@ -163,7 +163,7 @@ class Arrivals:
                 while sample is not None:
                     if self._closed.is_set():
                         return
-                    self.arrive(sample)
+                    self.receive(sample)
                     taken += 1
                     if taken % AT_ONCE == 0:
                         time.sleep(min(LONGEST_PAUSE, time.perf_counter() - began))
@@ -178,8 +178,8 @@ class Arrivals:
     def _read_states(self) -> None:
         """Pass on states that have not arrived otherwise: those published before we joined, and those missed."""
         while (sample := self._states.get()) is not None and not self._closed.wait(SETTLING):
-            self.arrive(sample)
+            self.receive(sample)
             for _ in range(self._states.qsize()):
                 if (sample := self._states.get()) is None:
                     return
-                self.arrive(sample)
+                self.receive(sample)

@@ -10,7 +10,7 @@ from shoal.campaigns.dataset import DataSet
 from shoal.campaigns.jobs import Row, is_finished
 from shoal.campaigns.library import library
 from shoal.campaigns.rates import Rate
-from support.text import hinted
+from support.text import with_suggestion
 
 PASS_RATE = "pass rate"
 _LIMIT = re.compile(r"(.+?)\s*(<=|>=|<|>)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%?)")
@@ -88,7 +88,7 @@ class Comparison:
         name, sign, number, percent = match.groups()
         changes = {change.name: change for change in (self.rate, *self.changes)}
         if name not in changes:
-            raise NotComparable(hinted(f"neither data set has {name!r}", name, changes))
+            raise NotComparable(with_suggestion(f"neither data set has {name!r}", name, changes))
         change, bound = changes[name], float(number)
         if percent:
             bound *= 0.01 if name == PASS_RATE else 0.01 * abs(change.before)

@@ -84,10 +84,10 @@ class LazyGroup(click.Group):
         except OSError as error:
             if error.errno == errno.EPIPE:
                 raise
-            from support.file_errors import of_file
+            from support.file_errors import describe_os_error
             from support.text import printable  # slow to import, and rarely needed
 
-            raise WrongUse(printable(of_file(error))) from None
+            raise WrongUse(printable(describe_os_error(error))) from None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[Any, Any, list[str]]:
         if args and args[0] not in self.table:

@@ -12,7 +12,7 @@ from shoal.cli.campaign_run import FILE, FOLDER, refusals
 from shoal.cli.campaign_search import left_out, state_of
 from shoal.cli.tables import open_console, plain_table
 from shoal.logs.look import number
-from support.file_errors import naming
+from support.file_errors import naming_path
 from support.text import printable
 
 MOST_PAIRS = 10
@@ -27,7 +27,7 @@ def report(folder: Path, out: Path | None) -> None:
         data = open_data_set(folder)
         place = out or folder / "report.html"
         text = campaign_page(data, place.parent)
-        with naming(place):
+        with naming_path(place):
             place.write_text(text, encoding="utf-8")
     click.echo(f"{printable(str(place))}: {state_of(data)}")
     for words in filter(None, (data.progress, left_out(data))):

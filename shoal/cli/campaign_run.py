@@ -45,7 +45,7 @@ from shoal.cli.options import (
 )
 from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
 from shoal.logs.look import number, span
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from support.text import printable
 
 TELL_PERIOD = 30.0  # s between lines in a pipe
@@ -63,7 +63,7 @@ def refusals() -> Generator[None]:
         except ValueError as error:
             raise click.ClickException(printable(str(error))) from None
         except OSError as error:
-            raise click.ClickException(printable(of_file(error))) from None
+            raise click.ClickException(printable(describe_os_error(error))) from None
 
 
 def _parse_shard(_: click.Context, __: click.Parameter, text: str | None) -> Shard:

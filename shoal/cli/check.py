@@ -9,9 +9,9 @@ import click
 from rich.console import Console
 
 from runtime.kernel import WallClock
-from runtime.profile import Profile, available, load_profile
-from runtime.vehicle import TaskImportError, all_tasks, build, doubts, find_task
-from runtime.vehicle import check as find_problems
+from runtime.profile import Profile, available_profiles, load_profile
+from runtime.vehicle import TaskImportError, all_tasks, build, config_warnings, find_task
+from runtime.vehicle import check_profile as find_problems
 from shoal.cli import WRONG_USE
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 from shoal.cli.plain import json_option, of_problem, print_json
@@ -53,7 +53,7 @@ def check(
     for error in broken:
         counts["error"] += 1
         console.print(f"error: {error}", style=STYLES["error"], markup=False)
-    for name in names or sorted(available(config_dir)):
+    for name in names or sorted(available_profiles(config_dir)):
         problems: list[Problem] = []
         try:
             profile = load_profile(name, config_dir, overrides=overrides, strict=False)
@@ -90,7 +90,7 @@ def _misfits(profile: Profile, selections: Iterable[Collection[str]]) -> list[Pr
         try:
             made = build(profile, selected, clock=WallClock())
             try:
-                found += doubts(made.vehicle, profile)
+                found += config_warnings(made.vehicle, profile)
             finally:
                 made.vehicle.close()
             for reason, names in made.skipped.items():

@@ -30,14 +30,16 @@ def guarded(vehicle: Vehicle) -> Generator[Watchdog]:
         with watchdog:
             yield watchdog
     finally:
-        if not watchdog.hasty:  # after a signal the process ends: one of the same stop must not kill it meanwhile
+        if (
+            not watchdog.breaks_handlers
+        ):  # after a signal the process ends: one of the same stop must not kill it meanwhile
             for number, handler in previous.items():
                 signal.signal(number, handler)
 
 
 def leave_after(watchdog: Watchdog, status: int) -> NoReturn:
     """Exit; after a signal without the end of the interpreter, which takes long on a busy computer."""
-    if watchdog.hasty:
+    if watchdog.breaks_handlers:
         with contextlib.suppress(OSError):
             sys.stdout.flush()
             sys.stderr.flush()
@@ -66,7 +68,7 @@ def _stopper(vehicle: Vehicle, watchdog: Watchdog) -> Callable[[int, FrameType |
         asked.append(time.monotonic())
         if len(asked) == 1:
             vehicle.kernel.post(vehicle.stop)
-            watchdog.expect_end(STOPPING_TIME, hasty=True)
+            watchdog.set_deadline(STOPPING_TIME, hasty=True)
         elif asked[-1] - asked[0] > SAME_STOP and signal.Signals(number).name != "SIGHUP":
             _leave("stopped by a second signal")
 

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from runtime.profile import Profile, Section, default_label, dune, load_profile, own_etc
 from runtime.task import Parameter, Task, shared_options
-from runtime.vehicle import Row, TaskImportError, all_tasks, find_task
+from runtime.vehicle import OptionRow, TaskImportError, all_tasks, find_task
 from runtime.vehicle import explain as rows_of
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 from shoal.cli.tables import open_console, plain_table, sentence, task_of
@@ -90,7 +90,7 @@ def _explain_section(console: Console, profile: Profile, section: str) -> None:
     console.print(table)
 
 
-def _mavlink_names(profile: Profile, section: str, rows: Iterable[Row]) -> dict[str, str]:
+def _mavlink_names(profile: Profile, section: str, rows: Iterable[OptionRow]) -> dict[str, str]:
     """By option, the names that ground stations show; none if the vehicle does not speak MAVLink."""
     if not any(name.partition("/")[0] == MAVLINK for name in profile.config.sections):
         return {}
@@ -105,7 +105,7 @@ def _mavlink_names(profile: Profile, section: str, rows: Iterable[Row]) -> dict[
     return {option: names[pair] for option, pair in pairs.items()}
 
 
-def _is_shown(row: Row, parameter: Parameter, section: Section | None) -> bool:
+def _is_shown(row: OptionRow, parameter: Parameter, section: Section | None) -> bool:
     """Whether MAVLink has a parameter, which an attribute in the profile can make editable, or not."""
     option = section.options.get(row.option) if section else None
     editable = option.attributes.get("editable") if option else None

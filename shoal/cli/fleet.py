@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from runtime.zenoh import chunk
+from runtime.zenoh import key_chunk
 from shoal.cli.options import check_log_folder, parse_time, use_code
 from shoal.cli.processes import command
 from shoal.cli.tables import plain_table
@@ -101,7 +101,7 @@ def _run(roster: Roster, duration: float | None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
             signal.signal(number, lambda number, _: ending.append(number))
-    names = [chunk(member.name) for member in roster.members]
+    names = [key_chunk(member.name) for member in roster.members]
     watch = Watch(roster.zenoh)
     display = _Display(roster)
     try:
@@ -161,8 +161,8 @@ class _Display:
     def down(self, alive: set[str], views: dict[str, View], failing: set[str], done: set[str]) -> list[str]:
         """Who is silent, or has run or failed and does not run; not who has not started yet, or has done its work."""
         names = [member.name for member in self._roster.members if member.name not in done]
-        states = {name: self._state(chunk(name), alive, views) for name in names}
-        once = {name for name in names if name in failing or chunk(name) in self._heard}
+        states = {name: self._state(key_chunk(name), alive, views) for name in names}
+        once = {name for name in names if name in failing or key_chunk(name) in self._heard}
         return [name for name, how in states.items() if how == "silent" or (how == "not running" and name in once)]
 
     def end(self, seconds: float, down: list[str], failing: set[str], keeper: Keeper) -> None:
@@ -177,8 +177,8 @@ class _Display:
             self._live.update(self._table(alive, views, keeper), refresh=True)
             return
         members = self._roster.members
-        states = {member.name: self._state(chunk(member.name), alive, views) for member in members}
-        erring = [m.name for m in members if (view := views.get(chunk(m.name))) is not None and view.errors]
+        states = {member.name: self._state(key_chunk(member.name), alive, views) for member in members}
+        erring = [m.name for m in members if (view := views.get(key_chunk(m.name))) is not None and view.errors]
         words = [f"{sum(not state for state in states.values())} of {len(members)} run"]
         for kind in dict.fromkeys(filter(None, states.values())):
             words.append(f"{kind}: {', '.join(name for name, state in states.items() if state == kind)}")
@@ -196,8 +196,8 @@ class _Display:
     def _table(self, alive: set[str], views: dict[str, View], keeper: Keeper) -> Table:
         table = plain_table("vehicle", "mode", "plan", "position", "battery", "errors", "age", right=("errors", "age"))
         for member in self._roster.members:
-            view = views.get(chunk(member.name), View())
-            state = self._state(chunk(member.name), alive, views)
+            view = views.get(key_chunk(member.name), View())
+            state = self._state(key_chunk(member.name), alive, views)
             colour = "red" if state == "not running" else "yellow" if state or view.errors else ""
             age = f"{view.age:.1f} s" if view.age < 1e6 else "-"
             cells = (

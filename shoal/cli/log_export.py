@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeAlias
 import click
 
 import imc
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from runtime.logs import summarize
 from shoal.cli.log_change import TIMES, read_time, split_words
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
@@ -43,7 +43,7 @@ FORMATS = {
     "coco": Format("-coco", False, "shoal.rendering.coco", "export_coco"),
     "tum": Format("-tum", False, "shoal.logs.export.tum", "export_tum"),
 }
-Writer: TypeAlias = Callable[[Source, Path, ReportShare], int]
+Writer: TypeAlias = Callable[[Source, Path, ReportProgress], int]
 """Writes what is selected to a path, reports the bytes read, and returns how many messages or rows it wrote."""
 
 NOUNS = {"mcap": "message", "coco": "picture"}
@@ -172,7 +172,7 @@ def _begins(file: Path, magic: bytes) -> bool:
         return opened.read(len(magic)) == magic
 
 
-def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportShare], list[str]]:
+def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportProgress], list[str]]:
     """What imports a file: by how it begins or, if its beginning is damaged, by its name; a .tlog begins anyhow."""
     if not file.stat().st_size:
         raise ValueError(f"{file}: the file is empty")
@@ -192,7 +192,7 @@ def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportShare], list
     else:
         convert = import_tlog
 
-    def read(path: Path, folder: Path, tell: ReportShare) -> list[str]:
+    def read(path: Path, folder: Path, tell: ReportProgress) -> list[str]:
         done = convert(path, folder, system, tell)
         lost = f"{number(done.lost, 'byte')} of {path} skipped: in no whole record, the first at byte {done.first_lost}"
         return [*([lost] if done.lost else []), *done.notes]

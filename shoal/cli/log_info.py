@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from runtime.logs import PacketCount, Summary, place_of, summarize
+from runtime.logs import LogSummary, PacketCount, run_position, summarize
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, run_at, takes_runs
 from shoal.cli.plain import json_option, of_summary, print_json
 from shoal.cli.tables import open_console, plain_table
@@ -46,14 +46,14 @@ def info(log: Path, entities: bool, as_json: bool) -> None:
         console.print(table)
 
 
-def _facts(summary: Summary, logs: list[Path]) -> list[tuple[str, str]]:
+def _facts(summary: LogSummary, logs: list[Path]) -> list[tuple[str, str]]:
     others = [summary.names.system(src) for src in summary.clocks if src != summary.owner]
     heard = f", also messages from {', '.join(others)}" if others else ""
     packed = f", {size(summary.unpacked)} unpacked" if summary.path.suffix != ".lsf" else ""
     source = summary.schema_source or "built-in, none beside the log"
     if summary.schema_source and len(logs) > 1:  # that of all logs together is a temporary file
         source = str(logs[0] / Path(summary.schema_source).name)
-    place = place_of(logs[0])
+    place = run_position(logs[0])
     if len(logs) > 1:
         facts = [("log", str(logs[0])), *(("", str(log)) for log in logs[1:])]
     else:

@@ -13,11 +13,11 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 import imc
-from imc.lsf import Spread
-from runtime.logs import UnknownName, logs_of_run, missing_logs
+from imc.lsf import ParallelMap
+from runtime.logs import UnknownNameError, logs_of_run, missing_logs
 from shoal.logs.whole_run import as_one, newest_log
 from support.diagnostics import ProfileError
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from support.text import printable
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -77,10 +77,10 @@ def refusals() -> Generator[None]:
         raise click.ClickException(printable(f"the definitions of the log are bad: {error}; {hint}")) from None
     except ProfileError as error:  # each on a line of its own
         raise click.ClickException("\n".join(printable(str(problem)) for problem in error.problems)) from None
-    except (UnknownName, ValueError) as error:
+    except (UnknownNameError, ValueError) as error:
         raise click.ClickException(printable(str(error))) from None
     except OSError as error:
-        raise click.ClickException(printable(of_file(error))) from None
+        raise click.ClickException(printable(describe_os_error(error))) from None
 
 
 def open_log(path: Path) -> imc.Log:
@@ -88,7 +88,7 @@ def open_log(path: Path) -> imc.Log:
     return imc.Log(path, spread=all_processors(), keep_index=len(run_at(path)) == 1)
 
 
-def all_processors() -> Spread:
+def all_processors() -> ParallelMap:
     """The `spread` of imc.Log that unpacks on all processors."""
     return ThreadPoolExecutor(os.cpu_count()).map
 

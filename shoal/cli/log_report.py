@@ -7,7 +7,7 @@ import click
 from shoal.cli.log_open import LOG, open_log, progress, refusals, run_at, takes_runs
 from shoal.logs.look import report as draw
 from shoal.logs.look import size
-from support.file_errors import naming
+from support.file_errors import naming_path
 from support.text import printable
 
 
@@ -23,6 +23,6 @@ def report(log: Path, out: Path | None) -> None:
             text = draw(opened, tell)
         logs = run_at(log)
         out = out or (opened.path.parent / "report.html" if len(logs) == 1 else logs[0] / "report-run.html")
-        with naming(out):
+        with naming_path(out):
             out.write_text(text, encoding="utf-8")
     click.echo(printable(f"{size(len(text.encode()))}: {out}"))

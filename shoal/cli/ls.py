@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
-from imc.discovery import PERIOD, readable_name
+from imc.discovery import PERIOD, displayable_name
 from shoal.cli.hand import clock_text, json_option, no, on_network, print_line, reach_options, seconds
 from shoal.network import NEAR, Network, System
 from support.text import printable
@@ -59,7 +59,7 @@ def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool
             console.print(_table(found))
             for system in found:
                 for text in troubles(system):
-                    click.echo(printable(f"{readable_name(system.name)}: {text}"), err=True)
+                    click.echo(printable(f"{displayable_name(system.name)}: {text}"), err=True)
         if not found:
             no(network.nobody())
         for text in network.unreached:
@@ -144,7 +144,7 @@ async def _tell(network: Network, duration: float | None, as_json: bool) -> None
             if as_json:
                 print_line({"time": time.time(), "event": event, **as_values(network.systems[name])})
             else:
-                click.echo(printable(f"{clock_text(time.time())} {readable_name(name)} {now.get(name) or event}"))
+                click.echo(printable(f"{clock_text(time.time())} {displayable_name(name)} {now.get(name) or event}"))
         before = now
         await network.news(REFRESH)
 
@@ -188,7 +188,7 @@ def state_text(system: System) -> str:
         imc.PlanControlState.State.INITIALIZING,
     ):
         return mode
-    return f"{mode} {readable_name(plan.plan_id)}"
+    return f"{mode} {displayable_name(plan.plan_id)}"
 
 
 def troubles(system: System) -> list[str]:
@@ -208,7 +208,7 @@ def _table(systems: list[System]) -> Table:
         progress = f" {plan.plan_progress:.0f} %" if values["progress"] is not None and plan is not None else ""
         fuel = system.last_of(imc.FuelLevel)
         table.add_row(
-            readable_name(system.name) + ("!" if system.clash else ""),
+            displayable_name(system.name) + ("!" if system.clash else ""),
             "" if system.id is None else f"0x{system.id:04X}",
             state_text(system) + progress,
             "" if state is None else _degrees(*position(state)),

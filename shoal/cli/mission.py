@@ -14,7 +14,7 @@ from rich.table import Table
 
 import imc
 from runtime.profile import Profile
-from runtime.vehicle import check, find_task
+from runtime.vehicle import check_profile, find_task
 from shoal.cli.ending import guarded, leave_after, own_part
 from shoal.cli.options import (
     check_log_dir,
@@ -29,7 +29,7 @@ from shoal.cli.run import tell_lost, tell_missing, tell_warnings
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
 from support.diagnostics import ProfileError
 from support.durations import parse_duration
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 
 REFRESH = 0.1  # s between updates
 CANNOT_FLY = 2  # exit status if a file or the profile is wrong
@@ -84,10 +84,12 @@ def mission(
             state_folder=state_folder,
         )
         if isinstance(flown := made.vehicle.profile, Profile):
-            tell_warnings(check(flown, {}, flown.select(flown.value("General", "Selected")), find_task), profile)
+            tell_warnings(
+                check_profile(flown, {}, flown.select(flown.value("General", "Selected")), find_task), profile
+            )
         check_log_dir(made.vehicle)
     except OSError as error:
-        click.echo(f"Error: {of_file(error, plan)}", err=True)
+        click.echo(f"Error: {describe_os_error(error, plan)}", err=True)
         sys.exit(CANNOT_FLY)
     except (PlanFileError, ProfileError, ValueError) as error:
         click.echo(f"Error: {error}", err=True)
@@ -100,7 +102,7 @@ def mission(
         except Exception as error:
             report = Report("FAILURE", f"{type(error).__name__}: {error}")
             click.echo(own_part(error), err=True)
-    if watchdog.hasty and not report.completed:
+    if watchdog.breaks_handlers and not report.completed:
         report.outcome, report.reason = "FAILURE", "stopped by a signal"
     incomplete = tell_lost(made.vehicle) or bool(flight.unsaved)
     if flight.unsaved:

@@ -56,7 +56,7 @@ def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool
     A log received from others must not run code: its Config.ini may name any module beside it. A Config.ini alone is
     enough, with any content, since its sender may leave out all other files.
     """
-    from runtime.vehicle import search_code  # slow to import, and not every command needs it
+    from runtime.vehicle import add_task_folder  # slow to import, and not every command needs it
 
     here = Path.cwd()
     if not code and not of_log:
@@ -70,7 +70,7 @@ def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool
             words = f"own tasks in {here} are not searched for: {why}; to run the code in this folder add --code ."
             click.echo(printable(f"note: {words}{rename}"), err=True)
     for folder in code:
-        for clash in search_code(folder):
+        for clash in add_task_folder(folder):
             click.echo(f"warning: {clash}", err=True)
     return code
 

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import click
 
-from runtime.logs import PacketCount, Summary
+from runtime.logs import LogSummary, PacketCount
 from runtime.task import Parameter
 from support.diagnostics import Problem
 
@@ -24,7 +24,7 @@ def json_text(value: object) -> str:
     return json.dumps(_plain(value), indent=1, ensure_ascii=True)
 
 
-def of_summary(summary: Summary) -> dict[str, object]:
+def of_summary(summary: LogSummary) -> dict[str, object]:
     """A log summed up; times are s since 1970 UTC, rates Hz, sizes bytes."""
     names = summary.names
     return {

@@ -19,7 +19,7 @@ from shoal.cli.hand import (
     with_vehicle,
 )
 from shoal.network import AsyncRemoteVehicle, Outcome
-from support.file_errors import naming
+from support.file_errors import naming_path
 from support.text import printable
 
 ACTIONS = ("list", "put", "get", "delete", "start", "stop", "status")
@@ -143,7 +143,7 @@ def _print_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool)
     if output is None:
         click.echo(text, nl=False)
     else:
-        with naming(output):
+        with naming_path(output):
             output.write_text(text, encoding="utf-8")
 
 

@@ -13,7 +13,7 @@ from shoal.cli.options import code_of_log_option, use_code
 from shoal.logs.look import number
 from shoal.rerun import Key, MessageCount, Resimulation, ResimulationError, resimulate
 from support.diagnostics import ProfileError
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from support.text import printable
 
 PIPE_WIDTH = 160
@@ -53,7 +53,7 @@ def resim(
     except (ResimulationError, ProfileError, imc.SchemaError) as error:
         raise click.ClickException(printable(str(error))) from None
     except OSError as error:
-        raise click.ClickException(printable(of_file(error, log))) from None
+        raise click.ClickException(printable(describe_os_error(error, log))) from None
     show(done)
     if out is not None:
         click.echo(f"log of the re-simulation: {out}")

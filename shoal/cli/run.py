@@ -10,9 +10,9 @@ import click
 from click.core import ParameterSource
 
 from runtime.kernel import parse_clock
-from runtime.profile import Profile, items, load_profile
-from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load_file, run_with_snapshots
-from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
+from runtime.profile import Profile, load_profile, split_list
+from runtime.snapshot import InputJournals, SnapshotError, load_file, run_with_snapshots, save_beside_log
+from runtime.vehicle import Build, Vehicle, build, check_profile, find_task, join_zenoh
 from shoal.cli.ending import guarded, leave_after, own_part
 from shoal.cli.host import Host
 from shoal.cli.options import (
@@ -31,7 +31,7 @@ from shoal.cli.processes import end_with, own_process, part_of, watch
 from shoal.cli.status import Status
 from shoal.fleet import Keeper
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from support.text import printable
 from tasks.transports.logging import Logging
 
@@ -117,7 +117,7 @@ def run(
         saved = None if clock.strip().lower() == "virtual" else state_folder
         loaded = load_profile(name, config_dir, vehicle=vehicle, saved=saved, overrides=overrides)
         selected = loaded.select(profiles)
-        tell_warnings(check(loaded, {}, selected, find_task), loaded.name)
+        tell_warnings(check_profile(loaded, {}, selected, find_task), loaded.name)
         at = parse_clock(clock, loaded.start_time_ns)
         over_zenoh = (bus or loaded.bus) == "zenoh" and not at.virtual
         others = loaded.processes(selected)
@@ -149,7 +149,7 @@ def run(
         raise click.UsageError("only a virtual run can be saved; use --clock virtual")
     check_log_dir(made.vehicle)
     if snapshot_every is not None:
-        Journals(made.vehicle)
+        InputJournals(made.vehicle)
     if parent is not None:
         end_with(made.vehicle, parent)
     keeper = Keeper([own_process(name) for name in others] if part == "" and not alone and process is None else [])
@@ -224,11 +224,11 @@ def swim(
                     if snapshot_every is None:
                         vehicle.run(duration)
                     else:
-                        keep = partial(keep_beside_log, vehicle)
+                        keep = partial(save_beside_log, vehicle)
                         missing = run_with_snapshots(vehicle, duration, snapshot_every, keep)
                 finally:
                     if not vehicle.virtual:
-                        watchdog.expect_end(CLOSING)
+                        watchdog.set_deadline(CLOSING)
                     host.end()
                     vehicle.close()
         except Exception as error:
@@ -255,7 +255,7 @@ def tell_lost(vehicle: Vehicle) -> bool:
 def tell_missing(snapshots: list[OSError]) -> None:
     """Print how many snapshots could not be saved, and why."""
     plural = "s" * (len(snapshots) != 1)
-    click.echo(f"{len(snapshots)} snapshot{plural} not saved: {of_file(snapshots[0])}", err=True)
+    click.echo(f"{len(snapshots)} snapshot{plural} not saved: {describe_os_error(snapshots[0])}", err=True)
 
 
 def tell_warnings(problems: list[Problem], profile: str) -> None:
@@ -273,7 +273,7 @@ def _tell_skipped(made: Build, profile: Profile, selected: frozenset[str]) -> No
         click.echo(f"skipped: {', '.join(sections)} ({reason})", err=True)
     own = [task.name for task in made.vehicle.tasks[1:]]  # the first one is the daemon
     others = {name: section for name, section in profile.config.sections.items() if not name.startswith(LINKS)}
-    enabled = {mode for section in others.values() for mode in items(section.value("Enabled"))}
+    enabled = {mode for section in others.values() for mode in split_list(section.value("Enabled"))}
     useful = [mode for mode in profile.modes if mode in enabled and mode not in selected]
     bridges = made.vehicle.bus.is_attached or not useful  # a profile may have only links, or link a zenoh bus
     asked = [option.origin for name in own if (option := profile.config.option(name, "Enabled"))]

@@ -9,11 +9,11 @@ from pathlib import Path
 import click
 
 from runtime.profile import load_profile
-from runtime.vehicle import check, find_task, missing_extra
+from runtime.vehicle import check_profile, find_task, missing_extra
 from shoal.cli.options import code_option, config_dir_option, modes_option, not_empty, overrides_option, use_code
 from shoal.cli.processes import part_of
 from support.diagnostics import ProfileError
-from support.file_errors import naming
+from support.file_errors import naming_path
 
 STATE = Path("/var/lib/shoal")
 WATCHDOG = 15  # s; the run itself breaks a handler after 5 s
@@ -152,7 +152,7 @@ def service(
     try:
         loaded = load_profile(profile, config_dir, vehicle=vehicle, overrides=overrides)
         selected = loaded.select(profiles)
-        problems = check(loaded, {}, selected, find_task)
+        problems = check_profile(loaded, {}, selected, find_task)
         if errors := [problem for problem in problems if problem.severity == "error"]:
             raise ProfileError(errors)
         part = part_of(process, loaded.processes(selected), (bus or loaded.bus) == "zenoh")
@@ -203,7 +203,7 @@ def service(
     path = Path(output or f"shoal-{name}.service")
     if not force and path.exists() and path.read_bytes() != text.encode():
         raise click.ClickException(f"{path} exists, differs and was not changed; --force replaces it")
-    with naming(path):
+    with naming_path(path):
         path.write_text(text, encoding="utf-8")
     click.echo(f"wrote {path}\n")
     click.echo("Install it, as root:")

@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 import imc
-from runtime.logs import folder_called
+from runtime.logs import find_log_folder
 from runtime.task import Entity, State
 from runtime.vehicle import Vehicle
 from support.text import printable
@@ -87,7 +87,7 @@ class Status:
     def summary(self) -> str:
         """One line about the run and, without a panel, one for each entity that ended in trouble."""
         real, passed = time.monotonic() - self._began[0], self.now - self._began[1]
-        pace = self.vehicle.pace.since(passed, real) if self.vehicle.pace is not None else ""
+        pace = self.vehicle.realtime_lag.since(passed, real) if self.vehicle.realtime_lag is not None else ""
         span = f"{passed:.1f} s of vehicle time in {real:.1f} s" + (f" ({pace})" if pace else "")
         parts = [span, self._messages()]
         if self.detections:
@@ -101,7 +101,11 @@ class Status:
         if self._live is None and time.monotonic() >= self._next_line:
             self._next_line += LINE_PERIOD
             words = [self._position(), *self._entities().plain.split("\n"), self._messages()]
-            words += [str(self.vehicle.pace)] if self.vehicle.pace is not None and str(self.vehicle.pace) else []
+            words += (
+                [str(self.vehicle.realtime_lag)]
+                if self.vehicle.realtime_lag is not None and str(self.vehicle.realtime_lag)
+                else []
+            )
             self._print(Text(f"{_clock(self.now)} STATUS  {', '.join(words)}"))
         elif self._live is not None and time.monotonic() - self._counted[1] >= REFRESH:
             self._refresh()
@@ -126,7 +130,7 @@ class Status:
         passed = self.now - self._began[1]
         span = f"{passed:.1f} s" + (f" of {self.duration:g} s" if self.duration is not None else "")
         table.add_row(
-            "time", f"{_clock(self.now)}   {span}   {self._speed:.3g} x real time   {self.vehicle.pace or ''}"
+            "time", f"{_clock(self.now)}   {span}   {self._speed:.3g} x real time   {self.vehicle.realtime_lag or ''}"
         )
         table.add_row("vehicle", self._position())
         if self.mode:
@@ -190,7 +194,7 @@ class Status:
             return
         folder = self.vehicle.log_root / self.vehicle.name / control.name
         if self.vehicle.virtual:
-            folder = folder_called(folder, self.vehicle.log_folder)
+            folder = find_log_folder(folder, self.vehicle.log_folder)
         if not os.path.isdir(folder):  # another process of the vehicle has it elsewhere
             return
         self.folder = str(folder)

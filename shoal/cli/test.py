@@ -43,7 +43,7 @@ from shoal.cli.options import (
 )
 from shoal.cli.plain import json_text
 from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from support.text import printable
 
 FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
@@ -83,7 +83,7 @@ def test(
     try:
         files = find_scenarios(paths or (Path(),))
     except OSError as error:
-        raise click.ClickException(printable(of_file(error))) from None
+        raise click.ClickException(printable(describe_os_error(error))) from None
     if not files:
         where = ", ".join(str(path) for path in paths) or "the current folder"
         raise click.ClickException(printable(f"there is no *{SUFFIX} in {where}; `shoal new scenario NAME` makes one"))

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NoReturn
 import msgspec
 
 from support.located_yaml import Node, read_text, read_tree
-from support.text import misspelled, quoted
+from support.text import corrected_spelling, quoted
 
 Count = Annotated[int, msgspec.Meta(ge=1, le=1000)]
 Position = tuple[Annotated[float, msgspec.Meta(ge=-90, le=90)], Annotated[float, msgspec.Meta(ge=-180, le=180)]]  # °
@@ -107,7 +107,7 @@ def _plain(text: str) -> str:
     if key := _KEY.fullmatch(text):
         if "missing" in text:
             return f"{quoted(key[1])} is missing"
-        near = misspelled(key[1], [*FleetFile.__struct_fields__, *Group.__struct_fields__])
+        near = corrected_spelling(key[1], [*FleetFile.__struct_fields__, *Group.__struct_fields__])
         return f"unknown key {quoted(key[1])}{f' (did you mean {quoted(near)}?)' if near else ''}"
     for theirs, ours in _WORDS.items():
         text = text.replace(theirs, ours)

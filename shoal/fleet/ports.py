@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from mavlink import SYSTEMS, system_of
-from runtime.profile import Profile, items
+from runtime.profile import Profile, split_list
 from runtime.vehicle import find_task
 from tasks.transports.mavlink_protocol.routes import parse_route
 
@@ -78,7 +78,7 @@ def mavlink_id(profile: Profile, system: int, overrides: Iterable[str] = ()) -> 
         name, _, changed = left.rpartition(":")
         if name.strip() == section and changed.strip() in values:
             values[changed.strip()] = value.strip()
-    if items(values[ENABLED]) in ([], ["Never"]):
+    if split_list(values[ENABLED]) in ([], ["Never"]):
         return None
     number = values[option]
     return int(number) if number.isdecimal() and int(number) else system_of(system)

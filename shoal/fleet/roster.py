@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from runtime.profile import Profile, derived_id, load_profile
-from runtime.vehicle import check, find_task
+from runtime.vehicle import check_profile, find_task
 from runtime.zenoh import ZenohConfig
 from shoal.fleet.file import FleetFile, Group, Source, read
 from shoal.fleet.ports import MAVLINK_OFF, SYSTEM_ID, mavlink_id, own_mavlink_id, own_ports
@@ -175,7 +175,7 @@ def _check(members: tuple[Member, ...], path: Path) -> tuple[Problem, ...]:
     for member in {m.group: m for m in reversed(members)}.values():
         try:
             profile = load_profile(member.profile, [path.parent], vehicle=member.name, overrides=member.overrides)
-            found += check(profile, {}, profile.select(member.modes), find_task)
+            found += check_profile(profile, {}, profile.select(member.modes), find_task)
         except ProfileError as error:
             found += error.problems
     said = dict.fromkeys(replace(p, file=str(path)) if p.file == COMMAND_LINE.file else p for p in found)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import imc
-from runtime.zenoh import MeetingPoint, Opener, ZenohConfig, explain, here, parse_token
+from runtime.zenoh import Rendezvous, SessionFactory, ZenohConfig, error_text, parse_token, this_host
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
 TOLD = (imc.LogBookEntry.Type.ERROR, imc.LogBookEntry.Type.CRITICAL)
@@ -43,8 +43,8 @@ class Watch:
         import zenoh
 
         config = ZenohConfig.from_options({"Mode": "router", "Scouting": "none", **options})
-        self._opener = Opener()
-        self._meeting = MeetingPoint(config, self._opener)
+        self._opener = SessionFactory()
+        self._meeting = Rendezvous(config, self._opener)
         self._meeting.open()
         client = ZenohConfig.from_options({**_own(options), "Mode": "client", "Scouting": "none"})
         joined: Any = client.build().config
@@ -54,7 +54,7 @@ class Watch:
         except zenoh.ZError as error:
             self._opener.close()
             self._meeting.close()
-            words = f"no zenoh at port {client.local_port} of this computer: {explain(error)}"
+            words = f"no zenoh at port {client.local_port} of this computer: {error_text(error)}"
             hint = "another program has it, or it wants a password: see Local Port and User under zenoh: in the file"
             raise ConnectionError(f"{words} ({hint})") from None
         self._entries: deque[tuple[str, bytes]] = deque(maxlen=MOST_ENTRIES)
@@ -82,8 +82,8 @@ class Watch:
             more = f"; and {len(taken) - MOST_NAMED} more" if len(taken) > MOST_NAMED else ""
             end = " or ".join(f"shoal fleet stop {name}" for name in fleets)
             raise ConnectionError(
-                f"{each}{more}; this is {here()}: end what runs{f' ({end})' if end else ''}, or give this fleet other "
-                "names, or a network of its own (Local Port under zenoh: in its file)"
+                f"{each}{more}; this is {this_host()}: end what runs{f' ({end})' if end else ''}, or give this fleet "
+                "other names, or a network of its own (Local Port under zenoh: in its file)"
             )
 
     def _taken(self, names: Collection[str]) -> dict[str, str]:

@@ -9,7 +9,7 @@ from typing import Any, cast
 import imc
 from shoal.missions.values import Z_UNITS, position, quantity, read_field, speed
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 from support.wgs84 import displace
 from tasks.plan import parse_condition
 
@@ -64,7 +64,7 @@ class PlanReader:
                 node.fail(f"the id {name!r} is used twice")
         start = self._text(root, "start", names[0])
         if start not in names:
-            root["start"].fail(hinted(f"there is no maneuver {start!r}", start, names))
+            root["start"].fail(with_suggestion(f"there is no maneuver {start!r}", start, names))
         arrows: list[Values] = []
         for (item, node, then), following in zip(items, [*names[1:], None], strict=True):
             arrows += self._arrows(item["maneuver_id"], then, following, names, node)
@@ -110,7 +110,7 @@ class PlanReader:
         given = [key for key in nodes if key not in _SHORTHANDS]
         for key in given:
             if key not in infos:
-                nodes[key].fail(hinted(f"{cls.__name__} has no field {key!r}", key, [*_SHORTHANDS, *infos]))
+                nodes[key].fail(with_suggestion(f"{cls.__name__} has no field {key!r}", key, [*_SHORTHANDS, *infos]))
             values[key] = self._read(nodes[key], _points if key == "points" else partial(read_field, infos[key]))
             self._check(nodes[key], key, values[key])
         for key in _DEPTHS:
@@ -179,7 +179,7 @@ class PlanReader:
             text = cast(Values, text)
             to = FINISH if text["to"] == END else str(text["to"])
             if to not in (*names, FINISH):
-                (then or where).fail(hinted(f"there is no maneuver {to!r}", to, names))
+                (then or where).fail(with_suggestion(f"there is no maneuver {to!r}", to, names))
             condition = str(text.get("when", DONE))
             try:
                 parse_condition(condition)
@@ -204,11 +204,11 @@ class PlanReader:
 
     def _kind(self, key: str, node: Node) -> type[imc.Message]:
         wanted = ALIASES.get(key.lower(), key).replace("_", "").lower()
-        known = sorted(imc.builtin().members("Maneuver"))
+        known = sorted(imc.builtin().allowed_messages("Maneuver"))
         for name in known:
             if name.lower() == wanted:
                 return imc.builtin()[name]
-        node.fail(hinted(f"there is no maneuver {key!r}", wanted, known))
+        node.fail(with_suggestion(f"there is no maneuver {key!r}", wanted, known))
 
     def _mapping(self, node: Node, what: str, *, optional: bool = False) -> Nodes:
         if optional and node.value() is None:

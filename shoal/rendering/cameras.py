@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from runtime.profile import EVERY_TASK, NEVER, Config, Profile, Section, items, own_etc, parse
+from runtime.profile import EVERY_TASK, NEVER, Config, Profile, Section, own_etc, read_config, split_list
 from runtime.task import find_parameter, listing_options
 from runtime.vehicle import TaskImportError, find_task
 from support.diagnostics import Problem, ProfileError
@@ -20,7 +20,7 @@ def take_cameras(profile: Profile, file: Path | None) -> list[str]:
     A section of the file replaces that of the profile. Raises ProfileError naming file and line of each mistake.
     """
     if file is None:
-        selected = items(profile.value("General", "Selected"))
+        selected = split_list(profile.value("General", "Selected"))
         return sorted(name for name in profile.config.sections if profile.enabled(name, selected) and _camera(name))
     given = _read(file, profile)
     problems, found = list[Problem](), list[str]()
@@ -66,7 +66,7 @@ def take_world(profile: Profile, file: Path | None) -> None:
     for section in given.sections.values():
         for place, name in listing_options([RenderedCamera], section.name):
             own = section.name.partition("/")[2]
-            if own not in items(profile.value(place, name)):
+            if own not in split_list(profile.value(place, name)):
                 text, hint = f"nothing reads [{section.name}]", f"write {quoted(own)} in {name} of [{place}]"
                 problems.append(Problem("error", *section.origin, text, hint))
     if problems:
@@ -75,7 +75,7 @@ def take_world(profile: Profile, file: Path | None) -> None:
 
 def _read(file: Path, profile: Profile) -> Config:
     """The content of a file, whose warnings become those of the profile."""
-    config = parse(file, shared=own_etc())
+    config = read_config(file, shared=own_etc())
     profile.problems.extend(config.problems)
     if config.errors:
         raise ProfileError(config.errors)

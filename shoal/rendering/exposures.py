@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import imc
 from runtime.kernel import VirtualClock, nanoseconds
-from runtime.logs import logs_of_run, place_of
+from runtime.logs import logs_of_run, run_position
 from runtime.vehicle import Vehicle, build
 from shoal.logs.export import is_like
 from shoal.rendering.cameras import take_cameras, take_world
@@ -98,7 +98,7 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
             why = "cameras look from where a simulated vehicle truly was, and begin when it knows where it is"
             raise ResimulationError(f"{log.path}: the log has no {kind.__name__}: {why}")
     loaded, notes = profile_of(run.logs[0], about, None)
-    loaded.refuse_errors()
+    loaded.raise_errors()
     virtual = about.begin == loaded.start_time
     start = loaded.start_time_ns if virtual else nanoseconds(about.begin)
     instants = Instants(start, [rate for _, rate in tick_rates(loaded)], virtual=virtual)
@@ -262,7 +262,7 @@ def _told(run: LoggedRun, instants: Instants, owner: int) -> Mapping[int, deque[
 
 def _goes_on(log: imc.Log) -> bool:
     """Whether the run goes on in another log beside this one."""
-    place = place_of(log.path.parent)
+    place = run_position(log.path.parent)
     return place is not None and len(logs_of_run(log.path.parent)) > place.number
 
 

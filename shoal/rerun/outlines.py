@@ -5,7 +5,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import imc
-from runtime.logs import Names
+from runtime.logs import SystemNames
 from shoal.rerun.run import LoggedRun
 
 Op = imc.LoggingControl.Op
@@ -38,7 +38,7 @@ class Outline:
     speakers: Counter[tuple[int, int]] = field(default_factory=Counter[tuple[int, int]])
     last: dict[int, float] = field(default_factory=dict[int, float])
     late: set[tuple[int, int]] = field(default_factory=set[tuple[int, int]])
-    names: Names = field(default_factory=Names)
+    names: SystemNames = field(default_factory=SystemNames)
 
     @property
     def labels(self) -> dict[str, int]:

@@ -12,7 +12,7 @@ from runtime.task import Parameter, Task, find_parameter
 from runtime.vehicle import Vehicle
 from shoal.scenarios.stage import Stage
 from shoal.scenarios.values import in_unit_of
-from support.text import hinted
+from support.text import with_suggestion
 from tasks.simulators.battery import Battery
 
 CONSOLE = 0x4001
@@ -44,7 +44,7 @@ class Break(Act):
     where: str = ""
 
     def check(self, stage: Stage) -> None:
-        stage.faults(self.vehicle).expect(self.task, self.fault)
+        stage.faults(self.vehicle).prepare(self.task, self.fault)
 
     def begin(self, stage: Stage, lasting: float) -> None:
         stage.faults(self.vehicle).begin(self.task, self.fault, lasting, self.where)
@@ -61,7 +61,7 @@ class Leak(Act):
         if not labels:
             raise ValueError(f"{self.vehicle} has no simulated leak sensor")
         if self.sensor and self.sensor not in labels:
-            raise ValueError(hinted(f"there is no leak sensor {self.sensor!r}", self.sensor, labels))
+            raise ValueError(with_suggestion(f"there is no leak sensor {self.sensor!r}", self.sensor, labels))
 
     def begin(self, stage: Stage, lasting: float) -> End:
         vehicle, what = stage.vehicles[self.vehicle], f"leak of {self.sensor or 'all sensors'}"
@@ -122,7 +122,7 @@ class Set(Act):
                 if not parameter.editable:
                     raise ValueError(f"{task.name}: {option} cannot be changed while the vehicle runs")
                 try:
-                    parameter.parse_alone(in_unit_of(parameter, text))
+                    parameter.parse_strict(in_unit_of(parameter, text))
                 except ValueError as error:
                     raise ValueError(f"{task.name}: {option}: {error}") from None
 
@@ -156,14 +156,14 @@ class Set(Act):
         found = tasks.get(name) or vehicle.find(name)
         if found is None:
             labels = [task.entity.label for task in vehicle.tasks]
-            raise ValueError(hinted(f"there is no task {name!r}", name, [*tasks, *labels]))
+            raise ValueError(with_suggestion(f"there is no task {name!r}", name, [*tasks, *labels]))
         return found
 
     def _parameter(self, task: Task, option: str) -> Parameter:
         declarations = task.parameter_set.declarations
         found = find_parameter(declarations, option)
         if found is None:
-            raise ValueError(hinted(f"{task.name} has no parameter {option!r}", option, declarations))
+            raise ValueError(with_suggestion(f"{task.name} has no parameter {option!r}", option, declarations))
         return found
 
 
@@ -202,7 +202,9 @@ class Say(Act):
             entity = vehicle.entities.find(label)
             if entity is None:
                 labels = [entity.label for entity in vehicle.entities]
-                raise ValueError(hinted(f"{self.vehicle} has no entity with the label {label!r}", label, labels))
+                raise ValueError(
+                    with_suggestion(f"{self.vehicle} has no entity with the label {label!r}", label, labels)
+                )
             message = message.replace(**{name: entity.id})
         return message
 
@@ -242,4 +244,4 @@ def say(vehicle: Vehicle, message: imc.Message) -> None:
     if source == vehicle.system:
         vehicle.bus.publish(heard, packet, None)
     else:
-        vehicle.bus.hear(heard, packet)
+        vehicle.bus.deliver(heard, packet)

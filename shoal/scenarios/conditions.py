@@ -11,7 +11,7 @@ from shoal.missions import UNITS
 from shoal.scenarios.margins import MEANING, Latest, Margin, gap, verdict
 from shoal.scenarios.operands import Operand, Operands, Watch
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 from tasks.plan import COMPARISONS, SIGN, Logic
 
 T = TypeVar("T", "Condition", "Expression")
@@ -155,9 +155,11 @@ def _named(operand: Operand, other: Operand) -> Operand:
     if not operand.name:
         return operand
     if other.enum is None:
-        raise ValueError(hinted(f"{operand.name!r} is neither a number nor Message.field", operand.name, operand.known))
+        raise ValueError(
+            with_suggestion(f"{operand.name!r} is neither a number nor Message.field", operand.name, operand.known)
+        )
     if operand.name not in other.enum.__members__:
         names = list(other.enum.__members__)
-        raise ValueError(hinted(f"{operand.name!r} is not a value of {other.text}", operand.name, names))
+        raise ValueError(with_suggestion(f"{operand.name!r} is not a value of {other.text}", operand.name, names))
     number = float(other.enum[operand.name])
     return Operand(operand.name, lambda _: number, enum=other.enum)

@@ -16,7 +16,7 @@ from shoal.scenarios.scenario import ScenarioFileError
 from shoal.scenarios.stage import Stage
 from shoal.scenarios.values import known, number, one_of, option_text, seconds, told, word
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 
 TIMES = ("at", "when", "after", "vehicle")
 HEADER = ("src", "src_ent", "dst", "dst_ent")
@@ -83,7 +83,7 @@ def _event(node: Node, roles: Mapping[str, Role], links: Collection[str], limit:
     kinds = [kind for kind in (*KINDS, "cut") if kind in given]
     if not kinds:
         wrong = next((key for key in given if key not in (*TIMES, "for")), "")
-        node.fail(hinted(f"expected one of {', '.join((*KINDS, 'cut'))}", wrong, (*KINDS, "cut")))
+        node.fail(with_suggestion(f"expected one of {', '.join((*KINDS, 'cut'))}", wrong, (*KINDS, "cut")))
     if len(kinds) > 1:
         given[kinds[1]].fail(f"an event is of one kind: {kinds[0]} or {kinds[1]}")
     kind = kinds[0]
@@ -221,7 +221,7 @@ def _plain(node: Node, schema: imc.Schema, *, outer: bool = False) -> tuple[dict
             else:
                 plain[name] = value
         elif name not in infos:
-            item.fail(hinted(f"{abbrev} has no field {name!r}", name, infos))
+            item.fail(with_suggestion(f"{abbrev} has no field {name!r}", name, infos))
         elif infos[name].type == "message":
             plain[name] = _plain(item, schema)[0]
         elif infos[name].type == "message-list":

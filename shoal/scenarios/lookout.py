@@ -8,7 +8,7 @@ from runtime.kernel import SECOND
 from runtime.vehicle import Vehicle
 from shoal.scenarios.functions import Bottom
 from shoal.scenarios.operands import Watch
-from support.text import hinted
+from support.text import with_suggestion
 from tasks.surroundings import world_of
 
 Told = Callable[[float], object]
@@ -106,7 +106,7 @@ class Lookout:
         if entity is None:
             labels = [entity.label for entity in entities]
             raise ValueError(
-                hinted(f"{watch.vehicle} has no entity with the label {watch.entity!r}", watch.entity, labels)
+                with_suggestion(f"{watch.vehicle} has no entity with the label {watch.entity!r}", watch.entity, labels)
             )
         return entity.id
 

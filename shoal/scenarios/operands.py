@@ -12,7 +12,7 @@ from imc.layout import NUMBERS
 from shoal.missions import UNITS, quantity
 from shoal.scenarios.functions import FUNCTIONS, OF_PLACES, Bottom, has_place
 from shoal.scenarios.margins import Latest, Margin
-from support.text import hinted
+from support.text import with_suggestion
 from tasks.plan import Logic
 
 _PARTS = re.compile(r"(\w+)(?:\[([^\]]*)\])?(?:\.(\w+))?(?:@(.+))?")
@@ -50,7 +50,9 @@ class Operand:
 
     def must_be_number(self) -> None:
         if self.name:
-            raise ValueError(hinted(f"{self.name!r} is neither a number nor Message.field", self.name, self.known))
+            raise ValueError(
+                with_suggestion(f"{self.name!r} is neither a number nor Message.field", self.name, self.known)
+            )
         if self.is_text:
             raise ValueError(f"{self.text} is a text, not a number")
 
@@ -124,7 +126,7 @@ class Operands:
         if word in OF_PLACES:
             return self._call_of_places(word, logic)
         if word not in FUNCTIONS:
-            raise ValueError(hinted(f"there is no function {word!r}", word, [*FUNCTIONS, *OF_PLACES]))
+            raise ValueError(with_suggestion(f"there is no function {word!r}", word, [*FUNCTIONS, *OF_PLACES]))
         function, given = FUNCTIONS[word], [self.sum(logic)]
         while logic.skip(","):
             given.append(self.sum(logic))
@@ -180,7 +182,7 @@ class Operands:
         infos = {info.name: info for info in imc.fields(watch.kind)}
         usable = [name for name, info in infos.items() if info.type in NUMBERS or info.type == "plaintext"]
         if field not in usable:
-            raise ValueError(hinted(f"{watch.kind.__name__} has no numeric field {field!r}", field, usable))
+            raise ValueError(with_suggestion(f"{watch.kind.__name__} has no numeric field {field!r}", field, usable))
         info, index = infos[field], self._index(watch)
         unit = "" if info.unit in _ENUMERATIONS else info.unit
         return Operand(
@@ -200,13 +202,13 @@ class Operands:
         name, entity, field, vehicle = parts.groups(default="")
         vehicle = vehicle or self._vehicle
         if vehicle not in self._vehicles and "@" in word:
-            raise ValueError(hinted(f"there is no vehicle {vehicle!r}", vehicle, self._vehicles))
+            raise ValueError(with_suggestion(f"there is no vehicle {vehicle!r}", vehicle, self._vehicles))
         schema = self._vehicles.get(vehicle, imc.builtin())
         if name not in schema:
             if not field and "@" not in word and "[" not in word:
                 return None, ""
             messages = [kind.abbrev for kind in schema.types_by_id.values()]
-            raise ValueError(hinted(f"there is no message {name!r}", name, messages))
+            raise ValueError(with_suggestion(f"there is no message {name!r}", name, messages))
         if vehicle not in self._vehicles:
             raise ValueError(f"{word!r}: there are several vehicles; write @NAME behind it, or vehicle: NAME")
         return Watch(schema[name], vehicle, entity.strip()), field

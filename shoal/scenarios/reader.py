@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import imc
-from runtime.profile import Profile, located
+from runtime.profile import Profile, copy_in_root
 from shoal.missions import COMPLETED, FAILED, LATE, PlanFileError, load_plan, read_plan
 from shoal.scenarios.conditions import Condition, Scope, read_condition, read_expression
 from shoal.scenarios.events import Occurrence, Role, read_events
@@ -19,7 +19,7 @@ from shoal.scenarios.scenario import Actor, Scenario, Setting
 from shoal.scenarios.shorthands import Tasks, start_settings, world_settings
 from shoal.scenarios.values import known, number, one_of, seconds, whole, word
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 
 KEYS = (
     *("scenario", "description", "seed", "vehicle", "vehicles", "world", "links", "events", "expect", "metrics"),
@@ -165,7 +165,7 @@ class ScenarioReader:
             node.fail(f"{path}: {error.strerror or error}")
 
     def _plan_file(self, node: Node) -> Path:
-        return located(self._profiles.folder / word(node))
+        return copy_in_root(self._profiles.folder / word(node))
 
     def _events(
         self, cast: list[_Cast], actors: tuple[Actor, ...], links: set[str], limit: float
@@ -194,7 +194,9 @@ class ScenarioReader:
         kind = next((kind for kind in EXPECTED if kind in given), "")
         if not kind:
             wrong = next((key for key in given if key not in TIMES), "")
-            node.fail(hinted(f"expected one of {', '.join(EXPECTED)}", wrong, EXPECTED) if wrong else "says nothing")
+            node.fail(
+                with_suggestion(f"expected one of {', '.join(EXPECTED)}", wrong, EXPECTED) if wrong else "says nothing"
+            )
         parts = known(node, kind, *EXPECTED[kind])
         scope = self._scope(parts.get("vehicle"))
         name = word(parts["name"]) if "name" in parts else f"{kind} {parts[kind].text()}"
@@ -250,7 +252,7 @@ class ScenarioReader:
             kind = next((kind for kind in KINDS if kind in given), "")
             if not kind:
                 wrong = next(iter(given), "")
-                node.fail(hinted(f"expected one of {', '.join(KINDS)}", wrong, KINDS))
+                node.fail(with_suggestion(f"expected one of {', '.join(KINDS)}", wrong, KINDS))
             needed = {"percentile": "of", "time above": "limit", "time below": "limit"}.get(kind, "")
             parts = known(node, kind, *([needed] if needed else []), "from", "to", "while", "vehicle")
             scope = self._scope(parts.get("vehicle"))

@@ -9,7 +9,7 @@ from shoal.missions import position, split
 from shoal.scenarios.scenario import Setting
 from shoal.scenarios.values import known, number, option_number, option_text, seconds, told, word
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 from world import SECTIONS
 
 STREAM, WIND, DRONE = "Simulators.StreamVelocity", "Simulators.Wind", "Simulators.UAV"
@@ -140,7 +140,7 @@ def _objects(node: Node) -> Iterator[Setting]:
     for name, thing in things.items():
         for key, item in thing.mapping().items():
             if key not in names:
-                item.fail(hinted(f"an object has no {key!r}", key, names))
+                item.fail(with_suggestion(f"an object has no {key!r}", key, names))
             yield shared_setting(f"World/{name}", names[key], options[names[key]].unit, item)
 
 

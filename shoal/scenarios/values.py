@@ -10,7 +10,7 @@ from runtime.task import Parameter
 from shoal.missions import in_unit, quantity, split
 from support.durations import LONGEST, parse_duration
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 
 T = TypeVar("T")
 _METERS = re.compile(r"\dm(?![a-z])|\d\s+m(?![a-z])")
@@ -22,7 +22,7 @@ def known(node: Node, *allowed: str, what: str = "key") -> dict[str, Node]:
         node.fail("expected a mapping of names to values")
     for key, item in node.content.items():
         if key not in allowed:
-            item.fail(hinted(f"unknown {what} {key!r}", key, allowed))
+            item.fail(with_suggestion(f"unknown {what} {key!r}", key, allowed))
     return node.content
 
 
@@ -57,7 +57,7 @@ def in_unit_of(parameter: Parameter, text: str) -> str:
 
     Texts that are no numbers with a unit stay as they are.
     """
-    if not parameter.surplus(text):
+    if not parameter.ignored_suffix(text):
         return text
     unit = "" if parameter.unit in ("1", "-") else parameter.unit
     numbers = [in_unit(word, unit) for word in (text.split(",") if parameter.is_list else [text])]
@@ -85,7 +85,7 @@ def one_of(node: Node, words: Iterable[str], what: str) -> str:
     """One of some words."""
     found, words = word(node), list(words)
     if found not in words:
-        node.fail(hinted(f"there is no {what} {found!r}", found, words))
+        node.fail(with_suggestion(f"there is no {what} {found!r}", found, words))
     return found
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 
-from imc.tuple_list import read_tuples, whole_number
+from imc.tuple_list import parse_tuple_list, read_integer
 
 FULL = 127.0  # full deflection of an axis, to either side
 AXES = ("Heading", "Thrust", "Pitch")
@@ -22,14 +22,14 @@ class Operator:
 
     def begin(self, custom: str) -> None:
         """Start over; `custom` of Teleoperation may name the only system allowed to steer, as "src=16385"."""
-        self.source = whole_number(custom, "src")
+        self.source = read_integer(custom, "src")
         self.axes: dict[str, float] = {}
         self._down: set[str] = set()
 
     def hear(self, actions: str) -> tuple[list[str], list[str]]:
         """Read the text of RemoteActions; returns the newly pressed buttons and the values that are not numbers."""
         values, wrong = dict[str, float](), list[str]()
-        for name, text in read_tuples(actions).items():
+        for name, text in parse_tuple_list(actions).items():
             try:
                 value = float(text)
             except ValueError:

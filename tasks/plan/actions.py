@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import imc
-from runtime.task import Entities, Task
-from support.text import hinted
+from runtime.task import EntityTable, Task
+from support.text import with_suggestion
 from tasks.plan.graph import Actions, Graph, PlanNode
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ Publish = Callable[[imc.Message], object]
 class Leads:
     """How long entities take to become active (s): as they report it, else as the vehicle knows it."""
 
-    def __init__(self, entities: Entities):
+    def __init__(self, entities: EntityTable):
         self._entities = entities
         self._said: dict[int, float] = {}
 
@@ -115,7 +115,7 @@ def unknown_settings(graph: Graph, vehicle: "Vehicle") -> Iterator[str]:
     What is not there is not active, and an entity without activation always is: a console may write that it is so.
     Entities of other processes of the vehicle are known by name only.
     """
-    remote = {label for (system, _), label in vehicle.entities.heard.items() if system == vehicle.system}
+    remote = {label for (system, _), label in vehicle.entities.remote_labels.items() if system == vehicle.system}
     for name, action in _all_settings(graph):
         task = vehicle.find(action.name)
         if task is None and action.name in remote:
@@ -130,16 +130,16 @@ def _refusal(label: str, entry: imc.EntityParameter, task: Task | None, vehicle:
         if (entry.name, entry.value) == ("Active", "false"):
             return ""
         known = [task.entity.label for task in vehicle.tasks]
-        return hinted(f"the vehicle has no entity {label!r}", label, known)
+        return with_suggestion(f"the vehicle has no entity {label!r}", label, known)
     parameter = task.parameter_set.find(entry.name)
     if parameter is None:
         if entry.name == "Active" and entry.value in ("true", "false"):
             return ""
-        return hinted(f"{label} has no parameter {entry.name!r}", entry.name, task.parameter_set.declarations)
+        return with_suggestion(f"{label} has no parameter {entry.name!r}", entry.name, task.parameter_set.declarations)
     if not parameter.editable:
         return f"{label}: {entry.name} cannot be changed while the vehicle runs"
     try:
-        parameter.parse_alone(entry.value)
+        parameter.parse_strict(entry.value)
     except ValueError as error:
         return f"{label}: {entry.name}: {error}"
     return ""

@@ -1,7 +1,7 @@
 """Starts a plan without an operator."""
 
 import imc
-from imc.tuple_list import read_tuples
+from imc.tuple_list import parse_tuple_list
 from runtime import ParameterError, State, Task, consume, param
 from support.text import quoted, suggestion
 from tasks.plan.templates import TEMPLATES, TemplateError, Usual, generate
@@ -24,7 +24,7 @@ class Autostart(Task):
             reason = f"unknown template {quoted(self.template)}; {suggestion(self.template, TEMPLATES)}"
             raise ParameterError("Template", reason)
         try:
-            generate(self.template, read_tuples(";".join(self.values)), SOMEWHERE, SOMEWHERE, USUAL)
+            generate(self.template, parse_tuple_list(";".join(self.values)), SOMEWHERE, SOMEWHERE, USUAL)
         except TemplateError as error:
             raise ParameterError("Values", str(error)) from None
 

@@ -6,7 +6,7 @@ import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param
 from runtime.snapshot import SnapshotError
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from tasks.plan.copies import Copies
 from tasks.plan.replies import shortened
 from tasks.plan.store import Change, PlanStore, Stored
@@ -40,7 +40,9 @@ class DB(Task):
         try:
             self._store = self._open()
         except (sqlite3.Error, OSError) as error:
-            trouble = f"plans are kept in memory only: {of_file(error) if isinstance(error, OSError) else error}"
+            trouble = (
+                f"plans are kept in memory only: {describe_os_error(error) if isinstance(error, OSError) else error}"
+            )
             self.log.error(trouble)
             self._store = PlanStore(None)
         self.set_entity_state(State.FAULT if trouble else State.NORMAL, trouble or "active")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import imc
-from imc.coordinates import rows_of
+from imc.coordinates import maneuver_corners
 from support.wgs84 import displace, displacement
 
 Position = tuple[float, float]  # latitude, longitude (rad)
@@ -118,7 +118,7 @@ def corners(maneuver: imc.Message) -> list[Position]:
     if isinstance(maneuver, imc.FollowPath):
         offsets = [(point.x, point.y) for point in maneuver.points if isinstance(point, imc.PathPoint)]
     elif isinstance(maneuver, imc.Rows | imc.RowsCoverage):
-        offsets = rows_of(maneuver)
+        offsets = maneuver_corners(maneuver)
     return [displace(lat, lon, 0.0, north, east)[:2] for north, east in offsets]
 
 

@@ -2,7 +2,7 @@
 
 import imc
 from imc.coordinates import absolute
-from imc.tuple_list import read_tuples
+from imc.tuple_list import parse_tuple_list
 from runtime import Script, State, Task, consume, param
 from tasks.plan.replies import shortened
 from tasks.plan.templates import Position, TemplateError, Usual, generate
@@ -48,7 +48,7 @@ class Generator(Task):
             self._obey(request)
 
     def _obey(self, request: imc.PlanGeneration) -> None:
-        params = read_tuples(request.params)
+        params = parse_tuple_list(request.params)
         usual = Usual(self.traveling_depth, self.dive_depth, self.dive_seconds, self.loiter_radius, self.rpm_speed)
         here = absolute(self._state)[:2] if self._state is not None else None
         try:

@@ -6,7 +6,7 @@ import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.vehicle import general_number
-from support.text import hinted, suggestion
+from support.text import suggestion, with_suggestion
 
 Loops = imc.CLoopsMask
 Command = imc.SetThrusterActuation | imc.SetServoPosition
@@ -173,7 +173,7 @@ def _requirement(text: str) -> tuple[str, int]:
     name, _, words = text.partition(":")
     name, mask = name.strip(), 0
     if name not in imc.builtin():
-        reason = hinted(f"there is no message {name!r}", name, imc.builtin().types)
+        reason = with_suggestion(f"there is no message {name!r}", name, imc.builtin().types)
         raise ParameterError("Required Messages", reason)
     for word in words.split():
         if word not in Loops.__members__:

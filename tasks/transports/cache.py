@@ -9,7 +9,7 @@ from imc.addresses import OPERATORS
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
 from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
-from support.file_errors import naming, of_file
+from support.file_errors import describe_os_error, naming_path
 from tasks.transports.imc_links.message_list import message_named
 
 Op = imc.CacheControl.Op
@@ -114,7 +114,7 @@ class Cache(Task):
     def _written(self, error: OSError | None) -> None:
         self._writing = False
         if error is not None:
-            self.log.error(f"the cache cannot be written: {of_file(error)}")
+            self.log.error(f"the cache cannot be written: {describe_os_error(error)}")
 
 
 def write(folder: Path, files: Mapping[str, bytes | None]) -> OSError | None:
@@ -127,7 +127,7 @@ def write(folder: Path, files: Mapping[str, bytes | None]) -> OSError | None:
                 path.unlink(missing_ok=True)
             else:
                 part = path.with_suffix(".part")
-                with naming(part):
+                with naming_path(part):
                     part.write_bytes(data)
                 os.replace(part, path)
     except OSError as error:

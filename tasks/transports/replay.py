@@ -6,7 +6,7 @@ from pathlib import Path
 import imc
 from runtime import ParameterError, State, Task, Timer, consume, param, periodic
 from runtime.kernel import SECOND
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from tasks.transports.replay_log import Due, LogTime, Opened, Passed, Recording, ReplaySelection, go_to, open_recording
 
 BATCH = 200  # packets per call, so that other tasks can run while a replay is late
@@ -207,7 +207,7 @@ class Replay(Task):
                 due = self._next or next(self._packets, None)
             except OSError as error:
                 self._leave()
-                self._refuse(of_file(error))
+                self._refuse(describe_os_error(error))
                 return
             if due is None:
                 self._end()

@@ -17,7 +17,7 @@ from shoal.campaigns.cluster.wire import Line, job_of, packed, result_line
 from shoal.campaigns.engines import settle
 from shoal.campaigns.jobs import Pool, StudyRunner
 from shoal.campaigns.studies import Named, Site, load_study
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 
 IDLE = 600.0  # s without a job, after which it ends
 
@@ -64,7 +64,7 @@ def _refusal(site: Site, order: dict[str, Any]) -> str:
     except (ValueError, ImportError) as error:
         return str(error).replace(str(site.root), "")
     except OSError as error:
-        return of_file(error).replace(str(site.root), "")
+        return describe_os_error(error).replace(str(site.root), "")
     return "" if study.digest == order["digest"] else "its files make another study there"
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from shoal.campaigns.library import library
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 
 Scalar = float | int | str | bool
 _QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.].*)?")
@@ -69,7 +69,9 @@ def read_distribution(node: Node) -> Distribution:
     nodes = node.mapping()
     kind = next(iter(nodes), "")
     if kind not in KINDS:
-        node.fail(hinted(f"there is no distribution {kind!r}", kind, KINDS) if kind else "expected a distribution")
+        node.fail(
+            with_suggestion(f"there is no distribution {kind!r}", kind, KINDS) if kind else "expected a distribution"
+        )
     if kind != "scipy" and len(nodes) > 1:
         nodes[list(nodes)[1]].fail(f"a distribution has one key, {kind!r}; its numbers belong below it")
     return KINDS[kind](node if kind == "scipy" else nodes[kind], f"{kind}: {_as_written(nodes[kind])}")
@@ -218,12 +220,12 @@ def _scipy(node: Node, text: str) -> Distribution:
     stats = library("scipy.stats")
     known = [word for word in dir(stats) if isinstance(getattr(stats, word), stats.rv_continuous)]
     if name.text() not in known:
-        name.fail(hinted(f"SciPy has no continuous distribution {name.text()!r}", name.text(), known))
+        name.fail(with_suggestion(f"SciPy has no continuous distribution {name.text()!r}", name.text(), known))
     given = {key: float(value.number()) for key, value in nodes.items()}
     shapes = [word.strip() for word in (getattr(stats, name.text()).shapes or "").split(",") if word.strip()]
     for key in nodes:
         if key not in (*shapes, "loc", "scale"):
-            nodes[key].fail(hinted(f"{name.text()} has no parameter {key!r}", key, [*shapes, "loc", "scale"]))
+            nodes[key].fail(with_suggestion(f"{name.text()} has no parameter {key!r}", key, [*shapes, "loc", "scale"]))
     for shape in shapes:
         if shape not in given:
             name.fail(f"{name.text()} needs {shape}")

@@ -6,7 +6,7 @@ from pathlib import Path
 from shoal.campaigns.draws import blamed, load_template
 from shoal.campaigns.jobs.job import Job, Unreadable
 from shoal.scenarios import Draft, Result, ScenarioFileError, load_draft, run
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 
 KEPT = 16  # drafts
 
@@ -26,7 +26,7 @@ class Runner:
         try:
             scenario = self._draft(job.path).scenario(job.values)
         except OSError as error:
-            return job.failed(of_file(error, job.path), Unreadable)
+            return job.failed(describe_os_error(error, job.path), Unreadable)
         except ScenarioFileError as error:
             return job.failed(f"{self._words(job, error)}{self.hint(job.path)}", Unreadable)
         try:

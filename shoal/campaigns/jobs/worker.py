@@ -126,10 +126,10 @@ def _work(pipe: Connection, make: Callable[[], Do], code: Sequence[Path], folder
     tempfile.tempdir = str(folder)
     threading.Thread(target=_end_with_parent, args=(folder,), daemon=True).start()
     if code:
-        from runtime.vehicle import search_code
+        from runtime.vehicle import add_task_folder
 
         for place in code:
-            search_code(place)
+            add_task_folder(place)
     do = make()
     gc.set_threshold(GARBAGE)
     with contextlib.suppress(EOFError, OSError), (folder / HUNG).open("w") as hung:

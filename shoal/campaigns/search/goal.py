@@ -7,7 +7,7 @@ from typing import Any
 
 from shoal.campaigns.jobs import Row
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 
 MINIMISE, MAXIMISE = "minimise", "maximise"
 COUNTED, ALL, PASSED = "of", "all", "passed"
@@ -76,13 +76,15 @@ def read_goal(node: Node, scenario: Any) -> Goal:
     text = _tidy(item.text())
     if text not in columns:
         kind = "expectation" if text.startswith(OF) else "metric" if text.startswith("metrics.") else "margin or metric"
-        item.fail(hinted(f"the scenario has no {kind} {text.removeprefix(OF)!r}", text, columns))
+        item.fail(with_suggestion(f"the scenario has no {kind} {text.removeprefix(OF)!r}", text, columns))
     if text == MARGIN and not margins:
         item.fail("the scenario expects nothing, so it has no margin")
     only_passed = text in metrics
     if COUNTED in nodes:
         if (found := nodes[COUNTED].text().strip()) not in (ALL, PASSED):
-            nodes[COUNTED].fail(hinted(f"{COUNTED}: expected {ALL} or {PASSED}, not {found!r}", found, (ALL, PASSED)))
+            nodes[COUNTED].fail(
+                with_suggestion(f"{COUNTED}: expected {ALL} or {PASSED}, not {found!r}", found, (ALL, PASSED))
+            )
         only_passed = found == PASSED
     if only_passed and text not in metrics and ways[0] == MINIMISE:
         nodes[COUNTED].fail("a run that passes has no margin that fails: leave this out")

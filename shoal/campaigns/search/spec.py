@@ -9,7 +9,7 @@ from shoal.campaigns.draws import Distribution, Scalar, parse_scalar
 from shoal.campaigns.search.axes import Axis, axis_of
 from shoal.campaigns.search.goal import COUNTED, MAXIMISE, MINIMISE, Goal, read_goal
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 
 KEYS = (MINIMISE, MAXIMISE, COUNTED, "at a time", "shrink")
 AT_A_TIME, MOST_AT_A_TIME = 8, 1000
@@ -56,7 +56,7 @@ def read_search(
     nodes = node.mapping()
     for key, item in nodes.items():
         if key not in KEYS:
-            item.fail(hinted(f"search: unknown key {key!r}", key, KEYS))
+            item.fail(with_suggestion(f"search: unknown key {key!r}", key, KEYS))
     scenario = draft.scenario(fixed)
     goal = read_goal(node, scenario)
     if not varied:

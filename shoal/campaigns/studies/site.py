@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeVar
 
-from runtime.vehicle import search_code
+from runtime.vehicle import add_task_folder
 from shoal.campaigns.jobs import Do, Engine, Job
 from shoal.campaigns.studies.own_modules import SHOAL
 from shoal.scenarios import Result, absolute
@@ -38,7 +38,7 @@ class Site:
             here = Path(place).resolve()
             at = next((i for i, name in enumerate(sys.path) if Path(name).resolve() == here), len(sys.path))
             sys.path[at : at + (here != SHOAL)] = [str(found)]
-            search_code(found)
+            add_task_folder(found)
         for name in self.modules:
             sys.modules.pop(name, None)
         os.environ["SHOAL_ROOT"] = str(self.root)

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from runtime.profile import located
+from runtime.profile import copy_in_root
 from shoal.campaigns.draws import (
     SAMPLINGS,
     WHOLE,
@@ -28,7 +28,7 @@ from shoal.campaigns.studies.bundle import Bundle, make_bundle
 from shoal.campaigns.studies.rehearsal import Rehearsal
 from shoal.scenarios import Draft, ScenarioFileError
 from support.located_yaml import Node, read_text, read_tree
-from support.text import hinted
+from support.text import with_suggestion
 
 SUFFIX = ".study.yaml"
 LOGS = ("all", "failed", "none")
@@ -104,7 +104,7 @@ class _Reader:
     def study(self, runs: int | None, *, has_begun: bool) -> Study:
         for key, node in self._nodes.items():
             if key not in _KEYS:
-                node.fail(hinted(f"unknown key {key!r}", key, _KEYS))
+                node.fail(with_suggestion(f"unknown key {key!r}", key, _KEYS))
         if "scenario" not in self._nodes:
             self._root.fail("'scenario' is missing: the path of a scenario's file, or the scenario itself")
         inline = isinstance(self._nodes["scenario"].content, dict)
@@ -146,10 +146,10 @@ class _Reader:
 
     def _scenario_file(self) -> Path:
         node = self._nodes["scenario"]
-        path = located(self._path.parent / node.text())
+        path = copy_in_root(self._path.parent / node.text())
         if not path.is_file():
             known = [found.name for found in path.parent.glob("*.scenario.yaml")]
-            node.fail(hinted(f"there is no file {node.text()!r}", node.text(), known))
+            node.fail(with_suggestion(f"there is no file {node.text()!r}", node.text(), known))
         return path
 
     def _varied(self) -> dict[str, Distribution]:
@@ -176,7 +176,7 @@ class _Reader:
             self._draft.scenario({**others, **first})
         except (ValueError, LookupError) as error:
             self._draft.scenario(others)  # if it is wrong as it is, the place is not to blame
-            known = hinted(f"{place} is no value of the scenario", place, self._places)
+            known = with_suggestion(f"{place} is no value of the scenario", place, self._places)
             missing = self._missing_list(place)
             if node is None:
                 raise StudyFileError(missing or blamed(self._draft, first, error)) from None
@@ -244,7 +244,7 @@ class _Reader:
             return default
         word = self._nodes[key].text()
         if word not in known:
-            self._nodes[key].fail(hinted(f"{key}: unknown {word!r}", word, known))
+            self._nodes[key].fail(with_suggestion(f"{key}: unknown {word!r}", word, known))
         return word
 
     def _text(self, key: str, default: str) -> str:
@@ -264,7 +264,7 @@ class _Reader:
 
     def _named_files(self) -> Iterator[tuple[str, Path]]:
         for node in self._nodes["files"].items() if "files" in self._nodes else ():
-            place = located(self._path.parent / node.text())
+            place = copy_in_root(self._path.parent / node.text())
             if not place.exists():
                 node.fail(f"there is no file or folder {node.text()!r}")
             for file in sorted(place.rglob("*")) if place.is_dir() else [place]:

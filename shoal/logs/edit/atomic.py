@@ -6,7 +6,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from support.file_errors import naming
+from support.file_errors import naming_path
 
 
 @contextmanager
@@ -19,7 +19,7 @@ def new_file(path: Path, force: bool = False) -> Generator[Path]:
     part = path.with_name(path.name + ".part")
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
-        with naming(path):
+        with naming_path(path):
             yield part
             os.replace(part, path)
     finally:
@@ -37,7 +37,7 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
     try:
-        with naming(path):
+        with naming_path(path):
             yield part
             if path.is_dir():
                 for file in part.iterdir():

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
-from runtime.logs import KEPT, blocks, new_log
+from imc.lsf import ReportProgress
+from runtime.logs import KEPT, create_log, packet_blocks
 from shoal.logs.selection import Selection, Watch, wanted
 
 
@@ -20,15 +20,15 @@ class CutReport:
     losses: list[imc.Loss] = field(default_factory=list[imc.Loss])
 
 
-def cut(log: imc.Log, folder: Path, choice: Selection, owner: int, progress: ReportShare | None = None) -> CutReport:
+def cut(log: imc.Log, folder: Path, choice: Selection, owner: int, progress: ReportProgress | None = None) -> CutReport:
     """Copy the selected packets and those in KEPT, unchanged and in order, to a new log in `folder`.
 
     Only the owner's clock counts. Another system's clock may be wrong, so its packets have the time of the owner's
     packet before them. Raises FileExistsError, OSError; ValueError if nothing is selected, and then writes nothing.
     """
     done, watch = CutReport(), Watch(owner)
-    with new_log(folder, log) as writer:
-        for block in blocks(log, done.losses, progress):
+    with create_log(folder, log) as writer:
+        for block in packet_blocks(log, done.losses, progress):
             chosen = wanted(block.headers, choice, watch)
             kept = ~chosen & np.isin(block.headers["id"], list(KEPT))
             for index in np.flatnonzero(chosen | kept):

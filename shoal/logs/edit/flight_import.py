@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Protocol
 
 import imc
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from mavlink import Flight, Record, dataflash, from_dataflash, from_ulog, load_dialect, ulog
 from shoal.logs.edit.imported import IMPOSSIBLE, Imported, NothingToImport, Skipped, SystemLog, open_writer
 
@@ -28,7 +28,7 @@ class _Translator(Protocol):
     def finish(self, time: float) -> Iterator[tuple[str, imc.Message]]: ...
 
 
-def import_dataflash(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> Imported:
+def import_dataflash(path: Path, folder: Path, system: str = "", progress: ReportProgress = lambda _: None) -> Imported:
     """Write Data.lsf.gz and IMC.xml.gz to `folder`; `progress` gets the share that is read.
 
     The vehicle is `system`, or "mavlink-<id>". Times are UTC if a GPS has told it, else they count from the start of
@@ -40,7 +40,7 @@ def import_dataflash(path: Path, folder: Path, system: str = "", progress: Repor
     return _import(log, flight, translator, folder, system, progress)
 
 
-def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> Imported:
+def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportProgress = lambda _: None) -> Imported:
     """The same for a ULog file of PX4. Raises BadULog too."""
     log = ulog.ULog(path)
     flight = from_ulog.survey(log)
@@ -52,7 +52,7 @@ def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportShar
 
 
 def _import(
-    log: _Log, flight: Flight, translator: _Translator, folder: Path, system: str, progress: ReportShare
+    log: _Log, flight: Flight, translator: _Translator, folder: Path, system: str, progress: ReportProgress
 ) -> Imported:
     writer = open_writer(folder)
     skipped = Skipped()

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from shoal.logs.export.batches import Source
 from shoal.logs.export.table import HEADER, NUMPY, Table, Values, columns_of, plain, table_of
 
 
-def export_csv(source: Source, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_csv(source: Source, folder: Path, progress: ReportProgress = lambda _: None) -> int:
     """Write <Message>.csv for each type to `folder`; returns the number of rows.
 
     The first row has the names of the columns with their units: `timestamp (s)`, `utc`, `system`, `label`, the rest of

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from imc.lsf import ReportShare, positions
+from imc.lsf import ReportProgress, positions
 from runtime.logs import Array
 from shoal.logs.export.batches import ExportBatch, MessageBatch, Source, nanoseconds
 from shoal.logs.export.calibration import UNLIKE, camera_models, logged_cameras, pictures_unlike
@@ -58,7 +58,7 @@ class Recording:
     pictures: dict[str, list[Photo]] = field(default_factory=dict[str, list[Photo]])
 
 
-def record(source: Source, progress: ReportShare = lambda _: None) -> Recording:
+def record(source: Source, progress: ReportProgress = lambda _: None) -> Recording:
     """Read a log. What cannot be used counts as skipped in `source`. Raises OSError."""
     found: dict[str, list[Array]] = {name: [] for name in FIELDS}
     for batch in source.batches(progress):

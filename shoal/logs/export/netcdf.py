@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from runtime.logs import Array
 from shoal.logs.export.batches import Source
 from shoal.logs.export.table import HEADER, HEADER_TYPES, NUMPY, Column, Table, columns_of, plain, table_of
@@ -77,7 +77,7 @@ KINDS = {
 _nc: Any = import_module("netCDF4")
 
 
-def export_netcdf(source: Source, path: Path, progress: ReportShare = lambda _: None) -> int:
+def export_netcdf(source: Source, path: Path, progress: ReportProgress = lambda _: None) -> int:
     """Write the messages to a NetCDF file; returns the number of rows.
 
     The dimension of a group is `obs`: messages in the order of the log. Its variables are `time` (CF), the header,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from shoal.logs.export.batches import Source
 from shoal.logs.export.table import HEADER, HEADER_TYPES, NUMPY, Column, Table, Values, columns_of, plain, table_of
 
@@ -21,7 +21,7 @@ _pa: Any = import_module("pyarrow")
 _pq: Any = import_module("pyarrow.parquet")
 
 
-def export_parquet(source: Source, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_parquet(source: Source, folder: Path, progress: ReportProgress = lambda _: None) -> int:
     """Write <Message>.parquet for each type to `folder`; returns the number of rows.
 
     Columns: `utc` (µs, empty if the timestamp is not a date), `system` and `label` (of the sender), the header, the

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from runtime.logs import Array
 from shoal.logs.export.batches import Source
 from shoal.logs.export.calibration import FILE as CAMERAS
@@ -14,7 +14,7 @@ from shoal.logs.export.pictures import exported
 BILLION = 1_000_000_000
 
 
-def export_tum(source: Source, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_tum(source: Source, folder: Path, progress: ReportProgress = lambda _: None) -> int:
     """Write groundtruth.txt, estimate.txt, accelerometer.txt, gyroscope.txt, and rgb.txt with rgb/; returns the rows.
 
     Poses are those of the vehicle (forward, right, down) in east, north, up; quaternions end with w. Of several IMUs or

@@ -7,9 +7,9 @@ from typing import Literal
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY
-from imc.discovery import readable_name
-from imc.lsf import ReportShare, Spread
-from runtime.logs import Block, Summary, new_log, summarize, type_name
+from imc.discovery import displayable_name
+from imc.lsf import ParallelMap, ReportProgress
+from runtime.logs import LogSummary, PacketBlock, create_log, summarize, type_name
 from shoal.logs.look.formatting import moment, number, span
 from shoal.logs.look.gaps import Rhythms
 from shoal.logs.look.layouts import Layouts
@@ -40,7 +40,7 @@ class Examination:
 
     log: imc.Log
     findings: list[Finding]
-    summary: Summary | None = None
+    summary: LogSummary | None = None
 
     @property
     def healthy(self) -> bool:
@@ -54,7 +54,7 @@ class _Marks:
         self._schema = schema
         self.stopped = False
 
-    def __call__(self, block: Block) -> None:
+    def __call__(self, block: PacketBlock) -> None:
         last = block.packets[-1]
         try:
             message = self._schema.decode(last)
@@ -65,7 +65,7 @@ class _Marks:
         self.stopped = type(message).__name__ == "LoggingControl" and getattr(message, "op", None) == stop
 
 
-def examine(path: Path, progress: ReportShare | None = None, spread: Spread | None = None) -> Examination:
+def examine(path: Path, progress: ReportProgress | None = None, spread: ParallelMap | None = None) -> Examination:
     """Read a log once and check it; `spread` is that of imc.Log. Raises FileNotFoundError, OSError."""
     try:
         log, findings = imc.Log(path, spread=spread), list[Finding]()
@@ -99,7 +99,7 @@ def repair(examination: Examination, folder: Path) -> int:
     Raises FileExistsError, OSError; ValueError if there are none.
     """
     log, count = examination.log, 0
-    with new_log(folder, log) as writer:
+    with create_log(folder, log) as writer:
         for _, packet in log.packets():
             writer.write(packet)
             count += 1
@@ -120,7 +120,7 @@ _REASONS = (
 )
 
 
-def _damage(summary: Summary) -> list[Finding]:
+def _damage(summary: LogSummary) -> list[Finding]:
     groups: dict[tuple[str, str, str], list[imc.Loss]] = {}
     for loss in summary.losses:
         known = next((row for row in _REASONS if loss.reason.startswith(row[0])), ("", "error", ""))
@@ -162,7 +162,7 @@ def _layouts(layouts: Layouts, schema: imc.Schema) -> list[Finding]:
     return found
 
 
-def _clocks(summary: Summary) -> list[Finding]:
+def _clocks(summary: LogSummary) -> list[Finding]:
     found: list[Finding] = []
     if summary.steps:
         places = _few(
@@ -177,8 +177,8 @@ def _clocks(summary: Summary) -> list[Finding]:
         found.append(Finding("warning", text, places, meaning, "Cut the log at the jump: shoal log cut --from/--to."))
     for src, clock in summary.clocks.items():
         who = summary.names.system(src)
-        if clock.strays:
-            text = f"{number(clock.strays, 'message')} of {who} with times far from those around them"
+        if clock.outliers:
+            text = f"{number(clock.outliers, 'message')} of {who} with times far from those around them"
             found.append(Finding("note", text, (), "They were stored and logged later, or have no time."))
         apart = clock.start - summary.start if clock.start < summary.start else max(0.0, clock.end - summary.end)
         if src != summary.owner and math.isfinite(apart) and abs(apart) > CLOCKS_APART:
@@ -188,7 +188,7 @@ def _clocks(summary: Summary) -> list[Finding]:
     return found
 
 
-def _gaps(rhythms: Rhythms, summary: Summary) -> list[Finding]:
+def _gaps(rhythms: Rhythms, summary: LogSummary) -> list[Finding]:
     rows: list[tuple[float, str]] = []
     for (identity, src, entity), rhythm in rhythms.found.items():
         if src == summary.owner and (gaps := rhythm.gaps(summary.end, LONG_ENOUGH * summary.duration)):
@@ -204,7 +204,7 @@ def _gaps(rhythms: Rhythms, summary: Summary) -> list[Finding]:
     return [Finding("note", text, _few([row for _, row in rows]), meaning)]
 
 
-def _entities(summary: Summary) -> list[Finding]:
+def _entities(summary: LogSummary) -> list[Finding]:
     names, found = summary.names, list[Finding]()
     own = [(src, entity) for src, entity in summary.by_entity if src == summary.owner]
     nameless = [key for key in own if key[1] != UNKNOWN_ENTITY and key not in names.labels]
@@ -226,7 +226,7 @@ def _entities(summary: Summary) -> list[Finding]:
     if names.earlier:
         several: list[str] = []
         for (src, entity), labels in sorted(names.earlier.items()):
-            each = [*map(readable_name, labels), names.entity(src, entity)]
+            each = [*map(displayable_name, labels), names.entity(src, entity)]
             several.append(f"entity {entity} of {names.system(src)}: {', '.join(_few(each))}")
         text = f"{number(len(names.earlier), 'entity', 'entities')} with several labels"
         meaning = "The log has several runs of a vehicle; readers use one label for all of it."

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
-from runtime.logs import Summary, summarize
+from imc.lsf import ReportProgress
+from runtime.logs import LogSummary, summarize
 from shoal.logs.look.content import LogbookLine, LogContent, Stretch, content_of
 from shoal.logs.look.formatting import moment, number, rate, size, span
 from shoal.logs.look.plot import Curve, bands, chart, clock, css_class
@@ -28,7 +28,7 @@ SEVERE = ("WARNING", "ERROR", "CRITICAL")
 _HERE = Path(__file__).parent
 
 
-def report(log: imc.Log, progress: ReportShare | None = None) -> str:
+def report(log: imc.Log, progress: ReportProgress | None = None) -> str:
     """The page of a log. Text of the log is escaped. Raises ValueError for an empty log."""
     summary = summarize(log, progress)
     if summary.packets == 0:
@@ -238,7 +238,7 @@ def _line(entry: LogbookLine) -> tuple[str, ...]:
     return clock(entry.time), entry.level.lower(), _short(entry.context), _short(entry.text)
 
 
-def _rates(summary: Summary) -> str:
+def _rates(summary: LogSummary) -> str:
     most = max(tally.size for tally in summary.by_type.values())
     rows = [
         f"<tr><td>{_safe(name)}</td><td class=n>{tally.count}</td><td class=n>{rate(tally.rate)}</td>"
@@ -253,7 +253,7 @@ def _rates(summary: Summary) -> str:
     return _section("Messages", text)
 
 
-def _troubles(summary: Summary) -> str:
+def _troubles(summary: LogSummary) -> str:
     rows = [(f"byte {loss.offset}", number(loss.length, "byte"), loss.reason) for loss in summary.losses[:MOST_ENTRIES]]
     for step in summary.steps[:MOST_ENTRIES]:
         what = f"the clock of {summary.names.system(step.src)} was set at {moment(step.before)}"

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import imc
-from imc.coordinates import rows_of
+from imc.coordinates import maneuver_corners
 from mavlink.missions import Command, Item, chain_of
 from support.wgs84 import displace, displacement
 from tasks.control.autopilot.kinds import Body
@@ -180,7 +180,7 @@ TOLD: Mapping[type[Any], Callable[[Writer, Any], None]] = {
     imc.FollowPath: lambda w, path: w.pass_points(
         path, [(p.x, p.y, p.z) for p in path.points if isinstance(p, imc.PathPoint)]
     ),
-    imc.Rows: lambda w, area: w.pass_points(area, [(north, east, 0.0) for north, east in rows_of(area)]),
+    imc.Rows: lambda w, area: w.pass_points(area, [(north, east, 0.0) for north, east in maneuver_corners(area)]),
     imc.Takeoff: Writer.take_off,
     imc.Land: Writer.touch_down,
     imc.IdleManeuver: Writer.wait,

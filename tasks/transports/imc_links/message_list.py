@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 import imc
 from imc.addresses import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
-from support.text import nearest, quoted
+from support.text import nearest_word, quoted
 from tasks.transports.imc_links.custom_filters import Custom, parse_custom
 
 EVERYBODY = (ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM)
@@ -18,7 +18,7 @@ def message_named(name: str) -> type[imc.Message]:
     schema = imc.builtin()
     if name in schema:
         return schema[name]
-    near = nearest(name, (cls.__name__ for cls in imc.messages.BY_ID.values()))
+    near = nearest_word(name, (cls.__name__ for cls in imc.messages.BY_ID.values()))
     raise ValueError(f"there is no message {quoted(name)}" + (f"; did you mean {near}?" if near else ""))
 
 

@@ -3,7 +3,7 @@
 import socket
 
 from mavlink import LONGEST_DATAGRAM
-from runtime.devices import look_up
+from runtime.devices import resolve_host
 from tasks.transports.mavlink_protocol.links import Host, Link, Peer
 from tasks.transports.mavlink_protocol.routes import Route
 from tasks.transports.mavlink_protocol.session import Session
@@ -42,7 +42,7 @@ class DatagramLink(Link):
         silent = not any(session.contact for session in self.sessions.values())
         if self.route.is_named and silent and not self._looking and self._host.now >= self._look_due:
             self._looking = True
-            self._host.offload(look_up, self.route.host, then=self._found)
+            self._host.offload(resolve_host, self.route.host, then=self._found)
 
     def send(self, frame: bytes, peer: Peer) -> None:
         if self._socket is None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from mavlink import UNSIGNED, Received, Signing, StreamSplitter, split, text
-from runtime.devices import Owner
+from runtime.devices import DeviceOwner
 from tasks.transports.mavlink_protocol.keys import Keys
 from tasks.transports.mavlink_protocol.routes import Route
 from tasks.transports.mavlink_protocol.session import DATAGRAM_BURST, DATAGRAMS_PER_SECOND, Session
@@ -21,7 +21,7 @@ OTHERS = ("others", 0)
 SILENCE = 5.0  # s after which a station may have to make room for another
 
 
-class Host(Owner, Protocol):
+class Host(DeviceOwner, Protocol):
     """What links need of their task; `speed` is that of its clock."""
 
     maximum_peers: int

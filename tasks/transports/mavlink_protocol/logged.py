@@ -10,7 +10,7 @@ import imc
 from imc.discovery import Services
 from imc.lsf import Log
 from mavlink import KINDS, Flavour, Mode, from_imc, mode_number, system_of
-from runtime.logs import Names
+from runtime.logs import SystemNames
 from runtime.profile import read_sections
 from runtime.task import Entity, State
 from support.diagnostics import ProfileError
@@ -58,14 +58,14 @@ def identify(path: Path, wanted: str = "") -> Identity | str:
         owner = next((imc.header(packet).src for _, packet in log.packets()), None)
         if owner is None:
             return f"{path}: there is no message in this log"
-        names, announced = Names(), dict[int, Any]()
+        names, announced = SystemNames(), dict[int, Any]()
         for message in log.messages("Announce") if "Announce" in log.schema else ():
             names.learn(message)
             announced.setdefault(message.src, message)
             if owner in announced and not wanted:
                 break
         if wanted:
-            (owner,) = names.systems_called((wanted,), announced) or (owner,)
+            (owner,) = names.find_systems((wanted,), announced) or (owner,)
     except (OSError, ValueError) as error:
         return f"{path}: {error}"
     about, options = announced.get(owner), _configured(log.path.parent)

@@ -7,7 +7,7 @@ from ipaddress import ip_address
 
 from mavlink import FLAVOURS, Flavour
 from runtime.networks import LOOPBACK
-from support.text import hinted
+from support.text import with_suggestion
 
 PORTS: Mapping[str, int] = {"udpin": 14550, "udpout": 14550, "udpbcast": 14550, "tcpin": 5760, "tcpout": 5760}
 """The schemes of networks, and their default ports."""
@@ -110,7 +110,7 @@ def _older(text: str) -> Route | None:
         return None
     scheme, host, port, flavour = parts
     if flavour not in FLAVOURS:
-        raise ValueError(hinted(f"{flavour!r} is not a flavor", flavour, FLAVOURS))
+        raise ValueError(with_suggestion(f"{flavour!r} is not a flavor", flavour, FLAVOURS))
     return _route(text, scheme, _host(scheme, host), _port(port), {"flavour": flavour})
 
 
@@ -118,7 +118,7 @@ def _network(text: str) -> Route:
     found = _FORM.fullmatch(text)
     scheme = found[1] if found is not None else text.partition(":")[0]
     if scheme not in SCHEMES and (found is not None or ":" in text):
-        raise ValueError(hinted(f"{scheme!r} is not a scheme", scheme, SCHEMES))
+        raise ValueError(with_suggestion(f"{scheme!r} is not a scheme", scheme, SCHEMES))
     if found is None or scheme == SERIAL:
         example = "serial:///dev/ttyUSB0?baud=57600" if scheme == SERIAL else "udpin://127.0.0.1:14551?flavour=px4"
         raise ValueError(f"not SCHEME://ADDRESS[:PORT]?flavour=FLAVOR, such as {example}")
@@ -177,12 +177,12 @@ def _options(text: str, scheme: str) -> dict[str, str]:
         name = "flavour" if name == "flavor" else name
         known = [option for option in OPTIONS if option != "baud" or scheme == SERIAL]
         if name not in known:
-            raise ValueError(hinted(f"{name!r} is not an option of this link", name, known))
+            raise ValueError(with_suggestion(f"{name!r} is not an option of this link", name, known))
         if name in found or not (equals and value):
             raise ValueError(f"{name!r} is given twice" if name in found else f"{name!r} has no value")
         if name in CHOICES and value not in CHOICES[name]:
             word = "a flavor" if name == "flavour" else f"a choice of {name!r}"
-            raise ValueError(hinted(f"{value!r} is not {word}", value, CHOICES[name]))
+            raise ValueError(with_suggestion(f"{value!r} is not {word}", value, CHOICES[name]))
         found[name] = value
     if not _BAUD.fullmatch(found.get("baud", str(BAUD))):
         raise ValueError(f"{found['baud']!r} is not a baud rate")

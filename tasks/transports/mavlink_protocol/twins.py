@@ -4,7 +4,7 @@ from collections.abc import Callable
 from itertools import islice
 
 import imc
-from imc.discovery import Services, readable_name
+from imc.discovery import Services, displayable_name
 from mavlink import AUTOPILOT_NONE, GROUND_STATION, Received, system_of
 
 MOST = 16
@@ -34,7 +34,7 @@ class Twins:
         """Take the Announce of another vehicle; its id follows from its IMC id if it does not tell it."""
         theirs = Services.parse(other.services).mavlink_id or system_of(other.src)
         if other.sys_type in VEHICLES and theirs == self._system:
-            self.note(f"{readable_name(other.sys_name)} ({other.src:#06x})", now)
+            self.note(f"{displayable_name(other.sys_name)} ({other.src:#06x})", now)
 
     def note(self, twin: str, now: float) -> None:
         """Take a system that has the same id."""

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 
 from mavlink import Dialect, StreamSplitter
-from runtime.devices import Address, Device, Log, SerialPort, TcpConnection, TcpServer, Whole
+from runtime.devices import Address, Device, DeviceLog, RawChunks, SerialPort, TcpConnection, TcpServer
 from tasks.transports.mavlink_protocol.links import Host, Link, Peer, name_of
 from tasks.transports.mavlink_protocol.routes import SERIAL, Route
 from tasks.transports.mavlink_protocol.streams import STREAMS
@@ -57,7 +57,7 @@ class Wire:
         peer: Peer,
         address: Address,
         tell: Callable[[str], object],
-        log: Log | None = None,
+        log: DeviceLog | None = None,
     ):
         self.rubbish = 0  # bytes since the last good message
         self._link, self._host, self._peer = link, host, peer
@@ -68,7 +68,7 @@ class Wire:
         self._queue: deque[bytes] = deque()
         self._size, self._flushing = 0, False
         self._room = min(MOST_ROOM, max(LEAST_ROOM, round(link.route.speed)))
-        self._device = Device(host, address, Whole(), self._receive, trouble=self._change, log=log)
+        self._device = Device(host, address, RawChunks(), self._receive, trouble=self._change, log=log)
         self._device.open()
 
     @property

@@ -32,7 +32,7 @@ def kept(folder: Path) -> list[Path]:
 def reads(patch: pytest.MonkeyPatch) -> list[Path]:
     """The paths of all logs that were read completely."""
     found: list[Path] = []
-    chunks = log_bytes.chunks
+    chunks = log_bytes.unpacked_chunks
 
     def noted(path: Path, *rest: Any) -> Iterator[bytes]:
         found.append(path)

@@ -300,9 +300,9 @@ def test_full_disk_leaves_whole_members_and_keeps_the_rest(tmp_path: Path) -> No
 
 def test_writer_notices_that_its_file_has_gone(tmp_path: Path) -> None:
     writer = LsfWriter(tmp_path / "Data.lsf", "none")
-    assert writer.in_place()
+    assert writer.is_file_in_place()
     writer.path.unlink()
-    assert not writer.in_place()
+    assert not writer.is_file_in_place()
     writer.path.write_bytes(b"another")
-    assert not writer.in_place()
+    assert not writer.is_file_in_place()
     writer.close()

@@ -46,7 +46,7 @@ def test_members_that_are_not_needed_are_not_unpacked(tmp_path: Path, monkeypatc
     assert len(Log(path)) == 30002
     unpacked: set[int] = set()
 
-    def noted(*arguments: Any) -> Iterator[gzip_members.Piece]:
+    def noted(*arguments: Any) -> Iterator[gzip_members.MemberData]:
         for piece in parallel_gunzip.unpack_ahead(*arguments):
             unpacked.add(piece.member)
             yield piece

@@ -13,10 +13,10 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import imc
-from imc.lsf import COMPRESSIONS, Spread, chunks, gzip_member, parallel_gunzip
+from imc.lsf import COMPRESSIONS, ParallelMap, compress_member, parallel_gunzip, unpacked_chunks
 from imc.lsf import byte_reader as log_bytes
 from imc.lsf.byte_reader import open_reader
-from imc.lsf.gzip_members import Piece, unpack
+from imc.lsf.gzip_members import MemberData, unpack_members
 from imc.lsf.parallel_gunzip import unpack_ahead
 
 FAST = settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -33,7 +33,7 @@ def short_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def threads() -> Iterator[Spread]:
+def threads() -> Iterator[ParallelMap]:
     with ThreadPoolExecutor(2) as executor:
         yield executor.map
 
@@ -41,13 +41,13 @@ def threads() -> Iterator[Spread]:
 def member(random: random.Random) -> bytes:
     kind = random.randrange(12)
     if kind == 0:
-        return gzip_member(b"")
+        return compress_member(b"")
     if kind == 1:
-        return gzip_member(bytes(random.randrange(60_000)))
+        return compress_member(bytes(random.randrange(60_000)))
     if kind == 2:
-        return gzip_member(gzip_member(b"inside") * random.randrange(40), 0)
+        return compress_member(compress_member(b"inside") * random.randrange(40), 0)
     data = random.randbytes(random.randrange(4000 if kind == 3 else 400))
-    return gzip.compress(data, random.choice((1, 6, 9))) if kind == 4 else gzip_member(data)
+    return gzip.compress(data, random.choice((1, 6, 9))) if kind == 4 else compress_member(data)
 
 
 def damaged(data: bytes, random: random.Random, count: int) -> bytes:
@@ -76,9 +76,9 @@ files = given(st.integers(0, 1 << 32), st.integers(0, 40), st.integers(0, 3))
 
 @FAST
 @files
-def test_pieces_are_the_same(threads: Spread, seed: int, members: int, damage: int) -> None:
+def test_pieces_are_the_same(threads: ParallelMap, seed: int, members: int, damage: int) -> None:
     _, data = make_file(seed, members, damage)
-    in_order = list(unpack(BytesIO(data), GZIP))
+    in_order = list(unpack_members(BytesIO(data), GZIP))
     assert list(unpack_ahead(BytesIO(data), GZIP, 0, threads)) == in_order
     assert list(unpack_ahead(BytesIO(data), GZIP, 0, map)) == in_order
 
@@ -88,7 +88,7 @@ def test_pieces_are_the_same(threads: Spread, seed: int, members: int, damage: i
 @example(seed=867, members=18, damage=3)
 @example(seed=1669346, members=6, damage=2)
 def test_bytes_damage_members_and_parts_are_the_same(
-    tmp_path: Path, threads: Spread, seed: int, members: int, damage: int
+    tmp_path: Path, threads: ParallelMap, seed: int, members: int, damage: int
 ) -> None:
     chance, data = make_file(seed, members, damage)
     path = tmp_path / "Data.lsf.gz"
@@ -97,7 +97,7 @@ def test_bytes_damage_members_and_parts_are_the_same(
     table: log_bytes.Members = []
     for spread in (None, threads):
         table, losses = [], list[tuple[int, int, str]]()
-        whole = b"".join(chunks(path, lambda *loss, to=losses: to.append(loss), table, None, spread))
+        whole = b"".join(unpacked_chunks(path, lambda *loss, to=losses: to.append(loss), table, None, spread))
         found.append((whole, losses, table))
     assert found[0] == found[1]
     again = list[tuple[int, int, str]]()
@@ -114,7 +114,7 @@ def test_bytes_damage_members_and_parts_are_the_same(
 
 
 def test_whole_members_go_through_spread_a_few_at_a_time() -> None:
-    data = b"".join(gzip_member(random.Random(n).randbytes(100)) for n in range(300))
+    data = b"".join(compress_member(random.Random(n).randbytes(100)) for n in range(300))
     running, most, total = 0, 0, 0
 
     def spread(function: Any, parts: Any) -> Iterator[Any]:
@@ -122,22 +122,22 @@ def test_whole_members_go_through_spread_a_few_at_a_time() -> None:
         running, total = running + 1, total + len(parts[0])
         most = max(most, running)
 
-        def results() -> Iterator[list[Piece] | None]:
+        def results() -> Iterator[list[MemberData] | None]:
             nonlocal running
             running -= 1
             yield function(parts[0])
 
         return results()
 
-    assert list(unpack_ahead(BytesIO(data), GZIP, 0, spread)) == list(unpack(BytesIO(data), GZIP))
+    assert list(unpack_ahead(BytesIO(data), GZIP, 0, spread)) == list(unpack_members(BytesIO(data), GZIP))
     assert most == parallel_gunzip.AHEAD
     assert total > len(data) - 1000
 
 
-def test_log_is_the_same(tmp_path: Path, threads: Spread) -> None:
+def test_log_is_the_same(tmp_path: Path, threads: ParallelMap) -> None:
     path = tmp_path / "Data.lsf.gz"
     packets = [imc.encode(imc.Rpm(timestamp=1e9 + n, value=n)) for n in range(2000)]
-    whole = b"".join(gzip_member(b"".join(packets[n : n + 10])) for n in range(0, 2000, 10))
+    whole = b"".join(compress_member(b"".join(packets[n : n + 10])) for n in range(0, 2000, 10))
     path.write_bytes(whole[:9000] + b"?" + whole[9001:-3])
     one, other = imc.Log(path), imc.Log(path, spread=threads)
     assert other.counts() == one.counts()

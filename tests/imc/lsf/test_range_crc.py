@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import imc
 from imc.lsf import scanner as packet_scan
-from imc.lsf.range_crc import overlapping_right
+from imc.lsf.range_crc import valid_crcs
 
 SYNC = 0xFE54
 PACKETS = [
@@ -88,7 +88,7 @@ def test_parts_are_right_where_their_crc_is(data: bytes, draw: st.DataObject) ->
         for start, end, swapped in zip(starts, ends, big, strict=True)
     ]
     arrays = np.array(starts), np.array(ends), np.array(big)
-    assert overlapping_right(content, *arrays).tolist() == expected
+    assert valid_crcs(content, *arrays).tolist() == expected
     assert expected[-1]
 
 
@@ -97,7 +97,7 @@ def test_long_parts_reach_over_periods() -> None:
     starts, ends = np.array([5, 40_000, 100_001]), np.array([65_541, 100_000, 165_558])
     for start, end in zip(starts[1:], ends[1:], strict=True):
         data[end - 2 : end] = arc(bytes(data[start : end - 2])).to_bytes(2, "little")
-    assert overlapping_right(bytes(data), starts, ends, np.zeros(3, np.bool_)).tolist() == [False, True, True]
+    assert valid_crcs(bytes(data), starts, ends, np.zeros(3, np.bool_)).tolist() == [False, True, True]
 
 
 def test_few_candidates_have_crcs_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ from mavlink.missions import Command, plan_of, resumed
 from tasks.plan.graph import parse
 
 C = Command
-ALL = {imc.builtin()[name].ID for name in imc.builtin().members("Maneuver")}
+ALL = {imc.builtin()[name].ID for name in imc.builtin().allowed_messages("Maneuver")}
 
 
 def names(plan):

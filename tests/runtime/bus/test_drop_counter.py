@@ -1,14 +1,14 @@
 """Who sends most is named, whatever others send."""
 
 from imc.addresses import UNKNOWN_SYSTEM
-from runtime.bus import Excess
+from runtime.bus import DropCounter
 from runtime.bus.drop_counter import MOST_NAMED
 
 CONSOLE = 0x4001
 
 
 def test_many_names_hide_nobody_who_sends_more() -> None:
-    excess = Excess()
+    excess = DropCounter()
     for source in range(10 * MOST_NAMED):
         excess.count(source)
     for _ in range(50):
@@ -23,7 +23,7 @@ def test_many_names_hide_nobody_who_sends_more() -> None:
 
 
 def test_counts_begin_again_once_they_were_read() -> None:
-    excess = Excess()
+    excess = DropCounter()
     excess.count(CONSOLE)
     assert excess.drain() == {CONSOLE: 1}
     assert excess.drain() == {}

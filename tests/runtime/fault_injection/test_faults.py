@@ -12,10 +12,21 @@ from hypothesis import strategies as st
 import imc
 from runtime import Task, consume, param, periodic
 from runtime.bus import Frame
-from runtime.fault_injection import Biased, Crash, Fault, FaultError, Faults, Injection, Noisy, Silent, Source, Stuck
+from runtime.fault_injection import (
+    Biased,
+    Crash,
+    Fault,
+    FaultError,
+    FaultInjector,
+    Injection,
+    Noisy,
+    PublishInterceptor,
+    Silent,
+    Stuck,
+)
 from runtime.testing import simulate
 
-LOST = Injection(Silent(), at=2.05, lasting=2.0)
+LOST = Injection(Silent(), start=2.05, duration=2.0)
 
 
 class Sonde(Task):
@@ -93,7 +104,7 @@ def test_only_the_named_messages_are_silent():
 
 
 def test_a_stuck_task_repeats_its_last_values_with_new_times():
-    run = simulate(Sonde, seconds=4.0, faults=[Injection(Stuck(), at=1.05, lasting=2.0)])
+    run = simulate(Sonde, seconds=4.0, faults=[Injection(Stuck(), start=1.05, duration=2.0)])
     assert values(run)[9:33] == [10.0, 11.0, *[11.0] * 20, 32.0, 33.0]
     times = [message.timestamp for message in run.of(imc.Depth)]
     assert np.diff(times) == pytest.approx(0.1, abs=1e-6)
@@ -110,7 +121,7 @@ def test_a_task_that_is_stuck_from_the_start_keeps_its_first_values():
 
 
 def test_a_camera_is_silent_or_repeats_its_picture():
-    faults = [Injection(Silent(), at=0.25, lasting=0.2), Injection(Stuck(), at=0.55, lasting=0.3)]
+    faults = [Injection(Silent(), start=0.25, duration=0.2), Injection(Stuck(), start=0.55, duration=0.3)]
     frames = simulate(Camera, seconds=1.0, faults=faults).frames
     assert [frame.index for frame in frames] == [0, 1, 2, 5, 6, 7, 8, 9]
     assert [int(frame.image[0, 0, 0]) for frame in frames] == [0, 1, 2, 5, 5, 5, 5, 9]
@@ -121,10 +132,10 @@ def test_a_bias_goes_round_in_a_full_turn_and_stops_at_other_limits():
         Sonde,
         seconds=1.0,
         faults=[
-            Injection(Biased("EulerAngles", "psi", 0.5), at=0.05),
-            Injection(Biased("EulerAngles", "theta", 0.5), at=0.05),
-            Injection(Biased("Depth", "value", -2.5), at=0.05),
-            Injection(Biased("GpsFix", "satellites", -3.4), at=0.05),
+            Injection(Biased("EulerAngles", "psi", 0.5), start=0.05),
+            Injection(Biased("EulerAngles", "theta", 0.5), start=0.05),
+            Injection(Biased("Depth", "value", -2.5), start=0.05),
+            Injection(Biased("GpsFix", "satellites", -3.4), start=0.05),
         ],
     )
     first, *_, last = run.of(imc.EulerAngles)
@@ -136,9 +147,9 @@ def test_a_bias_goes_round_in_a_full_turn_and_stops_at_other_limits():
 
 def test_a_bias_that_is_not_finite():
     faults = [
-        Injection(Biased("Depth", "value", math.nan), at=0.05),
-        Injection(Biased("Temperature", "value", 1e300), at=0.05),
-        Injection(Biased("GpsFix", "satellites", math.inf), at=0.05),
+        Injection(Biased("Depth", "value", math.nan), start=0.05),
+        Injection(Biased("Temperature", "value", 1e300), start=0.05),
+        Injection(Biased("GpsFix", "satellites", math.inf), start=0.05),
     ]
     run = simulate(Sonde, seconds=0.2, faults=faults)
     assert math.isnan(values(run)[-1])
@@ -148,7 +159,7 @@ def test_a_bias_that_is_not_finite():
 
 def test_noise_follows_from_seed_task_and_field_and_leaves_other_noise_alone():
     def noisy(deviation=2.0, seed=1, extra=()):
-        faults = [Injection(Noisy("Depth", "value", deviation), at=0.05), *extra]
+        faults = [Injection(Noisy("Depth", "value", deviation), start=0.05), *extra]
         return simulate(Sonde, seconds=100.0, seed=seed, faults=faults)
 
     run, quiet = noisy(), simulate(Sonde, seconds=100.0, seed=1)
@@ -157,22 +168,22 @@ def test_noise_follows_from_seed_task_and_field_and_leaves_other_noise_alone():
     assert (np.mean(errors), np.std(errors)) == (pytest.approx(0.0, abs=0.2), pytest.approx(2.0, rel=0.1))
     assert values(run, imc.Temperature) == values(quiet, imc.Temperature)
     assert values(noisy(seed=2)) != values(run)
-    twice = noisy(extra=[Injection(Noisy("Depth", "value", 2.0), at=0.05)])
+    twice = noisy(extra=[Injection(Noisy("Depth", "value", 2.0), start=0.05)])
     assert np.std(np.array(values(twice))[1:] - np.array(values(quiet))[1:]) == pytest.approx(8.0**0.5, rel=0.1)
 
 
 def test_faults_overlap_in_the_order_in_which_they_began():
     faults = [
-        Injection(Stuck(("Depth",)), at=0.25, lasting=0.5),
-        Injection(Biased("Depth", "value", 100.0), at=0.45, lasting=0.5),
-        Injection(Silent(), at=0.55, lasting=0.1),
+        Injection(Stuck(("Depth",)), start=0.25, duration=0.5),
+        Injection(Biased("Depth", "value", 100.0), start=0.45, duration=0.5),
+        Injection(Silent(), start=0.55, duration=0.1),
     ]
     run = simulate(Sonde, seconds=1.0, faults=faults)
     assert values(run) == [1, 2, 3, 3, 3, 103, 103, 109, 110]
 
 
 def test_a_crashed_task_restarts_with_back_off_and_others_go_on():
-    run = simulate([Sonde, Listener], seconds=4.0, faults=[Injection(Crash(), at=1.05)])
+    run = simulate([Sonde, Listener], seconds=4.0, faults=[Injection(Crash(), start=1.05)])
     times = [message.timestamp - run.of(imc.Depth)[0].timestamp for message in run.of(imc.Depth)]
     assert [t for t in times if 1.0 < t < 2.1] == pytest.approx([2.05])
     assert len(run.of(imc.Salinity)) == len(times)
@@ -183,7 +194,7 @@ def test_a_crashed_task_restarts_with_back_off_and_others_go_on():
 
 
 def test_a_crash_that_lasts_lets_no_start_succeed():
-    faults = [Injection(Crash(), at=1.05, lasting=5.0), Injection(Crash(), at=1.55, lasting=1.0)]
+    faults = [Injection(Crash(), start=1.05, duration=5.0), Injection(Crash(), start=1.55, duration=1.0)]
     run = simulate(Sonde, seconds=12.0, faults=faults)
     times = [message.timestamp - run.of(imc.Depth)[0].timestamp for message in run.of(imc.Depth)]
     silence = [round(b - a, 6) for a, b in pairwise(times) if b - a > 0.11]
@@ -193,9 +204,9 @@ def test_a_crash_that_lasts_lets_no_start_succeed():
 
 
 def test_an_exception_that_no_fault_raised_ends_the_run():
-    faults = [Injection(Crash(), at=0.5)]
+    faults = [Injection(Crash(), start=0.5)]
     with pytest.raises(ValueError, match="a stone"):
-        simulate([Fragile, Sonde], seconds=4.0, faults=[*faults, Injection(Silent(), at=0.1)])
+        simulate([Fragile, Sonde], seconds=4.0, faults=[*faults, Injection(Silent(), start=0.1)])
 
 
 @pytest.mark.parametrize(
@@ -227,7 +238,7 @@ def test_a_fault_of_ones_own():
     class Late(Fault):
         """Every second message is lost."""
 
-        def begin(self, source: Source, number: int):
+        def begin(self, source: PublishInterceptor, number: int):
             count = iter(range(1_000_000))
             return lambda item: item if next(count) % 2 else None
 
@@ -237,7 +248,7 @@ def test_a_fault_of_ones_own():
 
 def test_a_fault_that_is_ended_by_hand_ends_once():
     run = simulate(Sonde, seconds=0.0)
-    faults = Faults(run.vehicle)
+    faults = FaultInjector(run.vehicle)
     end = faults.begin(run.task.name, Silent(), 10.0)
     assert "publish" in vars(run.task)
     end()
@@ -257,7 +268,7 @@ def test_a_fault_that_is_ended_by_hand_ends_once():
     )
 )
 def test_any_faults_leave_a_task_as_it_was_and_the_run_deterministic(planned):
-    faults = [Injection(fault, at=0.1 * at, lasting=0.1 * lasting) for fault, at, lasting in planned]
+    faults = [Injection(fault, start=0.1 * at, duration=0.1 * lasting) for fault, at, lasting in planned]
     run = simulate(Sonde, seconds=8.0, faults=faults)
     assert run.packets == simulate(Sonde, seconds=8.0, faults=faults).packets
     assert "start" not in vars(run.task)

@@ -27,7 +27,7 @@ def states(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
         vehicle = running(profile, tmp_path_factory.mktemp(profile), seconds)
         found[profile] = save(vehicle)
         vehicle.close()
-    assert load(found["caravel"]).pasts
+    assert load(found["caravel"]).journals
     return found
 
 

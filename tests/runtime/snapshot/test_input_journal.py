@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import imc
 from runtime import Script, State, Task, consume, param, periodic
 from runtime.kernel import SECOND, VirtualClock
-from runtime.snapshot import Journals, SnapshotError, load, restore, save
+from runtime.snapshot import InputJournals, SnapshotError, load, restore, save
 from runtime.snapshot.input_journal import MANY
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
@@ -100,7 +100,7 @@ def go_on(snapshot: bytes, *tasks: type[Task], seed: int = 0, until: float = LEN
     vehicle = vehicle_of(*tasks, seed=seed, time=load(snapshot).time, heard=heard)
     try:
         if again:
-            Journals(vehicle)
+            InputJournals(vehicle)
         restore(vehicle, load(snapshot))
         vehicle.kernel.run(until=round(until * SECOND))
         return save(vehicle) if again else list(heard)
@@ -113,7 +113,7 @@ def go_on(snapshot: bytes, *tasks: type[Task], seed: int = 0, until: float = LEN
 def test_scripts_go_on_from_any_moment(times: list[float], seed: int) -> None:
     heard: Heard = []
     vehicle = vehicle_of(Weather, Walker, seed=seed, heard=heard)
-    Journals(vehicle)
+    InputJournals(vehicle)
     vehicle.start()
     saved: list[bytes] = []
     for time in sorted(times):
@@ -153,7 +153,7 @@ class Sleeper(Task):
 def test_a_journal_begins_anew_while_no_script_runs() -> None:
     heard: Heard = []
     vehicle = vehicle_of(Weather, Sleeper, heard=heard)
-    journals = Journals(vehicle)
+    journals = InputJournals(vehicle)
     vehicle.start()
     vehicle.run(4 * MANY / 7 + 1.0)
     journal = journals.of(vehicle.task("Sleeper"))
@@ -243,7 +243,7 @@ def saved_after(seconds: float, *tasks: type[Task], journals: bool = True) -> by
     vehicle = vehicle_of(*tasks)
     try:
         if journals:
-            Journals(vehicle)
+            InputJournals(vehicle)
         vehicle.start()
         vehicle.run(seconds)
         return save(vehicle)
@@ -282,7 +282,7 @@ def test_a_script_without_a_journal_is_refused() -> None:
 
 def test_a_script_of_somebody_else_is_refused() -> None:
     vehicle = vehicle_of(Weather)
-    Journals(vehicle)
+    InputJournals(vehicle)
     vehicle.start()
     vehicle.task("Weather").run(elsewhere)
     vehicle.run(1.0)

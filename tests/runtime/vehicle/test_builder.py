@@ -5,7 +5,7 @@ import pytest
 import imc
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
-from runtime.vehicle import build, check, find_task
+from runtime.vehicle import build, check_profile, find_task
 from support.diagnostics import ProfileError
 
 
@@ -231,7 +231,7 @@ def test_modules_of_sections_that_do_not_run_are_left_alone(tmp_path, monkeypatc
     build = made(tmp_path, text)
     assert build.skipped == {}
     build.vehicle.close()
-    problems = check(load_profile(tmp_path / "mine.ini"), {}, ["Simulation"], find_task)
+    problems = check_profile(load_profile(tmp_path / "mine.ini"), {}, ["Simulation"], find_task)
     assert [p.text for p in problems if "untouched.A" in p.text] == []
     assert any("untouched.B" in p.text and "SystemExit" in p.text for p in problems)
 

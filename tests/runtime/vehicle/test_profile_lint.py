@@ -9,7 +9,7 @@ import pytest
 from runtime import Task, param
 from runtime.profile import Profile, load_profile
 from runtime.task import shared_options
-from runtime.vehicle import check, explain
+from runtime.vehicle import check_profile, explain
 from support.diagnostics import Problem, ProfileError
 
 TREE = Path(__file__).parents[2] / "data/profiles"
@@ -76,7 +76,7 @@ def written(text: str) -> Profile:
 
 
 def found(text: str, selected: list[str] | None = None) -> list[str]:
-    return [str(problem) for problem in check(written(text), TASKS, selected)]
+    return [str(problem) for problem in check_profile(written(text), TASKS, selected)]
 
 
 def test_a_good_profile_has_no_problems() -> None:
@@ -213,7 +213,7 @@ def test_a_module_that_fails_to_import_is_an_error() -> None:
         return TASKS.get(section)
 
     profile = written(GOOD + "[mine.Whistle]\nEnabled = Always")
-    assert [str(problem) for problem in check(profile, TASKS, find_task=find_task)] == [
+    assert [str(problem) for problem in check_profile(profile, TASKS, find_task=find_task)] == [
         "auv.ini:10: error: [mine.Whistle]: mine.Whistle: module mine cannot be imported: no reed"
     ]
 
@@ -221,13 +221,13 @@ def test_a_module_that_fails_to_import_is_an_error() -> None:
 def test_problems_follow_the_order_of_files_and_lines() -> None:
     Path("list.ini").write_text("[Simulators.Swimmer]\nEnabled = Simulation\nZ = 1\n")
     profile = written("[Require list.ini]\n[Simulators.Swimmer]\nRate = 0\n| x\n")
-    places = [(problem.file, problem.line) for problem in check(profile, TASKS)]
+    places = [(problem.file, problem.line) for problem in check_profile(profile, TASKS)]
     assert places == [("auv.ini", 3), ("auv.ini", 4), ("list.ini", 3)]
-    assert all(isinstance(problem, Problem) for problem in check(profile, TASKS))
+    assert all(isinstance(problem, Problem) for problem in check_profile(profile, TASKS))
 
 
 def test_a_tree_in_the_manner_of_dune_has_warnings_and_notes_only() -> None:
-    said = check(load_profile("lauv-mantaray-7", [TREE]), TASKS)
+    said = check_profile(load_profile("lauv-mantaray-7", [TREE]), TASKS)
     assert [(problem.severity, Path(problem.file).name, problem.line) for problem in said] == [
         ("warning", "lauv-mantaray-7.ini", 6),
         ("note", "simulator.ini", 7),
@@ -279,12 +279,12 @@ def test_explain_of_an_unknown_section_names_the_nearest() -> None:
     ],
 )
 def test_the_sections_of_the_runtime_are_checked_too(section: str, words: str) -> None:
-    assert any(str(problem).startswith(words) for problem in check(written(GOOD + section), TASKS))
+    assert any(str(problem).startswith(words) for problem in check_profile(written(GOOD + section), TASKS))
 
 
 def test_a_section_that_several_tasks_read() -> None:
     text = f"{GOOD}[Pool]\nDepht = 3\nColour = blue\nLanes = Left\n[Pool/Left]\nWidth = 3\nDepth = 2\n[Pool/Right]\n"
-    told = [str(problem) for problem in check(written(text), {**TASKS, "Divers.Diver": Diver})]
+    told = [str(problem) for problem in check_profile(written(text), {**TASKS, "Divers.Diver": Diver})]
     assert told == [
         "auv.ini:11: warning: [Pool] nothing reads 'Depht' (did you mean 'Depth'?)",
         "auv.ini:12: warning: [Pool] nothing reads 'Colour' (shoal explain lists those of Pool)",

@@ -36,9 +36,9 @@ def test_a_clock_that_cannot_keep_its_factor_says_which_it_reaches(monkeypatch, 
     told = [text for text in said if text.startswith("the computer is too slow: time passes ")]
     assert len(told) == 1
     assert told[0].endswith("times as fast as real time, not 500 times")
-    assert str(vehicle.pace).endswith("x of 500x")
-    assert vehicle.pace.since(30.0, 1.0) == "30x of 500x"
-    assert vehicle.pace.since(30.0, 0.06) == ""
+    assert str(vehicle.realtime_lag).endswith("x of 500x")
+    assert vehicle.realtime_lag.since(30.0, 1.0) == "30x of 500x"
+    assert vehicle.realtime_lag.since(30.0, 0.06) == ""
 
 
 def test_a_system_time_that_is_set_is_told_and_does_not_reach_the_vehicle(monkeypatch, tmp_path):

@@ -3,23 +3,23 @@
 import imc
 from runtime import Task, consume
 from runtime.testing import simulate
-from runtime.vehicle.reply_quota import BURST, MOST_ASKERS, RATE, Allowance
+from runtime.vehicle.reply_quota import BURST, MOST_ASKERS, RATE, ReplyQuota
 
 CONSOLE, OTHER = 0x4001, 0x4002
 
 
 def test_an_asker_gets_a_burst_and_then_a_rate_and_others_keep_theirs() -> None:
-    allowance = Allowance()
-    assert sum(allowance.spend(CONSOLE, 1, 0.0) for _ in range(1000)) == BURST
-    assert sum(allowance.spend(CONSOLE, 1, 1.0) for _ in range(1000)) == RATE
+    allowance = ReplyQuota()
+    assert sum(allowance.try_acquire(CONSOLE, 1, 0.0) for _ in range(1000)) == BURST
+    assert sum(allowance.try_acquire(CONSOLE, 1, 1.0) for _ in range(1000)) == RATE
     assert allowance.refused.drain() == {CONSOLE: 2000 - BURST - RATE}
-    assert allowance.spend(OTHER, 50, 1.0)
-    assert allowance.spend(CONSOLE, 10_000, 100.0), "more than a burst is granted to who has it whole"
+    assert allowance.try_acquire(OTHER, 50, 1.0)
+    assert allowance.try_acquire(CONSOLE, 10_000, 100.0), "more than a burst is granted to who has it whole"
 
 
 def test_who_asks_in_many_names_gets_no_more() -> None:
-    allowance = Allowance()
-    granted = sum(allowance.spend(asker, 40, 0.0) for asker in range(5000))
+    allowance = ReplyQuota()
+    granted = sum(allowance.try_acquire(asker, 40, 0.0) for asker in range(5000))
     assert granted == 30
     assert allowance.refused.total == 5000 - 30
     assert len(allowance._left) <= MOST_ASKERS + 2

@@ -27,9 +27,9 @@ def fleet(tmp_path, monkeypatch):
         (folder / "__init__.py").write_text("")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(task_registry, "OWN", "fleet")
-    task_registry.own_tasks.cache_clear()
+    task_registry.task_modules.cache_clear()
     yield
-    task_registry.own_tasks.cache_clear()
+    task_registry.task_modules.cache_clear()
     for name in [name for name in sys.modules if name.split(".")[0] == "fleet"]:
         del sys.modules[name]
 
@@ -56,7 +56,7 @@ def test_nothing_else_is_found(fleet, section):
 
 def test_a_module_that_fails_is_one_named_problem(fleet, tmp_path):
     (tmp_path / "fleet/transports/tcp.py").write_text("raise KeyError('boom')\n")
-    task_registry.own_tasks.cache_clear()
+    task_registry.task_modules.cache_clear()
     broken: list[task_registry.TaskImportError] = []
     assert "Transports.UDP" in task_registry.all_tasks(broken)
     place = tmp_path / "fleet/transports/tcp.py"

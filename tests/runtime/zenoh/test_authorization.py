@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 import imc
-from runtime.zenoh import Part, ZenohConfig, ZenohTransport
-from runtime.zenoh.authorization import Gate
+from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
+from runtime.zenoh.authorization import PacketAuthorizer
 from runtime.zenoh.security import Security
 from tests.outside import until
 from tests.runtime.zenoh.processes import Network
@@ -24,12 +24,12 @@ def named(system: int) -> str:
     return NAMES.get(system, f"0x{system:04X}")
 
 
-def gate(*listed: str) -> Gate:
+def gate(*listed: str) -> PacketAuthorizer:
     """Of the vehicle pole, while otter runs on the bus."""
     running = {"otter": frozenset({OTTER}), "pole": frozenset({OWN})}
-    part = Part("pole", OWN, 1)
+    part = ProcessPart("pole", OWN, 1)
     profile = {"manta": MANTA, "otter": 0x0999, "station": GROUND}
-    return Gate(part, listed, lambda: running, named, lambda zid: zid == SIBLING, profile.get)
+    return PacketAuthorizer(part, listed, lambda: running, named, lambda zid: zid == SIBLING, profile.get)
 
 
 REFUSED = [
@@ -76,26 +76,26 @@ OF_SIBLINGS = [
 @pytest.mark.parametrize(("key", "message", "why"), REFUSED)
 def test_what_is_not_its_senders_to_say_is_refused_with_its_reason(key: str, message: imc.Message, why: str) -> None:
     for order in ("little", "big"):
-        assert why in gate().objection(f"imc/{key}", imc.encode(message, order), "other")
+        assert why in gate().reject_reason(f"imc/{key}", imc.encode(message, order), "other")
 
 
 @pytest.mark.parametrize(("key", "message"), TAKEN)
 def test_what_honest_programs_send_is_taken(key: str, message: imc.Message) -> None:
     for listed in ((), ("otter",)):
-        assert gate(*listed).objection(f"imc/{key}", imc.encode(message), "") == ""
+        assert gate(*listed).reject_reason(f"imc/{key}", imc.encode(message), "") == ""
 
 
 @pytest.mark.parametrize(("key", "message"), OF_SIBLINGS)
 def test_what_the_processes_of_a_vehicle_send_each_other_is_taken(key: str, message: imc.Message) -> None:
-    assert gate().objection(f"imc/{key}", imc.encode(message), SIBLING) == ""
+    assert gate().reject_reason(f"imc/{key}", imc.encode(message), SIBLING) == ""
 
 
 def test_a_vehicle_that_is_only_listed_speaks_for_no_console_and_no_known_vehicle() -> None:
     caravel = gate("caravel")
     for source, why in ((CARAVEL, ""), (0x7777, ""), (GROUND, "of 0x4001"), (OTTER, "of otter, which is not caravel")):
         packet = imc.encode(imc.EstimatedState(src=source))
-        assert why in caravel.objection("imc/caravel/EstimatedState/X", packet, "")
-        assert bool(why) == bool(caravel.objection("imc/caravel/EstimatedState/X", packet, ""))
+        assert why in caravel.reject_reason("imc/caravel/EstimatedState/X", packet, "")
+        assert bool(why) == bool(caravel.reject_reason("imc/caravel/EstimatedState/X", packet, ""))
 
 
 @pytest.fixture
@@ -111,7 +111,7 @@ def pole(network: Network, openssl: str, tmp_path: Path) -> Iterator[tuple[Zenoh
         security=Security(ca, pem, key, vehicles=("otter",)),
         vehicle="pole",
     )
-    transport = ZenohTransport(config, named, lambda *_: "Navigation", part=Part("pole", OWN, 1))
+    transport = ZenohTransport(config, named, lambda *_: "Navigation", part=ProcessPart("pole", OWN, 1))
     heard: list[imc.Message] = []
     transport.open(lambda packet: heard.append(imc.decode(packet)))
     yield transport, heard, endpoint
@@ -150,4 +150,4 @@ def test_a_vehicle_with_a_certificate_cannot_command_another_one(
     put("Salinity", "Salinity", src=OTTER)
     until(lambda: any(isinstance(message, imc.Salinity) for message in heard))
     assert {type(message) for message in heard} == {imc.Depth, imc.Salinity}
-    assert transport.arrivals.strange.total == 11
+    assert transport.subscribers.rejected.total == 11

@@ -12,14 +12,14 @@ import pytest
 import zenoh
 
 from runtime.bus import Frame
-from runtime.zenoh import Part, ZenohConfig, ZenohTransport
-from runtime.zenoh.camera_frames import Frames, Head
-from runtime.zenoh.key_expressions import heard
+from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
+from runtime.zenoh.camera_frames import FrameHeader, ZenohFrames
+from runtime.zenoh.key_expressions import subscription_keys
 from tests.outside import until
 from tests.runtime.zenoh.processes import Network
 
 SIBLING = "5b"
-HEAD = msgspec.msgpack.encode(Head(12.5, "Front", 7, 2, 3, {"fov": 1.5}))
+HEAD = msgspec.msgpack.encode(FrameHeader(12.5, "Front", 7, 2, 3, {"fov": 1.5}))
 PIXELS = bytes(range(24))
 
 
@@ -32,11 +32,11 @@ def sample(pixels: bytes = PIXELS, head: bytes | None = HEAD, zid: str | None = 
 
 
 @pytest.fixture
-def frames() -> Frames:
-    return Frames("v", lambda zid: zid == SIBLING, logging.getLogger("shoal.zenoh").warning)
+def frames() -> ZenohFrames:
+    return ZenohFrames("v", lambda zid: zid == SIBLING, logging.getLogger("shoal.zenoh").warning)
 
 
-def test_a_frame_arrives_as_it_was(frames: Frames) -> None:
+def test_a_frame_arrives_as_it_was(frames: ZenohFrames) -> None:
     frame = frames._taken(sample())
     assert frame is not None
     assert (frame.time, frame.camera, frame.index, frame.info) == (12.5, "Front", 7, {"fov": 1.5})
@@ -54,20 +54,20 @@ def test_a_frame_arrives_as_it_was(frames: Frames) -> None:
         sample(head=msgspec.msgpack.encode({"time": "now"})),
         sample(pixels=PIXELS[:-1]),
         sample(pixels=b""),
-        sample(head=msgspec.msgpack.encode(Head(1.0, "Front", 1, -1, 3, {}))),
-        sample(head=msgspec.msgpack.encode(Head(1.0, "Front", 1, 1 << 40, 1 << 40, {}))),
+        sample(head=msgspec.msgpack.encode(FrameHeader(1.0, "Front", 1, -1, 3, {}))),
+        sample(head=msgspec.msgpack.encode(FrameHeader(1.0, "Front", 1, 1 << 40, 1 << 40, {}))),
     ],
 )
-def test_strangers_and_rubbish_are_counted(frames: Frames, wrong: Any, caplog: pytest.LogCaptureFixture) -> None:
+def test_strangers_and_rubbish_are_counted(frames: ZenohFrames, wrong: Any, caplog: pytest.LogCaptureFixture) -> None:
     assert frames._taken(wrong) is None
-    assert frames.strange.total == 1
+    assert frames.malformed.total == 1
     assert "imc/v/@frame/Front" in caplog.text
 
 
 def test_frames_of_4_mb_arrive_without_shared_memory(network: Network) -> None:
     def joined(process: str, entities: int) -> ZenohTransport:
         config = ZenohConfig(local_port=network.local_port, scouting="none", vehicle="v")
-        part = Part("v", 1, entities, process)
+        part = ProcessPart("v", 1, entities, process)
         transport = ZenohTransport(config, "0x{:04X}".format, lambda *_: "Daemon", part=part)
         transport.open(lambda packet: None)
         return transport
@@ -90,7 +90,7 @@ def test_frames_of_4_mb_arrive_without_shared_memory(network: Network) -> None:
 
 
 def test_a_frame_that_the_network_takes_too_long_for_is_counted_and_told(
-    frames: Frames, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+    frames: ZenohFrames, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times = iter([10.0, 10.9, 20.0, 21.001])  # before and after each put; zenoh drops a frame after a second
     monkeypatch.setattr("runtime.zenoh.camera_frames.time", SimpleNamespace(monotonic=times.__next__))
@@ -110,7 +110,7 @@ def test_a_frame_that_the_network_takes_too_long_for_is_counted_and_told(
 
 
 def test_a_vehicle_hears_of_others_only_what_it_wants() -> None:
-    assert heard("v", None) == (["imc/**"], ["imc/*/@cmd/**"])
-    of_all, commands = heard("v", ("Announce",))
+    assert subscription_keys("v", None) == (["imc/**"], ["imc/*/@cmd/**"])
+    of_all, commands = subscription_keys("v", ("Announce",))
     assert of_all == ["imc/v/**", "imc/*/Announce/*"]
     assert commands == ["imc/v/@cmd/**", "imc/0xFFF0/@cmd/**"]

@@ -20,7 +20,7 @@ def test_the_limit_is_set_at_the_wanted_sockets_only() -> None:
         far, six_far = (each.accept()[0] for each in (server, six))
         here, there = socket.socketpair()  # without addresses
         wanted = {(each.getsockname()[:2], each.getpeername()[:2]) for each in (near, six_near)}
-        assert link_timeout.limit(wanted) == wanted
+        assert link_timeout.set_timeout(wanted) == wanted
         options = [s.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT) for s in (near, six_near, far, six_far)]
         assert options == [link_timeout.LONGEST, link_timeout.LONGEST, 0, 0]
         for each in (near, far, six_near, six_far, here, there):

@@ -13,7 +13,7 @@ from PIL import Image
 
 import imc
 from runtime.kernel import VirtualClock
-from runtime.profile import load_profile, parse
+from runtime.profile import load_profile, read_config
 from runtime.vehicle import build
 from shoal.cli import main
 
@@ -50,7 +50,7 @@ def sailed(name, folder, cameras=None, seconds=7.0):
     """The folders of the logs of a virtual run of a shipped profile, if asked for with cameras of an ini file."""
     profile = load_profile(name)
     if cameras is not None:
-        parse(cameras, profile.config)
+        read_config(cameras, profile.config)
     made = build(profile, profile.select("Simulation"), clock=VirtualClock(profile.start_time_ns), log_root=folder)
     made.vehicle.start()
     made.vehicle.run(seconds)

@@ -18,7 +18,7 @@ import zenoh
 from click.testing import CliRunner
 
 import imc
-from runtime.zenoh import Part, ZenohConfig, ZenohTransport
+from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
 from shoal.cli import main
 from shoal.fleet import Child, Keeper, Watch, noted
 from tests.outside import children, until
@@ -216,7 +216,7 @@ def test_all_processes_end_together_even_one_that_ignores_it() -> None:
 
 def test_a_fleet_whose_vehicles_already_run_is_refused_before_anything_starts(network: Network, tmp_path: Path) -> None:
     config = ZenohConfig(local_port=network.local_port, scouting="none", vehicle="lauv-2")
-    running = ZenohTransport(config, str, lambda *_: "", part=Part("lauv-2", 7, 1))
+    running = ZenohTransport(config, str, lambda *_: "", part=ProcessPart("lauv-2", 7, 1))
     running.open(lambda _: None)
     file = tmp_path / "fleet.yaml"
     file.write_text(fleet_file(network, 1))
@@ -250,7 +250,7 @@ def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_told(
 def test_errors_in_the_log_books_of_vehicles_are_told_once(network: Network) -> None:
     watch = Watch({"Local Port": str(network.local_port)})
     config = ZenohConfig(mode="client", local_port=network.local_port, scouting="none", vehicle="lauv-1")
-    vehicle = ZenohTransport(config, lambda _: "lauv-1", lambda *_: "Logger", part=Part("lauv-1", 7, 1))
+    vehicle = ZenohTransport(config, lambda _: "lauv-1", lambda *_: "Logger", part=ProcessPart("lauv-1", 7, 1))
     vehicle.open(lambda _: None)
     types = imc.LogBookEntry.Type
     for kind, text in ((types.INFO, "began"), *[(types.ERROR, "disk full")] * 2, (types.ERROR, "off")):

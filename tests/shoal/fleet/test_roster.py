@@ -8,7 +8,7 @@ import pytest
 
 from mavlink import SYSTEMS, system_of
 from runtime.profile import load_profile
-from runtime.vehicle import check, find_task
+from runtime.vehicle import check_profile, find_task
 from shoal.fleet import FleetFileError, Roster, load_roster
 from shoal.fleet.ports import own_link, own_ports
 from support.diagnostics import ProfileError
@@ -72,7 +72,7 @@ def test_vehicles_start_in_rows_from_west_to_east(tmp_path: Path) -> None:
 def test_the_settings_of_each_member_are_valid(tmp_path: Path) -> None:
     for member in roster(tmp_path, FLEET).members[-3:]:
         profile = load_profile(member.profile, [tmp_path], vehicle=member.name, overrides=member.overrides)
-        problems = check(profile, {}, profile.select(member.modes), find_task)
+        problems = check_profile(profile, {}, profile.select(member.modes), find_task)
         assert [p for p in problems if p.severity == "error"] == []
         assert profile.system == member.system
         assert "Zenoh:Hear=Abort, Announce" in member.overrides

@@ -236,5 +236,5 @@ class TestChannel(TransportContract):
             }
             channel = Link("radio", ("a", "b"), latency=0.1, rate=1e4, queue=1000).arm(Stage(fleet, made, 0))
             for vehicle in fleet.vehicles:
-                vehicle.bus.resume()
+                vehicle.bus.release_backlog()
             yield Buses(*(vehicle.bus for vehicle in fleet.vehicles), channel.ends[0], fleet.kernel.run)

@@ -40,7 +40,7 @@ def test_a_run_without_a_log_is_the_same_and_encodes_nothing(
 ) -> None:
     logged = flown(profile, tmp_path)
     asked: set[tuple[type[imc.Message], bool]] = set()
-    passage = Codec.passage
+    passage = Codec.round_trip
 
     def noted(codec: Codec, kind: type[imc.Message], encodes: bool) -> Passage:
         asked.add((kind, encodes))

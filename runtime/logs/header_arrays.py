@@ -7,15 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 import imc
-from imc.layout import HEADER_FIELDS, HEADER_SIZE, columns
-from imc.lsf import Losses, ReportShare, at_each, chunks, scan
+from imc.layout import HEADER_FIELDS, HEADER_SIZE, numpy_columns
+from imc.lsf import DamageList, ReportProgress, read_at_offsets, scan, unpacked_chunks
 
 Array: TypeAlias = NDArray[Any]
 
-HEADER = np.dtype(columns(HEADER_FIELDS))
+HEADER = np.dtype(numpy_columns(HEADER_FIELDS))
 
 
-class Block(NamedTuple):
+class PacketBlock(NamedTuple):
     """Consecutive packets: their bytes, their offsets in the unpacked log, their headers (an array of HEADER)."""
 
     packets: list[bytes]
@@ -23,20 +23,24 @@ class Block(NamedTuple):
     headers: Array
 
 
-def blocks(log: imc.Log, losses: list[imc.Loss], progress: ReportShare | None = None) -> Iterator[Block]:
+def packet_blocks(
+    log: imc.Log, losses: list[imc.Loss], progress: ReportProgress | None = None
+) -> Iterator[PacketBlock]:
     """All good packets of a log; the damage is in `losses` at the end. `progress` gets the share read, 0 to 1."""
-    lose = Losses()
-    for batch in scan(chunks(log.path, lose, progress=progress, spread=log.spread), log.schema.sync, lose):
-        heads = at_each(batch.data, batch.starts, HEADER)
+    lose = DamageList()
+    for batch in scan(unpacked_chunks(log.path, lose, progress=progress, spread=log.spread), log.schema.sync, lose):
+        heads = read_at_offsets(batch.data, batch.starts, HEADER)
         if batch.big.any():
-            heads[batch.big] = at_each(batch.data, batch.starts[batch.big], HEADER.newbyteorder(">")).astype(HEADER)
+            heads[batch.big] = read_at_offsets(batch.data, batch.starts[batch.big], HEADER.newbyteorder(">")).astype(
+                HEADER
+            )
         data: bytes = batch.data
         cuts = zip(batch.starts.tolist(), batch.ends.tolist(), strict=True)
-        yield Block([data[begin:end] for begin, end in cuts], (batch.starts + batch.base).tolist(), heads)
+        yield PacketBlock([data[begin:end] for begin, end in cuts], (batch.starts + batch.base).tolist(), heads)
     losses.extend(lose.sorted())
 
 
-def headers(packets: list[bytes], sync: int) -> Array:
+def packet_headers(packets: list[bytes], sync: int) -> Array:
     """The headers of packets in either byte order, an array of HEADER."""
     found = np.frombuffer(b"".join([packet[:HEADER_SIZE] for packet in packets]), HEADER)
     big = found["sync"] != sync
