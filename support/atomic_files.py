@@ -5,7 +5,7 @@ import errno
 import os
 from pathlib import Path
 
-from support.file_errors import naming
+from support.file_errors import naming_path
 
 PART = ".part"  # in place of its suffix, what a file is called while it is written
 
@@ -19,7 +19,7 @@ def write_file(path: Path, data: bytes, mode: int | None = None) -> None:
     _make(path.parent)
     part = path.with_suffix(PART)
     try:
-        with naming(part), open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode or 0o666), "wb") as file:
+        with naming_path(part), open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode or 0o666), "wb") as file:
             if mode is not None:
                 os.chmod(part, mode)
             file.write(data)
@@ -51,7 +51,7 @@ def _sync(folder: Path) -> None:
     """Put the names in a folder on the disk, where the system can."""
     if os.name != "posix":
         return
-    with naming(folder):
+    with naming_path(folder):
         try:
             descriptor = os.open(folder, os.O_RDONLY)
             try:

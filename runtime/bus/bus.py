@@ -108,7 +108,7 @@ class Bus:
         self._subscriptions.append(subscription)
         self._forget_routes()
         if self.frames is not None and issubclass(Frame, subscription.type):
-            self.frames.open(self._take_frame)
+            self.frames.subscribe(self._take_frame)
 
     def _translated(self, subscription: Subscription) -> Subscription:
         """With the class that this bus delivers, if the subscriber has loaded its own definitions of the message."""

@@ -60,6 +60,6 @@ class FrameTransport(Protocol):
         """Send a frame to the other processes that want it. Never blocks."""
         ...
 
-    def open(self, receive: Callable[[Frame], None]) -> None:
+    def subscribe(self, receive: Callable[[Frame], None]) -> None:
         """Take the frames of other processes from now on; `receive` is called from any thread."""
         ...

@@ -43,10 +43,10 @@ class Connection(Protocol):
 
 
 class Address(Protocol):
-    """What can be opened. `speed` is that of the line, `most` what is read at most (both in bytes/s).
+    """What can be opened. `speed` is that of the line, `max_rate` what is read at most (both in bytes/s).
 
-    `midway` is whether the first bytes may belong to a piece that began before. `datagrams` is whether each portion is
-    complete.
+    `starts_midway` is whether the first bytes may belong to a piece that began before. `datagrams` is whether
+    each portion is complete.
     """
 
     @property
@@ -72,7 +72,7 @@ class Address(Protocol):
 class SerialPort:
     """A serial port by its device file, such as /dev/ttyUSB0."""
 
-    midway = True
+    starts_midway = True
     datagrams = False
 
     def __init__(self, device: str, baud: int, **settings: Any):
@@ -137,10 +137,10 @@ class SerialConnection:
 class TcpServer:
     """A TCP server to connect to, such as a converter of serial ports, which passes on lines that have begun before."""
 
-    midway = True
+    starts_midway = True
     datagrams = False
     speed = 1e6
-    most = SOCKET_CAP
+    max_rate = SOCKET_CAP
 
     def __init__(self, host: str, port: int, *, waiting: int = 0):
         self.name = f"tcp://{host}:{port}"
@@ -223,10 +223,10 @@ class Datagram(bytes):
 class UdpSocket:
     """A UDP socket that receives at a port and, if `to` is set, sends to a host and port, and hears only this host."""
 
-    midway = False
+    starts_midway = False
     datagrams = True
     speed = 1e6
-    most = SOCKET_CAP
+    max_rate = SOCKET_CAP
 
     def __init__(self, port: int, address: str, to: tuple[str, int] | None):
         self.name = f"udp://{address}:{port}"

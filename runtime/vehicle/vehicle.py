@@ -96,7 +96,7 @@ class Vehicle:
         self.start_time = self.kernel.now_ns / SECOND
         self.bus = bus(self.kernel, system)
         if messages is not None:
-            self.bus.speak(messages)
+            self.bus.set_schema(messages)
         self.entities = EntityTable(system, entity_ids)
         self.activations: dict[str, Activation] = {}
         self.exit_status = 0

@@ -64,7 +64,7 @@ class ZenohFrames:
     def open(self, session: "zenoh.Session", *, shares_memory: bool = True) -> None:
         self._session, self._shares = session, shares_memory
 
-    def share(self, frame: Frame) -> None:
+    def send(self, frame: Frame) -> None:
         """Send a frame soon, if another process wants it; never waits."""
         publisher = self._publishers.get(frame.camera)
         if publisher is None:
@@ -78,7 +78,7 @@ class ZenohFrames:
         with contextlib.suppress(queue.Full):  # the receivers are slower than the camera
             self._waiting.put_nowait(frame)
 
-    def want(self, receive: Callable[[Frame], None]) -> None:
+    def subscribe(self, receive: Callable[[Frame], None]) -> None:
         """Take the frames of the other processes from now on; `receive` is called from a thread."""
         import zenoh
 

@@ -29,9 +29,9 @@ class Quiet:
 class Accepted:
     """A TCP connection that a station has made, in the place of an address that can be opened."""
 
-    midway = datagrams = False
+    starts_midway = datagrams = False
     speed = 1e6
-    most = TcpServer.most
+    max_rate = TcpServer.max_rate
     host = ""
 
     def __init__(self, opened: socket.socket, name: str):

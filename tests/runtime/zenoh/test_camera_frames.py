@@ -78,7 +78,7 @@ def test_frames_of_4_mb_arrive_without_shared_memory(network: Network) -> None:
     sender = vision.frames
     assert sender is not None
     got: list[Frame] = []
-    main.frames.want(got.append)
+    main.frames.subscribe(got.append)
     sender._shares = False
     image = np.full((1024, 1024, 4), 7, np.uint8)
     numbers = itertools.count()
@@ -101,8 +101,8 @@ def test_a_frame_that_the_network_takes_too_long_for_is_counted_and_told(
     )
     monkeypatch.setattr(zenoh, "SourceInfo", lambda *_: None)
     frames._shares = False
-    frames.share(Frame(1.0, "Front", 1, np.zeros((1024, 1024, 4), np.uint8), {}))
-    frames.share(Frame(2.0, "Front", 2, np.zeros((1024, 1024, 4), np.uint8), {}))
+    frames.send(Frame(1.0, "Front", 1, np.zeros((1024, 1024, 4), np.uint8), {}))
+    frames.send(Frame(2.0, "Front", 2, np.zeros((1024, 1024, 4), np.uint8), {}))
     until(lambda: caplog.text, every=0.01)
     assert (len(sent), frames.unsent.total) == (2, 1)
     assert "Front: the network takes longer than 1 s for 4.19 MB" in caplog.text
