@@ -127,7 +127,7 @@ def _run(roster: Roster, duration: float | None) -> int:
         seconds = time.monotonic() - began
         crews = list(zip(keeper.children, roster.crews, strict=False))
         failing = {member.name for child, crew in crews if child.failures for member in crew}
-        done = {member.name for child, crew in crews if child.ended_well for member in crew} - failing
+        done = {member.name for child, crew in crews if child.ended_well for member in crew}
         down = display.down(watch.alive(), watch.ask(), failing, done)
     finally:
         keeper.stop()

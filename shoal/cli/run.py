@@ -157,7 +157,7 @@ def run(
         watch(made.vehicle, keeper)
     title = f"{loaded.vehicle} ({', '.join(sorted(selected)) or 'no mode selected'})"
     try:
-        swim(made.vehicle, title, duration, snapshot_every=snapshot_every)
+        swim(made.vehicle, title, duration, snapshot_every=snapshot_every, keeper=keeper)
     finally:
         keeper.stop()
 
@@ -203,13 +203,14 @@ def swim(
     *,
     start: bool = True,
     snapshot_every: float | None = None,
+    keeper: Keeper | None = None,
 ) -> NoReturn:
     """Run a vehicle to its end, for `duration` (s) or until a signal, show its status, and exit with its exit status.
 
     A first signal ends the run in order, within a second whatever hangs; a later one ends it immediately.
 
     `start` is False if it continues from a snapshot. A snapshot is saved beside its log every `snapshot_every` (s); one
-    that the disk refuses is reported and left out.
+    that the disk refuses is reported and left out. So is a process of `keeper` that never started.
     """
     status, host = Status(vehicle, title, duration), Host(vehicle)
     missing, incomplete = list[OSError](), False
@@ -236,12 +237,15 @@ def swim(
             with contextlib.suppress(OSError):
                 of_state = isinstance(error, SnapshotError) or not (start or isinstance(error, OSError))
                 click.echo(f"Error: {printable(str(error))}" if of_state else own_part(error), err=True)
+    absent = keeper.missing if keeper is not None else []
     with contextlib.suppress(OSError):
         click.echo(status.summary())
         incomplete = tell_lost(vehicle)
         if missing:
             tell_missing(missing)
-    leave_after(watchdog, vehicle.exit_status or int(incomplete or bool(missing)))
+        for child in absent:
+            click.echo(f"process {child.name} could not be started", err=True)
+    leave_after(watchdog, vehicle.exit_status or int(incomplete or bool(missing) or bool(absent)))
 
 
 def tell_lost(vehicle: Vehicle) -> bool:

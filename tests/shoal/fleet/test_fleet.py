@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -196,6 +197,66 @@ def test_a_process_that_ends_well_or_must_not_start_again_stays_ended() -> None:
     until(lambda: (keeper.look(), keeper.done)[1])
     assert (good.failures, bad.failures) == (0, 1)
     assert keeper.look() == []
+
+
+def test_a_process_that_cannot_be_started_is_tried_again_and_has_not_ended_well(tmp_path: Path) -> None:
+    program = tmp_path / "program"
+    child = Child("late", [str(program)])
+    keeper = Keeper([child])
+    ((_, words),) = keeper.look()
+    assert words.startswith("cannot be started: ")
+    assert words.endswith("; it starts again in 1 s")
+    assert (child.failures, child.ended_well, keeper.done, keeper.missing) == (1, False, False, [child])
+    program.write_text("#!/bin/sh\n")
+    program.chmod(0o755)
+    assert until(keeper.look) == [(child, "started")]
+    assert until(keeper.look) == [(child, "has ended")]
+    assert (child.failures, child.restarts, child.ended_well, keeper.done, keeper.missing) == (0, 0, True, True, [])
+
+
+def test_what_must_not_start_again_is_over_without_having_ended_well(tmp_path: Path) -> None:
+    absent, bad = Child("absent", [str(tmp_path / "none")]), Child("bad", script("raise SystemExit(3)"))
+    keeper = Keeper([absent, bad], restart=False)
+    until(lambda: (keeper.look(), keeper.done)[1])
+    assert [(child.failures, child.ended_well) for child in keeper.children] == [(1, False), (1, False)]
+    assert keeper.missing == [absent]
+
+
+def test_a_process_whose_errors_nobody_could_read_is_ended_and_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    begun: list[Any] = []
+    popen = subprocess.Popen
+
+    def start(*words: Any, **options: Any) -> Any:
+        begun.append(popen(*words, **options))
+        return begun[-1]
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    monkeypatch.setattr(subprocess, "Popen", start)
+    child = Child("chatty", script("import time; time.sleep(60)"))
+    keeper = Keeper([child])
+    ((_, words),) = keeper.look()
+    assert "; it starts again in 1 s" in words
+    assert begun[0].poll() == -signal.SIGKILL
+    monkeypatch.undo()
+    assert until(keeper.look) == [(child, "started")]
+    keeper.stop()
+
+
+def test_a_fleet_whose_processes_cannot_be_started_fails(network: Network, tmp_path: Path) -> None:
+    file = tmp_path / "fleet.yaml"
+    file.write_text(fleet_file(network, 3))
+    busy = "import errno, subprocess; from shoal.cli import main\n"
+    busy += "class Refused(subprocess.Popen):\n"
+    busy += "    def __init__(self, *_, **options): raise BlockingIOError(errno.EAGAIN, 'busy')\n"
+    busy += "subprocess.Popen = Refused; main()"
+    words = [sys.executable, "-c", busy, "fleet", str(file), "--log-dir", str(tmp_path / "log"), "--for", "2s"]
+    done = subprocess.run(words, cwd=REPOSITORY, capture_output=True, text=True, timeout=2 * PATIENCE)
+    assert done.returncode == 1, done.stderr
+    assert done.stdout.count(" cannot be started: ") >= 2
+    assert "0 restarts, down: lauv-1, lauv-2, otter-1" in done.stdout
 
 
 @pytest.mark.heavy
