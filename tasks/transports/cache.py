@@ -1,6 +1,5 @@
 """Keeps what an operator has set, so that it is still set when the vehicle starts again."""
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -9,7 +8,8 @@ from imc.addresses import OPERATORS
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
 from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
-from support.file_errors import naming, of_file
+from support.atomic_files import remove_file, write_file
+from support.file_errors import of_file
 from tasks.transports.imc_links.message_list import message_named
 
 Op = imc.CacheControl.Op
@@ -118,18 +118,14 @@ class Cache(Task):
 
 
 def write(folder: Path, files: Mapping[str, bytes | None]) -> OSError | None:
-    """Write files, each completely or not at all, and remove those without content; returns what prevents it."""
+    """Write files, each whole or not at all, and remove those without content; returns what prevents it."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         for name, data in files.items():
             path = folder / f"{name}.imc"
             if data is None:
-                path.unlink(missing_ok=True)
+                remove_file(path)
             else:
-                part = path.with_suffix(".part")
-                with naming(part):
-                    part.write_bytes(data)
-                os.replace(part, path)
+                write_file(path, data)
     except OSError as error:
         return error
     return None

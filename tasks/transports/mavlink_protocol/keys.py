@@ -6,6 +6,7 @@ from pathlib import Path
 
 from mavlink import Signing, SigningTime, read_key
 from runtime import Task
+from support.atomic_files import write_file
 from tasks.transports.imc_links.sockets import network_speed
 from tasks.transports.mavlink_protocol.routes import Route, parse_route
 
@@ -95,10 +96,7 @@ class Keys:
 def _save(file: Path, time: int) -> OSError | None:
     """Write the time, completely or not at all; returns what prevents it."""
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        part = file.with_suffix(".part")
-        part.write_text(f"{time}\n")
-        os.replace(part, file)
+        write_file(file, b"%d\n" % time)
     except OSError as error:
         return error
     return None

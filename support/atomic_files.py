@@ -1,0 +1,63 @@
+"""Writes files whole or not at all, also if the power fails in between."""
+
+import contextlib
+import errno
+import os
+from pathlib import Path
+
+from support.file_errors import naming
+
+PART = ".part"  # in place of its suffix, what a file is called while it is written
+
+
+def write_file(path: Path, data: bytes, mode: int | None = None) -> None:
+    """Replace the content of a file, which is on the disk afterwards; missing folders are made.
+
+    Whatever happens, the file has its old content or `data`. `mode` is its permissions, by default what the umask
+    leaves. Raises OSError that names the path, or that of the file beside it that is written first.
+    """
+    _make(path.parent)
+    part = path.with_suffix(PART)
+    try:
+        with naming(part), open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode or 0o666), "wb") as file:
+            if mode is not None:
+                os.chmod(part, mode)
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            part.unlink()
+        raise
+    _sync(path.parent)
+
+
+def remove_file(path: Path) -> None:
+    """Remove a file, if it is there, for good. Raises OSError that names the path."""
+    with contextlib.suppress(FileNotFoundError):
+        path.unlink()
+        _sync(path.parent)
+
+
+def _make(folder: Path) -> None:
+    if not folder.is_dir():
+        _make(folder.parent)
+        folder.mkdir(exist_ok=True)
+        _sync(folder.parent)
+
+
+def _sync(folder: Path) -> None:
+    """Put the names in a folder on the disk, where the system can."""
+    if os.name != "posix":
+        return
+    with naming(folder):
+        try:
+            descriptor = os.open(folder, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+        except OSError as error:
+            if error.errno not in (errno.EINVAL, errno.ENOTSUP, errno.EACCES):  # network drives; not ours to read
+                raise
