@@ -10,9 +10,9 @@ from types import FunctionType
 import pytest
 
 from runtime.vehicle import all_tasks
+from support.packages import PACKAGES
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = ("imc", "mavlink", "runtime", "shoal", "support", "tasks", "world")
 SOURCES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 ROOMS = set(PACKAGES) | {

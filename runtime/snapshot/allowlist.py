@@ -19,9 +19,10 @@ from runtime.bus import Bus, Frame, Subscription
 from runtime.kernel import Kernel, Timer
 from runtime.task import Activation, Entity, EntityTable, Script, SystemTable, Task, Ticker
 from runtime.vehicle import Vehicle
+from support.packages import PACKAGES
 from support.text import quoted
 
-OWN = frozenset({"imc", "mavlink", "runtime", "support", "tasks", "world"})
+OWN = frozenset(PACKAGES) - {"shoal"}
 PARTS = (Task, Ticker, Script, Activation, Entity, EntityTable, SystemTable, Bus, Subscription, Kernel, Timer, Vehicle)
 """What a snapshot can name, but not contain."""
 OF_TASK = frozenset(

@@ -13,10 +13,9 @@ from types import ModuleType
 
 from runtime.profile import dune
 from runtime.task import Task, one_line
+from support.packages import PACKAGES, TASKS
 from support.text import corrected_spelling, nearest_word, printable, quoted
 
-OWN = "tasks"
-PACKAGES = ("imc", "mavlink", "runtime", "shoal", "support", "world")  # of Shoal, besides that of its tasks
 MARK = Path("runtime/vehicle/task_registry.py")  # a folder that has this file is a clone of Shoal
 LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL", "drivers": "serial", "ftp": "pyftpdlib"}
 
@@ -34,13 +33,13 @@ def add_task_folder(folder: Path) -> list[str]:
     if str(folder) not in sys.path:
         sys.path.append(str(folder))
     importlib.invalidate_caches()
-    package = importlib.import_module(OWN)
+    package = importlib.import_module(TASKS)
     own = [Path(place).resolve() for place in package.__path__]
-    if folder / OWN in own:
+    if folder / TASKS in own:
         return []
     clashes = _other_sources(folder) if (folder / MARK).is_file() else _clashes(folder)
-    if (folder / OWN).is_dir():
-        _extend(package, folder / OWN)
+    if (folder / TASKS).is_dir():
+        _extend(package, folder / TASKS)
         task_modules.cache_clear()
     return clashes
 
@@ -50,11 +49,12 @@ def _clashes(folder: Path) -> list[str]:
     clashes = [
         f"{path}: {quoted(name)} is a package of Shoal, so nothing in yours can be imported; rename it"
         for name in PACKAGES
+        if name != TASKS
         for path in (folder / name, folder / f"{name}.py")
         if path.is_file() or any(path.glob("*.py"))
     ]
     before = task_modules()
-    for module, file in _modules(folder / OWN, OWN):
+    for module, file in _modules(folder / TASKS, TASKS):
         short = _section_key(module)
         if short in before:
             clashes.append(f"{file}: Shoal has a task in {before[short].replace('.', '/')}.py; rename yours")
@@ -64,7 +64,7 @@ def _clashes(folder: Path) -> list[str]:
 def _other_sources(checkout: Path) -> list[str]:
     """What to know about a clone of Shoal that is not the Shoal that runs; nothing if both are the same."""
     installed = Path(__file__).parents[len(MARK.parts) - 1]
-    files = [file.relative_to(checkout) for name in (OWN, *PACKAGES) for file in checkout.glob(f"{name}/**/*.py")]
+    files = [file.relative_to(checkout) for name in PACKAGES for file in checkout.glob(f"{name}/**/*.py")]
     changed = sorted(
         file for file in files if (installed / file).is_file() and not cmp(installed / file, checkout / file, False)
     )
@@ -89,10 +89,10 @@ def _extend(package: ModuleType, folder: Path) -> None:
 @cache
 def task_modules() -> dict[str, str]:
     """The modules in folders `tasks`, at any depth, by the section's name in lower case; Shoal's come first."""
-    folder = importlib.util.find_spec(OWN)
+    folder = importlib.util.find_spec(TASKS)
     found: dict[str, str] = {}
     for path in (folder.submodule_search_locations or []) if folder else []:
-        for module, _ in _modules(Path(path), OWN):
+        for module, _ in _modules(Path(path), TASKS):
             found.setdefault(_section_key(module), module)
     return found
 
@@ -102,7 +102,7 @@ def _snake_case(name: str) -> str:
 
 
 def _section_key(module: str) -> str:
-    return module.removeprefix(f"{OWN}.").replace("_", "").lower()
+    return module.removeprefix(f"{TASKS}.").replace("_", "").lower()
 
 
 def find_task(section: str) -> type[Task] | None:
@@ -142,13 +142,13 @@ def missing_task_reason(section: str) -> str:
 
 def _no_module(names: list[str]) -> str:
     """Where the task of a section, by the parts of its name, was searched for; or the name that it has to have."""
-    inside = names[0].lower() == OWN
+    inside = names[0].lower() == TASKS
     path = names[inside:]
     if inside and len(path) > 2 and ".".join(path[:-1]).replace("_", "").lower() in task_modules():
         del path[-2]  # the module, as Python names a class
     if len(path) < 2:
         inside, path = True, ["Mine", *path]
-    file = printable("/".join(map(_snake_case, (OWN, *path))))
+    file = printable("/".join(map(_snake_case, (TASKS, *path))))
     if inside:
         return f"write [{'.'.join(path)}] for the class {path[-1]} in {file}.py"
     module = quoted(".".join(path[:-1]))
@@ -231,7 +231,7 @@ def section_group(module: str) -> str:
 def section_name(cls: type[Task]) -> str:
     """The section name of a class in a profile."""
     parts = cls.__module__.split(".")
-    if parts[0] == OWN and len(parts) > 2:
+    if parts[0] == TASKS and len(parts) > 2:
         return f"{section_group(cls.__module__)}.{cls.__name__}"
     return f"{cls.__module__}.{cls.__name__}"
 
@@ -275,7 +275,7 @@ def _told(error: BaseException) -> str:
 
 
 def _exists(module: str) -> bool:
-    if module.split(".")[0] in (OWN, *PACKAGES, *sys.stdlib_module_names):
+    if module.split(".")[0] in (*PACKAGES, *sys.stdlib_module_names):
         return False  # nothing there is a task, and an import can do anything: antigravity opens a browser
     try:
         return importlib.util.find_spec(module) is not None

@@ -26,8 +26,8 @@ def fleet(tmp_path, monkeypatch):
     for folder in [tmp_path / "fleet", *(p for p in (tmp_path / "fleet").rglob("*") if p.is_dir())]:
         (folder / "__init__.py").write_text("")
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(task_registry, "OWN", "fleet")
-    task_registry.task_modules.cache_clear()
+    monkeypatch.setattr(task_registry, "TASKS", "fleet")
+    task_registry.own_tasks.cache_clear()
     yield
     task_registry.task_modules.cache_clear()
     for name in [name for name in sys.modules if name.split(".")[0] == "fleet"]:
