@@ -21,7 +21,7 @@ from runtime.task import Activation, Entities, Entity, Script, Systems, Task, Ti
 from runtime.vehicle import Vehicle
 from support.text import quoted
 
-OWN = frozenset({"imc", "mavlink", "runtime", "support", "tasks", "world"})
+OWN = frozenset({"autonomy", "imc", "mavlink", "runtime", "support", "tasks", "world"})
 PARTS = (Task, Ticker, Script, Activation, Entity, Entities, Systems, Bus, Subscription, Kernel, Timer, Vehicle)
 """What a snapshot can name, but not contain."""
 OF_TASK = frozenset(

@@ -16,7 +16,7 @@ from runtime.task import Task, one_line
 from support.text import misspelled, nearest, printable, quoted
 
 OWN = "tasks"
-PACKAGES = ("imc", "mavlink", "runtime", "shoal", "support", "world")  # of Shoal, besides that of its tasks
+PACKAGES = ("autonomy", "imc", "mavlink", "runtime", "shoal", "support", "world")  # besides that of tasks
 MARK = Path("runtime/vehicle/catalogue.py")  # a folder that has this file is a clone of Shoal
 LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL", "drivers": "serial", "ftp": "pyftpdlib"}
 

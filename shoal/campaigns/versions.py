@@ -8,7 +8,7 @@ from pathlib import Path
 
 from runtime.profile import own_etc
 
-_ROOMS = ("imc", "mavlink", "runtime", "shoal", "support", "tasks", "world")
+_ROOMS = ("autonomy", "imc", "mavlink", "runtime", "shoal", "support", "tasks", "world")
 _APART = ("cli", "campaigns", "fleet", "logs", "network", "neptus", "rendering", "rerun")  # a run knows nothing of them
 _ENDINGS = (".py", ".yaml", ".ini", ".xml", ".npz", ".csv", ".txt")
 

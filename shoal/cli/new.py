@@ -200,7 +200,17 @@ def _names(name: str) -> tuple[str, str]:
         raise click.BadParameter(f"{name!r} is not a class name such as DepthAlarm: letters and digits only")
     cls = name[:1].upper() + name[1:]
     module = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", cls).lower()
-    if module in ("imc", "mavlink", "runtime", "shoal", "support", "tasks", "world", *sys.stdlib_module_names):
+    if module in (
+        "autonomy",
+        "imc",
+        "mavlink",
+        "runtime",
+        "shoal",
+        "support",
+        "tasks",
+        "world",
+        *sys.stdlib_module_names,
+    ):
         raise click.BadParameter(f"{name!r}: there is already a module {module}")
     return cls, module
 

@@ -12,7 +12,7 @@ import runtime
 TASKS = "tasks"
 LIBRARIES = ("site-packages", "dist-packages")  # also those of a user and of Debian
 SHOAL = Path(runtime.__file__).resolve().parent.parent
-OF_SHOAL = frozenset(("imc", "mavlink", "runtime", "shoal", "support", "world"))
+OF_SHOAL = frozenset(("autonomy", "imc", "mavlink", "runtime", "shoal", "support", "world"))
 
 
 def own_modules(names: Iterable[str]) -> dict[str, tuple[Path, Path]]:

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import imc
+from autonomy.control.pid import PID, clamp
 from support.rotations import wrap
-from tasks.control.pid import PID, clamp
 
 Loops = imc.CLoopsMask
 HORIZONTAL = Loops.YAW | Loops.YAW_RATE

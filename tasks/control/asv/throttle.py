@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 import imc
-from tasks.control.pid import PID
+from autonomy.control.pid import PID
 
 Units = imc.SpeedUnits
 STANDSTILL = 0.1  # m/s; a lower speed counts as 0

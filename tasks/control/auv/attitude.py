@@ -4,12 +4,12 @@ import math
 from collections.abc import Mapping
 
 import imc
+from autonomy.control.pid import PID, clamp
 from runtime import Entity, State, Task, consume, param, periodic
 from runtime.vehicle import general_number
 from support.rotations import wrap
 from tasks.control.auv.vertical import Bottom
 from tasks.control.loops import EnabledLoops
-from tasks.control.pid import PID, clamp
 
 Loops = imc.CLoopsMask
 Units = imc.ZUnits

@@ -1,6 +1,6 @@
 """Distributes torques to four fins in a cross."""
 
-from tasks.control.pid import clamp
+from autonomy.control.pid import clamp
 
 Fins = tuple[float, float, float, float]
 Torques = tuple[float, float, float]

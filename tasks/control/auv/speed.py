@@ -3,11 +3,11 @@
 import math
 
 import imc
+from autonomy.control.pid import PID
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
 from support.rotations import Vector, rotation, to_body
 from tasks.control.loops import EnabledLoops
-from tasks.control.pid import PID
 
 STANDSTILL = 0.1  # m/s; a lower speed counts as 0
 LONGEST_STEP = 1.0  # s

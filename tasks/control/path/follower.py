@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 import imc
+from autonomy.control.pid import clamp
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
 from support.rotations import wrap
@@ -12,7 +13,6 @@ from tasks.control.loops import EnabledLoops
 from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
 from tasks.control.path.track import PathProgress, Point, Track, bearing, is_somewhere, progress
-from tasks.control.pid import clamp
 
 Flags = imc.DesiredPath.Flags
 StateFlags = imc.PathControlState.Flags

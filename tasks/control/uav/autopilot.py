@@ -4,10 +4,10 @@ import math
 from enum import Enum
 
 import imc
+from autonomy.control.pid import PID, clamp
 from runtime import State, Task, consume, param, periodic
 from support.rotations import wrap
 from tasks.control.loops import EnabledLoops
-from tasks.control.pid import PID, clamp
 from tasks.control.uav.vectors import GRAVITY, Vector, add, inclination, norm, shortened
 
 Loops = imc.CLoopsMask

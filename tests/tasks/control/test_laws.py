@@ -7,13 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import imc
+from autonomy.control.pid import PID
 from tasks.control.auv.fins import allocate, torques
 from tasks.control.auv.vertical import Bottom
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
 from tasks.control.path.track import Track, progress
-from tasks.control.pid import PID
 
 Mask = imc.CLoopsMask
 EFFECTS = (0.25, 0.5, 0.5)
