@@ -3,10 +3,7 @@
 import math
 from collections.abc import Sequence
 
-
-def clamp(value: float, limit: float) -> float:
-    """The value, limited to between -`limit` and `limit`."""
-    return -limit if value < -limit else limit if value > limit else value
+from support.numbers import clamp
 
 
 class PID:

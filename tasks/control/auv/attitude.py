@@ -4,12 +4,11 @@ import math
 from collections.abc import Mapping
 
 import imc
-from autonomy.control.pid import PID, clamp
+from autonomy.control import PID, BottomEstimator, EnabledLoops
 from runtime import Entity, State, Task, consume, param, periodic
 from runtime.vehicle import general_number
+from support.numbers import clamp
 from support.rotations import wrap
-from tasks.control.auv.vertical import Bottom
-from tasks.control.loops import EnabledLoops
 
 Loops = imc.CLoopsMask
 Units = imc.ZUnits
@@ -93,7 +92,7 @@ class Attitude(Task):
     def start(self) -> None:
         self._loops = EnabledLoops(VERTICAL | HORIZONTAL)
         self._controlled = -math.inf
-        self._bottom = Bottom(self.altitude_weights)
+        self._bottom = BottomEstimator(self.altitude_weights)
         self._begin_vertical()
         self._begin_horizontal()
         self.set_entity_state(State.NORMAL, "idle")
@@ -101,7 +100,7 @@ class Attitude(Task):
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
         before = self._loops.mask
-        if not self._loops.hear(loops):
+        if not self._loops.receive(loops):
             return
         mask = self._loops.mask
         if mask & VERTICAL & ~before:
@@ -162,7 +161,7 @@ class Attitude(Task):
         before, self._controlled = self._controlled, state.timestamp
         elapsed = state.timestamp - before
         dt = elapsed if 0.0 < elapsed <= LONGEST_STEP else 0.0
-        self._bottom.see(state.alt, state.depth, dt)
+        self._bottom.update(state.alt, state.depth, dt)
         if not self._loops.mask:
             return
         sr, cr = math.sin(state.phi), math.cos(state.phi)

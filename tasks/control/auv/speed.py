@@ -3,11 +3,10 @@
 import math
 
 import imc
-from autonomy.control.pid import PID
+from autonomy.control import PID, EnabledLoops
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
 from support.rotations import Vector, rotation, to_body
-from tasks.control.loops import EnabledLoops
 
 STANDSTILL = 0.1  # m/s; a lower speed counts as 0
 LONGEST_STEP = 1.0  # s
@@ -76,7 +75,7 @@ class Speed(Task):
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
-        if not self._loops.hear(loops):
+        if not self._loops.receive(loops):
             return
         self._rest()
         if self._loops.mask:
@@ -114,7 +113,7 @@ class Speed(Task):
             self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def learn_stream(self, stream: imc.EstimatedStreamVelocity) -> None:
+    def on_stream_velocity(self, stream: imc.EstimatedStreamVelocity) -> None:
         self._stream = stream.x, stream.y, stream.z
 
     @consume

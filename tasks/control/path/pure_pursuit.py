@@ -2,9 +2,9 @@
 
 import math
 
+from autonomy.guidance import PathProgress, bearing
 from runtime import param
-from tasks.control.path.follower import PathFollower
-from tasks.control.path.track import PathProgress, bearing
+from tasks.control.path.path_follower import PathFollower
 
 
 class PurePursuit(PathFollower):

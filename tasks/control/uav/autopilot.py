@@ -4,11 +4,11 @@ import math
 from enum import Enum
 
 import imc
-from autonomy.control.pid import PID, clamp
+from autonomy.control import GRAVITY, PID, EnabledLoops, tilt_and_thrust
 from runtime import State, Task, consume, param, periodic
-from support.rotations import wrap
-from tasks.control.loops import EnabledLoops
-from tasks.control.uav.vectors import GRAVITY, Vector, add, inclination, norm, shortened
+from support.numbers import clamp
+from support.rotations import Vector, wrap
+from support.vectors import add, limited, norm
 
 Loops = imc.CLoopsMask
 Mode = imc.VehicleState.OpMode
@@ -90,11 +90,11 @@ class Autopilot(Task):
         self._fuel = math.inf
         self._idle = self.now
         self._rest()
-        self._tell()
+        self._publish_status()
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
-        if self._loops.hear(loops):
+        if self._loops.receive(loops):
             self._heading, self._referred = None, self.now if self._loops.mask else -math.inf
             if self._loops.mask:
                 self._landing, self._erred = "", False
@@ -117,12 +117,12 @@ class Autopilot(Task):
             self._heading = heading.value
 
     @consume
-    def watch_mode(self, vehicle: imc.VehicleState) -> None:
+    def on_vehicle_state(self, vehicle: imc.VehicleState) -> None:
         self._mode = vehicle.op_mode
         self._erred = self._erred or vehicle.op_mode == Mode.ERROR
 
     @consume
-    def gauge(self, fuel: imc.FuelLevel) -> None:
+    def on_fuel_level(self, fuel: imc.FuelLevel) -> None:
         self._fuel = fuel.value
 
     @consume(others=True)
@@ -172,8 +172,8 @@ class Autopilot(Task):
         self._command(0.0, 0.0, 0.0, BLIND_THRUST * weight - brake)
 
     @periodic(1.0)
-    def tell(self) -> None:
-        self._tell()
+    def publish_status(self) -> None:
+        self._publish_status()
 
     @property
     def _follows(self) -> bool:
@@ -219,7 +219,7 @@ class Autopilot(Task):
             self._falling, self._highest = state.vz, max(0.0, state.alt)
             self._stays_blind, self._blinded = self.now - self._blinded < BLIND_MEMORY, self.now
             self.set_entity_state(State.ERROR, "EstimatedState is missing: descending level")
-        self._tell()
+        self._publish_status()
 
     def _rest(self) -> None:
         for law in (self._north, self._east, self._down):
@@ -241,7 +241,7 @@ class Autopilot(Task):
             if self._phase is Phase.LAND:
                 low = state.alt < self.landing_altitude
                 wanted = wanted[0], wanted[1], self.landing_rate if low else self.maximum_descent_rate
-        return shortened(wanted, self.maximum_speed, self.maximum_climb_rate, self.maximum_descent_rate)
+        return limited(wanted, self.maximum_speed, self.maximum_climb_rate, self.maximum_descent_rate)
 
     def _fly(self, state: imc.EstimatedState, dt: float) -> None:
         wanted, before = self._wanted(state), self._ramped
@@ -253,15 +253,15 @@ class Autopilot(Task):
         rate = 1.0 / dt if dt else 0.0
         laws = self._north, self._east, self._down
         n, e, d = (law.step(dt, e, 0.0) + rate * step for law, e, step in zip(laws, error, ahead, strict=True))
-        roll, pitch, thrust = inclination((n, e, d), state.psi, math.radians(self.maximum_tilt))
+        roll, pitch, thrust = tilt_and_thrust((n, e, d), state.psi, math.radians(self.maximum_tilt))
         heading = self._heading if self._phase is Phase.FOLLOW and self._heading is not None else self._kept
         turning = clamp(self.heading_gain * wrap(heading - state.psi), math.radians(self.maximum_heading_rate))
         self._command(roll, pitch, turning, thrust)
         if abs(state.vz) < LEVEL:
             self._weight += min(1.0, dt / LEARNING) * (GRAVITY - self._down.i - self._weight)
-        self._feel_ground(state, wanted[2], thrust)
+        self._detect_touchdown(state, wanted[2], thrust)
 
-    def _feel_ground(self, state: imc.EstimatedState, descent: float, thrust: float) -> None:
+    def _detect_touchdown(self, state: imc.EstimatedState, descent: float, thrust: float) -> None:
         """Detect a touchdown."""
         rests = descent > RISES and abs(state.vz) < STILL and thrust < UNLOADED * GRAVITY
         self._unloaded = min(self._unloaded, self.now) if rests else math.inf
@@ -276,7 +276,7 @@ class Autopilot(Task):
         self.publish(imc.DesiredHeadingRate(value=turning))
         self.publish(imc.SetThrusterActuation(id=0, value=self._share))
 
-    def _tell(self) -> None:
+    def _publish_status(self) -> None:
         rests, states = self._phase is Phase.GROUND, imc.ArmingState.State
         self.publish(imc.ArmingState(state=states.DISARMED if rests else states.ARMED))
         self.publish(imc.AutopilotMode(autonomy=imc.AutopilotMode.Autonomy.AUTO, mode=self._phase.value))

@@ -4,16 +4,23 @@ import math
 from dataclasses import replace
 
 import imc
+from autonomy.control import EnabledLoops
+from autonomy.guidance import (
+    AlongTrack,
+    Circle,
+    CrossTrack,
+    DivergenceMonitor,
+    Line,
+    MotionLimits,
+    MultirotorLimits,
+    PathProgress,
+    ground_level,
+    is_valid_path,
+)
 from runtime import State, Task, consume, param
 from runtime.vehicle import general_number
-from support.rotations import wrap
+from support.rotations import Vector, wrap
 from support.wgs84 import displacement
-from tasks.control.loops import EnabledLoops
-from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
-from tasks.control.path.track import PathProgress, is_somewhere
-from tasks.control.uav.guidance import Circle, Line, Pace
-from tasks.control.uav.limits import Limits, ground
-from tasks.control.uav.vectors import Vector
 
 Flags = imc.DesiredPath.Flags
 Reached = imc.PathControlState.Flags
@@ -69,11 +76,11 @@ class Path(Task):
         10.0, "s", "How long the distance may be larger.", name="Cross-track -- Time Limit", minimum=0
     )
 
-    _limits = Limits()
+    _limits = MultirotorLimits()
 
     def configure(self) -> None:
         self._absolute = general_number(self.vehicle.profile, "Absolute Maximum Altitude", math.inf)
-        self._divergence = Divergence(
+        self._divergence = DivergenceMonitor(
             AlongTrack(self.along_period, self.along_speed, 0.0) if self.watch_along else None,
             CrossTrack(self.cross_distance, self.cross_time) if self.watch_cross else None,
         )
@@ -89,7 +96,7 @@ class Path(Task):
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
-        if not self._loops.hear(loops):
+        if not self._loops.receive(loops):
             return
         if not self._loops.mask:
             if loops.mask != Loops.ALL and self._enabled:
@@ -101,12 +108,12 @@ class Path(Task):
     @consume
     def limit(self, limits: imc.OperationalLimits) -> None:
         """Set limits of altitude and speed. They are sent only once, so they survive new parameters and a restart."""
-        before, self._limits = self._limits, Limits.of(limits) or self._limits
+        before, self._limits = self._limits, MultirotorLimits.from_message(limits) or self._limits
         if self._path is not None and self._state is not None and before != self._limits:
             self._shift(self._path, self._state)
 
     @consume
-    def stand(self, arming: imc.ArmingState) -> None:
+    def on_arming_state(self, arming: imc.ArmingState) -> None:
         """A disarmed vehicle is on the ground."""
         self._stands, self._heard = arming.state == imc.ArmingState.State.DISARMED, self.now
 
@@ -115,7 +122,7 @@ class Path(Task):
         """Follow a path, as soon as there is an EstimatedState."""
         if not self._loops.mask:
             return
-        if not is_somewhere(path):
+        if not is_valid_path(path):
             self._fail("the desired path has an invalid position or number")
         elif path.end_z_units == Units.DEPTH and not path.flags & Flags.NO_Z:
             self._fail("an aerial vehicle cannot go to a depth")
@@ -176,7 +183,7 @@ class Path(Task):
         start, end = self._line.start, self._line.end
         end = end[0], end[1], self._down(path, state)
         self._line = Line((start[0], start[1], self._limited(start[2], path, state)), end)
-        self._circle = replace(self._circle, centre=end) if self._circle is not None else None
+        self._circle = replace(self._circle, center=end) if self._circle is not None else None
         self._reported = -math.inf
         self._divergence.restart(self.now)
 
@@ -187,7 +194,7 @@ class Path(Task):
         """The end of a path, m below the reference, within the limits; publishes it as DesiredZ."""
         if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
             return state.z
-        down = (state.height if path.end_z_units == Units.HEIGHT else ground(state)) - path.end_z
+        down = (state.height if path.end_z_units == Units.HEIGHT else ground_level(state)) - path.end_z
         limited = self._limited(down, path, state)
         value = path.end_z + (down - limited if limited != down else 0.0)
         self.publish(imc.DesiredZ(value=value, z_units=path.end_z_units))
@@ -197,12 +204,12 @@ class Path(Task):
         """A height of a path within the limits, m below the reference."""
         lowest = 0.0 if path.flags & Flags.LAND else self._limits.lowest
         highest = min(self._limits.highest, self._absolute)
-        return Limits(lowest, highest).within(down, state, self.altitude_margin)
+        return MultirotorLimits(lowest, highest).limit(down, state, self.altitude_margin)
 
     def _cycle(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
         at = state.x, state.y, state.z
         speed = max(0.0, min(path.speed, self.maximum_speed, self._limits.speed))
-        pace = Pace(speed, min(self.maximum_climb_rate, speed), self.maximum_descent_rate,
+        pace = MotionLimits(speed, min(self.maximum_climb_rate, speed), self.maximum_descent_rate,
                     self.maximum_acceleration, self.gain)  # fmt: skip
         if self._circle is not None:
             wanted = self._around(self._circle, at, pace)
@@ -222,15 +229,15 @@ class Path(Task):
             if error:
                 self._fail(error)
 
-    def _around(self, circle: Circle, at: Vector, pace: Pace) -> Vector:
+    def _around(self, circle: Circle, at: Vector, pace: MotionLimits) -> Vector:
         wanted = circle.velocity(at, pace)
-        if not self._loitering and abs(circle.outside(at)) < ON_CIRCLE and abs(circle.centre[2] - at[2]) < ON_CIRCLE:
+        if not self._loitering and abs(circle.outside(at)) < ON_CIRCLE and abs(circle.center[2] - at[2]) < ON_CIRCLE:
             self._loitering, self._reported = True, -math.inf
         if math.hypot(wanted[0], wanted[1]) > SLOWEST:
             self._heading = math.atan2(wanted[1], wanted[0])
         return wanted
 
-    def _along(self, path: imc.DesiredPath, state: imc.EstimatedState, at: Vector, pace: Pace) -> Vector:
+    def _along(self, path: imc.DesiredPath, state: imc.EstimatedState, at: Vector, pace: MotionLimits) -> Vector:
         line = self._line
         arrived = math.dist(at, line.end) <= self.near_radius and not self._stands
         if path.flags & Flags.TAKEOFF:
@@ -239,11 +246,11 @@ class Path(Task):
             self._landing, arrived = self._landing or arrived, self._stands
         if arrived and not self._near:
             self._near, self._reported = True, -math.inf
-        if line.level > HEADS:
+        if line.horizontal_length > HEADS:
             self._heading = line.bearing
         if not self._landing:
             return line.velocity(at, pace)
-        north, east, _ = pace.to_point((line.end[0] - at[0], line.end[1] - at[1], 0.0))
+        north, east, _ = pace.velocity_to((line.end[0] - at[0], line.end[1] - at[1], 0.0))
         low = state.alt < self.landing_altitude
         return north, east, self.landing_rate if low else self.maximum_descent_rate
 
@@ -254,8 +261,8 @@ class Path(Task):
             left = state.alt
         elif circle is not None:
             across = circle.outside(at)
-            left = abs(across) + abs(circle.centre[2] - at[2])
-        bearing = line.bearing if line.level > 0.1 else math.atan2(state.vy, state.vx)
+            left = abs(across) + abs(circle.center[2] - at[2])
+        bearing = line.bearing if line.horizontal_length > 0.1 else math.atan2(state.vy, state.vx)
         speed, course = math.hypot(state.vx, state.vy), math.atan2(state.vy, state.vx)
         drift = wrap(course - bearing) if speed > SLOWEST else 0.0
         return PathProgress(
@@ -271,7 +278,9 @@ class Path(Task):
             vy=speed * math.sin(drift),
         )
 
-    def _report(self, path: imc.DesiredPath, state: imc.EstimatedState, where: PathProgress, pace: Pace) -> None:
+    def _report(
+        self, path: imc.DesiredPath, state: imc.EstimatedState, where: PathProgress, pace: MotionLimits
+    ) -> None:
         flags = path.flags & KEPT_FLAGS
         flags |= Reached.NEAR if self._near else 0
         flags |= Reached.NO_Z if self._landing else 0

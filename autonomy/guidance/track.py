@@ -89,7 +89,7 @@ def bearing(origin: Point, target: Point) -> float:
     return wrap(math.atan2(target[1] - origin[1], target[0] - origin[0]))
 
 
-def is_somewhere(path: imc.DesiredPath) -> bool:
+def is_valid_path(path: imc.DesiredPath) -> bool:
     """Whether the numbers of a path are finite and its end is a position on Earth."""
     numbers = path.end_lat, path.end_lon, path.end_z, path.speed, path.lradius, path.start_lat, path.start_lon
     return all(map(math.isfinite, numbers)) and abs(path.end_lat) <= 0.5 * math.pi and abs(path.end_lon) <= math.pi

@@ -10,7 +10,7 @@ Units = imc.SpeedUnits
 STANDSTILL = 0.1  # m/s; a lower speed counts as 0
 
 
-class Throttle:
+class SpeedController:
     """Turns a DesiredSpeed into a fraction of full actuation, -1 to 1.
 
     A speed in m/s becomes a rotation rate: `feedforward` (rpm per m/s) plus a PID of the error (rpm). The rate starts
@@ -42,7 +42,7 @@ class Throttle:
         self._u: float | None = None
         self._law.reset()
 
-    def desire(self, speed: imc.DesiredSpeed) -> bool:
+    def set_desired(self, speed: imc.DesiredSpeed) -> bool:
         """Set the desired speed; False if it is invalid."""
         if not math.isfinite(speed.value) or speed.speed_units not in tuple(Units):
             return False
@@ -51,7 +51,7 @@ class Throttle:
         self.desired = speed
         return True
 
-    def share(self, u: float, dt: float, *, held: bool = False) -> float:
+    def actuation(self, u: float, dt: float, *, held: bool = False) -> float:
         """Fraction of full actuation at a surge of `u` (m/s), `dt` s after the last; `held` freezes the integral."""
         desired, before = self.desired, self._u
         self._u = u
@@ -76,7 +76,7 @@ class Throttle:
         return max(-1.0, min(1.0, reached / self._full))
 
     @property
-    def parcel(self) -> imc.ControlParcel:
+    def parts(self) -> imc.ControlParcel:
         """P, I, D parts of the last rotation rate (rpm)."""
         law = self._law
         return imc.ControlParcel(p=law.p, i=law.i, d=law.d, a=law.p + law.i + law.d)

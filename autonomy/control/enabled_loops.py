@@ -14,7 +14,7 @@ class EnabledLoops:
         self.mask = 0
         self.scope = 0
 
-    def hear(self, message: imc.ControlLoops) -> bool:
+    def receive(self, message: imc.ControlLoops) -> bool:
         """Apply a message; True if it changed the mask."""
         if message.scope_ref < self.scope:
             return False

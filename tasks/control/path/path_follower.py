@@ -1,18 +1,27 @@
-"""Base class of path controllers: paths in, headings out, progress and its supervision."""
+"""What both path controllers share: paths in, headings out, progress and its supervision."""
 
 import math
 from collections.abc import Mapping
 
 import imc
-from autonomy.control.pid import clamp
+from autonomy.control import EnabledLoops
+from autonomy.guidance import (
+    AlongTrack,
+    BottomGuard,
+    CrossTrack,
+    DivergenceMonitor,
+    PathProgress,
+    Point,
+    Track,
+    bearing,
+    is_valid_path,
+    progress,
+)
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
+from support.numbers import clamp
 from support.rotations import wrap
 from support.wgs84 import displace, displacement
-from tasks.control.loops import EnabledLoops
-from tasks.control.path.bottom import BottomGuard
-from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
-from tasks.control.path.track import PathProgress, Point, Track, bearing, is_somewhere, progress
 
 Flags = imc.DesiredPath.Flags
 StateFlags = imc.PathControlState.Flags
@@ -99,7 +108,7 @@ class PathFollower(Task):
     def configure(self) -> None:
         self._early = general_number(self.vehicle.profile, "Time Of Arrival Factor", 5.0)
         turning = math.radians(self.along_yaw)
-        self._divergence = Divergence(
+        self._divergence = DivergenceMonitor(
             AlongTrack(self.along_period, self.along_speed, turning) if self.watch_along else None,
             CrossTrack(self.cross_distance, self.cross_time) if self.watch_cross else None,
         )
@@ -118,7 +127,7 @@ class PathFollower(Task):
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
-        if not self._loops.hear(loops):
+        if not self._loops.receive(loops):
             return
         if self._loops.mask:
             self.set_entity_state(State.NORMAL, "enabled")
@@ -132,7 +141,7 @@ class PathFollower(Task):
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def trust(self, uncertainty: imc.NavigationUncertainty) -> None:
+    def on_uncertainty(self, uncertainty: imc.NavigationUncertainty) -> None:
         """Set the uncertainty from the variance of the position."""
         largest = max(uncertainty.x, uncertainty.y)
         self._uncertainty = self.cross_uncertainty * math.sqrt(largest) if 0.0 <= largest < math.inf else 0.0
@@ -146,7 +155,7 @@ class PathFollower(Task):
         """Follow a path, as soon as there is an EstimatedState."""
         if not self._loops.mask:
             return
-        if not is_somewhere(path):
+        if not is_valid_path(path):
             self._fail("the desired path has an invalid position or number")
         elif self._state is None:
             self._waiting = path
@@ -264,7 +273,7 @@ class PathFollower(Task):
             self._reported = state.timestamp
             self._report(path, state, where, wrap(target - course), eta)
         self._supervise(where, target)
-        if self.watch_bottom and self._enabled & DEPTH and self._bottom.watch(path.end_z, state.depth, state.alt):
+        if self.watch_bottom and self._enabled & DEPTH and self._bottom.update(path.end_z, state.depth, state.alt):
             avoids = imc.DesiredZ(value=self.lowest, z_units=imc.ZUnits.ALTITUDE)
             self.publish(avoids if self._bottom.active else imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from operator import mul
 
 
-class Bottom:
+class BottomEstimator:
     """The depth of the bottom (m) below the vehicle and its rate (m/s), smoothed by a finite impulse response filter.
 
     While the altitude is unknown, `is_known` is false and the last depth counts; it is infinite before the first one.
@@ -22,7 +22,7 @@ class Bottom:
         self.depth = math.inf
         self.rate = 0.0
 
-    def see(self, altitude: float, depth: float, dt: float) -> None:
+    def update(self, altitude: float, depth: float, dt: float) -> None:
         """Take altitude (m, negative if unknown) and depth (m) of the vehicle, `dt` (s) after those before.
 
         An altitude that has not changed is an old one, not one of a bottom that sinks with the vehicle.

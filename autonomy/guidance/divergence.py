@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from autonomy.guidance.track import PathProgress
 from support.rotations import wrap
-from tasks.control.path.track import PathProgress
 
 MISSES = 2
 CLOSER = 1.0  # m nearer to the track: the vehicle comes back
@@ -27,7 +27,7 @@ class CrossTrack:
     patience: float
 
 
-class Divergence:
+class DivergenceMonitor:
     """Watches a vehicle on its path; None turns a check off."""
 
     def __init__(self, along: AlongTrack | None, cross: CrossTrack | None):

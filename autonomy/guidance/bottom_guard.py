@@ -13,7 +13,7 @@ class BottomGuard:
         self._lowest = lowest
         self.active = False
 
-    def watch(self, wanted: float, depth: float, altitude: float) -> bool:
+    def update(self, wanted: float, depth: float, altitude: float) -> bool:
         """Take the desired depth, the vehicle's depth, and its altitude (m, negative if unknown).
 
         Returns True if `active` has changed.

@@ -1,12 +1,12 @@
 """Distributes torques to four fins in a cross."""
 
-from autonomy.control.pid import clamp
+from support.numbers import clamp
 
 Fins = tuple[float, float, float, float]
 Torques = tuple[float, float, float]
 
 
-def allocate(wanted: Torques, effects: Torques, limit: float, crossed: float = 0.0) -> Fins:
+def allocate_fins(wanted: Torques, effects: Torques, limit: float, crossed: float = 0.0) -> Fins:
     """Deflections (rad) of the fins below, at port, at starboard and above for torques about roll, pitch, yaw (N m).
 
     `effects` are the torques of a fin (N m/rad). No fin goes beyond `limit` (rad). `crossed` (rad) deflects the fins of
@@ -31,7 +31,7 @@ def allocate(wanted: Torques, effects: Torques, limit: float, crossed: float = 0
     )
 
 
-def torques(fins: Fins, effects: Torques) -> Torques:
+def fin_torques(fins: Fins, effects: Torques) -> Torques:
     """The torques about roll, pitch, yaw (N m) of deflections (rad); the inverse of `allocate` within the limits."""
     below, port, starboard, above = fins
     roll, pitch, yaw = effects

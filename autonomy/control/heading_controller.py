@@ -3,14 +3,15 @@
 from collections.abc import Sequence
 
 import imc
-from autonomy.control.pid import PID, clamp
+from autonomy.control.pid import PID
+from support.numbers import clamp
 from support.rotations import wrap
 
 Loops = imc.CLoopsMask
 HORIZONTAL = Loops.YAW | Loops.YAW_RATE
 
 
-class Helm:
+class HeadingController:
     """A cascade: heading error to heading rate, rate error to effort. References are None until they are set.
 
     `gains` are P, I, D of heading (1/s), with rates up to `maximum_rate` (rad/s); `rate_gains` are P, I, D of the rate,
@@ -30,7 +31,7 @@ class Helm:
     def reset(self) -> None:
         """Clear references and history."""
         self.heading: float | None = None
-        self.wanted_rate: float | None = None
+        self.desired_rate: float | None = None
         self.rate = 0.0
         self.p = self.i = self.d = 0.0
         self._accumulated = 0.0
@@ -47,9 +48,9 @@ class Helm:
         `mask` has the enabled loops; `psi` (rad) and `r` (rad/s) are heading and heading rate of the boat.
         """
         if mask & Loops.YAW_RATE:
-            if self.wanted_rate is None:
+            if self.desired_rate is None:
                 return None
-            self.rate = clamp(self.wanted_rate, self._maximum_rate)
+            self.rate = clamp(self.desired_rate, self._maximum_rate)
         elif mask & Loops.YAW:
             if self.heading is None:
                 return None
@@ -68,6 +69,6 @@ class Helm:
         return output
 
     @property
-    def parcel(self) -> imc.ControlParcel:
+    def parts(self) -> imc.ControlParcel:
         """P, I, D parts of the last effort."""
         return imc.ControlParcel(p=self.p, i=self.i, d=self.d, a=self.p + self.i + self.d)

@@ -5,7 +5,7 @@ import math
 Forces = tuple[float, float]  # port and starboard, as fractions of the full force ahead of one motor
 
 
-def share_out(ahead: float, turning: float, highest: float, lowest: float, *, turn_first: bool = True) -> Forces:
+def allocate_thrust(ahead: float, turning: float, highest: float, lowest: float, *, turn_first: bool = True) -> Forces:
     """Forces of both motors from their mean `ahead` and half of their difference `turning`, positive to starboard.
 
     Forces stay between -`lowest` and `highest`. At a limit, `turn_first` gives up mean force to keep the difference;
@@ -18,7 +18,7 @@ def share_out(ahead: float, turning: float, highest: float, lowest: float, *, tu
     return port, starboard
 
 
-def actuations(forces: Forces, reverse: float) -> Forces:
+def motor_actuations(forces: Forces, reverse: float) -> Forces:
     """Actuations of motors whose force grows with the square of their speed, and is `reverse` times as large astern."""
     port, starboard = (
         math.copysign(min(1.0, math.sqrt(abs(force) / (reverse if force < 0.0 else 1.0))), force) for force in forces

@@ -7,7 +7,7 @@ SURFACE = 0.2  # m; a shallower echo may be the surface
 NOISE = 0.5  # m of an echo's height above the bottom
 
 
-class Echo(Enum):
+class EchoClass(Enum):
     """The surface, a bottom that can be climbed, or something in the way."""
 
     SURFACE = auto()
@@ -15,9 +15,9 @@ class Echo(Enum):
     OBSTACLE = auto()
 
 
-def judge(
+def classify_echo(
     reach: float, depth: float, altitude: float, pitch: float, half_width: float, slope: float, arm: float = 0.0
-) -> Echo:
+) -> EchoClass:
     """Classify an echo at range `reach` (m) of a forward-looking sonar that opens `half_width` (rad) up and down.
 
     `depth` and `altitude` (m, negative if unknown) are the vehicle's, `pitch` (rad) is positive upwards. The sonar is
@@ -26,10 +26,10 @@ def judge(
     """
     nose = depth - arm * math.sin(pitch)
     if nose - reach * math.sin(pitch + half_width) < SURFACE:
-        return Echo.SURFACE
+        return EchoClass.SURFACE
     if altitude >= 0.0:
         lowest = nose - reach * math.sin(pitch - half_width)
         rise = depth + altitude - lowest
         if rise - NOISE <= math.tan(slope) * (arm + reach) * math.cos(pitch):
-            return Echo.BOTTOM
-    return Echo.OBSTACLE
+            return EchoClass.BOTTOM
+    return EchoClass.OBSTACLE

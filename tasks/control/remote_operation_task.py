@@ -1,20 +1,19 @@
-"""Base class of remote operation on and under water: the operator's axes and buttons, thrust and heading rate."""
+"""What remote operation on and under water shares: the operator's axes and buttons, thrust and heading rate."""
 
 import math
 from typing import ClassVar
 
 import imc
+from autonomy.control import BUTTONS, EnabledLoops, OperatorInput, format_actions
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
-from tasks.control.loops import EnabledLoops
-from tasks.control.operator import BUTTONS, Operator, offered
 
 Loops = imc.CLoopsMask
 Enable = imc.ControlLoops.Enable
 STEP = 0.1  # fraction of the largest thrust, for Accelerate and Decelerate
 
 
-class RemoteControl(Task):
+class RemoteOperationTask(Task):
     """Turns RemoteActions into thrust and heading rate, while the loop TELEOPERATION is enabled.
 
     `axes` are offered to the operator; `loops` are enabled at the start. Everything goes to neutral if the operator
@@ -37,11 +36,11 @@ class RemoteControl(Task):
 
     def configure(self) -> None:
         axes = [axis for axis in self.axes if axis != "Thrust" or not self.buttons_only]
-        self._offer = offered(["Exit", *BUTTONS], axes)
+        self._offer = format_actions(["Exit", *BUTTONS], axes)
 
     def start(self) -> None:
         self._loops = EnabledLoops(Loops.TELEOPERATION)
-        self._operator = Operator()
+        self._operator = OperatorInput()
         self._heard = self._located = -math.inf
         self._state: imc.EstimatedState | None = None
         self._release()
@@ -49,18 +48,18 @@ class RemoteControl(Task):
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume(others=True)
-    def tell(self, request: imc.RemoteActionsRequest) -> None:
+    def report_actions(self, request: imc.RemoteActionsRequest) -> None:
         """Report the available actions."""
         if request.op == imc.RemoteActionsRequest.Op.QUERY and request.dst in (self.system, UNKNOWN_SYSTEM):
             self.reply(request, imc.RemoteActionsRequest(op=request.Op.REPORT, actions=self._offer))
 
     @consume
     def begin(self, teleoperation: imc.Teleoperation) -> None:
-        self._operator.begin(teleoperation.custom)
+        self._operator.reset(teleoperation.custom)
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
-        if not self._loops.hear(loops):
+        if not self._loops.receive(loops):
             return
         if self._loops.mask:
             self._release()
@@ -75,17 +74,17 @@ class RemoteControl(Task):
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def locate(self, state: imc.EstimatedState) -> None:
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
         self._located, self._state = self.now, state
 
     @consume(others=True)
-    def obey(self, actions: imc.RemoteActions) -> None:
+    def apply_actions(self, actions: imc.RemoteActions) -> None:
         if not self._loops.mask or not self.concerns(actions):
             return
         if self._operator.source not in (None, actions.src):
             return
         self._heard = self.now
-        pressed, wrong = self._operator.hear(actions.actions)
+        pressed, wrong = self._operator.receive(actions.actions)
         if wrong:
             self.log.warning(f"remote actions are not numbers: {', '.join(wrong)}")
         if "Thrust" in self._operator.axes and not self.buttons_only:
@@ -112,7 +111,7 @@ class RemoteControl(Task):
         self.publish(imc.DesiredHeadingRate(value=turn))
         self.steer_besides(self._operator, blind=bool(lost))
 
-    def steer_besides(self, operator: Operator, *, blind: bool) -> None:
+    def steer_besides(self, operator: OperatorInput, *, blind: bool) -> None:
         """Publish further references after thrust and heading rate; `blind` if operator or navigation is silent."""
 
     def _lost(self) -> str:

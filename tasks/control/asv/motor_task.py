@@ -1,19 +1,17 @@
-"""Base classes of boat controllers: loops, references, supervision, and the parameters of both axes."""
+"""What boat controllers share: loops, references, supervision, and the parameters of both axes."""
 
 import math
 from typing import ClassVar
 
 import imc
+from autonomy.control import HORIZONTAL, EnabledLoops, HeadingController, SpeedController
 from runtime import State, Task, consume, param, periodic
-from tasks.control.asv.helm import HORIZONTAL, Helm
-from tasks.control.asv.throttle import Throttle
-from tasks.control.loops import EnabledLoops
 
 Loops = imc.CLoopsMask
 LONGEST_STEP = 1.0  # s; without EstimatedState for longer, the actuators go to neutral
 
 
-class BoatControl(Task):
+class MotorTask(Task):
     """Controls the boat at each EstimatedState while one of its loops is enabled.
 
     The actuators are neutral while no loop is enabled, while braking, without EstimatedState, and after the task ends,
@@ -27,10 +25,10 @@ class BoatControl(Task):
     actuator_timeout: float = param(2.5, "s", "Longest time without a report of a motor or servo.", minimum=1.5)
     log_parcels: bool = param(False, "", "Publish the parts of each control law.", name="Log PID Parcels")
 
-    _helm: Helm | None = None
-    _throttle: Throttle | None = None
+    _heading: HeadingController | None = None
+    _speed: SpeedController | None = None
 
-    def act(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
+    def actuate(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
         """Move the actuators for the loops in `mask`, `dt` s after the last call; True if all references are set."""
         raise NotImplementedError
 
@@ -43,7 +41,7 @@ class BoatControl(Task):
         self._braking = self._given_up = False
         self._reports: dict[int, float] = {}
         self._controlled = self._complete = -math.inf
-        for law in (self._helm, self._throttle):
+        for law in (self._heading, self._speed):
             if law is not None:
                 law.reset()
         self.rest()
@@ -55,13 +53,13 @@ class BoatControl(Task):
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
         before = self._loops.mask
-        if not self._loops.hear(loops):
+        if not self._loops.receive(loops):
             return
         mask = self._loops.mask
-        if self._helm is not None and (mask ^ before) & HORIZONTAL:
-            self._helm.reset()
-        if self._throttle is not None and (mask ^ before) & Loops.SPEED:
-            self._throttle.reset()
+        if self._heading is not None and (mask ^ before) & HORIZONTAL:
+            self._heading.reset()
+        if self._speed is not None and (mask ^ before) & Loops.SPEED:
+            self._speed.reset()
         self._complete, self._given_up = self.now, False
         if not mask:
             self.rest()
@@ -69,18 +67,18 @@ class BoatControl(Task):
 
     @consume
     def go_to_heading(self, desired: imc.DesiredHeading) -> None:
-        if self._helm is not None and self._loops.mask & Loops.YAW and self._is_number(desired.value, "heading"):
-            self._helm.heading = desired.value
+        if self._heading is not None and self._loops.mask & Loops.YAW and self._is_number(desired.value, "heading"):
+            self._heading.heading = desired.value
 
     @consume
     def turn_at(self, desired: imc.DesiredHeadingRate) -> None:
         rate = self._loops.mask & Loops.YAW_RATE
-        if self._helm is not None and rate and self._is_number(desired.value, "heading rate"):
-            self._helm.wanted_rate = desired.value
+        if self._heading is not None and rate and self._is_number(desired.value, "heading rate"):
+            self._heading.desired_rate = desired.value
 
     @consume
     def go_at(self, desired: imc.DesiredSpeed) -> None:
-        if self._throttle is not None and self._loops.mask & Loops.SPEED and not self._throttle.desire(desired):
+        if self._speed is not None and self._loops.mask & Loops.SPEED and not self._speed.set_desired(desired):
             self.log.warning(f"invalid desired speed: {desired.value} in unit {desired.speed_units}")
 
     @consume
@@ -102,7 +100,7 @@ class BoatControl(Task):
         if not self._loops.mask or self._braking or self._given_up:
             return
         dt = state.timestamp - before
-        if self.act(state, self._loops.mask, dt if 0.0 < dt <= LONGEST_STEP else 0.0):
+        if self.actuate(state, self._loops.mask, dt if 0.0 < dt <= LONGEST_STEP else 0.0):
             self._complete = self.now
             self.set_entity_state(State.NORMAL, "active")
         elif self.now - self._complete > self.reference_timeout:
@@ -129,8 +127,8 @@ class BoatControl(Task):
         return math.isfinite(value)
 
 
-class Steered(BoatControl):
-    """A boat controller with a helm."""
+class HeadingTask(MotorTask):
+    """A boat controller that steers."""
 
     heading_gains: list[float] = param([0.5, 0.0, 0.0], "1/s", "P, I, D of heading.", name="Yaw PID Gains", size=3)
     maximum_rate: float = param(
@@ -139,27 +137,29 @@ class Steered(BoatControl):
     rate_gains: list[float] = param([0.8, 0.3, 0.0], "s", "P, I, D of the rate.", name="Heading Rate PID Gains", size=3)
     rate_feedforward: float = param(0.5, "s", "Feed-forward gain of the rate.", name="Heading Rate Feedforward Gain")
 
-    helm: Helm
+    heading_controller: HeadingController
 
     def configure(self) -> None:
         super().configure()
-        rate, before = math.radians(self.maximum_rate), self._helm
-        self.helm = self._helm = Helm(self.heading_gains, rate, self.rate_gains, self.rate_feedforward)
+        rate, before = math.radians(self.maximum_rate), self._heading
+        self.heading_controller = self._heading = HeadingController(
+            self.heading_gains, rate, self.rate_gains, self.rate_feedforward
+        )
         if before is not None:
-            self.helm.heading, self.helm.wanted_rate = before.heading, before.wanted_rate
+            self.heading_controller.heading, self.heading_controller.desired_rate = before.heading, before.desired_rate
 
     def steer(self, state: imc.EstimatedState, mask: int, dt: float, limit: float) -> float | None:
         """Effort that turns the boat to starboard, between -`limit` and `limit`; None without a reference."""
-        effort = self.helm.effort(mask, state.psi, state.r, dt, limit)
+        effort = self.heading_controller.effort(mask, state.psi, state.r, dt, limit)
         if effort is not None and mask & Loops.YAW and not mask & Loops.YAW_RATE:
-            self.publish(imc.DesiredHeadingRate(value=self.helm.rate))
+            self.publish(imc.DesiredHeadingRate(value=self.heading_controller.rate))
         if self.log_parcels:
-            self.publish(self.helm.parcel)
+            self.publish(self.heading_controller.parts)
         return effort
 
 
-class Driven(BoatControl):
-    """A boat controller with a throttle."""
+class SpeedTask(MotorTask):
+    """A boat controller that drives."""
 
     full_thrust: float = param(2500.0, "rpm", "Rotation rate at full thrust.", name="RPMs at Maximum Thrust", minimum=1)
     minimum_rpm: float = param(0.0, "rpm", "Lowest rotation rate while moving.", name="Minimum RPM Limit", minimum=0)
@@ -176,16 +176,16 @@ class Driven(BoatControl):
     )
     highest_thrust: float = param(1.0, "1", "Highest thrust.", name="Maximum Thrust Actuation", minimum=0, maximum=1)
 
-    throttle: Throttle
+    speed_controller: SpeedController
 
     @consume
-    def hear_motor(self, rpm: imc.Rpm) -> None:
+    def on_rpm(self, rpm: imc.Rpm) -> None:
         self._reports[rpm.src_ent] = self.now
 
     def configure(self) -> None:
         super().configure()
-        limit, before = self.speed_integral_limit, self._throttle
-        self.throttle = self._throttle = Throttle(
+        limit, before = self.speed_integral_limit, self._speed
+        self.speed_controller = self._speed = SpeedController(
             self.speed_gains,
             limit if limit >= 0.0 else math.inf,
             self.speed_feedforward,
@@ -194,15 +194,15 @@ class Driven(BoatControl):
             self.full_thrust,
         )
         if before is not None:
-            self.throttle.desired = before.desired
+            self.speed_controller.desired = before.desired
 
     def accelerate(self, state: imc.EstimatedState, mask: int, dt: float, *, held: bool = False) -> float | None:
         """Fraction of full actuation for the desired speed; 0 with the loop off, None without a reference."""
         if not mask & Loops.SPEED:
             return 0.0
-        if self.throttle.desired is None:
+        if self.speed_controller.desired is None:
             return None
-        share = self.throttle.share(state.u, dt, held=held)
+        share = self.speed_controller.actuation(state.u, dt, held=held)
         if self.log_parcels:
-            self.publish(self.throttle.parcel)
+            self.publish(self.speed_controller.parts)
         return max(-self.highest_thrust, min(self.highest_thrust, share))

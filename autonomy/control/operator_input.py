@@ -10,7 +10,7 @@ AXES = ("Heading", "Thrust", "Pitch")
 BUTTONS = ("Accelerate", "Decelerate", "Stop")
 
 
-class Operator:
+class OperatorInput:
     """Positions of axes, -1 to 1, and newly pressed buttons, of one operator or of any.
 
     A button counts once, when it goes down. An axis that a message does not name is released; the caller keeps the
@@ -18,15 +18,15 @@ class Operator:
     """
 
     def __init__(self) -> None:
-        self.begin("")
+        self.reset("")
 
-    def begin(self, custom: str) -> None:
+    def reset(self, custom: str) -> None:
         """Start over; `custom` of Teleoperation may name the only system allowed to steer, as "src=16385"."""
         self.source = whole_number(custom, "src")
         self.axes: dict[str, float] = {}
         self._down: set[str] = set()
 
-    def hear(self, actions: str) -> tuple[list[str], list[str]]:
+    def receive(self, actions: str) -> tuple[list[str], list[str]]:
         """Read the text of RemoteActions; returns the newly pressed buttons and the values that are not numbers."""
         values, wrong = dict[str, float](), list[str]()
         for name, text in read_tuples(actions).items():
@@ -49,6 +49,6 @@ class Operator:
         return self.axes.get(name, 0.0)
 
 
-def offered(buttons: Iterable[str], axes: Iterable[str]) -> str:
+def format_actions(buttons: Iterable[str], axes: Iterable[str]) -> str:
     """The text of RemoteActionsRequest that offers buttons and axes to a console."""
     return ";".join([*(f"{b}=Button" for b in buttons), *(f"{a}=Axis" for a in axes), f"Ranges=Range{FULL:.0f}"])
