@@ -21,3 +21,8 @@ def tilt_and_thrust(acceleration: Vector, psi: float, steepest: float) -> tuple[
     ahead, starboard = north * math.cos(psi) + east * math.sin(psi), east * math.cos(psi) - north * math.sin(psi)
     thrust = math.sqrt(ahead * ahead + starboard * starboard + lift * lift)
     return math.asin(starboard / thrust), math.atan2(-ahead, lift), thrust
+
+
+def rotor_actuation(thrust: float, hover: float) -> float:
+    """The actuation, 0 to 1, of rotors for a specific thrust (m/s²); `hover` is the one that carries the weight."""
+    return max(0.0, min(1.0, hover * math.sqrt(thrust / GRAVITY)))

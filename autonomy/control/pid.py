@@ -2,8 +2,21 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
 
 from support.numbers import clamp
+
+
+@dataclass(frozen=True)
+class PIDGains:
+    """Gains of a PID and the limits of its integral part and its output."""
+
+    p: float  # output per error
+    i: float  # output per error and second
+    d: float  # output per error per second
+    integral_limit: float = math.inf  # as output
+    limit: float = math.inf  # as output
 
 
 class PID:
@@ -27,6 +40,10 @@ class PID:
         self._integral_limit = integral_limit
         self._conditional = conditional
         self.reset()
+
+    @classmethod
+    def from_gains(cls, gains: PIDGains) -> Self:
+        return cls((gains.p, gains.i, gains.d), limit=gains.limit, integral_limit=gains.integral_limit)
 
     def reset(self) -> None:
         """Clear the history."""
