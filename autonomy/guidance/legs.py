@@ -89,7 +89,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Circle:
-    """A circle around `centre` (m north, east, down) with a radius (m), clockwise from above (`side` 1) or not (-1)."""
+    """A circle around `center` (m north, east, down) with a radius (m), clockwise from above (`side` 1) or not (-1)."""
 
     center: Vector
     radius: float

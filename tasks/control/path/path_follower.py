@@ -10,16 +10,15 @@ from autonomy.guidance import (
     BottomGuard,
     CrossTrack,
     DivergenceMonitor,
-    PathProgress,
     Point,
+    SteeringLaw,
     Track,
-    bearing,
+    TrackGuidance,
+    TrackGuidanceGains,
     is_valid_path,
-    progress,
 )
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
-from support.numbers import clamp
 from support.rotations import wrap
 from support.wgs84 import displace, displacement
 
@@ -33,8 +32,6 @@ Z_LOOPS: Mapping[int, int] = {imc.ZUnits.DEPTH: Loops.DEPTH, imc.ZUnits.ALTITUDE
 LONGEST = 25000.0  # m
 RECENT = 1.0  # s
 UNKNOWN_ETA = 0xFFFF
-SLOWEST_COURSE = 0.2  # m/s; a slower vehicle has no course
-LARGEST_DRIFT = math.radians(60.0)  # between heading and course; no heading corrects more drift than this
 LONGEST_BRAKE = 30.0  # s
 SILENCE = 2.0  # s without EstimatedState
 EARLY = 1e-3  # s; a state may come this much early for its cycle
@@ -97,16 +94,16 @@ class PathFollower(Task):
         2.5, "m", "Altitude to hold over the bottom.", name="Bottom Track -- Admissible Altitude", minimum=0
     )
 
-    def along(self, where: PathProgress, bearing: float) -> float:
-        """Course (rad) that follows a straight track of a `bearing` (rad)."""
-        raise NotImplementedError
-
-    def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
-        """Course (rad) around a circle with its center at a direction (rad) and distance (m); side 1 is clockwise."""
+    def steering_law(self) -> SteeringLaw:
+        """The law that follows tracks, with the present parameters."""
         raise NotImplementedError
 
     def configure(self) -> None:
-        self._early = general_number(self.vehicle.profile, "Time Of Arrival Factor", 5.0)
+        early = general_number(self.vehicle.profile, "Time Of Arrival Factor", 5.0)
+        gains, law = TrackGuidanceGains(self.course_control, early, self.eta_minimum_speed), self.steering_law()
+        if not hasattr(self, "_guidance"):  # the path stays if parameters change
+            self._guidance = TrackGuidance(gains, law)
+        self._guidance.gains, self._guidance.law = gains, law
         turning = math.radians(self.along_yaw)
         self._divergence = DivergenceMonitor(
             AlongTrack(self.along_period, self.along_speed, turning) if self.watch_along else None,
@@ -121,7 +118,7 @@ class PathFollower(Task):
         self._path: imc.DesiredPath | None = None
         self._before: imc.DesiredPath | None = None
         self._state: imc.EstimatedState | None = None
-        self._near = self._loitering = False
+        self._guidance.begin(Track((0.0, 0.0), (0.0, 0.0)))
         self._cycled = self._left = -math.inf
         self.set_entity_state(State.NORMAL, "idle")
 
@@ -171,7 +168,7 @@ class PathFollower(Task):
         if self._path is None:
             return
         if before is not None and (before.lat, before.lon) != (state.lat, state.lon):
-            self._place(self._path, state)
+            self._guidance.move(self._track_of(self._path, state))
         elif before is not None:
             self._notice_jump(math.hypot(state.x - before.x, state.y - before.y))
         if state.timestamp - self._cycled >= 1.0 / self.control_frequency - EARLY:
@@ -189,19 +186,20 @@ class PathFollower(Task):
         if path.flags & Flags.LOITER_CURR and path.lradius > 0.0:
             end_lat, end_lon = _position(state)
         path = path.replace(start_lat=start_lat, start_lon=start_lon, end_lat=end_lat, end_lon=end_lon)
-        still = self._path is not None and self._loitering and path.lradius > 0.0
-        self._place(path, state)
-        track, at = self._track, (state.x, state.y)
+        still = self._path is not None and self._guidance.loitering and path.lradius > 0.0
+        track, at = self._track_of(path, state), (state.x, state.y)
         if track.length > LONGEST or (
             track.length == 0.0 and path.lradius <= 0.0 and math.dist(at, track.end) > LONGEST
         ):
+            self._guidance.move(track)
             self._fail(f"the desired path is longer than {LONGEST / 1000:g} km")
             return
         distance = math.dist(at, track.end)
-        self._loitering = path.lradius > 0.0 and (
+        loitering = path.lradius > 0.0 and (
             distance <= path.lradius or (still and 0.75 * path.lradius <= distance <= 1.25 * path.lradius)
         )
-        self._path, self._near, self._ended = path, False, -math.inf
+        self._guidance.begin(track, loitering=loitering)
+        self._path, self._ended = path, -math.inf
         self._reported = self._cycled = -math.inf
         self._divergence.restart(self.now)
         self._bottom = BottomGuard(self.lowest)
@@ -216,18 +214,21 @@ class PathFollower(Task):
             before, recent = self._path, state.timestamp - self._cycled <= RECENT
         else:  # other loops may have been enabled in between
             before, recent = self._before, self.now - self._left <= RECENT
-        if before is None or not recent or not (self._near or self._loitering) or path.flags & Flags.DIRECT:
+        if (
+            before is None
+            or not recent
+            or not (self._guidance.near or self._guidance.loitering)
+            or path.flags & Flags.DIRECT
+        ):
             return _position(state)
         return before.end_lat, before.end_lon
 
-    def _place(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
-        """Convert the path to meters from the reference position of the state."""
+    def _track_of(self, path: imc.DesiredPath, state: imc.EstimatedState) -> Track:
+        """The path in meters from the reference position of the state."""
         lat, lon = state.lat, state.lon
         start = displacement(lat, lon, 0.0, path.start_lat, path.start_lon, 0.0)[:2]
         end = displacement(lat, lon, 0.0, path.end_lat, path.end_lon, 0.0)[:2]
-        side = -1 if path.flags & Flags.CCLOCKW else 1
-        self._track = Track(start, end, max(0.0, path.lradius), side)
-        self._straight = self._track.tangent() if path.lradius > 0.0 else self._track
+        return Track(start, end, max(0.0, path.lradius), -1 if path.flags & Flags.CCLOCKW else 1)
 
     def _enable_for(self, path: imc.DesiredPath) -> None:
         wanted = YAW | SPEED
@@ -247,45 +248,29 @@ class PathFollower(Task):
             self._divergence.restart(self.now + jump / self.jump_factor)
 
     def _cycle(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
-        at = state.x, state.y
-        speed, course = math.hypot(state.vx, state.vy), math.atan2(state.vy, state.vx)
-        if not self.course_control or speed < SLOWEST_COURSE:
-            course = state.psi
-            speed = speed if self.course_control else state.u
-        where = progress(self._straight, at, speed, course, state.psi)
-        eta = where.eta(self._early, self.eta_minimum_speed)
-        if not self._loitering and not self._near and eta <= 0.0:
-            if path.lradius > 0.0:
-                self._loitering = True
-            else:
-                self._near, self._ended = True, state.timestamp
+        guidance = self._guidance
+        before = guidance.near, guidance.loitering
+        heading = guidance.step(state)
+        if before != (guidance.near, guidance.loitering):
+            self._ended = state.timestamp if guidance.near else self._ended
             self._reported = -math.inf
-        radius = self._track.radius
-        if self._loitering:
-            target = self.around(bearing(at, self._track.end), math.dist(at, self._track.end), radius, self._track.side)
-        elif where.left > 0.0:
-            target = self.along(where, self._straight.bearing)
-        else:
-            target = where.line_of_sight
-        drift = clamp(wrap(state.psi - course), LARGEST_DRIFT)
-        self.publish(imc.DesiredHeading(value=wrap(target + drift)))
+        self.publish(imc.DesiredHeading(value=heading))
         if state.timestamp - self._reported >= 1.0 / self.report_frequency - EARLY:
             self._reported = state.timestamp
-            self._report(path, state, where, wrap(target - course), eta)
-        self._supervise(where, target)
+            self._report(path, state)
+        self._supervise()
         if self.watch_bottom and self._enabled & DEPTH and self._bottom.update(path.end_z, state.depth, state.alt):
             avoids = imc.DesiredZ(value=self.lowest, z_units=imc.ZUnits.ALTITUDE)
             self.publish(avoids if self._bottom.active else imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
 
-    def _report(
-        self, path: imc.DesiredPath, state: imc.EstimatedState, where: PathProgress, error: float, eta: float
-    ) -> None:
-        flags = path.flags & KEPT_FLAGS
-        flags |= StateFlags.NEAR if self._near else 0
-        flags |= StateFlags.LOITERING if self._loitering else 0
+    def _report(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+        guidance, flags = self._guidance, path.flags & KEPT_FLAGS
+        where, loitering = guidance.where, guidance.loitering
+        flags |= StateFlags.NEAR if guidance.near else 0
+        flags |= StateFlags.LOITERING if loitering else 0
         y = where.y
-        if self._loitering:
-            y = math.dist((state.x, state.y), self._track.end) - self._track.radius
+        if loitering:
+            y = math.dist((state.x, state.y), guidance.track.end) - guidance.track.radius
         now = state.alt if path.end_z_units == imc.ZUnits.ALTITUDE else state.depth
         self.publish(
             imc.PathControlState(
@@ -300,22 +285,23 @@ class PathFollower(Task):
                 end_z_units=path.end_z_units,
                 lradius=path.lradius,
                 flags=flags,
-                x=0.0 if self._loitering else where.left,
+                x=0.0 if loitering else where.left,
                 y=y,
                 z=path.end_z - now,
                 vx=where.vx,
                 vy=where.vy,
                 vz=state.vz,
-                course_error=error,
-                eta=0 if self._loitering else max(0, min(UNKNOWN_ETA, round(eta))),
+                course_error=wrap(guidance.target - guidance.course),
+                eta=0 if loitering else max(0, min(UNKNOWN_ETA, round(guidance.eta))),
             )
         )
 
-    def _supervise(self, where: PathProgress, target: float) -> None:
-        if self._near and self.now - self._ended > self.new_reference_timeout:
+    def _supervise(self) -> None:
+        guidance = self._guidance
+        if guidance.near and self.now - self._ended > self.new_reference_timeout:
             self._fail("expected new path control reference")
-        elif not self._loitering and not self._near:
-            error = self._divergence.error(self.now, where, target, self._uncertainty)
+        elif not guidance.loitering and not guidance.near:
+            error = self._divergence.error(self.now, guidance.where, guidance.target, self._uncertainty)
             if error:
                 self._fail(error)
 
