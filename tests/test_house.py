@@ -173,7 +173,9 @@ UNSTABLE = {
     "shuffle": "self.random",
     "default_rng": "self.random",
 }
-COMPUTING = [path for path in SOURCES if path.relative_to(ROOT).parts[0] in ("mavlink", "support", "tasks", "world")]
+COMPUTING = [
+    path for path in SOURCES if path.relative_to(ROOT).parts[0] in ("autonomy", "mavlink", "support", "tasks", "world")
+]
 COMPUTING += sorted((ROOT / "imc" / "coordinates").glob("*.py"))
 
 
