@@ -26,12 +26,12 @@ UNITS: Mapping[str, str] = (
 _FITTING = {"rad": _ANGLES, "s": _TIMES, "m": _LENGTHS, "m/s": ("m/s",), "%": ("%",)}
 
 
-def quantity(value: object, unit: str = "") -> float:
+def parse_quantity(value: object, unit: str = "") -> float:
     """A number, or a text such as "15°", in SI units; a plain number is in SI units.
 
     Raises ValueError if it is not a number, or has a unit that does not fit `unit`.
     """
-    number, found = split(value)
+    number, found = split_quantity(value)
     if found and unit in _FITTING and found not in _FITTING[unit]:
         raise ValueError(f"{value!r} should be in {' or '.join(_FITTING[unit])}")
     if found in ("°", "deg"):
@@ -39,7 +39,7 @@ def quantity(value: object, unit: str = "") -> float:
     return number * _FACTORS.get(found, 1.0)
 
 
-def in_unit(value: object, unit: str) -> float:
+def parse_in_unit(value: object, unit: str) -> float:
     """A number in `unit`: a plain one, or a text with this unit, or with another of its dimension.
 
     Raises ValueError if it is not a number, or has a unit that does not fit.
@@ -52,13 +52,13 @@ def in_unit(value: object, unit: str) -> float:
     words = f"in {' or '.join(_FITTING.get(dimension, (unit,)))}" if unit else "a number without a unit"
     if _NUMBER.match(text) and not (own or _QUANTITY.fullmatch(text)):
         raise ValueError(f"{value!r} should be {words}")
-    number, found = split(value)
+    number, found = split_quantity(value)
     if found and UNITS[found] != dimension:
         raise ValueError(f"{value!r} should be {words}")
     return number * (_SI.get(found, 1.0) / _SI.get(unit, 1.0)) if found else number
 
 
-def split(value: object) -> tuple[float, str]:
+def split_quantity(value: object) -> tuple[float, str]:
     """Number and unit of "1.2 m/s". Raises ValueError if it is not a number."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         if not math.isfinite(value):
@@ -73,9 +73,9 @@ def split(value: object) -> tuple[float, str]:
     return number, match.group(2) or ""
 
 
-def speed(value: object) -> dict[str, Any]:
+def parse_speed(value: object) -> dict[str, Any]:
     """The fields of a speed such as "1.2 m/s", "1200 rpm" or "60 %"; a plain number is in m/s."""
-    number, unit = split(value)
+    number, unit = split_quantity(value)
     if unit and unit not in SPEED_UNITS:
         raise ValueError(f"{value!r} should be in {', '.join(SPEED_UNITS)}")
     if number <= 0.0:
@@ -83,21 +83,21 @@ def speed(value: object) -> dict[str, Any]:
     return {"speed": number, "speed_units": int(SPEED_UNITS[unit or "m/s"])}
 
 
-def position(value: object) -> tuple[float, float]:
+def parse_position(value: object) -> tuple[float, float]:
     """Latitude and longitude (rad) of a text such as "41.185°, -8.7062°", or of two such values."""
     parts: list[Any] = value.split(",") if isinstance(value, str) else []
     parts = cast(list[Any], value) if isinstance(value, list) else parts
     if len(parts) != 2:
         raise ValueError(f"{value!r} is not a latitude and a longitude")
-    if not all(split(part)[1] in _ANGLES for part in parts):
+    if not all(split_quantity(part)[1] in _ANGLES for part in parts):
         raise ValueError(f"{value!r}: write the unit, as in 41.185°, -8.7062°")
-    lat, lon = quantity(parts[0], "rad"), quantity(parts[1], "rad")
+    lat, lon = parse_quantity(parts[0], "rad"), parse_quantity(parts[1], "rad")
     if abs(lat) > 0.5 * math.pi or abs(lon) > math.pi:
         raise ValueError(f"{value!r} is no place on Earth: latitudes end at 90°, longitudes at 180°")
     return lat, lon
 
 
-def degrees(angle: float) -> str:
+def format_degrees(angle: float) -> str:
     """An angle (rad) as text in degrees that `quantity` reads back exactly; in rad if no number does."""
     text = math.degrees(angle)
     for digits in range(1, 18):
@@ -110,7 +110,7 @@ def degrees(angle: float) -> str:
     return f"{angle!r} rad"
 
 
-def number(value: float, kind: str) -> int | float:
+def shortest_number(value: float, kind: str) -> int | float:
     """The shortest number that a field of type `kind` stores as `value`."""
     if kind == "fp32_t" and math.isfinite(value):
         short = float(str(np.float32(value)))
@@ -121,10 +121,10 @@ def number(value: float, kind: str) -> int | float:
 def read_field(info: imc.FieldInfo, value: object) -> object:
     """The value of a message field, from its form in a plan file."""
     if isinstance(value, str) and info.type.endswith("_t") and _NUMBER.fullmatch(value):  # 1e-3, a text in YAML 1.1
-        power, _ = split(value)
+        power, _ = split_quantity(value)
         return int(power) if power.is_integer() and not info.type.startswith("fp") else power
     if isinstance(value, str) and info.unit in ("rad", "s", "m", "%"):
-        si = quantity(value, info.unit)
+        si = parse_quantity(value, info.unit)
         return si if info.type.startswith("fp") or abs(si) > LARGEST else round(si)
     if isinstance(value, str) and info.enum is not None and value not in info.enum.__members__:
         hint = suggestion(value, info.enum.__members__)
@@ -135,7 +135,7 @@ def read_field(info: imc.FieldInfo, value: object) -> object:
         wrong = [name for name in names if name not in members]
         if wrong:
             raise ValueError(f"{wrong[0]!r} is not one of {', '.join(members)}")
-        return sum(int(members[name]) for name in names)
+        return sum(int(members[name]) for name in names)  # integers
     return cast(object, value)
 
 
@@ -143,9 +143,12 @@ def write_field(info: imc.FieldInfo, value: Any) -> Any:
     """The form of a field in a plan file."""
     if info.enum is not None and info.unit == "Bitfield" and isinstance(value, int):
         names = [name for name, member in info.enum.__members__.items() if int(member) & value]
-        return names if sum(int(info.enum.__members__[name]) for name in names) == value else int(value)
+        total = sum(int(info.enum.__members__[name]) for name in names)  # integers
+        return names if total == value else int(value)
     if info.enum is not None and value in set(map(int, info.enum)):
         return info.enum(value).name
     if isinstance(value, float) and info.unit == "rad" and math.isfinite(value):
-        return degrees(value) if info.type == "fp64_t" else number(value, info.type)
-    return number(value, info.type) if isinstance(value, float) and math.isfinite(value) else cast(object, value)
+        return format_degrees(value) if info.type == "fp64_t" else shortest_number(value, info.type)
+    return (
+        shortest_number(value, info.type) if isinstance(value, float) and math.isfinite(value) else cast(object, value)
+    )

@@ -1,14 +1,15 @@
 """The maneuvers of a plan one after the other, and what is left of a plan from one of them on."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
 
 import imc
 
 FINISH = "_done_"  # the destination that ends a plan
-ALWAYS = ("", "true", "ManeuverIsDone")  # conditions that hold when a maneuver is done
+DONE_CONDITIONS = ("", "true", "ManeuverIsDone")  # conditions that hold when a maneuver is done
 
 
-def chain_of(plan: imc.PlanSpecification) -> tuple[list[imc.PlanManeuver], list[str]]:
+def main_sequence(plan: imc.PlanSpecification) -> tuple[list[imc.PlanManeuver], list[str]]:
     """The maneuvers along the first transitions, each once, and remarks on everything that leaves this chain."""
     nodes, remarks = _nodes(plan), list[str]()
     chain: list[imc.PlanManeuver] = []
@@ -22,14 +23,14 @@ def chain_of(plan: imc.PlanSpecification) -> tuple[list[imc.PlanManeuver], list[
         seen.add(name)
         chain.append(nodes[name])
         arrows = [arrow for arrow in _arrows(plan) if arrow.source_man == name]
-        if len(arrows) > 1 or any(arrow.conditions.strip() not in ALWAYS for arrow in arrows):
+        if len(arrows) > 1 or any(arrow.conditions.strip() not in DONE_CONDITIONS for arrow in arrows):
             remarks.append(f"{name}: the conditions of what follows are not shown")
         name = arrows[0].dest_man if arrows else FINISH
     remarks += [f"{name}: is beside the way that is shown" for name in nodes if name not in seen]
     return chain, remarks
 
 
-def resumed(plan: imc.PlanSpecification, maneuver: str, *, takeoff: bool = False) -> imc.PlanSpecification:
+def remaining_plan(plan: imc.PlanSpecification, maneuver: str, *, takeoff: bool = False) -> imc.PlanSpecification:
     """The plan from a maneuver on: what cannot be reached from there is left out, names stay.
 
     Parameters that earlier maneuvers have set are set as the first one begins. With `takeoff` it begins with the
@@ -39,7 +40,7 @@ def resumed(plan: imc.PlanSpecification, maneuver: str, *, takeoff: bool = False
     if maneuver not in nodes:
         raise ValueError(f"the plan has no maneuver {maneuver!r}")
     earlier: list[imc.PlanManeuver] = []
-    for node in chain_of(plan)[0]:
+    for node in main_sequence(plan)[0]:
         if node.maneuver_id == maneuver:
             break
         earlier.append(node)
@@ -59,11 +60,28 @@ def resumed(plan: imc.PlanSpecification, maneuver: str, *, takeoff: bool = False
         (n for n in earlier if takeoff and isinstance(n.data, imc.Takeoff) and n.maneuver_id not in kept), None
     )
     lead = [] if start is None else [start]
-    way = [imc.PlanTransition(source_man=node.maneuver_id, dest_man=maneuver, conditions=ALWAYS[-1]) for node in lead]
+    way = [
+        imc.PlanTransition(source_man=node.maneuver_id, dest_man=maneuver, conditions=DONE_CONDITIONS[-1])
+        for node in lead
+    ]
     return plan.replace(
         start_man_id=lead[0].maneuver_id if lead else maneuver,
         maneuvers=(*lead, *(nodes[name] for name in nodes if name in kept)),
         transitions=(*way, *(arrow for arrow in arrows if arrow.source_man in kept)),
+    )
+
+
+def sequential_plan(plan_id: str, maneuvers: Mapping[str, imc.Message]) -> imc.PlanSpecification:
+    """A plan of maneuvers by name, one after the other."""
+    names = list(maneuvers)
+    return imc.PlanSpecification(
+        plan_id=plan_id,
+        start_man_id=names[0],
+        maneuvers=tuple(imc.PlanManeuver(maneuver_id=name, data=data) for name, data in maneuvers.items()),
+        transitions=tuple(
+            imc.PlanTransition(source_man=source, dest_man=destination, conditions=DONE_CONDITIONS[-1])
+            for source, destination in pairwise(names)
+        ),
     )
 
 

@@ -1,51 +1,16 @@
-"""Plan files: short YAML for people, messages as JSON for programs."""
+"""Writes plans as YAML that reads back to the same bytes."""
 
 from collections.abc import Mapping
 from enum import IntEnum, IntFlag
 from itertools import pairwise
-from pathlib import Path
 from typing import Any, cast
 
 import yaml
 
 import imc
+from autonomy.plans.yaml.reader import DONE, PlanFileError, PlanValues, parse_plan
+from autonomy.plans.yaml.values import Z_UNITS, format_degrees, shortest_number, write_field
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from shoal.missions.reader import DONE, PlanFileError, PlanReader, Values
-from shoal.missions.values import Z_UNITS, degrees, write_field
-from shoal.missions.values import number as shortest
-from support.located_yaml import Node, read_text, read_tree
-
-
-def load_plan(path: Path) -> imc.PlanSpecification:
-    """The plan in a YAML or JSON file. Raises PlanFileError, and OSError if it cannot be read."""
-    return parse_plan(read_text(path, PlanFileError), str(path), json=path.suffix.lower() == ".json")
-
-
-def parse_plan(text: str, name: str = "plan", *, json: bool = False) -> imc.PlanSpecification:
-    """Parse a plan; `name` stands for the file in errors. Raises PlanFileError.
-
-    YAML has the keys plan, origin, speed, depth (or altitude, height), start, maneuvers; see docs/plans.md.
-    """
-    try:
-        message = imc.from_json(text) if json else PlanReader(read_tree(text, name, PlanFileError), name).plan()
-        if not isinstance(message, imc.PlanSpecification):
-            raise PlanFileError(f"{name}: is a {type(message).__name__}, not a PlanSpecification")
-        imc.encode(message)
-    except (imc.DecodeError, imc.EncodeError) as error:
-        raise PlanFileError(f"{name}: {error}") from None
-    return message
-
-
-def read_plan(node: Node, name: str) -> imc.PlanSpecification:
-    """The plan in a part of another file. Raises the error of this file; `name` is that of a plan without one."""
-    try:
-        message = PlanReader(node, name).plan()
-        if not isinstance(message, imc.PlanSpecification):
-            node.fail(f"is a {type(message).__name__}, not a PlanSpecification")
-        imc.encode(message)
-    except (imc.DecodeError, imc.EncodeError) as error:
-        node.fail(str(error))
-    return message
 
 
 def plan_text(plan: imc.PlanSpecification) -> str:
@@ -61,22 +26,22 @@ def plan_text(plan: imc.PlanSpecification) -> str:
     raise PlanFileError("the plan has values that YAML cannot represent")
 
 
-def _short(plan: imc.PlanSpecification) -> Values:
+def _short(plan: imc.PlanSpecification) -> PlanValues:
     """The plan as people write it."""
     items = [item for item in plan.maneuvers if isinstance(item, imc.PlanManeuver)]
     names = [item.maneuver_id for item in items]
     arrows = [arrow for arrow in plan.transitions if isinstance(arrow, imc.PlanTransition)]
     usual = dict([*pairwise(names), (names[-1], None)]) if names else {}
-    draft: Values = {"plan": plan.plan_id}
+    draft: PlanValues = {"plan": plan.plan_id}
     draft |= {"description": plan.description} if plan.description else {}
     draft |= {"namespace": plan.vnamespace} if plan.vnamespace else {}
     draft |= {"start": plan.start_man_id} if not names or plan.start_man_id != names[0] else {}
     draft |= _short_actions("on_start", plan.start_actions) | _short_actions("on_end", plan.end_actions)
-    entries: list[Values] = []
+    entries: list[PlanValues] = []
     draft["maneuvers"] = entries
     for number, item in enumerate(items, 1):
         kind = type(item.data).__name__
-        entry: Values = {kind: _short_fields(item.data)}
+        entry: PlanValues = {kind: _short_fields(item.data)}
         entry |= {"id": item.maneuver_id} if item.maneuver_id != f"{kind}{number}" else {}
         leaving = [arrow for arrow in arrows if arrow.source_man == item.maneuver_id]
         following = usual[item.maneuver_id]
@@ -87,21 +52,21 @@ def _short(plan: imc.PlanSpecification) -> Values:
     return draft
 
 
-def _short_fields(maneuver: imc.Message | None) -> Values:
+def _short_fields(maneuver: imc.Message | None) -> PlanValues:
     if maneuver is None:
         return {}
     infos = {info.name: info for info in imc.fields(type(maneuver))}
     fields: Any = maneuver
-    found: Values = {}
+    found: PlanValues = {}
     if {"lat", "lon"} <= set(infos):
-        lat, lon = degrees(fields.lat), degrees(fields.lon)
+        lat, lon = format_degrees(fields.lat), format_degrees(fields.lon)
         found |= {"lat": lat, "lon": lon} if "rad" in lat + lon else {"at": f"{lat}, {lon}"}
     names = {int(unit): name for name, unit in Z_UNITS.items()}
     if "z" in infos and fields.z_units in names:
-        found[names[fields.z_units]] = shortest(fields.z, infos["z"].type)
+        found[names[fields.z_units]] = shortest_number(fields.z, infos["z"].type)
         del infos["z"], infos["z_units"]
     if "speed" in infos and fields.speed_units == imc.SpeedUnits.METERS_PS:
-        found["speed"] = f"{shortest(fields.speed, 'fp32_t')} m/s"
+        found["speed"] = f"{shortest_number(fields.speed, 'fp32_t')} m/s"
         del infos["speed"], infos["speed_units"]
     default = type(maneuver)()
     for name, info in infos.items():
@@ -110,14 +75,14 @@ def _short_fields(maneuver: imc.Message | None) -> Values:
             continue
         if name == "points":
             points = [point for point in value if isinstance(point, imc.PathPoint)]
-            found[name] = [[shortest(v, "fp32_t") for v in (point.x, point.y, point.z)] for point in points]
+            found[name] = [[shortest_number(v, "fp32_t") for v in (point.x, point.y, point.z)] for point in points]
         else:
             found[name] = write_field(info, value)
     return found
 
 
-def _short_actions(key: str, actions: tuple[imc.Message | None, ...]) -> Values:
-    found: Values = {}
+def _short_actions(key: str, actions: tuple[imc.Message | None, ...]) -> PlanValues:
+    found: PlanValues = {}
     for action in actions:
         if isinstance(action, imc.SetEntityParameters):
             entries = [entry for entry in action.params if isinstance(entry, imc.EntityParameter)]
@@ -125,7 +90,7 @@ def _short_actions(key: str, actions: tuple[imc.Message | None, ...]) -> Values:
     return {key: found} if found else {}
 
 
-def _plain(plan: imc.PlanSpecification) -> Values:
+def _plain(plan: imc.PlanSpecification) -> PlanValues:
     """The plan in full: all messages with all their fields."""
     return _without_header(plan.to_dict())
 
@@ -133,7 +98,7 @@ def _plain(plan: imc.PlanSpecification) -> Values:
 def _without_header(value: Any) -> Any:
     if isinstance(value, Mapping):
         header = ("timestamp", "src", "src_ent", "dst", "dst_ent")
-        return {key: _without_header(item) for key, item in cast(Values, value).items() if key not in header}
+        return {key: _without_header(item) for key, item in cast(PlanValues, value).items() if key not in header}
     if isinstance(value, list):
         return [_without_header(item) for item in cast(list[Any], value)]
     return int(value) if isinstance(value, IntEnum | IntFlag) else value

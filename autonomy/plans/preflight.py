@@ -2,33 +2,43 @@
 
 import math
 from collections.abc import Callable, Collection, Iterator
+from functools import partial
 from itertools import chain
 
 import imc
+from autonomy.limits import OperatingLimits
+from autonomy.plans.bounds import PlanBounds, area_violations, flight_violations
+from autonomy.plans.estimate import Powertrain
+from autonomy.plans.forecast import PlanForecast, feasibility_violations, forecast_plan
+from autonomy.plans.graph import ROUNDING, PlanError, PlanGraph, parse_graph
+from autonomy.plans.value_ranges import value_range_violations
 from imc.coordinates import absolute
-from runtime.task import ParameterError
-from tasks.plan.bounds import Bounds, grounded, outside
-from tasks.plan.estimate import Powertrain
-from tasks.plan.graph import ROUNDING, Graph, PlanError, parse
-from tasks.plan.outlook import Outlook, foresee, objections
-from tasks.plan.ranges import beyond
 
-Value = Callable[[str], str]
+OptionReader = Callable[[str], str]
+
+
+class PreflightOptionError(ValueError):
+    """The value of an option of the profile is invalid: `option` is its name, `reason` says why."""
+
+    def __init__(self, option: str, reason: str):
+        super().__init__(f"{option}: {reason}")
+        self.option = option
+        self.reason = reason
 
 
 class Preflight:
     """Checks plans against the limits in the section General of a profile; `value` returns an option of it.
 
-    `hotel` is the power (W) without propulsion, `longest_leg` is in m. Raises ParameterError for an invalid option.
+    `hotel` is the power (W) without propulsion, `longest_leg` is in m. Raises PreflightOptionError.
     """
 
-    def __init__(self, value: Value, hotel: float, longest_leg: float):
+    def __init__(self, value: OptionReader, hotel: float, longest_leg: float):
         usual = Powertrain()
-        self.deepest = _number(value, "Absolute Maximum Depth", math.inf)
-        if not self.deepest >= 0.0:
-            raise ParameterError("Absolute Maximum Depth", f"must be 0 m or more, not {self.deepest:g} m")
-        self._highest = _number(value, "Absolute Maximum Altitude", math.inf)
-        self._fastest = _number(value, "Maximum Absolute Speed", math.inf)
+        self._limits = OperatingLimits.from_options(
+            partial(_number, value), deepest=math.inf, highest=math.inf, fastest=math.inf
+        )
+        if not self._limits.deepest >= 0.0:
+            raise PreflightOptionError("Absolute Maximum Depth", f"must be 0 m or more, not {self._limits.deepest:g} m")
         self.capacity = 3600.0 * _number(value, "Battery Capacity", 0.0)  # J
         self._longest_leg = longest_leg
         self._train = Powertrain(
@@ -41,9 +51,9 @@ class Preflight:
             _number(value, "Time Of Arrival Factor", usual.ahead),
         )
         if not len(self._train.speeds) == len(self._train.rpms) == len(self._train.actuations):
-            raise ParameterError("Speed Conversion -- MPS", "must have as many values as RPM and Actuation")
+            raise PreflightOptionError("Speed Conversion -- MPS", "must have as many values as RPM and Actuation")
         if len(self._train.power_rpms) != len(self._train.powers):
-            raise ParameterError("Power Model -- Conversion - RPM", "must have as many values as Watt")
+            raise PreflightOptionError("Power Model -- Conversion - RPM", "must have as many values as Watt")
 
     def check(
         self,
@@ -53,33 +63,35 @@ class Preflight:
         fuel: float | None,
         now: float,
         limits: imc.OperationalLimits | None = None,
-        aloft: bool = False,
-    ) -> Outlook:
+        airborne: bool = False,
+    ) -> PlanForecast:
         """Estimate a plan from the position of the vehicle with `fuel` (%) left. Raises PlanError if it is refused.
 
-        A vehicle that supports Takeoff is aerial; `aloft` is True if it is in the air already.
+        A vehicle that supports Takeoff is aerial; `airborne` is True if it is in the air already.
         """
-        deepest = self.deepest
+        deepest = self._limits.deepest
         if limits is not None and limits.mask & imc.OpLimitsMask.MAX_DEPTH:
             deepest = min(deepest, limits.max_depth)
-        fastest = self._fastest
+        fastest = self._limits.fastest
         if limits is not None and limits.mask & imc.OpLimitsMask.MAX_SPEED:
             fastest = min(fastest, limits.max_speed)
-        graph = parse(plan, supported, deepest)
-        for reason in chain(too_fast(graph, fastest), beyond(graph)):
+        graph = parse_graph(plan, supported, deepest)
+        for reason in chain(speed_violations(graph, fastest), value_range_violations(graph)):
             raise PlanError(reason)
         position = absolute(state)[:2] if state is not None else None
-        outlook = foresee(graph, position, self._train, now)
+        forecast = forecast_plan(graph, position, self._train, now)
         energy = self.capacity * fuel / 100.0 if fuel is not None and self.capacity else None
         ground = state.height - state.z - state.alt if state is not None and state.alt >= 0.0 else None
-        bounds = Bounds(limits, self._highest, ground, aloft)
-        flies = grounded(graph, bounds) if imc.Takeoff.ID in supported else ()
-        for reason in chain(flies, outside(graph, bounds), objections(outlook, self._longest_leg, energy)):
+        bounds = PlanBounds(limits, self._limits.highest, ground, airborne)
+        flies = flight_violations(graph, bounds) if imc.Takeoff.ID in supported else ()
+        for reason in chain(
+            flies, area_violations(graph, bounds), feasibility_violations(forecast, self._longest_leg, energy)
+        ):
             raise PlanError(reason)
-        return outlook
+        return forecast
 
 
-def too_fast(graph: Graph, fastest: float) -> Iterator[str]:
+def speed_violations(graph: PlanGraph, fastest: float) -> Iterator[str]:
     """Objections to maneuvers with a speed above `fastest` (m/s) or 100 %."""
     for name, node in graph.nodes.items():
         speed = getattr(node.maneuver, "speed", 0.0)
@@ -90,21 +102,21 @@ def too_fast(graph: Graph, fastest: float) -> Iterator[str]:
             yield f"{name}: a speed of {speed:g} % is above 100 %"
 
 
-def _number(value: Value, option: str, default: float) -> float:
+def _number(value: OptionReader, option: str, default: float) -> float:
     text = value(option)
     try:
         return float(text) if text else default
     except ValueError:
-        raise ParameterError(option, f"{text!r} is not a number") from None
+        raise PreflightOptionError(option, f"{text!r} is not a number") from None
 
 
-def _table(value: Value, option: str) -> list[float]:
+def _table(value: OptionReader, option: str) -> list[float]:
     """Two or more rising numbers; empty if the option is empty."""
     text = value(option)
     try:
         table = [float(word) for word in text.split(",")] if text else []
     except ValueError:
-        raise ParameterError(option, f"{text!r} are not numbers") from None
+        raise PreflightOptionError(option, f"{text!r} are not numbers") from None
     if table and (len(table) < 2 or sorted(table) != table):
-        raise ParameterError(option, "needs two or more rising numbers")
+        raise PreflightOptionError(option, "needs two or more rising numbers")
     return table

@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 import imc
-from tasks.plan.estimate import Estimate, Position, Powertrain, estimate
-from tasks.plan.graph import Graph, PlanError
+from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver
+from autonomy.plans.graph import PlanError, PlanGraph
 
 LONGEST_TEXT = 20_000  # bytes
 
 
 @dataclass(frozen=True)
-class Outlook:
+class PlanForecast:
     """Estimates by maneuver, along the first transitions from the start."""
 
-    graph: Graph
-    estimates: Mapping[str, Estimate]
+    graph: PlanGraph
+    estimates: Mapping[str, ManeuverEstimate]
     energy: float  # J
     hotel: float  # J, of it
     calibration: float = 0.0  # s
@@ -27,9 +27,9 @@ class Outlook:
         """Duration (s) of the plan without calibration; infinite if endless, NaN if unknown."""
         return math.inf if self.graph.cyclical else math.fsum(e.seconds for e in self.estimates.values())
 
-    def following(self, name: str) -> float:
+    def seconds_after(self, name: str) -> float:
         """Duration (s) of what comes after a maneuver."""
-        _, *later = self.graph.chain(name)
+        _, *later = self.graph.sequence_from(name)
         names = [node.name for node in later]
         return math.fsum(self.estimates[name].seconds if name in self.estimates else math.nan for name in names)
 
@@ -48,20 +48,20 @@ class Outlook:
         return imc.PlanStatistics(
             plan_id=self.graph.plan.plan_id,
             properties=properties,
-            durations=tuples(durations, 1),
-            distances=tuples({"Total": math.fsum(distances.values()), **distances}, 1),
-            fuel=tuples(shares, 2),
+            durations=format_tuple_list(durations, 1),
+            distances=format_tuple_list({"Total": math.fsum(distances.values()), **distances}, 1),
+            fuel=format_tuple_list(shares, 2),
         )
 
 
-def foresee(graph: Graph, start: Position | None, train: Powertrain, now: float) -> Outlook:
+def forecast_plan(graph: PlanGraph, start: LatLon | None, train: Powertrain, now: float) -> PlanForecast:
     """Estimate a plan from `start`. Raises PlanError for a geometry that cannot be followed."""
-    estimates: dict[str, Estimate] = {}
+    estimates: dict[str, ManeuverEstimate] = {}
     position = start
-    chain = {node.name: node for node in graph.chain(graph.start)}
+    chain = {node.name: node for node in graph.sequence_from(graph.start)}
     for node in (chain | graph.nodes).values():
         try:
-            found = estimate(node.maneuver, position, train, now)
+            found = estimate_maneuver(node.maneuver, position, train, now)
         except ValueError as error:
             raise PlanError(f"{node.name}: {error}") from None
         if len(estimates) < len(chain):
@@ -70,13 +70,13 @@ def foresee(graph: Graph, start: Position | None, train: Powertrain, now: float)
     hotel = train.hotel * math.fsum(e.seconds for e in finite)
     resting = max(0.0, train.power(0.0))
     motion = math.fsum(e.moving * train.power(e.speed) + max(0.0, e.seconds - e.moving) * resting for e in finite)
-    return Outlook(graph, estimates, hotel + motion, hotel)
+    return PlanForecast(graph, estimates, hotel + motion, hotel)
 
 
-def objections(outlook: Outlook, longest_leg: float, energy: float | None) -> Iterator[str]:
+def feasibility_violations(forecast: PlanForecast, longest_leg: float, energy: float | None) -> Iterator[str]:
     """Objections to a plan: legs longer than `longest_leg` (m), less `energy` (J) than it needs, invalid fields."""
-    for name, node in outlook.graph.nodes.items():
-        maneuver, e = node.maneuver, outlook.estimates.get(name)
+    for name, node in forecast.graph.nodes.items():
+        maneuver, e = node.maneuver, forecast.estimates.get(name)
         if e is not None and e.longest > longest_leg:
             yield f"{name}: a leg of {e.longest / 1000.0:.1f} km is longer than {longest_leg / 1000.0:g} km"
         if getattr(maneuver, "speed", 1.0) <= 0.0:
@@ -85,12 +85,12 @@ def objections(outlook: Outlook, longest_leg: float, energy: float | None) -> It
             yield f"{name}: amplitude and pitch must be above 0"
         if isinstance(maneuver, imc.FollowPath) and not maneuver.points:
             yield f"{name}: path has no points"
-    if energy is not None and outlook.energy > energy:
-        needed, left = outlook.energy / 3600.0, energy / 3600.0
+    if energy is not None and forecast.energy > energy:
+        needed, left = forecast.energy / 3600.0, energy / 3600.0
         yield f"the plan needs {round(needed):.6g} W h and the battery has {left:.0f} W h above its reserve"
 
 
-def tuples(values: Mapping[str, float], digits: int) -> str:
+def format_tuple_list(values: Mapping[str, float], digits: int) -> str:
     """IMC's text of named values: "Total=228.3,Execution=228.3".
 
     Values that are not finite are skipped, and so are the last ones if the text is too long for a message.

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 import imc
-from tasks.plan.graph import HEIGHTS, Graph
+from autonomy.plans.graph import HEIGHTS, PlanGraph
 
 SEA = 11_000.0  # m; no sea is deeper
 LEG = 25_000.0  # m; path control follows no longer leg
@@ -30,7 +30,7 @@ SPEEDS: Mapping[int, Range] = {
 OFFSETS: Mapping[str, Range] = {"x": (-AWAY, AWAY, "m"), "y": (-AWAY, AWAY, "m"), "z": (-SEA, SEA, "m")}
 
 
-def beyond(graph: Graph) -> Iterator[str]:
+def value_range_violations(graph: PlanGraph) -> Iterator[str]:
     """Objections to maneuvers with an absurd number; they name its field and the limit."""
     for name, node in graph.nodes.items():
         maneuver = node.maneuver

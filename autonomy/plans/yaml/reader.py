@@ -1,20 +1,20 @@
-"""Reads plans written in YAML."""
+"""Reads plans: short YAML for people, messages as JSON for programs."""
 
 import math
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
+from pathlib import PurePath
 from typing import Any, cast
 
 import imc
-from shoal.missions.values import Z_UNITS, position, quantity, read_field, speed
-from support.located_yaml import Node
+from autonomy.plans.conditions import parse_condition
+from autonomy.plans.sequence import FINISH
+from autonomy.plans.yaml.values import Z_UNITS, parse_position, parse_quantity, parse_speed, read_field
+from support.located_yaml import Node, read_tree
 from support.text import hinted
 from support.wgs84 import displace
-from tasks.plan import parse_condition
 
 DONE = "ManeuverIsDone"
-FINISH = "_done_"
 ALIASES = {"idle": "IdleManeuver"}
 END = "end"
 MOST = 4096  # maneuvers
@@ -27,12 +27,39 @@ _SHORTHANDS = ("at", "north", "east", "speed", *Z_UNITS)
 _TARGET_KEYS = ("origin", "speed", *Z_UNITS)
 _PLAN_KEYS = ("plan", "description", "namespace", *_TARGET_KEYS, "start", "maneuvers", "on_start", "on_end")
 _ITEM_KEYS = ("id", "then", "on_start", "on_end")
-Values = dict[str, Any]
+PlanValues = dict[str, Any]
 Nodes = dict[str, Node]
 
 
 class PlanFileError(ValueError):
     """A file that does not hold a plan; the text names file, line and reason."""
+
+
+def parse_plan(text: str, name: str = "plan", *, json: bool = False) -> imc.PlanSpecification:
+    """Parse a plan; `name` stands for the file in errors. Raises PlanFileError.
+
+    YAML has the keys plan, origin, speed, depth (or altitude, height), start, maneuvers; see docs/plans.md.
+    """
+    try:
+        message = imc.from_json(text) if json else PlanReader(read_tree(text, name, PlanFileError), name).plan()
+        if not isinstance(message, imc.PlanSpecification):
+            raise PlanFileError(f"{name}: is a {type(message).__name__}, not a PlanSpecification")
+        imc.encode(message)
+    except (imc.DecodeError, imc.EncodeError) as error:
+        raise PlanFileError(f"{name}: {error}") from None
+    return message
+
+
+def plan_from_node(node: Node, name: str) -> imc.PlanSpecification:
+    """The plan in a part of another file. Raises the error of this file; `name` is that of a plan without one."""
+    try:
+        message = PlanReader(node, name).plan()
+        if not isinstance(message, imc.PlanSpecification):
+            node.fail(f"is a {type(message).__name__}, not a PlanSpecification")
+        imc.encode(message)
+    except (imc.DecodeError, imc.EncodeError) as error:
+        node.fail(str(error))
+    return message
 
 
 class PlanReader:
@@ -52,7 +79,7 @@ class PlanReader:
             (maneuvers or self._root).fail("maneuvers: expected a list of at least one maneuver")
         if (count := len(maneuvers.content)) > MOST:
             maneuvers.fail(f"{count} maneuvers are more than the {MOST} that a plan may have")
-        self._origin = self._read(root["origin"], position) if "origin" in root else None
+        self._origin = self._read(root["origin"], parse_position) if "origin" in root else None
         self._defaults = self._target(root)
         items = [self._maneuver(node, number) for number, node in enumerate(maneuvers.content, 1)]
         names = [item["maneuver_id"] for item, *_ in items]
@@ -65,13 +92,13 @@ class PlanReader:
         start = self._text(root, "start", names[0])
         if start not in names:
             root["start"].fail(hinted(f"there is no maneuver {start!r}", start, names))
-        arrows: list[Values] = []
+        arrows: list[PlanValues] = []
         for (item, node, then), following in zip(items, [*names[1:], None], strict=True):
             arrows += self._arrows(item["maneuver_id"], then, following, names, node)
         return imc.from_dict(
             {
                 "abbrev": "PlanSpecification",
-                "plan_id": self._text(root, "plan", Path(self._name).stem, empty=False),
+                "plan_id": self._text(root, "plan", PurePath(self._name).stem, empty=False),
                 "description": self._text(root, "description", ""),
                 "vnamespace": self._text(root, "namespace", ""),
                 "start_man_id": start,
@@ -82,7 +109,7 @@ class PlanReader:
             }
         )
 
-    def _maneuver(self, node: Node, number: int) -> tuple[Values, Node, Node | None]:
+    def _maneuver(self, node: Node, number: int) -> tuple[PlanValues, Node, Node | None]:
         item = self._mapping(node, "a maneuver")
         kinds = [key for key in item if key not in _ITEM_KEYS]
         if len(kinds) != 1:
@@ -101,9 +128,9 @@ class PlanReader:
         }
         return made, node, item.get("then")
 
-    def _fields(self, cls: type[imc.Message], nodes: Nodes, where: Node) -> Values:
+    def _fields(self, cls: type[imc.Message], nodes: Nodes, where: Node) -> PlanValues:
         infos = {info.name: info for info in imc.fields(cls)}
-        values: Values = {"abbrev": cls.__name__}
+        values: PlanValues = {"abbrev": cls.__name__}
         values |= {key: value for key, value in self._defaults.items() if key in infos}
         target = self._target(nodes)
         values |= {key: value for key, value in target.items() if key in infos}
@@ -140,16 +167,16 @@ class PlanReader:
         if abs(value) > _ANGLES.get(key, math.inf):
             node.fail(f"{key}: {math.degrees(value):g}° is no place on Earth; plain numbers are in rad")
 
-    def _target(self, nodes: Nodes) -> Values:
+    def _target(self, nodes: Nodes) -> PlanValues:
         """Position, depth and speed of the plan or of a maneuver."""
-        found: Values = {}
+        found: PlanValues = {}
         ways = [next((key for key in way if key in nodes), "") for way in _PLACES]
         if len(given := [key for key in ways if key]) > 1:
             nodes[given[1]].fail(f"{' and '.join(given)} exclude each other")
         if len(pair := [key for key in ("lat", "lon") if key in nodes]) == 1:
             nodes[pair[0]].fail("lat and lon belong together")
         if "at" in nodes:
-            found["lat"], found["lon"] = self._read(nodes["at"], position)
+            found["lat"], found["lon"] = self._read(nodes["at"], parse_position)
         if "north" in nodes or "east" in nodes:
             if self._origin is None:
                 nodes["north" if "north" in nodes else "east"].fail("north and east need an origin in the plan")
@@ -162,21 +189,21 @@ class PlanReader:
             if key in nodes:
                 found["z"], found["z_units"] = self._read(nodes[key], _meters), int(unit)
         if "speed" in nodes:
-            found |= self._read(nodes["speed"], speed)
+            found |= self._read(nodes["speed"], parse_speed)
         return found
 
     def _arrows(
         self, source: str, then: Node | None, following: str | None, names: list[str], where: Node
-    ) -> list[Values]:
+    ) -> list[PlanValues]:
         value = then.value() if then is not None else following or END
         wishes: list[Any] = cast(list[Any], value) if isinstance(value, list) else []
         wishes = wishes or ([] if value == END else [value])
-        arrows: list[Values] = []
+        arrows: list[PlanValues] = []
         for wish in wishes:
             text: Any = {"to": wish} if isinstance(wish, str) else wish
-            if not isinstance(text, dict) or "to" not in text or len(set(cast(Values, text)) - {"to", "when"}):
+            if not isinstance(text, dict) or "to" not in text or len(set(cast(PlanValues, text)) - {"to", "when"}):
                 (then or where).fail("expected then: NAME, then: end, or a list of {to: NAME, when: CONDITION}")
-            text = cast(Values, text)
+            text = cast(PlanValues, text)
             to = FINISH if text["to"] == END else str(text["to"])
             if to not in (*names, FINISH):
                 (then or where).fail(hinted(f"there is no maneuver {to!r}", to, names))
@@ -188,11 +215,11 @@ class PlanReader:
             arrows.append({"abbrev": "PlanTransition", "source_man": source, "dest_man": to, "conditions": condition})
         return arrows
 
-    def _actions(self, node: Node | None) -> list[Values]:
+    def _actions(self, node: Node | None) -> list[PlanValues]:
         """{Entity: {Parameter: value}} as SetEntityParameters."""
         if node is None:
             return []
-        made: list[Values] = []
+        made: list[PlanValues] = []
         for label, parameters in self._mapping(node, "actions").items():
             values = self._mapping(parameters, f"the parameters of {label}")
             entries = [
@@ -248,7 +275,7 @@ def _is_where_it_begins(maneuver: imc.Message) -> bool:
     return isinstance(maneuver, imc.Elevator | imc.PopUp) and bool(maneuver.flags & imc.Elevator.Flags.CURR_POS)
 
 
-def _points(value: object) -> list[Values]:
+def _points(value: object) -> list[PlanValues]:
     """[[x, y, z], ...] as PathPoint."""
     rows: list[Any] = cast(list[Any], value) if isinstance(value, list) else []
     if not rows or not all(isinstance(row, list) and len(cast(list[Any], row)) in (2, 3) for row in rows):
@@ -257,7 +284,7 @@ def _points(value: object) -> list[Values]:
 
 
 def _meters(value: object) -> float:
-    return quantity(value, "m")
+    return parse_quantity(value, "m")
 
 
 def _offset(value: object) -> float:

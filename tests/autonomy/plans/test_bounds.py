@@ -6,11 +6,11 @@ import pytest
 from flying import place, plan_of
 
 import imc
-from tasks.plan.bounds import Bounds
-from tasks.plan.estimate import Powertrain, estimate
-from tasks.plan.graph import PlanError, parse
-from tasks.plan.outlook import foresee
-from tasks.plan.preflight import Preflight
+from autonomy.plans.bounds import PlanBounds
+from autonomy.plans.estimate import Powertrain, estimate_maneuver
+from autonomy.plans.forecast import forecast_plan
+from autonomy.plans.graph import PlanError, parse_graph
+from autonomy.plans.preflight import Preflight
 
 KINDS = {cls.ID for cls in (imc.Takeoff, imc.Land, imc.Goto, imc.IdleManeuver, imc.Loiter, imc.FollowPath)}
 UP = imc.ZUnits.ALTITUDE
@@ -46,8 +46,8 @@ def test_what_flies_on_the_ground_is_refused(maneuvers, name):
 
 
 def test_what_is_in_the_air_need_not_take_off():
-    assert check(goto(), aloft=True) == ""
-    assert check(LAND, goto(), aloft=True).startswith("m1: the vehicle is on the ground")
+    assert check(goto(), airborne=True) == ""
+    assert check(LAND, goto(), airborne=True).startswith("m1: the vehicle is on the ground")
 
 
 def test_all_ways_through_a_plan_are_looked_at():
@@ -101,7 +101,7 @@ def test_what_is_exactly_at_a_limit_is_allowed(height):
 def test_stricter_limits_count():
     limits = imc.OperationalLimits(mask=imc.OpLimitsMask.MAX_ALT, max_altitude=15.0)
     assert check(TAKEOFF, goto(), limits=limits) == "m1: an altitude of 20 m is above the limit of 15 m"
-    assert Bounds().altitude == math.inf
+    assert PlanBounds().altitude == math.inf
 
 
 def fence(**fields):
@@ -137,15 +137,17 @@ def test_what_stays_where_the_vehicle_is_leaves_no_area():
 
 def test_durations_of_takeoff_and_landing():
     start, train = (STATE.lat, STATE.lon), Powertrain(ahead=0.0)
-    assert estimate(TAKEOFF, start, train, 0.0).seconds == pytest.approx(5.0)
-    assert estimate(TAKEOFF, start, train, 0.0).end == start
-    assert estimate(LAND, start, train, 0.0).end == start
+    assert estimate_maneuver(TAKEOFF, start, train, 0.0).seconds == pytest.approx(5.0)
+    assert estimate_maneuver(TAKEOFF, start, train, 0.0).end == start
+    assert estimate_maneuver(LAND, start, train, 0.0).end == start
     there = imc.Land(**place(30.0, 0.0), z=10.0, z_units=UP, speed=2.0)
-    assert estimate(there, start, train, 0.0).seconds == pytest.approx(15.0 + 20.0, abs=0.1)
+    assert estimate_maneuver(there, start, train, 0.0).seconds == pytest.approx(15.0 + 20.0, abs=0.1)
 
 
 def test_hovering_takes_energy_too():
     train = Powertrain((0.0, 5.0), (5950.0, 5967.0), (70.0, 71.0), (0.0, 5950.0, 6000.0), (0.0, 336.0, 345.0), 15.0)
     wait = imc.StationKeeping(**place(0.0, 0.0), z=10.0, z_units=UP, speed=5.0, duration=600)
-    graph = parse(plan_of(wait), {imc.StationKeeping.ID}, math.inf)
-    assert foresee(graph, (STATE.lat, STATE.lon), train, 0.0).energy == pytest.approx(600.0 * (15.0 + 336.0), rel=0.01)
+    graph = parse_graph(plan_of(wait), {imc.StationKeeping.ID}, math.inf)
+    assert forecast_plan(graph, (STATE.lat, STATE.lon), train, 0.0).energy == pytest.approx(
+        600.0 * (15.0 + 336.0), rel=0.01
+    )

@@ -4,29 +4,27 @@ import math
 from dataclasses import dataclass, field
 
 import imc
+from autonomy.plans import ManeuverEstimate, PlanForecast, PlanNode, format_tuple_list
 from runtime import Script
 from tasks.plan.actions import PlanActions
-from tasks.plan.estimate import Estimate
-from tasks.plan.graph import PlanNode
-from tasks.plan.outlook import Outlook, tuples
 
-UNFORESEEN = Estimate()
+UNKNOWN_ESTIMATE = ManeuverEstimate()
 UNKNOWN_ETA = 0xFFFF
 UNKNOWN = -1
-NOTHING = 0xFFFF  # no maneuver
-REPEATED = 2.0  # s within which an equal request is a duplicate
-FLEETING = 1.0  # s; a maneuver that ends sooner has done nothing
-UNREMARKABLE = ("", "done")
+NO_MANEUVER = 0xFFFF  # no maneuver
+DUPLICATE_WINDOW = 2.0  # s within which an equal request is a duplicate
+BRIEF = 1.0  # s; a maneuver that ends sooner has done nothing
+ORDINARY_INFO = ("", "done")
 
 
 @dataclass
-class Flight:
+class PlanExecution:
     """One START, from its request on; fields are None until known. Times are in s."""
 
     request: imc.PlanControl
     began: float
     script: Script | None = None
-    outlook: Outlook | None = None
+    forecast: PlanForecast | None = None
     actions: PlanActions | None = None
     statistics: imc.PlanStatistics | None = None
     node: PlanNode | None = None
@@ -36,12 +34,12 @@ class Flight:
     info: str = ""
     progress: float = -1.0
     notes: list[str] = field(default_factory=list[str])
-    fleeting: list[str] = field(default_factory=list[str])
+    brief_maneuvers: list[str] = field(default_factory=list[str])
 
     def is_repeated(self, request: imc.PlanControl, now: float) -> bool:
         """Whether a request is a duplicate of the one that started this plan."""
         same = request.replace(timestamp=self.request.timestamp) == self.request
-        return same and now - self.began < REPEATED
+        return same and now - self.began < DUPLICATE_WINDOW
 
     def enter(self, node: PlanNode, now: float) -> None:
         """A maneuver begins."""
@@ -49,9 +47,9 @@ class Flight:
         if self.actions is not None:
             self.actions.enter(node)
 
-    def note(self, text: str) -> None:
+    def add_note(self, text: str) -> None:
         """The maneuver is done, but says that something is amiss."""
-        if self.node is not None and text not in UNREMARKABLE:
+        if self.node is not None and text not in ORDINARY_INFO:
             self.notes.append(f"{self.node.name}: {text}")
 
     @property
@@ -60,15 +58,15 @@ class Flight:
 
         Their conditions hold at once: the vehicle would switch between them for ever and do nothing.
         """
-        if self.node is None or self.node.name not in self.fleeting:
+        if self.node is None or self.node.name not in self.brief_maneuvers:
             return []
-        return [*self.fleeting[self.fleeting.index(self.node.name) :], self.node.name]
+        return [*self.brief_maneuvers[self.brief_maneuvers.index(self.node.name) :], self.node.name]
 
     def leave(self, now: float) -> None:
         """The maneuver ends."""
         if self.node is not None:
             lasted = self.durations[f"Maneuver {self.node.name}"] = now - self.node_began
-            self.fleeting = [] if lasted >= FLEETING else [*self.fleeting, self.node.name]
+            self.brief_maneuvers = [] if lasted >= BRIEF else [*self.brief_maneuvers, self.node.name]
             if self.actions is not None:
                 self.actions.leave(self.node)
 
@@ -81,9 +79,9 @@ class Flight:
 
     def maneuver_left(self, vehicle: imc.VehicleState | None, now: float) -> float:
         """Time left of the maneuver: as it reports, but at most the estimate."""
-        if self.node is None or self.outlook is None:
+        if self.node is None or self.forecast is None:
             return math.nan
-        expected = self.outlook.estimates.get(self.node.name)
+        expected = self.forecast.estimates.get(self.node.name)
         duration = math.nan if expected is None else expected.seconds
         eta = self.maneuver_eta(vehicle)
         if math.isnan(duration):
@@ -92,26 +90,28 @@ class Flight:
 
     def left(self, vehicle: imc.VehicleState | None, now: float) -> float:
         """Time left of the plan; NaN if unknown, infinite if endless."""
-        if self.outlook is None:
+        if self.forecast is None:
             return math.nan
         if self.node is None:
-            return self.outlook.seconds
-        if self.outlook.graph.cyclical:
+            return self.forecast.seconds
+        if self.forecast.graph.cyclical:
             return math.inf
-        return self.maneuver_left(vehicle, now) + self.outlook.following(self.node.name)
+        return self.maneuver_left(vehicle, now) + self.forecast.seconds_after(self.node.name)
 
     def advance(self, left: float) -> float:
         """Progress (%) with `left` s to go; it never decreases. -1 if unknown."""
-        total = math.nan if self.outlook is None else self.outlook.seconds + self.outlook.calibration
+        total = math.nan if self.forecast is None else self.forecast.seconds + self.forecast.calibration
         if math.isfinite(left) and math.isfinite(total) and total > 0.0 and self.node is not None:
             self.progress = max(self.progress, 100.0 * min(1.0, max(0.0, 1.0 - left / total)))
         return self.progress
 
-    def foresee(self, vehicle: imc.VehicleState | None, now: float) -> None:
+    def activate_ahead(self, vehicle: imc.VehicleState | None, now: float) -> None:
         """Activate in time what the following maneuvers need."""
-        if self.outlook is not None and self.actions is not None and self.node is not None:
-            estimates, left = self.outlook.estimates, self.maneuver_left(vehicle, now)
-            self.actions.foresee(self.node.name, left, lambda name: estimates.get(name, UNFORESEEN).seconds)
+        if self.forecast is not None and self.actions is not None and self.node is not None:
+            estimates, left = self.forecast.estimates, self.maneuver_left(vehicle, now)
+            self.actions.activate_ahead(
+                self.node.name, left, lambda name: estimates.get(name, UNKNOWN_ESTIMATE).seconds
+            )
 
     def report(self, vehicle: imc.VehicleState | None, now: float, *, compute_progress: bool) -> imc.PlanControlState:
         """The progress, without state, plan and last outcome."""
@@ -120,7 +120,7 @@ class Flight:
             plan_eta=int(min(left, 2**31 - 1)) if math.isfinite(left) else UNKNOWN,
             plan_progress=self.advance(left) if compute_progress else -1.0,
             man_id=self.node.name if self.node is not None else "",
-            man_type=self.node.maneuver.ID if self.node is not None else NOTHING,
+            man_type=self.node.maneuver.ID if self.node is not None else NO_MANEUVER,
             man_eta=self.maneuver_eta(vehicle),
         )
 
@@ -128,4 +128,4 @@ class Flight:
         """Statistics of the finished plan."""
         kind = imc.PlanStatistics.Type.POSTPLAN
         durations = {**self.durations, "Total": now - self.began}
-        return imc.PlanStatistics(plan_id=plan_id, type=kind, durations=tuples(durations, 1))
+        return imc.PlanStatistics(plan_id=plan_id, type=kind, durations=format_tuple_list(durations, 1))

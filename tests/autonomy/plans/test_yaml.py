@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import imc
-from shoal.missions import load_plan, parse_plan, plan_text
-from shoal.missions.files import PlanFileError
-from shoal.missions.values import degrees, quantity
+from autonomy.plans.yaml import PlanFileError, parse_plan, plan_text
+from autonomy.plans.yaml.values import format_degrees, parse_quantity
+from shoal.missions import load_plan
 from support import wgs84
 
 PLANS = Path(__file__).parents[2] / "data" / "plans"
@@ -103,7 +103,7 @@ def test_every_position_speed_and_depth_is_exact(lat, lon, speed, z):
 
 @given(st.floats(-10, 10))
 def test_degrees_are_exact(angle):
-    assert quantity(degrees(angle), "rad") == angle
+    assert parse_quantity(format_degrees(angle), "rad") == angle
 
 
 @pytest.mark.parametrize(

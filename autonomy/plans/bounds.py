@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import imc
+from autonomy.plans.estimate import waypoints
+from autonomy.plans.graph import ROUNDING, PlanGraph
 from support.wgs84 import displacement
-from tasks.plan.estimate import corners
-from tasks.plan.graph import ROUNDING, Graph
 
 Limit = imc.OpLimitsMask
 Units = imc.ZUnits
@@ -16,13 +16,13 @@ ANYWHERE = imc.Takeoff | imc.IdleManeuver | imc.Land  # allowed on the ground as
 
 
 @dataclass(frozen=True)
-class Bounds:
+class PlanBounds:
     """Current limits; `ground` is the height (m above the ellipsoid) of the ground, None if unknown."""
 
     limits: imc.OperationalLimits | None = None
     highest: float = math.inf
     ground: float | None = None
-    aloft: bool = False
+    airborne: bool = False
 
     @property
     def altitude(self) -> float:
@@ -32,7 +32,7 @@ class Bounds:
         return min(self.highest, limits.max_altitude) if limits is not None and set_ else self.highest
 
 
-def outside(graph: Graph, bounds: Bounds) -> Iterator[str]:
+def area_violations(graph: PlanGraph, bounds: PlanBounds) -> Iterator[str]:
     """Objections to maneuvers that leave the area of the limits, and to limits that are not numbers."""
     area = bounds.limits
     if area is not None and not all(map(math.isfinite, _numbers(area))):
@@ -43,7 +43,7 @@ def outside(graph: Graph, bounds: Bounds) -> Iterator[str]:
     c, s = math.cos(area.orientation), math.sin(area.orientation)
     for name, node in graph.nodes.items():
         margin = getattr(node.maneuver, "radius", 0.0) if isinstance(node.maneuver, imc.Loiter) else 0.0
-        for lat, lon in corners(node.maneuver):
+        for lat, lon in waypoints(node.maneuver):
             north, east, _ = displacement(area.lat, area.lon, 0.0, lat, lon, 0.0)
             along, across = abs(c * north + s * east), abs(c * east - s * north)
             if along + margin > 0.5 * area.length or across + margin > 0.5 * area.width:
@@ -59,26 +59,26 @@ def _numbers(limits: imc.OperationalLimits) -> Iterator[float]:
         yield from (limits.lat, limits.lon, limits.orientation, limits.width, limits.length)
 
 
-def grounded(graph: Graph, bounds: Bounds) -> Iterator[str]:
+def flight_violations(graph: PlanGraph, bounds: PlanBounds) -> Iterator[str]:
     """Objections to the plan of an aerial vehicle: depths, heights, speeds, and flying before a takeoff."""
     for name, node in graph.nodes.items():
         yield from (f"{name}: {reason}" for reason in _vertical(node.maneuver, bounds))
     seen: set[tuple[str, bool]] = set()
-    waiting = [(graph.start, bounds.aloft)]
+    waiting = [(graph.start, bounds.airborne)]
     while waiting:
-        step = name, aloft = waiting.pop()
+        step = name, airborne = waiting.pop()
         if step in seen or name not in graph.nodes:
             continue
         seen.add(step)
         node = graph.nodes[name]
-        if not aloft and not isinstance(node.maneuver, ANYWHERE):
+        if not airborne and not isinstance(node.maneuver, ANYWHERE):
             yield f"{name}: the vehicle is on the ground, a Takeoff must come first"
             return
-        after = aloft if isinstance(node.maneuver, imc.IdleManeuver) else not isinstance(node.maneuver, imc.Land)
+        after = airborne if isinstance(node.maneuver, imc.IdleManeuver) else not isinstance(node.maneuver, imc.Land)
         waiting += [(destination, after) for _, destination in node.transitions]
 
 
-def _vertical(maneuver: imc.Message, bounds: Bounds) -> Iterator[str]:
+def _vertical(maneuver: imc.Message, bounds: PlanBounds) -> Iterator[str]:
     units, z = getattr(maneuver, "z_units", Units.NONE), getattr(maneuver, "z", 0.0)
     points = [point.z for point in getattr(maneuver, "points", ()) if isinstance(point, imc.PathPoint)]
     if getattr(maneuver, "speed_units", 0) != imc.SpeedUnits.METERS_PS:

@@ -8,8 +8,8 @@ from typing import Any, Generic, NamedTuple, ParamSpec, TypeVar
 P = ParamSpec("P")
 T = TypeVar("T")
 R = TypeVar("R")
-LONGEST = 1000  # characters
-DEEPEST = 50  # nested brackets and negations
+MAX_CHARACTERS = 1000  # characters
+MAX_NESTING = 50  # nested brackets and negations
 COMPARISONS: Mapping[str, Callable[[Any, Any], bool]] = {
     "<": operator.lt,
     "<=": operator.le,
@@ -18,22 +18,22 @@ COMPARISONS: Mapping[str, Callable[[Any, Any], bool]] = {
     "==": operator.eq,
     "!=": operator.ne,
 }
-MEANT = {"=>": ">=", "=<": "<=", "=": "==", "&": "and", "|": "or"}
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-SIGN = r"<=|>=|==|!=|<|>|&&|\|\||[!(),]"
+CORRECTIONS = {"=>": ">=", "=<": "<=", "=": "==", "&": "and", "|": "or"}
+NUMBER_PATTERN = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+SIGN_PATTERN = r"<=|>=|==|!=|<|>|&&|\|\||[!(),]"
 
 
-class Meaning(NamedTuple, Generic[T]):
+class Connectives(NamedTuple, Generic[T]):
     """The test that is true if all tests are, if any is, and if one is not."""
 
     all_of: Callable[[Sequence[T]], T]
     any_of: Callable[[Sequence[T]], T]
-    contrary: Callable[[T], T]
+    negation: Callable[[T], T]
 
 
-def truth() -> Meaning[Callable[P, bool]]:
+def boolean_connectives() -> Connectives[Callable[P, bool]]:
     """What and, or and not mean for functions that say whether something is true."""
-    return Meaning(_all_of, _any_of, _contrary)
+    return Connectives(_all_of, _any_of, _negation)
 
 
 def _all_of(tests: Sequence[Callable[P, bool]]) -> Callable[P, bool]:
@@ -50,14 +50,14 @@ def _any_of(tests: Sequence[Callable[P, bool]]) -> Callable[P, bool]:
     return test
 
 
-def _contrary(test: Callable[P, bool]) -> Callable[P, bool]:
+def _negation(test: Callable[P, bool]) -> Callable[P, bool]:
     def contrary(*args: P.args, **kwargs: P.kwargs) -> bool:
         return not test(*args, **kwargs)
 
     return contrary
 
 
-class Logic(Generic[T]):
+class GrammarParser(Generic[T]):
     """Recursive descent over the words of a text; `word` is the next one, None at the end.
 
     `pattern` is what a word may be; `single` reads one comparison by means of `take` and `skip`, and returns its test.
@@ -68,15 +68,15 @@ class Logic(Generic[T]):
         self,
         text: str,
         pattern: "re.Pattern[str]",
-        single: "Callable[[Logic[T]], T]",
-        meaning: Meaning[T],
+        read_comparison: "Callable[[GrammarParser[T]], T]",
+        connectives: Connectives[T],
         *,
         sums: bool = False,
     ):
-        if len(text) > LONGEST:
-            raise ValueError(f"has more than {LONGEST} characters")
-        self._read_single = single
-        self._meaning = meaning
+        if len(text) > MAX_CHARACTERS:
+            raise ValueError(f"has more than {MAX_CHARACTERS} characters")
+        self._read_single = read_comparison
+        self._meaning = connectives
         self._sums = sums
         self._words: list[str] = []
         self._depth = 0
@@ -85,7 +85,7 @@ class Logic(Generic[T]):
             found = pattern.match(text, at)
             if found is None:
                 rest = text[at:].split()[0]
-                meant = next((f"; write {right}" for wrong, right in MEANT.items() if rest.startswith(wrong)), "")
+                meant = next((f"; write {right}" for wrong, right in CORRECTIONS.items() if rest.startswith(wrong)), "")
                 raise ValueError(f"{rest!r} is not understood{meant}")
             self._words.append(found.group().strip())
             at = found.end()
@@ -106,57 +106,57 @@ class Logic(Generic[T]):
         if self.word is not None:
             raise ValueError(f"{self.word!r} is not expected")
 
-    def skip(self, *words: str) -> bool:
+    def accept(self, *words: str) -> bool:
         """Whether the next word was one of these, which is then taken."""
         found = bool(self._words) and self._words[-1].lower() in words
         if found:
             self._words.pop()
         return found
 
-    def take(self, what: str) -> str:
+    def expect(self, what: str) -> str:
         if not self._words:
             raise ValueError(f"{what} is missing")
         return self._words.pop()
 
-    def close(self) -> None:
+    def close_group(self) -> None:
         """Take the bracket that ends a group."""
-        if not self.skip(")"):
+        if not self.accept(")"):
             raise ValueError("a ) is missing")
 
-    def comparison(self) -> Callable[[Any, Any], bool]:
-        sign = self.take("a comparison")
+    def expect_comparison(self) -> Callable[[Any, Any], bool]:
+        sign = self.expect("a comparison")
         if sign not in COMPARISONS:
             raise ValueError(f"{sign!r} is not a comparison")
         return COMPARISONS[sign]
 
-    def deeper(self, read: Callable[[], R]) -> R:
+    def nested(self, read: Callable[[], R]) -> R:
         """What `read` reads one level further inside. Raises ValueError if that is too deep."""
         self._depth += 1
-        if self._depth > DEEPEST:
-            raise ValueError(f"is nested more than {DEEPEST} times")
+        if self._depth > MAX_NESTING:
+            raise ValueError(f"is nested more than {MAX_NESTING} times")
         found = read()
         self._depth -= 1
         return found
 
     def _alternatives(self) -> T:
         tests = [self._all()]
-        while self.skip("or", "||"):
+        while self.accept("or", "||"):
             tests.append(self._all())
         return tests[0] if len(tests) == 1 else self._meaning.any_of(tests)
 
     def _all(self) -> T:
-        tests = [self.deeper(self._term)]
-        while self.skip("and", "&&", ","):
-            tests.append(self.deeper(self._term))
+        tests = [self.nested(self._term)]
+        while self.accept("and", "&&", ","):
+            tests.append(self.nested(self._term))
         return tests[0] if len(tests) == 1 else self._meaning.all_of(tests)
 
     def _term(self) -> T:
-        if self.skip("not", "!"):
-            return self._meaning.contrary(self.deeper(self._term))
+        if self.accept("not", "!"):
+            return self._meaning.negation(self.nested(self._term))
         if self.word == "(" and not (self._sums and self._is_sum()):
-            self.skip("(")
+            self.accept("(")
             inside = self._alternatives()
-            self.close()
+            self.close_group()
             return inside
         return self._read_single(self)
 

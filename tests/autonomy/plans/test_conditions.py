@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import imc
-from tasks.plan.conditions import parse_condition
+from autonomy.plans.conditions import parse_condition
 
 LATEST = {imc.FuelLevel: imc.FuelLevel(value=30.0), imc.EstimatedState: imc.EstimatedState(depth=5.0)}
 

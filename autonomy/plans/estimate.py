@@ -10,7 +10,7 @@ import imc
 from imc.coordinates import rows_of
 from support.wgs84 import displace, displacement
 
-Position = tuple[float, float]  # latitude, longitude (rad)
+LatLon = tuple[float, float]  # latitude, longitude (rad)
 CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed
 CRUISE = 1.0  # m/s, of maneuvers without a speed
 LANDING = 0.5  # m/s, of the last meters above the ground
@@ -44,7 +44,7 @@ class Powertrain:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class ManeuverEstimate:
     """Duration of a maneuver: `seconds` (infinite if endless, NaN if unknown), `moving` of them at `speed` (m/s).
 
     `distance` is its length over ground, `longest` its longest straight leg (m); `end` is the position after it.
@@ -55,23 +55,23 @@ class Estimate:
     speed: float = 0.0
     distance: float = 0.0
     longest: float = 0.0
-    end: Position | None = None
+    end: LatLon | None = None
 
 
-def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, now: float) -> Estimate:
+def estimate_maneuver(maneuver: imc.Message, start: LatLon | None, train: Powertrain, now: float) -> ManeuverEstimate:
     """Estimate a maneuver from `start`; without it the way to the maneuver is not counted."""
     speed = train.speed(getattr(maneuver, "speed", CRUISE), getattr(maneuver, "speed_units", 0))
     duration = float(getattr(maneuver, "duration", 0))
     endless = duration or math.inf
     if isinstance(maneuver, imc.IdleManeuver):
-        return Estimate(endless, end=start)
+        return ManeuverEstimate(endless, end=start)
     if isinstance(maneuver, imc.Teleoperation | imc.FollowReference):
-        return Estimate(math.inf, end=start)
-    stations = corners(maneuver)
+        return ManeuverEstimate(math.inf, end=start)
+    stations = waypoints(maneuver)
     if not stations and start and isinstance(maneuver, imc.Takeoff | imc.Land | imc.Elevator | imc.PopUp):
         stations = [start]
     if not stations or speed <= 0.0:
-        return Estimate(end=start)
+        return ManeuverEstimate(end=start)
     legs = [_distance(*leg) for leg in pairwise(([start] if start else []) + stations)]
     travel = math.fsum(max(0.0, leg / speed - train.ahead) for leg in legs)
     waiting = 0.0
@@ -88,12 +88,14 @@ def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, n
         travel += abs(maneuver.z) / (speed if isinstance(maneuver, imc.Takeoff) else LANDING)
     elif isinstance(maneuver, imc.ScheduledGoto):
         travel = max(travel, maneuver.arrival_time - now)
-    circles = isinstance(maneuver, imc.Loiter) or (isinstance(maneuver, imc.StationKeeping) and not drifts(maneuver))
+    circles = isinstance(maneuver, imc.Loiter) or (
+        isinstance(maneuver, imc.StationKeeping) and not drifts_at_surface(maneuver)
+    )
     moving = travel + (waiting if circles and math.isfinite(waiting) else 0.0)
-    return Estimate(travel + waiting, moving, speed, math.fsum(legs), max(legs, default=0.0), stations[-1])
+    return ManeuverEstimate(travel + waiting, moving, speed, math.fsum(legs), max(legs, default=0.0), stations[-1])
 
 
-def drifts(station: imc.StationKeeping) -> bool:
+def drifts_at_surface(station: imc.StationKeeping) -> bool:
     """Whether the vehicle drifts at the surface; under water it circles, in the air it hovers."""
     return station.z_units == imc.ZUnits.NONE or (station.z_units == imc.ZUnits.DEPTH and station.z <= SURFACE)
 
@@ -105,7 +107,7 @@ def interpolate(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
     return y0 + (x - x0) * (y1 - y0) / (x1 - x0) if x1 != x0 else y0
 
 
-def corners(maneuver: imc.Message) -> list[Position]:
+def waypoints(maneuver: imc.Message) -> list[LatLon]:
     """Positions of a maneuver; empty if it has none. Raises ValueError for invalid rows."""
     lat, lon = getattr(maneuver, "lat", None), getattr(maneuver, "lon", None)
     if lat is None or lon is None or isinstance(maneuver, imc.Takeoff):
@@ -122,6 +124,6 @@ def corners(maneuver: imc.Message) -> list[Position]:
     return [displace(lat, lon, 0.0, north, east)[:2] for north, east in offsets]
 
 
-def _distance(start: Position, end: Position) -> float:
+def _distance(start: LatLon, end: LatLon) -> float:
     north, east, _ = displacement(*start, 0.0, *end, 0.0)
     return math.hypot(north, east)

@@ -5,7 +5,7 @@ from flying import CCU, OWN, fly, goto, plan_of, replies
 import imc
 from runtime import Task, periodic
 from runtime.testing import START
-from tasks.plan.copies import MOST, Copies
+from tasks.plan.duplicate_requests import MOST, DuplicateRequests
 
 PLAN = plan_of(goto(20, 0))
 DELETE = imc.PlanDB(op=imc.PlanDB.Op.DEL, plan_id="test", src=CCU, dst=OWN, request_id=8, timestamp=START + 3.5)
@@ -36,18 +36,18 @@ def test_a_copy_gets_the_same_answer_and_changes_nothing():
 
 
 def test_only_so_many_are_remembered():
-    copies = Copies(OWN)
+    copies = DuplicateRequests(OWN)
     requests = [BEGIN.replace(request_id=number) for number in range(MOST + 1)]
-    assert [copies.knows(request) for request in requests] == [False] * (MOST + 1)
-    assert not copies.knows(requests[0])
-    assert copies.knows(requests[-1])
+    assert [copies.is_duplicate(request) for request in requests] == [False] * (MOST + 1)
+    assert not copies.is_duplicate(requests[0])
+    assert copies.is_duplicate(requests[-1])
     assert copies.answer(requests[-1]) is None
-    copies.note(requests[-1], PLAN)
+    copies.remember_answer(requests[-1], PLAN)
     assert copies.answer(requests[-1]) == PLAN
 
 
 def test_what_has_no_time_or_is_our_own_is_never_a_copy():
-    copies = Copies(OWN)
+    copies = DuplicateRequests(OWN)
     for request in (BEGIN.replace(timestamp=0.0), BEGIN.replace(src=OWN)):
-        assert not copies.knows(request)
-        assert not copies.knows(request)
+        assert not copies.is_duplicate(request)
+        assert not copies.is_duplicate(request)

@@ -5,7 +5,7 @@ import imc
 MOST = 16
 
 
-class Copies:
+class DuplicateRequests:
     """The last requests of other systems, each with its last answer.
 
     A copy is equal to the last bit, and has a time stamp: a new request of the same kind has another one.
@@ -16,7 +16,7 @@ class Copies:
         self._answers: dict[int, tuple[imc.Message, imc.Message | None]] = {}
         self._count = 0
 
-    def knows(self, request: imc.Message) -> bool:
+    def is_duplicate(self, request: imc.Message) -> bool:
         """Whether a request is a copy; else it is remembered from now on."""
         if request.src == self._system or request.timestamp <= 0.0:
             return False
@@ -27,7 +27,7 @@ class Copies:
         self._answers.pop(self._count - MOST, None)
         return False
 
-    def note(self, request: imc.Message, answer: imc.Message) -> None:
+    def remember_answer(self, request: imc.Message, answer: imc.Message) -> None:
         """Remember the answer to a request."""
         place = self._place(request)
         if place is not None:

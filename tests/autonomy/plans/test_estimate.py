@@ -6,10 +6,9 @@ import pytest
 from flying import LAT, LON, goto, place, plan_of, recorded
 
 import imc
-from runtime.task import ParameterError
-from tasks.plan.estimate import Powertrain, estimate, interpolate
-from tasks.plan.graph import PlanError
-from tasks.plan.preflight import Preflight
+from autonomy.plans.estimate import Powertrain, estimate_maneuver, interpolate
+from autonomy.plans.graph import PlanError
+from autonomy.plans.preflight import Preflight, PreflightOptionError
 
 NOPTILUS = {
     "Absolute Maximum Depth": "50",
@@ -67,19 +66,19 @@ def test_without_a_position_the_way_there_is_left_out():
     ],
 )
 def test_each_maneuver(maneuver, seconds):
-    found = estimate(maneuver, (LAT, LON), Powertrain(), now=10.0)
+    found = estimate_maneuver(maneuver, (LAT, LON), Powertrain(), now=10.0)
     assert found.seconds == pytest.approx(seconds, abs=0.3)
 
 
 @pytest.mark.parametrize(("z", "moves"), [(0.0, 85.0), (8.0, 145.0)])
 def test_a_station_under_water_needs_the_motor_all_the_time(z, moves):
     station = imc.StationKeeping(**place(90, 0), z=z, z_units=imc.ZUnits.DEPTH, speed=1.0, duration=60)
-    assert estimate(station, (LAT, LON), Powertrain(), now=10.0).moving == pytest.approx(moves, abs=0.3)
+    assert estimate_maneuver(station, (LAT, LON), Powertrain(), now=10.0).moving == pytest.approx(moves, abs=0.3)
 
 
 def test_what_is_unknown_is_not_a_number():
-    assert math.isnan(estimate(imc.CustomManeuver(), (LAT, LON), Powertrain(), 0.0).seconds)
-    assert math.isnan(estimate(imc.Goto(speed=0.0), (LAT, LON), Powertrain(), 0.0).seconds)
+    assert math.isnan(estimate_maneuver(imc.CustomManeuver(), (LAT, LON), Powertrain(), 0.0).seconds)
+    assert math.isnan(estimate_maneuver(imc.Goto(speed=0.0), (LAT, LON), Powertrain(), 0.0).seconds)
 
 
 def test_energy_decides():
@@ -100,7 +99,7 @@ def test_energy_decides():
     ],
 )
 def test_bad_profiles_are_named(option, text, reason):
-    with pytest.raises(ParameterError, match=reason):
+    with pytest.raises(PreflightOptionError, match=reason):
         preflight(**{option: text})
 
 
@@ -110,5 +109,5 @@ def test_interpolation_goes_on_beyond_the_ends():
 
 @pytest.mark.parametrize("depth", ["-5", "nan"])
 def test_a_vehicle_that_may_not_even_float_is_refused(depth):
-    with pytest.raises(ParameterError, match="Absolute Maximum Depth"):
+    with pytest.raises(PreflightOptionError, match="Absolute Maximum Depth"):
         preflight(**{"Absolute Maximum Depth": depth})

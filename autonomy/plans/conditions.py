@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import imc
+from autonomy.plans.grammar import NUMBER_PATTERN, SIGN_PATTERN, GrammarParser, boolean_connectives
 from imc.layout import NUMBERS
-from tasks.plan.logic import NUMBER, SIGN, Logic, truth
 
-Latest: TypeAlias = Mapping[type[imc.Message], imc.Message]
-Test = Callable[[Latest, bool], bool]
-DONE = ("", "true", "maneuverisdone", "maneuverisdone()")
-_WORD = re.compile(rf"\s*(?:{NUMBER}|[A-Za-z_]\w*(?:\.\w+)?(?:\(\))?|{SIGN})")
+LatestMessages: TypeAlias = Mapping[type[imc.Message], imc.Message]
+Test = Callable[[LatestMessages, bool], bool]
+DONE_WORDS = ("", "true", "maneuverisdone", "maneuverisdone()")
+_WORD = re.compile(rf"\s*(?:{NUMBER_PATTERN}|[A-Za-z_]\w*(?:\.\w+)?(?:\(\))?|{SIGN_PATTERN})")
 
 
 @dataclass(frozen=True)
@@ -30,15 +30,15 @@ class Condition:
 
 def parse_condition(text: str) -> Condition:
     """Parse a condition. Raises ValueError with the reason."""
-    if text.strip().lower() in DONE:
+    if text.strip().lower() in DONE_WORDS:
         return Condition(text, lambda _, done: done, frozenset())
     kinds: set[type[imc.Message]] = set()
 
-    def single(logic: Logic[Test]) -> Test:
-        word = logic.take("a condition")
-        return (lambda _, done: done) if word.lower() in DONE else _comparison(word, logic, kinds)
+    def read_comparison(parser: GrammarParser[Test]) -> Test:
+        word = parser.expect("a condition")
+        return (lambda _, done: done) if word.lower() in DONE_WORDS else _comparison(word, parser, kinds)
 
-    test = Logic[Test](text, _WORD, single, truth()).parse()
+    test = GrammarParser[Test](text, _WORD, read_comparison, boolean_connectives()).parse()
     return Condition(text, test, frozenset(kinds))
 
 
@@ -49,22 +49,22 @@ def _message(name: str) -> type[imc.Message] | None:
         return None
 
 
-def _comparison(word: str, logic: Logic[Test], kinds: set[type[imc.Message]]) -> Test:
+def _comparison(word: str, parser: GrammarParser[Test], kinds: set[type[imc.Message]]) -> Test:
     name, _, field = word.partition(".")
     kind = _message(name)
     if kind is None or not field:
         raise ValueError(f"{word!r} is neither ManeuverIsDone nor Message.field")
     if field not in {f.name for f in imc.fields(kind) if f.type.split()[0] in NUMBERS}:
         raise ValueError(f"{name} has no numeric field {field!r}")
-    sign = logic.word
-    compare = logic.comparison()
+    sign = parser.word
+    compare = parser.expect_comparison()
     try:
-        limit = float(logic.take("a number"))
+        limit = float(parser.expect("a number"))
     except ValueError:
         raise ValueError(f"{word} {sign} needs a number") from None
     kinds.add(kind)
 
-    def test(latest: Latest, _: bool) -> bool:
+    def test(latest: LatestMessages, _: bool) -> bool:
         message = latest.get(kind)
         return message is not None and compare(getattr(message, field), limit)
 

@@ -5,14 +5,14 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import imc
-from tasks.plan.conditions import Condition, parse_condition
+from autonomy.limits import PLAN_MARGIN
+from autonomy.plans.conditions import Condition, parse_condition
+from autonomy.plans.sequence import FINISH
 
-FINISH = "_done_"
 UNITS = (imc.ZUnits, imc.SpeedUnits)
 LONGEST_ID = 255  # bytes
 HEIGHTS = ("z", "start_z", "end_z", "travel_z")
 SIZES = ("radius", "length", "width", "hstep", "range", "amplitude")
-MARGIN = 1.0  # m; control keeps this far above the greatest depth, as in DUNE
 ROUNDING = 0.002  # m or m/s by which a number of 32 bits may be off
 Actions = tuple[imc.Message | None, ...]
 
@@ -42,14 +42,14 @@ class PlanNode:
 
 
 @dataclass
-class Graph:
+class PlanGraph:
     """The maneuvers of a plan by name, the first being `start`."""
 
     plan: imc.PlanSpecification
     nodes: dict[str, PlanNode]
     start: str
 
-    def chain(self, name: str) -> Iterator[PlanNode]:
+    def sequence_from(self, name: str) -> Iterator[PlanNode]:
         """The maneuvers from `name` on, along their first transitions, until one would repeat."""
         seen: set[str] = set()
         while name in self.nodes and name not in seen:
@@ -61,7 +61,7 @@ class Graph:
     @property
     def cyclical(self) -> bool:
         """Whether the first transitions lead back to a maneuver."""
-        *_, last = self.chain(self.start)
+        *_, last = self.sequence_from(self.start)
         return bool(last.transitions) and last.transitions[0][1] in self.nodes
 
     @property
@@ -70,7 +70,7 @@ class Graph:
         return {kind for node in self.nodes.values() for c, _ in node.transitions for kind in c.kinds}
 
 
-def parse(plan: imc.PlanSpecification, supported: Collection[int], deepest: float) -> Graph:
+def parse_graph(plan: imc.PlanSpecification, supported: Collection[int], deepest: float) -> PlanGraph:
     """The graph of a plan of `supported` maneuvers (ids) above `deepest` (m). Raises PlanError."""
     if not plan.plan_id.strip():
         raise PlanError("undefined plan id")
@@ -110,13 +110,13 @@ def parse(plan: imc.PlanSpecification, supported: Collection[int], deepest: floa
     for name in nodes:
         if name not in reached:
             raise PlanError(f"{name}: maneuver has no incoming transition and it's not the initial maneuver")
-    graph = Graph(plan, nodes, plan.start_man_id)
+    graph = PlanGraph(plan, nodes, plan.start_man_id)
     for name in _unreachable(graph):
         raise PlanError(f"{name}: maneuver cannot be reached from {graph.start}")
     return graph
 
 
-def depths(maneuver: imc.Message) -> Iterator[float]:
+def commanded_depths(maneuver: imc.Message) -> Iterator[float]:
     """The depths (m) to which a maneuver goes."""
     depth = imc.ZUnits.DEPTH
     reach = maneuver.amplitude if isinstance(maneuver, imc.YoYo) else 0.0
@@ -135,7 +135,7 @@ def _lowest(maneuver: imc.Message) -> Iterator[float]:
             yield getattr(maneuver, name)
 
 
-def _unreachable(graph: Graph) -> list[str]:
+def _unreachable(graph: PlanGraph) -> list[str]:
     """The names of maneuvers to which no way leads from the start."""
     reached, waiting = {graph.start}, [graph.start]
     while waiting:
@@ -179,8 +179,8 @@ def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
             if unit not in (imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE):
                 raise PlanError(f"{name}: {z} is neither a depth nor an altitude")
     afloat = ", the vehicle stays at the surface" if deepest <= 0.0 else ""
-    reachable = max(0.0, deepest - MARGIN)
-    if (wanted := max(depths(maneuver), default=0.0)) > reachable + ROUNDING:
+    reachable = max(0.0, deepest - PLAN_MARGIN)
+    if (wanted := max(commanded_depths(maneuver), default=0.0)) > reachable + ROUNDING:
         held = afloat or f": {wanted:g} m, the vehicle goes down to {reachable:g} m"
         raise PlanError(f"{name}: maneuver depth beyond limits{held}")
     if afloat and any(getattr(maneuver, f"{z}_units", None) == imc.ZUnits.ALTITUDE for z in HEIGHTS):
