@@ -61,13 +61,13 @@ class SurfaceFilter:
         x = self.x
         self._update(east - (s * x[U] + c * x[V] + x[STREAM_EAST]), variance, (U, s), (V, c), (STREAM_EAST, 1.0))
 
-    def distance(self, north: float, east: float, variance: float) -> float:
+    def mahalanobis_squared(self, north: float, east: float, variance: float) -> float:
         """Squared Mahalanobis distance of a position (m) from the estimate."""
         dn, de = north - self.x[NORTH], east - self.x[EAST]
         a, b, c = self.p[NORTH][NORTH] + variance, self.p[NORTH][EAST], self.p[EAST][EAST] + variance
         return (c * dn * dn - 2.0 * b * dn * de + a * de * de) / (a * c - b * b)
 
-    def settle(self, north: float, east: float, variance: float) -> None:
+    def reset(self, north: float, east: float, variance: float) -> None:
         """Reset the position (m) and its variance (m²)."""
         self.x[NORTH], self.x[EAST] = north, east
         for index in (NORTH, EAST):

@@ -47,7 +47,7 @@ class InertialFilter:
             bb + self._walk * dt,
         ]
 
-    def surprise(self, positions: Sequence[float], variance: float) -> float:
+    def mahalanobis_squared(self, positions: Sequence[float], variance: float) -> float:
         """The squared Mahalanobis distance of measured positions with a variance (m²) of each axis."""
         total = math.fsum((measured - known) ** 2 for measured, known in zip(positions, self.position, strict=True))
         return total / (self._p[0] + variance)
@@ -64,7 +64,7 @@ class InertialFilter:
             self.bias[axis] += kb * innovation
         self._p = [pp - kp * pp, pv - kp * pv, pb - kp * pb, vv - kv * pv, vb - kv * pb, bb - kb * pb]
 
-    def settle(self, positions: Sequence[float], variance: float) -> None:
+    def reset(self, positions: Sequence[float], variance: float) -> None:
         """Reset to positions (m) of a variance (m²), with velocities and biases as uncertain as at the start."""
         self.position = list(positions)
         self._p = [variance, 0.0, 0.0, self._initial[1], 0.0, self._initial[2]]

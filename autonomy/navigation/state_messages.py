@@ -4,13 +4,13 @@ import math
 from collections.abc import Sequence
 
 import imc
+from autonomy.navigation.depth_filter import DepthFilter
+from autonomy.navigation.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, K, R, U, V
+from autonomy.navigation.position import PositionEstimate
 from support.rotations import Vector, rotation, to_ned, wrap
-from tasks.navigation.auv.depth_filter import DepthFilter
-from tasks.navigation.auv.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, K, R, U, V
-from tasks.navigation.auv.position import Position
 
 
-def first_state(
+def initial_state(
     place: imc.GpsFix, vertical: DepthFilter, angles: Vector, rates: Vector, alt: float
 ) -> imc.EstimatedState:
     """The state of a vehicle that has no position but that of a fix."""
@@ -35,7 +35,7 @@ def first_state(
 
 
 def estimated_state(
-    position: Position, vertical: DepthFilter, angles: Vector, rates: Vector, heave: float, alt: float
+    position: PositionEstimate, vertical: DepthFilter, angles: Vector, rates: Vector, heave: float, alt: float
 ) -> imc.EstimatedState:
     """The state from both filters, roll and pitch of `angles` (rad), `rates` (rad/s), `heave` (m/s), altitude (m)."""
     x = position.filter.x
@@ -67,8 +67,8 @@ def estimated_state(
     )
 
 
-def uncertainty(
-    position: Position, vertical: DepthFilter, doubt: float, noise: Sequence[float]
+def navigation_uncertainty(
+    position: PositionEstimate, vertical: DepthFilter, doubt: float, noise: Sequence[float]
 ) -> imc.NavigationUncertainty:
     """The variances of both filters; that of depth includes a `doubt` (m), `noise` is that of the measurements."""
     variance = position.filter.variance
@@ -92,7 +92,7 @@ def uncertainty(
     )
 
 
-def navigation_data(position: Position, state: imc.EstimatedState) -> imc.NavigationData:
+def navigation_data(position: PositionEstimate, state: imc.EstimatedState) -> imc.NavigationData:
     """The biases and the speed per rpm of the filter, course and heading."""
     x = position.filter.x
     course = math.atan2(state.vy, state.vx)

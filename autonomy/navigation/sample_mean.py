@@ -5,7 +5,7 @@ import math
 from support.rotations import Vector
 
 
-class Mean:
+class SampleMean:
     """The mean of vectors between two `take`s; without any, the last mean stays. `last` is the time of the newest.
 
     `between` is the mean over the time between two `take`s, by the trapezoidal rule: after a pause of the computer
@@ -14,7 +14,7 @@ class Mean:
 
     def __init__(self) -> None:
         self.value: Vector = (0.0, 0.0, 0.0)
-        self.between: Vector = (0.0, 0.0, 0.0)
+        self.interval_mean: Vector = (0.0, 0.0, 0.0)
         self.last = -math.inf
         self._newest: Vector = (0.0, 0.0, 0.0)
         self._before: Vector | None = None
@@ -30,7 +30,7 @@ class Mean:
         self._z += z
         self._newest = x, y, z
 
-    def take(self) -> bool:
+    def update(self) -> bool:
         """Update the mean and start the next one; False if there are no new samples."""
         if not self._count:
             return False
@@ -38,7 +38,7 @@ class Mean:
         self.value = share * self._x, share * self._y, share * self._z
         (x, y, z), (u, v, w), (a, b, c) = self.value, self._newest, self._before or self._newest
         share *= 0.5
-        self.between = x + share * (a - u), y + share * (b - v), z + share * (c - w)
+        self.interval_mean = x + share * (a - u), y + share * (b - v), z + share * (c - w)
         self._before = self._newest
         self._x = self._y = self._z = 0.0
         self._count = 0

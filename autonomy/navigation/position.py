@@ -1,11 +1,12 @@
 """A position on Earth, moved by a horizontal filter and corrected by fixes."""
 
 import math
+from collections.abc import Sequence
 
 import imc
+from autonomy.navigation.fault_detection import GateDecision, JumpGate
+from autonomy.navigation.horizontal_filter import EAST, NORTH, PSI, HorizontalFilter, U
 from support.wgs84 import displacement
-from tasks.navigation.auv.consistency import JumpGate, Verdict
-from tasks.navigation.auv.horizontal_filter import EAST, NORTH, PSI, HorizontalFilter, U
 
 ACCURACIES = 10.0, 8.0, 4.0  # m, of the classes of fixes
 SOG_VARIANCE = 0.04  # (m/s)²
@@ -14,7 +15,7 @@ CONTRADICTIONS = 5  # contradicting fixes in a row that agree to within AGREEMEN
 AGREEMENT = 10.0  # m
 
 
-def fix_variance(fix: imc.GpsFix, by_class: list[float]) -> float:
+def fix_variance(fix: imc.GpsFix, by_class: Sequence[float]) -> float:
     """Variance (m²) of each horizontal coordinate of a fix: by its class of accuracy, else half of hacc squared.
 
     `hacc` is the root mean square of the horizontal error.
@@ -25,7 +26,7 @@ def fix_variance(fix: imc.GpsFix, by_class: list[float]) -> float:
     return max(1e-4, 0.5 * accuracy**2)
 
 
-class Position:
+class PositionEstimate:
     """Offsets from a reference (rad, rad, m) at the surface of the water.
 
     The filter's north and east are relative to the reference, which moves if the vehicle is `farthest` (m) from it.
@@ -40,24 +41,24 @@ class Position:
         self._gate = JumpGate(CONTRADICTIONS, AGREEMENT)
         self.jump = 0.0
         state.x[PSI] = psi
-        self._settle(0.0, 0.0, variance)
+        self._reset(0.0, 0.0, variance)
 
-    def correct(self, fix: imc.GpsFix, variance: float, arm: tuple[float, float], fastest: float) -> Verdict:
+    def correct(self, fix: imc.GpsFix, variance: float, arm: tuple[float, float], fastest: float) -> GateDecision:
         """Apply a fix of an antenna that is `arm` north and east (m), and its speed as surge up to `fastest` (m/s).
 
         Fixes that contradict the filter are rejected, until several in a row agree: they reset its position.
         """
         north, east, dn, de = self._innovation(fix, arm)
         state = self.filter
-        verdict = self._gate.judge(self._distance(dn, de, variance) > CONTRADICTION, dn, de)
-        if verdict is Verdict.REJECTED:
+        verdict = self._gate.evaluate(self._distance(dn, de, variance) > CONTRADICTION, dn, de)
+        if verdict is GateDecision.REJECTED:
             return verdict
-        if verdict is Verdict.TAKEN:
+        if verdict is GateDecision.ACCEPTED:
             state.update(dn, variance, (NORTH, 1.0))
             state.update(east - state.x[EAST], variance, (EAST, 1.0))
         else:
             self.jump = math.hypot(dn, de)
-            self._settle(north, east, variance)
+            self._reset(north, east, variance)
         if fix.validity & imc.GpsFix.Validity.VALID_SOG and 0.0 <= fix.sog <= fastest:
             state.update(fix.sog - state.x[U], SOG_VARIANCE, (U, 1.0))
         if math.hypot(north, east) > self._farthest:
@@ -87,7 +88,7 @@ class Position:
         a, b, c = p[NORTH][NORTH] + variance, p[NORTH][EAST], p[EAST][EAST] + variance
         return (c * dn * dn - 2.0 * b * dn * de + a * de * de) / (a * c - b * b)
 
-    def _settle(self, north: float, east: float, variance: float) -> None:
+    def _reset(self, north: float, east: float, variance: float) -> None:
         state = self.filter
         state.x[NORTH], state.x[EAST] = north, east
         for index in (NORTH, EAST):

@@ -2,8 +2,8 @@
 
 import math
 
+from autonomy.navigation.fault_detection import Disagreement, GateDecision, JumpGate
 from support.rotations import Vector, wrap
-from tasks.navigation.auv.consistency import Disagreement, JumpGate, Verdict
 
 MEMORY = 30.0  # s; a Doppler log mounted 2° askew makes 1.3 m of it at 1.2 m/s
 LARGEST_LAG = 2.0  # m
@@ -38,12 +38,12 @@ class AttitudeCheck:
         """Whether the latest attitude was rejected."""
         return self._gate.rejected > 0
 
-    def judge(self, elapsed: float, angles: Vector, rates: Vector | None) -> Verdict:
+    def evaluate(self, elapsed: float, angles: Vector, rates: Vector | None) -> GateDecision:
         """Judge an attitude `elapsed` s after the previous one; `rates` is None if they are unknown."""
         phi, theta, psi = angles
         if self._angles is None:
             self._angles = angles
-            return Verdict.TAKEN
+            return GateDecision.ACCEPTED
         roll, pitch, heading = (now - before for now, before in zip(angles, self._angles, strict=True))
         steep = math.cos(theta) < STEEP
         if rates is not None and not steep:
@@ -55,8 +55,8 @@ class AttitudeCheck:
         roll, heading = wrap(roll), wrap(heading)
         limit = ANGLE_JUMP + FASTEST * min(LONGEST, elapsed)
         largest = abs(pitch) if steep else max(abs(roll), abs(pitch), abs(heading))
-        verdict = self._gate.judge(not largest <= limit, roll, pitch, heading)
-        if verdict is Verdict.REJECTED:
+        verdict = self._gate.evaluate(not largest <= limit, roll, pitch, heading)
+        if verdict is GateDecision.REJECTED:
             self._angles = phi - roll, theta - pitch, psi - heading  # goes on with the rates
             return verdict
         self._angles, self.jump = angles, heading
@@ -71,16 +71,16 @@ class AttitudeCheck:
         """What is wrong, for people; empty if nothing is."""
         if abs(self._heading.value) > HEADING_LAG * self._patience:
             return "heading does not follow the turn rate"
-        return self.lean
+        return self.tilt_fault
 
     @property
-    def lean(self) -> str:
+    def tilt_fault(self) -> str:
         """What is wrong with roll or pitch; empty if nothing is."""
         if abs(self._pitch.value) > LEAN_LAG * self._patience:
             return "pitch does not follow the turn rate"
         return "roll does not follow the turn rate" if abs(self._roll.value) > LEAN_LAG * self._patience else ""
 
-    def remember(self, faulty: bool) -> None:
+    def latch(self, faulty: bool) -> None:
         """Hold a fault until the disagreement is half as large as the one that began it."""
         self._patience = RELIEF if faulty else 1.0
 
@@ -97,9 +97,9 @@ class DepthCheck:
         self._depth = math.nan
         self._elapsed = self._sunk = self._driven = self._powered = self._blind = 0.0
         self._same, self._way = 0.0, 0.0
-        self.velocity_lies, self.fault = False, ""
+        self.velocity_faulty, self.fault = False, ""
 
-    def sink(self, dt: float, by_velocity: float | None, by_motor: float | None) -> None:
+    def advance(self, dt: float, by_velocity: float | None, by_motor: float | None) -> None:
         """Advance by `dt` s with the speeds downward (m/s); None if unknown."""
         self._elapsed += dt
         self._sunk += math.nan if by_velocity is None else dt * by_velocity
@@ -107,11 +107,11 @@ class DepthCheck:
         self._powered = 0.0 if by_motor is None else self._powered + dt
         self._blind = self._blind + dt if by_velocity is None else 0.0
 
-    def judge(self, depth: float, innovation: float, variance: float) -> Verdict:
+    def evaluate(self, depth: float, innovation: float, variance: float) -> GateDecision:
         """Judge a measured depth by its innovation (m) and the variance of that."""
         surprising = not abs(innovation) <= DEPTH_JUMP + SIGMAS * math.sqrt(variance)
-        verdict = self._gate.judge(surprising, innovation)
-        if verdict is not Verdict.REJECTED:
+        verdict = self._gate.evaluate(surprising, innovation)
+        if verdict is not GateDecision.REJECTED:
             change, self._depth = depth - self._depth, depth
             self._watch_same(change)
             for lag, sunk in (self._velocity, self._sunk), (self._motor, self._driven):
@@ -142,13 +142,13 @@ class DepthCheck:
     def _compare(self) -> None:
         """Find out whether the depth or the velocity lies, and hold that until the disagreement is half as large."""
         velocity, motor = abs(self._velocity.value), abs(self._motor.value)
-        if self.velocity_lies:
-            self.velocity_lies = velocity > RELIEF * LARGEST_LAG
+        if self.velocity_faulty:
+            self.velocity_faulty = velocity > RELIEF * LARGEST_LAG
             return
         patience = RELIEF if self.fault else 1.0
         witness = not self.fault and motor < ACCUSED * velocity and self._powered > POWERED
-        self.velocity_lies = velocity > LARGEST_LAG and witness
+        self.velocity_faulty = velocity > LARGEST_LAG and witness
         blind = self._blind > BLIND and motor > LARGEST_LAG_OF_MOTOR * patience
-        wrong = blind or (velocity > LARGEST_LAG * patience and not self.velocity_lies)
+        wrong = blind or (velocity > LARGEST_LAG * patience and not self.velocity_faulty)
         stuck = self._same > STUCK and self._way > STUCK_WAY
         self.fault = "depth does not follow the vertical speed" if wrong else "depth is stuck" if stuck else ""

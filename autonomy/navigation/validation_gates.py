@@ -12,10 +12,10 @@ Valid = imc.GpsFix.Validity
 FEWEST = 3  # least number of fixes for a moving average
 LARGEST_ANGLE, LARGEST_RATE = 7.0, 20.0  # rad and rad/s; more is no attitude
 GPS_JUMP = 50.0  # m that end a plan
-SHOWN = 10.0  # s, how long an error is shown at least
+FAULT_HOLD = 10.0  # s, how long an error is shown at least
 
 
-def located(fix: imc.GpsFix) -> bool:
+def is_located(fix: imc.GpsFix) -> bool:
     """Whether latitude, longitude and height can be those of a vehicle; receivers without a fix report 0, 0."""
     on_earth = abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)
     return on_earth and not fix.lat == fix.lon == 0.0
@@ -37,7 +37,7 @@ class FixGate:
         self._accuracies: deque[float] = deque(maxlen=max(1, self.samples))
         self._counts_satellites = False
 
-    def refuses(self, fix: imc.GpsFix) -> Reason | None:
+    def reject_reason(self, fix: imc.GpsFix) -> Reason | None:
         """Why a fix is rejected; None if it is accepted."""
         numbers = fix.lat, fix.lon, fix.height, fix.hacc, fix.hdop
         if not fix.validity & Valid.VALID_POS or not all(map(math.isfinite, numbers)):
@@ -68,7 +68,7 @@ class VelocityGate:
     def __post_init__(self) -> None:
         self._last = (-math.inf, 0.0, 0.0)
 
-    def refuses(self, time: float, x: float, y: float) -> tuple[DvlReason, float] | None:
+    def reject_reason(self, time: float, x: float, y: float) -> tuple[DvlReason, float] | None:
         """Why a velocity (m/s) is rejected, and the number that is too large; None if it is accepted."""
         then, before_x, before_y = self._last
         if time - then <= self.window:

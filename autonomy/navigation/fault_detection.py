@@ -8,12 +8,12 @@ ROUGH_SAMPLES = 40  # over which noise is averaged
 COARSE = 10  # a sensor that repeats fewer values than this and goes on has a coarse resolution
 
 
-class Verdict(Enum):
+class GateDecision(Enum):
     """What to do with a measurement: take it, ignore it, or start again from it."""
 
-    TAKEN = auto()
+    ACCEPTED = auto()
     REJECTED = auto()
-    BELIEVED = auto()
+    RESET = auto()
 
 
 @dataclass
@@ -30,32 +30,32 @@ class JumpGate:
         self.rejected = 0
         self._surprise: tuple[float, ...] = ()
 
-    def judge(self, surprising: bool, *innovation: float) -> Verdict:
+    def evaluate(self, surprising: bool, *innovation: float) -> GateDecision:
         """Judge a measurement by its innovation, the difference from what was expected."""
         if not surprising:
             self.rejected = 0
-            return Verdict.TAKEN
+            return GateDecision.ACCEPTED
         agrees = self.rejected and all(
             abs(a - b) <= self.spread for a, b in zip(innovation, self._surprise, strict=True)
         )
         self.rejected = self.rejected + 1 if agrees else 1
         self._surprise = innovation
         if self.rejected < self.count:
-            return Verdict.REJECTED
+            return GateDecision.REJECTED
         self.rejected = 0
-        return Verdict.BELIEVED
+        return GateDecision.RESET
 
 
-def plight(*, stuck: bool, jumps: bool) -> str:
+def missing_reason(*, stuck: bool, jumps: bool) -> str:
     """Why there is no measurement, for people."""
     return "is stuck" if stuck else "jumps" if jumps else "is missing"
 
 
-class Repetition:
+class StuckDetector:
     """Notices that a sensor whose noise never let it repeat a value does so now."""
 
     def __init__(self) -> None:
-        self.run = 0
+        self.repetitions = 0
         self._value = self._change = 0.0
         self._noise = 0
         self._coarse = False
@@ -63,16 +63,16 @@ class Repetition:
     @property
     def stuck(self) -> bool:
         """Whether the latest sample repeated the one before, although the sensor has noise."""
-        return self.run > 0 and self._noise >= NOISY and not self._coarse
+        return self.repetitions > 0 and self._noise >= NOISY and not self._coarse
 
-    def repeats(self, value: float) -> bool:
+    def update(self, value: float) -> bool:
         """Take a sample; whether it repeats the one before although the sensor has noise."""
         change = value - self._value
         if change == 0.0:
-            self.run += 1
+            self.repetitions += 1
             return self.stuck
-        self._coarse |= 0 < self.run < COARSE
-        self.run = 0
+        self._coarse |= 0 < self.repetitions < COARSE
+        self.repetitions = 0
         if self._noise < NOISY:
             self._noise = max(0, self._noise + (2 if change * self._change < 0.0 else -1))
         self._value, self._change = value, change
@@ -80,17 +80,17 @@ class Repetition:
 
 
 @dataclass
-class Roughness:
+class NoiseMonitor:
     """Notices that the noise of a sensor has a larger standard deviation than `limit`; one jump is not noise."""
 
     limit: float
 
     def __post_init__(self) -> None:
-        self.rough = False
+        self.noisy = False
         self._variance = 0.0
         self._last: list[float] = []
 
-    def feels(self, value: float) -> bool:
+    def update(self, value: float) -> bool:
         """Take a sample; whether they are too noisy."""
         self._last = [*self._last[-2:], value]
         if len(self._last) == 3:
@@ -98,8 +98,8 @@ class Roughness:
             bend = (a - 2.0 * b + c) ** 2 / 6.0  # its mean is the variance, also in a steady climb
             largest = 9.0 * self.limit**2
             self._variance += (min(bend, largest) - self._variance) / ROUGH_SAMPLES
-            self.rough = self._variance > self.limit**2
-        return self.rough
+            self.noisy = self._variance > self.limit**2
+        return self.noisy
 
 
 @dataclass

@@ -51,7 +51,7 @@ class DepthFilter:
         self.rate += m * innovation
         self._p = a - k * a, b - k * b, c - m * b
 
-    def settle(self, depth: float, variance: float) -> None:
+    def reset(self, depth: float, variance: float) -> None:
         """Start again at a depth (m); the rate is unknown."""
         self.depth, self.rate = depth, 0.0
         self._p = variance, 0.0, 1.0

@@ -5,19 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tasks.navigation.auv.horizontal_filter import (
-    EAST,
-    NORTH,
-    PSI,
-    PSI_BIAS,
-    R_BIAS,
-    SIZE,
-    HorizontalFilter,
-    K,
-    R,
-    U,
-    V,
-)
+from autonomy.navigation.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, SIZE, HorizontalFilter, K, R, U, V
 
 DT = 0.05
 PROCESS = (1e-6, 1e-6, 1e-6, 1e-3, 1e-4, 1e-4, 1e-10, 5e-11, 1e-12)
@@ -131,7 +119,7 @@ def test_the_motor_moves_surge_by_the_speed_per_rpm():
     root = random.normal(size=(SIZE, SIZE))
     covariance = root @ root.T
     state.p = covariance.tolist()
-    state.drive(400.0)
+    state.apply_rpm_change(400.0)
     motion = np.eye(SIZE)
     motion[U, K] = 400.0
     assert state.x[U] == pytest.approx(0.4)

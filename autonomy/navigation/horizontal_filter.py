@@ -58,7 +58,7 @@ class HorizontalFilter:
             rows[i][i] += dt * self._process[i]
         self.p = rows
 
-    def drive(self, change: float) -> None:
+    def apply_rpm_change(self, change: float) -> None:
         """Let surge follow a change of motor speed (rpm) immediately."""
         self.x[U] += change * self.x[K]
         p = self.p
