@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import imc
-from shoal.missions import UNITS
-from shoal.scenarios.margins import MEANING, Latest, Margin, gap, verdict
+from autonomy.plans import COMPARISONS, SIGN_PATTERN, GrammarParser
+from autonomy.plans.yaml import UNITS
+from shoal.scenarios.margins import CONNECTIVES, Latest, Margin, gap, verdict
 from shoal.scenarios.operands import Operand, Operands, Watch
 from support.located_yaml import Node
 from support.text import with_suggestion
-from tasks.plan import COMPARISONS, SIGN, Logic
 
 T = TypeVar("T", "Condition", "Expression")
 _UNIT = "|".join(map(re.escape, sorted(UNITS, key=len, reverse=True)))
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _NAME = r"[A-Za-z_]\w*(?:\[[^\]]*\])?(?:\.\w+)?(?:@\w+(?:[-.]\w+)*)?"
 _TEXT = r"\"[^\"]*\"|'[^']*'"
-_WORD = re.compile(rf"\s*(?:{_NUMBER}(?:\s*(?:{_UNIT})(?!\w))?|{_NAME}|{_TEXT}|{SIGN}|[-+*/])")
+_WORD = re.compile(rf"\s*(?:{_NUMBER}(?:\s*(?:{_UNIT})(?!\w))?|{_NAME}|{_TEXT}|{SIGN_PATTERN}|[-+*/])")
 _WAYS = {"<": 1.0, "<=": 1.0, ">": -1.0, ">=": -1.0}
 _PLANS = ("true", "maneuverisdone", "maneuverisdone()")
 
@@ -65,19 +65,19 @@ def parse(text: str, scope: Scope) -> Condition:
     """Parse a condition. Raises ValueError with the reason."""
     operands = Operands(scope.vehicles, scope.vehicle)
 
-    def single(logic: Logic[Margin]) -> Margin:
+    def single(logic: GrammarParser[Margin]) -> Margin:
         if logic.word is not None and logic.word.lower() in _PLANS:
             raise ValueError(f"{logic.word!r} is for plans only: compare PlanControlState.man_id or .state instead")
         return _comparison(operands, logic)
 
-    test = Logic[Margin](text, _WORD, single, MEANING, sums=True).parse()
+    test = GrammarParser[Margin](text, _WORD, single, CONNECTIVES, sums=True).parse()
     return Condition(text, tuple(operands.watches), test)
 
 
 def parse_expression(text: str, scope: Scope) -> Expression:
     """Parse an expression. Raises ValueError with the reason."""
     operands = Operands(scope.vehicles, scope.vehicle)
-    logic = Logic[Margin](text, _WORD, lambda logic: _comparison(operands, logic), MEANING, sums=True)
+    logic = GrammarParser[Margin](text, _WORD, lambda logic: _comparison(operands, logic), CONNECTIVES, sums=True)
     operand = operands.sum(logic)
     logic.end()
     operand.must_be_number()
@@ -105,10 +105,10 @@ def _read(node: Node, scope: Scope, parse: Callable[[str, Scope], T]) -> T:
     return found
 
 
-def _comparison(operands: Operands, logic: Logic[Margin]) -> Margin:
+def _comparison(operands: Operands, logic: GrammarParser[Margin]) -> Margin:
     left = operands.sum(logic)
     sign = logic.word
-    compare = logic.comparison()
+    compare = logic.expect_comparison()
     right = operands.sum(logic)
     if logic.word in COMPARISONS:
         raise ValueError(f"{logic.word!r} is not expected: join two comparisons by and")

@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import imc
+from autonomy.plans.yaml import read_field
 from runtime.fault_injection import Biased, Crash, Fault, FaultError, Noisy, Silent, Stuck
-from shoal.missions import read_field
 from shoal.scenarios.acts import Act, Break, Cut, Drain, Leak, Say, Set
 from shoal.scenarios.conditions import Condition, Scope, read_condition
 from shoal.scenarios.scenario import ScenarioFileError

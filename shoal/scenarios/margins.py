@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
-from tasks.plan import Meaning
+from autonomy.plans import Connectives
 
 Latest: TypeAlias = Sequence[Any]
 """The latest message of each watch, None if there is none yet."""
@@ -88,4 +88,4 @@ def never(test: Margin) -> Margin:
     return margin
 
 
-MEANING = Meaning(all_of, any_of, contrary)
+CONNECTIVES = Connectives(all_of, any_of, contrary)

@@ -8,12 +8,12 @@ from enum import IntEnum, IntFlag
 from typing import Any, NamedTuple
 
 import imc
+from autonomy.plans import GrammarParser
+from autonomy.plans.yaml import UNITS, parse_quantity
 from imc.layout import NUMBERS
-from shoal.missions import UNITS, quantity
 from shoal.scenarios.functions import FUNCTIONS, OF_PLACES, Bottom, has_place
 from shoal.scenarios.margins import Latest, Margin
 from support.text import with_suggestion
-from tasks.plan import Logic
 
 _PARTS = re.compile(r"(\w+)(?:\[([^\]]*)\])?(?:\.(\w+))?(?:@(.+))?")
 _SPECIAL = ("inf", "infinity", "nan")
@@ -71,10 +71,10 @@ class Operands:
         self._vehicles = vehicles
         self._vehicle = vehicle
 
-    def sum(self, logic: Logic[Margin]) -> Operand:
+    def sum(self, logic: GrammarParser[Margin]) -> Operand:
         found = self._product(logic)
         while logic.word in ("+", "-"):
-            sign = logic.take("a sign")
+            sign = logic.expect("a sign")
             other = self._product(logic)
             found.must_be_number()
             other.must_be_number()
@@ -82,11 +82,11 @@ class Operands:
             found = _joined(f"{found.text} {sign} {other.text}", _add if sign == "+" else _subtract, found, other, unit)
         return found
 
-    def _product(self, logic: Logic[Margin]) -> Operand:
-        found = logic.deeper(lambda: self._factor(logic))
+    def _product(self, logic: GrammarParser[Margin]) -> Operand:
+        found = logic.nested(lambda: self._factor(logic))
         while logic.word in ("*", "/"):
-            sign = logic.take("a sign")
-            other = logic.deeper(lambda: self._factor(logic))
+            sign = logic.expect("a sign")
+            other = logic.nested(lambda: self._factor(logic))
             found.must_be_number()
             other.must_be_number()
             plain = other if not other.needs and not other.unit else found if sign == "*" else None
@@ -96,9 +96,9 @@ class Operands:
             )
         return found
 
-    def _factor(self, logic: Logic[Margin]) -> Operand:
-        if logic.skip("-"):
-            inner = logic.deeper(lambda: self._factor(logic))
+    def _factor(self, logic: GrammarParser[Margin]) -> Operand:
+        if logic.accept("-"):
+            inner = logic.nested(lambda: self._factor(logic))
             inner.must_be_number()
             value = inner.value
 
@@ -106,13 +106,13 @@ class Operands:
                 return -value(latest)
 
             return replace(inner, text=f"-{inner.text}", value=negative, enum=None)
-        if logic.skip("+"):
-            return logic.deeper(lambda: self._factor(logic))
-        if logic.skip("("):
+        if logic.accept("+"):
+            return logic.nested(lambda: self._factor(logic))
+        if logic.accept("("):
             inner = self.sum(logic)
-            logic.close()
+            logic.close_group()
             return replace(inner, text=f"({inner.text})")
-        word = logic.take("a number or Message.field")
+        word = logic.expect("a number or Message.field")
         if word[0].isdigit() or word[0] == ".":
             return _number(word)
         if word[0] in "\"'":
@@ -121,16 +121,16 @@ class Operands:
             raise ValueError(f"{word!r} is not expected")
         return self._call(word, logic) if logic.word == "(" else self._name(word)
 
-    def _call(self, word: str, logic: Logic[Margin]) -> Operand:
-        logic.skip("(")
+    def _call(self, word: str, logic: GrammarParser[Margin]) -> Operand:
+        logic.accept("(")
         if word in OF_PLACES:
             return self._call_of_places(word, logic)
         if word not in FUNCTIONS:
             raise ValueError(with_suggestion(f"there is no function {word!r}", word, [*FUNCTIONS, *OF_PLACES]))
         function, given = FUNCTIONS[word], [self.sum(logic)]
-        while logic.skip(","):
+        while logic.accept(","):
             given.append(self.sum(logic))
-        logic.close()
+        logic.close_group()
         if not function.least <= len(given) <= function.most:
             raise ValueError(f"{word} takes {function.least} value{'s' * (function.least > 1)}, not {len(given)}")
         first = next((operand for operand in given if operand.unit), given[0])
@@ -146,23 +146,23 @@ class Operands:
             return Operand(text, lambda latest: call(only(latest)), needs, unit)
         return Operand(text, lambda latest: call(*[value(latest) for value in values]), needs, unit)
 
-    def _call_of_places(self, word: str, logic: Logic[Margin]) -> Operand:
+    def _call_of_places(self, word: str, logic: GrammarParser[Margin]) -> Operand:
         call, is_deep = OF_PLACES[word], word == "altitude"
         first, name, vehicle = self._place(word, logic, deep=is_deep)
         if is_deep:
             second = self._index(Watch(Bottom, vehicle))
-        elif not logic.skip(","):
+        elif not logic.accept(","):
             raise ValueError(f"{word} takes two messages, such as {word}(SimulatedState, EstimatedState)")
         else:
             second, other, _ = self._place(word, logic)
             name = f"{name}, {other}"
-        logic.close()
+        logic.close_group()
         needs = frozenset((first, second))
         return Operand(f"{word}({name})", lambda latest: call(latest[first], latest[second]), needs, "m")
 
-    def _place(self, function: str, logic: Logic[Margin], *, deep: bool = False) -> tuple[int, str, str]:
+    def _place(self, function: str, logic: GrammarParser[Margin], *, deep: bool = False) -> tuple[int, str, str]:
         """The number of a message that tells a place, the message as it is written, and its vehicle."""
-        word = logic.take("a message")
+        word = logic.expect("a message")
         watch, field = self._watch(word)
         if watch is None or field or issubclass(watch.kind, Bottom):
             raise ValueError(f"{function} takes messages, such as SimulatedState, not {word!r}")
@@ -219,7 +219,7 @@ class Operands:
 
 def _number(word: str) -> Operand:
     suffix = word.lstrip("0123456789.eE+-").strip()
-    number = quantity(word) if suffix else float(word)
+    number = parse_quantity(word) if suffix else float(word)
     return Operand(word, lambda _: number, unit=UNITS.get(suffix, ""))
 
 

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import imc
+from autonomy.plans.yaml import PlanFileError, plan_from_node
 from runtime.profile import Profile, copy_in_root
-from shoal.missions import COMPLETED, FAILED, LATE, PlanFileError, load_plan, read_plan
+from shoal.missions import COMPLETED, FAILED, LATE, load_plan
 from shoal.scenarios.conditions import Condition, Scope, read_condition, read_expression
 from shoal.scenarios.events import Occurrence, Role, read_events
 from shoal.scenarios.expectations import Expectation
@@ -155,7 +156,7 @@ class ScenarioReader:
 
     def _plan(self, node: Node) -> imc.PlanSpecification:
         if isinstance(node.content, dict):
-            return read_plan(node, self._own_name)
+            return plan_from_node(node, self._own_name)
         path = self._plan_file(node)
         try:
             return load_plan(path)

@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
+from autonomy.plans.yaml import parse_position, split_quantity
 from runtime.profile import Profile
-from shoal.missions import position, split
 from shoal.scenarios.scenario import Setting
 from shoal.scenarios.values import known, number, option_number, option_text, seconds, told, word
 from support.located_yaml import Node
@@ -61,7 +61,7 @@ def _start(node: Node, places: tuple[tuple[str, str, str], ...], tasks: Tasks) -
 
 
 def _place(node: Node, tasks: Tasks) -> Iterator[Setting]:
-    lat, lon = map(math.degrees, told(node, position))
+    lat, lon = map(math.degrees, told(node, parse_position))
     for section in tasks.of(RECEIVER):
         yield Setting(section, "Initial Position", f"{lat!r}, {lon!r}", node.where)
     for section in tasks.of(KINEMATIC):
@@ -147,7 +147,7 @@ def _objects(node: Node) -> Iterator[Setting]:
 def _bathymetry(node: Node) -> Iterator[Setting]:
     parts = known(node, "at", "soundings")
     if "at" in parts:
-        lat, lon = map(math.degrees, told(parts["at"], position))
+        lat, lon = map(math.degrees, told(parts["at"], parse_position))
         yield Setting(BOTTOM, "Latitude (degrees)", repr(lat), parts["at"].where)
         yield Setting(BOTTOM, "Longitude (degrees)", repr(lon), parts["at"].where)
     if "soundings" in parts:
@@ -167,6 +167,6 @@ def shared_setting(section: str, option: str, unit: str, node: Node) -> Setting:
 def _is_quantity(node: Node) -> bool:
     """Whether it is a number with a unit."""
     try:
-        return bool(split(node.value())[1])
+        return bool(split_quantity(node.value())[1])
     except ValueError:
         return False

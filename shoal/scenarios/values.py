@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any, TypeVar
 
+from autonomy.plans.yaml import parse_in_unit, parse_quantity, split_quantity
 from runtime.task import Parameter
-from shoal.missions import in_unit, quantity, split
 from support.durations import LONGEST, parse_duration
 from support.located_yaml import Node
 from support.text import with_suggestion
@@ -44,12 +44,12 @@ def seconds(node: Node) -> float:
 
 def number(node: Node, unit: str = "") -> float:
     """A number, or one with a unit that fits, in SI."""
-    return told(node, lambda value: quantity(value, unit))
+    return told(node, lambda value: parse_quantity(value, unit))
 
 
 def option_number(node: Node, unit: str) -> float:
     """A number in the unit of an option of a profile."""
-    return told(node, lambda value: in_unit(value, unit))
+    return told(node, lambda value: parse_in_unit(value, unit))
 
 
 def in_unit_of(parameter: Parameter, text: str) -> str:
@@ -60,7 +60,7 @@ def in_unit_of(parameter: Parameter, text: str) -> str:
     if not parameter.ignored_suffix(text):
         return text
     unit = "" if parameter.unit in ("1", "-") else parameter.unit
-    numbers = [in_unit(word, unit) for word in (text.split(",") if parameter.is_list else [text])]
+    numbers = [parse_in_unit(word, unit) for word in (text.split(",") if parameter.is_list else [text])]
     return ", ".join(repr(int(n)) if parameter.type is int and n.is_integer() else repr(n) for n in numbers)
 
 
@@ -102,7 +102,7 @@ def option_text(node: Node) -> str:
 def _duration(value: Any) -> float:
     if isinstance(value, str):
         with suppress(ValueError):  # of what is no number
-            number, unit = split(value)
+            number, unit = split_quantity(value)
             value = value if unit else number
     if isinstance(value, int | float) and not isinstance(value, bool):
         if not (math.isfinite(value) and value >= 0.0):

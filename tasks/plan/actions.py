@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import imc
+from autonomy.plans import Actions, PlanGraph, PlanNode
 from runtime.task import EntityTable, Task
 from support.text import with_suggestion
-from tasks.plan.graph import Actions, Graph, PlanNode
 
 if TYPE_CHECKING:
     from runtime.vehicle import Vehicle
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 Publish = Callable[[imc.Message], object]
 
 
-class Leads:
+class ActivationTimes:
     """How long entities take to become active (s): as they report it, else as the vehicle knows it."""
 
     def __init__(self, entities: EntityTable):
         self._entities = entities
         self._said: dict[int, float] = {}
 
-    def learn(self, entity: imc.EntityInfo) -> None:
+    def receive(self, entity: imc.EntityInfo) -> None:
         self._said[entity.id] = float(entity.act_time)
 
     def of(self, label: str) -> float:
@@ -38,7 +38,7 @@ class PlanActions:
     `lead(label)` s before their event, if it can be foreseen; `activated` has their labels.
     """
 
-    def __init__(self, graph: Graph, publish: Publish, lead: Callable[[str], float]):
+    def __init__(self, graph: PlanGraph, publish: Publish, lead: Callable[[str], float]):
         self.activated: set[str] = set()
         self._graph = graph
         self._publish = publish
@@ -69,9 +69,9 @@ class PlanActions:
         """A maneuver ends."""
         self._fire(node.end_actions)
 
-    def foresee(self, name: str, seconds: float, duration: Callable[[str], float]) -> None:
+    def activate_ahead(self, name: str, seconds: float, duration: Callable[[str], float]) -> None:
         """The maneuver `name` ends in `seconds`: activate in time what the following maneuvers need."""
-        _, *later = self._graph.chain(name)
+        _, *later = self._graph.sequence_from(name)
         for node in later:
             if not math.isfinite(seconds):
                 return
@@ -109,7 +109,7 @@ class PlanActions:
                 self._publish(action.replace(params=active))
 
 
-def unknown_settings(graph: Graph, vehicle: "Vehicle") -> Iterator[str]:
+def unknown_settings(graph: PlanGraph, vehicle: "Vehicle") -> Iterator[str]:
     """Objections to actions that set what the vehicle does not have, or to a value that it cannot take.
 
     What is not there is not active, and an entity without activation always is: a console may write that it is so.
@@ -121,11 +121,13 @@ def unknown_settings(graph: Graph, vehicle: "Vehicle") -> Iterator[str]:
         if task is None and action.name in remote:
             continue
         for entry in action.params:
-            if isinstance(entry, imc.EntityParameter) and (reason := _refusal(action.name, entry, task, vehicle)):
+            if isinstance(entry, imc.EntityParameter) and (
+                reason := _unsupported_reason(action.name, entry, task, vehicle)
+            ):
                 yield f"{name}: {reason}"
 
 
-def _refusal(label: str, entry: imc.EntityParameter, task: Task | None, vehicle: "Vehicle") -> str:
+def _unsupported_reason(label: str, entry: imc.EntityParameter, task: Task | None, vehicle: "Vehicle") -> str:
     if task is None:
         if (entry.name, entry.value) == ("Active", "false"):
             return ""
@@ -145,7 +147,7 @@ def _refusal(label: str, entry: imc.EntityParameter, task: Task | None, vehicle:
     return ""
 
 
-def _all_settings(graph: Graph) -> Iterator[tuple[str, imc.SetEntityParameters]]:
+def _all_settings(graph: PlanGraph) -> Iterator[tuple[str, imc.SetEntityParameters]]:
     """All settings of a plan, with the name of what they belong to."""
     plan = graph.plan
     found = [(plan.plan_id, plan.start_actions), (plan.plan_id, plan.end_actions)]

@@ -7,9 +7,9 @@ from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param
 from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
-from tasks.plan.copies import Copies
+from tasks.plan.duplicate_requests import DuplicateRequests
 from tasks.plan.replies import shortened
-from tasks.plan.store import Change, PlanStore, Stored
+from tasks.plan.store import PlanChange, PlanStore, StoredPlan
 
 Op = imc.PlanDB.Op
 Type = imc.PlanDB.Type
@@ -36,7 +36,7 @@ class DB(Task):
     def start(self) -> None:
         self._tell_boot(Type.IN_PROGRESS, "initializing")
         trouble = ""
-        self._copies = Copies(self.system)
+        self._copies = DuplicateRequests(self.system)
         try:
             self._store = self._open()
         except (sqlite3.Error, OSError) as error:
@@ -67,7 +67,7 @@ class DB(Task):
         """Answer a request; one that fails changes nothing."""
         if request.type != Type.REQUEST or not self.concerns(request):
             return
-        if self._copies.knows(request):
+        if self._copies.is_duplicate(request):
             answer = self._copies.answer(request)
             if answer is not None:
                 self.reply(request, answer)
@@ -141,7 +141,7 @@ class DB(Task):
             self._answer(request, Type.FAILURE, UNDEFINED)
 
     def _get(self, request: imc.PlanDB) -> None:
-        stored: Stored | None = self._store.get(request.plan_id)
+        stored: StoredPlan | None = self._store.get(request.plan_id)
         if stored is None:
             self._answer(request, Type.FAILURE, UNDEFINED)
         elif request.op == Op.GET_INFO:
@@ -181,10 +181,10 @@ class DB(Task):
             info=info,
         )
         self.reply(request, answer)
-        self._copies.note(request, answer)
+        self._copies.remember_answer(request, answer)
 
-    def _change(self, request: imc.Message) -> Change:
-        return Change(self.now, request.src, self.vehicle.systems.name(request.src))
+    def _change(self, request: imc.Message) -> PlanChange:
+        return PlanChange(self.now, request.src, self.vehicle.systems.name(request.src))
 
     def _tell_boot(self, kind: Type, info: str) -> None:
         self.publish(imc.PlanDB(type=kind, op=Op.BOOT, info=info, dst=self.system))

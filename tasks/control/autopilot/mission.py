@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import imc
+from autonomy.plans import main_sequence
 from imc.coordinates import maneuver_corners
-from mavlink.missions import Command, Item, chain_of
+from mavlink.missions import Command, Item
 from support.wgs84 import displace, displacement
 from tasks.control.autopilot.kinds import Body
 from tasks.control.autopilot.leg import Leg, Whereabouts, height_above_home
@@ -58,7 +59,7 @@ class Writer:
 
     def write(self, plan: imc.PlanSpecification) -> list[Item]:
         """The items of a plan."""
-        chain, remarks = chain_of(plan)
+        chain, remarks = main_sequence(plan)
         if remarks:
             raise ValueError(remarks[0])
         self._place = self.at.lat, self.at.lon

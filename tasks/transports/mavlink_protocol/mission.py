@@ -4,6 +4,7 @@ from collections.abc import Callable, Collection, Sequence
 from enum import IntEnum
 
 import imc
+from autonomy.plans import remaining_plan
 from mavlink import FLAVOURS, Flavour
 from mavlink.missions import (
     Item,
@@ -16,7 +17,6 @@ from mavlink.missions import (
     items_of,
     opaque_id,
     plan_of,
-    resumed,
 )
 from tasks.transports.mavlink_protocol.helm import Helm, Outcome, Then
 
@@ -127,7 +127,7 @@ class Mission:
             then(Outcome(False, f"no item from {number} on moves the vehicle"))
             return
         if maneuver is not None and maneuver != plan.start_man_id:
-            rest = resumed(plan, maneuver, takeoff=not self._settings().aloft)
+            rest = remaining_plan(plan, maneuver, takeoff=not self._settings().aloft)
             plan = rest.replace(plan_id=plan.plan_id + REST)  # the database keeps what is started under its name
         self._helm.start(plan, then, now)
 
