@@ -14,7 +14,7 @@ from imc.addresses import UNKNOWN_SYSTEM
 from runtime.profile import dune
 from runtime.profile.config import BLANKS, Config, format_header, format_option, split_list
 from runtime.profile.ini import read_config
-from runtime.profile.search_path import copy_in_root, find_profile, own_etc
+from runtime.profile.profile_search import copy_in_root, find_profile, own_etc
 from runtime.task import Parameter
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
 from support.file_errors import describe_os_error

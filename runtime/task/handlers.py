@@ -134,7 +134,7 @@ def periodic_methods(cls: type) -> tuple[PeriodicMethod, ...]:
             _refuse_coroutines(cls, name, method)
             found.append(PeriodicMethod(name, rate, len(inspect.signature(method).parameters) > 1))
     if expected_methods(cls):
-        found.append(PeriodicMethod("judge_data", JUDGING_RATE, False))
+        found.append(PeriodicMethod("check_data", JUDGING_RATE, False))
     return tuple(found)
 
 

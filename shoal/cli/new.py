@@ -52,7 +52,7 @@ DRIVER = '''"""{title}: a sensor of depth at a serial port."""
 
 import imc
 from runtime import Task, expect, param
-from runtime.devices import number
+from runtime.devices import parse_number
 
 
 class {cls}(Task):
@@ -69,7 +69,7 @@ class {cls}(Task):
 
     @expect(every=2.0)
     def measure(self, line: str) -> None:
-        self.publish(imc.Depth(value=number(line)))
+        self.publish(imc.Depth(value=parse_number(line)))
 '''
 
 DRIVER_TEST = '''"""{cls} publishes what its sensor sends."""

@@ -5,7 +5,7 @@ import math
 import imc
 from autonomy.control import allocate_thrust, motor_actuations
 from runtime import param
-from tasks.control.asv.motor_task import HeadingTask, Loops, SpeedTask
+from tasks.control.asv.boat_control import HeadingTask, Loops, SpeedTask
 
 PORT, STARBOARD = 0, 1
 

@@ -38,7 +38,7 @@ def reads(patch: pytest.MonkeyPatch) -> list[Path]:
         found.append(path)
         return chunks(path, *rest)
 
-    patch.setattr(index_file, "chunks", noted)
+    patch.setattr(index_file, "unpacked_chunks", noted)
     return found
 
 

@@ -101,7 +101,7 @@ def test_long_parts_reach_over_periods() -> None:
 
 
 def test_few_candidates_have_crcs_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(packet_scan, "overlapping_right", None)
+    monkeypatch.setattr(packet_scan, "valid_crcs", None)
     data = b"garbage".join(PACKETS * 50)
     assert len(found(data, 1 << 19)[0]) == len(PACKETS) * 50
     monkeypatch.undo()

@@ -81,7 +81,7 @@ def test_the_address_of_a_station_is_looked_up_and_followed(monkeypatch):
             station.socket.close()
         assert entity.state is State.NORMAL
 
-    monkeypatch.setattr("tasks.transports.mavlink_protocol.datagrams.look_up", look_up)
+    monkeypatch.setattr("tasks.transports.mavlink_protocol.datagrams.resolve_host", look_up)
     port = free_port()
     run = sail(script, f"udpout://station.local:{port}", seconds=200.0)
     assert [line.partition("station.local: ")[2] for line in run.log if "known" in line] == [

@@ -4,7 +4,7 @@ import math
 
 import imc
 from runtime import consume, param
-from tasks.control.asv.motor_task import HeadingTask, Loops
+from tasks.control.asv.boat_control import HeadingTask, Loops
 
 
 class Heading(HeadingTask):

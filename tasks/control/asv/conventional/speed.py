@@ -1,7 +1,7 @@
 """Controls the speed of a boat with one motor."""
 
 import imc
-from tasks.control.asv.motor_task import Loops, SpeedTask
+from tasks.control.asv.boat_control import Loops, SpeedTask
 
 
 class Speed(SpeedTask):

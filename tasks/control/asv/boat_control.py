@@ -11,7 +11,7 @@ Loops = imc.CLoopsMask
 LONGEST_STEP = 1.0  # s; without EstimatedState for longer, the actuators go to neutral
 
 
-class MotorTask(Task):
+class BoatController(Task):
     """Controls the boat at each EstimatedState while one of its loops is enabled.
 
     The actuators are neutral while no loop is enabled, while braking, without EstimatedState, and after the task ends,
@@ -127,7 +127,7 @@ class MotorTask(Task):
         return math.isfinite(value)
 
 
-class HeadingTask(MotorTask):
+class HeadingTask(BoatController):
     """A boat controller that steers."""
 
     heading_gains: list[float] = param([0.5, 0.0, 0.0], "1/s", "P, I, D of heading.", name="Yaw PID Gains", size=3)
@@ -158,7 +158,7 @@ class HeadingTask(MotorTask):
         return effort
 
 
-class SpeedTask(MotorTask):
+class SpeedTask(BoatController):
     """A boat controller that drives."""
 
     full_thrust: float = param(2500.0, "rpm", "Rotation rate at full thrust.", name="RPMs at Maximum Thrust", minimum=1)
