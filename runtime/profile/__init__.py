@@ -15,7 +15,14 @@ from runtime.profile.profile import (
     load_profile,
     parse_address,
 )
-from runtime.profile.profile_search import available_profiles, copy_in_root, find_profile, own_etc, search_path, user_etc
+from runtime.profile.profile_search import (
+    available_profiles,
+    copy_in_root,
+    find_profile,
+    own_etc,
+    search_path,
+    user_etc,
+)
 
 __all__ = [
     "ALWAYS",

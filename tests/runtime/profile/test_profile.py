@@ -8,7 +8,18 @@ from fastcrc import crc16
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.profile import Profile, available_profiles, default_label, derived_id, find_profile, format_sections, load_profile, own_etc, read_config, profile_search
+from runtime.profile import (
+    Profile,
+    available_profiles,
+    default_label,
+    derived_id,
+    find_profile,
+    format_sections,
+    load_profile,
+    own_etc,
+    read_config,
+    search_path,
+)
 from support.diagnostics import ProfileError
 
 TREE = Path(__file__).parents[2] / "data/profiles"
