@@ -10,6 +10,8 @@ from typing import Any, ClassVar
 
 import click
 
+from shoal.cli.package_conflicts import conflict
+
 COMMANDS = {
     "run": ("shoal.cli.run", "Run a vehicle profile."),
     "fleet": ("shoal.cli.fleet", "Start and watch many vehicles."),
@@ -56,6 +58,14 @@ class LazyGroup(click.Group):
     """Imports a command only when it is called; `table` maps names to (module, description)."""
 
     table: ClassVar[dict[str, tuple[str, str]]] = COMMANDS
+
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:
+        """Begin the command, unless other packages are in the place of Shoal's."""
+        if parent is None and not extra.get("resilient_parsing") and (reason := conflict()):
+            raise WrongUse(reason)
+        return super().make_context(info_name, args, parent, **extra)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.table)
