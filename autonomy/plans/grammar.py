@@ -51,10 +51,10 @@ def _any_of(tests: Sequence[Callable[P, bool]]) -> Callable[P, bool]:
 
 
 def _negation(test: Callable[P, bool]) -> Callable[P, bool]:
-    def contrary(*args: P.args, **kwargs: P.kwargs) -> bool:
+    def negation(*args: P.args, **kwargs: P.kwargs) -> bool:
         return not test(*args, **kwargs)
 
-    return contrary
+    return negation
 
 
 class GrammarParser(Generic[T]):

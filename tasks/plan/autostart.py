@@ -34,11 +34,11 @@ class Autostart(Task):
         self.set_entity_state(State.NORMAL, "restarted" if self._asked else "waiting for the vehicle")
 
     @consume
-    def follow(self, vehicle: imc.VehicleState) -> None:
+    def on_vehicle_state(self, vehicle: imc.VehicleState) -> None:
         self._calm = vehicle.op_mode == CALM
 
     @consume
-    def begin(self, plan: imc.PlanControlState) -> None:
+    def on_plan_control_state(self, plan: imc.PlanControlState) -> None:
         if self._asked or plan.state == Phase.BLOCKED or (plan.state == Phase.READY and not self._calm):
             return
         self._asked = True
@@ -55,7 +55,7 @@ class Autostart(Task):
         )
 
     @consume
-    def note(self, answer: imc.PlanGeneration) -> None:
+    def on_plan_generation(self, answer: imc.PlanGeneration) -> None:
         if not self.is_answered_by(answer) or answer.op == Op.REQUEST:
             return
         if answer.op == Op.SUCCESS:

@@ -26,7 +26,7 @@ class PlanChange(NamedTuple):
     name: str = ""
 
 
-class StoredPlan(NamedTuple):
+class PlanRow(NamedTuple):
     """A plan: `data` are the serialized fields of its PlanSpecification, `md5` is their digest."""
 
     plan_id: str
@@ -74,17 +74,17 @@ class PlanStore:
     def close(self) -> None:
         self._base.close()
 
-    def get(self, plan_id: str) -> StoredPlan | None:
+    def get(self, plan_id: str) -> PlanRow | None:
         return next(self._select("WHERE plan_id = ?", plan_id), None)
 
-    def all(self) -> list[StoredPlan]:
+    def all(self) -> list[PlanRow]:
         """All plans by id."""
         return list(self._select("ORDER BY plan_id"))
 
-    def set(self, plan: imc.PlanSpecification, change: PlanChange) -> tuple[StoredPlan, bool]:
+    def set(self, plan: imc.PlanSpecification, change: PlanChange) -> tuple[PlanRow, bool]:
         """Store a plan; returns it as stored, and True if its id is new."""
         data = fields_of(plan)
-        stored = StoredPlan(plan.plan_id, change, md5(data, usedforsecurity=False).digest(), data)
+        stored = PlanRow(plan.plan_id, change, md5(data, usedforsecurity=False).digest(), data)
         new = self.get(plan.plan_id) is None
         with self._base:
             self._base.execute(
@@ -133,10 +133,10 @@ class PlanStore:
             self._base.executemany("INSERT INTO Plan VALUES (?, ?, ?, ?, ?, ?)", plans)
             self._base.executemany("INSERT INTO LastChange VALUES (?, ?, ?)", changes)
 
-    def _select(self, clause: str, *plan_id: str) -> Iterator[StoredPlan]:
+    def _select(self, clause: str, *plan_id: str) -> Iterator[PlanRow]:
         query = f"SELECT plan_id, change_time, change_sid, change_sname, md5, data FROM Plan {clause}"
         for key, time, system, name, digest, data in self._base.execute(query, tuple(map(_key, plan_id))):
-            yield StoredPlan(_text(key), PlanChange(time, system, name), bytes(digest), bytes(data))
+            yield PlanRow(_text(key), PlanChange(time, system, name), bytes(digest), bytes(data))
 
     def _changed(self, change: PlanChange) -> None:
         self._base.execute("DELETE FROM LastChange")

@@ -44,7 +44,7 @@ class Restarting(Autostart):
 
     @consume
     def begin(self, plan: imc.PlanControlState) -> None:
-        super().begin(plan)
+        super().on_plan_control_state(plan)
         self.start()
 
 
