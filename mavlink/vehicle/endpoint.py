@@ -87,15 +87,8 @@ class VehicleEndpoint:
         self._poll_due, self._tick_due = -math.inf, -math.inf
         self._warn = warn
         self._refusal = refusal
-        self.plans = plans or PlanClient(port.publish, port.imc_id)
-        limits = model.limits
-        self.mission = MissionStore(
-            self.plans,
-            model.conversion_settings,
-            lambda: limits.message,
-            lambda message: port.publish(message.replace(dst=port.imc_id)),
-            self._report_reached,
-        )
+        self.plans = plans or PlanClient(port)
+        self.mission = MissionStore(model, port, self.plans, self._report_reached)
         self.control = VehicleControl(model, port, self.plans, self.mission, self._send_statustext_now)
         self.failsafe = GcsFailsafe(self.control)
         self.parameters = ParameterTable(equipment.parameters)

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import imc
+from mavlink.vehicle.ports import VehiclePort
 
 PATIENCE = 3.0  # s for an answer
 
@@ -25,11 +26,10 @@ class _Asked(NamedTuple):
 
 
 class PlanClient:
-    """Requests to the own vehicle; `publish` sends a message, `system` is the vehicle's IMC id."""
+    """Requests to the vehicle at a port."""
 
-    def __init__(self, publish: Callable[[imc.Message], object], system: int) -> None:
-        self._publish = publish
-        self._system = system
+    def __init__(self, port: VehiclePort) -> None:
+        self._port = port
         self._number = 0
         self._asked: dict[int, _Asked] = {}
         self.started: imc.PlanSpecification | None = None
@@ -93,7 +93,7 @@ class PlanClient:
     def _ask(self, request: imc.PlanControl | imc.PlanDB, then: OnReply, now: float) -> None:
         self._number = self._number % 0xFFFF + 1
         self._asked[self._number] = _Asked(now + PATIENCE, then)
-        self._publish(request.replace(dst=self._system, request_id=self._number))
+        self._port.publish(request.replace(dst=self._port.imc_id, request_id=self._number))
 
 
 def sequential_plan(plan_id: str, maneuvers: Sequence[imc.Message]) -> imc.PlanSpecification:

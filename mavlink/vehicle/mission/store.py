@@ -8,7 +8,6 @@ from autonomy.plans import remaining_plan
 from mavlink import FLAVOURS, Flavour
 from mavlink.missions import (
     Item,
-    Settings,
     Table,
     area_of,
     fence_of,
@@ -19,7 +18,8 @@ from mavlink.missions import (
     plan_of,
 )
 from mavlink.vehicle.mission.plan_client import OnReply, PlanClient, PlanReply
-from mavlink.vehicle.model import GUIDED_PLANS
+from mavlink.vehicle.model import GUIDED_PLANS, VehicleModel
+from mavlink.vehicle.ports import VehiclePort
 
 Phase, Ended = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
 NO_PLAN = "no mission has been uploaded"
@@ -39,26 +39,24 @@ class MissionState(IntEnum):
 class MissionStore:
     """A plan of the vehicle as items: one that was uploaded, or whatever plan the vehicle executes.
 
-    `settings()` is the vehicle for which items are converted, `limits()` its present limits. `reach(numbers)` gets the
-    numbers of items that are over, home not counted. Items are kept without ArduPilot's item 0, which is home; stations
-    of that flavor see it.
+    `reach(numbers)` gets the numbers of items that are over, home not counted. Items are kept without ArduPilot's item
+    0, which is home; stations of that flavor see it.
     """
 
     def __init__(
         self,
+        model: VehicleModel,
+        port: VehiclePort,
         plans: PlanClient,
-        settings: Callable[[], Settings],
-        limits: Callable[[], imc.OperationalLimits | None],
-        publish: Callable[[imc.Message], object],
         reach: Callable[[Sequence[int]], object],
     ) -> None:
         self.plan: imc.PlanSpecification | None = None
         self.state = MissionState.NO_MISSION
         self.current = 0
         self._plans = plans
-        self._settings = settings
-        self._limits = limits
-        self._publish = publish
+        self._settings = model.conversion_settings
+        self._limits = model.limits
+        self._port = port
         self._reach = reach
         self._items: list[Item] = []
         self._home: Item | None = None
@@ -76,7 +74,7 @@ class MissionStore:
 
     def fence(self) -> list[Item]:
         """The corners of the area in the operational limits."""
-        limits = self._limits()
+        limits = self._limits.message
         return [] if limits is None else fence_of(limits)
 
     def id(self, flavor: Flavour) -> int:
@@ -101,7 +99,7 @@ class MissionStore:
 
     def put_fence(self, items: Sequence[Item]) -> None:
         """Make uploaded corners the area of the operational limits. Raises BadItem."""
-        self._publish(area_of(items, self._limits()))
+        self._port.publish(area_of(items, self._limits.message).replace(dst=self._port.imc_id))
 
     def clear(self, then: OnReply, now: float) -> None:
         """Forget the mission, and delete its plan if it came from here."""

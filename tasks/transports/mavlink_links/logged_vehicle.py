@@ -107,8 +107,8 @@ def _number(text: str) -> float:
 class LoggedPlans(PlanClient):
     """Refuses all requests, and finds plans among those that the log has told until now."""
 
-    def __init__(self, system: int) -> None:
-        super().__init__(lambda _: None, system)
+    def __init__(self, port: VehiclePort) -> None:
+        super().__init__(port)
         self._stored: dict[str, imc.PlanSpecification] = {}
 
     def learn(self, plan: imc.PlanSpecification) -> None:
@@ -249,7 +249,7 @@ class LoggedEndpoint(VehicleEndpoint):
         equipment: VehicleEquipment,
         warn: Callable[[str], object],
     ) -> None:
-        plans = LoggedPlans(port.imc_id)
+        plans = LoggedPlans(port)
         super().__init__(dialect, model, port, equipment, warn=warn, plans=plans, refusal=REFUSAL)
 
     def restart(self) -> None:

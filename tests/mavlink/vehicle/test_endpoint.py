@@ -35,6 +35,19 @@ def test_a_command_is_carried_out_and_acknowledged_to_its_sender(desk):
     assert (ack["command"], ack["result"], ack["target_system"], ack["target_component"]) == (176, ACCEPTED, 255, 190)
 
 
+def test_what_stands_before_the_port_later_gets_all_requests(desk):
+    """A fault, for example, that is put there while the vehicle runs."""
+    desk.locate()
+    desk.endpoint.update(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
+    caught = []
+    desk.publish = caught.append
+    desk.send("COMMAND_LONG", **OURS, command=176, **HOLD)
+    desk.send("COMMAND_LONG", **OURS, command=185, param1=1)
+    desk.send("MISSION_CLEAR_ALL", **OURS)
+    assert [type(message) for message in caught] == [imc.PlanControl, imc.Abort]
+    assert {message.dst for message in caught} == {desk.imc_id}
+
+
 def test_a_change_of_mode_is_shown_at_once(desk):
     desk.said()
     desk.endpoint.update(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
