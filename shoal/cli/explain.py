@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 from rich.console import Console
 
+from mavlink.vehicle.parameters import is_representable, parameter_ids
 from runtime.profile import Profile, Section, default_label, dune, load_profile, own_etc
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import OptionRow, TaskImportError, all_tasks, find_task
@@ -15,8 +16,6 @@ from shoal.cli.options import code_option, config_dir_option, modes_option, over
 from shoal.cli.tables import open_console, plain_table, sentence, task_of
 from support.diagnostics import Origin, Problem, ProfileError
 from support.text import printable, suggestion
-from tasks.transports.mavlink_protocol.names import identifiers
-from tasks.transports.mavlink_protocol.parameters import fits
 
 MAVLINK = "Transports.MAVLink"
 
@@ -101,7 +100,7 @@ def _mavlink_names(profile: Profile, section: str, rows: Iterable[OptionRow]) ->
         for row in rows
         if row.parameter and _is_shown(row, row.parameter, found)
     }
-    names = identifiers(pairs.values())
+    names = parameter_ids(pairs.values())
     return {option: names[pair] for option, pair in pairs.items()}
 
 
@@ -112,7 +111,7 @@ def _is_shown(row: OptionRow, parameter: Parameter, section: Section | None) -> 
     if editable in ("true", "false"):
         parameter = replace(parameter, editable=editable == "true")
     try:
-        return fits(parameter, parameter.parse(row.value))
+        return is_representable(parameter, parameter.parse(row.value))
     except ValueError:
         return False
 

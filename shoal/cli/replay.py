@@ -18,7 +18,7 @@ from shoal.cli.run import options, swim
 from shoal.logs.selection import choose
 from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
-from tasks.transports.mavlink_protocol.keys import usable_route
+from tasks.transports.mavlink_links.signing_keys import usable_link_url
 
 NAME = "replay"
 
@@ -124,7 +124,7 @@ def _show_to_stations(vehicle: Vehicle, links: tuple[str, ...], systems: list[st
         raise click.ClickException(f"--mavlink needs pip install 'shoal[{extra}]'")
     for link in links:
         try:
-            usable_route(link)
+            usable_link_url(link)
         except ValueError as error:
             raise click.UsageError(str(error)) from None
     options = {"Shown System": systems[0] if systems else ""} | ({"Links": ", ".join(links)} if links else {})

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable
 
-from mavlink import SYSTEMS, system_of
+from mavlink import SYSTEMS, parse_link_url, system_of
 from runtime.profile import Profile, split_list
 from runtime.vehicle import find_task
-from tasks.transports.mavlink_protocol.routes import parse_route
 
 STEP = 10  # ports between two vehicles: some tasks take the next free one of a few
 PORTS = ("Local Port", "Port", "Control Port")
@@ -35,7 +34,7 @@ def own_ports(profile: Profile, place: int) -> list[str]:
 def own_link(text: str, place: int) -> str:
     """A link of MAVLink, with another port if the vehicle listens there."""
     try:
-        route = parse_route(text)
+        route = parse_link_url(text)
     except ValueError:
         return text
     if not route.listens:

@@ -6,11 +6,11 @@ from pathlib import Path
 import imc
 from imc.addresses import OPERATORS
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
+from imc.schema import message_named
 from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
 from support.atomic_files import remove_file, write_file
 from support.file_errors import describe_os_error
-from tasks.transports.imc_links.message_list import message_named
 
 Op = imc.CacheControl.Op
 FORGET = "CacheControl CLEAR forgets it"

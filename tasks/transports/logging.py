@@ -6,11 +6,11 @@ from datetime import UTC, datetime
 import imc
 from imc.discovery import Services
 from imc.lsf import COMPRESSIONS, packed_schema
+from imc.schema import message_named
 from runtime import Entity, State, Task, consume, param
 from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
 from tasks.transports.imc_links.announcement import SYSTEM_TYPES, announcement
-from tasks.transports.imc_links.message_list import message_named
 from tasks.transports.log_folder import LogFolder, LogRemovedError, clean_label, line_of, synchronize, utc
 from tasks.transports.log_series import LogSeries
 

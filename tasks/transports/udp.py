@@ -6,6 +6,7 @@ from socket import socket
 import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
+from imc.schema import message_named
 from runtime import State, consume, param, periodic
 from runtime.networks import enable_refusals, refused_destinations
 from runtime.profile import split_list
@@ -13,7 +14,7 @@ from tasks.transports.imc_links.consoles import REPORTS, Consoles
 from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.gate import ANNOUNCE, NOT_LISTED, SPOOFED, Gate, sender
 from tasks.transports.imc_links.listening import ports_from, tell_opened
-from tasks.transports.imc_links.message_list import MessageList, message_named, parse_rate
+from tasks.transports.imc_links.message_list import MessageList, parse_rate
 from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, ON_THE_BUS, UNKNOWN, Drops, Peer, Peers
 from tasks.transports.imc_links.reach import Reach
 from tasks.transports.imc_links.reader import Reader

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
 import imc
+from imc.schema import message_named
 from runtime import Task, param
 from runtime.bus import Subscription
 from runtime.task import ParameterError
@@ -14,7 +15,6 @@ from tasks.transports.imc_links.message_list import (
     MessageList,
     known_entities,
     known_rate,
-    message_named,
     parse_entities,
     parse_rate,
 )
