@@ -26,7 +26,7 @@ COMMANDS = {
     "send": ("shoal.cli.send", "Send a message to a running vehicle."),
     "plan": ("shoal.cli.plan", "List, transfer, start and stop the plans of a running vehicle."),
     "param": ("shoal.cli.param", "Show, set and save the parameters of a running vehicle."),
-    "link": ("shoal.cli.link", "Find out why a vehicle is not heard, or does not hear us."),
+    "link": ("shoal.cli.link_diagnosis", "Find out why a vehicle is not heard, or does not hear us."),
     "abort": ("shoal.cli.abort", "Stop everything that a running vehicle does."),
     "log": ("shoal.cli.log", "Show, fetch, cut, merge, compare, repair and export logs."),
     "check": ("shoal.cli.check", "Check profiles for mistakes."),

@@ -12,8 +12,8 @@ from runtime.profile import Profile, Section, default_label, dune, load_profile,
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import OptionRow, TaskImportError, all_tasks, find_task
 from runtime.vehicle import explain as rows_of
-from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
-from shoal.cli.tables import open_console, plain_table, sentence, task_of
+from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, search_user_code
+from shoal.cli.tables import find_task_class, first_sentence, open_console, plain_table
 from support.diagnostics import Origin, Problem, ProfileError
 from support.text import printable, suggestion
 
@@ -39,7 +39,7 @@ def explain(
 
     Saved parameters (db/<vehicle>-saved.ini) are included; virtual runs ignore them.
     """
-    use_code(code, [profile])
+    search_user_code(code, [profile])
     console = open_console()
     try:
         loaded = load_profile(profile, config_dir, saved=Path("db"), overrides=overrides, strict=False)
@@ -51,7 +51,7 @@ def explain(
         for found in loaded.config.sorted_sections():
             try:
                 cls = find_task(found.name)
-                what = sentence(cls) if cls else _without_class(found)
+                what = first_sentence(cls) if cls else _without_class(found)
             except TaskImportError as error:
                 cls, what = Task, str(error)
             if selected and (cls is None or not loaded.enabled(found.name, selected)):
@@ -70,13 +70,13 @@ def _without_class(section: Section) -> str:
 
 
 def _explain_section(console: Console, profile: Profile, section: str) -> None:
-    cls = task_of(section)
+    cls = find_task_class(section)
     shared = shared_options(all_tasks([]).values(), section) if cls is None else {}
     if section not in profile.config.sections and cls is None and not shared:
         hint = suggestion(section, profile.config.sections)
         raise ProfileError([Problem("error", str(profile.path), 0, f"there is no section [{section}]", hint)])
     if cls is not None:
-        console.print(f"[bold]{section}[/]: {sentence(cls)}")
+        console.print(f"[bold]{section}[/]: {first_sentence(cls)}")
     rows = rows_of(profile, section, cls, shared)
     mavlink = _mavlink_names(profile, section, rows)
     table = plain_table("option", "value", "unit", *(["MAVLink"] if mavlink else []), "set by", "meaning")

@@ -21,7 +21,7 @@ from click.testing import CliRunner
 import imc
 from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
 from shoal.cli import main
-from shoal.fleet import Child, Keeper, Watch, noted
+from shoal.fleet import Child, FleetMonitor, Keeper, registered
 from tests.outside import children, until
 from tests.runtime.zenoh.processes import PATIENCE, REPOSITORY, Network, Process
 
@@ -301,7 +301,7 @@ def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_told(
     refused = CliRunner().invoke(main, ["fleet", str(file), "--log-dir", str(file)])
     assert refused.exit_code == 2
     assert f"no log can be written to {file}: " in refused.output
-    with noted(f"other-{network.local_port}"):
+    with registered(f"other-{network.local_port}"):
         stop = CliRunner().invoke(main, ["fleet", "stop", "nobody"])
     assert stop.exit_code == 2
     assert stop.output.startswith("Error: no fleet nobody runs; running: ")
@@ -309,7 +309,7 @@ def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_told(
 
 
 def test_errors_in_the_log_books_of_vehicles_are_told_once(network: Network) -> None:
-    watch = Watch({"Local Port": str(network.local_port)})
+    watch = FleetMonitor({"Local Port": str(network.local_port)})
     config = ZenohConfig(mode="client", local_port=network.local_port, scouting="none", vehicle="lauv-1")
     vehicle = ZenohTransport(config, lambda _: "lauv-1", lambda *_: "Logger", part=ProcessPart("lauv-1", 7, 1))
     vehicle.open(lambda _: None)
@@ -318,7 +318,7 @@ def test_errors_in_the_log_books_of_vehicles_are_told_once(network: Network) -> 
         entry = imc.LogBookEntry(src=7, type=kind, context="Transports.Logging", text=text)
         vehicle.send(entry, imc.encode(entry))
     told: list[tuple[str, str]] = []
-    until(lambda: told.extend(watch.errors()) or len(told) == 2)
+    until(lambda: told.extend(watch.new_errors()) or len(told) == 2)
     assert told == [("lauv-1", "Transports.Logging: disk full"), ("lauv-1", "Transports.Logging: off")]
     vehicle.close()
     watch.close()
@@ -330,4 +330,4 @@ def test_a_port_that_another_program_has_is_named() -> None:
         other.listen()
         port = other.getsockname()[1]
         with pytest.raises(ConnectionError, match=rf"no zenoh at port {port} .*another program has it"):
-            Watch({"Local Port": str(port)})
+            FleetMonitor({"Local Port": str(port)})
