@@ -5,10 +5,10 @@ import math
 import imc
 from autonomy.control import AXES, OperatorInput
 from runtime import param
-from tasks.control.remote_operation_task import Enable, Loops, RemoteOperationTask
+from tasks.control.remote_actions import Enable, Loops, RemoteActionsTask
 
 
-class RemoteOperation(RemoteOperationTask):
+class RemoteOperation(RemoteActionsTask):
     """Turns RemoteActions into thrust, heading rate, and pitch or depth, while the loop TELEOPERATION is enabled.
 
     Heading, Thrust and Pitch are axes; Accelerate, Decelerate and Stop change the thrust. With Pitch released the

@@ -13,7 +13,7 @@ Enable = imc.ControlLoops.Enable
 STEP = 0.1  # fraction of the largest thrust, for Accelerate and Decelerate
 
 
-class RemoteOperationTask(Task):
+class RemoteActionsTask(Task):
     """Turns RemoteActions into thrust and heading rate, while the loop TELEOPERATION is enabled.
 
     `axes` are offered to the operator; `loops` are enabled at the start. Everything goes to neutral if the operator
