@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import imc
-from runtime.faults import Biased, Crash, Fault, Faults, Silent, Source, Stuck
+from runtime.fault_injection import Biased, Crash, Fault, FaultInjector, PublishInterceptor, Silent, Stuck
 from shoal.missions import prepare
 from support.wgs84 import displace, displacement
 from world import read_world
@@ -215,7 +215,7 @@ class Wrong(Fault):
     def __str__(self) -> str:
         return f"{self.value:g}"
 
-    def begin(self, source: Source, number: int) -> Callable[[imc.Message], imc.Message]:
+    def begin(self, source: PublishInterceptor, number: int) -> Callable[[imc.Message], imc.Message]:
         told: set[object] = set()
 
         def lie(message: imc.Message) -> imc.Message:
@@ -257,7 +257,7 @@ def fly(seed: int) -> Flight:
                     faults.begin(name, fault)
 
         names = {task.name for task in vehicle.tasks}
-        faults = Faults(vehicle)
+        faults = FaultInjector(vehicle)
         start = imc.PlanControl(plan_id=mission.plan.plan_id, arg=mission.plan, request_id=1)
         vehicle.start()
         vehicle.kernel.after(READY, say, start)

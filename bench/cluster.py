@@ -21,7 +21,7 @@ from pathlib import Path
 
 import psutil
 
-from shoal.campaigns import DataSet, carry_out, is_finished, load_study
+from shoal.campaigns import CampaignResults, is_finished, load_study, run_study
 
 MOST, ROUNDS = 1.1, 2  # ratio
 SURVEY = Path(__file__).with_name("survey.study.yaml")
@@ -45,7 +45,7 @@ def compared(runs: int, place: Path, there: Cluster) -> int:
             started = time.perf_counter()
             study = load_study(SURVEY, runs=runs)
             folder = place / f"{engine}{number}"
-            rows[engine] = comparable(carry_out(study, folder, workers=2, on=there[0] if engine else ""))
+            rows[engine] = comparable(run_study(study, folder, workers=2, on=there[0] if engine else ""))
             took[engine].append(time.perf_counter() - started)
         assert rows["cluster"] == rows[""], "rows differ"
         print(f"{runs} runs: {took[''][-1]:.1f} s in two processes, {took['cluster'][-1]:.1f} s on two Dask workers")
@@ -54,8 +54,8 @@ def compared(runs: int, place: Path, there: Cluster) -> int:
     return 0 if ratio <= MOST else 1
 
 
-def comparable(data: DataSet) -> str:
-    return repr([{name: value for name, value in row.items() if name != "cpu"} for row in data.counted])
+def comparable(data: CampaignResults) -> str:
+    return repr([{name: value for name, value in row.items() if name != "cpu"} for row in data.counted_rows])
 
 
 def disturbed(runs: int, place: Path, there: Cluster) -> int:
@@ -65,16 +65,16 @@ def disturbed(runs: int, place: Path, there: Cluster) -> int:
     started = time.perf_counter()
     killer.start()
     try:
-        data = carry_out(load_study(SURVEY, runs=runs), place / "survey", on=there[0])
+        data = run_study(load_study(SURVEY, runs=runs), place / "survey", on=there[0])
     finally:
         over.set()
         killer.join()
     took = time.perf_counter() - started
     lines = journal.read_text().splitlines()[1:]
     times = Counter(record["run"] for line in lines if (record := json.loads(line[9:])).get("finished"))
-    finished = sum(map(is_finished, data.counted))
+    finished = sum(map(is_finished, data.counted_rows))
     once = set(times) == set(range(runs)) and max(times.values()) == 1
-    passed = sum(bool(row["passed"]) for row in data.counted)
+    passed = sum(bool(row["passed"]) for row in data.counted_rows)
     print(f"{count[0]} workers killed in {took / 60:.1f} min: {finished} of {runs} rows finished, "
           f"{'none' if once else 'some'} twice or missing, {passed} passed")  # fmt: skip
     return 0 if once and finished == runs and count[0] else 1

@@ -15,7 +15,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from shoal.campaigns import Job, Pool, StudyRunner, carry_out, is_finished, load_study
+from shoal.campaigns import Job, ProcessPool, StudyRunner, is_finished, load_study, run_study
 
 RUNS, MOST_GROWTH = 1000, 1.05  # of the memory, from the 100th run to the last
 KILL_PERIOD, KILLED_RUNS = 20.0, 120  # s
@@ -61,7 +61,7 @@ def many(folder: Path) -> bool:
     seen: dict[int, tuple[int, int]] = {}
     path = folder / "out.scenario.yaml"
     started = time.perf_counter()
-    with Pool(1, make=StudyRunner) as pool:
+    with ProcessPool(1, make_runner=StudyRunner) as pool:
         jobs = (Job(number, path, {"limit": "15 s"}, seed=number) for number in range(1, RUNS + 1))
         for job, result in pool.run(jobs):
             assert not result.error.startswith("not done"), result.error
@@ -84,22 +84,24 @@ def _look(pid: int) -> tuple[int, int]:
 def kills(folder: Path) -> bool:
     """The same campaign undisturbed, and with one of two processes killed every 20 s: equal rows, none twice."""
     study = load_study(folder / "out.study.yaml")
-    quiet = carry_out(study, folder / "quiet", workers=2)
+    quiet = run_study(study, folder / "quiet", workers=2)
     over, count = threading.Event(), [0]
     killer = threading.Thread(target=_kill, args=(over, count))
     killer.start()
     try:
-        disturbed = carry_out(study, folder / "disturbed", workers=2)
+        disturbed = run_study(study, folder / "disturbed", workers=2)
     finally:
         over.set()
         killer.join()
-    cut_short = [row["run"] for row in disturbed.counted if not is_finished(row)]
+    cut_short = [row["run"] for row in disturbed.counted_rows if not is_finished(row)]
     if cut_short:  # hit twice: the next start does them
         print(f"{len(cut_short)} runs were hit twice, and are done when the campaign is started again: {cut_short}")
-        disturbed = carry_out(study, folder / "disturbed", workers=2)
+        disturbed = run_study(study, folder / "disturbed", workers=2)
     lines = (folder / "disturbed" / "runs.journal").read_text().splitlines()[1:]
     times = Counter(record["run"] for line in lines if (record := json.loads(line[9:])).get("finished"))
-    bare = [[{key: row[key] for key in row if key != "cpu"} for row in data.counted] for data in (quiet, disturbed)]
+    bare = [
+        [{key: row[key] for key in row if key != "cpu"} for row in data.counted_rows] for data in (quiet, disturbed)
+    ]
     same = repr(bare[0]) == repr(bare[1])
     for one, other in zip(*bare, strict=True):
         for name in [name for name in one if repr(one[name]) != repr(other.get(name))]:

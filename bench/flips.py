@@ -51,11 +51,11 @@ def rows_of(log: imc.Log) -> dict[str, bytes]:
 
 def flips(path: Path, count: int, seed: int) -> Iterator[str]:
     """Try flips; what came of each: "equal", "reported" or "silent: ..."."""
-    chance, stamp = random.Random(seed), index_file.stamp_of(path)
+    chance, stamp = random.Random(seed), index_file.file_state(path)
     # A disk that loses bits changes neither the times nor, most often, the ends of a file.
-    with patch.object(index_file, "stamp_of", lambda _: stamp), patch("imc.lsf.log.WORTH_KEEPING", 1):
+    with patch.object(index_file, "file_state", lambda _: stamp), patch("imc.lsf.log.WORTH_KEEPING", 1):
         truth = rows_of(imc.Log(path))
-        (index,) = index_file.in_cache(path)
+        (index,) = index_file.path_in_cache(path)
         indexed = index.read_bytes()
         for number in range(count):
             index.write_bytes(indexed)

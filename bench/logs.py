@@ -21,7 +21,7 @@ from make_log import make
 
 import imc
 from imc.lsf import LsfWriter
-from imc.lsf.index_file import in_cache
+from imc.lsf.index_file import path_in_cache
 from imc.lsf.writer import BLOCK
 
 Run = Callable[[Path], object]
@@ -42,7 +42,7 @@ print(f"{peak()} MiB with the {rows.nbytes >> 20} MiB of EstimatedState")
 
 def forget(log: Path) -> None:
     """Remove the indices of both."""
-    for index in (*in_cache(log), log.with_suffix(".imcpy_idx")):
+    for index in (*path_in_cache(log), log.with_suffix(".imcpy_idx")):
         index.unlink(missing_ok=True)
 
 

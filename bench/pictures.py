@@ -15,7 +15,7 @@ from rich.console import Console
 from runtime.kernel import ScaledClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from shoal.cli.status import Status
+from shoal.cli.status_display import StatusDisplay
 from support.pose import Pose
 from world import Sun
 from world.optics import DoubleSphereCamera, FisheyeCamera, PinholeCamera, kannala_brandt, preset_lens
@@ -57,7 +57,7 @@ def draw_run(path: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         vehicle = build(profile, profile.select("Simulation"), clock=ScaledClock(20.0)).vehicle
-        with Status(vehicle, "lauv-noptilus-1 (Simulation)", None) as status:
+        with StatusDisplay(vehicle, "lauv-noptilus-1 (Simulation)", None) as status:
             vehicle.start()
             vehicle.run(SECONDS)
             status._refresh()

@@ -14,7 +14,7 @@ import imc
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from shoal.rendering import render
+from shoal.rendering import render_log
 
 LEAST_RATIO = 1.8
 SECONDS = 120.0  # of the vehicle
@@ -36,7 +36,7 @@ def measured(log: imc.Log, folder: Path, cameras: Path, processes: int) -> tuple
     """The number of pictures, and the seconds they took: by the clock, and of the busiest processor."""
     who = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN
     before, begin = [resource.getrusage(each) for each in who], time.perf_counter()
-    done = render(log, folder / "out", cameras=cameras, processes=processes)
+    done = render_log(log, folder / "out", cameras=cameras, processes=processes)
     seconds, after = time.perf_counter() - begin, [resource.getrusage(each) for each in who]
     shutil.rmtree(folder / "out")
     used = [b.ru_utime - a.ru_utime + b.ru_stime - a.ru_stime for a, b in zip(before, after, strict=True)]

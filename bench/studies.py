@@ -13,10 +13,10 @@ import time
 from functools import partial
 from pathlib import Path
 
-from shoal.campaigns import Job, Pool, StudyRunner, campaign_page, open_data_set
-from shoal.campaigns.dataset.dataset import JOURNAL
-from shoal.campaigns.dataset.journal import Journal
-from shoal.campaigns.jobs.rows import packed
+from shoal.campaigns import Job, ProcessPool, StudyRunner, campaign_html, open_results
+from shoal.campaigns.jobs.result_row import pack_track
+from shoal.campaigns.results.append_log import AppendLog
+from shoal.campaigns.results.store import JOURNAL
 from shoal.scenarios import load_document, run
 
 MOST_OVERHEAD, LEAST_SPEEDUP = 0.060, 1.9  # s, ratio
@@ -67,7 +67,7 @@ def workers(folder: Path) -> bool:
     """The same jobs by one worker and by two."""
     path, took = scenario(folder), {}
     for count in (1, 2):
-        with Pool(count, make=partial(StudyRunner)) as pool:
+        with ProcessPool(count, make_runner=partial(StudyRunner)) as pool:
             list(pool.run(Job(-key, path, seed=key) for key in range(1, count + 1)))  # the processes have started
             started = time.perf_counter()
             list(pool.run(Job(key, path, seed=key) for key in range(24)))
@@ -80,7 +80,7 @@ def report(folder: Path) -> bool:
     """The page of 10,000 runs with tracks."""
     write_rows(folder)
     started, cpu = time.perf_counter(), time.process_time()
-    page = campaign_page(open_data_set(folder), folder)
+    page = campaign_html(open_results(folder), folder)
     took, cpu = time.perf_counter() - started, time.process_time() - cpu
     size = len(page.encode())
     print(f"report of {ROWS} runs: {took:.1f} s, {cpu:.1f} s of CPU (at most {MOST_REPORT:.0f}), {size / 1e6:.1f} MB")
@@ -98,8 +98,8 @@ def write_rows(folder: Path) -> None:
     }
     about |= {"fixed": {}, "confidence": 0.95, "versions": ""}
     head = {"error": "", "reason": "", "warnings": "", "seconds": 600.0, "cpu": 1.0, "versions": "", "fingerprint": ""}
-    with Journal(folder / JOURNAL) as journal:
-        journal.add(about)
+    with AppendLog(folder / JOURNAL) as journal:
+        journal.append(about)
         for number in range(ROWS):
             values = [chance.random() for _ in names]
             far = 2.0 * values[0] + values[1] ** 2 + chance.gauss(0.0, 0.2)
@@ -111,8 +111,8 @@ def write_rows(folder: Path) -> None:
             row = {"run": number, "seed": number, "passed": far < 2.0, "margin": 2.0 - far, **head}
             row |= {f"values.{name}": value for name, value in zip(names, values, strict=True)}
             row |= {f"metrics.m{place}": far * place + chance.random() for place in range(METRICS)}
-            row |= {"margins.near": 2.0 - far, "verdicts.near": far < 2.0, "tracks.a": packed(track)}
-            journal.add(row)
+            row |= {"margins.near": 2.0 - far, "verdicts.near": far < 2.0, "tracks.a": pack_track(track)}
+            journal.append(row)
 
 
 if __name__ == "__main__":

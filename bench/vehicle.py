@@ -97,7 +97,7 @@ def memory(hours: float, mode: str) -> None:
     script = (
         "import resource, sys\n"
         "from pathlib import Path\n"
-        "from runtime.vehicle.assemble import build\n"
+        "from runtime.vehicle.builder import build\n"
         "from runtime.kernel.clock import VirtualClock\n"
         "from runtime.profile.profile import load_profile\n"
         f"profile = load_profile({PROFILE!r})\n"

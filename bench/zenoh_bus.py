@@ -27,7 +27,7 @@ import zenoh
 import imc
 from runtime.bus import Bus, Frame, Subscription
 from runtime.kernel import Kernel, WallClock
-from runtime.zenoh import Part, ZenohConfig, ZenohTransport
+from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -179,9 +179,9 @@ def bus_of(port: int, process: str) -> tuple[Kernel, Bus]:
     """The bus of one of two processes of a vehicle."""
     kernel = Kernel(WallClock())
     bus = Bus(kernel, SYSTEM)
-    bus.resume()
+    bus.release_backlog()
     config = ZenohConfig(local_port=port, scouting="none", vehicle="bench")
-    part = Part("bench", SYSTEM, 1 if process == "main" else 2, process)
+    part = ProcessPart("bench", SYSTEM, 1 if process == "main" else 2, process)
     transport = ZenohTransport(config, lambda _: "bench", lambda *_: "Navigation", part=part)
     bus.attach(transport)
     bus.frames = transport.frames
@@ -225,7 +225,7 @@ def send_bus(port: int, kind: str, seconds: float, ready: Callable[[], object]) 
         def share() -> None:
             nonlocal sent
             sent += 1
-            frames.share(Frame(time.monotonic(), "Front", sent, image))
+            frames.send(Frame(time.monotonic(), "Front", sent, image))
             time.sleep(0.0005)
 
         flat_out_frames(share, seconds)

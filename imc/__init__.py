@@ -13,12 +13,12 @@ from imc.codec import (
     packet_source,
     with_header,
 )
+from imc.dict_codec import from_dict, from_json
+from imc.encodability import Violation
 from imc.errors import DecodeError, EncodeError, SchemaError
-from imc.limits import validate
 from imc.lsf import Log
 from imc.message import Header, Message, Unknown
 from imc.messages import *
-from imc.plain import from_dict, from_json
 from imc.schema import (
     Enumeration,
     Field,
@@ -34,7 +34,7 @@ from imc.schema import (
     signature,
 )
 from imc.stream import Loss, StreamParser
-from imc.wire_check import Violation
+from imc.validation import validate
 
 __all__ = [
     "Codec",

@@ -7,7 +7,8 @@ from typing import Any, Literal, NamedTuple
 from fastcrc.crc16 import arc
 from msgspec.structs import force_setattr
 
-from imc.compiler import Passage, Reader, compile_passage, compile_reader, payload_size
+from imc.compiler import Passage, Reader, compile_reader, compile_round_trip, payload_size
+from imc.encodability import encoding_violations, first_violation
 from imc.errors import DecodeError, EncodeError
 from imc.layout import (
     ADDRESS,
@@ -22,7 +23,6 @@ from imc.layout import (
 )
 from imc.message import Header, Message, Unknown
 from imc.messages import BY_ID
-from imc.wire_check import first_problem, wire_violations
 
 ByteOrder = Literal["little", "big"]
 
@@ -140,7 +140,7 @@ class Codec:
         message = self._read_variable(data)
         return (message, data) if message is not None else (self._decode(data), first_packet(data))
 
-    def passage(self, kind: type[Message], encodes: bool) -> Passage:
+    def round_trip(self, kind: type[Message], encodes: bool) -> Passage:
         """A function (message of a class, the five values of its header) -> what a receiver of the packet decodes.
 
         With `encodes` it returns that and the packet. It raises what `Message.to_packet_as` raises.
@@ -151,10 +151,10 @@ class Codec:
         return found
 
     def _make_passage(self, kind: type[Message], encodes: bool) -> Passage:
-        if not self.makes(kind):
+        if not self.decodes_to(kind):
             return self._general(encodes)
         if not VARIABLE.intersection(kind.WIRE):
-            return compile_passage(kind, encodes, self._general(encodes))
+            return compile_round_trip(kind, encodes, self._general(encodes))
         read, at = self._readers["little"][kind.ID], OFFSETS["timestamp"]
 
         def passage(m: Message, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> Any:
@@ -176,7 +176,7 @@ class Codec:
 
         return passage
 
-    def makes(self, kind: type[Message]) -> bool:
+    def decodes_to(self, kind: type[Message]) -> bool:
         """Whether `decode` returns messages of this very class; other schemas have classes of their own."""
         try:
             return self._by_id(kind.ID) is kind
@@ -269,9 +269,9 @@ def _explained(message: Message, error: Exception) -> EncodeError:
     if isinstance(error, EncodeError):
         return error
     name = type(message).__name__
-    for violation in wire_violations(message, ADDRESS_FIELDS):
+    for violation in encoding_violations(message, ADDRESS_FIELDS):
         return EncodeError(f"{name}.{violation}")
-    problem = "nested too deeply" if isinstance(error, RecursionError) else first_problem(message)
+    problem = "nested too deeply" if isinstance(error, RecursionError) else first_violation(message)
     return EncodeError(f"{name}.{problem}" if problem else f"{name}: {error}")
 
 

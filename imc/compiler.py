@@ -94,7 +94,7 @@ def compile_packet(cls: "type[Message]", given_header: bool) -> Any:
     return _compile([*lines, "    return body + footer(arc(body))"], "packet", space)
 
 
-def compile_passage(cls: "type[Message]", encodes: bool, general: Passage) -> Passage:
+def compile_round_trip(cls: "type[Message]", encodes: bool, general: Passage) -> Passage:
     """For a class of fixed size: what `Codec.passage` returns. `general` does it for messages with surplus bytes."""
     prefix = "IH" if encodes else ""
     whole, seen = struct.Struct("<" + prefix + ADDRESS + cls.WIRE), struct.Struct("<" + ADDRESS + cls.WIRE)

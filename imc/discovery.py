@@ -151,13 +151,13 @@ class Services:
         return next((s.path[len(path) :] for s in self.each if s.scheme == scheme and s.path.startswith(path)), "")
 
 
-def targets(addresses: Iterable[str], ports: Iterable[int] = PORTS) -> tuple[Endpoint, ...]:
+def announce_targets(addresses: Iterable[str], ports: Iterable[int] = PORTS) -> tuple[Endpoint, ...]:
     """Where an Announce is sent: each port of each address, such as `LOOPBACK`, `MULTICAST`, `BROADCAST`."""
     ports = tuple(ports)
     return tuple(Endpoint(address, port) for address in dict.fromkeys(addresses) for port in ports)
 
 
-def readable_name(name: str) -> str:
+def displayable_name(name: str) -> str:
     """A name from the network as it can be shown: printable, without spaces at its ends, at most 64 characters."""
     shown = "".join(c for c in name[: 4 * LONGEST_NAME] if c.isprintable()).strip()
     return shown if len(shown) <= LONGEST_NAME else f"{shown[: LONGEST_NAME - 1]}…"

@@ -27,7 +27,7 @@ MOST_OF_ONE = 8  # of one system
 MOST_BYTES = 1 << 20
 
 
-def split(packet: bytes, limit: int, uid: int) -> list[MessagePart]:
+def split_packet(packet: bytes, limit: int, uid: int) -> list[MessagePart]:
     """The pieces of a packet, each a packet of at most `limit` bytes; `uid` numbers the messages of a sender.
 
     Raises EncodeError if there is no room for data in so little, or the packet takes more than 255 pieces.
@@ -44,7 +44,7 @@ def split(packet: bytes, limit: int, uid: int) -> list[MessagePart]:
 
 
 @dataclass(slots=True)
-class Incomplete:
+class IncompleteMessage:
     """A message of which pieces are missing: how many it has, and those that have arrived, since when (s)."""
 
     count: int
@@ -54,14 +54,14 @@ class Incomplete:
     size: int = 0
     asked: bool = False
 
-    def wanted(self) -> str:
+    def missing_parts(self) -> str:
         """The text of MessagePartControl that asks for the missing pieces: their numbers, or ! and the others."""
         missing = _listed(number for number in range(self.count) if number not in self.parts)
         present = "!" + _listed(sorted(self.parts))
         return min(missing, present, key=len)
 
 
-class Assembler:
+class FragmentAssembler:
     """Puts pieces together, by system and uid. What is never complete is forgotten, and so is what is too much.
 
     Counted: `counts`, by what became of messages and pieces; `given_up` is who lost messages, and why.
@@ -70,7 +70,7 @@ class Assembler:
     def __init__(self) -> None:
         self.counts: Counter[str] = Counter()
         self.given_up: dict[tuple[int, str], None] = {}
-        self._waiting: dict[tuple[int, int], Incomplete] = {}
+        self._waiting: dict[tuple[int, int], IncompleteMessage] = {}
         self._bytes = 0
 
     def __len__(self) -> int:
@@ -91,7 +91,7 @@ class Assembler:
             found = None
         if found is None:
             self._make_room(part.src)
-            found = self._waiting[key] = Incomplete(part.num_frags, now, part.dst)
+            found = self._waiting[key] = IncompleteMessage(part.num_frags, now, part.dst)
         if part.frag_number not in found.parts:
             found.parts[part.frag_number] = part.data
             found.size += len(part.data)
@@ -113,7 +113,7 @@ class Assembler:
         self.counts["complete"] += 1
         return with_header(whole, src=part.src, dst=part.dst)
 
-    def late(self, before: float) -> list[tuple[int, int, Incomplete]]:
+    def overdue(self, before: float) -> list[tuple[int, int, IncompleteMessage]]:
         """System, uid and message of those that began before a time (s), and were not asked for."""
         return [(*key, each) for key, each in self._waiting.items() if each.since < before and not each.asked]
 
@@ -138,7 +138,7 @@ class Assembler:
             self.given_up[key[0], why] = None
 
 
-def _continues(found: Incomplete, part: MessagePart) -> bool:
+def _continues(found: IncompleteMessage, part: MessagePart) -> bool:
     """Whether a piece belongs to a message; its uid may come again with another."""
     same = found.parts.get(part.frag_number, part.data) == part.data
     return same and (part.num_frags, part.dst) == (found.count, found.destination)

@@ -60,6 +60,6 @@ NUMPY = {"b": "i1", "B": "u1", "h": "i2", "H": "u2", "i": "i4", "I": "u4", "q": 
 """Letter of a number -> its NumPy type, without byte order."""
 
 
-def columns(fields: dict[str, str], order: str = "<") -> list[tuple[str, str]]:
+def numpy_columns(fields: dict[str, str], order: str = "<") -> list[tuple[str, str]]:
     """Fields (name -> struct letter) as the list of columns that `numpy.dtype` takes, in byte order "<" or ">"."""
     return [(name, order + NUMPY[code]) for name, code in fields.items()]

@@ -57,7 +57,7 @@ class Message(_Addressed, frozen=True, kw_only=True, repr_omit_defaults=True):
 
         Messages inside are such dictionaries without a header. `imc.from_dict` is the inverse.
         """
-        from imc.plain import to_dict  # imports this module
+        from imc.dict_codec import to_dict  # imports this module
 
         return to_dict(self)
 
@@ -67,7 +67,7 @@ class Message(_Addressed, frozen=True, kw_only=True, repr_omit_defaults=True):
         NaN and infinities are "nan", "inf", "-inf"; bytes are hexadecimal; text that is not UTF-8 is
         {"bytes": hexadecimal}. `imc.from_json` is the inverse.
         """
-        from imc.plain import to_json  # imports this module
+        from imc.dict_codec import to_json  # imports this module
 
         return to_json(self)
 

@@ -73,11 +73,11 @@ class StreamParser:
         return self._scan(bytes, final=True)
 
     @property
-    def unfinished(self) -> int | None:
+    def incomplete_offset(self) -> int | None:
         """Where in the stream the packet starts whose rest is waited for; None if none is."""
         return self._offset if self._waiting else None
 
-    def overtake_packets(self) -> list[bytes]:
+    def resync_packets(self) -> list[bytes]:
         """The packets behind the start of the unfinished one, not decoded, if there is any: that start was damaged.
 
         Without any it may be that of a large packet on a slow link, and is waited for further.

@@ -5,6 +5,7 @@ from mavlink.dialect import Dialect, Fields, load_dialect
 from mavlink.dialogues import DialogueTranslator
 from mavlink.frames import LONGEST_DATAGRAM, Received, StreamSplitter, encode, split
 from mavlink.from_imc import SYSTEMS, system_of
+from mavlink.link_url import SERIAL, LinkUrl, parse_link_url
 from mavlink.meanings import ENTITIES, Flight
 from mavlink.modes import (
     ARMED,
@@ -40,6 +41,7 @@ __all__ = [
     "GROUND_STATION",
     "KINDS",
     "LONGEST_DATAGRAM",
+    "SERIAL",
     "STANDARD_MODES",
     "STANDBY",
     "STATUS",
@@ -52,6 +54,7 @@ __all__ = [
     "Flavour",
     "Flight",
     "Kind",
+    "LinkUrl",
     "Mode",
     "Received",
     "Record",
@@ -73,6 +76,7 @@ __all__ = [
     "mode_of",
     "moving",
     "parse_key",
+    "parse_link_url",
     "read_key",
     "split",
     "system_of",

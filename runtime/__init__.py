@@ -15,11 +15,11 @@ from runtime.task import (
     param,
     periodic,
 )
-from support.diagnostics import Doubt
+from support.diagnostics import ConfigWarning
 
 __all__ = [
     "ActivationError",
-    "Doubt",
+    "ConfigWarning",
     "Entity",
     "Frame",
     "Inbox",

@@ -54,13 +54,13 @@ def interfaces() -> list[Interface]:
     return found or [Interface("lo", LOOPBACK, "")]
 
 
-def note_refusals(sender: socket.socket) -> None:
+def enable_refusals(sender: socket.socket) -> None:
     """Have a UDP socket remember who refuses its packets, where the system can; see `refusals`."""
     with suppress(OSError):
         sender.setsockopt(socket.IPPROTO_IP, RECEIVE_ERRORS, 1)
 
 
-def refusals(sender: socket.socket) -> Iterator[tuple[str, int]]:
+def refused_destinations(sender: socket.socket) -> Iterator[tuple[str, int]]:
     """The addresses and ports where nobody listens, as the computers there say of packets that were sent."""
     for _ in range(MOST_REFUSALS):
         try:

@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.bus import Frame
-from runtime.devices import Recording, Recordings
-from runtime.faults import Faults, Injection
+from runtime.devices import InputScript, ScriptedInputs
+from runtime.fault_injection import FaultInjector, Injection
 from runtime.kernel import SECOND, Clock, VirtualClock, nanoseconds
 from runtime.task import Parameter, Task
 from runtime.vehicle import Vehicle, section_name
@@ -92,7 +92,7 @@ def simulate(
     clock: Clock | None = None,
     settings: Mapping[str, Mapping[str, str]] | None = None,
     messages: imc.Schema | None = None,
-    stream: Recording | Mapping[str, Recording] | None = None,
+    stream: InputScript | Mapping[str, InputScript] | None = None,
     faults: Iterable[Injection] = (),
     **parameters: Any,
 ) -> Run:
@@ -125,7 +125,7 @@ def simulate(
             state_folder=Path(folder) / "db",
             messages=messages,
         )
-        vehicle.recordings = recordings = None if stream is None else Recordings(stream)
+        vehicle.recordings = recordings = None if stream is None else ScriptedInputs(stream)
         made: list[Task] = []
         try:
             given = [item if isinstance(item, tuple) else (item, parameters) for item in wanted]
@@ -140,9 +140,9 @@ def simulate(
             vehicle.start()
             for at, message, packet in fed:
                 vehicle.kernel.at(at, vehicle.bus.publish, message, packet, None)
-            broken = Faults(vehicle)
+            broken = FaultInjector(vehicle)
             for injection in faults:
-                broken.plan(replace(injection, task=injection.task or made[0].name))
+                broken.schedule(replace(injection, task=injection.task or made[0].name))
             if script is not None:
                 vehicle.kernel.soon(vehicle.daemon.run, script)
             if recordings is not None:

@@ -11,11 +11,11 @@ import pytest
 
 if TYPE_CHECKING:
     from runtime.vehicle import Vehicle
-    from shoal.campaigns import Outcome
+    from shoal.campaigns import ScenarioOutcome
     from shoal.scenarios import ScenarioResult
 
-SUFFIX = ".scenario.yaml"  # these are those of shoal.campaigns, which is slow to import
-DATA_SET = ("runs.journal", "runs.parquet")
+SCENARIO_SUFFIX = ".scenario.yaml"  # these are those of shoal.campaigns, which is slow to import
+RESULTS_FILES = ("runs.journal", "runs.parquet")
 
 
 class ScenarioFailed(Exception):
@@ -33,11 +33,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:
     """Leave out data sets of campaigns, with what searches have found, unless pytest was called with their path."""
-    return True if any((collection_path / name).is_file() for name in DATA_SET) else None
+    return True if any((collection_path / name).is_file() for name in RESULTS_FILES) else None
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioFile | None":
-    if not file_path.name.endswith(SUFFIX):
+    if not file_path.name.endswith(SCENARIO_SUFFIX):
         return None
     return ScenarioFile.from_parent(parent, path=file_path)  # pyright: ignore[reportUnknownMemberType]
 
@@ -46,7 +46,7 @@ class ScenarioFile(pytest.File):
     """A file with one scenario."""
 
     def collect(self) -> Iterable[pytest.Item]:
-        name = self.path.name.removesuffix(SUFFIX)
+        name = self.path.name.removesuffix(SCENARIO_SUFFIX)
         yield ScenarioItem.from_parent(self, name=name)  # pyright: ignore[reportUnknownMemberType]
 
 
@@ -92,7 +92,7 @@ class ScenarioRun:
         __tracebackhide__ = True
         path = self._request.path.parent / file
         outcome = _outcome(path, self._request.config, values or {}, seed, self._folder, log=log)
-        if outcome.is_wrong_use:
+        if outcome.is_unreadable:
             raise ScenarioFailed(outcome.result.error)
         _note(self._request.node, outcome)
         return outcome.result
@@ -133,39 +133,39 @@ def vehicle(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[Callabl
 
 
 def _search(config: pytest.Config) -> None:
-    from runtime.vehicle import search_code
+    from runtime.vehicle import add_task_folder
 
-    search_code(config.rootpath)
+    add_task_folder(config.rootpath)
 
 
 def _outcome(
     path: Path, config: pytest.Config, values: Mapping[str, object], seed: int | None, logs: Path, *, log: bool = False
-) -> "Outcome":
-    from shoal.campaigns import Job, Pool, log_again, run_jobs
+) -> "ScenarioOutcome":
+    from shoal.campaigns import Job, ProcessPool, rerun_with_logs, run_jobs
 
     _search(config)
     here = Path.cwd()
     path = path.relative_to(here) if path.is_relative_to(here) else path
     job = Job(path.name, path, values, seed, logs / Job(0, path).name if log else None)
-    with Pool(0) as pool:
+    with ProcessPool(0) as pool:
         [outcome] = run_jobs(pool, [job])
         if not outcome.result.passed and not log:
-            return next(log_again(pool, [outcome], logs), outcome)
+            return next(rerun_with_logs(pool, [outcome], logs), outcome)
         return outcome
 
 
-def _note(node: pytest.Item, outcome: "Outcome") -> None:
+def _note(node: pytest.Item, outcome: "ScenarioOutcome") -> None:
     """Tell the reports of pytest of metrics and warnings."""
-    from shoal.campaigns import warnings_of
+    from shoal.campaigns import warning_lines
 
     node.user_properties += list(outcome.result.metrics.items())
-    for words in warnings_of(outcome):
+    for words in warning_lines(outcome):
         node.warn(ScenarioWarning(f"{outcome.result.scenario}: {words}"))
 
 
-def _explanation(outcome: "Outcome") -> str:
-    from shoal.campaigns import details_of
+def _explanation(outcome: "ScenarioOutcome") -> str:
+    from shoal.campaigns import failure_details
 
     result = outcome.result
     logs = [f"log of {name}: {folder}" for name, folder in result.logs.items()]
-    return "\n".join([*details_of(result), *logs])
+    return "\n".join([*failure_details(result), *logs])

@@ -1,12 +1,46 @@
-"""Writes files and folders completely or not at all."""
+"""Writes files whole or not at all, also if the power fails in between."""
 
+import contextlib
+import errno
 import os
 import shutil
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from support.file_errors import naming
+from support.file_errors import naming_path
+
+PART = ".part"  # in place of its suffix, what a file is called while it is written
+
+
+def write_file(path: Path, data: bytes, mode: int | None = None) -> None:
+    """Replace the content of a file, which is on the disk afterwards; missing folders are made.
+
+    Whatever happens, the file has its old content or `data`. `mode` is its permissions, by default what the umask
+    leaves. Raises OSError that names the path, or that of the file beside it that is written first.
+    """
+    _make(path.parent)
+    part = path.with_suffix(PART)
+    try:
+        with naming_path(part), open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode or 0o666), "wb") as file:
+            if mode is not None:
+                os.chmod(part, mode)
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            part.unlink()
+        raise
+    _sync(path.parent)
+
+
+def remove_file(path: Path) -> None:
+    """Remove a file, if it is there, for good. Raises OSError that names the path."""
+    with contextlib.suppress(FileNotFoundError):
+        path.unlink()
+        _sync(path.parent)
 
 
 @contextmanager
@@ -19,7 +53,7 @@ def new_file(path: Path, force: bool = False) -> Generator[Path]:
     part = path.with_name(path.name + ".part")
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
-        with naming(path):
+        with naming_path(path):
             yield part
             os.replace(part, path)
     finally:
@@ -37,7 +71,7 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
     try:
-        with naming(path):
+        with naming_path(path):
             yield part
             if path.is_dir():
                 for file in part.iterdir():
@@ -48,6 +82,29 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
         shutil.rmtree(part, ignore_errors=True)
 
 
+def _make(folder: Path) -> None:
+    if not folder.is_dir():
+        _make(folder.parent)
+        folder.mkdir(exist_ok=True)
+        _sync(folder.parent)
+
+
+def _sync(folder: Path) -> None:
+    """Put the names in a folder on the disk, where the system can."""
+    if os.name != "posix":
+        return
+    with naming_path(folder):
+        try:
+            descriptor = os.open(folder, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+        except OSError as error:
+            if error.errno not in (errno.EINVAL, errno.ENOTSUP, errno.EACCES):  # network drives; not ours to read
+                raise
+
+
 def _refuse(path: Path, allowed: bool) -> None:
     if os.path.lexists(path) and not allowed:
-        raise FileExistsError(17, "already exists", str(path))
+        raise FileExistsError(errno.EEXIST, "already exists", str(path))

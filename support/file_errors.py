@@ -5,13 +5,13 @@ from collections.abc import Generator
 from contextlib import contextmanager
 
 
-def of_file(error: OSError, place: object = "") -> str:
+def describe_os_error(error: OSError, place: object = "") -> str:
     """A file and what is wrong with it, without the error number; `place` if the error names no file."""
     return ": ".join(str(part) for part in (error.filename or place, error.strerror or error) if part != "")
 
 
 @contextmanager
-def naming(path: object) -> Generator[None]:
+def naming_path(path: object) -> Generator[None]:
     """Adds the path that is being written to an error of the operating system without one, as that of a full disk.
 
     An error with two paths, of a copy, names the one that is read.

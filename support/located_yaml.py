@@ -1,5 +1,6 @@
 """Reads YAML into a tree with line numbers; the type of a value is chosen when it is read from the tree."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NoReturn, cast
@@ -12,6 +13,7 @@ _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DEEPEST = 16
 _MOST = 200_000  # nodes
 _LARGEST = 4 << 20  # bytes of a file
+_QUOTED = re.compile(r"'[^']*'" r'|"(?:[^"\\]|\\.)*"')
 _TYPES: Any = yaml.SafeLoader("")
 
 
@@ -121,11 +123,21 @@ def read_tree(text: str, file: str, error: type[ValueError] = ValueError) -> Nod
     try:
         return _tree(cast(Any, yaml).parse(text, Loader=_LOADER), file, error)
     except yaml.MarkedYAMLError as wrong:
-        line = wrong.problem_mark.line + 1 if wrong.problem_mark else 1
-        tab = "; indent with spaces, not tabs" if "cannot start any token" in str(wrong.problem) else ""
+        mark = wrong.problem_mark
+        line, place = (mark.line + 1, mark.index) if mark else (1, 0)
+        before = text[:place].rpartition("\n")[2]
+        if _brackets(before) > _DEEPEST:  # PyYAML reads ahead in a line, and has a limit of its own
+            raise error(f"{file}:{line}: nested too deeply") from wrong
+        tab = "; indent with spaces, not tabs" if text[place : place + 1] == "\t" and not before.strip() else ""
         raise error(f"{file}:{line}: not YAML: {wrong.problem}{tab}") from wrong
     except yaml.YAMLError as wrong:
         raise error(f"{file}: not YAML: {str(wrong).splitlines()[0]}") from wrong
+
+
+def _brackets(text: str) -> int:
+    """How many brackets are open at the end of a part of a line."""
+    unquoted = _QUOTED.sub("", text)
+    return sum((letter in "[{") - (letter in "]}") for letter in unquoted)  # integers
 
 
 def _tree(events: Iterator[yaml.Event], file: str, error: type[ValueError]) -> Node:

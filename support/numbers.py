@@ -1,4 +1,4 @@
-"""Numbers in files that people write."""
+"""Reads numbers in files that people write, and limits numbers."""
 
 
 def parse_number(text: str) -> int | float:
@@ -14,3 +14,8 @@ def parse_number(text: str) -> int | float:
     if value - value != 0.0:
         raise ValueError(f"{text!r} is not a number")
     return value
+
+
+def clamp(value: float, limit: float) -> float:
+    """The value, limited to between -`limit` and `limit`."""
+    return -limit if value < -limit else limit if value > limit else value

@@ -11,7 +11,7 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else _escape(c) for c in text)
 
 
-def nearest(word: str, words: Iterable[str]) -> str:
+def nearest_word(word: str, words: Iterable[str]) -> str:
     """The most similar of `words`, ignoring case; empty if none is close.
 
     Of names with a group, such as Simulators.IMU/AHRS, those of the same group are compared by what follows it.
@@ -30,12 +30,12 @@ def nearest(word: str, words: Iterable[str]) -> str:
     return candidates[found[0]] if found else ""
 
 
-def misspelled(word: str, words: Iterable[str]) -> str:
+def corrected_spelling(word: str, words: Iterable[str]) -> str:
     """The one of `words` that `word` is with at most two typing errors, one if it is short; else empty.
 
     A typing error is a letter that is missing, added, wrong or swapped with the next. Case does not count.
     """
-    near = nearest(word, words)
+    near = nearest_word(word, words)
     allowed = 2 if len(word) > 5 else 1
     return near if near and _typing_errors(word.strip().casefold(), near.casefold()) <= allowed else ""
 
@@ -58,12 +58,12 @@ def _typing_errors(a: str, b: str) -> int:
 def suggestion(word: str, words: Iterable[str]) -> str:
     """A hint with the nearest of `words`, or all of them if there are at most 12."""
     words = list(words)
-    if near := nearest(word, words):
+    if near := nearest_word(word, words):
         return f"did you mean {quoted(near)}?"
     return f"known: {', '.join(map(printable, words))}" if 0 < len(words) <= 12 else ""
 
 
-def hinted(reason: str, word: str, words: Iterable[str]) -> str:
+def with_suggestion(reason: str, word: str, words: Iterable[str]) -> str:
     """A reason, with the hint of `suggestion` in brackets if there is one."""
     hint = suggestion(word, words)
     return f"{reason} ({hint})" if hint else reason

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import imc
-from imc.coordinates import NOWHERE, StartPoint
+from imc.coordinates import NOWHERE, LocalOrigin
 from runtime import ParameterError, Task
 from support.pose import Pose
 from support.rotations import Vector
@@ -21,7 +21,7 @@ IMPOSSIBLE = "SimulatedState makes no sense"
 def world_of(task: Task) -> World:
     """The world that the profile describes, in [World]; the same for all tasks of a vehicle. Raises ParameterError."""
     try:
-        return task.vehicle.changes.shared(_read)
+        return task.vehicle.effective_config.shared(_read)
     except WorldError as error:
         raise ParameterError("World", str(error)) from None
 
@@ -97,13 +97,13 @@ class Chart:
 
     def __init__(self, origin: tuple[float, float] | None):
         self._origin = origin
-        self._start = StartPoint()
+        self._start = LocalOrigin()
         self._reference, self._offset = NOWHERE, (0.0, 0.0)
 
     def place(self, state: imc.EstimatedState | imc.SimulatedState) -> tuple[float, float]:
         """North and east (m) of the world's origin; the position of the state must be finite."""
         if self._origin is None:
-            self._start.follow(state)
+            self._start.update(state)
             return state.x - self._start.north, state.y - self._start.east
         if (state.lat, state.lon) != self._reference:
             self._reference = state.lat, state.lon

@@ -9,7 +9,7 @@ import pytest
 
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile, own_etc
-from runtime.vehicle import all_tasks, build, check, find_task, own_tasks
+from runtime.vehicle import all_tasks, build, check_profile, find_task, task_modules
 
 ROOT = Path(__file__).parent.parent
 TASKS = all_tasks()
@@ -40,7 +40,7 @@ def test_every_parameter_has_a_unit_and_a_sentence():
 @pytest.mark.parametrize("name", PROFILES)
 def test_every_profile_has_no_mistakes(name):
     profile = load_profile(name, [own_etc()])
-    assert check(profile, TASKS, None, find_task) == []
+    assert check_profile(profile, TASKS, None, find_task) == []
 
 
 @pytest.mark.parametrize("name", PROFILES)
@@ -67,7 +67,7 @@ def _imports(path):
 
 def test_tasks_never_import_tasks():
     tasks = {cls.__module__ for cls in TASKS.values()}
-    paths = {module: ROOT / (module.replace(".", "/") + ".py") for module in own_tasks().values()}
+    paths = {module: ROOT / (module.replace(".", "/") + ".py") for module in task_modules().values()}
     imported = {module: tasks & set(_imports(path)) - {module} for module, path in paths.items()}
     assert not any(imported.values()), imported
 
@@ -77,7 +77,7 @@ def test_the_core_install_imports_without_the_extras():
         "import sys\n"
         "for name in ('zenoh', 'pymavlink', 'PIL', 'cv2', 'serial', 'pyftpdlib', 'pynmeagps', 'pyubx2'):\n"
         "    sys.modules[name] = None\n"
-        "from runtime.vehicle.catalogue import all_tasks\n"
+        "from runtime.vehicle.task_registry import all_tasks\n"
         "import shoal.cli.run, shoal.cli.replay, shoal.cli.check, shoal.cli.tasks, runtime.zenoh\n"
         "assert len(all_tasks()) >= 9\n"
     )

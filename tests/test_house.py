@@ -10,9 +10,9 @@ from types import FunctionType
 import pytest
 
 from runtime.vehicle import all_tasks
+from support.packages import PACKAGES
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = ("imc", "mavlink", "runtime", "shoal", "support", "tasks", "world")
 SOURCES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 ROOMS = set(PACKAGES) | {
@@ -29,7 +29,7 @@ OPEN = {  # modules that are imported as they are
         "imc.fragments",
         "imc.layout",
         "imc.messages",
-        "imc.tuples",
+        "imc.tuple_list",
         "runtime.networks",
     ),
     "runtime.testing",
@@ -173,7 +173,9 @@ UNSTABLE = {
     "shuffle": "self.random",
     "default_rng": "self.random",
 }
-COMPUTING = [path for path in SOURCES if path.relative_to(ROOT).parts[0] in ("mavlink", "support", "tasks", "world")]
+COMPUTING = [
+    path for path in SOURCES if path.relative_to(ROOT).parts[0] in ("autonomy", "mavlink", "support", "tasks", "world")
+]
 COMPUTING += sorted((ROOT / "imc" / "coordinates").glob("*.py"))
 
 

@@ -1,14 +1,14 @@
 """Positions in messages, and patterns of parallel rows."""
 
-from imc.coordinates.local_origin import NOWHERE, StartPoint, absolute
-from imc.coordinates.row_pattern import rows, rows_of, spacing, swath
+from imc.coordinates.local_origin import NOWHERE, LocalOrigin, absolute
+from imc.coordinates.row_pattern import maneuver_corners, row_corners, sonar_row_spacing, swath_width
 
 __all__ = [
     "NOWHERE",
-    "StartPoint",
+    "LocalOrigin",
     "absolute",
-    "rows",
-    "rows_of",
-    "spacing",
-    "swath",
+    "maneuver_corners",
+    "row_corners",
+    "sonar_row_spacing",
+    "swath_width",
 ]

@@ -11,7 +11,7 @@ def absolute(state: EstimatedState) -> tuple[float, float, float]:
     return displace(state.lat, state.lon, state.height, state.x, state.y, state.z)
 
 
-class StartPoint:
+class LocalOrigin:
     """Where a vehicle was first seen: `north`, `east` (m) of the reference position of its latest state.
 
     A navigation filter may move the reference during a run (DUNE's does when far from it); the start does not move.
@@ -23,7 +23,7 @@ class StartPoint:
         self.north = self.east = 0.0
         self._reference: tuple[float, float] = NOWHERE
 
-    def follow(self, state: EstimatedState | SimulatedState) -> None:
+    def update(self, state: EstimatedState | SimulatedState) -> None:
         """Take the next state, whose position must be finite."""
         reference = state.lat, state.lon
         if not self.known or (self._reference == NOWHERE != reference):

@@ -10,7 +10,7 @@ SHORTEST = 1e-3  # m
 ROUNDING = 1e-9  # m; a sum of steps may exceed the width by this much
 
 
-def rows(
+def row_corners(
     *,
     bearing: float,
     cross_angle: float,
@@ -30,10 +30,12 @@ def rows(
     area during a step or, with `square`, after it. Lengths are in m, angles in rad. Raises ValueError if width, length
     or step is below 1 mm, or for more than 10 000 rows.
     """
-    return list(along_rows(bearing, cross_angle, width, length, lambda: step, overshoot, alternation, square, right))
+    return list(
+        iterate_row_corners(bearing, cross_angle, width, length, lambda: step, overshoot, alternation, square, right)
+    )
 
 
-def along_rows(
+def iterate_row_corners(
     bearing: float,
     cross_angle: float,
     width: float,
@@ -74,7 +76,9 @@ def along_rows(
         ahead, share = -ahead, 2.0 - share
 
 
-def rows_of(area: Rows | RowsCoverage, swath: Callable[[], float] | None = None) -> Iterator[tuple[float, float]]:
+def maneuver_corners(
+    area: Rows | RowsCoverage, swath: Callable[[], float] | None = None
+) -> Iterator[tuple[float, float]]:
     """North and east (m) of the corners of a maneuver, one by one. Raises ValueError like `rows`.
 
     The row spacing of RowsCoverage follows from its sonar, or is `swath()` before each step if that is less.
@@ -82,8 +86,8 @@ def rows_of(area: Rows | RowsCoverage, swath: Callable[[], float] | None = None)
     if isinstance(area, Rows):
         step, alternation = area.hstep, 0.01 * area.alternation
     else:
-        step, alternation = spacing(area.angaperture, area.range, area.overlap), 1.0
-    return along_rows(
+        step, alternation = sonar_row_spacing(area.angaperture, area.range, area.overlap), 1.0
+    return iterate_row_corners(
         bearing=area.bearing,
         cross_angle=area.cross_angle,
         width=area.width,
@@ -96,7 +100,7 @@ def rows_of(area: Rows | RowsCoverage, swath: Callable[[], float] | None = None)
     )
 
 
-def spacing(aperture: float, reach: float, overlap: float) -> float:
+def sonar_row_spacing(aperture: float, reach: float, overlap: float) -> float:
     """Row spacing (m) for a sonar: `aperture` (rad) of its fan, `reach` (m), `overlap` (%) of its swaths, as in DUNE.
 
     The fan points straight down, so at its range it covers 2 reach sin(aperture/2); without an aperture 2 reach. Each
@@ -106,6 +110,6 @@ def spacing(aperture: float, reach: float, overlap: float) -> float:
     return 2.0 * reach * covered * (1.0 - 0.005 * overlap)
 
 
-def swath(aperture: float, altitude: float, overlap: float) -> float:
+def swath_width(aperture: float, altitude: float, overlap: float) -> float:
     """Row spacing (m) at an `altitude` (m) above a flat bottom, of which the fan covers 2 altitude tan(aperture/2)."""
     return 2.0 * altitude * tan(0.5 * aperture) * (1.0 - 0.005 * overlap)

@@ -1,15 +1,15 @@
 """Logs on disk: reads messages, columns and tables, writes packets."""
 
-from imc.lsf.bytes import ReportShare, chunks
+from imc.lsf.byte_reader import ReportProgress, unpacked_chunks
+from imc.lsf.damage_list import DamageList
 from imc.lsf.definitions import packed_schema
-from imc.lsf.folder import SUFFIXES, find_log
+from imc.lsf.gzip_members import COMPRESSIONS, Compression, compress_member
 from imc.lsf.log import Log
-from imc.lsf.losses import Losses
-from imc.lsf.members import COMPRESSIONS, Compression, gzip_member
-from imc.lsf.members_ahead import Spread
+from imc.lsf.log_files import SUFFIXES, find_log
 from imc.lsf.neptus_index import read_neptus_index, write_neptus_index
-from imc.lsf.scanner import Batch, at_each, scan
-from imc.lsf.tracks import positions
+from imc.lsf.parallel_gunzip import ParallelMap
+from imc.lsf.position_columns import positions
+from imc.lsf.scanner import Batch, read_at_offsets, scan
 from imc.lsf.writer import LsfWriter
 
 __all__ = [
@@ -17,18 +17,18 @@ __all__ = [
     "SUFFIXES",
     "Batch",
     "Compression",
+    "DamageList",
     "Log",
-    "Losses",
     "LsfWriter",
-    "ReportShare",
-    "Spread",
-    "at_each",
-    "chunks",
+    "ParallelMap",
+    "ReportProgress",
+    "compress_member",
     "find_log",
-    "gzip_member",
     "packed_schema",
     "positions",
+    "read_at_offsets",
     "read_neptus_index",
     "scan",
+    "unpacked_chunks",
     "write_neptus_index",
 ]

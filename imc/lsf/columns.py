@@ -5,10 +5,10 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from imc.errors import DecodeError
-from imc.layout import ADDRESS_FIELDS, FOOTER_SIZE, NUMPY, OFFSETS, SMALLEST_PACKET, VARIABLE, columns
-from imc.lsf.index import Places
+from imc.layout import ADDRESS_FIELDS, FOOTER_SIZE, NUMPY, OFFSETS, SMALLEST_PACKET, VARIABLE, numpy_columns
+from imc.lsf.index import PacketPositions
 from imc.lsf.packet_reader import PacketReader
-from imc.lsf.scanner import Batch, Lose, at_each
+from imc.lsf.scanner import Batch, Lose, read_at_offsets
 from imc.message import Message
 from imc.schema import MessageType
 
@@ -26,7 +26,7 @@ def dtype_of(kind: MessageType, order: str = "<") -> "np.dtype[Any]":
     import numpy as np
 
     numbers = {f.attribute: code for f, code in zip(kind.fields, kind.wire, strict=True) if code in NUMPY}
-    return np.dtype(columns({**ADDRESS_FIELDS, **numbers}, order))
+    return np.dtype(numpy_columns({**ADDRESS_FIELDS, **numbers}, order))
 
 
 def smallest_payload(kind: MessageType) -> int:
@@ -34,7 +34,7 @@ def smallest_payload(kind: MessageType) -> int:
     return sum(2 if code in VARIABLE else struct.calcsize("<" + code) for code in kind.wire)
 
 
-def long_enough(kind: MessageType, places: Places, lose: Lose) -> Places:
+def without_short_packets(kind: MessageType, places: PacketPositions, lose: Lose) -> PacketPositions:
     """The packets whose payloads are not too short for the type; calls `lose` for the others."""
     import numpy as np
 
@@ -44,7 +44,7 @@ def long_enough(kind: MessageType, places: Places, lose: Lose) -> Places:
         return places
     for index in np.flatnonzero(~fits).tolist():
         _lose_short(kind, int(places.offsets[index]), int(sizes[index]), lose)
-    return places.having(fits)
+    return places.select(fits)
 
 
 class ColumnReader:
@@ -53,7 +53,7 @@ class ColumnReader:
     The packets must be `long_enough`. `whole` marks the rows that are whole messages; `lose` is called for the others.
     """
 
-    def __init__(self, kind: MessageType, places: Places, decode: Decode, lose: Lose):
+    def __init__(self, kind: MessageType, places: PacketPositions, decode: Decode, lose: Lose):
         import numpy as np
 
         self.kind = kind
@@ -86,7 +86,7 @@ class ColumnReader:
         if batch.big.any():
             for big in (False, True):
                 chosen = batch.big == big
-                self._fill(batch.having(chosen), rows, whole, np.flatnonzero(chosen), "<>"[big])
+                self._fill(batch.select(chosen), rows, whole, np.flatnonzero(chosen), "<>"[big])
         else:
             self._fill(batch, rows, whole, slice(None), "<")
         if self._fixed < len(self._codes):
@@ -109,7 +109,7 @@ class ColumnReader:
         if self._fixed == len(codes) and batch.rows is not None:
             rows.view("u1").reshape(rows.size, -1)[:] = batch.rows[:, _ROW_BEGINS : _ROW_BEGINS + front.itemsize]
             return
-        found = at_each(batch.data, batch.starts + _ROW_BEGINS, f"V{front.itemsize}")
+        found = read_at_offsets(batch.data, batch.starts + _ROW_BEGINS, f"V{front.itemsize}")
         if self._fixed == len(codes) and order == "<":
             rows.view(found.dtype)[chosen] = found
             return
@@ -127,9 +127,9 @@ class ColumnReader:
             # If a message has ended, read from its start, to stay inside the buffer; `whole` drops the row.
             place = np.where(good, at, batch.starts)
             if code in VARIABLE:
-                at = place + 2 + at_each(batch.data, place, order + "u2")
+                at = place + 2 + read_at_offsets(batch.data, place, order + "u2")
             else:
-                rows[field.attribute][chosen] = at_each(batch.data, place, order + NUMPY[code])
+                rows[field.attribute][chosen] = read_at_offsets(batch.data, place, order + NUMPY[code])
                 at = place + width
         whole[chosen] = good & (at <= behind)
 
@@ -155,9 +155,9 @@ class ColumnReader:
             _lose_short(self.kind, offset, len(packet) - SMALLEST_PACKET, self._lose)
 
 
-def fill_together(tables: Sequence[ColumnReader], reader: PacketReader) -> None:
+def read_tables(tables: Sequence[ColumnReader], reader: PacketReader) -> None:
     """Fill several tables in one pass over the log. Raises StaleIndex."""
-    for found in reader.windows([table.places for table in tables]):
+    for found in reader.read_together([table.places for table in tables]):
         for number, part, batch in found:
             tables[number].fill(part, batch)
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-def frame_of(kind: MessageType, rows: "NDArray[Any]", objects: Iterable[Message]) -> Any:
+def to_dataframe(kind: MessageType, rows: "NDArray[Any]", objects: Iterable[Message]) -> Any:
     """Header and all fields of the messages, in the order of the schema, by time (UTC).
 
     `rows` and `objects` are the same messages. Raises ImportError if pandas is not installed.

@@ -5,7 +5,7 @@ from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from imc.layout import SMALLEST_PACKET
-from imc.lsf.bytes import Members
+from imc.lsf.byte_reader import Members
 from imc.lsf.scanner import Batch
 from imc.stream import Loss
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 TOGETHER = 1 << 16  # packets sorted by type in one step
 
 
-class Places(NamedTuple):
+class PacketPositions(NamedTuple):
     """Packets of a log, one element for each, in the order of the log."""
 
     offsets: "NDArray[np.int64]"
@@ -29,9 +29,9 @@ class Places(NamedTuple):
         """Where the packets end in the log."""
         return self.offsets + (self.heads >> 16) + SMALLEST_PACKET
 
-    def having(self, chosen: Any) -> "Places":
+    def select(self, chosen: Any) -> "PacketPositions":
         """Only the packets chosen by a mask, a slice or an array of indices."""
-        return Places(self.offsets[chosen], self.heads[chosen], self.big[chosen])
+        return PacketPositions(self.offsets[chosen], self.heads[chosen], self.big[chosen])
 
 
 class TypeIndex(NamedTuple):
@@ -59,7 +59,7 @@ class LogIndex(NamedTuple):
         """How many packets of each id there are, by id."""
         return {number: self.types[number].total for number in sorted(self.types)}
 
-    def places(self, ids: Iterable[int] = ()) -> Places:
+    def places(self, ids: Iterable[int] = ()) -> PacketPositions:
         """The packets with these ids; all packets if no ids are given."""
         import numpy as np
 
@@ -68,13 +68,13 @@ class LogIndex(NamedTuple):
         if len(found) == 1:
             return found[0]
         if not found:
-            return Places(np.empty(0, np.int64), np.empty(0, np.uint32), np.empty(0, np.bool_))
+            return PacketPositions(np.empty(0, np.int64), np.empty(0, np.uint32), np.empty(0, np.bool_))
         offsets, heads, bigs = zip(*found, strict=True)
-        places = Places(np.concatenate(offsets), np.concatenate(heads), np.concatenate(bigs))
-        return places.having(np.argsort(places.offsets, kind="stable"))
+        places = PacketPositions(np.concatenate(offsets), np.concatenate(heads), np.concatenate(bigs))
+        return places.select(np.argsort(places.offsets, kind="stable"))
 
 
-def build(batches: Iterable[Batch]) -> dict[int, TypeIndex]:
+def build_index(batches: Iterable[Batch]) -> dict[int, TypeIndex]:
     """Where the packets are, by id."""
     import numpy as np
 
@@ -85,7 +85,7 @@ def build(batches: Iterable[Batch]) -> dict[int, TypeIndex]:
     for places in _joined(batches):
         ids = places.heads.astype(np.uint16)
         order = np.argsort(ids, kind="stable")
-        sorted_ids, sorted_places = ids[order], places.having(order)
+        sorted_ids, sorted_places = ids[order], places.select(order)
         begins = np.flatnonzero(sorted_ids[1:] != sorted_ids[:-1]) + 1
         all_sizes, all_bigs = (sorted_places.heads >> 16).astype(np.uint16), sorted_places.big.view(np.uint8)
         for begin, end in pairwise([0, *begins.tolist(), ids.size]):
@@ -105,17 +105,17 @@ def build(batches: Iterable[Batch]) -> dict[int, TypeIndex]:
     return types
 
 
-def _joined(batches: Iterable[Batch]) -> Iterator[Places]:
+def _joined(batches: Iterable[Batch]) -> Iterator[PacketPositions]:
     """Where the packets of the batches are, several batches at a time."""
     import numpy as np
 
-    waiting: list[Places] = []
+    waiting: list[PacketPositions] = []
     for batch in chain(batches, [None]):
         if batch is not None:
-            waiting.append(Places(batch.starts + batch.base, batch.heads, batch.big))
+            waiting.append(PacketPositions(batch.starts + batch.base, batch.heads, batch.big))
         if waiting and (batch is None or sum(places.offsets.size for places in waiting) >= TOGETHER):
             offsets, heads, bigs = zip(*waiting, strict=True)
-            yield Places(np.concatenate(offsets), np.concatenate(heads), np.concatenate(bigs))
+            yield PacketPositions(np.concatenate(offsets), np.concatenate(heads), np.concatenate(bigs))
             waiting = []
 
 
@@ -123,10 +123,10 @@ def _shortened(values: "NDArray[Any]") -> "NDArray[Any]":
     return values[:1].copy() if (values == values[0]).all() else values
 
 
-def _places(number: int, found: TypeIndex) -> Places:
+def _places(number: int, found: TypeIndex) -> PacketPositions:
     import numpy as np
 
     offsets = np.cumsum(found.steps, dtype=np.int64)
     heads = (found.sizes.astype(np.uint32) << 16 | number).astype(np.uint32, copy=False)
     big = found.big.astype(np.bool_)
-    return Places(offsets, np.broadcast_to(heads, offsets.shape), np.broadcast_to(big, offsets.shape))
+    return PacketPositions(offsets, np.broadcast_to(heads, offsets.shape), np.broadcast_to(big, offsets.shape))

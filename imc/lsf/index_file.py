@@ -13,10 +13,10 @@ import msgspec
 from fastcrc import crc32
 
 from imc.layout import SMALLEST_PACKET
-from imc.lsf.bytes import Members, ReportShare, chunks, compression_of
-from imc.lsf.index import LogIndex, TypeIndex, build
-from imc.lsf.losses import Losses
-from imc.lsf.members_ahead import Spread
+from imc.lsf.byte_reader import Members, ReportProgress, compression_of, unpacked_chunks
+from imc.lsf.damage_list import DamageList
+from imc.lsf.index import LogIndex, TypeIndex, build_index
+from imc.lsf.parallel_gunzip import ParallelMap
 from imc.lsf.scanner import Batch, scan
 from imc.stream import Loss
 
@@ -33,7 +33,7 @@ Number = Annotated[int, msgspec.Meta(ge=0, lt=1 << 48)]
 Id = Annotated[int, msgspec.Meta(ge=0, lt=1 << 16)]
 
 
-class Stamp(msgspec.Struct, frozen=True):
+class FileState(msgspec.Struct, frozen=True):
     """Identifies a state of a log file."""
 
     size: int
@@ -54,7 +54,7 @@ class _Type(msgspec.Struct, frozen=True):
 
 
 class _Head(msgspec.Struct, frozen=True):
-    stamp: Stamp
+    stamp: FileState
     sync: int
     crc: bool
     length: Number
@@ -64,46 +64,46 @@ class _Head(msgspec.Struct, frozen=True):
     members: list[tuple[Number, Number]]
 
 
-def stamp_of(path: Path) -> Stamp:
+def file_state(path: Path) -> FileState:
     """The state of a log file. Raises OSError."""
     with path.open("rb") as file:
         state = os.fstat(file.fileno())
         digest = hashlib.blake2b(file.read(ENDS), digest_size=16)
         file.seek(max(0, state.st_size - ENDS))
         digest.update(file.read(ENDS))
-    return Stamp(state.st_size, state.st_mtime_ns, state.st_ctime_ns, digest.digest())
+    return FileState(state.st_size, state.st_mtime_ns, state.st_ctime_ns, digest.digest())
 
 
-def index_of(
+def open_index(
     path: Path,
     sync: int,
     crc: bool,
     places: Sequence[Path],
     loaded: bool = True,
-    progress: ReportShare | None = None,
-    spread: Spread | None = None,
+    progress: ReportProgress | None = None,
+    spread: ParallelMap | None = None,
 ) -> LogIndex:
     """The index of a log: if `loaded`, one in `places` that matches the log's present state; else a new one.
 
     A new one is saved in the first of the places that can be written. Raises OSError if the log cannot be read.
     """
-    stamp = stamp_of(path)
-    index = load(places, stamp, sync, crc, packed=compression_of(path) is not None) if loaded else None
+    stamp = file_state(path)
+    index = read_index(places, stamp, sync, crc, packed=compression_of(path) is not None) if loaded else None
     if index is None:
         members: Members = []
-        lose = Losses()
+        lose = DamageList()
         length = 0
 
         def counted() -> Iterator[bytes]:
             nonlocal length
-            for chunk in chunks(path, lose, members, progress, spread):
+            for chunk in unpacked_chunks(path, lose, members, progress, spread):
                 length += len(chunk)
                 yield chunk
 
-        types = build(_limited(scan(counted(), sync, lose, crc), path))
+        types = build_index(_limited(scan(counted(), sync, lose, crc), path))
         index = LogIndex(types, lose.sorted(), members, crc, length)
-        if places and stamp_of(path) == stamp:
-            save(path, places, index, stamp, sync)
+        if places and file_state(path) == stamp:
+            write_index(path, places, index, stamp, sync)
     return index
 
 
@@ -122,7 +122,7 @@ def has_index(path: Path, places: Sequence[Path]) -> bool:
     return any(place.is_file() and place.stat().st_mtime_ns >= changed for place in places)
 
 
-def beside(log: Path) -> Path:
+def path_beside(log: Path) -> Path:
     """Where the index of a log is if it is kept beside it."""
     return log.with_name(log.name + SUFFIX)
 
@@ -133,7 +133,7 @@ def _cache() -> Path:
     return (Path(folder) if os.path.isabs(folder) else Path.home() / ".cache") / "shoal" / "logs"
 
 
-def in_cache(log: Path) -> list[Path]:
+def path_in_cache(log: Path) -> list[Path]:
     """Where the index of a log is in the user's cache; nowhere if the user has no home."""
     try:
         cache = _cache()
@@ -163,7 +163,7 @@ def _write(path: Path, parts: Iterable[bytes | memoryview]) -> None:
         waiting.unlink(missing_ok=True)
 
 
-def load(places: Sequence[Path], stamp: Stamp, sync: int, crc: bool, *, packed: bool) -> LogIndex | None:
+def read_index(places: Sequence[Path], stamp: FileState, sync: int, crc: bool, *, packed: bool) -> LogIndex | None:
     """The index on disk of a log in this state; None if it is missing, damaged or of another state."""
     for place in places:
         try:
@@ -178,7 +178,7 @@ def load(places: Sequence[Path], stamp: Stamp, sync: int, crc: bool, *, packed: 
     return None
 
 
-def save(log: Path, places: Sequence[Path], index: LogIndex, stamp: Stamp, sync: int) -> Path | None:
+def write_index(log: Path, places: Sequence[Path], index: LogIndex, stamp: FileState, sync: int) -> Path | None:
     """Write the index of a log in this state, and return its path; None if it cannot be written.
 
     In the cache, the oldest indices make room for it.
@@ -210,7 +210,7 @@ def _make_room(cache: Path) -> None:
             file.unlink(missing_ok=True)
 
 
-def _encode(index: LogIndex, stamp: Stamp, sync: int, key: bytes) -> list[bytes | memoryview]:
+def _encode(index: LogIndex, stamp: FileState, sync: int, key: bytes) -> list[bytes | memoryview]:
     types: list[_Type] = []
     parts: list[bytes | memoryview] = []
     for number, found in index.types.items():

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, Unpack
 from fastcrc.crc16 import arc
 
 from imc.errors import DecodeError
-from imc.lsf.bytes import ReportShare, chunks, open_reader
-from imc.lsf.columns import ColumnReader, fill_together, long_enough
-from imc.lsf.dataframe import frame_of
-from imc.lsf.folder import find_log, find_schema
-from imc.lsf.index import LogIndex, Places
-from imc.lsf.losses import Losses
-from imc.lsf.members_ahead import Spread
+from imc.lsf.byte_reader import ReportProgress, open_reader, unpacked_chunks
+from imc.lsf.columns import ColumnReader, read_tables, without_short_packets
+from imc.lsf.damage_list import DamageList
+from imc.lsf.dataframe import to_dataframe
+from imc.lsf.index import LogIndex, PacketPositions
+from imc.lsf.log_files import find_log, find_schema
 from imc.lsf.packet_reader import PacketReader, StaleIndex
+from imc.lsf.parallel_gunzip import ParallelMap
+from imc.lsf.position_columns import positions
 from imc.lsf.scanner import Batch, scan
-from imc.lsf.selection import Conditions, Objects, Where, entity_labels, having, select
-from imc.lsf.tracks import positions
+from imc.lsf.selection import Conditions, HeaderFilter, MessageSequence, entity_labels, keys_with_name, select
 from imc.lsf.writer import BLOCK, LsfWriter
 from imc.message import Message
 from imc.schema import Schema
@@ -71,14 +71,14 @@ class Log:
         *,
         crc: bool = True,
         keep_index: bool | Literal["beside"] = True,
-        spread: Spread | None = None,
+        spread: ParallelMap | None = None,
     ):
         self.path = find_log(Path(path))
         self.schema, self.schema_source = (schema, None) if schema else find_schema(self.path)
         self._crc = crc
         self._keep_index = keep_index
         self.spread = spread
-        self._lose = Losses()
+        self._lose = DamageList()
         self._indexed: tuple[tuple[int, ...], LogIndex] | None = None
         self._whole: dict[int, NDArray[np.bool_]] = {}
         self._names: dict[str, dict[Any, str]] = {}
@@ -110,7 +110,7 @@ class Log:
 
     def batches(self) -> Iterator[Batch]:
         """The packets in the order of the file, many at a time, as arrays of their places and headers."""
-        return scan(chunks(self.path, self._lose, spread=self.spread), self.schema.sync, self._lose, self._crc)
+        return scan(unpacked_chunks(self.path, self._lose, spread=self.spread), self.schema.sync, self._lose, self._crc)
 
     def packets(self) -> Iterator[tuple[int, bytes]]:
         """Offset in the unpacked stream, and bytes, of each packet."""
@@ -130,7 +130,7 @@ class Log:
 
         conditions = self._meaning(where)
 
-        def find() -> "tuple[Places, NDArray[Any]]":
+        def find() -> "tuple[PacketPositions, NDArray[Any]]":
             with self._reader() as reader:
                 places = select(self.index().places(self._ids(kinds)), conditions, reader)
                 times = [np.empty(0), *(batch.times() for batch in reader.batches(places))]
@@ -140,7 +140,7 @@ class Log:
         with self._reader() as reader:
             for begin in range(0, order.size, SORTED_TOGETHER):
                 part = order[begin : begin + SORTED_TOGETHER]
-                batches = reader.batches(places.having(np.sort(part)))
+                batches = reader.batches(places.select(np.sort(part)))
                 packets = [item for batch in batches for item in batch.packets()]
                 ranks: list[int] = np.argsort(np.argsort(part)).tolist()
                 yield from self._decode_all(packets[rank] for rank in ranks)
@@ -153,7 +153,7 @@ class Log:
         """
         rows = self._rows(kind)
         conditions = self._meaning(where)
-        return rows if conditions.everything else rows[conditions.of_rows(rows)]
+        return rows if conditions.everything else rows[conditions.row_mask(rows)]
 
     def arrays(self, *kinds: Kind) -> "dict[str, NDArray[Any]]":
         """By name, the `array` of each of the types, or of all in the log; the log is read once."""
@@ -163,21 +163,21 @@ class Log:
             names = [_name(kind) for kind in kinds] or [known[n].abbrev for n in self.index().counts() if n in known]
             tables = [self._table(name) for name in names]
             with self._reader() as reader:
-                fill_together(tables, reader)
+                read_tables(tables, reader)
             return tables
 
         tables = self._with_true_index(read)
         self._whole |= {table.kind.id: table.whole for table in tables}
         return {table.kind.abbrev: table.result() for table in tables}
 
-    def objects(self, kind: Kind, **where: Unpack[Conditions]) -> Objects:
+    def objects(self, kind: Kind, **where: Unpack[Conditions]) -> MessageSequence:
         """The messages of a type as a sequence that decodes on access; number i is row i of `array`."""
         self._ids((kind,))
         meaning = self._meaning(where)
-        return Objects(self.path, lambda: self._places(kind, meaning), self._reader, self._decode)
+        return MessageSequence(self.path, lambda: self._places(kind, meaning), self._reader, self._decode)
 
     def positions(self, kind: Kind = "EstimatedState", **where: Unpack[Conditions]) -> "NDArray[Any]":
-        """The positions in the messages of a type, displaced by their offsets: see `imc.lsf.tracks.positions`."""
+        """The positions in the messages of a type, displaced by their offsets: see `imc.lsf.positions`."""
         return positions(self.array(kind, **where))
 
     def to_pandas(self, kind: Kind, **where: Unpack[Conditions]) -> Any:
@@ -186,8 +186,8 @@ class Log:
         Raises ImportError if pandas is not installed.
         """
         rows, conditions = self._rows(kind), self._meaning(where)
-        frame = frame_of(self.schema.types[_name(kind)], rows, self.objects(kind))
-        return frame if conditions.everything else frame[conditions.of_rows(rows)]
+        frame = to_dataframe(self.schema.types[_name(kind)], rows, self.objects(kind))
+        return frame if conditions.everything else frame[conditions.row_mask(rows)]
 
     @property
     def entities(self) -> dict[tuple[int, int], str]:
@@ -206,16 +206,16 @@ class Log:
             self._names["systems"] = {m.src: str(getattr(m, "sys_name", "")) for m in found}
         return self._names["systems"]
 
-    def index(self, progress: ReportShare | None = None) -> LogIndex:
+    def index(self, progress: ReportProgress | None = None) -> LogIndex:
         """Where the packets are. Reads the log if there is no index of its present state.
 
         progress: called now and then with the share that has been read, 0 to 1.
         """
         return self._index(progress, loaded=True)
 
-    def _index(self, progress: ReportShare | None = None, *, loaded: bool) -> LogIndex:
+    def _index(self, progress: ReportProgress | None = None, *, loaded: bool) -> LogIndex:
         """The index; if it is not `loaded` from disk, the log is read."""
-        from imc.lsf.index_file import index_of
+        from imc.lsf.index_file import open_index
 
         state = self.path.stat()
         now = (state.st_size, state.st_mtime_ns, state.st_ctime_ns)
@@ -223,8 +223,8 @@ class Log:
             self._whole.clear()
             self._names.clear()
             places = self._index_places() if now[0] >= WORTH_KEEPING else []
-            found = index_of(self.path, self.schema.sync, self._crc, places, loaded, progress, self.spread)
-            self._lose = Losses(found.losses if self._indexed else [*self.losses, *found.losses])
+            found = open_index(self.path, self.schema.sync, self._crc, places, loaded, progress, self.spread)
+            self._lose = DamageList(found.losses if self._indexed else [*self.losses, *found.losses])
             self._indexed = now, found
         return self._indexed[1]
 
@@ -241,11 +241,11 @@ class Log:
         return PacketReader(self.path, reader, self.schema.sync, self._crc)
 
     def _index_places(self) -> list[Path]:
-        from imc.lsf.index_file import beside, in_cache
+        from imc.lsf.index_file import path_beside, path_in_cache
 
         if not self._keep_index:
             return []
-        return [*([beside(self.path)] if self._keep_index == "beside" else []), *in_cache(self.path)]
+        return [*([path_beside(self.path)] if self._keep_index == "beside" else []), *path_in_cache(self.path)]
 
     def _ids(self, kinds: Iterable[Kind]) -> frozenset[int]:
         return frozenset(self.schema.types[_name(kind)].id for kind in kinds)
@@ -268,12 +268,12 @@ class Log:
                 yield from self._indexed_batches(ids, begin)
             return
         for batch in self.batches():
-            yield batch.having(np.isin(batch.heads & 0xFFFF, list(ids))) if ids else batch
+            yield batch.select(np.isin(batch.heads & 0xFFFF, list(ids))) if ids else batch
 
     def _indexed_batches(self, ids: frozenset[int], begin: int) -> Iterator[Batch]:
         places = self.index().places(ids)
         with self._reader() as reader:
-            yield from reader.batches(places.having(places.offsets >= begin))
+            yield from reader.batches(places.select(places.offsets >= begin))
 
     def _index_at_hand(self) -> LogIndex | None:
         """The index, if it already exists."""
@@ -283,9 +283,11 @@ class Log:
             return self.index()
         return None
 
-    def _decoded(self, ids: frozenset[int], where: Where) -> Iterator[Message]:
+    def _decoded(self, ids: frozenset[int], where: HeaderFilter) -> Iterator[Message]:
         for batch in self._batches(ids):
-            yield from self._decode_all((batch if where.everything else batch.having(where.of_batch(batch))).packets())
+            yield from self._decode_all(
+                (batch if where.everything else batch.select(where.batch_mask(batch))).packets()
+            )
 
     def _decode_all(self, packets: Iterable[tuple[int, bytes]]) -> Iterator[Message]:
         decode = self.schema.codec.decode if self._crc else self._decode
@@ -305,7 +307,7 @@ class Log:
 
     def _table(self, kind: Kind) -> ColumnReader:
         found = self.schema.types[_name(kind)]
-        places = long_enough(found, self.index().places((found.id,)), self._lose)
+        places = without_short_packets(found, self.index().places((found.id,)), self._lose)
         return ColumnReader(found, places, self._decode, self._lose)
 
     def _rows(self, kind: Kind) -> "NDArray[Any]":
@@ -318,25 +320,27 @@ class Log:
 
         return self._with_true_index(read)
 
-    def _places(self, kind: Kind, where: Where) -> Places:
+    def _places(self, kind: Kind, where: HeaderFilter) -> PacketPositions:
         """The packets that are rows of `array`."""
         found = self.schema.types[_name(kind)]
         self.index()
         if found.id not in self._whole:
             self._rows(kind)  # also checks the index, so that the messages cannot become fewer
-        places = long_enough(found, self.index().places((found.id,)), self._lose)
+        places = without_short_packets(found, self.index().places((found.id,)), self._lose)
         with self._reader() as reader:
-            return select(places.having(self._whole[found.id]), where, reader)
+            return select(places.select(self._whole[found.id]), where, reader)
 
-    def _meaning(self, where: Conditions) -> Where:
+    def _meaning(self, where: Conditions) -> HeaderFilter:
         """The conditions, with names replaced by ids. Raises KeyError."""
         src, entity = where.get("src"), where.get("entity")
         sources, entities = None, None
         if src is not None:
-            sources = frozenset((src,) if isinstance(src, int) else having(self.systems, src))
+            sources = frozenset((src,) if isinstance(src, int) else keys_with_name(self.systems, src))
         if entity is not None:
-            entities = frozenset(((None, entity),) if isinstance(entity, int) else having(self.entities, entity))
-        return Where(where.get("start"), where.get("end"), sources, entities)
+            entities = frozenset(
+                ((None, entity),) if isinstance(entity, int) else keys_with_name(self.entities, entity)
+            )
+        return HeaderFilter(where.get("start"), where.get("end"), sources, entities)
 
 
 def _name(kind: Kind) -> str:

@@ -9,10 +9,10 @@ from typing import Any, Self
 from fastcrc.crc16 import arc
 
 from imc.layout import LARGEST_PACKET
-from imc.lsf.bytes import ByteReader
-from imc.lsf.crc import PERIOD
-from imc.lsf.index import Places
-from imc.lsf.scanner import Batch, at_each, crc_right
+from imc.lsf.byte_reader import ByteReader
+from imc.lsf.index import PacketPositions
+from imc.lsf.range_crc import PERIOD
+from imc.lsf.scanner import Batch, has_valid_crc, read_at_offsets
 
 WINDOW = 1 << 20  # bytes read at a time
 GAP = 1 << 16  # bytes; larger gaps between packets are not read
@@ -45,7 +45,7 @@ class PacketReader:
     def __exit__(self, *error: object) -> None:
         self._reader.__exit__(*error)
 
-    def batches(self, places: Places) -> Iterator[Batch]:
+    def batches(self, places: PacketPositions) -> Iterator[Batch]:
         """The packets with their bytes, read in parts."""
         import numpy as np
 
@@ -55,11 +55,11 @@ class PacketReader:
             while first < last:
                 base = int(places.offsets[first])
                 behind = min(last, max(first + 1, int(np.searchsorted(places.offsets, base + WINDOW))))
-                part = places.having(slice(first, behind))
+                part = places.select(slice(first, behind))
                 yield self._batch(part, base, self._reader.read(base, int(ends[behind - 1])))
                 first = behind
 
-    def windows(self, tables: list[Places]) -> Iterator[list[tuple[int, slice, Batch]]]:
+    def read_together(self, tables: list[PacketPositions]) -> Iterator[list[tuple[int, slice, Batch]]]:
         """The packets of several tables in one pass: number of the table, part of it, and the packets of that part."""
         import numpy as np
 
@@ -71,10 +71,10 @@ class PacketReader:
             for number, (places, all_of) in enumerate(zip(tables, windows, strict=True)):
                 part = slice(*np.searchsorted(all_of, (window, window + 1)).tolist())
                 if part.start < part.stop:
-                    found.append((number, part, self._batch(places.having(part), base, data)))
+                    found.append((number, part, self._batch(places.select(part), base, data)))
             yield found
 
-    def _batch(self, places: Places, base: int, data: Any) -> Batch:
+    def _batch(self, places: PacketPositions, base: int, data: Any) -> Batch:
         import numpy as np
 
         starts, ends = places.offsets - base, places.ends - base
@@ -97,11 +97,11 @@ class PacketReader:
         if batch.rows is not None:
             found = np.ndarray(batch.starts.shape, "<u8", batch.rows, 0, batch.rows.strides[:1])
             return found & 0xFFFF_FFFF_FFFF == int(batch.heads[0]) << 16 | self._sync
-        found = at_each(batch.data, batch.starts, "<u8") & 0xFFFF_FFFF_FFFF
+        found = read_at_offsets(batch.data, batch.starts, "<u8") & 0xFFFF_FFFF_FFFF
         right = found == (batch.heads.astype(np.uint64) << 16 | self._sync)
         if batch.big.any():
             heads = batch.heads[batch.big].astype(np.uint64)
-            found = at_each(batch.data, batch.starts[batch.big], ">u8") >> 16
+            found = read_at_offsets(batch.data, batch.starts[batch.big], ">u8") >> 16
             right[batch.big] = found == self._sync << 32 | (heads & 0xFFFF) << 16 | heads >> 16
         return right
 
@@ -112,7 +112,7 @@ def _first_wrong_crc(batch: Batch) -> int | None:
     count = batch.starts.size
     if batch.big.any():
         cuts = zip(batch.starts.tolist(), batch.ends.tolist(), batch.big.tolist(), strict=True)
-        return next((n for n, (a, b, big) in enumerate(cuts) if not crc_right(bytes(batch.data[a:b]), big)), None)
+        return next((n for n, (a, b, big) in enumerate(cuts) if not has_valid_crc(bytes(batch.data[a:b]), big)), None)
     if batch.rows is not None:
         size, rows = batch.rows.shape[1], batch.rows.data.cast("B")
         together = max(1, min(GROUP, PERIOD // size))  # within a period, equal damage to two packets cannot cancel
@@ -127,7 +127,7 @@ def _first_wrong_crc(batch: Batch) -> int | None:
 
 def _side_by_side(batch: Batch) -> Any:
     size = int(batch.ends[0] - batch.starts[0])
-    return at_each(batch.data, batch.starts, f"V{size}").view("u1").reshape(-1, size)
+    return read_at_offsets(batch.data, batch.starts, f"V{size}").view("u1").reshape(-1, size)
 
 
 def _equal(heads: Any) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from fastcrc.crc16 import arc
 
 from imc.layout import ADDRESS_FIELDS, NUMPY, OFFSETS, SMALLEST_PACKET
-from imc.lsf.crc import overlapping_right
+from imc.lsf.range_crc import valid_crcs
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,7 +48,7 @@ class Batch(NamedTuple):
         cuts = map(slice, starts, self.ends.tolist())
         return zip(map(self.base.__add__, starts), map(data.__getitem__, cuts), strict=True)
 
-    def having(self, mask: "NDArray[np.bool_]") -> "Batch":
+    def select(self, mask: "NDArray[np.bool_]") -> "Batch":
         """Only the packets for which `mask` is true."""
         arrays = self.starts[mask], self.ends[mask], self.heads[mask], self.big[mask]
         return Batch(self.base, self.data, *arrays)
@@ -60,13 +60,13 @@ class Batch(NamedTuple):
     def header_values(self, name: str) -> "NDArray[Any]":
         """A field of each packet's header (a name of `imc.layout.ADDRESS_FIELDS`)."""
         offset, kind = OFFSETS[name], NUMPY[ADDRESS_FIELDS[name]]
-        found = at_each(self.data, self.starts + offset, "<" + kind)
+        found = read_at_offsets(self.data, self.starts + offset, "<" + kind)
         if self.big.any():
-            found[self.big] = at_each(self.data, self.starts[self.big] + offset, ">" + kind)
+            found[self.big] = read_at_offsets(self.data, self.starts[self.big] + offset, ">" + kind)
         return found
 
 
-def at_each(data: Any, offsets: "NDArray[np.int64]", dtype: Any) -> "NDArray[Any]":
+def read_at_offsets(data: Any, offsets: "NDArray[np.int64]", dtype: Any) -> "NDArray[Any]":
     """The values at the offsets in a buffer, as an array of `dtype`. Raises IndexError beyond its end."""
     import numpy as np
 
@@ -93,18 +93,18 @@ def scan(chunks: Iterable[bytes], sync: int, lose: Lose, crc: bool = True) -> It
         batch, stop = _find(data, base, sync, last, crc)
         if batch.starts.size:
             for gap, end in _gaps(batch, clean):
-                lose(gap, end - gap, reason or why_not(data, gap - base, sync))
+                lose(gap, end - gap, reason or no_packet_reason(data, gap - base, sync))
                 reason = ""
             clean = base + int(batch.ends[-1])
             yield batch
         if base + stop > clean:
-            reason = reason or why_not(data, clean - base, sync)
+            reason = reason or no_packet_reason(data, clean - base, sync)
         data, base = data[stop:], base + stop
     if base > clean:
         lose(clean, base - clean, reason)
 
 
-def why_not(data: bytes, pos: int, sync: int) -> str:
+def no_packet_reason(data: bytes, pos: int, sync: int) -> str:
     """Why no packet begins at `pos`."""
     little, big = sync.to_bytes(2, "little"), sync.to_bytes(2, "big")
     begin = data[pos : pos + 2]
@@ -144,14 +144,14 @@ def _find(data: bytes, base: int, sync: int, last: bool, crc: bool) -> tuple[Bat
             stop = start
             kept[index:] = False
             break
-        if checked or crc_right(data[start:end], bool(big[index])):
+        if checked or has_valid_crc(data[start:end], bool(big[index])):
             kept[index] = True
             kept[index + 1 : np.searchsorted(starts, end)] = False
             begin = end
     if crc and (chosen := np.flatnonzero(kept & good)).size:
         kept[chosen] = _crcs_right(data, chosen, starts, ends, big)
     batch = Batch(base, data, starts, ends, heads, big)
-    batch = batch if kept.all() else batch.having(kept)
+    batch = batch if kept.all() else batch.select(kept)
     if not last and stop == len(data) and data and data[-1] in sync.to_bytes(2, "little"):
         stop = max(stop - 1, int(batch.ends[-1]) if batch.ends.size else 0)
     return batch, stop
@@ -184,7 +184,7 @@ def _heads(data: bytes, starts: "NDArray[np.int64]", big: "NDArray[np.bool_]") -
 
     whole = int(np.searchsorted(starts, len(data) - 5))
     heads = np.zeros(starts.size, np.uint32)
-    heads[:whole] = at_each(data, starts[:whole] + 2, "<u4")
+    heads[:whole] = read_at_offsets(data, starts[:whole] + 2, "<u4")
     if big.any():
         swapped = heads[big]
         heads[big] = (swapped & 0x00FF00FF) << 8 | swapped >> 8 & 0x00FF00FF
@@ -206,11 +206,11 @@ def _without_most_wrong(
     parts = starts[chosen], ends[chosen]
     if chosen.size * COST_OF_ONE + int((parts[1] - parts[0]).sum()) // COST_OF_PREFIXES <= len(data):
         return alone, False
-    wrong[wrong] = ~overlapping_right(data, *parts, big[chosen])
+    wrong[wrong] = ~valid_crcs(data, *parts, big[chosen])
     return alone[~wrong], True
 
 
-def crc_right(packet: bytes, big: bool) -> bool:
+def has_valid_crc(packet: bytes, big: bool) -> bool:
     return not arc(packet[:-2] + packet[:-3:-1] if big else packet)
 
 
@@ -237,7 +237,7 @@ def _crcs_right(
         for index in range(firsts[group], lasts[group] + 1):
             number = chosen[index]
             packet = data[starts[number] : ends[number]]
-            right[index] = crc_right(packet, bool(big[number]))
+            right[index] = has_valid_crc(packet, bool(big[number]))
     return right
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, TypeVar, overload
 from weakref import finalize
 
 from imc.addresses import UNKNOWN_ENTITY
-from imc.lsf.index import Places
+from imc.lsf.index import PacketPositions
 from imc.lsf.packet_reader import PacketReader
 from imc.lsf.scanner import Batch
 from imc.message import Message
@@ -36,7 +36,7 @@ class Conditions(TypedDict, total=False):
     """an entity's id, or its label"""
 
 
-class Where(NamedTuple):
+class HeaderFilter(NamedTuple):
     """The same conditions in numbers. None: no condition."""
 
     start: float | None = None
@@ -48,13 +48,13 @@ class Where(NamedTuple):
     @property
     def everything(self) -> bool:
         """Whether there are no conditions."""
-        return self == Where()
+        return self == HeaderFilter()
 
-    def of_rows(self, rows: "NDArray[Any]") -> "NDArray[np.bool_]":
+    def row_mask(self, rows: "NDArray[Any]") -> "NDArray[np.bool_]":
         """Which rows of a structured array of messages meet the conditions."""
         return self._mask(rows["timestamp"], rows["src"], rows["src_ent"])
 
-    def of_batch(self, batch: Batch) -> "NDArray[np.bool_]":
+    def batch_mask(self, batch: Batch) -> "NDArray[np.bool_]":
         """Which packets meet the conditions."""
         return self._mask(batch.times(), batch.header_values("src"), batch.header_values("src_ent"))
 
@@ -75,10 +75,12 @@ class Where(NamedTuple):
         return mask
 
 
-class Objects(Sequence[Message]):
+class MessageSequence(Sequence[Message]):
     """Messages of a log; each is read and decoded on access. Raises OSError if the log has changed."""
 
-    def __init__(self, path: Path, find: Callable[[], Places], reader: Callable[[], PacketReader], decode: Decode):
+    def __init__(
+        self, path: Path, find: Callable[[], PacketPositions], reader: Callable[[], PacketReader], decode: Decode
+    ):
         self._path = path
         self._find = find
         self._open = reader
@@ -92,15 +94,15 @@ class Objects(Sequence[Message]):
     def __getitem__(self, index: int) -> Message: ...
 
     @overload
-    def __getitem__(self, index: slice) -> "Objects": ...
+    def __getitem__(self, index: slice) -> "MessageSequence": ...
 
-    def __getitem__(self, index: int | slice) -> "Message | Objects":
+    def __getitem__(self, index: int | slice) -> "Message | MessageSequence":
         if isinstance(index, slice):
-            return self.having(index)
+            return self.select(index)
         number = range(len(self))[index]
         first, packets = self._near
         if not 0 <= number - first < len(packets):
-            near = self._places.having(slice(number, number + NEAR))
+            near = self._places.select(slice(number, number + NEAR))
             batch = next(self._reader.batches(near))
             first, packets = self._near = number, [packet for _, packet in batch.packets()]
         return self._decode(packets[number - first])
@@ -115,9 +117,9 @@ class Objects(Sequence[Message]):
     def __repr__(self) -> str:
         return f"<messages of {str(self._path)!r}>"
 
-    def having(self, chosen: Any) -> "Objects":
+    def select(self, chosen: Any) -> "MessageSequence":
         """The messages chosen by a slice, an array of indices or a mask (of the rows of `Log.array`)."""
-        return Objects(self._path, lambda: self._places.having(chosen), self._open, self._decode)
+        return MessageSequence(self._path, lambda: self._places.select(chosen), self._open, self._decode)
 
     @cached_property
     def _reader(self) -> PacketReader:
@@ -126,20 +128,20 @@ class Objects(Sequence[Message]):
         return reader
 
     @cached_property
-    def _places(self) -> Places:
+    def _places(self) -> PacketPositions:
         return self._find()
 
 
-def select(places: Places, where: Where, reader: PacketReader) -> Places:
+def select(places: PacketPositions, where: HeaderFilter, reader: PacketReader) -> PacketPositions:
     """The packets that meet the conditions."""
     import numpy as np
 
     if where.everything or not places.offsets.size:
         return places
-    return places.having(np.concatenate([where.of_batch(batch) for batch in reader.batches(places)]))
+    return places.select(np.concatenate([where.batch_mask(batch) for batch in reader.batches(places)]))
 
 
-def having(names: dict[T, str], name: str) -> list[T]:
+def keys_with_name(names: dict[T, str], name: str) -> list[T]:
     """The keys with this name. Raises KeyError if there are none."""
     found = [key for key, value in names.items() if value == name]
     if not found:

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
-from imc.lsf.members import COMPRESSIONS
+from imc.lsf.gzip_members import COMPRESSIONS
 
 BLOCK = 1 << 17  # unpacked bytes of one member, as in DUNE
 
@@ -55,14 +55,14 @@ class LsfWriter:
     def fileno(self) -> int:
         return self._file
 
-    def in_place(self) -> bool:
+    def is_file_in_place(self) -> bool:
         """Whether the path still leads to the open file."""
         try:
             return os.path.samestat(os.stat(self.path), os.fstat(self._file))
         except OSError:
             return False
 
-    def take(self, other: "LsfWriter") -> None:
+    def adopt_pending(self, other: "LsfWriter") -> None:
         """Take over what `other`, which is closed, has not written."""
         other.flush()
         self._members += other._members

@@ -3,7 +3,7 @@
 from imc.schema.classes import signature
 from imc.schema.definition import Enumeration, Field, Group, MessageType, Value
 from imc.schema.field_info import FieldInfo
-from imc.schema.files import builtin, fields, load, load_beside
+from imc.schema.files import builtin, fields, load, load_beside, message_named
 from imc.schema.schema import Schema
 from imc.schema.xml_writer import dump
 
@@ -20,5 +20,6 @@ __all__ = [
     "fields",
     "load",
     "load_beside",
+    "message_named",
     "signature",
 ]

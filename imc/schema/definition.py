@@ -103,7 +103,7 @@ class Group(msgspec.Struct, frozen=True):
     members: tuple[str, ...]
 
 
-class Named(msgspec.Struct, frozen=True):
+class NamedUnit(msgspec.Struct, frozen=True):
     """A unit, flag or category with its long name."""
 
     abbrev: str

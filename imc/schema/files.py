@@ -15,6 +15,7 @@ from imc.message import Message, Unknown
 from imc.messages import BY_ID
 from imc.schema.field_info import FieldInfo
 from imc.schema.schema import Schema
+from support.text import nearest_word, quoted
 
 _DEFINITIONS = Path(__file__).parents[1] / "definitions"
 _BASE, _OVERLAY = _DEFINITIONS / "imc-5.4.31.yaml", _DEFINITIONS / "shoal.yaml"
@@ -85,7 +86,7 @@ def _read(data: bytes, file: str, over: Schema | None) -> Schema:
 
 @cache
 def _extending(schema: Schema, over: Schema) -> Schema:
-    schema.share(over)
+    schema.share_classes(over)
     return schema
 
 
@@ -104,8 +105,17 @@ def _unpacked(data: bytes, file: str) -> bytes:
 def builtin() -> Schema:
     """The schema of the classes in `imc.messages`: IMC and Shoal's additions."""
     schema = _merged().schema
-    schema.adopt(BY_ID)
+    schema.use_classes(BY_ID)
     return schema
+
+
+def message_named(name: str) -> type[Message]:
+    """The message type `name`. Raises ValueError, with the closest name, if there is none."""
+    schema = builtin()
+    if name in schema:
+        return schema[name]
+    near = nearest_word(name, (cls.__name__ for cls in BY_ID.values()))
+    raise ValueError(f"there is no message {quoted(name)}" + (f"; did you mean {near}?" if near else ""))
 
 
 def definitions() -> Schema:

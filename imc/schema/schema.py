@@ -15,14 +15,14 @@ from imc.schema.definition import (
     Field,
     Group,
     MessageType,
-    Named,
+    NamedUnit,
     Value,
     check_messages,
     check_values,
 )
 from imc.schema.field_info import FieldInfo, field_info
 
-T = TypeVar("T", Named, Enumeration)
+T = TypeVar("T", NamedUnit, Enumeration)
 
 
 class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults=True):
@@ -32,11 +32,11 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
     version: str
     long_name: str = ""
     sync: int = SYNC
-    units: tuple[Named, ...] = ()
+    units: tuple[NamedUnit, ...] = ()
     enumerations: tuple[Enumeration, ...] = ()
     bitfields: tuple[Enumeration, ...] = ()
     groups: tuple[Group, ...] = ()
-    flags: tuple[Named, ...] = ()
+    flags: tuple[NamedUnit, ...] = ()
     categories: tuple[str, ...] = ()
     messages: tuple[MessageType, ...] = ()
 
@@ -92,7 +92,7 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
         if found is None:
             fields = self.types_by_id[cls.ID].fields
             found = self._infos[cls.ID] = tuple(
-                field_info(cls, field, self.members(field.message_type)) for field in fields
+                field_info(cls, field, self.allowed_messages(field.message_type)) for field in fields
             )
         return found
 
@@ -104,7 +104,7 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
                     return definition.values
         return field.values
 
-    def members(self, name: str) -> frozenset[str]:
+    def allowed_messages(self, name: str) -> frozenset[str]:
         """Names of the messages that a field restricted to this message or group may carry; empty: any."""
         for group in self.groups:
             if group.abbrev == name:
@@ -180,11 +180,11 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
                         label = f"{message.abbrev}.{field.abbrev}"
                         raise SchemaError(f"{label}: {name} is not defined", places.get(label, ""))
 
-    def adopt(self, classes: dict[int, type[Message]]) -> None:
+    def use_classes(self, classes: dict[int, type[Message]]) -> None:
         """Use these classes, by id, instead of building new ones."""
         self._classes.update(classes)
 
-    def share(self, other: "Schema") -> None:
+    def share_classes(self, other: "Schema") -> None:
         """Use the classes of another schema for the messages that both define in the same way."""
         for message in other.messages:
             if self.types_by_id.get(message.id) == message and all(

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from imc.errors import SchemaError
 from imc.layout import NUMBERS, SYNC
-from imc.schema.definition import Enumeration, Field, Group, MessageType, Named, Value
+from imc.schema.definition import Enumeration, Field, Group, MessageType, NamedUnit, Value
 from imc.schema.schema import Schema
 from support.located_xml import Element, read_elements
 from support.numbers import parse_number
@@ -83,8 +83,8 @@ def _header(root: Element) -> int:
     return sync
 
 
-def _named(elements: list[Element]) -> tuple[Named, ...]:
-    return tuple(Named(element.require("abbrev"), element.get("name")) for element in elements)
+def _named(elements: list[Element]) -> tuple[NamedUnit, ...]:
+    return tuple(NamedUnit(element.require("abbrev"), element.get("name")) for element in elements)
 
 
 def _shared(elements: list[Element]) -> tuple[Enumeration, ...]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from imc.layout import NUMPY, VARIABLE, WIRE_CODES
-from imc.schema.definition import Enumeration, Field, MessageType, Named, Value
+from imc.schema.definition import Enumeration, Field, MessageType, NamedUnit, Value
 from imc.schema.schema import Schema
 
 _FRAME = """\
@@ -68,7 +68,7 @@ def _section(name: str, lines: Iterator[str]) -> Iterator[str]:
     yield f"  </{name}>\n"
 
 
-def _named(described: Descriptions, section: str, tag: str, all_of: tuple[Named, ...]) -> Iterator[str]:
+def _named(described: Descriptions, section: str, tag: str, all_of: tuple[NamedUnit, ...]) -> Iterator[str]:
     for one in all_of:
         yield _element(tag, 2, described.get((section, one.abbrev)), abbrev=one.abbrev, name=one.name)
 

@@ -2,7 +2,7 @@
 
 from imc.errors import SchemaError
 from imc.layout import SYNC
-from imc.schema.definition import Enumeration, Field, Group, MessageType, Named, Value
+from imc.schema.definition import Enumeration, Field, Group, MessageType, NamedUnit, Value
 from imc.schema.schema import Schema
 from support.located_yaml import Node, read_tree
 
@@ -36,8 +36,8 @@ def read_yaml(text: str, file: str) -> tuple[Schema, dict[str, str]]:
     return schema, places
 
 
-def _named(node: Node | None) -> tuple[Named, ...]:
-    return tuple(Named(abbrev, name.text()) for abbrev, name in node.mapping().items()) if node else ()
+def _named(node: Node | None) -> tuple[NamedUnit, ...]:
+    return tuple(NamedUnit(abbrev, name.text()) for abbrev, name in node.mapping().items()) if node else ()
 
 
 def _shared(node: Node | None) -> tuple[Enumeration, ...]:

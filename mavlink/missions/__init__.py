@@ -1,6 +1,5 @@
 """Missions of MAVLink as IMC plans and back, fences as operational limits; without a bus, sockets or clocks."""
 
-from mavlink.missions.chain import chain_of, resumed
 from mavlink.missions.codes import BadItem, Command, MissionResult, MissionType, Refusal
 from mavlink.missions.commands import COMMANDS
 from mavlink.missions.fence import area_of, fence_of, inside
@@ -27,7 +26,6 @@ __all__ = [
     "Settings",
     "Table",
     "area_of",
-    "chain_of",
     "fence_of",
     "first_item",
     "home_item",
@@ -35,5 +33,4 @@ __all__ = [
     "items_of",
     "opaque_id",
     "plan_of",
-    "resumed",
 ]

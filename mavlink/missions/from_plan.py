@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import imc
+from autonomy.plans import main_sequence
 from mavlink.from_imc import Home, degrees_e7
-from mavlink.missions.chain import chain_of
 from mavlink.missions.codes import GLOBAL, BadItem, Command
 from mavlink.missions.item import Item, first_item, to_float32
 from mavlink.missions.lister import Lister
@@ -30,7 +30,7 @@ class Listing(NamedTuple):
 def items_of(plan: imc.PlanSpecification, flavour: Flavour, settings: Settings) -> Listing:
     """Any plan, whoever wrote it, as a mission for a console of this flavor. Raises nothing."""
     plan, first = _as_received(plan), first_item(flavour)
-    chain, remarks = chain_of(plan)
+    chain, remarks = main_sequence(plan)
     lister = Lister(settings, unset=0.0 if first else math.nan)
     taken = 0
     while taken < len(chain) and len(lister.items) < MOST_ITEMS:

@@ -6,7 +6,7 @@ from itertools import islice
 from typing import Any
 
 import imc
-from imc.coordinates import rows_of
+from imc.coordinates import maneuver_corners
 from mavlink.from_imc import degrees_e7
 from mavlink.missions.codes import MISSION, RELATIVE_INT, Command
 from mavlink.missions.commands import ROUND, UNCHANGED, duration_of, switched
@@ -246,7 +246,7 @@ def _rows(lister: Lister, chain: Chain) -> int:
 
 def _corners(area: Any) -> Iterator[tuple[float, float, float]]:
     """The corners of rows; raises ValueError only when they are asked for."""
-    for north, east in rows_of(area):
+    for north, east in maneuver_corners(area):
         yield north, east, 0.0
 
 

@@ -1,19 +1,19 @@
 """Delivers messages within a process, and through transports to others."""
 
 from runtime.bus.bus import Bus
-from runtime.bus.contract import BusInstrument, Subscription, Transport
-from runtime.bus.excess import Excess
-from runtime.bus.frame import Frame
+from runtime.bus.camera_frame import Frame
+from runtime.bus.codec_roundtrip import local_class
+from runtime.bus.drop_counter import DropCounter
 from runtime.bus.inbox import Request
-from runtime.bus.passages import known_here
+from runtime.bus.interfaces import BusObserver, Subscription, Transport
 
 __all__ = [
     "Bus",
-    "BusInstrument",
-    "Excess",
+    "BusObserver",
+    "DropCounter",
     "Frame",
     "Request",
     "Subscription",
     "Transport",
-    "known_here",
+    "local_class",
 ]

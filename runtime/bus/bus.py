@@ -9,10 +9,10 @@ from typing import NamedTuple
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import SMALLEST_PACKET
-from runtime.bus.contract import BusInstrument, Handler, Subscription, Transport
-from runtime.bus.frame import Frame, FrameCarrier
-from runtime.bus.inbox import Inbox, Request
-from runtime.bus.passages import Passages, known_here
+from runtime.bus.camera_frame import Frame, FrameTransport
+from runtime.bus.codec_roundtrip import CodecRoundTrip, local_class
+from runtime.bus.inbox import PacketInbox, Request
+from runtime.bus.interfaces import BusObserver, Handler, Subscription, Transport
 from runtime.kernel import Kernel, owner_of
 
 AT_ONCE = 64  # packets from other processes taken at a time; then the vehicle's own timers come first
@@ -52,14 +52,14 @@ class Bus:
     def __init__(self, kernel: Kernel, system: int):
         self.kernel = kernel
         self.system = system
-        self.speak(imc.builtin())
+        self.set_schema(imc.builtin())
         self.delivered = 0
-        self.instruments: list[BusInstrument] = []
+        self.observers: list[BusObserver] = []
         self.malformed = self.refused = 0
-        self.admit: Callable[[imc.Message], bool] = lambda _: True
-        self.decline: Callable[[int, str], object] = lambda _, __: None
-        self.inbox = Inbox()
-        self.frames: FrameCarrier | None = None
+        self.accepts: Callable[[imc.Message], bool] = lambda _: True
+        self.on_malformed: Callable[[int, str], object] = lambda _, __: None
+        self.inbox = PacketInbox()
+        self.frames: FrameTransport | None = None
         self._shown: dict[str, Frame] = {}
         self._subscriptions: list[Subscription] = []
         self._routes: dict[type, tuple[Subscription, ...]] = {}
@@ -68,21 +68,21 @@ class Bus:
         self._transports: list[Transport] = []
         self._backlog: list[tuple[imc.Message, bytes, object]] | None = []
 
-    def speak(self, schema: imc.Schema) -> None:
+    def set_schema(self, schema: imc.Schema) -> None:
         """Carry the messages of this schema, instead of the built-in one."""
         self.messages = schema
         codec = schema.codec
         self.decode, self.decode_first = codec.decode, codec.decode_first
-        self._encoding, self._rounding = Passages(schema, encodes=True), Passages(schema, encodes=False)
+        self._encoding, self._rounding = CodecRoundTrip(schema, encodes=True), CodecRoundTrip(schema, encodes=False)
 
-    def resume(self) -> None:
+    def release_backlog(self) -> None:
         """Deliver what has been kept, and from now on everything immediately."""
         kept = self._backlog or []
-        self.forget()
+        self.discard_backlog()
         for message, packet, origin in kept:
             self._deliver(message, packet, origin)
 
-    def forget(self) -> None:
+    def discard_backlog(self) -> None:
         """Drop what has been kept, and deliver everything from now on."""
         self._backlog = None
         self._forget_plans()
@@ -92,23 +92,23 @@ class Bus:
         """All subscriptions, in the order in which they are served."""
         return list(self._subscriptions)
 
-    def arrange(self, subscriptions: Iterable[Subscription]) -> None:
+    def set_subscriptions(self, subscriptions: Iterable[Subscription]) -> None:
         """Serve exactly these subscriptions, in this order."""
         self._subscriptions = list(subscriptions)
         self._forget_routes()
 
-    def knows(self, owner: object) -> bool:
+    def has_subscriber(self, owner: object) -> bool:
         """Whether `owner` or one of its methods receives messages."""
         return any(s.owner is owner or owner_of(s.handler) is owner for s in self._subscriptions)
 
     def subscribe(self, subscription: Subscription) -> None:
         subscription = self._translated(subscription)
-        for instrument in self.instruments:
+        for instrument in self.observers:
             instrument.subscribed(subscription)
         self._subscriptions.append(subscription)
         self._forget_routes()
         if self.frames is not None and issubclass(Frame, subscription.type):
-            self.frames.want(self._take_frame)
+            self.frames.subscribe(self._take_frame)
 
     def _translated(self, subscription: Subscription) -> Subscription:
         """With the class that this bus delivers, if the subscriber has loaded its own definitions of the message."""
@@ -116,7 +116,7 @@ class Bus:
         _check_class(kind)
         if not issubclass(kind, imc.Message) or kind.SCHEMA is None or kind.SCHEMA is self.messages:
             return subscription
-        return replace(subscription, type=known_here(kind, self.messages))
+        return replace(subscription, type=local_class(kind, self.messages))
 
     def unsubscribe(self, owner: object) -> None:
         """Drop all subscriptions of `owner`."""
@@ -161,7 +161,7 @@ class Bus:
         """Deliver a frame to the tasks of this process, and to other processes of the vehicle."""
         self._show(frame, origin)
         if self.frames is not None and isinstance(frame, Frame):
-            self.frames.share(frame)
+            self.frames.send(frame)
 
     def _show(self, frame: object, origin: object) -> None:
         for subscription in self._route(type(frame)):
@@ -177,7 +177,7 @@ class Bus:
         if (frame := self._shown.pop(camera, None)) is not None:
             self._show(frame, None)
 
-    def hear(self, message: imc.Message, packet: bytes) -> None:
+    def deliver(self, message: imc.Message, packet: bytes) -> None:
         """Deliver a message from another bus of this process."""
         self._deliver(message, packet, None)
 
@@ -221,18 +221,18 @@ class Bus:
     def _serve(self) -> None:
         """Take some packets; take more after what they cause and, if the vehicle has work to do, as long a pause."""
         began = time.perf_counter()
-        packets = self.inbox.take(len(self.inbox)) if self.kernel.virtual else self.inbox.take(AT_ONCE, BYTES_AT_ONCE)
+        packets = self.inbox.get(len(self.inbox)) if self.kernel.virtual else self.inbox.get(AT_ONCE, BYTES_AT_ONCE)
         for packet in packets:
             self._receive(packet)
         self.kernel.soon(self._go_on, began)
 
     def _go_on(self, began: float) -> None:
-        if not self.inbox.rest():
+        if not self.inbox.has_more():
             return
         if self.kernel.virtual:
             self.kernel.post(self._serve)
         else:
-            self.kernel.put_off((time.perf_counter() - began) * self.kernel.clock.speed, self._serve)
+            self.kernel.after_or_idle((time.perf_counter() - began) * self.kernel.clock.speed, self._serve)
 
     def _receive(self, packet: bytes) -> None:
         if not self._transports:
@@ -242,9 +242,11 @@ class Bus:
             message, packet = self.decode_first(packet)
         except imc.DecodeError as error:
             self.malformed += 1
-            self.decline(imc.packet_source(packet) if len(packet) >= SMALLEST_PACKET else UNKNOWN_SYSTEM, error.reason)
+            self.on_malformed(
+                imc.packet_source(packet) if len(packet) >= SMALLEST_PACKET else UNKNOWN_SYSTEM, error.reason
+            )
             return
-        if message.src == self.system and not self.admit(message):
+        if message.src == self.system and not self.accepts(message):
             self.refused += 1
             return
         if request is not None:
@@ -274,7 +276,9 @@ class Bus:
     def _plan(self, kind: type[imc.Message], own: bool) -> _Plan:
         receivers = tuple((s.handler, s.owner, s.packets) for s in self._route(kind) if own or s.others)
         busy = self._transports or self.needs_packets or self._backlog is not None
-        direct = not busy and self.messages.codec.makes(kind)  # else receivers are those of the class that it becomes
+        direct = not busy and self.messages.codec.decodes_to(
+            kind
+        )  # else receivers are those of the class that it becomes
         encodes = not direct or any(packets for _, _, packets in receivers)
         plan = (self._of_own if own else self._of_others)[kind] = _Plan(receivers, encodes, direct)
         return plan

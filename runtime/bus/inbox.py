@@ -8,7 +8,7 @@ from threading import Lock
 from imc import Abort
 from imc.addresses import ANNOUNCED, UNKNOWN_SYSTEM
 from imc.layout import LITTLE_ENDIAN, SMALLEST_PACKET
-from runtime.bus.excess import Excess
+from runtime.bus.drop_counter import DropCounter
 
 MOST_OF_ONE = 1024  # packets of one source
 MOST_SOURCES = 64  # with packets waiting; all further ones share a queue
@@ -48,7 +48,7 @@ class _Queue:
         self.size = 0
 
 
-class Inbox:
+class PacketInbox:
     """Takes packets from any thread; a source that sends too much loses its own packets only.
 
     A source is a system as its packets name it; its commands (what is addressed to one system, or to BROADCAST) and
@@ -56,7 +56,7 @@ class Inbox:
     """
 
     def __init__(self) -> None:
-        self.dropped = Excess()
+        self.dropped = DropCounter()
         self._queues: dict[Place, _Queue] = {}
         self._turns: deque[_Queue] = deque()  # those that are not empty, in the order in which they are served
         self._size = 0
@@ -74,7 +74,7 @@ class Inbox:
 
     def put(self, packet: bytes) -> bool:
         """Keep a packet, or drop and count it; whether somebody has to come and take."""
-        place, size = place_of(packet), len(packet)
+        place, size = packet_origin(packet), len(packet)
         with self._lock:
             queue = self._queues.get(place) or self._begin(place)
             packets = queue.packets
@@ -89,7 +89,7 @@ class Inbox:
             asked, self._asked = self._asked, True
             return not asked
 
-    def take(self, most: int, size: int = MOST_BYTES) -> list[bytes]:
+    def get(self, most: int, size: int = MOST_BYTES) -> list[bytes]:
         """The next packets, at most so many, and no further one after so many bytes; the sources take turns."""
         taken: list[bytes] = []
         turns = self._turns
@@ -105,7 +105,7 @@ class Inbox:
                     turns.append(queue)
         return taken
 
-    def rest(self) -> bool:
+    def has_more(self) -> bool:
         """Whether there is more; if not, the next `put` says that somebody has to come."""
         with self._lock:
             self._asked = bool(self._turns)
@@ -120,7 +120,7 @@ class Inbox:
         return self._queues.setdefault(place, _Queue())
 
 
-def place_of(packet: bytes) -> Place:
+def packet_origin(packet: bytes) -> Place:
     """Whose packet it is, and whether it is a command or an Abort; what is no packet has no source."""
     if len(packet) < SMALLEST_PACKET:
         return UNKNOWN_SYSTEM, False

@@ -1,30 +1,30 @@
 """Serial ports and sockets of a driver, and how their bytes become lines and frames."""
 
-from runtime.devices.addresses import Address, Connection, SerialPort, TcpConnection, TcpServer, UdpSocket, look_up
-from runtime.devices.device import Device, Log, Owner
-from runtime.devices.exchange import Exchange
-from runtime.devices.recording import Piece, Recording, Recordings
-from runtime.devices.splitters import Frames, Lines, Splitter, Whole, lines_of, number
+from runtime.devices.addresses import Address, Connection, SerialPort, TcpConnection, TcpServer, UdpSocket, resolve_host
+from runtime.devices.device import Device, DeviceLog, DeviceOwner
+from runtime.devices.framing import FrameSplitter, LineSplitter, RawChunks, Splitter, line_size, parse_number
+from runtime.devices.scripted_input import InputScript, ScriptedInputs, TimedData
+from runtime.devices.tcp_request import TcpRequester
 
 __all__ = [
     "Address",
     "Connection",
     "Device",
-    "Exchange",
-    "Frames",
-    "Lines",
-    "Log",
-    "Owner",
-    "Piece",
-    "Recording",
-    "Recordings",
+    "DeviceLog",
+    "DeviceOwner",
+    "FrameSplitter",
+    "InputScript",
+    "LineSplitter",
+    "RawChunks",
+    "ScriptedInputs",
     "SerialPort",
     "Splitter",
     "TcpConnection",
+    "TcpRequester",
     "TcpServer",
+    "TimedData",
     "UdpSocket",
-    "Whole",
-    "lines_of",
-    "look_up",
-    "number",
+    "line_size",
+    "parse_number",
+    "resolve_host",
 ]

@@ -43,10 +43,10 @@ class Connection(Protocol):
 
 
 class Address(Protocol):
-    """What can be opened. `speed` is that of the line, `most` what is read at most (both in bytes/s).
+    """What can be opened. `speed` is that of the line, `max_rate` what is read at most (both in bytes/s).
 
-    `midway` is whether the first bytes may belong to a piece that began before. `datagrams` is whether each portion is
-    complete.
+    `starts_midway` is whether the first bytes may belong to a piece that began before. `datagrams` is whether
+    each portion is complete.
     """
 
     @property
@@ -54,9 +54,9 @@ class Address(Protocol):
     @property
     def speed(self) -> float: ...
     @property
-    def most(self) -> float: ...
+    def max_rate(self) -> float: ...
     @property
-    def midway(self) -> bool: ...
+    def starts_midway(self) -> bool: ...
     @property
     def datagrams(self) -> bool: ...
     @property
@@ -72,14 +72,14 @@ class Address(Protocol):
 class SerialPort:
     """A serial port by its device file, such as /dev/ttyUSB0."""
 
-    midway = True
+    starts_midway = True
     datagrams = False
 
     def __init__(self, device: str, baud: int, **settings: Any):
         self.name = device or "serial port"
         self._device = device
         self.speed = baud / 10.0  # a byte has a start and a stop bit
-        self.most = max(SLOWEST_CAP, 2.0 * self.speed)  # ports over USB may be faster than they are told
+        self.max_rate = max(SLOWEST_CAP, 2.0 * self.speed)  # ports over USB may be faster than they are told
         self._baud = baud
         self._settings = settings
 
@@ -97,7 +97,7 @@ class SerialPort:
         try:
             port = serial.Serial(self._device, self._baud, timeout=0, write_timeout=0, exclusive=True, **self._settings)
         except (OSError, ValueError) as error:
-            raise plain(error) from None
+            raise user_message(error) from None
         except Exception as error:  # termios.error is no OSError
             raise OSError(*error.args) from None
         return SerialConnection(port)
@@ -137,10 +137,10 @@ class SerialConnection:
 class TcpServer:
     """A TCP server to connect to, such as a converter of serial ports, which passes on lines that have begun before."""
 
-    midway = True
+    starts_midway = True
     datagrams = False
     speed = 1e6
-    most = SOCKET_CAP
+    max_rate = SOCKET_CAP
 
     def __init__(self, host: str, port: int, *, waiting: int = 0):
         self.name = f"tcp://{host}:{port}"
@@ -164,7 +164,7 @@ class TcpServer:
                 raise OSError(code, os.strerror(code))
         except (OSError, ValueError, OverflowError) as error:
             made.close()
-            raise plain(error) from None
+            raise user_message(error) from None
         return connection
 
 
@@ -223,10 +223,10 @@ class Datagram(bytes):
 class UdpSocket:
     """A UDP socket that receives at a port and, if `to` is set, sends to a host and port, and hears only this host."""
 
-    midway = False
+    starts_midway = False
     datagrams = True
     speed = 1e6
-    most = SOCKET_CAP
+    max_rate = SOCKET_CAP
 
     def __init__(self, port: int, address: str, to: tuple[str, int] | None):
         self.name = f"udp://{address}:{port}"
@@ -244,7 +244,7 @@ class UdpSocket:
             made.bind(self._own)
         except (OSError, ValueError, OverflowError) as error:
             made.close()
-            raise plain(error) from None
+            raise user_message(error) from None
         return UdpConnection(made, (number or self._to[0], self._to[1]) if self._to is not None else None)
 
 
@@ -281,7 +281,7 @@ class UdpConnection:
             found.append(datagram)
         return found
 
-    def answer(self, sender: tuple[str, int]) -> None:
+    def reply_to(self, sender: tuple[str, int]) -> None:
         """Send to this one from now on, whoever else is heard."""
         if not self._fixed:
             self._to, self._chosen = sender, True
@@ -296,7 +296,7 @@ class UdpConnection:
         self._socket.close()
 
 
-def plain(error: Exception) -> OSError:
+def user_message(error: Exception) -> OSError:
     """An error of opening, with a text for people instead of a library's."""
     number = error.errno if isinstance(error, OSError) else None
     within = error.__context__  # pyserial puts the error of the system into words
@@ -307,12 +307,12 @@ def plain(error: Exception) -> OSError:
     return OSError(number, HINTS.get(number, os.strerror(number)))
 
 
-def words(error: OSError) -> str:
+def without_errno(error: OSError) -> str:
     """What went wrong, without the number."""
     return error.strerror or str(error)
 
 
-def look_up(host: str) -> str | OSError:
+def resolve_host(host: str) -> str | OSError:
     """The numeric address of a host name, which may take long; or why there is none."""
     try:
         return str(socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][4][0])

@@ -5,9 +5,9 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from runtime.devices.addresses import Address, Connection, Datagram, UdpConnection, look_up, words
-from runtime.devices.recording import Piece
-from runtime.devices.splitters import Splitter
+from runtime.devices.addresses import Address, Connection, Datagram, UdpConnection, resolve_host, without_errno
+from runtime.devices.framing import Splitter
+from runtime.devices.scripted_input import TimedData
 from runtime.kernel import SECOND, Readable
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
@@ -23,7 +23,7 @@ NOT_UNDERSTOOD = (ValueError, LookupError, struct.error)
 """What a handler raises for a piece that is no good: `float("1x")`, `fields[7]`."""
 
 
-class Log(Protocol):
+class DeviceLog(Protocol):
     """Where a device reports what operators should know."""
 
     def info(self, text: str) -> None: ...
@@ -31,11 +31,11 @@ class Log(Protocol):
     def error(self, text: str) -> None: ...
 
 
-class Owner(Protocol):
+class DeviceOwner(Protocol):
     """What a device needs of its task."""
 
     @property
-    def log(self) -> Log: ...
+    def log(self) -> DeviceLog: ...
     @property
     def now_ns(self) -> int: ...
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Any: ...
@@ -58,14 +58,14 @@ class Device:
 
     def __init__(
         self,
-        owner: Owner,
+        owner: DeviceOwner,
         address: Address,
         splitter: Splitter,
         handler: Callable[[bytes], object],
         *,
         opened: Callable[[], object] | None = None,
         trouble: Callable[[str], object] = lambda _: None,
-        log: Log | None = None,
+        log: DeviceLog | None = None,
     ):
         self.name = address.name
         self.good = self.bad = 0
@@ -89,7 +89,7 @@ class Device:
 
     @property
     def skipped(self) -> int:
-        return self._splitter.skipped
+        return self._splitter.skipped_bytes
 
     @property
     def is_open(self) -> bool:
@@ -104,17 +104,17 @@ class Device:
         """Try to open it as soon as the present handler ends, and again until it succeeds."""
         self._owner.after(0.0, self._try)
 
-    def play(self, pieces: list[Piece], send: Callable[[bytes], object]) -> None:
+    def play_recording(self, pieces: list[TimedData], send: Callable[[bytes], object]) -> None:
         """Receive a recording in the place of the device."""
         self._owner.after(0.0, self._begin_to_play, send)
         for piece in pieces:
             self._owner.after(piece.time / SECOND, self._play, piece.data, send)
 
-    def silence(self, seconds: float) -> str:
+    def silence_message(self, seconds: float) -> str:
         """What to say if nothing that is understood has come for this time."""
         if not self._unheeded:
             return f"{self.name}: no data for {seconds:g} s"
-        hint = "; is the baud rate right?" if self._address.midway and not self._address.host else ""
+        hint = "; is the baud rate right?" if self._address.starts_midway and not self._address.host else ""
         return f"{self.name}: nothing valid for {seconds:g} s, in {self._unheeded} bytes{hint}"
 
     def write(self, data: bytes) -> bool:
@@ -134,10 +134,10 @@ class Device:
             self._flush()
         return True
 
-    def answer(self, piece: bytes) -> None:
+    def reply_to(self, piece: bytes) -> None:
         """From now on `write` sends to the sender of this datagram, when several send to one port; else no effect."""
         if isinstance(self._connection, UdpConnection) and isinstance(piece, Datagram) and piece.source is not None:
-            self._connection.answer(piece.source)
+            self._connection.reply_to(piece.source)
 
     def close(self) -> None:
         """Close it for good."""
@@ -145,7 +145,7 @@ class Device:
         self._drop()
         self._send = None
 
-    def receive(self, data: bytes) -> None:
+    def on_data(self, data: bytes) -> None:
         """Take bytes that have arrived."""
         now = self._owner.now_ns
         if self._address.datagrams:
@@ -176,10 +176,10 @@ class Device:
             if self._closed:
                 return
 
-    def lose(self, error: OSError) -> None:
+    def on_lost(self, error: OSError) -> None:
         """The device has gone: close it, and try to open it again later."""
         self._drop()
-        self._report(words(error))
+        self._report(without_errno(error))
         if not self._closed:
             self._owner.after(self._retry, self._try)
             self._retry = min(LAST_RETRY, 2.0 * self._retry)
@@ -188,7 +188,7 @@ class Device:
         if self._closed or self._connection is not None:
             return
         if self._address.host:
-            self._owner.offload(look_up, self._address.host, then=self._open_at)
+            self._owner.offload(resolve_host, self._address.host, then=self._open_at)
         else:
             self._open_at("")
 
@@ -200,7 +200,7 @@ class Device:
                 raise address
             self._connection = self._address.open(address)
         except OSError as error:
-            self.lose(error)
+            self.on_lost(error)
             return
         self._connecting = True
         self._await(self._owner.now_ns + round(CONNECT_TIMEOUT * SECOND), self._connection)
@@ -216,10 +216,10 @@ class Device:
                 self._owner.after(CONNECT_PERIOD, self._await, until, connection)
                 return
         except OSError as error:
-            self.lose(error)
+            self.on_lost(error)
             return
         self._connecting = False
-        self._splitter.begin(midway=self._address.midway)
+        self._splitter.begin(midway=self._address.starts_midway)
         self._owner.watch(connection, self._read)
         self._tell_open()
 
@@ -235,17 +235,17 @@ class Device:
         try:
             portions = connection.read()
         except OSError as error:
-            self.lose(error)
+            self.on_lost(error)
             return
         began = time.thread_time_ns()
         for data in portions:
-            self.receive(data)
+            self.on_data(data)
         self._work += time.thread_time_ns() - began
         self._rest()
 
     def _rest(self) -> None:
         """Leave it for the rest of the second if it sends too much; what does not fit waits, or is lost, outside."""
-        few = self._pieces <= MOST_PIECES and self._bytes <= self._address.most and self._work <= MOST_WORK
+        few = self._pieces <= MOST_PIECES and self._bytes <= self._address.max_rate and self._work <= MOST_WORK
         if few or self._connection is None:
             return
         self._owner.unwatch(self._connection)
@@ -295,7 +295,7 @@ class Device:
         try:
             return self._connection.write(data)
         except OSError as error:
-            self.lose(error)
+            self.on_lost(error)
             return 0
 
     def _begin_to_play(self, send: Callable[[bytes], object]) -> None:
@@ -312,4 +312,4 @@ class Device:
             return
         if self._send is None:
             self._begin_to_play(send)
-        self.receive(data)
+        self.on_data(data)

@@ -1,20 +1,20 @@
 """One queue of events and the clock that it runs on."""
 
 from runtime.kernel.clock import SECOND, Clock, ScaledClock, VirtualClock, WallClock, nanoseconds, parse_clock
-from runtime.kernel.failure import Blocked, HandlerError, LivelockError, SimulatedCrash, as_error
-from runtime.kernel.instrument import KernelInstrument
+from runtime.kernel.errors import HandlerBlockedError, HandlerError, LivelockError, SimulatedCrash, as_error
 from runtime.kernel.kernel import LIVELOCK_EVENTS, Kernel
-from runtime.kernel.timer import Readable, Timer, handler_of, owner_of, title
+from runtime.kernel.observer import KernelObserver
+from runtime.kernel.timer import Readable, Timer, handler_name, owner_of, owner_title
 from runtime.kernel.watchdog import Watchdog
 
 __all__ = [
     "LIVELOCK_EVENTS",
     "SECOND",
-    "Blocked",
     "Clock",
+    "HandlerBlockedError",
     "HandlerError",
     "Kernel",
-    "KernelInstrument",
+    "KernelObserver",
     "LivelockError",
     "Readable",
     "ScaledClock",
@@ -24,9 +24,9 @@ __all__ = [
     "WallClock",
     "Watchdog",
     "as_error",
-    "handler_of",
+    "handler_name",
     "nanoseconds",
     "owner_of",
+    "owner_title",
     "parse_clock",
-    "title",
 ]

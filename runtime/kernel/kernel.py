@@ -7,10 +7,10 @@ from heapq import heapify, heappop, heappush
 from typing import Any
 
 from runtime.kernel.clock import SECOND, Clock
-from runtime.kernel.failure import LivelockError, as_error, raise_error, warn_slow
-from runtime.kernel.instrument import KernelInstrument
-from runtime.kernel.sources import Sources
-from runtime.kernel.timer import Readable, Timer, handler_of, owner_of
+from runtime.kernel.errors import LivelockError, as_error, raise_error, warn_slow
+from runtime.kernel.observer import KernelObserver
+from runtime.kernel.selector import WatchedSources
+from runtime.kernel.timer import Readable, Timer, handler_name, owner_of
 
 LIVELOCK_EVENTS = 100_000
 LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock, a queue that has not been empty for this long may be a livelock
@@ -38,12 +38,12 @@ class Kernel:
         self.clock = clock
         self.virtual = clock.virtual
         self.slow_ns = int(slow * SECOND)
-        self.reach(clock.read())
+        self.set_now(clock.read())
         self.events = 0
         self.livelock_events = LIVELOCK_EVENTS
         self.on_error: Callable[[object, Exception], None] = raise_error
         self.on_slow: Callable[[object, float, str], None] = warn_slow
-        self.instruments: list[KernelInstrument] = []
+        self.observers: list[KernelObserver] = []
         self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self.enqueue = self._due.append  # of (function, args): `soon` without a call, for the bus
         self._later: list[tuple[int, int, Timer]] = []
@@ -52,14 +52,14 @@ class Kernel:
         self._posted: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._put_off: list[tuple[int, Callable[[], object]]] = []
         self._stopping = False
-        self._sources = Sources()
+        self._sources = WatchedSources()
         self._poll_next = 0
         self._busy = 0
         self._idle_at = self.now_ns
         self._emptied = time.monotonic_ns()
         self._holding = False
 
-    def reach(self, time_ns: int) -> None:
+    def set_now(self, time_ns: int) -> None:
         """Set the present time; `now` is the same in seconds."""
         self.now_ns, self.now = time_ns, time_ns / SECOND
 
@@ -74,14 +74,14 @@ class Kernel:
         later = [timer for _, _, timer in sorted(self._later, key=lambda e: e[:2])]
         return [timer for timer in (*due, *later) if timer.function is not None]
 
-    def adopt(self, timers: Iterable[Timer]) -> None:
+    def replace_timers(self, timers: Iterable[Timer]) -> None:
         """Replace all pending calls by these timers; those of the same time run in this order."""
         self.clear()
         for timer in timers:
             self._arrivals += 1
             heappush(self._later, (timer.time, self._arrivals, timer))
 
-    def take(self, owner: object) -> Timer | None:
+    def pop_due(self, owner: object) -> Timer | None:
         """Take the next timer of `owner` that is due now out of the queue."""
         self._gather()
         for entry in self._due:
@@ -101,10 +101,10 @@ class Kernel:
 
     def at(self, time_ns: int, function: Callable[..., object], *args: Any) -> Timer:
         timer = Timer(time_ns, function, args)
-        self.again(timer, time_ns)
+        self.reschedule(timer, time_ns)
         return timer
 
-    def again(self, timer: Timer, time_ns: int) -> None:
+    def reschedule(self, timer: Timer, time_ns: int) -> None:
         """Schedule a timer that is not pending, such as one whose call is being made."""
         now, later = self.now_ns, self._later
         self._arrivals += 1
@@ -120,10 +120,10 @@ class Kernel:
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
         time_ns = self.now_ns + round(seconds * SECOND)
         timer = Timer(time_ns, function, args)
-        self.again(timer, time_ns)
+        self.reschedule(timer, time_ns)
         return timer
 
-    def put_off(self, seconds: float, function: Callable[[], object]) -> None:
+    def after_or_idle(self, seconds: float, function: Callable[[], object]) -> None:
         """Call `function` after so many seconds, or as soon as there is nothing else to do. Not on a virtual clock."""
         self._put_off.append((self.now_ns + round(seconds * SECOND), function))
 
@@ -132,7 +132,7 @@ class Kernel:
         self._posted.append((function, args))
         self._sources.wake()
 
-    def discard(self, owner: object) -> None:
+    def cancel_owner(self, owner: object) -> None:
         """Drop all calls to methods of `owner`, its timers, and the sockets that it watches."""
         for _, _, timer in self._later:
             if timer.owner is owner:
@@ -165,7 +165,7 @@ class Kernel:
         """
         self._stopping = self._holding = False
         self._emptied = time.monotonic_ns()
-        self.reach(max(self.now_ns, self.clock.read()))
+        self.set_now(max(self.now_ns, self.clock.read()))
         while not self._stopping:
             if self._posted:
                 self._admit()
@@ -191,7 +191,7 @@ class Kernel:
                 self.on_error(self._owner(function, args), as_error(error))
 
     def _run_moment(self) -> None:
-        due, instruments, on_error, most = self._due, self.instruments, self.on_error, self.livelock_events
+        due, instruments, on_error, most = self._due, self.observers, self.on_error, self.livelock_events
         before = busy = self._busy
         try:
             while due and not self._stopping:
@@ -225,11 +225,11 @@ class Kernel:
                     self.on_error(self._owner(function, args), as_error(error))
                 ended = time.perf_counter_ns()
                 if ended - began > slow:
-                    self.on_slow(self._owner(function, args), (ended - began) / SECOND, handler_of(function, args))
+                    self.on_slow(self._owner(function, args), (ended - began) / SECOND, handler_name(function, args))
                     ended = time.perf_counter_ns()
                 began, now = ended, read()
                 if now > self.now_ns:
-                    self.reach(now)
+                    self.set_now(now)
         finally:
             self.events += busy
             self._busy += busy
@@ -304,7 +304,7 @@ class Kernel:
             self._emptied = time.monotonic_ns()
             self._poll_next = self._emptied + POLL_PERIOD
         if reached > now:
-            self.reach(reached)
+            self.set_now(reached)
         self._gather()
         return True
 

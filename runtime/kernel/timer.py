@@ -18,7 +18,7 @@ def owner_of(function: Callable[..., object]) -> object:
     return getattr(function, "__self__", function)
 
 
-def handler_of(function: Callable[..., object], args: tuple[Any, ...] = ()) -> str:
+def handler_name(function: Callable[..., object], args: tuple[Any, ...] = ()) -> str:
     """The name of the handler that a call ends in, such as VSIM.move."""
     if args and isinstance(timer := args[0], Timer) and timer.function is not None:
         function = timer.function
@@ -28,7 +28,7 @@ def handler_of(function: Callable[..., object], args: tuple[Any, ...] = ()) -> s
     return getattr(inner, "__qualname__", type(inner).__name__).replace("<locals>.", "")
 
 
-def title(owner: object) -> str:
+def owner_title(owner: object) -> str:
     """A name for people: that of a task or a function, else the type; never an address."""
     if type(owner).__repr__ is not object.__repr__ and not callable(owner):
         return repr(owner)

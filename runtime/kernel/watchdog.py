@@ -12,9 +12,9 @@ from collections.abc import Callable
 from pathlib import Path
 from types import FrameType, TracebackType
 
-from runtime.kernel.failure import Blocked
+from runtime.kernel.errors import HandlerBlockedError
 from runtime.kernel.kernel import Kernel
-from runtime.kernel.timer import Timer, handler_of, owner_of, title
+from runtime.kernel.timer import Timer, handler_name, owner_of, owner_title
 
 PERIOD = 0.1  # s
 NAMED_AFTER = 2.0  # s
@@ -48,7 +48,7 @@ class Watchdog:
         self._watched = threading.get_ident()
         self._done = threading.Event()
         self._end: float | None = None
-        self.hasty = False
+        self.breaks_handlers = False
 
     def __enter__(self) -> "Watchdog":
         threading.Thread(target=self._watch, name="watchdog", daemon=True).start()
@@ -59,12 +59,12 @@ class Watchdog:
         if self._on_hopeless is not None:
             faulthandler.cancel_dump_traceback_later()
 
-    def expect_end(self, seconds: float, *, hasty: bool = False) -> None:
+    def set_deadline(self, seconds: float, *, hasty: bool = False) -> None:
         """Expect the end within `seconds`; if `hasty`, handlers that do not return are broken at once."""
         now = time.monotonic()
         if self._end is None or now + seconds < self._end:
             self._end = now + seconds
-        self.hasty = self.hasty or hasty
+        self.breaks_handlers = self.breaks_handlers or hasty
         if self._on_hopeless is not None:  # the last resort, should even this thread not run
             with contextlib.suppress(ValueError, OSError, RuntimeError):
                 faulthandler.dump_traceback_later(seconds + PERIOD, exit=True, file=sys.__stderr__ or sys.stderr)
@@ -103,7 +103,7 @@ class Watchdog:
             if stuck > NAMED_AFTER and not told:
                 told = True
                 logger.error("%s: %s; no other task runs meanwhile", self._subject(call, stuck), self._place(stack))
-            hasty = self.hasty and ending is not None and stuck > HASTE
+            hasty = self.breaks_handlers and ending is not None and stuck > HASTE
             if (hasty or (stuck > BROKEN_AFTER and not kernel.virtual)) and now - broken > (HASTE if hasty else 1.0):
                 broken = now
                 _raise_in(self._watched, f"stopped after {stuck:.1f} s")
@@ -125,7 +125,7 @@ class Watchdog:
         if function is None:
             return f"a handler has not returned for {seconds:.1f} s"
         owner = args[0].owner if args and isinstance(args[0], Timer) else owner_of(function)
-        return f"{title(owner)} has not returned from {handler_of(function, args)} for {seconds:.1f} s"
+        return f"{owner_title(owner)} has not returned from {handler_name(function, args)} for {seconds:.1f} s"
 
     def _stack(self) -> list[FrameType]:
         """The frames of the watched thread, the innermost first."""
@@ -158,7 +158,7 @@ def _in_debugger(stack: list[FrameType]) -> bool:
 def _raise_in(thread: int, text: str) -> None:
     """Raise Blocked in another thread as soon as it runs Python code."""
 
-    class Now(Blocked):
+    class Now(HandlerBlockedError):
         def __init__(self) -> None:  # the thread makes the instance, without arguments
             super().__init__(text)
 

@@ -1,33 +1,41 @@
 """Reads logs: which systems and entities send in them, when, and what; writes new ones."""
 
-from runtime.logs.clocks import without_strays
-from runtime.logs.names import KEPT, NAMING, Names, UnknownName, type_name, types_called
-from runtime.logs.packet_headers import Array, Block, blocks, headers
-from runtime.logs.runs import RUN_FILE, Place, folder_called, logs_of_run, missing_logs, place_bytes, place_of
-from runtime.logs.summary import PacketCount, Summary, summarize
-from runtime.logs.writing import new_log
+from runtime.logs.clock_steps import without_outliers
+from runtime.logs.header_arrays import Array, PacketBlock, packet_blocks, packet_headers
+from runtime.logs.names import KEPT, NAMING, SystemNames, UnknownNameError, find_types, type_name
+from runtime.logs.run_logs import (
+    RUN_FILE,
+    RunPosition,
+    encode_run_position,
+    find_log_folder,
+    logs_of_run,
+    missing_logs,
+    run_position,
+)
+from runtime.logs.summary import LogSummary, PacketCount, summarize
+from runtime.logs.writer import create_log
 
 __all__ = [
     "KEPT",
     "NAMING",
     "RUN_FILE",
     "Array",
-    "Block",
-    "Names",
+    "LogSummary",
+    "PacketBlock",
     "PacketCount",
-    "Place",
-    "Summary",
-    "UnknownName",
-    "blocks",
-    "folder_called",
-    "headers",
+    "RunPosition",
+    "SystemNames",
+    "UnknownNameError",
+    "create_log",
+    "encode_run_position",
+    "find_log_folder",
+    "find_types",
     "logs_of_run",
     "missing_logs",
-    "new_log",
-    "place_bytes",
-    "place_of",
+    "packet_blocks",
+    "packet_headers",
+    "run_position",
     "summarize",
     "type_name",
-    "types_called",
-    "without_strays",
+    "without_outliers",
 ]

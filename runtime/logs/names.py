@@ -6,7 +6,7 @@ from typing import Any
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from imc.discovery import readable_name
+from imc.discovery import displayable_name
 from runtime.profile import own_etc, parse_address, read_sections
 
 NAMING = frozenset({imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID})
@@ -17,11 +17,11 @@ KEPT = NAMING | {imc.LoggingControl.ID}
 NEAR = 0.65  # of difflib: less suggests words that nobody meant
 
 
-class UnknownName(ValueError):
+class UnknownNameError(ValueError):
     """A name that the log or its schema does not have; the text suggests similar ones."""
 
 
-class Names:
+class SystemNames:
     """Names of systems and labels of entities, learned from Announce, EntityInfo and EntityList.
 
     A system that never announces itself has its name from Shoal's address table.
@@ -46,7 +46,7 @@ class Names:
                 label, _, number = entry.rpartition("=")
                 if label and number.isdecimal() and int(number) < UNKNOWN_ENTITY:
                     self._label(message.src, int(number), label)
-        elif kind == "Announce" and (name := readable_name(message.sys_name)):
+        elif kind == "Announce" and (name := displayable_name(message.sys_name)):
             self._systems[message.src] = name
 
     def system(self, number: int) -> str:
@@ -62,14 +62,14 @@ class Names:
         label = self.labels.get((system, number))
         if label is None:
             return "unknown entity" if number == UNKNOWN_ENTITY else f"entity {number}"
-        return readable_name(label) or f"entity {number}"
+        return displayable_name(label) or f"entity {number}"
 
-    def systems_called(self, wanted: Iterable[str], present: Iterable[int]) -> set[int]:
+    def find_systems(self, wanted: Iterable[str], present: Iterable[int]) -> set[int]:
         """Ids of systems given by name or number. Raises UnknownName."""
         known = {self.system(number): number for number in present}
         return {_choose(text, known, "system", _number) for text in wanted}
 
-    def entities_called(self, wanted: Iterable[str], present: Iterable[tuple[int, int]]) -> set[tuple[int, int]]:
+    def find_entities(self, wanted: Iterable[str], present: Iterable[tuple[int, int]]) -> set[tuple[int, int]]:
         """(system, entity) of all entities given by label or number. Raises UnknownName."""
         known: dict[str, set[tuple[int, int]]] = {}
         for system, number in present:
@@ -89,7 +89,7 @@ class Names:
         self.labels[system, number] = label
 
 
-def types_called(wanted: Iterable[str], schema: imc.Schema) -> set[int]:
+def find_types(wanted: Iterable[str], schema: imc.Schema) -> set[int]:
     """Ids of messages given by name or id. Raises UnknownName."""
     known = {name: message.id for name, message in schema.types.items()}
     return {_choose(text, known, "message", _number) for text in wanted}
@@ -109,7 +109,7 @@ def _choose(text: str, known: dict[str, Any], what: str, otherwise: Callable[[st
         return value
     near = get_close_matches(text.lower(), folded, 3, NEAR)
     names = ", ".join(dict.fromkeys(name for low in near for name in known if name.lower() == low))
-    raise UnknownName(f"there is no {what} {text!r}" + (f"; did you mean {names}?" if names else ""))
+    raise UnknownNameError(f"there is no {what} {text!r}" + (f"; did you mean {names}?" if names else ""))
 
 
 def _number(text: str) -> int | None:

@@ -12,10 +12,10 @@ import numpy as np
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import SMALLEST_PACKET
-from imc.lsf import ReportShare
-from runtime.logs.clocks import Clock, ClockStep
-from runtime.logs.names import KEPT, NAMING, Names, type_name
-from runtime.logs.packet_headers import Array, Block, blocks
+from imc.lsf import ReportProgress
+from runtime.logs.clock_steps import ClockStep, SystemClock
+from runtime.logs.header_arrays import Array, PacketBlock, packet_blocks
+from runtime.logs.names import KEPT, NAMING, SystemNames, type_name
 
 K = TypeVar("K")
 
@@ -45,7 +45,7 @@ class PacketCount:
 
 
 @dataclass
-class Summary:
+class LogSummary:
     """A log summed up. tallies: (message id, system, entity) -> PacketCount; clocks: system -> Clock."""
 
     path: Path
@@ -54,8 +54,8 @@ class Summary:
     file_size: int
     unpacked: int = 0
     tallies: dict[tuple[int, int, int], PacketCount] = field(default_factory=dict[tuple[int, int, int], PacketCount])
-    clocks: dict[int, Clock] = field(default_factory=dict[int, Clock])
-    names: Names = field(default_factory=Names)
+    clocks: dict[int, SystemClock] = field(default_factory=dict[int, SystemClock])
+    names: SystemNames = field(default_factory=SystemNames)
     losses: list[imc.Loss] = field(default_factory=list[imc.Loss])
     writer: int | None = None
 
@@ -99,7 +99,7 @@ class Summary:
         """Tallies by (system, entity), most frequent first."""
         return self._grouped(lambda key: (key[1], key[2]))
 
-    def add(self, block: Block) -> None:
+    def add(self, block: PacketBlock) -> None:
         """Add more packets of the log."""
         heads = block.headers
         offsets = np.asarray(block.offsets)
@@ -107,8 +107,8 @@ class Summary:
         for src in np.unique(heads["src"]):
             own = heads["src"] == src
             own &= plain | ~(own & plain).any()
-            clock = self.clocks.setdefault(int(src), Clock(int(src)))
-            clock.feed(heads["timestamp"][own], offsets[own])
+            clock = self.clocks.setdefault(int(src), SystemClock(int(src)))
+            clock.update(heads["timestamp"][own], offsets[own])
         self._count(heads)
         if self.writer is None:
             controls = np.flatnonzero(heads["id"] == imc.LoggingControl.ID)
@@ -141,11 +141,11 @@ class Summary:
 
 
 def summarize(
-    log: imc.Log, progress: ReportShare | None = None, also: Iterable[Callable[[Block], object]] = ()
-) -> Summary:
+    log: imc.Log, progress: ReportProgress | None = None, also: Iterable[Callable[[PacketBlock], object]] = ()
+) -> LogSummary:
     """Read a log once and sum it up. `progress` gets the share read, 0 to 1; each of `also` gets all packets."""
-    summary = Summary(log.path, log.schema, log.schema_source, log.path.stat().st_size)
-    for block in blocks(log, summary.losses, progress):
+    summary = LogSummary(log.path, log.schema, log.schema_source, log.path.stat().st_size)
+    for block in packet_blocks(log, summary.losses, progress):
         summary.add(block)
         for observer in also:
             observer(block)

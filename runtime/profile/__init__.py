@@ -1,10 +1,9 @@
 """Profiles: ini files read into values that know their file and line."""
 
 from runtime.profile import dune
-from runtime.profile.config import Config, Option, Section, items, statement, write
+from runtime.profile.config import Config, Option, Section, format_option, format_sections, split_list
 from runtime.profile.dune import EVERY_TASK
-from runtime.profile.folders import available, find_profile, located, own_etc, search_path, user_etc
-from runtime.profile.ini import parse, read_sections, write_sections
+from runtime.profile.ini import read_config, read_sections, write_sections
 from runtime.profile.profile import (
     ALWAYS,
     ENTITY_IDS,
@@ -15,6 +14,14 @@ from runtime.profile.profile import (
     derived_id,
     load_profile,
     parse_address,
+)
+from runtime.profile.profile_search import (
+    available_profiles,
+    copy_in_root,
+    find_profile,
+    own_etc,
+    search_path,
+    user_etc,
 )
 
 __all__ = [
@@ -27,21 +34,21 @@ __all__ = [
     "Option",
     "Profile",
     "Section",
-    "available",
+    "available_profiles",
+    "copy_in_root",
     "default_label",
     "derived_id",
     "dune",
     "find_profile",
-    "items",
+    "format_option",
+    "format_sections",
     "load_profile",
-    "located",
     "own_etc",
-    "parse",
     "parse_address",
+    "read_config",
     "read_sections",
     "search_path",
-    "statement",
+    "split_list",
     "user_etc",
-    "write",
     "write_sections",
 ]

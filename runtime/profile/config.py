@@ -74,7 +74,7 @@ class Option:
     def reduce(self, text: str, origin: Origin) -> None:
         """Remove every occurrence of each item of `text`, with the comma that follows it."""
         value = self.value
-        for item in items(text):
+        for item in split_list(text):
             value = re.sub(re.escape(item) + ",?", "", value)
         self._parts, self.size = [value], len(value)
         self.history.append(Assignment(origin, "-="))
@@ -128,7 +128,7 @@ class Config:
 
     def sorted_sections(self) -> list[Section]:
         """The sections sorted by the bytes of their names: DUNE's order of tasks."""
-        return sorted(self.sections.values(), key=lambda section: byte_order(section.name))
+        return sorted(self.sections.values(), key=lambda section: byte_sort_key(section.name))
 
     def option(self, section: str, name: str) -> Option | None:
         found = self.sections.get(section)
@@ -155,17 +155,17 @@ class Config:
         return "\n".join("".join(_section_lines(section)) for section in self.sorted_sections())
 
 
-def write(sections: Mapping[str, Mapping[str, str]]) -> str:
+def format_sections(sections: Mapping[str, Mapping[str, str]]) -> str:
     """An ini file with these texts, in byte order. Raises ValueError if the grammar cannot hold a name or a text."""
     blocks: list[str] = []
-    for name in sorted(sections, key=byte_order):
+    for name in sorted(sections, key=byte_sort_key):
         options = sections[name]
-        lines = [statement(option, options[option]) for option in sorted(options, key=byte_order)]
-        blocks.append(header(name) + "".join(lines))
+        lines = [format_option(option, options[option]) for option in sorted(options, key=byte_sort_key)]
+        blocks.append(format_header(name) + "".join(lines))
     return "\n".join(blocks)
 
 
-def header(section: str) -> str:
+def format_header(section: str) -> str:
     """The line that opens a section. Raises ValueError if the grammar cannot hold the name."""
     if not section or section != section.rstrip(BLANKS) or any(c in section for c in "]\n\0"):
         raise ValueError(f"{quoted(section)} cannot be the name of a section: it is empty, or has a ] or a line break")
@@ -174,7 +174,7 @@ def header(section: str) -> str:
     return f"[{section}]\n"
 
 
-def statement(name: str, value: str, attributes: Mapping[str, str] | None = None) -> str:
+def format_option(name: str, value: str, attributes: Mapping[str, str] | None = None) -> str:
     """The lines that set an option, wrapped if possible. Raises ValueError if the grammar cannot hold it."""
     if not name or any(c in name for c in "={\n\0") or name[0] in BLANKS + "[;#":
         raise ValueError(f"{quoted(name)} cannot be the name of an option")
@@ -182,7 +182,7 @@ def statement(name: str, value: str, attributes: Mapping[str, str] | None = None
         raise ValueError(f"{quoted(value)} cannot be a value: it has one of ; | # or a line break")
     # DUNE strips one final + or - from the name, but no blanks before it: an added + protects such a name.
     left = name + "+" if name[-1] in BLANKS + "+-" else name
-    left += f" {{{braces(attributes)}}}" if attributes else ""
+    left += f" {{{format_attributes(attributes)}}}" if attributes else ""
     pieces = _pieces(value.strip(BLANKS), WIDTH - len(left) - 3)
     lines = [f"{left} = {pieces[0]}".rstrip(BLANKS), *(f"    {piece}" for piece in pieces[1:])]
     if any(len(line.encode(errors="surrogateescape")) > LONGEST_LINE for line in lines):
@@ -190,32 +190,32 @@ def statement(name: str, value: str, attributes: Mapping[str, str] | None = None
     return "\n".join(lines) + "\n"
 
 
-def braces(attributes: Mapping[str, str]) -> str:
+def format_attributes(attributes: Mapping[str, str]) -> str:
     return ", ".join(f"{label}: {attributes[label]}" for label in sorted(attributes))
 
 
-def items(text: str) -> list[str]:
+def split_list(text: str) -> list[str]:
     """The items of a comma-separated list that are not empty."""
     return [item for word in text.split(",") if (item := word.strip(BLANKS))]
 
 
-def byte_order(name: str) -> bytes:
+def byte_sort_key(name: str) -> bytes:
     return name.encode(errors="surrogateescape")
 
 
-def is_raw(text: str) -> bool:
+def has_undecodable_bytes(text: str) -> bool:
     """Whether the text has bytes that are not UTF-8."""
     return not text.isascii() and any("\udc80" <= c <= "\udcff" for c in text)
 
 
 def _section_lines(section: Section) -> Iterator[str]:
-    yield header(section.name)
-    for option in sorted(section.options.values(), key=lambda option: byte_order(option.name)):
+    yield format_header(section.name)
+    for option in sorted(section.options.values(), key=lambda option: byte_sort_key(option.name)):
         try:
             if option.history:
-                yield statement(option.name, option.value, option.attributes)
+                yield format_option(option.name, option.value, option.attributes)
             else:
-                yield f"{option.name} {{{braces(option.attributes)}}}\n"
+                yield f"{option.name} {{{format_attributes(option.attributes)}}}\n"
         except ValueError as error:
             yield f"# {error}\n"
 

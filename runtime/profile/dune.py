@@ -84,7 +84,7 @@ TASKS = dune_tasks.TASKS.union(MULTIPLEXED.values())
 LABEL = "Entity Label"
 
 
-def multiplexed(option: str) -> Iterator[tuple[str, str]]:
+def multiplexer_targets(option: str) -> Iterator[tuple[str, str]]:
     """The sections and their options that an option of [Maneuver.Multiplexer] sets here; none if it sets no other's."""
     left, dashes, right = option.partition(" -- ")
     if option == "Enabled":
@@ -95,7 +95,7 @@ def multiplexed(option: str) -> Iterator[tuple[str, str]]:
         yield MULTIPLEXED[left], right
 
 
-def expand(config: Config) -> None:
+def expand_multiplexer(config: Config) -> None:
     """Add the sections that [Maneuver.Multiplexer] stands for, behind it: DUNE has one task for many maneuvers.
 
     A maneuver with an Enabled of its own stays as it is; any other keeps the options that it has.
@@ -110,7 +110,7 @@ def expand(config: Config) -> None:
         if name not in own
     }
     for option in multiplexer.options.values():
-        for name, target in multiplexed(option.name):
+        for name, target in multiplexer_targets(option.name):
             if name in added:
                 added[name].options.setdefault(target, option.renamed(target))
     for kind, name in MULTIPLEXED.items():

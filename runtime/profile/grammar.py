@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable
 
-from runtime.profile.config import BLANKS, Config, Option, Section, is_raw, items
+from runtime.profile.config import BLANKS, Config, Option, Section, has_undecodable_bytes, split_list
 from support.diagnostics import Origin, Problem, Severity
 from support.text import quoted, suggestion
 
@@ -18,7 +18,7 @@ _REFERENCE = re.compile(r"\$\(([^,]+),[ \t\n\v\f\r]*([^)]+)(\)?)")
 _NEARLY_DIRECTIVE = re.compile(r"\s*(include|require)\b", re.IGNORECASE)
 
 
-class Lines:
+class LineReader:
     """Reads the lines of one file, in order, into a Config.
 
     `include(name, required)` is called for a directive. A line that DUNE reads differently than it looks is read as in
@@ -44,7 +44,7 @@ class Lines:
         self._option: Option | None = None
         self._reduced = False
 
-    def feed(self, number: int, line: str) -> None:
+    def read_line(self, number: int, line: str) -> None:
         """Read one line, without blanks around it; neither empty nor a comment."""
         self.origin = Origin(self.origin.file, number)
         left, equals, right = line.partition("=")
@@ -138,8 +138,8 @@ class Lines:
         option.extend(text, self.origin)
 
     def _reduce(self, option: Option, text: str) -> None:
-        present = items(option.value)
-        for item in items(text):
+        present = split_list(option.value)
+        for item in split_list(text):
             if item not in option.value:
                 self.warn(f"{quoted(item)} is not in {option.name}", suggestion(item, present))
             elif part := next((other for other in present if item in other and item != other), None):
@@ -179,7 +179,7 @@ class Lines:
                 f"{quoted(rest.strip(BLANKS))} after the attributes of {option.name} is ignored",
                 "put + or - before the {",
             )
-        for item in items(inside):
+        for item in split_list(inside):
             label, colon, value = item.partition(":")
             label, value = label.strip(BLANKS).lower(), value.strip(BLANKS)
             option.attributes[label] = value
@@ -238,7 +238,7 @@ class Lines:
             )
 
     def _note_raw(self, *texts: str) -> None:
-        if any(map(is_raw, texts)):
+        if any(map(has_undecodable_bytes, texts)):
             self.raw.append(self.origin.line)
 
     def _say(self, severity: Severity, text: str, hint: str) -> None:

@@ -5,8 +5,8 @@ import stat
 from collections.abc import Mapping
 from pathlib import Path
 
-from runtime.profile.config import BLANKS, LONGEST_LINE, Config, write
-from runtime.profile.grammar import Lines
+from runtime.profile.config import BLANKS, LONGEST_LINE, Config, format_sections
+from runtime.profile.grammar import LineReader
 from support.diagnostics import Origin, Problem
 
 DUNE_LINE = 1023  # bytes; DUNE takes the rest of a longer line as the next one
@@ -16,7 +16,7 @@ MOST_FILES = 1000
 MOST_ERRORS = 20  # in one file
 
 
-def parse(path: str | Path, config: Config | None = None, shared: Path | None = None) -> Config:
+def read_config(path: str | Path, config: Config | None = None, shared: Path | None = None) -> Config:
     """Read a file and what it includes, on top of `config` if given. Never raises: see `Config.problems`.
 
     An included file that is not found at its path is taken from the folder `shared`.
@@ -37,7 +37,7 @@ def write_sections(path: Path, sections: Mapping[str, Mapping[str, str]]) -> Non
 
     Raises OSError, and ValueError if the grammar cannot hold a name or a text.
     """
-    data = write(sections).encode("utf-8", errors="surrogateescape")
+    data = format_sections(sections).encode("utf-8", errors="surrogateescape")
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_suffix(".new")
     with draft.open("wb") as file:
@@ -59,7 +59,7 @@ def read_sections(path: str | Path) -> dict[str, dict[str, str]]:
         return {}
     return {
         name: {option.name: option.value for option in section.options.values() if option.history}
-        for name, section in parse(path).sections.items()
+        for name, section in read_config(path).sections.items()
     }
 
 
@@ -105,7 +105,7 @@ class _Reader:
         data = _contents(path)
         self._config.files.append(path)
         self._chain[real] = path
-        lines = Lines(
+        lines = LineReader(
             self._config, path, self.report, lambda name, required: self._include(lines, name, required, included)
         )
         try:
@@ -117,7 +117,7 @@ class _Reader:
                 text = f"bytes that are not UTF-8{more} are kept as they are"
                 self.report(Problem("warning", path, lines.raw[0], text, "save the file as UTF-8"))
 
-    def _read_lines(self, lines: Lines, data: bytes) -> None:
+    def _read_lines(self, lines: LineReader, data: bytes) -> None:
         path = lines.origin.file
         if data.startswith((b"\xff\xfe", b"\xfe\xff")):
             self.report(Problem("error", path, 1, "the file is UTF-16", "save it as UTF-8"))
@@ -138,12 +138,12 @@ class _Reader:
                         f"the line has {len(text)} bytes; DUNE reads {DUNE_LINE} and takes the rest as the next line"
                     )
                     self.report(Problem("warning", path, number, warning, "continue the text on the next line"))
-                lines.feed(number, text.decode(errors="surrogateescape"))
+                lines.read_line(number, text.decode(errors="surrogateescape"))
             if lines.errors >= MOST_ERRORS:
                 self.report(Problem("error", path, number, f"{MOST_ERRORS} errors in this file; the rest is not read"))
                 return
 
-    def _include(self, lines: Lines, name: str, required: bool, included: bool) -> None:
+    def _include(self, lines: LineReader, name: str, required: bool, included: bool) -> None:
         """A missing file is a warning for [Include], an error for [Require] unless an [Include] led here."""
         path = _tidy(f"{os.path.dirname(lines.origin.file) or '.'}/{name}")
         if self._shared is not None and not os.path.exists(path) and os.path.exists(self._shared / name):

@@ -12,12 +12,12 @@ from fastcrc import crc16
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.profile import dune
-from runtime.profile.config import BLANKS, Config, header, items, statement
-from runtime.profile.folders import find_profile, located, own_etc
-from runtime.profile.ini import parse
+from runtime.profile.config import BLANKS, Config, format_header, format_option, split_list
+from runtime.profile.ini import read_config
+from runtime.profile.profile_search import copy_in_root, find_profile, own_etc
 from runtime.task import Parameter
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from support.text import quoted, suggestion
 
 ALWAYS, NEVER = "Always", "Never"
@@ -52,18 +52,18 @@ def load_profile(
     warnings.
     """
     path = find_profile(name, config_dirs)
-    profile = Profile(path, parse(path, shared=own_etc()))
+    profile = Profile(path, read_config(path, shared=own_etc()))
     if vehicle:
         profile.override(f"General:Vehicle={vehicle}")
     folders = [path.parent, *([saved] if saved else [])]
     for folder in folders if profile.vehicle_problem() is None else []:
         profile.add_saved(folder / f"{profile.vehicle}-saved.ini")
-    dune.expand(profile.config)
+    dune.expand_multiplexer(profile.config)
     for assignment in overrides:
         profile.override(assignment)
-    profile.refuse_strangers()
+    profile.raise_unused_overrides()
     if strict:
-        profile.refuse_errors()
+        profile.raise_errors()
     return profile
 
 
@@ -129,18 +129,18 @@ class Profile:
         if option is None or not option.value:
             return None
         schema = imc.builtin()
-        for name in items(option.value):
+        for name in split_list(option.value):
             source = Path(option.origin.file)
             places = [source.parent / name, Path(name)]
             if source.name == "Config.ini":  # of a log
                 places.insert(0, source.with_name("IMC.xml.gz"))
-            path = located(next((place for place in places if place.is_file()), Path(name)))
+            path = copy_in_root(next((place for place in places if place.is_file()), Path(name)))
             try:
                 schema = imc.load(path, over=schema)
             except FileNotFoundError:
                 raise self._error("General", "Messages", f"there is no file {quoted(name)}", "") from None
             except OSError as error:
-                raise self._error("General", "Messages", of_file(error, name), "") from None
+                raise self._error("General", "Messages", describe_os_error(error, name), "") from None
             except imc.SchemaError as error:
                 raise self._error("General", "Messages", str(error), "") from None
         return schema
@@ -164,7 +164,7 @@ class Profile:
         """The start of virtual time, in seconds since 1970 UTC. Raises ProfileError."""
         return self.start_time_ns / 10**9
 
-    def start_at(self, time_ns: int) -> None:
+    def set_start_time(self, time_ns: int) -> None:
         """Set the start of virtual time (ns since 1970 UTC), cut to microseconds."""
         time = _EPOCH + timedelta(microseconds=time_ns // 1000)
         self.override(f"General:Start Time={time.isoformat()}")
@@ -195,7 +195,7 @@ class Profile:
 
     def select(self, names: str | Iterable[str]) -> frozenset[str]:
         """The selected modes, from a list or separated by commas. Raises ProfileError for an unknown one."""
-        chosen = items(names) if isinstance(names, str) else [name for text in names for name in items(text)]
+        chosen = split_list(names) if isinstance(names, str) else [name for text in names for name in split_list(text)]
         for name in chosen:
             if name not in self.modes:
                 hint = suggestion(name, self.modes)
@@ -204,7 +204,7 @@ class Profile:
 
     def enabled(self, section: str, selected: Iterable[str] = ()) -> bool:
         """Whether the task of a section runs when these modes are selected."""
-        return not {ALWAYS, *selected}.isdisjoint(items(self.config.value(section, "Enabled")))
+        return not {ALWAYS, *selected}.isdisjoint(split_list(self.config.value(section, "Enabled")))
 
     def process(self, section: str) -> str:
         """The process that runs the task of a section, "" for the main one. Raises ProfileError."""
@@ -251,14 +251,14 @@ class Profile:
         try:
             if not equals or not colons:
                 raise ValueError("it must be Section:Option=value, such as 'General:Seed=7'")
-            header(section)
-            statement(option, value)
+            format_header(section)
+            format_option(option, value)
         except ValueError as error:
             raise ProfileError([Problem("error", COMMAND_LINE.file, 0, f"{quoted(assignment)}: {error}")]) from None
         self.config.open(section, COMMAND_LINE).open(option).set(value, COMMAND_LINE)
         if section == dune.MULTIPLEXER:
-            dune.expand(self.config)
-            for name, target in dune.multiplexed(option):
+            dune.expand_multiplexer(self.config)
+            for name, target in dune.multiplexer_targets(option):
                 self.config.open(name, COMMAND_LINE).open(target).set(value, COMMAND_LINE)
         return section, option
 
@@ -267,7 +267,7 @@ class Profile:
         if not path.exists():
             return
         before = len(self.config.problems)
-        parse(path, self.config)
+        read_config(path, self.config)
         found = self.config.problems[before:]
         self.config.problems[before:] = [replace(p, severity="warning") if p.severity == "error" else p for p in found]
 
@@ -279,13 +279,13 @@ class Profile:
         text = f"{quoted(name)} cannot be the name of a vehicle, since folders are named after it"
         return self._error("General", "Vehicle", text, "use letters, digits, - and _").problems[0]
 
-    def refuse_errors(self) -> None:
+    def raise_errors(self) -> None:
         """Raise ProfileError if the files or the vehicle's name have errors."""
         problem = self.vehicle_problem()
         if errors := [*self.config.errors, *([problem] if problem else [])]:
             raise ProfileError(errors)
 
-    def refuse_strangers(self) -> None:
+    def raise_unused_overrides(self) -> None:
         """Raise ProfileError if an override is for a section that nothing reads and that does not enable a task."""
         model = dune.MODEL_PREFIX + self.config.value("General", "Vehicle Type")
         problems: list[Problem] = []

@@ -1,29 +1,29 @@
 """The state of a vehicle as plain values, saved and restored."""
 
-from runtime.snapshot.journal import Journals
+from runtime.snapshot.allowlist import SnapshotError
+from runtime.snapshot.input_journal import InputJournals
 from runtime.snapshot.snapshot import (
     STATE,
     SUFFIX,
     Snapshot,
-    keep_beside_log,
     load,
     load_file,
     restore,
     run_with_snapshots,
     save,
+    save_beside_log,
 )
-from runtime.snapshot.vocabulary import SnapshotError
 
 __all__ = [
     "STATE",
     "SUFFIX",
-    "Journals",
+    "InputJournals",
     "Snapshot",
     "SnapshotError",
-    "keep_beside_log",
     "load",
     "load_file",
     "restore",
     "run_with_snapshots",
     "save",
+    "save_beside_log",
 ]

@@ -12,8 +12,8 @@ import numpy as np
 
 import imc
 from runtime.kernel import Timer
-from runtime.snapshot.state import BELONGINGS, entities_of, parts, task_of
-from runtime.snapshot.values import attributes
+from runtime.snapshot.serializer import attributes
+from runtime.snapshot.state import BELONGINGS, entities_of, shared_parts, task_of
 from runtime.task import Entity, Script, Task, Ticker
 
 DEEPEST = 40
@@ -27,9 +27,9 @@ def state_checksum(task: Task, timers: list[Timer]) -> int:
     an iterator, by its type. The order of a set does not count.
     """
     vehicle = task.vehicle
-    outline = _Outline({id(part): name for name, part in parts(vehicle)}, timers)
+    outline = _Outline({id(part): name for name, part in shared_parts(vehicle)}, timers)
     hears = [s for s in vehicle.bus.subscriptions if task_of(s) is task]
-    frames = [frame for script in task.running_scripts for frame in script.waits]
+    frames = [frame for script in task.running_scripts for frame in script.waiting_frames]
     skipped = BELONGINGS.union(task.transient)
     words = [
         outline.of({name: value for name, value in vars(task).items() if name not in skipped}),

@@ -9,15 +9,17 @@ from typing import Any
 
 import msgspec
 
-from runtime.kernel import SECOND, Timer, nanoseconds, owner_of, title
+from runtime.kernel import SECOND, Timer, nanoseconds, owner_of, owner_title
+from runtime.snapshot.allowlist import LARGEST, SnapshotError, check_size, short_repr
 from runtime.snapshot.checksum import state_checksum
-from runtime.snapshot.journal import Past
-from runtime.snapshot.scripts import replay_journal
+from runtime.snapshot.input_journal import JournalStart
+from runtime.snapshot.script_replay import replay_journal
+from runtime.snapshot.serializer import StateWriter
 from runtime.snapshot.state import (
     TaskState,
     TimerState,
     connect,
-    nothing,
+    do_nothing,
     reader_for,
     restore_task,
     restore_timer,
@@ -26,13 +28,11 @@ from runtime.snapshot.state import (
     timer_state,
     writer_for,
 )
-from runtime.snapshot.values import StateWriter
-from runtime.snapshot.vocabulary import LARGEST, SnapshotError, check_size, shown
-from runtime.task import State, Task, with_place
+from runtime.task import State, Task, with_location
 from runtime.vehicle import Vehicle
-from support.file_errors import naming
+from support.file_errors import naming_path
 
-FORMAT = "shoal snapshot 5"
+FORMAT = "shoal snapshot 6"
 STATE, SUFFIX = "State-", ".msgpack"
 MOST_NAMED = 5  # tasks in one error
 LATEST = 1 << 62  # ns since 1970: the year 2116
@@ -54,16 +54,16 @@ class Snapshot(msgspec.Struct):
     profile: dict[str, dict[str, bytes]]
     sections: list[str]
     tasks: dict[str, TaskState]
-    pasts: dict[str, Past]
+    journals: dict[str, JournalStart]
     timers: list[TimerState]
-    hears: list[str]
+    subscriptions: list[str]
     running: list[str]
     entities: list[tuple[str, int, Any, str, bool]]
-    heard: list[tuple[int, int, str]]
+    remote_labels: list[tuple[int, int, str]]
     activations: list[tuple[str, Any, str]]
 
 
-class Envelope(msgspec.Struct, array_like=True):
+class SnapshotFile(msgspec.Struct, array_like=True):
     """The content of a file: its format, and a snapshot in msgpack with its checksum."""
 
     format: str
@@ -95,7 +95,10 @@ def save(vehicle: Vehicle) -> bytes:
         vehicle.start_time,
         vehicle.seed,
         _bytes(vehicle.profile.dump()),
-        {name: {option: _bytes(text) for option, text in t.items()} for name, t in vehicle.changes.changed().items()},
+        {
+            name: {option: _bytes(text) for option, text in t.items()}
+            for name, t in vehicle.effective_config.changed().items()
+        },
         [task.name for task in vehicle.tasks],
         {task.name: task_state(task, [s for owner, s in hears if owner is task], writer) for task in plain},
         {task.name: _past(task, timers) for task in scripted},
@@ -103,12 +106,12 @@ def save(vehicle: Vehicle) -> bytes:
         [task.name for task, _ in hears],
         sorted(vehicle.running),
         [(e.label, e.id, writer.write(e.state, e.label), e.description, e.stateful) for e in vehicle.entities],
-        [(system, entity, label) for (system, entity), label in vehicle.entities.heard.items()],
+        [(system, entity, label) for (system, entity), label in vehicle.entities.remote_labels.items()],
         [(name, writer.write(a.phase, name), a.error) for name, a in vehicle.activations.items()],
     )
     data = msgspec.msgpack.encode(snapshot)
     check_size(data, f"the state of {vehicle.name}")
-    return msgspec.msgpack.encode(Envelope(FORMAT, zlib.crc32(data), data))
+    return msgspec.msgpack.encode(SnapshotFile(FORMAT, zlib.crc32(data), data))
 
 
 def load_file(path: Path) -> Snapshot:
@@ -124,16 +127,16 @@ def load(data: bytes) -> Snapshot:
     if len(data) > LARGEST:
         raise SnapshotError(f"not a valid snapshot: it has more than {LARGEST >> 20} MiB")
     try:
-        found = msgspec.msgpack.decode(data, type=Envelope)
+        found = msgspec.msgpack.decode(data, type=SnapshotFile)
         if found.format != FORMAT:
-            raise SnapshotError(f"this is a {shown(found.format)}, not a {FORMAT!r}")
+            raise SnapshotError(f"this is a {short_repr(found.format)}, not a {FORMAT!r}")
         if zlib.crc32(found.snapshot) != found.checksum:
             raise SnapshotError("this snapshot is damaged")
         check_size(found.snapshot)
         snapshot = msgspec.msgpack.decode(found.snapshot, type=Snapshot)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         raise SnapshotError("not a valid snapshot: this is another kind of file, or damaged") from None
-    earliest = [past.time for past in snapshot.pasts.values()]
+    earliest = [past.time for past in snapshot.journals.values()]
     latest = [timer.time for timer in snapshot.timers]
     if not 0 <= min([*earliest, snapshot.time]) <= snapshot.time <= max([*latest, snapshot.time]) < LATEST:
         raise SnapshotError("not a valid snapshot: it has an impossible time")
@@ -151,11 +154,11 @@ def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     tasks = {task.name: task for task in vehicle.tasks}
     if snapshot.sections != list(tasks):
         differ = sorted(tasks.keys() ^ set(snapshot.sections)) or list(tasks)
-        listed = ", ".join(map(shown, differ[:MOST_NAMED])) + (" ..." if len(differ) > MOST_NAMED else "")
+        listed = ", ".join(map(short_repr, differ[:MOST_NAMED])) + (" ..." if len(differ) > MOST_NAMED else "")
         raise SnapshotError(f"the vehicle has other tasks than the snapshot: {listed}")
-    if sorted([*snapshot.tasks, *snapshot.pasts]) != sorted(tasks) or not tasks.keys() >= set(snapshot.running):
+    if sorted([*snapshot.tasks, *snapshot.journals]) != sorted(tasks) or not tasks.keys() >= set(snapshot.running):
         raise SnapshotError("not a valid snapshot: it has not exactly one state of each task")
-    vehicle.blame = _blame
+    vehicle.attribute_error = _blame
     try:
         _restore(vehicle, snapshot)
     except SnapshotError:
@@ -167,7 +170,7 @@ def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
 def _blame(owner: object, error: Exception) -> Exception:
     if isinstance(error, SnapshotError):
         return error
-    blamed = SnapshotError(f"{title(owner)} failed with the state of the snapshot: {with_place(error)}")
+    blamed = SnapshotError(f"{owner_title(owner)} failed with the state of the snapshot: {with_location(error)}")
     blamed.__cause__ = error
     return blamed
 
@@ -198,7 +201,7 @@ def run_with_snapshots(
         count += 1
 
 
-def keep_beside_log(vehicle: Vehicle, state: bytes) -> None:
+def save_beside_log(vehicle: Vehicle, state: bytes) -> None:
     """Write a snapshot beside the log: State-<seconds of the run>.msgpack. Raises SnapshotError, OSError."""
     folder = vehicle.log_folder
     if folder is None and vehicle.keeps_log:
@@ -209,7 +212,7 @@ def keep_beside_log(vehicle: Vehicle, state: bytes) -> None:
     path = folder / f"{STATE}{seconds:.9f}".rstrip("0").rstrip(".")
     draft = path.with_name(f"{path.name}.new")
     try:
-        with naming(draft):
+        with naming_path(draft):
             draft.write_bytes(state)
         draft.replace(path.with_name(f"{path.name}{SUFFIX}"))
     except OSError:
@@ -224,14 +227,14 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     vehicle.start_time = snapshot.start_time
     changed = {name: {o: _text(t) for o, t in texts.items()} for name, texts in snapshot.profile.items()}
     try:
-        vehicle.changes.resume(changed)
+        vehicle.effective_config.resume(changed)
     except KeyError as error:
-        unknown = shown(str(error.args[0]))
+        unknown = short_repr(str(error.args[0]))
         raise SnapshotError(f"not a valid snapshot: the vehicle has no parameter {unknown}") from None
-    for system, entity, label in snapshot.heard:
-        vehicle.entities.hear(system, entity, label)
-    scripted = _replay(vehicle, snapshot.pasts)
-    kernel.reach(snapshot.time)
+    for system, entity, label in snapshot.remote_labels:
+        vehicle.entities.learn_label(system, entity, label)
+    scripted = _replay(vehicle, snapshot.journals)
+    kernel.set_now(snapshot.time)
     timers = [_timer(state, scripted) for state in snapshot.timers]
     if any(scripted.values()):
         raise SnapshotError("not a valid snapshot: a timer is missing")
@@ -249,19 +252,19 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     for timer, state in zip(timers, snapshot.timers, strict=True):
         if state.function is not None:
             restore_timer(timer, state, reader)
-    kernel.adopt(timers)
-    _arrange(vehicle, snapshot.hears)
+    kernel.replace_timers(timers)
+    _arrange(vehicle, snapshot.subscriptions)
     for label, number, phase, description, stateful in snapshot.entities:
         entity = vehicle.entities.find(label)
         if entity is None or entity.id != number:
-            raise SnapshotError(f"the vehicle has no entity {shown(label)} of id {number}")
+            raise SnapshotError(f"the vehicle has no entity {short_repr(label)} of id {number}")
         entity.state, entity.description, entity.stateful = State(reader.read(phase)), description, stateful
     for name, phase, error in snapshot.activations:
         activation = vehicle.activations[name]
         activation.phase, activation.error = type(activation.phase)(reader.read(phase)), error
     for section in snapshot.tasks:
         vehicle.task(section).restored()
-    vehicle.bus.forget()
+    vehicle.bus.discard_backlog()
     vehicle.running.update(snapshot.running)
 
 
@@ -271,14 +274,14 @@ def _refuse_strangers(vehicle: Vehicle) -> None:
         owner = owner_of(subscription.handler)
         if task_of(subscription) is None and not vehicle.is_observer(owner):
             raise SnapshotError(
-                f"{title(owner)} receives {subscription.type.__name__} and is no task, so it cannot be restored: "
+                f"{owner_title(owner)} receives {subscription.type.__name__} and is no task, so it cannot be restored: "
                 "make it a task, or use Vehicle.tap if it only watches"
             )
     for timer in vehicle.kernel.timers():
         if vehicle.is_observer(timer.owner) and not getattr(timer.owner, "transient", False):
             raise SnapshotError(
-                f"the observer {title(timer.owner)} has a pending call, so it cannot be restored: make it a task, or "
-                "set its attribute transient = True if the run does not need it"
+                f"the observer {owner_title(timer.owner)} has a pending call, so it cannot be restored: make it a "
+                "task, or set its attribute transient = True if the run does not need it"
             )
 
 
@@ -290,7 +293,7 @@ def _text(data: bytes) -> str:
     return data.decode(errors="surrogateescape")
 
 
-def _replay(vehicle: Vehicle, pasts: dict[str, Past]) -> dict[str, list[Timer]]:
+def _replay(vehicle: Vehicle, pasts: dict[str, JournalStart]) -> dict[str, list[Timer]]:
     """Restore the tasks that run scripts; returns their timers."""
     timers = dict[str, list[Timer]]()
     for section, past in pasts.items():
@@ -301,11 +304,11 @@ def _replay(vehicle: Vehicle, pasts: dict[str, Past]) -> dict[str, list[Timer]]:
     return timers
 
 
-def _past(task: Task, timers: list[Timer]) -> Past:
+def _past(task: Task, timers: list[Timer]) -> JournalStart:
     journals = task.vehicle.journals
     if journals is None:
         raise SnapshotError(f"{task.name} runs a script, and no journals are kept")
-    return journals.of(task).saved(state_checksum(task, [timer for timer in timers if timer.owner is task]))
+    return journals.of(task).snapshot(state_checksum(task, [timer for timer in timers if timer.owner is task]))
 
 
 def _timer_state(timer: Timer, scripted: list[Task], writer: StateWriter) -> TimerState:
@@ -317,7 +320,7 @@ def _timer_state(timer: Timer, scripted: list[Task], writer: StateWriter) -> Tim
 
 def _timer(state: TimerState, scripted: dict[str, list[Timer]]) -> Timer:
     if state.function is not None:
-        return Timer(state.time, nothing, ())
+        return Timer(state.time, do_nothing, ())
     timer = scripted[state.owner].pop(0)
     if timer.time != state.time:
         raise SnapshotError(f"not a valid snapshot: {state.owner} has no timer at this time")
@@ -331,4 +334,4 @@ def _arrange(vehicle: Vehicle, turns: list[str]) -> None:
     arranged = [own[name].pop(0) for name in turns]
     if any(own.values()):
         raise SnapshotError("not a valid snapshot: a subscription is missing")
-    vehicle.bus.arrange([*others, *arranged])
+    vehicle.bus.set_subscriptions([*others, *arranged])

@@ -8,9 +8,9 @@ from typing import Any, cast
 import msgspec
 
 from runtime.bus import Bus, Subscription
-from runtime.kernel import SECOND, Timer, title
-from runtime.snapshot.values import StateReader, StateWriter
-from runtime.snapshot.vocabulary import SnapshotError, Vocabulary, check_attribute, shown
+from runtime.kernel import SECOND, Timer, owner_title
+from runtime.snapshot.allowlist import ClassAllowlist, SnapshotError, check_attribute, short_repr
+from runtime.snapshot.serializer import StateReader, StateWriter
 from runtime.task import HIGHEST_RATE, Entity, Logbook, Parameter, Script, Task, Ticker
 from runtime.vehicle import Vehicle
 
@@ -44,7 +44,7 @@ class TimerState(msgspec.Struct, array_like=True):
     args: list[Any]
 
 
-class HearingState(msgspec.Struct, array_like=True):
+class SubscriptionState(msgspec.Struct, array_like=True):
     """A subscription of a task: the plain form of the type, the name of its method, and its flags."""
 
     type: Any
@@ -61,7 +61,7 @@ class TaskState(msgspec.Struct, array_like=True):
     attributes: list[tuple[str, Any]]
     tickers: list[Any]
     pushed: Any
-    hears: list[HearingState]
+    subscriptions: list[SubscriptionState]
 
 
 def task_of(subscription: Subscription) -> Task | None:
@@ -104,16 +104,16 @@ def timer_state(timer: Timer, writer: StateWriter) -> TimerState:
     """Raises SnapshotError, also for a timer of a stranger, which no vehicle could have again."""
     if not isinstance(timer.owner, (Task, Vehicle, Bus)):
         raise SnapshotError(
-            f"{title(timer.owner)} has a pending call and is no task, so it cannot be restored: make it a task"
+            f"{owner_title(timer.owner)} has a pending call and is no task, so it cannot be restored: make it a task"
         )
-    where = f"{title(timer.owner)}: a pending call"
+    where = f"{owner_title(timer.owner)}: a pending call"
     owner, function = writer.write(timer.owner, where), writer.write(timer.function, where)
     return TimerState(timer.time, owner, function, [writer.write(part, where) for part in timer.args])
 
 
 def connect(task: Task, state: TaskState, reader: StateReader) -> None:
     """Subscribe a task to its messages again."""
-    for hearing in state.hears:
+    for hearing in state.subscriptions:
         handler = reader.read(["method", ["task", task.name], hearing.method])
         task.vehicle.bus.subscribe(
             Subscription(reader.read(hearing.type), handler, task, hearing.others, hearing.packets)
@@ -129,9 +129,9 @@ def restore_task(task: Task, state: TaskState, reader: StateReader) -> None:
     for name, plain in state.attributes:
         value = reader.read(plain)
         if name in refused:
-            raise SnapshotError(f"{task.name} cannot have an attribute {shown(name)} from a snapshot")
+            raise SnapshotError(f"{task.name} cannot have an attribute {short_repr(name)} from a snapshot")
         if name in declared:
-            value = checked(task, declared[name], value)
+            value = check_value(task, declared[name], value)
         setattr(task, check_attribute(type(task), name), value)
     for ticker, plain in zip(task.tickers, state.tickers, strict=True):
         _restore_ticker(ticker, *reader.read(plain))
@@ -149,18 +149,18 @@ def _restore_ticker(ticker: Ticker, hertz: float, count: int, start: int, missed
 def restore_pushed(task: Task, pushed: Iterable[Mapping[str, Any]]) -> None:
     """Restore the values that `push` has remembered. Raises SnapshotError."""
     task.parameter_set.pushed.clear()
-    task.parameter_set.pushed.extend(checked_values(task, values) for values in pushed)
+    task.parameter_set.pushed.extend(check_values(task, values) for values in pushed)
 
 
-def checked_values(task: Task, values: Mapping[str, Any]) -> dict[str, Any]:
+def check_values(task: Task, values: Mapping[str, Any]) -> dict[str, Any]:
     """Values of parameters by ini name, within their limits. Raises SnapshotError."""
     declarations = task.parameter_set.declarations
     if unknown := values.keys() - declarations.keys():
-        raise SnapshotError(f"{task.name} has no parameter {shown(min(unknown))}")
-    return {name: checked(task, declarations[name], value) for name, value in values.items()}
+        raise SnapshotError(f"{task.name} has no parameter {short_repr(min(unknown))}")
+    return {name: check_value(task, declarations[name], value) for name, value in values.items()}
 
 
-def checked(task: Task, parameter: Parameter, value: Any) -> Any:
+def check_value(task: Task, parameter: Parameter, value: Any) -> Any:
     """The value of a parameter, if it is within its limits. Raises SnapshotError."""
     try:
         return parameter.check(value)
@@ -188,11 +188,11 @@ def reader_for(vehicle: Vehicle, timers: list[Timer]) -> StateReader:
     return StateReader(lambda words: _find(words, vehicle, timers), _vocabulary(vehicle))
 
 
-def _vocabulary(vehicle: Vehicle) -> Vocabulary:
-    return Vocabulary({type(task).__module__.partition(".")[0] for task in vehicle.tasks}, vehicle.bus.messages)
+def _vocabulary(vehicle: Vehicle) -> ClassAllowlist:
+    return ClassAllowlist({type(task).__module__.partition(".")[0] for task in vehicle.tasks}, vehicle.bus.messages)
 
 
-def nothing() -> None:
+def do_nothing() -> None:
     """The function of a timer that is not restored yet."""
 
 
@@ -200,14 +200,14 @@ def _kind(task: Task) -> str:
     return f"{type(task).__module__}:{type(task).__qualname__}"
 
 
-def _hearing(task: Task, subscription: Subscription, writer: StateWriter) -> HearingState:
+def _hearing(task: Task, subscription: Subscription, writer: StateWriter) -> SubscriptionState:
     handler = subscription.handler
     if not isinstance(handler, MethodType) or handler.__self__ is not task:
         raise SnapshotError(
             f"{task.name} receives {subscription.type.__name__} with {handler!r}, which is not one of its methods"
         )
     kind = writer.write(subscription.type, task.name)
-    return HearingState(kind, handler.__name__, subscription.others, subscription.packets)
+    return SubscriptionState(kind, handler.__name__, subscription.others, subscription.packets)
 
 
 def _name(value: object, vehicle: Vehicle, timers: dict[int, int]) -> list[Any] | None:
@@ -228,10 +228,10 @@ def _name(value: object, vehicle: Vehicle, timers: dict[int, int]) -> list[Any] 
         return ["ended", value.task.name]
     if isinstance(value, MethodType) and value.__self__ is vehicle and value.__name__ in OF_VEHICLE:
         return ["vehicle's", value.__name__]
-    return next(([name] for name, part in parts(vehicle) if part is value), None)
+    return next(([name] for name, part in shared_parts(vehicle) if part is value), None)
 
 
-def parts(vehicle: Vehicle) -> Iterator[tuple[str, object]]:
+def shared_parts(vehicle: Vehicle) -> Iterator[tuple[str, object]]:
     """What all tasks of a vehicle share, by name."""
     yield from (("vehicle", vehicle), ("kernel", vehicle.kernel), ("bus", vehicle.bus), ("entities", vehicle.entities))
     yield from (("systems", vehicle.systems), ("profile", vehicle.profile))
@@ -248,7 +248,7 @@ def _find(words: list[Any], vehicle: Vehicle, timers: list[Timer]) -> object:
         case ["timer", int(index)]:
             return timers[index]
         case ["over"]:
-            over = Timer(0, nothing, ())
+            over = Timer(0, do_nothing, ())
             over.cancel()
             return over
         case ["ticker", str(name), int(index)]:
@@ -257,7 +257,7 @@ def _find(words: list[Any], vehicle: Vehicle, timers: list[Timer]) -> object:
             return Script.ended(vehicle.task(name))
         case ["vehicle's", str(name)] if name in OF_VEHICLE:
             return getattr(vehicle, name)
-        case [str(name)] if (part := dict(parts(vehicle)).get(name)) is not None:
+        case [str(name)] if (part := dict(shared_parts(vehicle)).get(name)) is not None:
             return part
         case _:
-            raise SnapshotError(f"not a valid snapshot: {shown(words[0])} is unknown")
+            raise SnapshotError(f"not a valid snapshot: {short_repr(words[0])} is unknown")

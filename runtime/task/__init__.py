@@ -1,19 +1,19 @@
 """What a task is made of: handlers, parameters, scripts, entities."""
 
 from runtime.task.activation import Activation, ActivationError
-from runtime.task.entities import SYSTEM_ENTITY, Entities, Entity, EntityError, State, Systems, allot
+from runtime.task.entities import SYSTEM_ENTITY, Entity, EntityError, EntityTable, State, SystemTable, assign_ids
 from runtime.task.handlers import (
     HIGHEST_RATE,
     Ticker,
     consume,
-    consumers,
+    consumer_methods,
     expect,
-    expectations,
+    expected_methods,
     periodic,
+    periodic_methods,
     rate_of,
-    tickers,
 )
-from runtime.task.logbook import Logbook, one_line, with_place
+from runtime.task.logbook import Logbook, one_line, with_location
 from runtime.task.parameters import Parameter, ParameterError, SharedOption, find_parameter, param
 from runtime.task.script import Inbox, Script
 from runtime.task.task import Task, listing_options, shared_options
@@ -23,9 +23,9 @@ __all__ = [
     "SYSTEM_ENTITY",
     "Activation",
     "ActivationError",
-    "Entities",
     "Entity",
     "EntityError",
+    "EntityTable",
     "Inbox",
     "Logbook",
     "Parameter",
@@ -33,21 +33,21 @@ __all__ = [
     "Script",
     "SharedOption",
     "State",
-    "Systems",
+    "SystemTable",
     "Task",
     "Ticker",
-    "allot",
+    "assign_ids",
     "consume",
-    "consumers",
+    "consumer_methods",
     "expect",
-    "expectations",
+    "expected_methods",
     "find_parameter",
     "listing_options",
     "one_line",
     "param",
     "periodic",
+    "periodic_methods",
     "rate_of",
     "shared_options",
-    "tickers",
-    "with_place",
+    "with_location",
 ]

@@ -38,7 +38,7 @@ class Entity:
     orphan: bool = False
 
 
-class Entities:
+class EntityTable:
     """Labels and ids of one vehicle's entities, and the labels that other systems and processes report.
 
     An id follows from the label (its CRC-16, or the next free one), so it is the same in every run and every process of
@@ -51,7 +51,7 @@ class Entities:
         self._known = dict(known or {})
         self._by_id: dict[int, Entity] = {}
         self._by_label: dict[str, Entity] = {}
-        self.heard: dict[tuple[int, int], str] = {}
+        self.remote_labels: dict[tuple[int, int], str] = {}
 
     def __iter__(self):
         return iter(sorted(self._by_id.values(), key=lambda entity: entity.id))
@@ -93,16 +93,16 @@ class Entities:
     def by_id(self, entity: int) -> Entity | None:
         return self._by_id.get(entity)
 
-    def hear(self, system: int, entity: int, label: str) -> None:
+    def learn_label(self, system: int, entity: int, label: str) -> None:
         """Remember the label of an entity of another process or system."""
-        if len(self.heard) < 65536:
-            self.heard[system, entity] = label
+        if len(self.remote_labels) < 65536:
+            self.remote_labels[system, entity] = label
 
     def label(self, system: int, entity: int) -> str:
         """The label of an entity of any system, empty if unknown."""
         if system == self._system and (own := self._by_id.get(entity)) is not None:
             return own.label
-        return self.heard.get((system, entity), "")
+        return self.remote_labels.get((system, entity), "")
 
     def _free_id(self, label: str) -> int:
         if label == "Daemon":
@@ -112,7 +112,7 @@ class Entities:
         return next_free(label, {*self._by_id, *self._known.values()})
 
 
-def allot(labels: Iterable[str], known: Mapping[str, int]) -> dict[str, int]:
+def assign_ids(labels: Iterable[str], known: Mapping[str, int]) -> dict[str, int]:
     """An id for each label: the known one, else given out in order; labels beyond the 254 possible ids get none."""
     ids = dict(known)
     for label in dict.fromkeys(labels):
@@ -131,7 +131,7 @@ def next_free(label: str, taken: set[int]) -> int:
     raise EntityError(f"{label}: a vehicle has at most {LARGEST_ENTITY} entities")
 
 
-class Systems:
+class SystemTable:
     """Names and ids of IMC systems."""
 
     def __init__(self, ids: Mapping[str, int]):

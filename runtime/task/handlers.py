@@ -18,7 +18,7 @@ JUDGING_RATE = 4.0  # Hz; how often data that are expected are looked for
 F = TypeVar("F", bound=Callable[..., object])
 
 
-class Consumer(NamedTuple):
+class ConsumerMethod(NamedTuple):
     """A method that is subscribed to one type."""
 
     method: str
@@ -27,7 +27,7 @@ class Consumer(NamedTuple):
     packets: bool
 
 
-class Ticking(NamedTuple):
+class PeriodicMethod(NamedTuple):
     """A method that runs at a rate: hertz, or the attribute of a parameter in hertz."""
 
     method: str
@@ -87,7 +87,7 @@ def expect(every: float | str) -> Callable[[F], F]:
 
 
 @functools.cache
-def expectations(cls: type) -> Mapping[str, float | str]:
+def expected_methods(cls: type) -> Mapping[str, float | str]:
     """The methods of a class that expect data: seconds, or the attribute of a parameter in seconds.
 
     Raises TypeError for an unknown parameter.
@@ -104,9 +104,9 @@ def expectations(cls: type) -> Mapping[str, float | str]:
 
 
 @functools.cache
-def consumers(cls: type) -> tuple[Consumer, ...]:
+def consumer_methods(cls: type) -> tuple[ConsumerMethod, ...]:
     """The subscriptions of a class, in the order of definition. Raises TypeError for a bad annotation."""
-    found: list[Consumer] = []
+    found: list[ConsumerMethod] = []
     for name, method in _methods(cls):
         wish = getattr(method, "_shoal_consume", None)
         if wish is None:
@@ -118,23 +118,23 @@ def consumers(cls: type) -> tuple[Consumer, ...]:
         for kind in get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,):
             if not isinstance(kind, type) or kind.__module__ == "builtins":
                 raise TypeError(f"{cls.__name__}.{name}: annotate the argument with the message that it consumes")
-            found.append(Consumer(name, kind, others, packets))
+            found.append(ConsumerMethod(name, kind, others, packets))
     return tuple(found)
 
 
 @functools.cache
-def tickers(cls: type) -> tuple[Ticking, ...]:
+def periodic_methods(cls: type) -> tuple[PeriodicMethod, ...]:
     """The periodic methods of a class, in the order of definition. Raises TypeError for an unknown parameter."""
-    found: list[Ticking] = []
+    found: list[PeriodicMethod] = []
     for name, method in _methods(cls):
         rate = getattr(method, "_shoal_periodic", None)
         if isinstance(rate, str) and not hasattr(cls, rate):
             raise TypeError(f"{cls.__name__}.{name}: there is no parameter {rate!r}")
         if rate is not None:
             _refuse_coroutines(cls, name, method)
-            found.append(Ticking(name, rate, len(inspect.signature(method).parameters) > 1))
-    if expectations(cls):
-        found.append(Ticking("judge_data", JUDGING_RATE, False))
+            found.append(PeriodicMethod(name, rate, len(inspect.signature(method).parameters) > 1))
+    if expected_methods(cls):
+        found.append(PeriodicMethod("check_data", JUDGING_RATE, False))
     return tuple(found)
 
 
@@ -158,7 +158,7 @@ class Ticker:
     On a wall clock late ticks become one, and `missed` counts the others; on a virtual clock none is late.
     """
 
-    def __init__(self, task: "Task", ticking: Ticking):
+    def __init__(self, task: "Task", ticking: PeriodicMethod):
         self.missed = 0
         self._task = task
         self._kernel = task.vehicle.kernel
@@ -200,7 +200,7 @@ class Ticker:
             self._timer = self._kernel.at(due, self._tick)
             self._timer.owner = self._task
         else:
-            self._kernel.again(self._timer, due)
+            self._kernel.reschedule(self._timer, due)
 
     def _tick(self) -> None:
         self._count += 1

@@ -37,10 +37,12 @@ class Logbook:
             self._write(Kind.DEBUG, text)
 
     def _write(self, kind: Kind, text: str) -> None:
-        self._task.publish(LogBookEntry(type=kind, htime=self._task.now, context=self._task.name, text=cut(text)))
+        self._task.publish(
+            LogBookEntry(type=kind, htime=self._task.now, context=self._task.name, text=truncate_utf8(text))
+        )
 
 
-def cut(text: str) -> str:
+def truncate_utf8(text: str) -> str:
     """`text` cut to 1023 bytes of UTF-8, with ? for what UTF-8 cannot encode."""
     if len(text) <= LONGEST and text.isascii():
         return text
@@ -52,7 +54,7 @@ def one_line(error: Exception) -> str:
     return traceback.format_exception_only(error)[0].strip()
 
 
-def with_place(error: Exception) -> str:
+def with_location(error: Exception) -> str:
     """The exception and the innermost place in the code that raised it."""
     frames = traceback.extract_tb(error.__traceback__, limit=-1)
     where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno} in {frames[-1].name})" if frames else ""

@@ -121,7 +121,7 @@ class Parameter:
                 raise ValueError(f"{word!r} {error}{self._limits()}") from None
         return self.check(values if self.is_list else values[0])
 
-    def surplus(self, text: str) -> str:
+    def ignored_suffix(self, text: str) -> str:
         """What `parse` ignores at the end of a number: "rad" of "1.5 rad"."""
         if self.type not in (int, float):
             return ""
@@ -132,7 +132,7 @@ class Parameter:
                 return word.strip()[match.end() :]
         return ""
 
-    def parse_alone(self, text: str) -> Any:
+    def parse_strict(self, text: str) -> Any:
         """The checked value of a text that was sent while the vehicle runs. Raises ValueError with the reason.
 
         A profile of DUNE may have "12 cm" for 12; whoever sends that, or nothing, means something else. Only a whole
@@ -142,14 +142,14 @@ class Parameter:
         is_number = self.type in (int, float)
         if is_number and not self.is_list and not text.strip():
             raise ValueError(f"'' is not a number{self._limits()}")
-        if (rest := self.surplus(text).strip()) and (self.type is not int or rest.strip("0") != "."):
+        if (rest := self.ignored_suffix(text).strip()) and (self.type is not int or rest.strip("0") != "."):
             words = text.split(",") if self.is_list else [text]
             is_decimal = all(_NUMBER.fullmatch(word.strip()) for word in words)
             why = "is not an integer" if is_decimal else f"is not a number because of {rest!r}"
             raise ValueError(f"{text.strip()!r} {why}{self._limits()}")
         return value
 
-    def doubts(self, text: str) -> list[str]:
+    def warnings(self, text: str) -> list[str]:
         """Why items of `text` have no effect."""
         found: list[str] = []
         for word in filter(None, map(str.strip, text.split(",") if self.is_list else [text])):

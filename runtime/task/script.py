@@ -97,7 +97,7 @@ class Script:
         return script
 
     @property
-    def waits(self) -> list[FrameType]:
+    def waiting_frames(self) -> list[FrameType]:
         """Where it waits: the frames of its coroutines, the outermost first."""
         found: list[FrameType] = []
         inner: Any = self._coroutine

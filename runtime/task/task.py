@@ -11,15 +11,15 @@ from zlib import crc32
 import imc
 from imc.addresses import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.bus import Subscription
-from runtime.kernel import Readable, Timer, as_error, handler_of, nanoseconds
-from runtime.task.attached import Attached
+from runtime.kernel import Readable, Timer, as_error, handler_name, nanoseconds
+from runtime.task.devices import DeviceTask
 from runtime.task.entities import Entity, State
-from runtime.task.handlers import Consumer, Ticker, consumers, tickers
-from runtime.task.logbook import Logbook, cut
+from runtime.task.handlers import ConsumerMethod, Ticker, consumer_methods, periodic_methods
+from runtime.task.logbook import Logbook, truncate_utf8
 from runtime.task.parameter_set import ParameterSet
 from runtime.task.parameters import Parameter, Scope, SharedOption, declared, param
 from runtime.task.script import Script
-from support.diagnostics import Doubt
+from support.diagnostics import ConfigWarning
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class Task(Attached):
+class Task(DeviceTask):
     """One concern of a vehicle. Subclasses declare parameters, `@consume` and `@periodic` methods, and override hooks.
 
     The vehicle makes the instance, so a task keeps its own state in attributes that `configure` or `start` set.
@@ -87,7 +87,7 @@ class Task(Attached):
     def configure(self) -> None:
         """Called with new parameter values, at load and after every change. Raise ParameterError to refuse them."""
 
-    def doubts(self) -> Iterable[Doubt]:
+    def doubts(self) -> Iterable[ConfigWarning]:
         """What is odd in the profile, for `shoal check`; called when all tasks of the vehicle are made."""
         return ()
 
@@ -180,7 +180,7 @@ class Task(Attached):
         """
         target = entity or self.entity
         changed = target.state is not state or not target.stateful
-        target.state, target.description, target.stateful = state, cut(description), True
+        target.state, target.description, target.stateful = state, truncate_utf8(description), True
         if changed:
             self.publish(imc.EntityState(state=state, description=target.description), entity=target)
 
@@ -222,7 +222,7 @@ class Task(Attached):
             self.after(latency, self._offloaded, self._round, then, _outcome(function, args))
         else:
             deliver = functools.partial(self._kernel.post, self._offloaded, self._round, then)
-            title = f"{handler_of(function)} of {self.name}"
+            title = f"{handler_name(function)} of {self.name}"
             self.vehicle.worker.submit(title, lambda: deliver(_outcome(function, args)))
 
     def accompany(self, function: Callable[[], object]) -> None:
@@ -251,12 +251,12 @@ class Task(Attached):
 
     def connect(self) -> None:
         """Subscribe the handlers; the vehicle calls it before `start`."""
-        for consumer in consumers(type(self)):
+        for consumer in consumer_methods(type(self)):
             self._bus.subscribe(self._subscription(consumer))
 
     def begin_ticking(self) -> None:
         """Start the periodic methods; the vehicle calls it after `start`."""
-        self._tickers = [Ticker(self, ticking) for ticking in tickers(type(self))]
+        self._tickers = [Ticker(self, ticking) for ticking in periodic_methods(type(self))]
 
     def disconnect(self) -> None:
         """Drop subscriptions, timers, ticks, scripts, watched sockets and results not yet delivered."""
@@ -266,18 +266,18 @@ class Task(Attached):
             ticker.stop()
         scripts, self._tickers, self._scripts = self._scripts, [], []
         with ExitStack() as stack:  # all scripts are cancelled even if one fails
-            stack.callback(self._kernel.discard, self)
+            stack.callback(self._kernel.cancel_owner, self)
             for script in scripts:
                 stack.callback(script.cancel)
 
     def reconfigured(self) -> None:
         """Apply changed rates."""
-        for instrument in self._bus.instruments:
+        for instrument in self._bus.observers:
             instrument.reconfigured(self)
         for ticker in self._tickers:
             ticker.update()
 
-    def _subscription(self, consumer: Consumer) -> Subscription:
+    def _subscription(self, consumer: ConsumerMethod) -> Subscription:
         return Subscription(consumer.type, getattr(self, consumer.method), self, consumer.others, consumer.packets)
 
     def _owned(self, timer: Timer) -> Timer:

@@ -1,41 +1,41 @@
 """A profile brought to life: the vehicle, fleets of them, and what checks and explains a profile."""
 
-from runtime.vehicle.assemble import Build, build, doubts, join_zenoh
-from runtime.vehicle.catalogue import (
+from runtime.vehicle.builder import Build, build, config_warnings, join_zenoh
+from runtime.vehicle.effective_config import ProfileValues, general_number
+from runtime.vehicle.explainer import OptionRow, explain
+from runtime.vehicle.fleet import Fleet, FleetError
+from runtime.vehicle.profile_lint import check_profile
+from runtime.vehicle.task_registry import (
     TaskImportError,
+    add_task_folder,
     all_tasks,
     find_task,
     missing_extra,
-    own_tasks,
-    search_code,
+    missing_task_reason,
     section_name,
-    why_missing,
+    task_modules,
 )
-from runtime.vehicle.changes import Settings, general_number
-from runtime.vehicle.checker import check
-from runtime.vehicle.explainer import Row, explain
-from runtime.vehicle.fleet import Fleet, FleetError
 from runtime.vehicle.vehicle import Vehicle
 
 __all__ = [
     "Build",
     "Fleet",
     "FleetError",
-    "Row",
-    "Settings",
+    "OptionRow",
+    "ProfileValues",
     "TaskImportError",
     "Vehicle",
+    "add_task_folder",
     "all_tasks",
     "build",
-    "check",
-    "doubts",
+    "check_profile",
+    "config_warnings",
     "explain",
     "find_task",
     "general_number",
     "join_zenoh",
     "missing_extra",
-    "own_tasks",
-    "search_code",
+    "missing_task_reason",
     "section_name",
-    "why_missing",
+    "task_modules",
 ]

@@ -32,12 +32,12 @@ class Daemon(ParameterService):
             self.log.warning(f"{malformed} malformed packet{'s' * (malformed != 1)} of others dropped in this run")
 
     @periodic(1.0)
-    def beat(self) -> None:
+    def publish_heartbeat(self) -> None:
         """Once a second: Heartbeat, and the state of each entity that has one."""
         if self._is_main:
             self.publish(imc.Heartbeat())
-        if self.vehicle.pace is not None:
-            self.vehicle.pace.look()
+        if self.vehicle.realtime_lag is not None:
+            self.vehicle.realtime_lag.poll()
         if self.tells_all and not self._has_told_all:
             self._has_told_all = True
             self._tell_all()
@@ -49,7 +49,7 @@ class Daemon(ParameterService):
     def _tell_all(self) -> None:
         """Publish what a bus keeps for those who join later: the entities, and their parameters."""
         if self._is_main:
-            self.tell_entities()
+            self.publish_entities()
         else:
             for entity in filter(self.reports, self.vehicle.entities):
                 self.publish(_described(entity), entity=entity)
@@ -57,7 +57,7 @@ class Daemon(ParameterService):
             if self.reports(task.entity):
                 self._tell(task)
 
-    def tell_entities(self) -> None:
+    def publish_entities(self) -> None:
         """Publish the list of entities for all."""
         self.publish(self._entities())
 
@@ -76,7 +76,7 @@ class Daemon(ParameterService):
 
     def _report_excess(self) -> None:
         """Log who sends or asks too much, at most once in REPORT_PERIOD."""
-        excess = (("packets", self.vehicle.bus.inbox.drain_dropped), ("requests", self.allowance.refused.drain))
+        excess = (("packets", self.vehicle.bus.inbox.drain_dropped), ("requests", self.reply_quota.refused.drain))
         if self.now < self._tell_next:
             return
         name, counts = self.vehicle.systems.name, Counter[str]()
@@ -92,11 +92,11 @@ class Daemon(ParameterService):
         self.log.warning(f"dropped because too many arrive: {listed}{rest}")
 
     @consume(others=True)
-    def take_unknown(self, message: imc.Unknown) -> None:
+    def on_unknown(self, message: imc.Unknown) -> None:
         if message.dst == self.system and message.src != self.system:
-            self.decline(message.src, f"there is no message with id {message.id} here, see [General] Messages")
+            self.log_malformed(message.src, f"there is no message with id {message.id} here, see [General] Messages")
 
-    def decline(self, source: int, why: str) -> None:
+    def log_malformed(self, source: int, why: str) -> None:
         """Log who has sent what this vehicle cannot read: once for each system and reason."""
         if (source, why) not in self._declined and len(self._declined) < MOST_DECLINED and self._is_main:
             self._declined.add((source, why))
@@ -104,7 +104,7 @@ class Daemon(ParameterService):
             self.log.warning(f"packet from 0x{source:04X} dropped: {why}{rest}")
 
     @consume(others=True)
-    def tell_states(self, request: imc.QueryEntityState) -> None:
+    def answer_entity_states(self, request: imc.QueryEntityState) -> None:
         asked = [e for e in self.vehicle.entities if e.stateful and request.dst_ent in (e.id, ANY_ENTITY)]
         if asked and self._is_main and self._grants(request, len(asked)):
             for entity in asked:
@@ -112,7 +112,7 @@ class Daemon(ParameterService):
                 self.reply(request, report, entity=entity)
 
     @consume(others=True)
-    def introduce(self, request: imc.QueryEntityInfo) -> None:
+    def answer_entity_info(self, request: imc.QueryEntityInfo) -> None:
         """Reply for one entity; a request for any is answered for all entities, to everybody."""
         asked = [entity for entity in self.vehicle.entities if request.dst_ent in (entity.id, ANY_ENTITY)]
         if not asked or not self._is_main or not self._grants(request, len(asked)):
@@ -125,21 +125,21 @@ class Daemon(ParameterService):
                 self.publish(info, entity=entity)
 
     @consume(others=True)
-    def list_entities(self, request: imc.EntityList) -> None:
+    def answer_entity_list(self, request: imc.EntityList) -> None:
         if request.op == imc.EntityList.Op.QUERY and self._is_main and self._grants(request, 1):
             self.reply(request, self._entities())
         elif request.op == imc.EntityList.Op.REPORT and request.src != self.system:
             for entry in request.list.split(";"):
                 label, _, number = entry.rpartition("=")
                 if label and number.isascii() and number.isdecimal() and len(number) <= 3:
-                    self.vehicle.entities.hear(request.src, int(number), label)
+                    self.vehicle.entities.learn_label(request.src, int(number), label)
 
     @consume(others=True)
     def learn_label(self, info: imc.EntityInfo) -> None:
-        self.vehicle.entities.hear(info.src, info.src_ent, info.label)
+        self.vehicle.entities.learn_label(info.src, info.src_ent, info.label)
 
     @consume(others=True)
-    def tell_activation(self, request: imc.QueryEntityActivationState) -> None:
+    def answer_activation(self, request: imc.QueryEntityActivationState) -> None:
         asked = [
             activation
             for name, activation in self.vehicle.activations.items()

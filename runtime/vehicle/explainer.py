@@ -7,11 +7,11 @@ from types import MappingProxyType
 from runtime.profile import Option, Profile, dune
 from runtime.task import Parameter, SharedOption, Task, find_parameter
 from support.diagnostics import Origin, Problem, ProfileError
-from support.text import misspelled, quoted, suggestion
+from support.text import corrected_spelling, quoted, suggestion
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class OptionRow:
     """One option: its value as text, and the places that set it, latest first; none for the default.
 
     `overwritten` are the places whose value was replaced. `parameter` is the declaration, if any.
@@ -36,7 +36,7 @@ def explain(
     section: str,
     task: type[Task] | None = None,
     shared: Mapping[str, SharedOption] = MappingProxyType({}),
-) -> list[Row]:
+) -> list[OptionRow]:
     """The options of a section: those of its task in the order of declaration, then the unknown ones.
 
     An unknown option is marked, with the nearest valid name; data sections may have any option. `shared` are those
@@ -50,7 +50,7 @@ def explain(
         raise ProfileError([Problem("error", str(profile.path), 0, text, suggestion(section, profile.config.sections))])
     parameters = task.parameters() if task else {}
     options = dict(found.options) if found else {}
-    rows: list[Row] = []
+    rows: list[OptionRow] = []
     if task:
         rows.append(_row("Enabled", options.pop("Enabled", None), "", "Modes in which the task runs.", "Never"))
     for name, parameter in parameters.items():
@@ -63,7 +63,7 @@ def explain(
         if task:
             meaning = _unknown(name, parameters)
         elif shared or (section == "General" and name not in dune.GENERAL):
-            near = misspelled(name, shared or dune.GENERAL)
+            near = corrected_spelling(name, shared or dune.GENERAL)
             meaning = "unknown" + (f"; did you mean {quoted(near)}?" if near else " to Shoal")
         rows.append(_row(name, option, unit, meaning, ""))
     return rows
@@ -78,19 +78,21 @@ def _unknown(name: str, parameters: Mapping[str, Parameter]) -> str:
         return "the process of the vehicle that runs this task"
     if name in dune.EVERY_TASK:
         return "no effect in Shoal"
-    near = misspelled(name, ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)])
+    near = corrected_spelling(
+        name, ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)]
+    )
     return "unknown: not a parameter of this task" + (f"; did you mean {quoted(near)}?" if near else "")
 
 
-def _parameter_row(name: str, option: Option | None, parameter: Parameter) -> Row:
+def _parameter_row(name: str, option: Option | None, parameter: Parameter) -> OptionRow:
     default = parameter.format(parameter.default)
     return _row(name, option, parameter.unit, parameter.description, default, parameter)
 
 
 def _row(
     name: str, option: Option | None, unit: str, meaning: str, default: str, parameter: Parameter | None = None
-) -> Row:
+) -> OptionRow:
     if option is None or not option.history:
-        return Row(name, default, unit, meaning, (), (), parameter)
+        return OptionRow(name, default, unit, meaning, (), (), parameter)
     origins = tuple(reversed(option.contributors))
-    return Row(name, option.value or default, unit, meaning, origins, tuple(option.overwritten), parameter)
+    return OptionRow(name, option.value or default, unit, meaning, origins, tuple(option.overwritten), parameter)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import imc
 from runtime.bus import Bus
-from runtime.kernel import LIVELOCK_EVENTS, SECOND, Clock, Kernel, LivelockError, title
+from runtime.kernel import LIVELOCK_EVENTS, SECOND, Clock, Kernel, LivelockError, owner_title
 from runtime.task import Task
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Neighbor:
         if isinstance(message, self._kinds) and self._bus in self._buses and message.src not in self.systems:
             for bus in self._buses:
                 if bus is not self._bus:
-                    bus.hear(message if bus.messages is self._bus.messages else bus.decode(packet), packet)
+                    bus.deliver(message if bus.messages is self._bus.messages else bus.decode(packet), packet)
 
     def close(self) -> None:
         if self._bus in self._buses:
@@ -104,7 +104,7 @@ class Fleet:
             return
         self.vehicles.remove(vehicle)
         for owner in (vehicle, vehicle.bus):
-            self.kernel.discard(owner)
+            self.kernel.cancel_owner(owner)
         fatal = self._fatal
         if fatal is not None and not self._closing:
             self._fatal = None
@@ -188,9 +188,9 @@ class Fleet:
         vehicle = self.of(owner)
         try:
             if vehicle is None:
-                error.add_note(f"in {title(owner)}, which does not belong to a vehicle of the fleet")
+                error.add_note(f"in {owner_title(owner)}, which does not belong to a vehicle of the fleet")
                 raise error
-            vehicle.failed(owner, error)
+            vehicle.on_task_error(owner, error)
         except Exception:
             if not self._closing:
                 raise
@@ -199,6 +199,6 @@ class Fleet:
     def _slow(self, owner: object, seconds: float, handler: str) -> None:
         vehicle = self.of(owner)
         if vehicle is None:
-            logger.warning("%s took %.3f s in one handler, %s", title(owner), seconds, handler)
+            logger.warning("%s took %.3f s in one handler, %s", owner_title(owner), seconds, handler)
         else:
-            vehicle.slow(owner, seconds, handler)
+            vehicle.on_slow(owner, seconds, handler)

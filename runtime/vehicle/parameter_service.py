@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.kernel import as_error
-from runtime.profile import statement
+from runtime.profile import format_option
 from runtime.task import Parameter, ParameterError, Task, consume
-from runtime.vehicle.allowance import Allowance
-from support.file_errors import of_file
+from runtime.vehicle.reply_quota import ReplyQuota
+from support.file_errors import describe_os_error
 
 if TYPE_CHECKING:
     from runtime.vehicle.vehicle import Vehicle
@@ -28,7 +28,7 @@ class ParameterService(Task):
     tells_all = False
 
     def configure(self) -> None:
-        self.allowance = Allowance()
+        self.reply_quota = ReplyQuota()
 
     @consume(others=True)
     def set_parameters(self, request: imc.SetEntityParameters) -> None:
@@ -97,7 +97,7 @@ class ParameterService(Task):
         try:
             path = self.vehicle.save_parameters(task)
         except (OSError, ValueError) as error:
-            reason = of_file(error, self.vehicle.state_folder) if isinstance(error, OSError) else error
+            reason = describe_os_error(error, self.vehicle.state_folder) if isinstance(error, OSError) else error
             self.log.error(f"parameters of {task.entity.label} not saved: {reason}")
         else:
             self.log.info(f"parameters of {task.entity.label} saved to {path.name}")
@@ -107,7 +107,7 @@ class ParameterService(Task):
         """Reply with types, units and limits; an empty name asks every task."""
         if request.op != imc.QueryTypedEntityParameters.Op.REQUEST:
             return
-        here = [task for task in self.vehicle.tasks if self.answering(task.entity.label) is task]
+        here = [task for task in self.vehicle.tasks if self.find_task(task.entity.label) is task]
         asked = [task for task in here if request.entity_name in ("", task.entity.label)]
         if self._grants(request, len(asked)):
             for task in asked:
@@ -120,10 +120,10 @@ class ParameterService(Task):
                 self.reply(request, reply, entity=task.entity)
 
     def _addressed(self, request: imc.Message, label: str) -> Task | None:
-        task = self.answering(label) if self.concerns(request) else None
+        task = self.find_task(label) if self.concerns(request) else None
         return task if task is not None and self._affords(request, 1) else None
 
-    def answering(self, label: str) -> Task | None:
+    def find_task(self, label: str) -> Task | None:
         """The task with this label, if it runs here; of the daemons of several processes only the main one answers."""
         task = self.vehicle.find(label)
         return None if task is self and self.vehicle.process else task
@@ -133,7 +133,7 @@ class ParameterService(Task):
         return request.dst in (self.system, UNKNOWN_SYSTEM) and self._affords(request, replies)
 
     def _affords(self, request: imc.Message, replies: int) -> bool:
-        return request.src == self.system or self.allowance.spend(request.src, replies, self.now)
+        return request.src == self.system or self.reply_quota.try_acquire(request.src, replies, self.now)
 
     def _peer(self, request: imc.Message) -> str:
         return self.vehicle.systems.name(request.src)
@@ -144,8 +144,8 @@ class ParameterService(Task):
         if not parameter.editable:
             return "cannot be changed while the vehicle runs"
         try:
-            parameter.parse_alone(entry.value)
-            statement(parameter.name, entry.value)
+            parameter.parse_strict(entry.value)
+            format_option(parameter.name, entry.value)
         except ValueError as error:
             return str(error)
         return ""

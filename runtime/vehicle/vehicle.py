@@ -9,18 +9,29 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import imc
 from runtime.bus import Bus, Subscription
-from runtime.devices import Recordings
-from runtime.kernel import SECOND, Clock, Kernel, SimulatedCrash, as_error, owner_of, title
+from runtime.devices import ScriptedInputs
+from runtime.kernel import SECOND, Clock, Kernel, SimulatedCrash, as_error, owner_of, owner_title
 from runtime.profile import default_label
-from runtime.task import Activation, Entities, State, Systems, Task, consumers, one_line, rate_of, tickers, with_place
-from runtime.vehicle.changes import Changes, Settings, assign, give
+from runtime.task import (
+    Activation,
+    EntityTable,
+    State,
+    SystemTable,
+    Task,
+    consumer_methods,
+    one_line,
+    periodic_methods,
+    rate_of,
+    with_location,
+)
 from runtime.vehicle.daemon import Daemon
+from runtime.vehicle.effective_config import EffectiveConfig, ProfileValues, set_texts, set_values
 from runtime.vehicle.fleet import Fleet
-from runtime.vehicle.pace import Pace
-from runtime.vehicle.workers import Workers
+from runtime.vehicle.realtime_lag import RealtimeLag
+from runtime.vehicle.thread_pool import WorkerThreads
 
 if TYPE_CHECKING:
-    from runtime.snapshot import Journals
+    from runtime.snapshot import InputJournals
 
 LONGEST_BACKOFF = 60.0
 HEALTHY_AFTER = 60.0
@@ -51,7 +62,7 @@ class Vehicle:
         *,
         clock: Clock | None = None,
         fleet: Fleet | None = None,
-        profile: Settings,
+        profile: ProfileValues,
         systems: Mapping[str, int] | None = None,
         seed: int = 0,
         keep_going: bool = False,
@@ -65,47 +76,47 @@ class Vehicle:
         self.name = name
         self.system = system
         self.process = process
-        self.systems = Systems({**(systems or {}), name: system})
+        self.systems = SystemTable({**(systems or {}), name: system})
         self.profile = profile
         self.seed = seed
         self.keep_going = keep_going
         self.log_root = log_root
         self.log_folder: Path | None = None
         self.keeps_log = False
-        self.recordings: Recordings | None = None
+        self.recordings: ScriptedInputs | None = None
         self.state_folder = state_folder
         self.fleet = fleet
         if fleet is not None and clock is None:
             self.kernel = fleet.kernel
         elif clock is not None and fleet is None:
             self.kernel = Kernel(clock)
-            self.kernel.on_error, self.kernel.on_slow = self.failed, self.slow
+            self.kernel.on_error, self.kernel.on_slow = self.on_task_error, self.on_slow
         else:
             raise TypeError("a vehicle has either a clock or a fleet")
         self.start_time = self.kernel.now_ns / SECOND
         self.bus = bus(self.kernel, system)
         if messages is not None:
-            self.bus.speak(messages)
-        self.entities = Entities(system, entity_ids)
+            self.bus.set_schema(messages)
+        self.entities = EntityTable(system, entity_ids)
         self.activations: dict[str, Activation] = {}
         self.exit_status = 0
         self._tasks: dict[str, Task] = {}
-        self.changes = Changes(profile)
+        self.effective_config = EffectiveConfig(profile)
         self.running: set[str] = set()
         self.failures: dict[str, tuple[int, int]] = {}
         self._error: Exception | None = None
         self._told = False
         self._starting = False
-        self.journals: Journals | None = None
-        self.blame: Callable[[object, Exception], Exception] = lambda _, error: error
+        self.journals: InputJournals | None = None
+        self.attribute_error: Callable[[object, Exception], Exception] = lambda _, error: error
         self._observers: list[object] = []
         self.closing = False
         self.stopped = False
-        self.pace = None if self.kernel.virtual else Pace(self)
+        self.realtime_lag = None if self.kernel.virtual else RealtimeLag(self)
         daemon = self.add(Daemon, "Daemon")
         assert isinstance(daemon, Daemon)
         self.daemon = daemon
-        self.bus.admit, self.bus.decline = self._admit, daemon.decline
+        self.bus.accepts, self.bus.on_malformed = self._admit, daemon.log_malformed
         if fleet is not None:
             fleet.join(self)
 
@@ -120,9 +131,9 @@ class Vehicle:
         return list(self._tasks.values())
 
     @cached_property
-    def worker(self) -> Workers:
+    def worker(self) -> WorkerThreads:
         """The threads for heavy work on a wall clock."""
-        return Workers(self.name)
+        return WorkerThreads(self.name)
 
     def task(self, name: str) -> Task:
         """The task of a section. Raises KeyError."""
@@ -143,12 +154,12 @@ class Vehicle:
         try:
             task = cls(self, section, entity)
             task.entity_label = label
-            assign(task, options)
-            give(task, values)
+            set_texts(task, options)
+            set_values(task, values)
             entity.activation_time, entity.deactivation_time = task.activation_time, task.deactivation_time
-            self.changes.begin(task)
+            self.effective_config.begin(task)
             task.configure()
-            for ticking in tickers(cls):
+            for ticking in periodic_methods(cls):
                 rate_of(task, ticking.rate)
         except BaseException:
             for reserved in [e for e in self.entities if e.component == section]:
@@ -194,7 +205,7 @@ class Vehicle:
         or `keep_going` is set.
         """
         self.closing = True
-        recorders = [task for task in self.tasks if any(c.type is imc.Message for c in consumers(type(task)))]
+        recorders = [task for task in self.tasks if any(c.type is imc.Message for c in consumer_methods(type(task)))]
         try:
             self.kernel.drain()
             for task in [*(t for t in reversed(self.tasks) if t not in recorders), *recorders]:
@@ -219,7 +230,7 @@ class Vehicle:
 
     def owns(self, owner: object) -> bool:
         """Whether a call belongs to the vehicle: `owner` is the vehicle, its bus, or a receiver of its bus."""
-        return owner is self or owner is self.bus or self.bus.knows(owner)
+        return owner is self or owner is self.bus or self.bus.has_subscriber(owner)
 
     def tap(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
         """Call `handler` with each delivered message of a type, whoever sent it.
@@ -239,12 +250,12 @@ class Vehicle:
 
     def remember(self, task: Task) -> None:
         """Take the task's changed parameters into the effective configuration."""
-        self.changes.remember(task)
+        self.effective_config.remember(task)
 
     def save_parameters(self, task: Task) -> Path:
         """Save the parameters of a task that differ from the profile; returns the path. Raises OSError, ValueError."""
         path = self.state_folder / f"{self.name}-saved.ini"
-        self.changes.save(task, path)
+        self.effective_config.save(task, path)
         return path
 
     def _start(self, task: Task) -> None:
@@ -279,7 +290,7 @@ class Vehicle:
 
     def _started(self) -> None:
         self._starting = False
-        self.bus.resume()
+        self.bus.release_backlog()
 
     def _restart(self, task: Task) -> None:
         before = (State.FAILURE, task.entity.description)
@@ -300,31 +311,31 @@ class Vehicle:
         except BaseException as error:
             self._note(task, as_error(error))
         finally:
-            task.detach()
+            task.close_devices()
 
     def _note(self, owner: object, error: Exception) -> None:
         """Log an error of a task that stops, and keep the first one for `close`.
 
         One for which a snapshot is blamed is only raised by `close`: whoever continues the snapshot tells it.
         """
-        blamed = self.blame(owner, error)
+        blamed = self.attribute_error(owner, error)
         if blamed is error or self.keep_going:
-            logger.error("%s while stopping: %s", title(owner), with_place(error))
+            logger.error("%s while stopping: %s", owner_title(owner), with_location(error))
         self._error = self._error or blamed
 
-    def failed(self, owner: object, error: Exception) -> None:
+    def on_task_error(self, owner: object, error: Exception) -> None:
         """Handle an exception of a handler: the kernel's `on_error`."""
         if self.closing or self.stopped:
             self._note(owner, error)
             return
         if not self.keep_going and not isinstance(error, SimulatedCrash):
             if error is not self._error:
-                place = f"{self.name}, {title(owner)}" if self.fleet is not None else title(owner)
+                place = f"{self.name}, {owner_title(owner)}" if self.fleet is not None else owner_title(owner)
                 error.add_note(f"in {place} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
-            self._error, self._told = self.blame(owner, error), True
+            self._error, self._told = self.attribute_error(owner, error), True
             raise self._error
         if not isinstance(owner, Task):
-            logger.error("%s: %s", title(owner), "".join(traceback.format_exception(error)))
+            logger.error("%s: %s", owner_title(owner), "".join(traceback.format_exception(error)))
             return
         self._shut(owner)
         if (activation := self.activations.get(owner.name)) is not None:
@@ -334,13 +345,13 @@ class Vehicle:
         delay = min(LONGEST_BACKOFF, 2.0 ** min(count, 10))
         self.failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
         owner.set_entity_state(State.FAILURE, one_line(error))
-        owner.log.error(f"{with_place(error)}: restarting in {delay:g} s")
+        owner.log.error(f"{with_location(error)}: restarting in {delay:g} s")
         self._soon(self._restart, owner, delay)
 
-    def slow(self, owner: object, seconds: float, handler: str) -> None:
+    def on_slow(self, owner: object, seconds: float, handler: str) -> None:
         """Report a task that delays the others: the kernel's `on_slow`. Tasks may take longer while they start."""
         if self._starting and seconds < STARTING_PATIENCE:
             return
         self.daemon.log.warning(
-            f"{title(owner)} took {seconds:.3f} s in one handler, {handler}; heavy work belongs in offload()"
+            f"{owner_title(owner)} took {seconds:.3f} s in one handler, {handler}; heavy work belongs in offload()"
         )

@@ -1,25 +1,25 @@
 """A transport that joins the buses of several processes."""
 
-from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, endpoints_in, explain
-from runtime.zenoh.keys import chunk, key
-from runtime.zenoh.meeting import MeetingPoint
-from runtime.zenoh.memory import Opener
-from runtime.zenoh.presence import DAEMON, Part, here
-from runtime.zenoh.presence import parse as parse_token
+from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, configured_endpoints, error_text
+from runtime.zenoh.key_expressions import key_chunk, message_key
+from runtime.zenoh.presence import DAEMON, ProcessPart, this_host
+from runtime.zenoh.presence import parse_token as parse_token
+from runtime.zenoh.rendezvous import Rendezvous
+from runtime.zenoh.session_factory import SessionFactory
 from runtime.zenoh.transport import ZenohTransport
 
 __all__ = [
     "DAEMON",
     "LOCAL_PORT",
-    "MeetingPoint",
-    "Opener",
-    "Part",
+    "ProcessPart",
+    "Rendezvous",
+    "SessionFactory",
     "ZenohConfig",
     "ZenohTransport",
-    "chunk",
-    "endpoints_in",
-    "explain",
-    "here",
-    "key",
+    "configured_endpoints",
+    "error_text",
+    "key_chunk",
+    "message_key",
     "parse_token",
+    "this_host",
 ]

@@ -4,7 +4,7 @@ import stat
 from pathlib import Path
 
 
-def refusal(root: Path, certificate: Path, key: Path, *, of_client: bool = False) -> str:
+def certificate_problem(root: Path, certificate: Path, key: Path, *, of_client: bool = False) -> str:
     """Why those who trust an authority refuse a certificate, "" if they accept it: found by a handshake with itself.
 
     It is that of a server, to which they connect, or of a client, as mTLS asks for; each needs its extendedKeyUsage.
@@ -35,7 +35,7 @@ def refusal(root: Path, certificate: Path, key: Path, *, of_client: bool = False
     return ""
 
 
-def open_to_all(path: Path) -> bool:
+def is_world_accessible(path: Path) -> bool:
     """Whether each user of this computer can read or write a file."""
     try:
         return bool(path.stat().st_mode & (stat.S_IROTH | stat.S_IWOTH))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from runtime.zenoh.scouting import LOOPBACK
-from runtime.zenoh.security import ENCRYPTED, OPTIONS, Security, guards
+from runtime.zenoh.security import ENCRYPTED, OPTIONS, Security, checks_identity
 
 if TYPE_CHECKING:
     import zenoh
@@ -34,7 +34,7 @@ _PLACE_IN_SOURCE = re.compile(r" at \S+\.rs:\d+\.?")
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class SessionConfig:
     """The configuration of one session, and what belongs to it.
 
     role: "peer", "router" or "client".
@@ -108,14 +108,14 @@ class ZenohConfig:
             found[name.lower().replace(" ", "_")] = folder / value if isinstance(value, Path) else value
         return cls(**values, security=Security(**secrets))
 
-    def absent(self) -> str:
+    def missing_interface(self) -> str:
         """What is wrong with Scouting: an interface that this computer does not have; "" if nothing."""
         names = [] if self.scouting in (None, *_KEYWORDS) else (self.scouting or "").split(",")
         have = [name for _, name in socket.if_nameindex()]
         wrong = next((name for name in names if name not in have and not _ADDRESS.fullmatch(name)), "")
         return f"[Zenoh] Scouting: this computer has no interface {wrong!r}, only {', '.join(have)}" if wrong else ""
 
-    def build(self, place: int = 0) -> Layout:
+    def build(self, place: int = 0) -> SessionConfig:
         """How a session joins that takes the session port number `place`.
 
         Raises ValueError for an invalid configuration file, and for options that contradict each other.
@@ -126,7 +126,7 @@ class ZenohConfig:
         try:
             config = zenoh.Config() if self.config_file is None else zenoh.Config.from_file(self.config_file)
         except zenoh.ZError as error:
-            raise ValueError(f"{self.config_file}: {explain(error)}") from None
+            raise ValueError(f"{self.config_file}: {error_text(error)}") from None
 
         def get(name: str) -> Any:
             """The configured value, or None if it is zenoh's default."""
@@ -135,7 +135,7 @@ class ZenohConfig:
 
         def put(name: str, wanted: Any, default: Any) -> None:
             if wanted is not None or get(name) is None:
-                insert(config, name, default if wanted is None else wanted)
+                set_option(config, name, default if wanted is None else wanted)
 
         scouting = self.scouting
         if scouting is None:
@@ -160,21 +160,21 @@ class ZenohConfig:
             connect = [meeting_point, *(ports if mode != "client" else ()), *connect]
         fixed = [endpoint for endpoint in listen if session and not _ANY_PORT.search(endpoint)]
         others = [] if mode == "client" else [e for e in listen if e not in fixed]
-        insert(config, "listen/endpoints", [session, *others] if session else others)
-        insert(config, "connect/endpoints", connect)
+        set_option(config, "listen/endpoints", [session, *others] if session else others)
+        set_option(config, "connect/endpoints", connect)
         put("connect/retry", None, {"period_init_ms": 500, "period_max_ms": 1000, "period_increase_factor": 2})
 
         group = self.scouting_address or get("scouting/multicast/address") or _GROUP_ADDRESS
-        insert(config, "scouting/multicast/enabled", by_zenoh)
-        insert(config, "scouting/multicast/address", group)
+        set_option(config, "scouting/multicast/enabled", by_zenoh)
+        set_option(config, "scouting/multicast/address", group)
         if by_zenoh:
-            insert(config, "scouting/multicast/interface", scouting)
+            set_option(config, "scouting/multicast/interface", scouting)
             put("scouting/multicast/autoconnect", None, {role: ["router", "peer"] for role in ("router", "peer")})
         else:
             # Sessions of this computer are found at their ports; gossip would connect to all that these know elsewhere.
             put("scouting/gossip/autoconnect", None, [])
 
-        # Frames are put into shared memory by runtime.zenoh.frames, packets by zenoh itself, from a pool of 17 MB.
+        # Frames are put into shared memory by camera_frames, packets by zenoh itself, from a pool of 17 MB.
         put("transport/shared_memory/enabled", None, True)
         put("transport/shared_memory/transport_optimization/enabled", self.shared_memory, False)
         put("transport/link/tx/lease", None, LEASE)
@@ -186,14 +186,14 @@ class ZenohConfig:
         for limit, longest in (("wait_before_drop", 200), ("max_wait_before_drop_fragments", LONGEST_FRAME)):
             put(f"transport/link/tx/queue/congestion_control/drop/{limit}", None, longest)
         try:
-            self.security.apply(lambda name, value: insert(config, name, value), self.vehicle)
+            self.security.apply(lambda name, value: set_option(config, name, value), self.vehicle)
         except zenoh.ZError as error:
-            raise ValueError(f"[Zenoh]: {explain(error)}") from None
+            raise ValueError(f"[Zenoh]: {error_text(error)}") from None
         except ValueError as error:
             raise ValueError(f"[Zenoh] {error}") from None
         encrypted = set(get("transport/link/protocols") or ["tcp"]) <= {"tls", "quic"}
         open_to = [f"scouts on {scouting}"] if by_zenoh and not (encrypted and _is_guarded(get, mode, ())) else []
-        return Layout(
+        return SessionConfig(
             config=config,
             role=mode,
             session=session,
@@ -218,26 +218,26 @@ def is_loopback(endpoint: str) -> bool:
 
 def _is_guarded(get: Callable[[str], Any], mode: str, beyond: Iterable[str]) -> bool:
     """Whether all links beyond the computer are encrypted, and others get in only by name and access control."""
-    return all(endpoint.startswith(ENCRYPTED) for endpoint in beyond) and (mode == "client" or guards(get))
+    return all(endpoint.startswith(ENCRYPTED) for endpoint in beyond) and (mode == "client" or checks_identity(get))
 
 
-def explain(error: Exception) -> str:
+def error_text(error: Exception) -> str:
     """The text of an error of zenoh, without the places in zenoh's source."""
     return _PLACE_IN_SOURCE.sub("", str(error))
 
 
-def insert(config: "zenoh.Config", name: str, value: object) -> None:
+def set_option(config: "zenoh.Config", name: str, value: object) -> None:
     cast(Any, config).insert_json5(name, json.dumps(value))
 
 
-def endpoints_in(path: Path) -> list[str]:
+def configured_endpoints(path: Path) -> list[str]:
     """Where a client with this configuration file connects to. Raises ValueError for an invalid file."""
     import zenoh
 
     try:
         text = zenoh.Config.from_file(path).get_json("connect/endpoints")
     except zenoh.ZError as error:
-        raise ValueError(f"{path}: {explain(error)}") from None
+        raise ValueError(f"{path}: {error_text(error)}") from None
     return _list(None, json.loads(text), "client")
 
 

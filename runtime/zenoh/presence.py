@@ -16,8 +16,8 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, cast
 
 from runtime.networks import interfaces
-from runtime.zenoh.faults import REPORT_PERIOD
-from runtime.zenoh.keys import PREFIX, alive_key, chunk
+from runtime.zenoh.error_counter import REPORT_PERIOD
+from runtime.zenoh.key_expressions import PREFIX, alive_key, key_chunk
 
 if TYPE_CHECKING:
     import zenoh
@@ -35,7 +35,7 @@ logger = logging.getLogger("shoal.zenoh")
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ProcessPart:
     """What a process runs of a vehicle: its entities as the bits of a number.
 
     `process` names the process: "main", or the one of a section's `Process`. Each has a Daemon, but the main one speaks
@@ -49,7 +49,7 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True)
-class Other:
+class SiblingProcess:
     """Another process of the same vehicle, as its token says."""
 
     phase: str
@@ -74,23 +74,23 @@ class Other:
         return f"{self.place}, since {began} UTC"
 
 
-def expression(vehicle: str) -> str:
-    return f"{PREFIX}/{chunk(vehicle)}/@run/**"
+def siblings_expression(vehicle: str) -> str:
+    return f"{PREFIX}/{key_chunk(vehicle)}/@run/**"
 
 
-def token(part: Part, phase: str, began: int, zid: str) -> str:
-    place = f"{phase}/{began:x}/{chunk(host_here())}/{os.getpid()}/{zid}/{part.entities:x}"
-    return f"{PREFIX}/{chunk(part.vehicle)}/@run/{place}"
+def liveliness_token(part: ProcessPart, phase: str, began: int, zid: str) -> str:
+    place = f"{phase}/{began:x}/{key_chunk(host_name())}/{os.getpid()}/{zid}/{part.entities:x}"
+    return f"{PREFIX}/{key_chunk(part.vehicle)}/@run/{place}"
 
 
-def host_here() -> str:
+def host_name() -> str:
     """The name of this computer, and after a ~ its address on the network, if it has one."""
     return "~".join(filter(None, [socket.gethostname(), _address()]))
 
 
-def here() -> str:
+def this_host() -> str:
     """This computer, as people read it."""
-    return _computer(chunk(host_here()))
+    return _computer(key_chunk(host_name()))
 
 
 def _address() -> str:
@@ -101,11 +101,11 @@ def _address() -> str:
     return next((each.address for each in interfaces() if not each.is_local), "")
 
 
-def parse(key: str) -> Other | None:
+def parse_token(key: str) -> SiblingProcess | None:
     """The process of a token; None if it is none of ours."""
     try:
         phase, began, host, process, zid, entities = key.split("/@run/")[1].split("/")
-        return Other(phase, int(began, 16), host, process, zid, int(entities, 16))
+        return SiblingProcess(phase, int(began, 16), host, process, zid, int(entities, 16))
     except (IndexError, ValueError):
         return None
 
@@ -121,7 +121,7 @@ class Presence:
     def __init__(
         self,
         session: "zenoh.Session",
-        part: Part,
+        part: ProcessPart,
         tell: Callable[[str], None],
         note: Callable[[str, bool], None] | None,
     ) -> None:
@@ -132,7 +132,7 @@ class Presence:
         self._began = time.time_ns()
         self._tell = tell
         self._session = session
-        self._others: dict[str, Other] = {}
+        self._others: dict[str, SiblingProcess] = {}
         self._changed = threading.Condition()
         self._accepted = self._has_told = False
         self._tell_next = 0.0
@@ -141,20 +141,20 @@ class Presence:
         self._alive: Any = None
         self.siblings: frozenset[str] = frozenset()
         liveliness = session.liveliness()
-        self._token: Any = liveliness.declare_token(token(part, STARTING, self._began, self._zid))
+        self._token: Any = liveliness.declare_token(liveliness_token(part, STARTING, self._began, self._zid))
         listen: Any = liveliness.declare_subscriber
         handler = zenoh.handlers.Callback(self._note, indirect=False)
-        self._subscriber: Any = listen(expression(part.vehicle), handler, history=True)
+        self._subscriber: Any = listen(siblings_expression(part.vehicle), handler, history=True)
 
-    def confirm(self, neighbours: Collection[str]) -> None:
+    def check_unique(self, neighbors: Collection[str]) -> None:
         """Raise ConnectionError if another process runs this part; else it is ours from now on.
 
-        Of two that start at the same moment the one that began first stays. `neighbours` are the endpoints of the
+        Of two that start at the same moment the one that began first stays. `neighbors` are the endpoints of the
         processes of this computer, which have to be asked.
         """
         import zenoh
 
-        self._ask(neighbours)
+        self._ask(neighbors)
         with self._changed:
             self._changed.wait_for(lambda: self._elder() is not None, PATIENCE)
             elder = self._elder()
@@ -164,11 +164,11 @@ class Presence:
             if elder.entities & self._part.entities == DAEMON:
                 advice = "tasks beside it need a Process in their sections, and --process"
             raise ConnectionError(
-                f"{self._part.vehicle} already runs on this network: {elder.since}; this is {here()}: {advice}"
+                f"{self._part.vehicle} already runs on this network: {elder.since}; this is {this_host()}: {advice}"
             )
         starting = self._token
         liveliness = self._session.liveliness()
-        self._token = liveliness.declare_token(token(self._part, RUNNING, self._began, self._zid))
+        self._token = liveliness.declare_token(liveliness_token(self._part, RUNNING, self._began, self._zid))
         starting.undeclare()
         self._alive = liveliness.declare_token(alive_key(self._part.vehicle, self._part.system, self._part.process))
         if self._tell_process is not None:
@@ -186,22 +186,22 @@ class Presence:
             self._watching.undeclare()
         self._token.undeclare()
 
-    def _ask(self, neighbours: Collection[str]) -> None:
-        """Take the tokens of those who are there, as soon as we are connected to all neighbours."""
+    def _ask(self, neighbors: Collection[str]) -> None:
+        """Take the tokens of those who are there, as soon as we are connected to all neighbors."""
         import zenoh
 
         deadline = time.monotonic() + MEETING
-        while self._unmet(neighbours) and self._wait(deadline):
+        while self._unmet(neighbors) and self._wait(deadline):
             pass
-        replies: Any = self._session.liveliness().get(expression(self._part.vehicle), timeout=MEETING)
+        replies: Any = self._session.liveliness().get(siblings_expression(self._part.vehicle), timeout=MEETING)
         with contextlib.suppress(zenoh.ZError):  # all have answered
             while (reply := replies.try_recv()) is not None or self._wait(deadline):
                 if reply is not None and reply.ok is not None:
                     self._note(reply.ok)
 
-    def _unmet(self, neighbours: Collection[str]) -> bool:
+    def _unmet(self, neighbors: Collection[str]) -> bool:
         session: Any = self._session
-        return not {str(link.dst) for link in session.info.links()}.issuperset(neighbours)
+        return not {str(link.dst) for link in session.info.links()}.issuperset(neighbors)
 
     def _wait(self, deadline: float) -> bool:
         """Wait a moment, and say once what for; whether the deadline is still to come."""
@@ -217,7 +217,7 @@ class Presence:
         time.sleep(MOMENT)
         return left > 0.0
 
-    def _elder(self) -> Other | None:
+    def _elder(self) -> SiblingProcess | None:
         mine = self._began, self._zid
         for other in self._others.values():
             if other.entities & self._part.entities and (other.phase == RUNNING or (other.began, other.zid) < mine):
@@ -236,7 +236,7 @@ class Presence:
         import zenoh
 
         key = str(sample.key_expr)
-        other = parse(key)
+        other = parse_token(key)
         if other is None or other.zid == self._zid:
             return
         with self._changed:

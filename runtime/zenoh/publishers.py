@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
-from runtime.zenoh.keys import key
+from runtime.zenoh.key_expressions import Delivery, Publication
 
 if TYPE_CHECKING:
     import zenoh
@@ -28,8 +28,6 @@ SETTLING = 10.0  # s in which a new publisher learns who receives its packets, a
 
 MOST_PUBLISHERS = 4096
 
-Names = tuple[str, ...]
-
 
 @dataclass(slots=True)
 class Publisher:
@@ -41,7 +39,7 @@ class Publisher:
     last: bytes = b""
 
 
-class Numbered:
+class NumberedPublisher:
     """Numbers the packets of a publisher, so that receivers can count those they missed.
 
     Packets that nobody receives are numbered, but not put: each would hand the interpreter to other threads. A new
@@ -74,28 +72,29 @@ class Numbered:
 
 
 class Publishers:
-    """The publishers of a session by message, source and entity, or message, source, "", destination and way.
-
-    The states of `vehicle` have zenoh's advanced publishers.
-    """
+    """The publishers of a session. The states of `vehicle` have zenoh's advanced publishers."""
 
     def __init__(self, session: "zenoh.Session", vehicle: str) -> None:
         self._session = session
         self._vehicle = vehicle
-        self._declared: dict[Names, Publisher] = {}
-        self._states: dict[Names, Publisher] = {}
+        self._declared: dict[Publication, Publisher] = {}
+        self._states: dict[Publication, Publisher] = {}
 
     def __len__(self) -> int:
         return len(self._declared) + len(self._states)
 
-    def get(self, names: Names) -> Publisher:
-        """The publisher of these names. Raises zenoh.ZError if it cannot be declared."""
-        return self._declared.get(names) or self._states.get(names) or self._declare(names)
+    def get(self, publication: Publication) -> Publisher:
+        """The publisher of these packets. Raises zenoh.ZError if it cannot be declared."""
+        return self._declared.get(publication) or self._states.get(publication) or self._declare(publication)
 
-    def last(self) -> list[tuple[Names, bytes]]:
+    def last(self) -> list[tuple[Publication, bytes]]:
         """The last packet for all of each message, source and entity. Called from any thread."""
         declared = {**self._states.copy(), **self._declared.copy()}
-        return [(names, publisher.last) for names, publisher in declared.items() if len(names) == 3 and publisher.last]
+        return [
+            (publication, publisher.last)
+            for publication, publisher in declared.items()
+            if publication.delivery is Delivery.BROADCAST and publisher.last
+        ]
 
     def close(self) -> None:
         """Undeclare the publishers but those of states, which end with the session.
@@ -106,33 +105,34 @@ class Publishers:
             publisher.undeclare()
         self._declared.clear()
 
-    def _declare(self, names: Names) -> Publisher:
-        if names[0] in LATCHED and names[1] == self._vehicle and len(names) == 3:
-            return self._states.setdefault(names, self._state(names))
+    def _declare(self, publication: Publication) -> Publisher:
+        broadcast = publication.delivery is Delivery.BROADCAST
+        if broadcast and publication.message in LATCHED and publication.source == self._vehicle:
+            return self._states.setdefault(publication, self._state(publication))
         if len(self._declared) >= MOST_PUBLISHERS:  # a relay can bring packets of ever more sources
             self._declared.pop(next(iter(self._declared))).undeclare()
-        return self._declared.setdefault(names, self._numbered(names))
+        return self._declared.setdefault(publication, self._numbered(publication))
 
-    def _numbered(self, names: Names) -> Publisher:
+    def _numbered(self, publication: Publication) -> Publisher:
         import zenoh
 
-        urgent = len(names) == 4 or names[0] in URGENT
+        urgent = publication.delivery is Delivery.ADDRESSED or publication.message in URGENT
         publisher = self._session.declare_publisher(
-            key(*names),
+            publication.key,
             encoding=ENCODING,
             congestion_control=zenoh.CongestionControl.BLOCK if urgent else zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.REAL_TIME if urgent else zenoh.Priority.DATA,
             allowed_destination=zenoh.Locality.REMOTE,
         )
-        return Publisher(Numbered(publisher, always=urgent).put, cast(Any, publisher).undeclare, urgent)
+        return Publisher(NumberedPublisher(publisher, always=urgent).put, cast(Any, publisher).undeclare, urgent)
 
-    def _state(self, names: Names) -> Publisher:
+    def _state(self, publication: Publication) -> Publisher:
         """Keeps its last packet for those who join later or have missed it; zenoh numbers the packets."""
         import zenoh.ext
 
         publisher: Any = zenoh.ext.declare_advanced_publisher(
             self._session,
-            key(*names),
+            publication.key,
             encoding=ENCODING,
             congestion_control=zenoh.CongestionControl.DROP,
             cache=zenoh.ext.CacheConfig(1),

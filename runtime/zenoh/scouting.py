@@ -27,12 +27,12 @@ ROLES: Mapping[str, int] = {"router": 0, "peer": 1, "client": 2}
 logger = logging.getLogger("shoal.zenoh")
 
 
-def scout() -> bytes:
+def scout_message() -> bytes:
     """Asks routers and peers who they are."""
     return bytes((SCOUT, VERSION, ROUTERS_AND_PEERS))
 
 
-def hello(zid: str, role: str, locators: Iterable[str]) -> bytes:
+def hello_message(zid: str, role: str, locators: Iterable[str]) -> bytes:
     """Says who a session is, `zid` as zenoh prints it, and where it listens. A locator has at most 127 characters."""
     number = bytes.fromhex(zid.zfill(len(zid) + len(zid) % 2))[::-1]
     texts = [locator.encode() for locator in locators]
@@ -45,7 +45,7 @@ def is_hello(datagram: bytes) -> bool:
     return len(datagram) > 3 and datagram[0] & 0x1F == HELLO
 
 
-class Scout:
+class HelloSender:
     """Invites the zenoh programs of this computer, once per PERIOD, until `close`."""
 
     def __init__(self, group: str, invitation: bytes) -> None:
@@ -84,7 +84,7 @@ class Scout:
         assert self._socket is not None
         while not self._closing.is_set():
             until = time.monotonic() + PERIOD
-            self._send(scout(), self._group)
+            self._send(scout_message(), self._group)
             for _ in range(MOST_ANSWERS):
                 if self._closing.is_set() or (left := until - time.monotonic()) <= 0.0:
                     break

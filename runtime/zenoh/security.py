@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from runtime.zenoh.certificates import open_to_all, refusal
-from runtime.zenoh.keys import ALL_SYSTEMS, HEARD, PREFIX, chunk
+from runtime.zenoh.certificates import certificate_problem, is_world_accessible
+from runtime.zenoh.key_expressions import ALL_SYSTEMS, HEARD, PREFIX, key_chunk
 
 ENCRYPTED = ("tls/", "quic/")
 LOOPBACK_INTERFACES = ["lo", "lo0"]
@@ -64,20 +64,22 @@ class Security:
                 raise ValueError(f"{twice} is listed twice in Commanders, Listeners and Vehicles")
             put("access_control", self._access(vehicle))
 
-    def doubts(self, listen: Iterable[str], connect: Iterable[str]) -> list[str]:
+    def warnings(self, listen: Iterable[str], connect: Iterable[str]) -> list[str]:
         """What is likely to go wrong at these endpoints, or is not as secret as it should be."""
         found: list[str] = []
         root, own, key = self.root_certificate, self.certificate, self.private_key
         if root and own and key:
             serves, asks = (any(e.startswith(ENCRYPTED) for e in ends) for ends in (listen, connect))
-            of_server = refusal(root, own, key) if serves else ""
-            of_client = refusal(root, own, key, of_client=True) if asks and self.mutual_tls is not False else ""
+            of_server = certificate_problem(root, own, key) if serves else ""
+            of_client = (
+                certificate_problem(root, own, key, of_client=True) if asks and self.mutual_tls is not False else ""
+            )
             for who, why in (("who connect here", of_server), ("whom it connects to", of_client)):
                 if why:
                     found.append(f"Certificate: those {who} will not accept {own}: {why}")
         secrets = {"Private Key": self.private_key, "Password File": self.password_file, "Users File": self.users_file}
         for option, path in secrets.items():
-            if path is not None and open_to_all(path):
+            if path is not None and is_world_accessible(path):
                 found.append(f"{option}: every user of this computer can read or change {path}; chmod o-rw {path}")
         return found
 
@@ -107,7 +109,7 @@ class Security:
             put("transport/auth/usrpwd/dictionary_file", _readable("Users File", self.users_file))
 
     def _access(self, vehicle: str) -> dict[str, Any]:
-        own = f"{PREFIX}/{vehicle if vehicle == '*' else chunk(vehicle)}"
+        own = f"{PREFIX}/{vehicle if vehicle == '*' else key_chunk(vehicle)}"
         commands = [f"{own}/@cmd/**", f"{PREFIX}/{ALL_SYSTEMS}/@cmd/**"]
         rules: list[Rule] = [
             _rule("all", (*TELLING, *ASKING), EVERYTHING),
@@ -138,7 +140,7 @@ class Security:
             if name == vehicle:  # another process of it, on another computer
                 allow(name, "all")
                 continue
-            theirs = f"{PREFIX}/{chunk(name)}"
+            theirs = f"{PREFIX}/{key_chunk(name)}"
             places = [f"{theirs}/{rest}" for rest in ("**", "@alive/**", "@run/**", "**/@adv/**")]
             rules.append(_rule(f"of {name}", TELLING, places, "ingress"))
             allow(name, "take commands", f"of {name}")
@@ -172,7 +174,7 @@ def _first_line(option: str, path: Path) -> str:
     return lines[0]
 
 
-def guards(get: Callable[[str], Any]) -> bool:
+def checks_identity(get: Callable[[str], Any]) -> bool:
     """Whether only those get in who prove their name, and these only as access control says."""
     proves = get("transport/link/tls/enable_mtls") is True or bool(get("transport/auth/usrpwd/dictionary_file"))
     return proves and get("access_control/enabled") is True

@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, Any, cast
 
 import imc
 from imc.addresses import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
-from runtime.zenoh.answers import Answers
-from runtime.zenoh.arrivals import Arrivals
-from runtime.zenoh.config import SESSIONS, Layout, ZenohConfig, explain
-from runtime.zenoh.faults import FaultCounter
-from runtime.zenoh.frames import Frames
-from runtime.zenoh.gate import Gate
-from runtime.zenoh.keys import HEARD
-from runtime.zenoh.last import LastMessages
-from runtime.zenoh.meeting import MeetingPoint, is_held
-from runtime.zenoh.memory import Opener
-from runtime.zenoh.outbox import Outbox
-from runtime.zenoh.presence import Part, Presence
+from runtime.zenoh.authorization import PacketAuthorizer
+from runtime.zenoh.camera_frames import ZenohFrames
+from runtime.zenoh.config import SESSIONS, SessionConfig, ZenohConfig, error_text
+from runtime.zenoh.error_counter import ErrorCounter
+from runtime.zenoh.key_expressions import Delivery, Publication
+from runtime.zenoh.last_value_cache import LastValueCache
+from runtime.zenoh.live_systems import LiveSystems
+from runtime.zenoh.presence import Presence, ProcessPart
 from runtime.zenoh.publishers import Publisher, Publishers
-from runtime.zenoh.residents import Residents
-from runtime.zenoh.scouting import Scout, hello
+from runtime.zenoh.queryables import Queryables
+from runtime.zenoh.reliable_queue import ReliableQueue
+from runtime.zenoh.rendezvous import Rendezvous, is_in_use
+from runtime.zenoh.scouting import HelloSender, hello_message
+from runtime.zenoh.session_factory import SessionFactory
+from runtime.zenoh.subscribers import Subscribers
 
 if TYPE_CHECKING:
     import zenoh
@@ -56,18 +56,18 @@ class ZenohTransport:
         entity_label: Callable[[int, int], str],
         *,
         system_id: Callable[[str], int | None] = lambda _: None,
-        part: Part | None = None,
+        part: ProcessPart | None = None,
         concerns: Callable[[imc.Message], bool] = lambda _: True,
         speaks_for: Callable[[int], bool] = lambda _: True,
         note: Callable[[str, bool], None] | None = None,
         tell: Callable[[str], None] = logger.warning,
     ) -> None:
         self.config = config
-        self._residents = Residents()
-        vehicles, ids = config.security.vehicles or (), lambda: self._residents.ids
-        gate = None if part is None else Gate(part, vehicles, ids, system_name, self._is_sibling, system_id)
-        self.arrivals = Arrivals(self._take, gate, tell)
-        self.unsent = FaultCounter("could not be sent", tell)
+        self._live_systems = LiveSystems()
+        vehicles, ids = config.security.vehicles or (), lambda: self._live_systems.ids
+        gate = None if part is None else PacketAuthorizer(part, vehicles, ids, system_name, self._is_sibling, system_id)
+        self.subscribers = Subscribers(self._take, gate, tell)
+        self.unsent = ErrorCounter("could not be sent", tell)
         self._part = part
         self._concerns = concerns
         self._speaks_for = speaks_for
@@ -76,15 +76,15 @@ class ZenohTransport:
         self._system_name = system_name
         self._entity_label = entity_label
         self._session: zenoh.Session | None = None
-        self._opener = Opener(tell)
-        self._meeting_point = MeetingPoint(config, self._opener)
+        self._session_factory = SessionFactory(tell)
+        self._rendezvous = Rendezvous(config, self._session_factory)
         self._presence: Presence | None = None
-        self._scout: Scout | None = None
+        self._hello_sender: HelloSender | None = None
         self._publishers: Publishers | None = None
-        self._outbox = Outbox(self.unsent)
-        self._answers: Answers | None = None
+        self._reliable_queue = ReliableQueue(self.unsent)
+        self._queryables: Queryables | None = None
         self._short: dict[tuple[type, int, int, int], Publisher] = {}
-        self.frames = None if part is None else Frames(part.vehicle, self._is_sibling, tell)
+        self.frames = None if part is None else ZenohFrames(part.vehicle, self._is_sibling, tell)
         self._receive: Callable[[bytes], None] = lambda _: None
 
     def open(self, receive: Callable[[bytes], None]) -> None:
@@ -94,18 +94,18 @@ class ZenohTransport:
         ValueError for an invalid configuration file; ModuleNotFoundError without zenoh.
         """
         self._receive = receive
-        self._meeting_point.open()
+        self._rendezvous.open()
         try:
-            self._session, layout, neighbours = self._enter()
+            self._session, layout, neighbors = self._enter()
         except ConnectionError:
-            self._opener.close()
-            self._meeting_point.close()
+            self._session_factory.close()
+            self._rendezvous.close()
             raise
         session = self._session
         try:
             if self._part is not None:
                 self._presence = Presence(session, self._part, self._tell, self._note)
-                self._presence.confirm(neighbours)
+                self._presence.check_unique(neighbors)
         except ConnectionError:
             self.close()
             raise
@@ -114,25 +114,27 @@ class ZenohTransport:
                 f"zenoh: {endpoint} is open to others without certificates (mTLS) and access control: "
                 "anyone who reaches it can listen to and command this vehicle; see docs/zenoh.md"
             )
-        for doubt in self.config.security.doubts(layout.listen, layout.connect):
+        for doubt in self.config.security.warnings(layout.listen, layout.connect):
             self._tell(f"[Zenoh] {doubt}")
         if layout.group:
-            self._scout = Scout(layout.group, hello(str(session.info.zid()), layout.role, [layout.session]))
-            self._scout.open()
+            self._hello_sender = HelloSender(
+                layout.group, hello_message(str(session.info.zid()), layout.role, [layout.session])
+            )
+            self._hello_sender.open()
         atexit.register(self._abandon)  # an interpreter that ends while threads wait in zenoh aborts
-        self._outbox.open()
+        self._reliable_queue.open()
         self._publishers = Publishers(session, self.config.vehicle)
-        last = LastMessages(str(session.info.zid()), self._publishers.last, self._speaks_for)
-        self._residents.open(session)
-        self._answers = Answers(session, self._part, self._outbox, last, self._take, self._concerns)
-        self.arrivals.open(session, self.config.vehicle, self.config.hear)
+        last = LastValueCache(str(session.info.zid()), self._publishers.last, self._speaks_for)
+        self._live_systems.open(session)
+        self._queryables = Queryables(session, self._part, self._reliable_queue, last, self._take, self._concerns)
+        self.subscribers.open(session, self.config.vehicle, self.config.hear)
         if self.frames is not None:
-            self.frames.open(session, shares_memory=self._opener.shares)
+            self.frames.open(session, shares_memory=self._session_factory.shares)
 
     @property
     def systems(self) -> frozenset[int]:
         """The vehicles that are on this bus themselves."""
-        return self._residents.systems
+        return self._live_systems.systems
 
     def send(self, message: imc.Message, packet: bytes) -> None:
         """Publish a packet, which decodes to `message`. Drops it if a queue is full; never blocks, never raises.
@@ -140,21 +142,21 @@ class ZenohTransport:
         What another vehicle on this bus has sent here by another way is not published again. What another system has
         sent here that is for all goes to the other processes of this vehicle only: other vehicles hear it themselves.
         """
-        if self._session is None or self._answers is None:
+        if self._session is None or self._queryables is None:
             return
         place = type(message), message.src, message.src_ent, message.dst
-        if self._answers.is_handling and isinstance(message, imc.LogBookEntry):
-            self._answers.remark(message)
+        if self._queryables.is_handling and isinstance(message, imc.LogBookEntry):
+            self._queryables.note_log_entry(message)
         try:
             publisher = self._short.get(place)
             if publisher is None:
-                if message.src in self._residents.systems and not self._is_own(message.src):
+                if message.src in self._live_systems.systems and not self._is_own(message.src):
                     return
                 publisher = self._publisher(message, place)
             publisher.last = packet
             if publisher.reliable:
-                self._answers.reply(message, packet)
-                self._outbox.put(type(message).__name__, partial(publisher.put, packet))
+                self._queryables.reply(message, packet)
+                self._reliable_queue.put(type(message).__name__, partial(publisher.put, packet))
             else:
                 publisher.put(packet)
         except Exception as error:
@@ -168,11 +170,13 @@ class ZenohTransport:
         source = self._system_name(message.src)
         own = self._is_own(message.src)
         if self._part is not None and not own and message.dst in (*TO_ALL, BROADCAST):
-            return self._publishers.get((name, source, "", self._part.vehicle, HEARD))
+            return self._publishers.get(Publication(Delivery.RELAYED, name, source, destination=self._part.vehicle))
         if message.dst not in TO_ALL:
-            return self._publishers.get((name, source, "", self._system_name(message.dst)))
+            return self._publishers.get(
+                Publication(Delivery.ADDRESSED, name, source, destination=self._system_name(message.dst))
+            )
         label = self._entity_label(message.src, message.src_ent)
-        publisher = self._publishers.get((name, source, label or str(message.src_ent)))
+        publisher = self._publishers.get(Publication(Delivery.BROADCAST, name, source, label or str(message.src_ent)))
         if own and label and not isinstance(message, imc.Unknown):
             self._short[place] = publisher
         return publisher
@@ -188,38 +192,39 @@ class ZenohTransport:
         closing.join(CLOSING_TIME)
         if closing.is_alive():
             logger.warning("zenoh did not close within %g s; not waiting for it", CLOSING_TIME)
-        for tally in (self.arrivals.lost, self.arrivals.oversize, self.arrivals.strange, self.unsent):
+        for tally in (self.subscribers.lost, self.subscribers.oversize, self.subscribers.rejected, self.unsent):
             tally.end(self._whose, logger.warning)  # the vehicle's log book has ended
 
-    def _enter(self) -> tuple["zenoh.Session", Layout, list[str]]:
+    def _enter(self) -> tuple["zenoh.Session", SessionConfig, list[str]]:
         """A session at the first free of the ports where the sessions of this computer listen, and those that do."""
         import zenoh
 
         held: list[str] = []
         for place in range(SESSIONS):
             layout = self.config.build(place)
-            if layout.session and is_held(layout.session):
+            if layout.session and is_in_use(layout.session):
                 held.append(layout.session)
                 continue
             try:
-                return self._opener.open(layout.config), layout, held
+                return self._session_factory.open(layout.config), layout, held
             except zenoh.ZError as error:
-                if not (layout.session and is_held(layout.session)):
+                if not (layout.session and is_in_use(layout.session)):
                     where = f" cannot listen at {', '.join(layout.listen)}" if layout.listen else ""
-                    raise ConnectionError(f"zenoh{where}: {explain(error)}") from None
+                    raise ConnectionError(f"zenoh{where}: {error_text(error)}") from None
         raise ConnectionError(f"zenoh: all {SESSIONS} ports for the processes of this computer are in use")
 
     def _leave(self, session: "zenoh.Session") -> None:
         """Undeclare, then close: a session that closes before its subscribers may wait for them forever."""
-        if self._scout is not None:
-            self._scout.close()
-        self._opener.close()
-        self._outbox.close()
-        for part in (self._presence, self._residents, self._answers, self.frames, self.arrivals, self._publishers):
+        if self._hello_sender is not None:
+            self._hello_sender.close()
+        self._session_factory.close()
+        self._reliable_queue.close()
+        declared = self._presence, self._live_systems, self._queryables, self.frames, self.subscribers, self._publishers
+        for part in declared:
             if part is not None:
                 part.close()
         cast(Any, session).close()
-        self._meeting_point.close()
+        self._rendezvous.close()
 
     def _abandon(self) -> None:
         session, self._session = self._session, None

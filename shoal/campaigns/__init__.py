@@ -1,87 +1,87 @@
 """Campaigns: many runs of scenarios, what varies in them, and what they show."""
 
-from shoal.campaigns.again import Rerun, rerun
-from shoal.campaigns.campaign import carry_out
-from shoal.campaigns.cluster import cluster_address
-from shoal.campaigns.commands import rerun_command, rest_command, strange_paths, test_command
-from shoal.campaigns.comparison import Comparison, Pair, compare
-from shoal.campaigns.dataset import DataSet, is_data_set, open_data_set
-from shoal.campaigns.engines import open_engine
+from shoal.campaigns.campaign import run_study
+from shoal.campaigns.cluster import parse_cluster_address
+from shoal.campaigns.comparison import CampaignComparison, RunPair, compare_campaigns
+from shoal.campaigns.executors import open_executor
+from shoal.campaigns.findings_files import describe_run, read_findings
 from shoal.campaigns.jobs import (
-    SUFFIX,
+    SCENARIO_SUFFIX,
     WALL_LIMIT,
-    Do,
-    Engine,
     Job,
-    Pool,
-    Runner,
+    JobExecutor,
+    ProcessPool,
+    RunJob,
+    ScenarioRunner,
     StudyRunner,
-    Unfinished,
-    Unreadable,
+    UnfinishedResult,
+    UnreadableResult,
     is_finished,
-    processors,
+    usable_cpus,
 )
 from shoal.campaigns.junit import junit_xml
-from shoal.campaigns.keeping import findings_of, told
-from shoal.campaigns.merging import Merged, merge
+from shoal.campaigns.merge import MergedResults, merge_results
 from shoal.campaigns.notebook import run
-from shoal.campaigns.report import campaign_page
-from shoal.campaigns.search import Findings
-from shoal.campaigns.shards import WHOLE, Shard, parse_shard, shard_folder
+from shoal.campaigns.report import campaign_html
+from shoal.campaigns.repro_commands import missing_paths, rerun_command, resume_command, scenario_test_command
+from shoal.campaigns.rerun import RepeatedRun, repeat_run
+from shoal.campaigns.result_text import failure_details, failure_lines, outcome_to_dict, sibling_logs, warning_lines
+from shoal.campaigns.results import CampaignResults, has_results, open_results
+from shoal.campaigns.scenario_suite import ScenarioOutcome, find_scenario_files, rerun_with_logs, run_jobs
+from shoal.campaigns.search import SearchFindings
+from shoal.campaigns.shards import WHOLE_CAMPAIGN, Shard, parse_shard, shard_folder
 from shoal.campaigns.studies import LOGS, Study, load_study
-from shoal.campaigns.suite import Outcome, find_scenarios, log_again, run_jobs
-from shoal.campaigns.telling import details_of, facts_of, failures_of, other_logs, warnings_of
 
 __all__ = [
     "LOGS",
-    "SUFFIX",
+    "SCENARIO_SUFFIX",
     "WALL_LIMIT",
-    "WHOLE",
-    "Comparison",
-    "DataSet",
-    "Do",
-    "Engine",
-    "Findings",
+    "WHOLE_CAMPAIGN",
+    "CampaignComparison",
+    "CampaignResults",
     "Job",
-    "Merged",
-    "Outcome",
-    "Pair",
-    "Pool",
-    "Rerun",
-    "Runner",
+    "JobExecutor",
+    "MergedResults",
+    "ProcessPool",
+    "RepeatedRun",
+    "RunJob",
+    "RunPair",
+    "ScenarioOutcome",
+    "ScenarioRunner",
+    "SearchFindings",
     "Shard",
     "Study",
     "StudyRunner",
-    "Unfinished",
-    "Unreadable",
-    "campaign_page",
-    "carry_out",
-    "cluster_address",
-    "compare",
-    "details_of",
-    "facts_of",
-    "failures_of",
-    "find_scenarios",
-    "findings_of",
-    "is_data_set",
+    "UnfinishedResult",
+    "UnreadableResult",
+    "campaign_html",
+    "compare_campaigns",
+    "describe_run",
+    "failure_details",
+    "failure_lines",
+    "find_scenario_files",
+    "has_results",
     "is_finished",
     "junit_xml",
     "load_study",
-    "log_again",
-    "merge",
-    "open_data_set",
-    "open_engine",
-    "other_logs",
+    "merge_results",
+    "missing_paths",
+    "open_executor",
+    "open_results",
+    "outcome_to_dict",
+    "parse_cluster_address",
     "parse_shard",
-    "processors",
-    "rerun",
+    "read_findings",
+    "repeat_run",
     "rerun_command",
-    "rest_command",
+    "rerun_with_logs",
+    "resume_command",
     "run",
     "run_jobs",
+    "run_study",
+    "scenario_test_command",
     "shard_folder",
-    "strange_paths",
-    "test_command",
-    "told",
-    "warnings_of",
+    "sibling_logs",
+    "usable_cpus",
+    "warning_lines",
 ]

@@ -8,34 +8,34 @@ from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
-from shoal.campaigns.dataset import LOGS, DataSet, Recording, about_study
-from shoal.campaigns.draws import Scalar
-from shoal.campaigns.engines import open_engine
-from shoal.campaigns.jobs import WALL_LIMIT, Do, Engine, Job, StudyRunner, Timed, row_of
-from shoal.campaigns.keeping import keep_findings
+from shoal.campaigns.executors import open_executor
+from shoal.campaigns.findings_files import write_findings
+from shoal.campaigns.jobs import WALL_LIMIT, Job, JobExecutor, RunJob, StudyRunner, TimedResult, make_row
 from shoal.campaigns.library import library
-from shoal.campaigns.search import Course
-from shoal.campaigns.shards import WHOLE, Shard, check_shard
+from shoal.campaigns.results import LOGS, CampaignResults, ResultsWriter, study_metadata
+from shoal.campaigns.sampling import Scalar
+from shoal.campaigns.search import SearchSchedule
+from shoal.campaigns.shards import WHOLE_CAMPAIGN, Shard, check_shard
 from shoal.campaigns.studies import Study
 from shoal.campaigns.versions import versions
 from shoal.scenarios import ScenarioResult
 
 TABLE_PERIOD = 60.0  # s of wall time between two Parquet files
-Tell = Callable[[DataSet], None]
+OnProgress = Callable[[CampaignResults], None]
 
 
-def carry_out(
+def run_study(
     study: Study,
     folder: Path,
     *,
-    make: Callable[[], Do] = StudyRunner,
+    make_runner: Callable[[], RunJob] = StudyRunner,
     workers: int | None = None,
     wall_limit: float = WALL_LIMIT,
-    shard: Shard = WHOLE,
+    shard: Shard = WHOLE_CAMPAIGN,
     on: str = "",
-    tell: Tell = lambda _: None,
-    note: Callable[[str], None] = lambda _: None,
-) -> DataSet:
+    on_progress: OnProgress = lambda _: None,
+    on_notice: Callable[[str], None] = lambda _: None,
+) -> CampaignResults:
     """Do the runs of a study that its folder does not have yet, until there are enough; `tell` hears of each one.
 
     Whatever ends it, the runs done stay, and the next call does the others, and those again that did not end. Of a
@@ -43,54 +43,62 @@ def carry_out(
     shard cannot know when it is over; OSError if the disk is full.
     """
     library("pyarrow.parquet")  # before hours of runs, not after them
-    check_shard(shard, study.ending)
+    check_shard(shard, study.stopping_rule)
     if study.search is not None:
         library("optuna")
-        if shard != WHOLE:
+        if shard != WHOLE_CAMPAIGN:
             raise ValueError(f"search: there is no shard {shard} of it: its trials follow from all those before")
     with ExitStack() as stack:
-        recording = stack.enter_context(Recording(folder, {**about_study(study), "wall limit": wall_limit}))
-        data = recording.data
-        progress = _progress(study, data, shard)
-        tell(data)
+        writer = stack.enter_context(ResultsWriter(folder, {**study_metadata(study), "wall limit": wall_limit}))
+        data = writer.results
+        schedule = _make_schedule(study, data, shard)
+        on_progress(data)
         try:
-            if progress.end is None:
-                engine = open_engine(study, make=make, workers=workers, wall_limit=wall_limit, on=on, note=note)
-                _work_off(study, recording, progress, stack.enter_context(engine), tell)
+            if schedule.total_runs is None:
+                executor = open_executor(
+                    study, make=make_runner, workers=workers, wall_limit=wall_limit, on=on, on_notice=on_notice
+                )
+                _run_batches(study, writer, schedule, stack.enter_context(executor), on_progress)
         except BaseException:
             with suppress(OSError):  # the journal has all of it anyway
-                data.write()
+                data.write_parquet()
             raise
-        if progress.end is None:
+        if schedule.total_runs is None:
             raise RuntimeError("a run has no result")
-        recording.finish(progress.end)
-        data.write()
+        writer.mark_complete(schedule.total_runs)
+        data.write_parquet()
         if study.search is not None:
-            keep_findings(study, data)
+            write_findings(study, data)
     return data
 
 
-def _progress(study: Study, data: DataSet, shard: Shard) -> "_Progress | Course":
+def _make_schedule(study: Study, data: CampaignResults, shard: Shard) -> "_RunSchedule | SearchSchedule":
     if study.search is None:
-        return _Progress(study, data, shard)
-    return Course(study.search, study.ending.most, study.seed, data.rows)
+        return _RunSchedule(study, data, shard)
+    return SearchSchedule(study.search, study.stopping_rule.max_runs, study.seed, data.rows)
 
 
-def _work_off(study: Study, recording: Recording, progress: "_Progress | Course", engine: Engine, tell: Tell) -> None:
-    folder = recording.data.folder
+def _run_batches(
+    study: Study,
+    writer: ResultsWriter,
+    schedule: "_RunSchedule | SearchSchedule",
+    executor: JobExecutor,
+    on_progress: OnProgress,
+) -> None:
+    folder = writer.results.folder
     written = time.monotonic()
-    for runs in progress.rounds():
-        jobs = (_job(study, folder, run, progress.numbers(run)) for run in runs)
-        for job, result in engine.run(jobs):
-            run, cpu = int(job.key), result.cpu if isinstance(result, Timed) else 0.0
-            numbers = progress.numbers(run)
+    for runs in schedule.batches():
+        jobs = (_make_job(study, folder, run, schedule.raw_values(run)) for run in runs)
+        for job, result in executor.run(jobs):
+            run, cpu = int(job.key), result.cpu if isinstance(result, TimedResult) else 0.0
+            raw_values = schedule.raw_values(run)
             _check_disk(job, result)
-            row = row_of(run, study.seed_of(run), numbers, result, versions=versions(), cpu=cpu, folder=folder)
-            recording.add({**row, **progress.marks(run)})
-            progress.look()
-            tell(recording.data)
+            row = make_row(run, study.run_seed(run), raw_values, result, versions=versions(), cpu=cpu, folder=folder)
+            writer.add_row({**row, **schedule.extra_columns(run)})
+            schedule.evaluate()
+            on_progress(writer.results)
             if time.monotonic() - written > TABLE_PERIOD:
-                recording.data.write()
+                writer.results.write_parquet()
                 written = time.monotonic()
 
 
@@ -101,58 +109,58 @@ def _check_disk(job: Job, result: ScenarioResult) -> None:
             raise OSError(code, os.strerror(code), str(job.log_root))
 
 
-def _job(study: Study, folder: Path, run: int, numbers: Mapping[str, Scalar]) -> Job:
-    logs = None if study.logs == "none" else log_folder(folder, run)
+def _make_job(study: Study, folder: Path, run: int, raw_values: Mapping[str, Scalar]) -> Job:
+    logs = None if study.logs == "none" else run_log_folder(folder, run)
     if logs is not None and logs.exists():  # of a run that was not ended
         shutil.rmtree(logs)
-    return Job(run, study.path, study.written(numbers), study.seed_of(run), logs)
+    return Job(run, study.scenario_path, study.with_units(raw_values), study.run_seed(run), logs)
 
 
-class _Progress:
+class _RunSchedule:
     """Which runs are left. Whether there are enough is judged on runs 0 to N, in this order, not as they come in:
     the answer is the same for any number of workers."""
 
-    def __init__(self, study: Study, data: DataSet, shard: Shard):
+    def __init__(self, study: Study, data: CampaignResults, shard: Shard):
         self._study, self._data = study, data
-        self._runs = shard.runs(study.ending.most)
-        self._judged = self._passed = 0
-        self.end: int | None = None
-        self.look()
+        self._runs = shard.runs(study.stopping_rule.max_runs)
+        self._evaluated = self._passed = 0
+        self.total_runs: int | None = None
+        self.evaluate()
 
-    def look(self) -> None:
+    def evaluate(self) -> None:
         """Judge the runs that have come in."""
         rows = self._data.rows
-        while self.end is None:
-            if self._judged == len(self._runs):
-                self.end = self._study.ending.most
-            elif (run := self._runs[self._judged]) in rows:
+        while self.total_runs is None:
+            if self._evaluated == len(self._runs):
+                self.total_runs = self._study.stopping_rule.max_runs
+            elif (run := self._runs[self._evaluated]) in rows:
                 self._passed += bool(rows[run]["passed"])
-                self._judged += 1
-                if self._study.ending.reached(self._passed, self._judged):
-                    self.end = run + 1
+                self._evaluated += 1
+                if self._study.stopping_rule.is_reached(self._passed, self._evaluated):
+                    self.total_runs = run + 1
             else:
                 break
 
-    def numbers(self, run: int) -> Mapping[str, Scalar]:
+    def raw_values(self, run: int) -> Mapping[str, Scalar]:
         """What a run has drawn, without units."""
-        return self._study.design.numbers(run)
+        return self._study.design.raw_values(run)
 
-    def marks(self, run: int) -> dict[str, object]:
+    def extra_columns(self, run: int) -> dict[str, object]:
         """What its row says besides."""
         return {}
 
-    def rounds(self) -> Generator[Iterable[int]]:
+    def batches(self) -> Generator[Iterable[int]]:
         """The runs that are left, all in one round: none depends on others."""
         yield self._left()
 
     def _left(self) -> Generator[int]:
         for run in self._runs:
-            if self.end is not None:
+            if self.total_runs is not None:
                 return
             if run not in self._data.rows:
                 yield run
 
 
-def log_folder(folder: Path, run: int) -> Path:
+def run_log_folder(folder: Path, run: int) -> Path:
     """Where the logs of a run are."""
     return (folder / LOGS / f"{run:06d}").absolute()

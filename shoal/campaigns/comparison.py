@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
 
-from shoal.campaigns.dataset import DataSet
-from shoal.campaigns.jobs import Row, is_finished
+from shoal.campaigns.jobs import ResultRow, is_finished
 from shoal.campaigns.library import library
-from shoal.campaigns.rates import Rate
-from support.text import hinted
+from shoal.campaigns.pass_rate import PassRate
+from shoal.campaigns.results import CampaignResults
+from support.text import with_suggestion
 
 PASS_RATE = "pass rate"
 _LIMIT = re.compile(r"(.+?)\s*(<=|>=|<|>)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%?)")
@@ -22,7 +22,7 @@ class NotComparable(ValueError):
 
 
 @dataclass(frozen=True)
-class Change:
+class ColumnChange:
     """How a column of B differs from that of A in `runs` pairs: the mean of B - A, and the interval of this mean."""
 
     name: str
@@ -36,27 +36,27 @@ class Change:
     rose: int
 
     @property
-    def is_sure(self) -> bool:
+    def is_significant(self) -> bool:
         """Whether the interval excludes 0."""
         return self.low > 0.0 or self.high < 0.0
 
 
 @dataclass(frozen=True)
-class Pair:
+class RunPair:
     """One run of both: rows of A and B."""
 
-    a: Row
-    b: Row
+    a: ResultRow
+    b: ResultRow
 
     @property
-    def fall(self) -> float:
+    def margin_loss(self) -> float:
         """How much less margin B has; NaN if there is none to compare."""
         fall = float(self.a["margin"]) - float(self.b["margin"])
         return fall if math.isfinite(fall) else math.nan
 
 
 @dataclass(frozen=True)
-class Comparison:
+class CampaignComparison:
     """The pairs of two campaigns. `only_a` and `only_b` count runs without a partner, `unfinished` pairs of which
     one run did not end, so that nothing is known of it.
 
@@ -64,19 +64,19 @@ class Comparison:
     changed are if the change has no effect.
     """
 
-    rate_a: Rate
-    rate_b: Rate
-    rate: Change
-    p: float
-    changes: tuple[Change, ...]
-    broken: tuple[Pair, ...]
-    mended: tuple[Pair, ...]
-    worse: tuple[Pair, ...]
+    rate_a: PassRate
+    rate_b: PassRate
+    rate_change: ColumnChange
+    p_value: float
+    changes: tuple[ColumnChange, ...]
+    broken: tuple[RunPair, ...]
+    repaired: tuple[RunPair, ...]
+    worse: tuple[RunPair, ...]
     only_a: int
     only_b: int
     unfinished: int
 
-    def exceeded(self, limit: str) -> str:
+    def check_limit(self, limit: str) -> str:
         """A sentence if a limit such as "pass rate < -2 %" or "metrics.drift > 5 %" is exceeded, else empty.
 
         It is a limit of the mean difference B - A; in percentage points of a pass rate, in percent of A otherwise.
@@ -86,9 +86,9 @@ class Comparison:
         if match is None:
             raise NotComparable(f"{limit!r} is no limit; write 'pass rate < -2 %' or 'metrics.NAME > 0.5'")
         name, sign, number, percent = match.groups()
-        changes = {change.name: change for change in (self.rate, *self.changes)}
+        changes = {change.name: change for change in (self.rate_change, *self.changes)}
         if name not in changes:
-            raise NotComparable(hinted(f"neither data set has {name!r}", name, changes))
+            raise NotComparable(with_suggestion(f"neither data set has {name!r}", name, changes))
         change, bound = changes[name], float(number)
         if percent:
             bound *= 0.01 if name == PASS_RATE else 0.01 * abs(change.before)
@@ -100,32 +100,32 @@ class Comparison:
         return f"{name} changed by {change.mean:+.4g} ({change.low:+.4g} to {change.high:+.4g}): {limit}"
 
 
-def compare(a: DataSet, b: DataSet, *, confidence: float = 0.95) -> Comparison:
+def compare_campaigns(a: CampaignResults, b: CampaignResults, *, confidence: float = 0.95) -> CampaignComparison:
     """Compare runs of the same number. Raises NotComparable if seeds or values of these differ, and for searches."""
     for data in (a, b):
-        if "search" in data.about:
+        if "search" in data.metadata:
             words = "its runs went where the search led them, so they are no pairs and have no pass rate"
             raise NotComparable(f"{data.folder} is of a search: {words}; compare campaigns without one")
-    rows_a, rows_b = ({row["run"]: row for row in data.counted} for data in (a, b))
-    common = [Pair(rows_a[run], rows_b[run]) for run in sorted(rows_a.keys() & rows_b.keys())]
+    rows_a, rows_b = ({row["run"]: row for row in data.counted_rows} for data in (a, b))
+    common = [RunPair(rows_a[run], rows_b[run]) for run in sorted(rows_a.keys() & rows_b.keys())]
     pairs = [pair for pair in common if is_finished(pair.a) and is_finished(pair.b)]
     if not pairs:
         raise NotComparable(f"{a.folder} and {b.folder} have no run in common" + " that ended in both" * bool(common))
     for pair in pairs:
         _check_pair(a, b, pair)
     broken = [pair for pair in pairs if pair.a["passed"] and not pair.b["passed"]]
-    mended = [pair for pair in pairs if pair.b["passed"] and not pair.a["passed"]]
-    worse = [pair for pair in pairs if pair.fall > 0.0]
+    repaired = [pair for pair in pairs if pair.b["passed"] and not pair.a["passed"]]
+    worse = [pair for pair in pairs if pair.margin_loss > 0.0]
     names = dict.fromkeys(name for pair in pairs for name in pair.a if name.startswith(_COMPARED) and name in pair.b)
     found = [_change(name, pairs, confidence) for name in sorted(names)]
-    return Comparison(
-        Rate(sum(bool(pair.a["passed"]) for pair in pairs), len(pairs), confidence),
-        Rate(sum(bool(pair.b["passed"]) for pair in pairs), len(pairs), confidence),
-        _rate_change(pairs, len(broken), len(mended), confidence),
-        mcnemar(len(broken), len(mended)),
+    return CampaignComparison(
+        PassRate(sum(bool(pair.a["passed"]) for pair in pairs), len(pairs), confidence),
+        PassRate(sum(bool(pair.b["passed"]) for pair in pairs), len(pairs), confidence),
+        _rate_change(pairs, len(broken), len(repaired), confidence),
+        mcnemar_p_value(len(broken), len(repaired)),
         tuple(sorted((change for change in found if change.runs), key=_severity)),
         tuple(_worst_first(broken)),
-        tuple(sorted(mended, key=lambda pair: pair.a["run"])),
+        tuple(sorted(repaired, key=lambda pair: pair.a["run"])),
         tuple(_worst_first(worse)),
         len(rows_a) - len(common),
         len(rows_b) - len(common),
@@ -133,16 +133,16 @@ def compare(a: DataSet, b: DataSet, *, confidence: float = 0.95) -> Comparison:
     )
 
 
-def mcnemar(broken: int, mended: int) -> float:
+def mcnemar_p_value(broken: int, repaired: int) -> float:
     """The exact, two-sided p-value of McNemar's test."""
-    total, few = broken + mended, min(broken, mended)
+    total, few = broken + repaired, min(broken, repaired)
     if not total:
         return 1.0
     tail = math.fsum(math.comb(total, k) / 2**total for k in range(few + 1))
     return min(1.0, 2.0 * tail)
 
 
-def _check_pair(a: DataSet, b: DataSet, pair: Pair) -> None:
+def _check_pair(a: CampaignResults, b: CampaignResults, pair: RunPair) -> None:
     run = pair.a["run"]
     if pair.a["seed"] != pair.b["seed"]:
         raise NotComparable(f"run {run} of {a.folder} and of {b.folder} have different seeds")
@@ -153,25 +153,25 @@ def _check_pair(a: DataSet, b: DataSet, pair: Pair) -> None:
             raise NotComparable(f"{words}: {path} is {value} and {pair.b[name]}")
 
 
-def _rate_change(pairs: Sequence[Pair], broken: int, mended: int, confidence: float) -> Change:
+def _rate_change(pairs: Sequence[RunPair], broken: int, repaired: int, confidence: float) -> ColumnChange:
     """The difference of two pass rates in pairs, with the interval of A. Agresti and Y. Min (2005)."""
     count = len(pairs)
     z = NormalDist().inv_cdf(0.5 + 0.5 * confidence)
-    middle = (mended - broken) / (count + 2)
-    spread = math.sqrt(max(mended + broken + 1.0 - (mended - broken) ** 2 / (count + 2), 0.0)) * z / (count + 2)
+    middle = (repaired - broken) / (count + 2)
+    spread = math.sqrt(max(repaired + broken + 1.0 - (repaired - broken) ** 2 / (count + 2), 0.0)) * z / (count + 2)
     before = len([pair for pair in pairs if pair.a["passed"]]) / count
     after = len([pair for pair in pairs if pair.b["passed"]]) / count
     low, high = max(middle - spread, -1.0), min(middle + spread, 1.0)
-    return Change(PASS_RATE, count, before, after, (mended - broken) / count, low, high, broken, mended)
+    return ColumnChange(PASS_RATE, count, before, after, (repaired - broken) / count, low, high, broken, repaired)
 
 
-def _change(name: str, pairs: Sequence[Pair], confidence: float) -> Change:
+def _change(name: str, pairs: Sequence[RunPair], confidence: float) -> ColumnChange:
     """The mean difference with Student's interval, over the pairs in which both are finite."""
     pairs_of = [(float(pair.a.get(name, math.nan)), float(pair.b.get(name, math.nan))) for pair in pairs]
     both = [(a, b) for a, b in pairs_of if math.isfinite(a) and math.isfinite(b)]
     count = len(both)
     if not count:
-        return Change(name, 0, math.nan, math.nan, math.nan, math.nan, math.nan, 0, 0)
+        return ColumnChange(name, 0, math.nan, math.nan, math.nan, math.nan, math.nan, 0, 0)
     steps = [b - a for a, b in both]
     mean, half = math.fsum(steps) / count, math.inf
     if count > 1:
@@ -179,15 +179,21 @@ def _change(name: str, pairs: Sequence[Pair], confidence: float) -> Change:
         half = quantile * math.sqrt(math.fsum((step - mean) ** 2 for step in steps) / (count - 1) / count)
     fell, rose = len([step for step in steps if step < 0.0]), len([step for step in steps if step > 0.0])
     before, after = math.fsum(a for a, _ in both) / count, math.fsum(b for _, b in both) / count
-    return Change(name, count, before, after, mean, mean - half, mean + half, fell, rose)
+    return ColumnChange(name, count, before, after, mean, mean - half, mean + half, fell, rose)
 
 
-def _severity(change: Change) -> tuple[bool, bool, float]:
+def _severity(change: ColumnChange) -> tuple[bool, bool, float]:
     """Margins that fell for sure first, then what changed most beside its interval."""
     half = 0.5 * (change.high - change.low)
     size = -abs(change.mean) / half if half else -math.inf * bool(change.mean)
-    return not (change.name.startswith("margins.") and change.high < 0.0), not change.is_sure, size
+    return not (change.name.startswith("margins.") and change.high < 0.0), not change.is_significant, size
 
 
-def _worst_first(pairs: Iterable[Pair]) -> list[Pair]:
-    return sorted(pairs, key=lambda pair: (math.isnan(pair.fall), -pair.fall if pair.fall == pair.fall else 0.0))
+def _worst_first(pairs: Iterable[RunPair]) -> list[RunPair]:
+    return sorted(
+        pairs,
+        key=lambda pair: (
+            math.isnan(pair.margin_loss),
+            -pair.margin_loss if pair.margin_loss == pair.margin_loss else 0.0,
+        ),
+    )

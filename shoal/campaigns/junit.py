@@ -7,12 +7,12 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from shoal.campaigns.jobs import Job
-from shoal.campaigns.suite import Outcome
-from shoal.campaigns.telling import details_of, failures_of, warnings_of
+from shoal.campaigns.result_text import failure_details, failure_lines, warning_lines
+from shoal.campaigns.scenario_suite import ScenarioOutcome
 from support.text import printable
 
 
-def junit_xml(outcomes: Iterable[Outcome], undone: Iterable[Job], began: float, wall: float) -> bytes:
+def junit_xml(outcomes: Iterable[ScenarioOutcome], undone: Iterable[Job], began: float, wall: float) -> bytes:
     """A suite with a test case for each file. `began` is in s since 1970, `wall` how long all took (s).
 
     Every reason for which a case has not passed is a failure, its type is `expectation` or `error`: the readers agree
@@ -39,13 +39,13 @@ def junit_xml(outcomes: Iterable[Outcome], undone: Iterable[Job], began: float, 
     )
     ElementTree.SubElement(suite, "properties")
     for outcome in outcomes:
-        case = _case(suite, outcome.job.path, outcome.result.scenario, outcome.wall)
+        case = _case(suite, outcome.job.path, outcome.result.scenario, outcome.wall_time)
         if not outcome.result.passed:
             kind = "error" if outcome.result.error else "expectation"
-            message = "; ".join(failures_of(outcome.result))
+            message = "; ".join(failure_lines(outcome.result))
             failure = ElementTree.SubElement(case, "failure", {"type": kind, "message": printable(message)})
             logs = [f"log: {folder}" for folder in outcome.result.logs.values()]
-            failure.text = "\n".join(map(printable, [*details_of(outcome.result), *logs]))
+            failure.text = "\n".join(map(printable, [*failure_details(outcome.result), *logs]))
     for job in undone:
         ElementTree.SubElement(_case(suite, job.path, job.name, 0.0), "skipped")
     ElementTree.SubElement(suite, "system-out").text = "\n".join(map(printable, _notes(outcomes)))
@@ -60,8 +60,8 @@ def _case(suite: ElementTree.Element, path: Path, name: str, wall: float) -> Ele
     return ElementTree.SubElement(suite, "testcase", about)
 
 
-def _notes(outcomes: Iterable[Outcome]) -> Iterator[str]:
+def _notes(outcomes: Iterable[ScenarioOutcome]) -> Iterator[str]:
     for outcome in outcomes:
         name, result = outcome.result.scenario, outcome.result
-        yield from (f"{name}: warning: {warning}" for warning in warnings_of(outcome))
+        yield from (f"{name}: warning: {warning}" for warning in warning_lines(outcome))
         yield from (f"{name}: {metric} = {value:.9g}" for metric, value in result.metrics.items())

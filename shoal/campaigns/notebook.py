@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from shoal.campaigns.campaign import carry_out
+from shoal.campaigns.campaign import run_study
 from shoal.campaigns.studies import load_study
 
 
@@ -26,4 +26,4 @@ def run(
     is at the address, ModuleNotFoundError without the extra `campaigns`, or `cluster`.
     """
     plan = load_study(Path(study), fixed=fixed, runs=runs)
-    return carry_out(plan, Path(folder or Path("campaigns") / plan.name), workers=workers, on=on).frame()
+    return run_study(plan, Path(folder or Path("campaigns") / plan.name), workers=workers, on=on).data_frame()

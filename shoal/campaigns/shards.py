@@ -4,9 +4,9 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from shoal.campaigns.rates import Ending
+from shoal.campaigns.pass_rate import StoppingRule
 
-MOST = 100_000  # shards
+MAX_SHARDS = 100_000  # shards
 _SHARD = re.compile(r"\s*(\d{1,6})\s*/\s*(\d{1,6})\s*")
 
 
@@ -21,7 +21,7 @@ class Shard:
         return f"{self.number}/{self.count}"
 
     @property
-    def folder(self) -> str:
+    def folder_name(self) -> str:
         """The name of its data set inside the folder of the campaign; names sort as numbers do."""
         return f"shard-{self.number:0{len(str(self.count))}d}-of-{self.count}"
 
@@ -30,14 +30,14 @@ class Shard:
         return range(self.number - 1, most, self.count)
 
 
-WHOLE = Shard(1, 1)
+WHOLE_CAMPAIGN = Shard(1, 1)
 
 
 def parse_shard(text: str) -> Shard:
     """The shard that a text such as 3/16 names. Raises ValueError."""
     match = _SHARD.fullmatch(text)
     number, count = (int(match.group(1)), int(match.group(2))) if match else (0, 0)
-    if not 1 <= number <= count <= MOST:
+    if not 1 <= number <= count <= MAX_SHARDS:
         hint = "; the first is 1" if match and number == 0 and count else ""
         raise ValueError(f"{text!r} is no shard such as 3/16, the third of sixteen{hint}")
     return Shard(number, count)
@@ -45,12 +45,12 @@ def parse_shard(text: str) -> Shard:
 
 def shard_folder(folder: Path, shard: Shard) -> Path:
     """Where the data set of a shard is: that of the whole campaign is `folder`."""
-    return folder if shard == WHOLE else folder / shard.folder
+    return folder if shard == WHOLE_CAMPAIGN else folder / shard.folder_name
 
 
-def check_shard(shard: Shard, ending: Ending) -> None:
+def check_shard(shard: Shard, ending: StoppingRule) -> None:
     """Raise ValueError if a part cannot know when the whole is over."""
-    if shard != WHOLE and ending.within is not None:
+    if shard != WHOLE_CAMPAIGN and ending.target_half_width is not None:
         raise ValueError(
             f"until: shard {shard} cannot know how well the pass rate of all shards is known; give --runs NUMBER"
         )

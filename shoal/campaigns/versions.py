@@ -7,8 +7,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from runtime.profile import own_etc
+from support.packages import PACKAGES
 
-_ROOMS = ("imc", "mavlink", "runtime", "shoal", "support", "tasks", "world")
 _APART = ("cli", "campaigns", "fleet", "logs", "network", "neptus", "rendering", "rerun")  # a run knows nothing of them
 _ENDINGS = (".py", ".yaml", ".ini", ".xml", ".npz", ".csv", ".txt")
 
@@ -28,7 +28,7 @@ def _digest() -> str:
     """A digest of all files of Shoal that a run depends on: a version number does not change with each of them."""
     root, etc = Path(__file__).parent.parent.parent, own_etc()
     total = hashlib.sha256()
-    for folder in (*(root / room for room in _ROOMS), etc):
+    for folder in (*(root / room for room in PACKAGES), etc):
         for path in sorted(folder.rglob("*")):
             if path.suffix not in _ENDINGS or (
                 folder != etc and path.is_relative_to(etc)

@@ -10,6 +10,8 @@ from typing import Any, ClassVar
 
 import click
 
+from shoal.cli.package_conflicts import conflict
+
 COMMANDS = {
     "run": ("shoal.cli.run", "Run a vehicle profile."),
     "fleet": ("shoal.cli.fleet", "Start and watch many vehicles."),
@@ -24,7 +26,7 @@ COMMANDS = {
     "send": ("shoal.cli.send", "Send a message to a running vehicle."),
     "plan": ("shoal.cli.plan", "List, transfer, start and stop the plans of a running vehicle."),
     "param": ("shoal.cli.param", "Show, set and save the parameters of a running vehicle."),
-    "link": ("shoal.cli.link", "Find out why a vehicle is not heard, or does not hear us."),
+    "link": ("shoal.cli.link_diagnosis", "Find out why a vehicle is not heard, or does not hear us."),
     "abort": ("shoal.cli.abort", "Stop everything that a running vehicle does."),
     "log": ("shoal.cli.log", "Show, fetch, cut, merge, compare, repair and export logs."),
     "check": ("shoal.cli.check", "Check profiles for mistakes."),
@@ -57,6 +59,14 @@ class LazyGroup(click.Group):
 
     table: ClassVar[dict[str, tuple[str, str]]] = COMMANDS
 
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:
+        """Begin the command, unless other packages are in the place of Shoal's."""
+        if parent is None and not extra.get("resilient_parsing") and (reason := conflict()):
+            raise WrongUse(reason)
+        return super().make_context(info_name, args, parent, **extra)
+
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.table)
 
@@ -84,10 +94,10 @@ class LazyGroup(click.Group):
         except OSError as error:
             if error.errno == errno.EPIPE:
                 raise
-            from support.file_errors import of_file
+            from support.file_errors import describe_os_error
             from support.text import printable  # slow to import, and rarely needed
 
-            raise WrongUse(printable(of_file(error))) from None
+            raise WrongUse(printable(describe_os_error(error))) from None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[Any, Any, list[str]]:
         if args and args[0] not in self.table:

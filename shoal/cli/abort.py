@@ -4,15 +4,15 @@ from typing import Any
 
 import click
 
-from shoal.cli.hand import json_option, print_line, reach_options, vehicle_argument, with_namesakes
+from shoal.cli.remote_options import json_option, network_options, print_json_line, run_on_namesakes, vehicle_argument
 from shoal.network import AsyncRemoteVehicle
 
 
 @click.command()
 @vehicle_argument
-@reach_options
+@network_options
 @json_option
-def abort(vehicle: str, reach: dict[str, Any], as_json: bool) -> None:
+def abort(vehicle: str, connection: dict[str, Any], as_json: bool) -> None:
     """Have VEHICLE stop everything at once, and wait until it says that it has.
 
     If several vehicles have this name or its id, all of them abort.
@@ -24,8 +24,8 @@ def abort(vehicle: str, reach: dict[str, Any], as_json: bool) -> None:
         await there.abort()
         return "all of them have" if there.system.clash else f"{vehicle} has"
 
-    who = with_namesakes(vehicle, reach, act)
+    who = run_on_namesakes(vehicle, connection, act)
     if as_json:
-        print_line({"aborted": True})
+        print_json_line({"aborted": True})
     else:
         click.echo(f"{who} aborted")

@@ -9,12 +9,12 @@ import click
 from rich.console import Console
 
 from runtime.kernel import WallClock
-from runtime.profile import Profile, available, load_profile
-from runtime.vehicle import TaskImportError, all_tasks, build, doubts, find_task
-from runtime.vehicle import check as find_problems
+from runtime.profile import Profile, available_profiles, load_profile
+from runtime.vehicle import TaskImportError, all_tasks, build, config_warnings, find_task
+from runtime.vehicle import check_profile as find_problems
 from shoal.cli import WRONG_USE
-from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
-from shoal.cli.plain import json_option, of_problem, print_json
+from shoal.cli.json_output import json_option, print_json, problem_to_dict
+from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, search_user_code
 from shoal.fleet import SYSTEM_ID, mavlink_id
 from support.diagnostics import Problem, ProfileError
 
@@ -42,7 +42,7 @@ def check(
 
     The exit status is 1 if there are errors, 2 if there is no such profile, section or mode.
     """
-    use_code(code, names)
+    search_user_code(code, names)
     console = Console(highlight=False, emoji=False, soft_wrap=True, stderr=as_json, quiet=as_json)
     said: dict[str, list[Problem]] = {}
     counts: Counter[str] = Counter()
@@ -53,7 +53,7 @@ def check(
     for error in broken:
         counts["error"] += 1
         console.print(f"error: {error}", style=STYLES["error"], markup=False)
-    for name in names or sorted(available(config_dir)):
+    for name in names or sorted(available_profiles(config_dir)):
         problems: list[Problem] = []
         try:
             profile = load_profile(name, config_dir, overrides=overrides, strict=False)
@@ -61,8 +61,10 @@ def check(
             selected = profile.select(profiles) if profiles else None
             problems = find_problems(profile, known, selected, find_task)
             if not any(problem.severity == "error" for problem in problems):
-                problems += _misfits(profile, [{mode} for mode in profile.modes] if selected is None else [selected])
-            problems += _shared_id(profile, speakers)
+                problems += _build_problems(
+                    profile, [{mode} for mode in profile.modes] if selected is None else [selected]
+                )
+            problems += _mavlink_id_conflict(profile, speakers)
         except ProfileError as error:
             problems += error.problems
             wrong_use = True
@@ -73,7 +75,7 @@ def check(
         if not problems:
             console.print(f"{name}: nothing wrong", markup=False)
     if as_json:
-        found = {name: [of_problem(problem) for problem in problems] for name, problems in said.items()}
+        found = {name: [problem_to_dict(problem) for problem in problems] for name, problems in said.items()}
         counted = {severity: counts[severity] for severity in STYLES}
         print_json({"profiles": found, "counts": counted, "broken_tasks": list(map(str, broken))})
     if counts:
@@ -83,14 +85,14 @@ def check(
     sys.exit(1 if counts["error"] or (strict and counts["warning"]) else 0)
 
 
-def _misfits(profile: Profile, selections: Iterable[Collection[str]]) -> list[Problem]:
+def _build_problems(profile: Profile, selections: Iterable[Collection[str]]) -> list[Problem]:
     """What building the vehicle shows in any selection: values that tasks reject or doubt, missing packages."""
     found: list[Problem] = []
     for selected in selections:
         try:
             made = build(profile, selected, clock=WallClock())
             try:
-                found += doubts(made.vehicle, profile)
+                found += config_warnings(made.vehicle, profile)
             finally:
                 made.vehicle.close()
             for reason, names in made.skipped.items():
@@ -101,7 +103,7 @@ def _misfits(profile: Profile, selections: Iterable[Collection[str]]) -> list[Pr
     return list(dict.fromkeys(found))
 
 
-def _shared_id(profile: Profile, speakers: dict[int, Profile]) -> list[Problem]:
+def _mavlink_id_conflict(profile: Profile, speakers: dict[int, Profile]) -> list[Problem]:
     """The other vehicle that has the same MAVLink id; `speakers` are the profiles before this one, by that id."""
     number = mavlink_id(profile, profile.system)
     first = speakers.setdefault(number, profile) if number is not None else profile

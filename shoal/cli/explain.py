@@ -7,16 +7,15 @@ from pathlib import Path
 import click
 from rich.console import Console
 
+from mavlink.vehicle.parameters import is_representable, parameter_ids
 from runtime.profile import Profile, Section, default_label, dune, load_profile, own_etc
 from runtime.task import Parameter, Task, shared_options
-from runtime.vehicle import Row, TaskImportError, all_tasks, find_task
+from runtime.vehicle import OptionRow, TaskImportError, all_tasks, find_task
 from runtime.vehicle import explain as rows_of
-from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
-from shoal.cli.tables import open_console, plain_table, sentence, task_of
+from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, search_user_code
+from shoal.cli.tables import find_task_class, first_sentence, open_console, plain_table
 from support.diagnostics import Origin, Problem, ProfileError
 from support.text import printable, suggestion
-from tasks.transports.mavlink_protocol.names import identifiers
-from tasks.transports.mavlink_protocol.parameters import fits
 
 MAVLINK = "Transports.MAVLink"
 
@@ -40,7 +39,7 @@ def explain(
 
     Saved parameters (db/<vehicle>-saved.ini) are included; virtual runs ignore them.
     """
-    use_code(code, [profile])
+    search_user_code(code, [profile])
     console = open_console()
     try:
         loaded = load_profile(profile, config_dir, saved=Path("db"), overrides=overrides, strict=False)
@@ -52,7 +51,7 @@ def explain(
         for found in loaded.config.sorted_sections():
             try:
                 cls = find_task(found.name)
-                what = sentence(cls) if cls else _without_class(found)
+                what = first_sentence(cls) if cls else _without_class(found)
             except TaskImportError as error:
                 cls, what = Task, str(error)
             if selected and (cls is None or not loaded.enabled(found.name, selected)):
@@ -71,13 +70,13 @@ def _without_class(section: Section) -> str:
 
 
 def _explain_section(console: Console, profile: Profile, section: str) -> None:
-    cls = task_of(section)
+    cls = find_task_class(section)
     shared = shared_options(all_tasks([]).values(), section) if cls is None else {}
     if section not in profile.config.sections and cls is None and not shared:
         hint = suggestion(section, profile.config.sections)
         raise ProfileError([Problem("error", str(profile.path), 0, f"there is no section [{section}]", hint)])
     if cls is not None:
-        console.print(f"[bold]{section}[/]: {sentence(cls)}")
+        console.print(f"[bold]{section}[/]: {first_sentence(cls)}")
     rows = rows_of(profile, section, cls, shared)
     mavlink = _mavlink_names(profile, section, rows)
     table = plain_table("option", "value", "unit", *(["MAVLink"] if mavlink else []), "set by", "meaning")
@@ -90,7 +89,7 @@ def _explain_section(console: Console, profile: Profile, section: str) -> None:
     console.print(table)
 
 
-def _mavlink_names(profile: Profile, section: str, rows: Iterable[Row]) -> dict[str, str]:
+def _mavlink_names(profile: Profile, section: str, rows: Iterable[OptionRow]) -> dict[str, str]:
     """By option, the names that ground stations show; none if the vehicle does not speak MAVLink."""
     if not any(name.partition("/")[0] == MAVLINK for name in profile.config.sections):
         return {}
@@ -101,18 +100,18 @@ def _mavlink_names(profile: Profile, section: str, rows: Iterable[Row]) -> dict[
         for row in rows
         if row.parameter and _is_shown(row, row.parameter, found)
     }
-    names = identifiers(pairs.values())
+    names = parameter_ids(pairs.values())
     return {option: names[pair] for option, pair in pairs.items()}
 
 
-def _is_shown(row: Row, parameter: Parameter, section: Section | None) -> bool:
+def _is_shown(row: OptionRow, parameter: Parameter, section: Section | None) -> bool:
     """Whether MAVLink has a parameter, which an attribute in the profile can make editable, or not."""
     option = section.options.get(row.option) if section else None
     editable = option.attributes.get("editable") if option else None
     if editable in ("true", "false"):
         parameter = replace(parameter, editable=editable == "true")
     try:
-        return fits(parameter, parameter.parse(row.value))
+        return is_representable(parameter, parameter.parse(row.value))
     except ValueError:
         return False
 

@@ -11,8 +11,16 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
-from imc.discovery import PERIOD, readable_name
-from shoal.cli.hand import clock_text, json_option, no, on_network, print_line, reach_options, seconds
+from imc.discovery import PERIOD, displayable_name
+from shoal.cli.remote_options import (
+    exit_negative,
+    format_clock_time,
+    json_option,
+    network_options,
+    parse_seconds,
+    print_json_line,
+    run_on_network,
+)
 from shoal.network import NEAR, Network, NetworkSystem
 from support.text import printable
 
@@ -34,10 +42,10 @@ REFRESH = 0.25  # s
 
 @click.command()
 @click.option("--watch", is_flag=True, help="Keep watching; Ctrl-C ends.")
-@click.option("--for", "duration", callback=seconds, metavar="TIME", help="Listen or watch for this time.")
-@reach_options
+@click.option("--for", "duration", callback=parse_seconds, metavar="TIME", help="Listen or watch for this time.")
+@network_options
 @json_option
-def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool) -> None:
+def ls(watch: bool, duration: float | None, connection: dict[str, Any], as_json: bool) -> None:
     """List all vehicles on the network: state, position, battery, errors, age of the last message.
 
     Exit status 1 if there is none. With --watch, and without a terminal or with --json, a line for each change.
@@ -53,30 +61,30 @@ def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool
         await _gather(network, duration)
         found = network.vehicles()
         if as_json:
-            print_line([as_values(system) for system in found])
+            print_json_line([system_to_dict(system) for system in found])
         elif found:
             console = Console(highlight=False, markup=False, emoji=False, width=None if Console().is_terminal else 200)
             console.print(_table(found))
             for system in found:
-                for text in troubles(system):
-                    click.echo(printable(f"{readable_name(system.name)}: {text}"), err=True)
+                for text in conflict_texts(system):
+                    click.echo(printable(f"{displayable_name(system.name)}: {text}"), err=True)
         if not found:
-            no(network.no_vehicle_text())
+            exit_negative(network.no_vehicle_text())
         for text in network.link_troubles:
             click.echo(printable(text), err=True)
 
-    on_network(reach, act)
+    run_on_network(connection, act)
 
 
 async def _gather(network: Network, duration: float | None) -> None:
     """Wait until every vehicle that is there has said what is shown, but not long."""
     began = time.monotonic()
     longest = LONGEST if network.patience <= NEAR else network.patience  # over a radio, packets get lost and come late
-    has_told, questions, known = duration is not None, Questions(network), 0
+    has_told, questions, known = duration is not None, StateQueries(network), 0
     while (past := time.monotonic() - began) < (network.patience if duration is None else duration):
         await asyncio.sleep(0.02)
         there = network.vehicles()
-        questions.ask(there)
+        questions.send_due(there)
         before, known = known, sum(len(system.latest) for system in there)  # integers
         if not there and not has_told and past > SILENT and network.patience > PERIOD:
             has_told = True
@@ -85,21 +93,21 @@ async def _gather(network: Network, duration: float | None) -> None:
         if duration is not None or not there or past < FIRST:
             continue
         is_complete = all(system.latest_message(kind) is not None for system in there for kind in SHOWN)
-        if past > longest or (is_complete and known == before and not any(map(has_unlabelled_errors, there))):
+        if past > longest or (is_complete and known == before and not any(map(has_unlabeled_errors, there))):
             return
 
 
-class Questions:
+class StateQueries:
     """Asks systems for what they would tell too late or not at all; each once a second at most."""
 
     def __init__(self, network: Network) -> None:
         self._network = network
         self._asked: dict[tuple[str, str], float] = {}
 
-    def ask(self, systems: list[NetworkSystem]) -> None:
+    def send_due(self, systems: list[NetworkSystem]) -> None:
         """Ask for the labels of entities with errors and, where all last messages do not come by themselves, states."""
         for system in systems:
-            if has_unlabelled_errors(system) and self._is_due(system, "labels"):
+            if has_unlabeled_errors(system) and self._is_due(system, "labels"):
                 self._network.request_labels(system)
             tells_all = any(link.delivers_all for link in system.links.values())
             if not tells_all and system.latest_message(imc.EntityState) is None and self._is_due(system, "states"):
@@ -113,7 +121,7 @@ class Questions:
         return True
 
 
-def has_unlabelled_errors(system: NetworkSystem) -> bool:
+def has_unlabeled_errors(system: NetworkSystem) -> bool:
     return any(label.isdecimal() for label in system.errors)
 
 
@@ -122,9 +130,9 @@ async def _draw(network: Network, duration: float | None) -> None:
     began = time.monotonic()
     console = Console(highlight=False, markup=False, emoji=False)
     with Live(_table([]), console=console, refresh_per_second=10) as live:
-        questions = Questions(network)
+        questions = StateQueries(network)
         while duration is None or time.monotonic() - began < duration:
-            questions.ask(network.vehicles())
+            questions.send_due(network.vehicles())
             live.update(_table(network.vehicles()))
             await network.wait_for_change(REFRESH)
 
@@ -133,27 +141,29 @@ async def _tell(network: Network, duration: float | None, as_json: bool) -> None
     """A line when a vehicle appears, changes its state or its troubles, or is gone."""
     before: dict[str, str] = {}
     began = time.monotonic()
-    questions = Questions(network)
+    questions = StateQueries(network)
     while duration is None or time.monotonic() - began < duration:
-        questions.ask(network.vehicles())
-        now = {system.name: "; ".join([state_text(system), *troubles(system)]) for system in network.vehicles()}
+        questions.send_due(network.vehicles())
+        now = {system.name: "; ".join([format_state(system), *conflict_texts(system)]) for system in network.vehicles()}
         for name in sorted({*before, *now}):
             if before.get(name) == now.get(name):
                 continue
             event = "appeared" if name not in before else "gone" if name not in now else "changed"
             if as_json:
-                print_line({"time": time.time(), "event": event, **as_values(network.systems[name])})
+                print_json_line({"time": time.time(), "event": event, **system_to_dict(network.systems[name])})
             else:
-                click.echo(printable(f"{clock_text(time.time())} {readable_name(name)} {now.get(name) or event}"))
+                click.echo(
+                    printable(f"{format_clock_time(time.time())} {displayable_name(name)} {now.get(name) or event}")
+                )
         before = now
         await network.wait_for_change(REFRESH)
 
 
-def as_values(system: NetworkSystem) -> dict[str, object]:
+def system_to_dict(system: NetworkSystem) -> dict[str, object]:
     """What is known of a vehicle; angles in rad, depth in m, battery in %, age in s."""
     vehicle, state = system.latest_message(imc.VehicleState), system.latest_message(imc.EstimatedState)
     plan, fuel = system.latest_message(imc.PlanControlState), system.latest_message(imc.FuelLevel)
-    lat, lon = position(state) if state is not None else (math.nan, math.nan)
+    lat, lon = absolute_position(state) if state is not None else (math.nan, math.nan)
     return {
         "name": system.name,
         "id": system.id,
@@ -174,12 +184,12 @@ def as_values(system: NetworkSystem) -> dict[str, object]:
     }
 
 
-def position(state: imc.EstimatedState) -> tuple[float, float]:
+def absolute_position(state: imc.EstimatedState) -> tuple[float, float]:
     """Latitude and longitude (rad)."""
     return imc.coordinates.absolute(state)[:2]
 
 
-def state_text(system: NetworkSystem) -> str:
+def format_state(system: NetworkSystem) -> str:
     """Mode and plan."""
     vehicle, plan = system.latest_message(imc.VehicleState), system.latest_message(imc.PlanControlState)
     mode = _name(imc.VehicleState.OpMode, vehicle.op_mode) if vehicle is not None else "here"
@@ -188,10 +198,10 @@ def state_text(system: NetworkSystem) -> str:
         imc.PlanControlState.State.INITIALIZING,
     ):
         return mode
-    return f"{mode} {readable_name(plan.plan_id)}"
+    return f"{mode} {displayable_name(plan.plan_id)}"
 
 
-def troubles(system: NetworkSystem) -> list[str]:
+def conflict_texts(system: NetworkSystem) -> list[str]:
     """What an operator must know: two vehicles of one name or id."""
     return [f"{system.clash}; end all but one"] if system.clash else []
 
@@ -203,15 +213,15 @@ def _table(systems: list[NetworkSystem]) -> Table:
             column, no_wrap=column != "errors", justify="right" if column in ("depth", "battery") else "left"
         )
     for system in systems:
-        values, state = as_values(system), system.latest_message(imc.EstimatedState)
+        values, state = system_to_dict(system), system.latest_message(imc.EstimatedState)
         plan = system.latest_message(imc.PlanControlState)
         progress = f" {plan.plan_progress:.0f} %" if values["progress"] is not None and plan is not None else ""
         fuel = system.latest_message(imc.FuelLevel)
         table.add_row(
-            readable_name(system.name) + ("!" if system.clash else ""),
+            displayable_name(system.name) + ("!" if system.clash else ""),
             "" if system.id is None else f"0x{system.id:04X}",
-            state_text(system) + progress,
-            "" if state is None else _degrees(*position(state)),
+            format_state(system) + progress,
+            "" if state is None else _degrees(*absolute_position(state)),
             "" if state is None else f"{state.depth:.1f} m",
             "" if fuel is None else f"{fuel.value:.0f} %",
             printable(",".join(system.errors)),

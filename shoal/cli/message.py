@@ -3,8 +3,8 @@
 import click
 
 import imc
-from shoal.cli.definitions import messages_option
-from shoal.cli.tables import choose, open_console, plain_table, range_text, sentence
+from shoal.cli.message_files import messages_option
+from shoal.cli.tables import first_sentence, format_range, open_console, plain_table, resolve_name
 
 
 @click.command()
@@ -18,11 +18,11 @@ def message(name: str, schema: imc.Schema) -> None:
         if found is None:
             raise click.ClickException(f"no message has the id {name}")
     else:
-        found = known[choose(name, known, "message")]
+        found = known[resolve_name(name, known, "message")]
     console, table = open_console(), plain_table("field", "type", "unit", "range", "values")
-    console.print(f"[bold]{found.__name__}[/], id {found.ID}: {sentence(found)}")
+    console.print(f"[bold]{found.__name__}[/], id {found.ID}: {first_sentence(found)}")
     for field in imc.fields(found):
-        limits = range_text(field.minimum, field.maximum)
+        limits = format_range(field.minimum, field.maximum)
         values = ", ".join(f"{member.value} {member.name}" for member in field.enum) if field.enum else ""
         table.add_row(field.name, field.type, field.unit, limits, values)
     if table.row_count:

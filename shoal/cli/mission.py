@@ -14,22 +14,22 @@ from rich.table import Table
 
 import imc
 from runtime.profile import Profile
-from runtime.vehicle import check, find_task
-from shoal.cli.ending import guarded, leave_after, own_part
+from runtime.vehicle import check_profile, find_task
 from shoal.cli.options import (
-    check_log_dir,
+    check_vehicle_log_folder,
     code_option,
     config_dir_option,
     log_dir_option,
     overrides_option,
     parse_period,
-    use_code,
+    search_user_code,
 )
-from shoal.cli.run import tell_lost, tell_missing, tell_warnings
+from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_warnings
+from shoal.cli.shutdown import exit_when_stopped, shutdown_on_signal, traceback_without_library
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
 from support.diagnostics import ProfileError
 from support.durations import parse_duration
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 
 REFRESH = 0.1  # s between updates
 CANNOT_FLY = 2  # exit status if a file or the profile is wrong
@@ -69,7 +69,7 @@ def mission(
     The exit status is 0 if the plan was completed, 1 if the vehicle refused or did not complete it or its log is not
     complete, 2 if a file or the profile is wrong.
     """
-    use_code(code, [profile])
+    search_user_code(code, [profile])
     try:
         longest = parse_duration(limit)
         specification = load_plan(plan)
@@ -84,32 +84,34 @@ def mission(
             state_folder=state_folder,
         )
         if isinstance(flown := made.vehicle.profile, Profile):
-            tell_warnings(check(flown, {}, flown.select(flown.value("General", "Selected")), find_task), profile)
-        check_log_dir(made.vehicle)
+            report_warnings(
+                check_profile(flown, {}, flown.select(flown.value("General", "Selected")), find_task), profile
+            )
+        check_vehicle_log_folder(made.vehicle)
     except OSError as error:
-        click.echo(f"Error: {of_file(error, plan)}", err=True)
+        click.echo(f"Error: {describe_os_error(error, plan)}", err=True)
         sys.exit(CANNOT_FLY)
     except (PlanFileError, ProfileError, ValueError) as error:
         click.echo(f"Error: {error}", err=True)
         sys.exit(CANNOT_FLY)
     bar = _Bar(specification.plan_id)
     flight = Mission(made.vehicle, specification, calibrate=calibrate, watch=bar.show)
-    with bar.progress, guarded(made.vehicle) as watchdog:
+    with bar.progress, shutdown_on_signal(made.vehicle) as watchdog:
         try:
             report = flight.fly(longest, snapshot_every=snapshot_every)
         except Exception as error:
             report = Report("FAILURE", f"{type(error).__name__}: {error}")
-            click.echo(own_part(error), err=True)
-    if watchdog.hasty and not report.completed:
+            click.echo(traceback_without_library(error), err=True)
+    if watchdog.breaks_handlers and not report.completed:
         report.outcome, report.reason = "FAILURE", "stopped by a signal"
-    incomplete = tell_lost(made.vehicle) or bool(flight.unsaved)
+    incomplete = report_lost_logs(made.vehicle) or bool(flight.unsaved)
     if flight.unsaved:
-        tell_missing(flight.unsaved)
+        report_missing_snapshots(flight.unsaved)
     if as_json:
         click.echo(json.dumps(_plain(report), indent=1))
     else:
         _print(specification.plan_id, report)
-    leave_after(watchdog, int(incomplete or not report.completed))
+    exit_when_stopped(watchdog, int(incomplete or not report.completed))
 
 
 class _Bar:

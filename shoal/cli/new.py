@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from support.packages import PACKAGES
+
 TASK = '''"""{title}: reports the greatest depth of the vehicle."""
 
 import imc
@@ -50,7 +52,7 @@ DRIVER = '''"""{title}: a sensor of depth at a serial port."""
 
 import imc
 from runtime import Task, expect, param
-from runtime.devices import number
+from runtime.devices import parse_number
 
 
 class {cls}(Task):
@@ -67,7 +69,7 @@ class {cls}(Task):
 
     @expect(every=2.0)
     def measure(self, line: str) -> None:
-        self.publish(imc.Depth(value=number(line)))
+        self.publish(imc.Depth(value=parse_number(line)))
 '''
 
 DRIVER_TEST = '''"""{cls} publishes what its sensor sends."""
@@ -200,7 +202,7 @@ def _names(name: str) -> tuple[str, str]:
         raise click.BadParameter(f"{name!r} is not a class name such as DepthAlarm: letters and digits only")
     cls = name[:1].upper() + name[1:]
     module = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", cls).lower()
-    if module in ("imc", "mavlink", "runtime", "shoal", "support", "tasks", "world", *sys.stdlib_module_names):
+    if module in (*PACKAGES, *sys.stdlib_module_names):
         raise click.BadParameter(f"{name!r}: there is already a module {module}")
     return cls, module
 

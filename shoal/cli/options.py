@@ -48,7 +48,7 @@ log_dir_option = click.option(
 )
 
 
-def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool = False) -> Sequence[Path]:
+def search_user_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool = False) -> Sequence[Path]:
     """Search these folders for a user's tasks; without any the current one, unless it or a profile is part of a log.
 
     Returns the folders, for other processes that do the same work.
@@ -56,7 +56,7 @@ def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool
     A log received from others must not run code: its Config.ini may name any module beside it. A Config.ini alone is
     enough, with any content, since its sender may leave out all other files.
     """
-    from runtime.vehicle import search_code  # slow to import, and not every command needs it
+    from runtime.vehicle import add_task_folder  # slow to import, and not every command needs it
 
     here = Path.cwd()
     if not code and not of_log:
@@ -70,7 +70,7 @@ def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool
             words = f"own tasks in {here} are not searched for: {why}; to run the code in this folder add --code ."
             click.echo(printable(f"note: {words}{rename}"), err=True)
     for folder in code:
-        for clash in search_code(folder):
+        for clash in add_task_folder(folder):
             click.echo(f"warning: {clash}", err=True)
     return code
 
@@ -104,13 +104,13 @@ def parse_values(texts: Iterable[str]) -> dict[str, object]:
 
 def parse_period(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:
     """Click callback: seconds of a duration of at least `SHORTEST`."""
-    period = parse_time(context, parameter, text)
+    period = parse_duration_option(context, parameter, text)
     if period is not None and period < SHORTEST:
         raise click.BadParameter(f"{text!r} is too short; use at least {SHORTEST:g} s")
     return period
 
 
-def parse_time(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
+def parse_duration_option(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
     """Click callback: seconds of a duration."""
     try:
         return None if text is None else parse_duration(text)
@@ -118,14 +118,14 @@ def parse_time(_: click.Context, __: click.Parameter, text: str | None) -> float
         raise click.BadParameter(str(error)) from None
 
 
-def not_empty(_: click.Context, __: click.Parameter, text: str | None) -> str:
+def require_text(_: click.Context, __: click.Parameter, text: str | None) -> str:
     """Click callback: a text that is not empty if it is given."""
     if text is not None and not text.strip():
         raise click.BadParameter("it is empty")
     return text or ""
 
 
-def check_log_dir(vehicle: Vehicle) -> None:
+def check_vehicle_log_folder(vehicle: Vehicle) -> None:
     """Refuse to run a vehicle that is to record where nothing can be written. Raises click.BadParameter."""
     if any(isinstance(task, Logging) for task in vehicle.tasks):
         check_log_folder(vehicle.log_root / vehicle.name)

@@ -4,7 +4,14 @@ from typing import Any
 
 import click
 
-from shoal.cli.hand import complete_parameter, json_option, print_line, reach_options, vehicle_argument, with_vehicle
+from shoal.cli.remote_options import (
+    complete_parameter,
+    json_option,
+    network_options,
+    print_json_line,
+    run_on_vehicle,
+    vehicle_argument,
+)
 from shoal.network import AsyncRemoteVehicle, check_parameter
 from support.text import printable
 
@@ -15,9 +22,9 @@ ACTIONS = ("list", "get", "set", "save")
 @vehicle_argument
 @click.argument("action", type=click.Choice(ACTIONS))
 @click.argument("words", metavar="[ENTITY[:PARAMETER][=VALUE]]...", nargs=-1, shell_complete=complete_parameter)
-@reach_options
+@network_options
 @json_option
-def param(vehicle: str, action: str, words: tuple[str, ...], reach: dict[str, Any], as_json: bool) -> None:
+def param(vehicle: str, action: str, words: tuple[str, ...], connection: dict[str, Any], as_json: bool) -> None:
     """Show, set and save parameters of VEHICLE, by the label of the entity.
 
     \b
@@ -52,9 +59,9 @@ def param(vehicle: str, action: str, words: tuple[str, ...], reach: dict[str, An
                 found.setdefault(entity, {}).update(chosen)
         return found
 
-    found = with_vehicle(vehicle, reach, act)
+    found = run_on_vehicle(vehicle, connection, act)
     if as_json:
-        print_line(found)
+        print_json_line(found)
         return
     for entity, values in found.items():
         if action == "save":

@@ -9,17 +9,17 @@ from typing import Any
 import click
 
 import imc
-from shoal.cli.hand import (
+from shoal.cli.remote_options import (
     INTERRUPTED,
     complete_plan,
     json_option,
-    print_line,
-    reach_options,
+    network_options,
+    print_json_line,
+    run_on_vehicle,
     vehicle_argument,
-    with_vehicle,
 )
 from shoal.network import AsyncRemoteVehicle, PlanOutcome
-from support.file_errors import naming
+from support.file_errors import naming_path
 from support.text import printable
 
 ACTIONS = ("list", "put", "get", "delete", "start", "stop", "status")
@@ -35,7 +35,7 @@ PLAN_FILES = (".yaml", ".yml", ".json")
 @click.option("--no-wait", is_flag=True, help="start: do not wait for the end of the plan.")
 @click.option("--calibrate", is_flag=True, help="start: calibrate first.")
 @click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="get: write to this file.")
-@reach_options
+@network_options
 @json_option
 def plan(
     vehicle: str,
@@ -44,7 +44,7 @@ def plan(
     no_wait: bool,
     calibrate: bool,
     output: Path | None,
-    reach: dict[str, Any],
+    connection: dict[str, Any],
     as_json: bool,
 ) -> None:
     """List, transfer, start and stop plans of VEHICLE; PLAN is a file (YAML or JSON) or the name of a stored plan.
@@ -82,11 +82,11 @@ def plan(
             return await there.plan.delete(str(what))
         if action == "put" and not isinstance(what, str):
             return await there.plan.put(what)
-        follow = None if no_wait or as_json else Progress(what if isinstance(what, str) else what.plan_id)
+        follow = None if no_wait or as_json else PlanProgressDisplay(what if isinstance(what, str) else what.plan_id)
         return await there.plan.start(what, wait=not no_wait, calibrate=calibrate, progress=follow)
 
     try:
-        found = with_vehicle(vehicle, reach, act)
+        found = run_on_vehicle(vehicle, connection, act)
     except click.exceptions.Exit as ending:
         if ending.exit_code == INTERRUPTED and action == "start":
             click.echo(f"\na plan that has started goes on; `shoal plan {vehicle} stop` stops it", err=True)
@@ -110,24 +110,24 @@ def _load(plan: str) -> str | imc.PlanSpecification:
 def _print(action: str, name: str, found: Any, output: Path | None, as_json: bool) -> None:
     if isinstance(found, PlanOutcome):
         if as_json:
-            print_line(asdict(found))
+            print_json_line(asdict(found))
         else:
             click.echo(printable(f"{found.plan}: {found.reason}, after {found.seconds:.0f} s"))
         raise click.exceptions.Exit(0 if found.completed else 1)
     if isinstance(found, imc.PlanControlState):
-        values = state_values(found)
-        print_line(values) if as_json else click.echo(state_text(found))
+        values = plan_state_to_dict(found)
+        print_json_line(values) if as_json else click.echo(format_plan_state(found))
     elif isinstance(found, imc.PlanSpecification):
         _print_plan(found, output, as_json)
     elif action == "list":
         if as_json:
-            print_line([asdict(plan) for plan in found])
+            print_json_line([asdict(plan) for plan in found])
         else:
             for stored in found:
                 when = datetime.fromtimestamp(stored.changed, UTC).strftime("%Y-%m-%d %H:%M:%S")
                 click.echo(printable(f"{stored.name:24} {stored.size:6} B  {when}  by {stored.by}"))
     elif as_json:
-        print_line({"done": True})
+        print_json_line({"done": True})
     else:
         words = {"put": f"stored as {name}", "delete": "deleted", "start": "started", "stop": "stopped"}
         click.echo(printable(words[action]))
@@ -143,11 +143,11 @@ def _print_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool)
     if output is None:
         click.echo(text, nl=False)
     else:
-        with naming(output):
+        with naming_path(output):
             output.write_text(text, encoding="utf-8")
 
 
-def state_values(state: imc.PlanControlState) -> dict[str, object]:
+def plan_state_to_dict(state: imc.PlanControlState) -> dict[str, object]:
     """The state of the plan engine; progress in %, times in s, None if unknown."""
     states, outcomes = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
     return {
@@ -160,9 +160,9 @@ def state_values(state: imc.PlanControlState) -> dict[str, object]:
     }
 
 
-def state_text(state: imc.PlanControlState) -> str:
+def format_plan_state(state: imc.PlanControlState) -> str:
     """The state of the plan engine on one line."""
-    values = state_values(state)
+    values = plan_state_to_dict(state)
     words = [str(values["state"])]
     if state.state in (imc.PlanControlState.State.EXECUTING, imc.PlanControlState.State.INITIALIZING):
         words += [state.plan_id, state.man_id]
@@ -173,7 +173,7 @@ def state_text(state: imc.PlanControlState) -> str:
     return printable("  ".join(word for word in words if word))
 
 
-class Progress:
+class PlanProgressDisplay:
     """Shows reports of a plan: on a terminal one line that changes, else a line for each maneuver and each STEP."""
 
     def __init__(self, plan: str) -> None:
@@ -186,9 +186,9 @@ class Progress:
         if state.state not in (phases.EXECUTING, phases.INITIALIZING) or state.plan_id != self._plan:
             return
         if self._on_terminal:
-            click.echo(f"\r\x1b[K{state_text(state)}", nl=False, err=True)
+            click.echo(f"\r\x1b[K{format_plan_state(state)}", nl=False, err=True)
             return
         now = state.state, state.man_id, int(max(state.plan_progress, 0.0) // STEP)
         if now != self._last:
             self._last = now
-            click.echo(state_text(state), err=True)
+            click.echo(format_plan_state(state), err=True)

@@ -10,22 +10,22 @@ from runtime.kernel import parse_clock
 from runtime.logs import summarize
 from runtime.profile import derived_id, load_profile, own_etc
 from runtime.vehicle import Vehicle, find_task, join_zenoh, missing_extra
-from shoal.cli.keys import Player, steering
-from shoal.cli.log_change import split_words
-from shoal.cli.log_open import refusals, run_at, takes_runs
-from shoal.cli.options import check_log_dir
-from shoal.cli.run import options, swim
+from shoal.cli.keyboard import ReplayControls, keyboard_control
+from shoal.cli.log.arguments import errors_as_messages, logs_of_argument, run_log_options
+from shoal.cli.log.selection_options import split_names
+from shoal.cli.options import check_vehicle_log_folder
+from shoal.cli.run import run_options, run_to_end
 from shoal.logs.selection import select_by_names
 from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
-from tasks.transports.mavlink_protocol.keys import usable_route
+from tasks.transports.mavlink_links.signing_keys import usable_link_url
 
 NAME = "replay"
 
 
 @click.command()
 @click.argument("log", type=click.Path(exists=True, path_type=Path), required=False)
-@takes_runs("log")
+@run_log_options("log")
 @click.option(
     "--from", "begin", default="", metavar="PLACE", help="Where to begin: 90, 1h30min or 2026-01-01T00:05:00."
 )
@@ -38,7 +38,7 @@ NAME = "replay"
     "-l", "--link", "links", multiple=True, metavar="LINK", help="A link to ground stations, instead of the usual ones."
 )
 @click.option("--loop", is_flag=True, help="Restart at the end.")
-@options
+@run_options
 def replay(
     log: Path,
     begin: str,
@@ -65,13 +65,13 @@ def replay(
     """
     source = click.get_current_context().get_parameter_source("log_dir")
     wants_log = source is not click.core.ParameterSource.DEFAULT
-    with refusals():
+    with errors_as_messages():
         opened = imc.Log(log)
     if next(iter(opened.packets()), None) is None:
         raise click.ClickException(f"{log}: there is no message in this log")
     if messages or systems or entities:
-        with refusals():
-            select_by_names(summarize(opened), None, None, *map(split_words, (messages, systems, entities)))
+        with errors_as_messages():
+            select_by_names(summarize(opened), None, None, *map(split_names, (messages, systems, entities)))
     cls = find_task("Transports.Replay")
     assert cls is not None
     try:
@@ -94,24 +94,24 @@ def replay(
             exit_at_end=True,
             begin=begin,
             end=end,
-            replay_messages=split_words(messages),
-            replay_systems=split_words(systems),
-            replay_entities=split_words(entities),
+            replay_messages=split_names(messages),
+            replay_systems=split_names(systems),
+            replay_entities=split_names(entities),
             loop=loop,
         )
         if mavlink or links:
-            _show_to_stations(vehicle, links, split_words(systems))
+            _show_to_stations(vehicle, links, split_names(systems))
         if wants_log:
             vehicle.add(Logging, "Transports.Logging", {"Entity Label": "Logger"})
-            check_log_dir(vehicle)
+            check_vehicle_log_folder(vehicle)
         if bus == "zenoh":
             join_zenoh(vehicle, profile)
     except ModuleNotFoundError as error:
         raise click.ClickException(f"{error}; a zenoh bus needs pip install 'shoal[zenoh]'") from None
     except (ProfileError, ConnectionError, ValueError) as error:
         raise click.ClickException(str(error)) from None
-    with steering(cast(Player, player), vehicle.kernel):
-        swim(vehicle, f"replay of {run_at(log)[0]}", duration)
+    with keyboard_control(cast(ReplayControls, player), vehicle.kernel):
+        run_to_end(vehicle, f"replay of {logs_of_argument(log)[0]}", duration)
 
 
 def _show_to_stations(vehicle: Vehicle, links: tuple[str, ...], systems: list[str]) -> None:
@@ -124,7 +124,7 @@ def _show_to_stations(vehicle: Vehicle, links: tuple[str, ...], systems: list[st
         raise click.ClickException(f"--mavlink needs pip install 'shoal[{extra}]'")
     for link in links:
         try:
-            usable_route(link)
+            usable_link_url(link)
         except ValueError as error:
             raise click.UsageError(str(error)) from None
     options = {"Shown System": systems[0] if systems else ""} | ({"Links": ", ".join(links)} if links else {})

@@ -9,11 +9,11 @@ from rich.console import Console
 from rich.table import Table
 
 import imc
-from shoal.cli.options import code_of_log_option, use_code
+from shoal.cli.options import code_of_log_option, search_user_code
 from shoal.logs.inspect import format_count
 from shoal.rerun import EntityMessage, MessageCount, Resimulation, ResimulationError, resimulate
 from support.diagnostics import ProfileError
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from support.text import printable
 
 PIPE_WIDTH = 160
@@ -47,20 +47,20 @@ def resim(
     virtual run, the exit status is 1 if anything differs; for any log, if an input of a task is not in it. With --set,
     the command shows what would have changed; the other tasks do not react, as their messages come from the log.
     """
-    use_code(code, of_log=True)
+    search_user_code(code, of_log=True)
     try:
         done = resimulate(imc.Log(log), tasks, overrides=overrides, profile=config_file, out=out)
     except (ResimulationError, ProfileError, imc.SchemaError) as error:
         raise click.ClickException(printable(str(error))) from None
     except OSError as error:
-        raise click.ClickException(printable(of_file(error, log))) from None
-    show(done)
+        raise click.ClickException(printable(describe_os_error(error, log))) from None
+    print_comparison(done)
     if out is not None:
         click.echo(f"log of the re-simulation: {out}")
     sys.exit(1 if done.missing or (done.exact and not done.comparison.equal) else 0)
 
 
-def show(done: Resimulation) -> None:
+def print_comparison(done: Resimulation) -> None:
     """Print the comparison."""
     console = Console(highlight=False, emoji=False, soft_wrap=True)
     if not console.is_terminal:

@@ -8,8 +8,8 @@ import click
 import imc
 from runtime.kernel import SECOND
 from runtime.snapshot import SnapshotError
-from shoal.cli.options import check_log_dir, code_of_log_option, log_dir_option, use_code
-from shoal.cli.run import swim
+from shoal.cli.options import check_vehicle_log_folder, code_of_log_option, log_dir_option, search_user_code
+from shoal.cli.run import run_to_end
 from shoal.rerun import RewoundRun, TimestampResolver, summarize_log
 from support.diagnostics import ProfileError
 from support.durations import parse_duration
@@ -32,7 +32,7 @@ def rewind(
     It starts from the nearest earlier snapshot of the run, see shoal run --snapshot-every, or else from its beginning.
     Without --set, the new log repeats the bytes of the old one.
     """
-    use_code(code, of_log=True)
+    search_user_code(code, of_log=True)
     try:
         opened = imc.Log(log)
         rewound = RewoundRun(opened)
@@ -47,8 +47,8 @@ def rewind(
         vehicle = rewound.vehicle(state, log_dir, overrides=overrides)
     except (SnapshotError, ProfileError, ValueError) as error:
         raise click.ClickException(str(error)) from None
-    check_log_dir(vehicle)
-    swim(vehicle, f"{vehicle.name} from {at} of {log}", seconds, start=False)
+    check_vehicle_log_folder(vehicle)
+    run_to_end(vehicle, f"{vehicle.name} from {at} of {log}", seconds, start=False)
 
 
 def _rest(log: imc.Log, time: int) -> float:

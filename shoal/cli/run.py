@@ -10,28 +10,28 @@ import click
 from click.core import ParameterSource
 
 from runtime.kernel import parse_clock
-from runtime.profile import Profile, items, load_profile
-from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load_file, run_with_snapshots
-from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
-from shoal.cli.ending import guarded, leave_after, own_part
-from shoal.cli.host import Host
+from runtime.profile import Profile, load_profile, split_list
+from runtime.snapshot import InputJournals, SnapshotError, load_file, run_with_snapshots, save_beside_log
+from runtime.vehicle import Build, Vehicle, build, check_profile, find_task, join_zenoh
 from shoal.cli.options import (
-    check_log_dir,
+    check_vehicle_log_folder,
     code_option,
     config_dir_option,
     log_dir_option,
     modes_option,
-    not_empty,
     overrides_option,
+    parse_duration_option,
     parse_period,
-    parse_time,
-    use_code,
+    require_text,
+    search_user_code,
 )
-from shoal.cli.processes import end_with, own_process, part_of, watch
-from shoal.cli.status import Status
+from shoal.cli.shutdown import exit_when_stopped, shutdown_on_signal, traceback_without_library
+from shoal.cli.status_display import StatusDisplay
+from shoal.cli.systemd_notify import SystemdNotifier
+from shoal.cli.vehicle_processes import select_process, sibling_process, stop_with_parent, supervise
 from shoal.fleet import Keeper
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from support.text import printable
 from tasks.transports.logging import Logging
 
@@ -42,11 +42,13 @@ FIXED_BY_SNAPSHOT = ("config_dir", "profiles", "vehicle", "clock", "seed", "bus"
 CLOSING = 30.0  # s to close a run that ends by itself
 
 
-def options(function: F) -> F:
+def run_options(function: F) -> F:
     """Add the options that `run` and `replay` share."""
     declared = [
         click.option("--clock", default="real", show_default=True, help="real, virtual, or a factor such as 10x."),
-        click.option("--for", "duration", callback=parse_time, help="Stop after this time: 90s, 10min, 1h30min."),
+        click.option(
+            "--for", "duration", callback=parse_duration_option, help="Stop after this time: 90s, 10min, 1h30min."
+        ),
         click.option(
             "--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]"
         ),
@@ -68,7 +70,7 @@ def options(function: F) -> F:
 @click.option("-c", "--config-file", help="Same as PROFILE, as DUNE spells it.")
 @config_dir_option
 @modes_option
-@click.option("-V", "--vehicle", callback=not_empty, help="Name of the vehicle, instead of the profile's.")
+@click.option("-V", "--vehicle", callback=require_text, help="Name of the vehicle, instead of the profile's.")
 @overrides_option
 @code_option
 @click.option(
@@ -83,7 +85,7 @@ def options(function: F) -> F:
 @click.option("--process", metavar="NAME", help="Run only the sections with this Process; main for those without one.")
 @click.option("--alone", is_flag=True, help="Do not start the other processes: they run on other computers.")
 @click.option("--parent", type=int, hidden=True, help="End when this process, which has started it, has gone.")
-@options
+@run_options
 def run(
     profile: str | None,
     config_file: str | None,
@@ -106,10 +108,10 @@ def run(
 ) -> None:
     """Run the vehicle PROFILE, for example: shoal run lauv-noptilus-1 -p Simulation"""
     name = profile or config_file
-    use_code(code, [] if name is None else [name], of_log=from_snapshot is not None)
+    search_user_code(code, [] if name is None else [name], of_log=from_snapshot is not None)
     if from_snapshot is not None:
-        _refuse_contradictions(name)
-        go_on(from_snapshot, log_dir, duration, overrides, snapshot_every)
+        _reject_snapshot_options(name)
+        resume_snapshot(from_snapshot, log_dir, duration, overrides, snapshot_every)
     if name is None:
         raise click.UsageError("name a profile, for example: shoal run lauv-noptilus-1 -p Simulation")
     try:
@@ -117,11 +119,11 @@ def run(
         saved = None if clock.strip().lower() == "virtual" else state_folder
         loaded = load_profile(name, config_dir, vehicle=vehicle, saved=saved, overrides=overrides)
         selected = loaded.select(profiles)
-        tell_warnings(check(loaded, {}, selected, find_task), loaded.name)
+        report_warnings(check_profile(loaded, {}, selected, find_task), loaded.name)
         at = parse_clock(clock, loaded.start_time_ns)
         over_zenoh = (bus or loaded.bus) == "zenoh" and not at.virtual
         others = loaded.processes(selected)
-        part = part_of(process, others, over_zenoh)
+        part = select_process(process, others, over_zenoh)
         made = build(
             loaded,
             selected,
@@ -138,7 +140,7 @@ def run(
         raise click.ClickException(f"{error}; a zenoh bus needs pip install 'shoal[zenoh]'") from None
     except (ProfileError, ConnectionError, ValueError) as error:
         raise click.ClickException(str(error)) from None
-    _tell_skipped(made, loaded, selected)
+    _report_skipped(made, loaded, selected)
     if saved is not None and (path := saved / f"{loaded.vehicle}-saved.ini").exists():
         click.echo(f"with the parameters saved in {path}", err=True)
     if made.vehicle.virtual and (bus or loaded.bus) == "zenoh":
@@ -147,22 +149,22 @@ def run(
         )
     if snapshot_every is not None and not made.vehicle.virtual:
         raise click.UsageError("only a virtual run can be saved; use --clock virtual")
-    check_log_dir(made.vehicle)
+    check_vehicle_log_folder(made.vehicle)
     if snapshot_every is not None:
-        Journals(made.vehicle)
+        InputJournals(made.vehicle)
     if parent is not None:
-        end_with(made.vehicle, parent)
-    keeper = Keeper([own_process(name) for name in others] if part == "" and not alone and process is None else [])
+        stop_with_parent(made.vehicle, parent)
+    keeper = Keeper([sibling_process(name) for name in others] if part == "" and not alone and process is None else [])
     if keeper.children:
-        watch(made.vehicle, keeper)
+        supervise(made.vehicle, keeper)
     title = f"{loaded.vehicle} ({', '.join(sorted(selected)) or 'no mode selected'})"
     try:
-        swim(made.vehicle, title, duration, snapshot_every=snapshot_every)
+        run_to_end(made.vehicle, title, duration, snapshot_every=snapshot_every, keeper=keeper)
     finally:
         keeper.stop()
 
 
-def _refuse_contradictions(profile: str | None) -> None:
+def _reject_snapshot_options(profile: str | None) -> None:
     """Refuse what a snapshot contains itself. Raises UsageError."""
     context = click.get_current_context()
     given = ["PROFILE"] if profile else []
@@ -175,7 +177,7 @@ def _refuse_contradictions(profile: str | None) -> None:
         raise click.UsageError(f"the snapshot has its own {', '.join(given)}; leave that out")
 
 
-def go_on(
+def resume_snapshot(
     path: Path, log_dir: Path, duration: float | None, overrides: tuple[str, ...], snapshot_every: float | None
 ) -> NoReturn:
     """Continue from a snapshot, which contains the profile; `overrides` change its values."""
@@ -192,59 +194,65 @@ def go_on(
         )
     except (SnapshotError, ProfileError) as error:
         raise click.ClickException(printable(f"{path}: {error}")) from None
-    check_log_dir(vehicle)
-    swim(vehicle, f"{vehicle.name} from {path}", duration, start=False, snapshot_every=snapshot_every)
+    check_vehicle_log_folder(vehicle)
+    run_to_end(vehicle, f"{vehicle.name} from {path}", duration, start=False, snapshot_every=snapshot_every)
 
 
-def swim(
+def run_to_end(
     vehicle: Vehicle,
     title: str,
     duration: float | None,
     *,
     start: bool = True,
     snapshot_every: float | None = None,
+    keeper: Keeper | None = None,
 ) -> NoReturn:
     """Run a vehicle to its end, for `duration` (s) or until a signal, show its status, and exit with its exit status.
 
     A first signal ends the run in order, within a second whatever hangs; a later one ends it immediately.
 
     `start` is False if it continues from a snapshot. A snapshot is saved beside its log every `snapshot_every` (s); one
-    that the disk refuses is reported and left out.
+    that the disk refuses is reported and left out. So is a process of `keeper` that never started.
     """
-    status, host = Status(vehicle, title, duration), Host(vehicle)
+    status, host = StatusDisplay(vehicle, title, duration), SystemdNotifier(vehicle)
     missing, incomplete = list[OSError](), False
-    with guarded(vehicle) as watchdog:
+    with shutdown_on_signal(vehicle) as watchdog:
         try:
             with status:
                 if start:
                     vehicle.start()
                 if not vehicle.virtual:  # a virtual run is the same without it, and may be saved
-                    vehicle.kernel.soon(host.begin)
+                    vehicle.kernel.soon(host.notify_ready)
                 try:
                     if snapshot_every is None:
                         vehicle.run(duration)
                     else:
-                        keep = partial(keep_beside_log, vehicle)
+                        keep = partial(save_beside_log, vehicle)
                         missing = run_with_snapshots(vehicle, duration, snapshot_every, keep)
                 finally:
                     if not vehicle.virtual:
-                        watchdog.expect_end(CLOSING)
-                    host.end()
+                        watchdog.set_deadline(CLOSING)
+                    host.notify_stopping()
                     vehicle.close()
         except Exception as error:
             vehicle.exit_status = 1
             with contextlib.suppress(OSError):
                 of_state = isinstance(error, SnapshotError) or not (start or isinstance(error, OSError))
-                click.echo(f"Error: {printable(str(error))}" if of_state else own_part(error), err=True)
+                click.echo(
+                    f"Error: {printable(str(error))}" if of_state else traceback_without_library(error), err=True
+                )
+    absent = keeper.missing if keeper is not None else []
     with contextlib.suppress(OSError):
         click.echo(status.summary())
-        incomplete = tell_lost(vehicle)
+        incomplete = report_lost_logs(vehicle)
         if missing:
-            tell_missing(missing)
-    leave_after(watchdog, vehicle.exit_status or int(incomplete or bool(missing)))
+            report_missing_snapshots(missing)
+        for child in absent:
+            click.echo(f"process {child.name} could not be started", err=True)
+    exit_when_stopped(watchdog, vehicle.exit_status or int(incomplete or bool(missing) or bool(absent)))
 
 
-def tell_lost(vehicle: Vehicle) -> bool:
+def report_lost_logs(vehicle: Vehicle) -> bool:
     """Print what the loggers of a vehicle that has ended could not write; returns whether there is any."""
     lost = [task.lost for task in vehicle.tasks if isinstance(task, Logging) and task.lost]
     for words in lost:
@@ -252,13 +260,13 @@ def tell_lost(vehicle: Vehicle) -> bool:
     return bool(lost)
 
 
-def tell_missing(snapshots: list[OSError]) -> None:
+def report_missing_snapshots(snapshots: list[OSError]) -> None:
     """Print how many snapshots could not be saved, and why."""
     plural = "s" * (len(snapshots) != 1)
-    click.echo(f"{len(snapshots)} snapshot{plural} not saved: {of_file(snapshots[0])}", err=True)
+    click.echo(f"{len(snapshots)} snapshot{plural} not saved: {describe_os_error(snapshots[0])}", err=True)
 
 
-def tell_warnings(problems: list[Problem], profile: str) -> None:
+def report_warnings(problems: list[Problem], profile: str) -> None:
     """Print the warnings about a profile; its errors are raised when it is built."""
     warnings = [problem for problem in problems if problem.severity == "warning"]
     for problem in warnings[:MOST_WARNINGS]:
@@ -267,13 +275,13 @@ def tell_warnings(problems: list[Problem], profile: str) -> None:
         click.echo(f"{more} more warning{'s' * (more > 1)}: shoal check {profile}", err=True)
 
 
-def _tell_skipped(made: Build, profile: Profile, selected: frozenset[str]) -> None:
+def _report_skipped(made: Build, profile: Profile, selected: frozenset[str]) -> None:
     """Print which sections are left out. Raises ClickException if no task is left, or nothing but logs and links."""
     for reason, sections in made.skipped.items():
         click.echo(f"skipped: {', '.join(sections)} ({reason})", err=True)
     own = [task.name for task in made.vehicle.tasks[1:]]  # the first one is the daemon
     others = {name: section for name, section in profile.config.sections.items() if not name.startswith(LINKS)}
-    enabled = {mode for section in others.values() for mode in items(section.value("Enabled"))}
+    enabled = {mode for section in others.values() for mode in split_list(section.value("Enabled"))}
     useful = [mode for mode in profile.modes if mode in enabled and mode not in selected]
     bridges = made.vehicle.bus.is_attached or not useful  # a profile may have only links, or link a zenoh bus
     asked = [option.origin for name in own if (option := profile.config.option(name, "Enabled"))]

@@ -10,18 +10,18 @@ from typing import Any
 import click
 
 import imc
-from shoal.cli.definitions import messages_option
-from shoal.cli.hand import (
-    clock_text,
+from shoal.cli.message_files import messages_option
+from shoal.cli.remote_options import (
     complete_message,
-    fields_text,
+    find_message_type,
+    format_clock_time,
+    format_fields,
     json_option,
-    message_type,
-    print_line,
-    reach_options,
-    seconds,
+    network_options,
+    parse_seconds,
+    print_json_line,
+    run_on_vehicle,
     vehicle_argument,
-    with_vehicle,
 )
 from shoal.network import AsyncRemoteVehicle
 from support.text import printable, suggestion
@@ -31,9 +31,11 @@ from support.text import printable, suggestion
 @vehicle_argument
 @click.argument("name", metavar="MESSAGE", shell_complete=complete_message)
 @click.argument("assignments", metavar="[FIELD=VALUE]...", nargs=-1)
-@click.option("--wait", callback=seconds, metavar="TIME", help="Show for this time what the vehicle replies to us.")
+@click.option(
+    "--wait", callback=parse_seconds, metavar="TIME", help="Show for this time what the vehicle replies to us."
+)
 @messages_option
-@reach_options
+@network_options
 @json_option
 def send(
     vehicle: str,
@@ -41,7 +43,7 @@ def send(
     assignments: tuple[str, ...],
     wait: float | None,
     schema: imc.Schema,
-    reach: dict[str, Any],
+    connection: dict[str, Any],
     as_json: bool,
 ) -> None:
     """Send MESSAGE to VEHICLE, for example: shoal send lauv-noptilus-1 QueryEntityState --wait 1s
@@ -50,7 +52,7 @@ def send(
     rawdata, or JSON for a message inside:
     maneuver='{"abbrev": "IdleManeuver", "duration": 10}'. With --wait the exit status is 1 if no reply comes.
     """
-    message = message_of(name, assignments, schema)
+    message = build_message(name, assignments, schema)
 
     async def act(there: AsyncRemoteVehicle) -> int:
         listener = there.network.listen(there.system, () if wait is not None else (type(message),))
@@ -68,21 +70,23 @@ def send(
                 continue
             replies += 1
             if as_json:
-                print_line(json.loads(reply.to_json()))
+                print_json_line(json.loads(reply.to_json()))
             else:
                 entity = printable(there.system.label(reply.src_ent))
-                click.echo(f"{clock_text(reply.timestamp)} {type(reply).__name__} {entity}: {fields_text(reply)}")
+                click.echo(
+                    f"{format_clock_time(reply.timestamp)} {type(reply).__name__} {entity}: {format_fields(reply)}"
+                )
         return replies
 
-    replies = with_vehicle(vehicle, {**reach, "messages": schema}, act)
+    replies = run_on_vehicle(vehicle, {**connection, "messages": schema}, act)
     if wait is not None and not replies:
         click.echo(f"{vehicle} sent no reply within {wait:g} s", err=True)
         raise click.exceptions.Exit(1)
 
 
-def message_of(name: str, assignments: tuple[str, ...], schema: imc.Schema) -> imc.Message:
+def build_message(name: str, assignments: tuple[str, ...], schema: imc.Schema) -> imc.Message:
     """The message of a name and texts such as depth=2. Raises UsageError that names field and mistake."""
-    kind = message_type(name, schema)
+    kind = find_message_type(name, schema)
     infos = {field.name: field for field in imc.fields(kind)}
     values: dict[str, Any] = {"abbrev": kind.__name__}
     for assignment in assignments:

@@ -9,11 +9,18 @@ from pathlib import Path
 import click
 
 from runtime.profile import load_profile
-from runtime.vehicle import check, find_task, missing_extra
-from shoal.cli.options import code_option, config_dir_option, modes_option, not_empty, overrides_option, use_code
-from shoal.cli.processes import part_of
+from runtime.vehicle import check_profile, find_task, missing_extra
+from shoal.cli.options import (
+    code_option,
+    config_dir_option,
+    modes_option,
+    overrides_option,
+    require_text,
+    search_user_code,
+)
+from shoal.cli.vehicle_processes import select_process
 from support.diagnostics import ProfileError
-from support.file_errors import naming
+from support.file_errors import naming_path
 
 STATE = Path("/var/lib/shoal")
 WATCHDOG = 15  # s; the run itself breaks a handler after 5 s
@@ -91,7 +98,7 @@ ExecStartPre=-/bin/sh -c 'test -e /run/shoal-{vehicle}/waited || timeout {second
 @click.argument("profile")
 @config_dir_option
 @modes_option
-@click.option("-V", "--vehicle", callback=not_empty, help="Name of the vehicle, instead of the profile's.")
+@click.option("-V", "--vehicle", callback=require_text, help="Name of the vehicle, instead of the profile's.")
 @overrides_option
 @code_option
 @click.option(
@@ -148,14 +155,14 @@ def service(
         raise click.BadParameter(
             f"{log_dir} is not absolute: a service has no folder of its own", param_hint="--log-dir"
         )
-    use_code(code, [profile])
+    search_user_code(code, [profile])
     try:
         loaded = load_profile(profile, config_dir, vehicle=vehicle, overrides=overrides)
         selected = loaded.select(profiles)
-        problems = check(loaded, {}, selected, find_task)
+        problems = check_profile(loaded, {}, selected, find_task)
         if errors := [problem for problem in problems if problem.severity == "error"]:
             raise ProfileError(errors)
-        part = part_of(process, loaded.processes(selected), (bus or loaded.bus) == "zenoh")
+        part = select_process(process, loaded.processes(selected), (bus or loaded.bus) == "zenoh")
     except (ProfileError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     sections = [section.name for section in loaded.config.sorted_sections() if loaded.enabled(section.name, selected)]
@@ -190,7 +197,7 @@ def service(
         command=" ".join(map(shlex.quote, ["shoal", "service", profile, *options])).replace("\n", " "),
         working=_escaped(str(Path.cwd())),
         wait=WAIT.format(vehicle=name, seconds=wait_for_clock) if wait_for_clock else "",
-        start=" ".join(map(quoted, [*_program(), "run", source, *options])),
+        start=" ".join(map(quote_for_systemd, [*_program(), "run", source, *options])),
         watchdog=WATCHDOG,
         user=user,
         groups=" ".join(groups),
@@ -203,7 +210,7 @@ def service(
     path = Path(output or f"shoal-{name}.service")
     if not force and path.exists() and path.read_bytes() != text.encode():
         raise click.ClickException(f"{path} exists, differs and was not changed; --force replaces it")
-    with naming(path):
+    with naming_path(path):
         path.write_text(text, encoding="utf-8")
     click.echo(f"wrote {path}\n")
     click.echo("Install it, as root:")
@@ -213,7 +220,7 @@ def service(
     click.echo(f"Look at it:  systemctl status shoal-{name}    journalctl -fu shoal-{name}")
 
 
-def quoted(word: str) -> str:
+def quote_for_systemd(word: str) -> str:
     """A word of a command line of systemd: no specifier, no variable, no quote of it has a meaning."""
     return _word(_escaped(word).replace("$", "$$"))
 

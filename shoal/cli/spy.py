@@ -14,20 +14,20 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
-from shoal.cli.definitions import messages_option
-from shoal.cli.hand import (
-    clock_text,
+from shoal.cli.message_files import messages_option
+from shoal.cli.remote_options import (
     complete_entity,
     complete_message,
-    fields_text,
+    exit_negative,
+    find_message_type,
+    format_clock_time,
+    format_fields,
     json_option,
-    message_type,
-    no,
-    print_line,
-    reach_options,
-    seconds,
+    network_options,
+    parse_seconds,
+    print_json_line,
+    run_on_namesakes,
     vehicle_argument,
-    with_namesakes,
 )
 from shoal.network import AsyncRemoteVehicle, VehicleLost, field_value, parse_message_filter
 from support.text import printable, suggestion
@@ -45,10 +45,10 @@ WINDOW = 3.0  # s over which a live rate is taken
 @click.option("--fields", default="", help="Only these fields, separated by commas: x,y,depth.")
 @click.option("--entity", default="", shell_complete=complete_entity, help="Only of this entity.")
 @click.option("--hz", is_flag=True, help="Rates of all types, instead of the messages.")
-@click.option("--for", "duration", callback=seconds, metavar="TIME", help="End after this time: 3s, 1min.")
+@click.option("--for", "duration", callback=parse_seconds, metavar="TIME", help="End after this time: 3s, 1min.")
 @click.option("--count", type=click.IntRange(1), help="End after this many messages.")
 @messages_option
-@reach_options
+@network_options
 @json_option
 def spy(
     vehicle: str,
@@ -60,14 +60,14 @@ def spy(
     duration: float | None,
     count: int | None,
     schema: imc.Schema,
-    reach: dict[str, Any],
+    connection: dict[str, Any],
     as_json: bool,
 ) -> None:
     """Show the messages of VEHICLE as they come: all, or those of the types named.
 
     --json prints an object on each line. Exit status 1 if nothing came, or the vehicle is gone.
     """
-    kinds = [message_type(name, schema) for name in messages]
+    kinds = [find_message_type(name, schema) for name in messages]
     try:
         test = parse_message_filter(where, kinds, schema)
     except ValueError as error:
@@ -78,54 +78,54 @@ def spy(
         raise click.UsageError("--hz shows rates: it takes --for, but no --fields and no --count")
 
     async def act(there: AsyncRemoteVehicle) -> None:
-        sieve = Sieve(there, test, where, entity)
+        sieve = SpyFilter(there, test, where, entity)
         if hz:
             await _measure(there, kinds, sieve, duration, as_json)
             return
-        asyncio.get_running_loop().call_later(QUIET, sieve.explain)
+        asyncio.get_running_loop().call_later(QUIET, sieve.explain_silence)
         try:
             async with asyncio.timeout(duration), aclosing(there.messages(*kinds)) as stream:
                 async for message in stream:
-                    if sieve.passes(message):
+                    if sieve.accepts(message):
                         _show(there, message, names, as_json)
-                        if sieve.passed == count:
+                        if sieve.accepted == count:
                             return
         except TimeoutError:
-            if not sieve.passed:
-                no(sieve.nothing(duration or 0.0))
+            if not sieve.accepted:
+                exit_negative(sieve.no_match_text(duration or 0.0))
 
-    with_namesakes(vehicle, {**reach, "messages": schema}, act)
+    run_on_namesakes(vehicle, {**connection, "messages": schema}, act)
 
 
-class Sieve:
+class SpyFilter:
     """Which messages are wanted, and why none was."""
 
     def __init__(self, vehicle: AsyncRemoteVehicle, test: Callable[[imc.Message], bool], where: str, entity: str):
         self._vehicle, self._test, self._entity = vehicle, test, entity
         given = {"where": where, "entity": entity}
         self._words = " ".join(f"--{name} {value!r}" for name, value in given.items() if value)
-        self.heard = self.passed = 0
+        self.received = self.accepted = 0
         self._unknown: set[int] = set()
 
-    def passes(self, message: imc.Message) -> bool:
-        self.heard += 1
+    def accepts(self, message: imc.Message) -> bool:
+        self.received += 1
         wanted = self._test(message) and self._vehicle.system.matches_label(message.src_ent, self._entity)
-        self.passed += wanted
+        self.accepted += wanted
         if wanted and isinstance(message, imc.Unknown) and message.id not in self._unknown:
             self._unknown.add(message.id)
             click.echo(f"there is no message with id {message.id} here: name its definition with --messages", err=True)
         return wanted
 
-    def nothing(self, seconds: float) -> str:
+    def no_match_text(self, seconds: float) -> str:
         """The reason for that no message passed."""
-        if not self.heard:
+        if not self.received:
             return f"{self._vehicle.name}: nothing came within {seconds:g} s"
-        return f"{self._vehicle.name}: none of {self.heard} messages within {seconds:g} s matched {self._words}"
+        return f"{self._vehicle.name}: none of {self.received} messages within {seconds:g} s matched {self._words}"
 
-    def explain(self) -> None:
+    def explain_silence(self) -> None:
         """Tell a person who waits for messages."""
-        if not self.passed:
-            click.echo(printable(f"{self.nothing(QUIET)}; waiting, Ctrl-C ends"), err=True)
+        if not self.accepted:
+            click.echo(printable(f"{self.no_match_text(QUIET)}; waiting, Ctrl-C ends"), err=True)
 
 
 def _check_fields(names: tuple[str, ...], kinds: list[type[imc.Message]]) -> None:
@@ -141,10 +141,10 @@ def _show(vehicle: AsyncRemoteVehicle, message: imc.Message, names: tuple[str, .
     entity = printable(vehicle.system.label(message.src_ent))
     if not as_json:
         name = type(message).__name__
-        click.echo(f"{clock_text(message.timestamp)} {name} {entity}: {fields_text(message, names)}")
+        click.echo(f"{format_clock_time(message.timestamp)} {name} {entity}: {format_fields(message, names)}")
         return
     if not names:
-        print_line(
+        print_json_line(
             {"entity": entity, **message.to_dict()} if _is_plain(message) else {"entity": entity, **_json(message)}
         )
         return
@@ -155,7 +155,7 @@ def _show(vehicle: AsyncRemoteVehicle, message: imc.Message, names: tuple[str, .
         except AttributeError:
             continue
         values[name] = _json(value) if isinstance(value, imc.Message) else value
-    print_line(values)
+    print_json_line(values)
 
 
 def _is_plain(message: imc.Message) -> bool:
@@ -170,7 +170,7 @@ def _json(message: imc.Message) -> dict[str, Any]:
 async def _measure(
     vehicle: AsyncRemoteVehicle,
     kinds: list[type[imc.Message]],
-    sieve: Sieve,
+    sieve: SpyFilter,
     duration: float | None,
     as_json: bool,
 ) -> None:
@@ -187,7 +187,7 @@ async def _measure(
         limit = WINDOW if duration is None and live is None else duration
         async with asyncio.timeout(limit), aclosing(vehicle.messages(*kinds)) as stream:
             async for message in stream:
-                if sieve.passes(message):
+                if sieve.accepts(message):
                     place = type(message).__name__, printable(vehicle.system.label(message.src_ent))
                     counts[place] += 1
                     sizes[place] += len(imc.encode(message))
@@ -214,13 +214,13 @@ async def _measure(
             }
             for (name, entity), number in sorted(counts.items())
         ]
-        print_line(rows)
+        print_json_line(rows)
     elif live is None:
         console.print(_rates(counts, sizes, past))
     if gone is not None:
         raise gone
     if not counts:
-        no(sieve.nothing(round(past, 1)))
+        exit_negative(sieve.no_match_text(round(past, 1)))
 
 
 def _rates(counts: Counter[tuple[str, str]], sizes: Counter[tuple[str, str]], past: float) -> Table:

@@ -24,18 +24,18 @@ def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
     return table
 
 
-def sentence(cls: type) -> str:
+def first_sentence(cls: type) -> str:
     """The first line of a docstring."""
     return (cls.__doc__ or "").strip().partition("\n")[0]
 
 
-def range_text(low: float | None, high: float | None) -> str:
+def format_range(low: float | None, high: float | None) -> str:
     if low is None and high is None:
         return ""
     return f"{'-inf' if low is None else f'{low:g}'} to {'inf' if high is None else f'{high:g}'}"
 
 
-def choose(name: str, known: dict[str, type], what: str) -> str:
+def resolve_name(name: str, known: dict[str, type], what: str) -> str:
     """The key of `known` that `name` means, ignoring case and module; `what` it is called in errors.
 
     Raises ClickException if there is none.
@@ -51,7 +51,7 @@ def choose(name: str, known: dict[str, type], what: str) -> str:
     )
 
 
-def task_of(section: str) -> type[Task] | None:
+def find_task_class(section: str) -> type[Task] | None:
     """The task class of a section, None if there is none. Raises ClickException if it cannot be imported."""
     try:
         return find_task(section)

@@ -8,9 +8,9 @@ from rich.console import Console
 
 from runtime.task import Parameter, Task
 from runtime.vehicle import TaskImportError, all_tasks, missing_extra
-from shoal.cli.options import code_option, use_code
-from shoal.cli.plain import json_option, of_parameter, print_json
-from shoal.cli.tables import choose, open_console, plain_table, range_text, sentence, task_of
+from shoal.cli.json_output import json_option, parameter_to_dict, print_json
+from shoal.cli.options import code_option, search_user_code
+from shoal.cli.tables import find_task_class, first_sentence, format_range, open_console, plain_table, resolve_name
 
 
 @click.command()
@@ -19,17 +19,17 @@ from shoal.cli.tables import choose, open_console, plain_table, range_text, sent
 @json_option
 def tasks(name: str | None, code: tuple[Path, ...], as_json: bool) -> None:
     """List Shoal's tasks, or the parameters of the task NAME, which may be one of your own."""
-    use_code(code)
+    search_user_code(code)
     broken: list[TaskImportError] = []
     console, known = open_console(), all_tasks(broken)
     for error in broken:
         click.echo(f"Error: {error}", err=True)
     if name is not None:
-        if name not in known and (own := task_of(name)) is not None:
+        if name not in known and (own := find_task_class(name)) is not None:
             known[name] = own
-        section = choose(name, known, "task")
+        section = resolve_name(name, known, "task")
         if as_json:
-            parameters = [of_parameter(parameter) for parameter in known[section].parameters().values()]
+            parameters = [parameter_to_dict(parameter) for parameter in known[section].parameters().values()]
             print_json(_heading(section, known[section]) | {"parameters": parameters})
         else:
             _describe(console, section, known)
@@ -41,19 +41,19 @@ def tasks(name: str | None, code: tuple[Path, ...], as_json: bool) -> None:
     for section, cls in known.items():
         extra = missing_extra(cls)
         need = f" [yellow](needs pip install 'shoal\\[{extra}]')[/]" if extra else ""
-        table.add_row(section, sentence(cls) + need)
+        table.add_row(section, first_sentence(cls) + need)
     console.print(table)
     if broken:
         sys.exit(1)
 
 
 def _heading(section: str, cls: type[Task]) -> dict[str, object]:
-    return {"task": section, "description": sentence(cls), "missing_extra": missing_extra(cls)}
+    return {"task": section, "description": first_sentence(cls), "missing_extra": missing_extra(cls)}
 
 
 def _describe(console: Console, section: str, known: dict[str, type[Task]]) -> None:
     cls = known[section]
-    console.print(f"[bold]{section}[/]: {sentence(cls)}")
+    console.print(f"[bold]{section}[/]: {first_sentence(cls)}")
     table = plain_table("parameter", "default", "unit", "range", "meaning")
     for parameter in cls.parameters().values():
         default = parameter.format(parameter.default)
@@ -64,4 +64,4 @@ def _describe(console: Console, section: str, known: dict[str, type[Task]]) -> N
 def _limits(parameter: Parameter) -> str:
     if parameter.choices:
         return ", ".join(map(str, parameter.choices))
-    return range_text(parameter.minimum, parameter.maximum)
+    return format_range(parameter.minimum, parameter.maximum)

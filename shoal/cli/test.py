@@ -16,34 +16,34 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 
 from shoal.campaigns import (
-    SUFFIX,
+    SCENARIO_SUFFIX,
     WALL_LIMIT,
     Job,
-    Outcome,
-    Pool,
-    Runner,
-    details_of,
-    facts_of,
-    failures_of,
-    find_scenarios,
+    ProcessPool,
+    ScenarioOutcome,
+    ScenarioRunner,
+    failure_details,
+    failure_lines,
+    find_scenario_files,
     junit_xml,
-    log_again,
-    other_logs,
+    outcome_to_dict,
+    rerun_with_logs,
     run_jobs,
-    warnings_of,
+    sibling_logs,
+    warning_lines,
 )
 from shoal.cli import STOPPED, WRONG_USE
+from shoal.cli.json_output import json_text
 from shoal.cli.options import (
     check_log_folder,
     code_option,
     log_dir_option,
     parse_values,
-    use_code,
+    search_user_code,
     values_option,
 )
-from shoal.cli.plain import json_text
-from shoal.cli.pool_options import check_wall_limit, wall_limit_option, workers_option
-from support.file_errors import of_file
+from shoal.cli.worker_options import check_wall_limit, wall_limit_option, workers_option
+from support.file_errors import describe_os_error
 from support.text import printable
 
 FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
@@ -81,16 +81,18 @@ def test(
     """
     check_wall_limit(workers, wall_limit)
     try:
-        files = find_scenarios(paths or (Path(),))
+        files = find_scenario_files(paths or (Path(),))
     except OSError as error:
-        raise click.ClickException(printable(of_file(error))) from None
+        raise click.ClickException(printable(describe_os_error(error))) from None
     if not files:
         where = ", ".join(str(path) for path in paths) or "the current folder"
-        raise click.ClickException(printable(f"there is no *{SUFFIX} in {where}; `shoal new scenario NAME` makes one"))
+        raise click.ClickException(
+            printable(f"there is no *{SCENARIO_SUFFIX} in {where}; `shoal new scenario NAME` makes one")
+        )
     for file in (junit_file, json_file):
         if file is not None:
             file.parent.mkdir(parents=True, exist_ok=True)
-    folders = use_code(code, map(str, files))
+    folders = search_user_code(code, map(str, files))
     if keep == "all":
         check_log_folder(log_dir)
     given = parse_values(values)
@@ -107,41 +109,43 @@ def test(
             "wall-limit": () if wall_limit == WALL_LIMIT else (f"{wall_limit:g} s",),
         }
     )
-    tally = Tally(jobs, repeat, Console(stderr=json_file == Path("-"), highlight=False, emoji=False, soft_wrap=True))
+    tally = ScenarioRuns(
+        jobs, repeat, Console(stderr=json_file == Path("-"), highlight=False, emoji=False, soft_wrap=True)
+    )
     began = time.time()
-    make = partial(Runner, is_set=True)
+    make = partial(ScenarioRunner, is_set=True)
     count = min(workers, len(jobs)) if workers is not None else None
-    pool = Pool(count, make=make, wall_limit=wall_limit, code=folders)
+    pool = ProcessPool(count, make_runner=make, wall_limit=wall_limit, code=folders)
     with pool, tally.bar:
         try:
             tally.run(pool)
             if keep == "failed" and tally.failed:
                 check_log_folder(log_dir)
-                tally.fetch_logs(pool, log_dir)
+                tally.rerun_failed_with_logs(pool, log_dir)
         except KeyboardInterrupt:
             tally.stopped = True
         except click.BadParameter as error:  # what is known of the runs is told all the same
             click.echo(f"warning: {error.format_message()}", err=True)
     wall = time.time() - began
-    tally.explain()
-    tally.sum_up(wall)
+    tally.print_failures()
+    tally.print_summary(wall)
     if junit_file is not None:
-        _write(junit_file, junit_xml(tally.outcomes, tally.undone, began, wall))
+        _write(junit_file, junit_xml(tally.outcomes, tally.not_run, began, wall))
     if json_file is not None:
-        told = [{**facts_of(outcome), "again": tally.command(outcome)} for outcome in tally.outcomes]
-        undone = [str(job.path) for job in tally.undone]
+        told = [{**outcome_to_dict(outcome), "again": tally.repeat_command(outcome)} for outcome in tally.outcomes]
+        undone = [str(job.path) for job in tally.not_run]
         _write(json_file, json_text({"runs": told, "undone": undone, "wall": wall}).encode() + b"\n")
-    sys.exit(tally.status)
+    sys.exit(tally.exit_status)
 
 
 @dataclass
-class Tally:
+class ScenarioRuns:
     """What came of jobs so far, and its display. `options` are those of the command that repeats one."""
 
     jobs: Sequence[Job]
     options: Sequence[str]
     console: Console
-    outcomes: list[Outcome] = field(default_factory=list[Outcome])
+    outcomes: list[ScenarioOutcome] = field(default_factory=list[ScenarioOutcome])
     stopped: bool = False
 
     def __post_init__(self) -> None:
@@ -152,21 +156,21 @@ class Tally:
         self._progress, self._task = progress, progress.add_task("running", total=len(self.jobs))
 
     @property
-    def failed(self) -> list[Outcome]:
+    def failed(self) -> list[ScenarioOutcome]:
         return [outcome for outcome in self.outcomes if not outcome.result.passed]
 
     @property
-    def undone(self) -> list[Job]:
+    def not_run(self) -> list[Job]:
         done = {outcome.job.key for outcome in self.outcomes}
         return [job for job in self.jobs if job.key not in done]
 
     @property
-    def status(self) -> int:
+    def exit_status(self) -> int:
         if self.stopped:
             return STOPPED
-        return WRONG_USE if any(outcome.is_wrong_use for outcome in self.outcomes) else int(bool(self.failed))
+        return WRONG_USE if any(outcome.is_unreadable for outcome in self.outcomes) else int(bool(self.failed))
 
-    def run(self, pool: Pool) -> None:
+    def run(self, pool: ProcessPool) -> None:
         """Run all, and print a line for each."""
         for outcome in run_jobs(pool, self.jobs):
             self.outcomes.append(outcome)
@@ -174,62 +178,62 @@ class Tally:
             failures = f", {len(self.failed)} failed" if self.failed else ""
             self._progress.update(self._task, advance=1, description=f"running{failures}")
 
-    def fetch_logs(self, pool: Pool, log_dir: Path) -> None:
+    def rerun_failed_with_logs(self, pool: ProcessPool, log_dir: Path) -> None:
         """Run those that failed again, with a log."""
         failed = self.failed
         self._progress.update(self._task, description="again, for the logs", total=len(failed), completed=0)
         places = {outcome.job.key: place for place, outcome in enumerate(self.outcomes)}
-        for outcome in log_again(pool, failed, log_dir):
+        for outcome in rerun_with_logs(pool, failed, log_dir):
             self.outcomes[places[outcome.job.key]] = outcome
             self._progress.update(self._task, advance=1)
 
-    def command(self, outcome: Outcome) -> str:
+    def repeat_command(self, outcome: ScenarioOutcome) -> str:
         """The command that does it again."""
         return shlex.join(["shoal", "test", str(outcome.job.path), *self.options])
 
-    def explain(self) -> None:
+    def print_failures(self) -> None:
         """Print all about those that failed, in the order of the files, and all warnings."""
         self.outcomes.sort(key=lambda outcome: int(outcome.job.key))
         for outcome in self.outcomes:
             result = outcome.result
-            warnings = [f"warning: {warning}" for warning in warnings_of(outcome)]
-            if outcome.is_wrong_use or (not warnings and result.passed):  # what is wrong with a file was told
+            warnings = [f"warning: {warning}" for warning in warning_lines(outcome)]
+            if outcome.is_unreadable or (not warnings and result.passed):  # what is wrong with a file was told
                 continue
             self._print(f"\n{outcome.job.path}", "bold")
-            for line in details_of(result):
+            for line in failure_details(result):
                 self._print(f"  {line}", "red")
             for line in warnings:
                 self._print(f"  {line}", "yellow")
             if not result.passed:
                 for vehicle, folder in result.logs.items():
                     self._print(f"  log of {vehicle}: {folder}")
-                    for other in other_logs(folder):
+                    for other in sibling_logs(folder):
                         self._print(f"    of the same run: {other}")
-                self._print(f"  again: {self.command(outcome)}")
+                self._print(f"  again: {self.repeat_command(outcome)}")
 
-    def sum_up(self, wall: float) -> None:
+    def print_summary(self, wall: float) -> None:
         """Print how many there were of each kind."""
-        wrong = [outcome for outcome in self.outcomes if outcome.is_wrong_use]
+        wrong = [outcome for outcome in self.outcomes if outcome.is_unreadable]
         counts = {
             "passed": len(self.outcomes) - len(self.failed),
             "failed": len(self.failed) - len(wrong),
             "not readable": len(wrong),
-            "not run": len(self.undone),
+            "not run": len(self.not_run),
         }
         told = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
         seconds = math.fsum(outcome.result.seconds for outcome in self.outcomes)
         style = "bold red" if self.failed or self.stopped else "bold green"
         self._print(f"{told} in {wall:.1f} s; {seconds:.0f} s simulated" + "; stopped" * self.stopped, style)
 
-    def _line(self, outcome: Outcome) -> None:
+    def _line(self, outcome: ScenarioOutcome) -> None:
         result = outcome.result
-        words = "; ".join(failures_of(result))
+        words = "; ".join(failure_lines(result))
         if result.passed:
             tightest = min(result.verdicts, key=lambda verdict: verdict.margin, default=None)
             known = tightest is not None and math.isfinite(tightest.margin)
             words = f"margin {tightest.margin:.4g} of {tightest.name}" if tightest is not None and known else ""
         word, style = ("passed", "green") if result.passed else ("FAILED", "red")
-        text = f"  {outcome.job.path}  {outcome.wall:.1f} s{'  ' * bool(words)}{words}"
+        text = f"  {outcome.job.path}  {outcome.wall_time:.1f} s{'  ' * bool(words)}{words}"
         self.console.print(Text.assemble((word, style), printable(text)))
 
     def _print(self, text: str, style: str = "") -> None:

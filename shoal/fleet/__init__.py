@@ -1,26 +1,26 @@
 """Several processes that belong together: those of one vehicle, or of a fleet."""
 
-from shoal.fleet.crew import run_crew
-from shoal.fleet.file import FleetFileError
+from shoal.fleet.fleet_config import FleetConfig, FleetVehicle, load_fleet
+from shoal.fleet.fleet_file import FleetFileError
 from shoal.fleet.keeper import Child, Keeper
-from shoal.fleet.notes import end, noted, running
+from shoal.fleet.monitor import FleetMonitor, VehicleSummary
 from shoal.fleet.ports import SYSTEM_ID, mavlink_id
-from shoal.fleet.roster import Member, Roster, load_roster
-from shoal.fleet.watch import View, Watch
+from shoal.fleet.running_fleets import find_running, registered, stop_fleet
+from shoal.fleet.shared_process import run_shared_process
 
 __all__ = [
     "SYSTEM_ID",
     "Child",
+    "FleetConfig",
     "FleetFileError",
+    "FleetMonitor",
+    "FleetVehicle",
     "Keeper",
-    "Member",
-    "Roster",
-    "View",
-    "Watch",
-    "end",
-    "load_roster",
+    "VehicleSummary",
+    "find_running",
+    "load_fleet",
     "mavlink_id",
-    "noted",
-    "run_crew",
-    "running",
+    "registered",
+    "run_shared_process",
+    "stop_fleet",
 ]

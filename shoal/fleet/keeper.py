@@ -1,6 +1,7 @@
 """Starts processes, and starts those again that end, with a growing pause."""
 
 import contextlib
+import errno
 import signal
 import subprocess
 import threading
@@ -17,9 +18,11 @@ FROM_OUTSIDE = {signal.Signals[name] for name in ("SIGKILL", "SIGTERM", "SIGINT"
 
 
 class Child:
-    """One process: its command, and how it goes. `failures` counts its ends in a row that nobody asked for.
+    """One process: its command, and how it goes. `failures` counts its ends in a row that nobody asked for, and the
+    starts that the system refused.
 
-    `last` is the last line of its standard error, `restarts` how often it was started again.
+    `last` is the last line of its standard error, `restarts` how often it was started again. It `ended_well` if its
+    status was 0; it `is_over` if it is not to start again, for whatever reason.
     """
 
     def __init__(self, name: str, command: Sequence[str], environment: Mapping[str, str] | None = None) -> None:
@@ -27,8 +30,9 @@ class Child:
         self.command = list(command)
         self.environment = environment
         self.failures = 0
-        self.restarts = 0
+        self.starts = 0
         self.ended_well = False
+        self.is_over = False
         self.popen: subprocess.Popen[bytes] | None = None
         self._began = self._due = 0.0
         self._lines: deque[str] = deque(maxlen=MOST_LINES)
@@ -39,6 +43,10 @@ class Child:
         return self.popen is not None and self.popen.poll() is None
 
     @property
+    def restarts(self) -> int:
+        return max(0, self.starts - 1)
+
+    @property
     def last(self) -> str:
         return next((line for line in reversed(self._lines) if line), "")
 
@@ -47,22 +55,30 @@ class Child:
         self._lines.clear()
         self._began = time.monotonic()
         quiet = subprocess.DEVNULL
-        self.popen = subprocess.Popen(
-            self.command, stdin=quiet, stdout=quiet, stderr=subprocess.PIPE, env=self.environment
-        )
+        popen = subprocess.Popen(self.command, stdin=quiet, stdout=quiet, stderr=subprocess.PIPE, env=self.environment)
         name = f"errors of {self.name}"
-        self._reader = threading.Thread(target=self._read, args=(self.popen,), name=name, daemon=True)
-        self._reader.start()
+        self._reader = threading.Thread(target=self._read, args=(popen,), name=name, daemon=True)
+        try:
+            self._reader.start()
+        except RuntimeError as error:  # no more threads; nobody would read what it says, and it would wait for that
+            self._reader = None
+            popen.kill()
+            popen.wait()
+            raise OSError(errno.EAGAIN, str(error)) from error
+        self.popen = popen
+        self.starts += 1
 
     def look(self, restart: bool) -> str:
         """Start it if it does not run and is due; what has happened, "" if nothing."""
         now = time.monotonic()
         if self.popen is None:
-            if now < self._due or self.ended_well:
+            if self.is_over or now < self._due:
                 return ""
-            self.start()
-            self.restarts += self.failures > 0
-            return "started again" if self.failures else "started"
+            try:
+                self.start()
+            except OSError as error:
+                return f"cannot be started: {error}{self._fail(now, restart)}"
+            return "started again" if self.restarts else "started"
         status = self.popen.poll()
         if status is None:
             return ""
@@ -70,15 +86,22 @@ class Child:
         if self._reader is not None:
             self._reader.join(LAST_WORDS)
         if status == 0:
-            self.ended_well = True
+            self.failures = 0
+            self.ended_well = self.is_over = True
             return "has ended"
-        self.failures = 1 if now - self._began > HEALTHY_AFTER else self.failures + 1
-        pause = min(LONGEST_PAUSE, 2.0 ** min(self.failures - 1, 10))
-        self._due = now + pause
-        self.ended_well = not restart
+        if now - self._began > HEALTHY_AFTER:
+            self.failures = 0
         how = f"was killed by signal {-status}" if status < 0 else f"has ended with status {status}"
         why = f" ({self.last})" if self.last and -status not in FROM_OUTSIDE else ""
-        return f"{how}{why}{f'; it starts again in {pause:g} s' if restart else ''}"
+        return f"{how}{why}{self._fail(now, restart)}"
+
+    def _fail(self, now: float, restart: bool) -> str:
+        """Count a failure; what follows from it, in words."""
+        self.failures += 1
+        self.is_over = not restart
+        pause = min(LONGEST_PAUSE, 2.0 ** min(self.failures - 1, 10))
+        self._due = now + pause
+        return f"; it starts again in {pause:g} s" if restart else ""
 
     def _read(self, popen: subprocess.Popen[bytes]) -> None:
         assert popen.stderr is not None
@@ -90,7 +113,8 @@ class Child:
 class Keeper:
     """Keeps processes running: call `look` often, and `stop` at the end.
 
-    A process that ends with status 0 has done its work, and is not started again; others are, if `restart`.
+    A process that ends with status 0 has done its work, and is not started again; others are, if `restart`, and so are
+    those that the system could not start.
     """
 
     def __init__(self, children: Iterable[Child], *, restart: bool = True) -> None:
@@ -99,17 +123,19 @@ class Keeper:
 
     @property
     def done(self) -> bool:
-        return all(child.ended_well for child in self.children)
+        """Whether none is to start again, however it has ended."""
+        return all(child.is_over for child in self.children)
+
+    @property
+    def missing(self) -> list[Child]:
+        """Those that the system has never been able to start."""
+        return [child for child in self.children if child.failures and not child.starts]
 
     def look(self) -> list[tuple[Child, str]]:
         """Start what is due; what has happened, in words."""
         events: list[tuple[Child, str]] = []
         for child in self.children:
-            try:
-                words = child.look(self._restart)
-            except OSError as error:
-                words, child.ended_well = f"cannot be started: {error}", True
-            if words:
+            if words := child.look(self._restart):
                 events.append((child, words))
         return events
 
@@ -126,4 +152,4 @@ class Keeper:
                 popen.kill()
                 popen.wait()
         for child in self.children:
-            child.popen, child.ended_well = None, True
+            child.popen, child.is_over = None, True

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable
 
-from mavlink import SYSTEMS, system_of
-from runtime.profile import Profile, items
+from mavlink import SYSTEMS, parse_link_url, system_of
+from runtime.profile import Profile, split_list
 from runtime.vehicle import find_task
-from tasks.transports.mavlink_protocol.routes import parse_route
 
 STEP = 10  # ports between two vehicles: some tasks take the next free one of a few
 PORTS = ("Local Port", "Port", "Control Port")
@@ -15,7 +14,7 @@ ENABLED = "Enabled"
 MAVLINK_OFF = f"{SYSTEM_ID[0]}:{ENABLED}=Never"
 
 
-def own_ports(profile: Profile, place: int) -> list[str]:
+def port_overrides(profile: Profile, place: int) -> list[str]:
     """Overrides that move all ports at which a profile's transports listen, for the vehicle at this place, from 0."""
     found: list[str] = []
     for section in profile.config.sections.values() if place else ():
@@ -25,33 +24,33 @@ def own_ports(profile: Profile, place: int) -> list[str]:
         for parameter in cls.parameters().values():
             text = section.value(parameter.name) or parameter.format(parameter.default)
             if parameter.name in PORTS and text.isdecimal() and int(text):
-                found.append(f"{section.name}:{parameter.name}={moved(int(text), place)}")
+                found.append(f"{section.name}:{parameter.name}={shift_port(int(text), place)}")
             elif parameter.name == LINKS:
-                links = ", ".join(own_link(item.strip(), place) for item in text.split(","))
+                links = ", ".join(shift_link(item.strip(), place) for item in text.split(","))
                 found += [f"{section.name}:{parameter.name}={links}"] if links != text else []
     return found
 
 
-def own_link(text: str, place: int) -> str:
+def shift_link(text: str, place: int) -> str:
     """A link of MAVLink, with another port if the vehicle listens there."""
     try:
-        route = parse_route(text)
+        route = parse_link_url(text)
     except ValueError:
         return text
     if not route.listens:
         return text
     head, options = text.partition("?")[::2] if "//" in text else text.rsplit(":", 1)
     mark = "?" if "//" in text else ":"
-    head = f"{head.removesuffix(f':{route.port}')}:{moved(route.port, place)}"
+    head = f"{head.removesuffix(f':{route.port}')}:{shift_port(route.port, place)}"
     return f"{head}{mark}{options}" if options else head
 
 
-def moved(port: int, place: int) -> int:
+def shift_port(port: int, place: int) -> int:
     """The port of the vehicle at a place; beyond the last one they begin again at 1024."""
     return 1024 + (port - 1024 + STEP * place) % (65536 - 1024)
 
 
-def own_mavlink_id(profile: Profile, system: int, taken: set[int]) -> list[str]:
+def mavlink_id_overrides(profile: Profile, system: int, taken: set[int]) -> list[str]:
     """An override with the next free MAVLink id for an IMC system, if the one that it would have is `taken`.
 
     MAVLink has 250 ids for all vehicles; the chosen one is added to `taken`. Without a free one MAVLink is off.
@@ -78,7 +77,7 @@ def mavlink_id(profile: Profile, system: int, overrides: Iterable[str] = ()) -> 
         name, _, changed = left.rpartition(":")
         if name.strip() == section and changed.strip() in values:
             values[changed.strip()] = value.strip()
-    if items(values[ENABLED]) in ([], ["Never"]):
+    if split_list(values[ENABLED]) in ([], ["Never"]):
         return None
     number = values[option]
     return int(number) if number.isdecimal() and int(number) else system_of(system)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from runtime.logs import Array, Summary, types_called
+from runtime.logs import Array, LogSummary, find_types
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class PacketSelection:
 
 
 def select_by_names(
-    summary: Summary,
+    summary: LogSummary,
     start: float | None = None,
     end: float | None = None,
     types: Iterable[str] = (),
@@ -29,9 +29,9 @@ def select_by_names(
     entities: Iterable[str] = (),
 ) -> PacketSelection:
     """A selection by names. Raises UnknownName for a name that the log or its schema does not have."""
-    called = frozenset(types_called(types, summary.schema))
-    of_systems = frozenset(summary.names.systems_called(systems, summary.clocks))
-    of_entities = frozenset(summary.names.entities_called(entities, summary.by_entity))
+    called = frozenset(find_types(types, summary.schema))
+    of_systems = frozenset(summary.names.find_systems(systems, summary.clocks))
+    of_entities = frozenset(summary.names.find_entities(entities, summary.by_entity))
     return PacketSelection(
         -math.inf if start is None else start,
         math.inf if end is None else end,

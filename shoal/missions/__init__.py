@@ -1,19 +1,17 @@
 """Missions: plan files, the flight of a plan, and its report."""
 
-from shoal.missions.files import load_plan, parse_plan, plan_text, read_plan
+from autonomy.plans.yaml import PlanFileError, parse_plan, plan_text
 from shoal.missions.mission import Mission
-from shoal.missions.reader import PlanFileError
+from shoal.missions.plan_files import load_plan
 from shoal.missions.report import COMPLETED, FAILED, LATE, ManeuverReport, Report
 from shoal.missions.simulated_flight import AUTOSTART, fly, prepare, usual_modes
 from shoal.missions.start_request import PlanStartRequest, find_start_request
-from shoal.missions.values import UNITS, in_unit, position, quantity, read_field, split
 
 __all__ = [
     "AUTOSTART",
     "COMPLETED",
     "FAILED",
     "LATE",
-    "UNITS",
     "ManeuverReport",
     "Mission",
     "PlanFileError",
@@ -21,15 +19,9 @@ __all__ = [
     "Report",
     "find_start_request",
     "fly",
-    "in_unit",
     "load_plan",
     "parse_plan",
     "plan_text",
-    "position",
     "prepare",
-    "quantity",
-    "read_field",
-    "read_plan",
-    "split",
     "usual_modes",
 ]

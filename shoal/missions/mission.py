@@ -6,7 +6,7 @@ from functools import partial
 
 import imc
 from imc.coordinates import NOWHERE, absolute
-from runtime.snapshot import Journals, keep_beside_log, run_with_snapshots
+from runtime.snapshot import InputJournals, run_with_snapshots, save_beside_log
 from runtime.vehicle import Vehicle
 from shoal.missions.report import COMPLETED, FAILED, ManeuverReport, Report
 from shoal.missions.start_request import PlanStartRequest
@@ -68,13 +68,13 @@ class Mission:
         disk refuses. Raises SnapshotError.
         """
         if snapshot_every is not None:
-            Journals(self._vehicle)
+            InputJournals(self._vehicle)
         self.begin()
         try:
             if snapshot_every is None:
                 self._vehicle.run(limit)
             else:
-                keep = partial(keep_beside_log, self._vehicle)
+                keep = partial(save_beside_log, self._vehicle)
                 self.unsaved = run_with_snapshots(self._vehicle, limit, snapshot_every, keep)
         finally:
             self._vehicle.close()

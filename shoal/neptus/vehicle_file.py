@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 from xml.etree import ElementTree as Xml
 
-from runtime.profile import items
+from runtime.profile import split_list
 from runtime.vehicle import Vehicle
 from tasks.maneuver import Maneuver
 
@@ -86,7 +86,7 @@ def vehicle_definition(vehicle: Vehicle) -> bytes:
         Xml.SubElement(look, f"{view}-image-2D").text = f"../vehicles-files/{pictures}-{view}.png"
     Xml.SubElement(look, "model-3D").text = f"../vehicles-files/{model}"
     Xml.SubElement(properties, "coordinate-system-label").text = "SNAME"
-    speeds = items(vehicle.profile.value("General", "Speed Conversion -- MPS"))
+    speeds = split_list(vehicle.profile.value("General", "Speed Conversion -- MPS"))
     fastest = _number(speeds[-1]) if speeds else FASTEST
     _add(properties, "limits", {"max-speed": f"{fastest:g}"})
     maneuvers = Xml.SubElement(root, "feasibleManeuvers")
@@ -125,7 +125,7 @@ def _kind(vehicle: Vehicle) -> str:
 def _size(vehicle: Vehicle, kind: str) -> list[str]:
     """Length, width and height (m): of the simulated model, if it has them."""
     model = f"VSIM/Model/{vehicle.profile.value('General', 'Vehicle Type')}"
-    sides = items(vehicle.profile.value(model, "Volume"))
+    sides = split_list(vehicle.profile.value(model, "Volume"))
     return sides if len(sides) == 3 else [f"{side:g}" for side in SIZES.get(kind, SIZES["USV"])]
 
 

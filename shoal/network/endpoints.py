@@ -8,7 +8,7 @@ from pathlib import Path
 import imc
 from imc.addresses import OPERATORS
 from imc.discovery import LOOPBACK, PORTS, Endpoint, Service
-from runtime.zenoh import endpoints_in
+from runtime.zenoh import configured_endpoints
 from shoal.network.blocking import VehicleConnection
 from shoal.network.link import Console, NetworkLink
 from shoal.network.network import Network
@@ -91,7 +91,7 @@ def connect(
 
 def _in_file(path: Path | None) -> list[str]:
     with suppress(ModuleNotFoundError):  # without zenoh the link says so
-        return [] if path is None else endpoints_in(path)
+        return [] if path is None else configured_endpoints(path)
     return []
 
 

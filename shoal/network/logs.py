@@ -16,7 +16,7 @@ from imc.discovery import PERIOD, Endpoint, Services
 from shoal.network.link import NetworkError
 from shoal.network.network import Network, NoAnswer
 from shoal.network.system_table import NetworkSystem
-from support.file_errors import naming
+from support.file_errors import naming_path
 
 if TYPE_CHECKING:
     from ftplib import FTP
@@ -251,7 +251,7 @@ def _fetch(places: Sequence[Endpoint], log: RemoteLog, target: Path, progress: C
 
                 def write(block: bytes) -> None:
                     rest = memoryview(block)
-                    with naming(out.name):  # an error without a file would be the server's
+                    with naming_path(out.name):  # an error without a file would be the server's
                         while rest:
                             rest = rest[out.write(rest) :]
                     progress(len(block))

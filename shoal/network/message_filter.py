@@ -12,15 +12,15 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple, cast
 
 import imc
+from autonomy.plans import NUMBER_PATTERN, SIGN_PATTERN, GrammarParser, boolean_connectives
 from support.text import suggestion
-from tasks.plan import NUMBER, SIGN, Logic, truth
 
 MessageTest = Callable[[imc.Message], bool]
 Named = Mapping[type[imc.Message], int]
 HEADER = ("src", "src_ent", "dst", "dst_ent", "timestamp")
 DEGREES = ("deg", "°")
 MESSAGES = "`shoal message NAME` lists them"
-_WORD = re.compile(rf"\s*(?:{NUMBER}|[A-Za-z_]\w*(?:\.\w+)*|\"[^\"]*\"|'[^']*'|°|~|{SIGN})")
+_WORD = re.compile(rf"\s*(?:{NUMBER_PATTERN}|[A-Za-z_]\w*(?:\.\w+)*|\"[^\"]*\"|'[^']*'|°|~|{SIGN_PATTERN})")
 
 
 class _Wanted(NamedTuple):
@@ -39,7 +39,9 @@ def parse_message_filter(
     known = list(kinds) or [schema[name] for name in schema.types]
     if not text.strip():
         return lambda _: True
-    return Logic[MessageTest](text, _WORD, lambda logic: _comparison(logic, known, schema), truth()).parse()
+    return GrammarParser[MessageTest](
+        text, _WORD, lambda logic: _comparison(logic, known, schema), boolean_connectives()
+    ).parse()
 
 
 def field_value(message: imc.Message, path: str) -> Any:
@@ -56,13 +58,13 @@ def field_infos(kind: type[imc.Message]) -> dict[str, imc.FieldInfo]:
     return {info.name: info for info in imc.fields(kind)}
 
 
-def _comparison(logic: Logic[MessageTest], kinds: list[type[imc.Message]], schema: imc.Schema) -> MessageTest:
-    word = logic.take("a field")
+def _comparison(logic: GrammarParser[MessageTest], kinds: list[type[imc.Message]], schema: imc.Schema) -> MessageTest:
+    word = logic.expect("a field")
     if not (word[0].isalpha() or word[0] == "_"):
         raise ValueError(f"{word!r} is no field; the field comes first, as in depth > 2")
     path, kinds = _split(word, kinds, schema)
     infos = {kind: info for kind in kinds if (info := field_infos(kind).get(path))}
-    compare = _contains if logic.skip("~") else logic.comparison()
+    compare = _contains if logic.accept("~") else logic.expect_comparison()
     only = frozenset(kinds) if word != path else None
     wanted, named = _value(logic, word, infos)
 
@@ -97,9 +99,9 @@ def _split(word: str, kinds: list[type[imc.Message]], schema: imc.Schema) -> tup
     return word, kinds
 
 
-def _value(logic: Logic[MessageTest], word: str, infos: Mapping[type[imc.Message], imc.FieldInfo]) -> _Wanted:
+def _value(logic: GrammarParser[MessageTest], word: str, infos: Mapping[type[imc.Message], imc.FieldInfo]) -> _Wanted:
     """The value of a comparison; the name of an enumerated one has a number for each type of message."""
-    text = logic.take("a value")
+    text = logic.expect("a value")
     if text[0] in "\"'":
         return _Wanted(text[1:-1])
     try:
@@ -109,7 +111,7 @@ def _value(logic: Logic[MessageTest], word: str, infos: Mapping[type[imc.Message
     else:
         if math.isnan(number):
             raise ValueError(f"{word}: nothing compares with {text}")
-        return _Wanted(math.radians(number) if logic.skip(*DEGREES) else number)
+        return _Wanted(math.radians(number) if logic.accept(*DEGREES) else number)
     members = {kind: info.enum.__members__ for kind, info in infos.items() if info.enum is not None}
     found = {kind: int(names[text]) for kind, names in members.items() if text in names}
     if not found:

@@ -12,7 +12,7 @@ import imc
 from imc.addresses import OPERATORS
 from shoal.network.link import EVERYBODY, EVERYTHING, Console, NetworkError, NetworkLink, ReceivedPacket, size_warning
 from shoal.network.listener import MessageListener, check_message_type, damage_kind
-from shoal.network.system_table import MOST_SYSTEMS, NetworkSystem, SystemTable
+from shoal.network.system_table import MOST_SYSTEMS, NetworkSystem, NetworkSystemTable
 from support.text import printable, suggestion
 
 M = TypeVar("M", bound=imc.Message)
@@ -56,7 +56,7 @@ class Network:
         self.links = tuple(links)
         self.expects_all = expects_all
         self.messages = messages or imc.builtin()
-        self.systems = SystemTable()
+        self.systems = NetworkSystemTable()
         self.unknown_drops: dict[tuple[str, str], int] = {}
         self._listeners: list[MessageListener] = []
         self._replies: deque[imc.Message] = deque(maxlen=MOST_REPLIES)

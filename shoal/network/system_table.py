@@ -198,7 +198,7 @@ class NetworkSystem:
             self.clock += 0.01 * (difference - self.clock)
 
 
-class SystemTable(dict[str, NetworkSystem]):
+class NetworkSystemTable(dict[str, NetworkSystem]):
     """The systems on all networks, by name; `changed` is set when one appears, vanishes, or gets known."""
 
     def __init__(self) -> None:

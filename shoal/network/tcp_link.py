@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 import imc
-from imc.discovery import Endpoint, readable_name
+from imc.discovery import Endpoint, displayable_name
 from imc.layout import LARGEST_PACKET
 from runtime.networks import is_local
 from shoal.network.link import EVERYBODY, FAR, NEAR, Console, LinkListener, ReceivedPacket
@@ -122,7 +122,7 @@ class TCPLink:
         """Take packets until the connection ends, or is silent; which of the two."""
         parser = imc.StreamParser()
         heard = since = time.monotonic()
-        start = parser.unfinished
+        start = parser.incomplete_offset
         data = b"..."
         while data:
             until = heard + SILENCE if start is None else min(heard + SILENCE, since + LONGEST_UNFINISHED)
@@ -138,11 +138,11 @@ class TCPLink:
                     return f"has sent nothing for {SILENCE:g} s"
             except OSError:
                 break
-            if parser.unfinished != start:
-                start, since = parser.unfinished, time.monotonic()
+            if parser.incomplete_offset != start:
+                start, since = parser.incomplete_offset, time.monotonic()
             elif start is not None and time.monotonic() >= since + LONGEST_UNFINISHED:
-                packets += parser.overtake_packets()  # a damaged length must not hide what is behind it
-                start, since = parser.unfinished, time.monotonic()
+                packets += parser.resync_packets()  # a damaged length must not hide what is behind it
+                start, since = parser.incomplete_offset, time.monotonic()
             for packet in packets:
                 self._take(line, packet)
             if parser.lost > before:
@@ -155,7 +155,7 @@ class TCPLink:
             with suppress(imc.DecodeError):
                 announce = imc.decode(packet)
                 if isinstance(announce, imc.Announce):
-                    self._name(line, source, readable_name(announce.sys_name))
+                    self._name(line, source, displayable_name(announce.sys_name))
         elif source not in line.names and time.monotonic() - line.began > NAMELESS:
             self._name(line, source, f"0x{source:04X}")
         if source in line.names:

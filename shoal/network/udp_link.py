@@ -19,10 +19,10 @@ from imc.discovery import (
     Endpoint,
     Service,
     Services,
-    readable_name,
-    targets,
+    announce_targets,
+    displayable_name,
 )
-from runtime.networks import EVERYWHERE, interfaces, refusals
+from runtime.networks import EVERYWHERE, interfaces, refused_destinations
 from shoal.network.link import EVERYBODY, FAR, NEAR, Console, LinkListener, ReceivedPacket
 from shoal.network.udp_sockets import bound_socket, discovery_socket, own_address, waiting_datagrams
 
@@ -168,7 +168,7 @@ class UDPLink:
         given = [place for place in self._places if place.port]
         if self.deaf:
             given += [Endpoint(LOOPBACK, port) for port in USUAL_PORTS]
-        for place in targets(addresses, self._ports):
+        for place in announce_targets(addresses, self._ports):
             self._send(self._announcement(place), place)
         for place in given:
             self._send(self._announcement(place), place)
@@ -181,7 +181,7 @@ class UDPLink:
                 self._data.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface.address))
             except OSError:  # its address is gone since it was asked for
                 continue
-            for place in targets(filter(None, (MULTICAST, interface.broadcast)), self._ports):
+            for place in announce_targets(filter(None, (MULTICAST, interface.broadcast)), self._ports):
                 self._send(self._announcement(place, interface.address), place)
 
     def _announcement(self, place: Endpoint, own: str = "") -> bytes:
@@ -210,7 +210,7 @@ class UDPLink:
 
     def _look_for_refusals(self) -> None:
         """Systems whose computer says that nobody listens any more have ended."""
-        for place in map(Endpoint._make, refusals(self._data)):
+        for place in map(Endpoint._make, refused_destinations(self._data)):
             self._refused.add(place)
             self._missed = {id: peer for id, peer in self._missed.items() if peer.endpoint != place}
             for peer in self._everybody():
@@ -249,7 +249,7 @@ class UDPLink:
 
     def _meet(self, announce: imc.Announce, sender: Endpoint) -> None:
         services = Services.parse(announce.services)
-        name, places = readable_name(announce.sys_name), services.endpoints("imc+udp", sender.address)
+        name, places = displayable_name(announce.sys_name), services.endpoints("imc+udp", sender.address)
         if not places or not name:
             self._ear.on_dropped(self, name or sender.address, "announced without an address for packets")
             return

@@ -6,7 +6,7 @@ from contextlib import suppress
 
 from imc.discovery import LOOPBACK, MULTICAST, Endpoint
 from imc.layout import LARGEST_PACKET
-from runtime.networks import EVERYWHERE, interfaces, note_refusals
+from runtime.networks import EVERYWHERE, enable_refusals, interfaces
 
 AT_ONCE = 256  # datagrams read before the rest of the program comes to its turn
 BUFFER = 4 << 20  # bytes
@@ -19,7 +19,7 @@ def bound_socket(address: str, port: int) -> socket.socket:
         one.setblocking(False)
         with suppress(OSError):
             one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
-        note_refusals(one)
+        enable_refusals(one)
         if address == EVERYWHERE:
             one.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
             one.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)

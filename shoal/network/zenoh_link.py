@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from urllib.parse import unquote
 
 import imc
-from runtime.zenoh import LOCAL_PORT, Opener, ZenohConfig, chunk, explain, key, parse_token
+from runtime.zenoh import LOCAL_PORT, SessionFactory, ZenohConfig, error_text, key_chunk, message_key, parse_token
 from shoal.network.link import EVERYBODY, FAR, NEAR, Console, LinkListener, ReceivedPacket
 from shoal.network.zenoh_errors import connection_failure
 
@@ -58,7 +58,7 @@ class ZenohLink:
         self._config = ZenohConfig(
             mode="client", local_port=0, listen=(), connect=self._connect, scouting="none", config_file=config_file
         )
-        self._opener = Opener()
+        self._opener = SessionFactory()
         self._wanted: dict[str, Callable[[], object] | None] = {}  # key expression: its end
         self._asked: dict[str, None] = {}
         self._waiting: deque[_Sample] = deque()
@@ -79,7 +79,7 @@ class ZenohLink:
     async def open(self, ear: LinkListener, console: Console) -> None:
         self._ear, self._console = ear, console
         self._loop = asyncio.get_running_loop()
-        self._wanted.setdefault(f"imc/{chunk(console.name)}/@cmd/**", None)
+        self._wanted.setdefault(f"imc/{key_chunk(console.name)}/@cmd/**", None)
         try:
             self._config.build()
         except ModuleNotFoundError:
@@ -95,8 +95,8 @@ class ZenohLink:
                 await opened.wait()
 
     def subscribe(self, system: str, messages: Collection[str]) -> None:
-        system = EVERYBODY if system == EVERYBODY else chunk(system)
-        wanted = [f"imc/{system}/{way}{chunk(message)}/*" for message in messages for way in ("", "@cmd/")]
+        system = EVERYBODY if system == EVERYBODY else key_chunk(system)
+        wanted = [f"imc/{system}/{way}{key_chunk(message)}/*" for message in messages for way in ("", "@cmd/")]
         if not messages:
             wanted = [f"imc/{system}/**", f"imc/{system}/@cmd/**"]
         for expression in wanted:
@@ -104,7 +104,7 @@ class ZenohLink:
                 self._wanted[expression] = None
                 self._subscribe(expression)
         for message in messages:
-            self._asked[f"imc/{system}/@q/{chunk(message)}/*"] = None
+            self._asked[f"imc/{system}/@q/{key_chunk(message)}/*"] = None
         self._ask()
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
@@ -116,14 +116,14 @@ class ZenohLink:
         put: Callable[..., object] = cast(Any, self._session).put
         try:
             put(
-                key(name, self._console.name, self._console.name, "" if system == EVERYBODY else system),
+                message_key(name, self._console.name, self._console.name, "" if system == EVERYBODY else system),
                 packet,
                 encoding="application/octet-stream;imc/5.4.31",
                 congestion_control=zenoh.CongestionControl.DROP,
                 priority=zenoh.Priority.REAL_TIME,
             )
         except Exception as error:
-            self._ear.on_dropped(self, system, f"zenoh did not send it: {explain(error)}")
+            self._ear.on_dropped(self, system, f"zenoh did not send it: {error_text(error)}")
 
     async def close(self) -> None:
         if self._retrying is not None:
@@ -147,7 +147,7 @@ class ZenohLink:
             try:
                 session = await self._join()
             except zenoh.ZError as error:
-                trouble = f"zenoh: {explain(error)}"
+                trouble = f"zenoh: {error_text(error)}"
                 if "connect" in str(error).lower():
                     trouble = await asyncio.to_thread(connection_failure, self._connect)
                 self.trouble = trouble

@@ -1,6 +1,6 @@
 """Takes pictures and labels of a simulated run after the fact."""
 
-from shoal.rendering.exposures import Exposures, Shot, expose
-from shoal.rendering.processes import Rendered, render
+from shoal.rendering.logged_exposures import ExposedPicture, LoggedExposures, find_exposures
+from shoal.rendering.parallel_render import RenderSummary, render_log
 
-__all__ = ["Exposures", "Rendered", "Shot", "expose", "render"]
+__all__ = ["ExposedPicture", "LoggedExposures", "RenderSummary", "find_exposures", "render_log"]

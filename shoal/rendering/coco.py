@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shoal.logs.export import LogSource, export_photo, export_suffix
-from shoal.rendering.exposures import expose
-from shoal.rendering.label_files import name_of
+from shoal.rendering.label_files import class_name
+from shoal.rendering.logged_exposures import find_exposures
 from tasks.vision.keeping import FOLDER
 from world.pictures import Box, Kind, Labels
 
@@ -21,7 +21,7 @@ IMAGES = "images"
 THINGS = (Kind.GLIDER, Kind.BOARD)
 
 
-class Annotated(NamedTuple):
+class AnnotatedPicture(NamedTuple):
     """A picture of a data set: its file, when it was taken (s since 1970 UTC), its size (px), and its annotations."""
 
     file: str
@@ -32,7 +32,7 @@ class Annotated(NamedTuple):
     annotations: list[dict[str, Any]]
 
 
-def annotate(labels: Labels) -> list[dict[str, Any]]:
+def coco_annotations(labels: Labels) -> list[dict[str, Any]]:
     """The annotations of the objects of which a pixel is visible, without ids.
 
     `bbox` is left, top, width, height (px); `segmentation` counts pixels in and out of the mask, column by column
@@ -49,19 +49,19 @@ def _annotation(labels: Labels, box: Box) -> dict[str, Any]:
         "bbox": [left, top, right - left, bottom - top],
         "area": box.area,
         "iscrowd": 0,
-        "segmentation": {"size": list(labels.kinds.shape), "counts": runs(labels.instances == box.instance)},
+        "segmentation": {"size": list(labels.kinds.shape), "counts": run_lengths(labels.instances == box.instance)},
         "attributes": {"instance": box.instance, "occluded": round(box.occluded, 6), "cut": round(box.cut, 6)},
     }
 
 
-def runs(mask: NDArray[np.bool_]) -> list[int]:
+def run_lengths(mask: NDArray[np.bool_]) -> list[int]:
     """The lengths of the runs of a mask (height, width), column by column, the first one of pixels outside of it."""
     flat = np.concatenate(([False], mask.ravel(order="F"), [not mask[-1, -1]]))
     ends = np.flatnonzero(flat[1:] != flat[:-1])
     return np.diff(ends, prepend=0).tolist()
 
 
-def dataset(pictures: Iterable[Annotated]) -> str:
+def coco_json(pictures: Iterable[AnnotatedPicture]) -> str:
     """The text of a data set."""
     images, annotations, numbers = list[dict[str, Any]](), list[dict[str, Any]](), count(1)
     for number, picture in enumerate(pictures, start=1):
@@ -77,7 +77,7 @@ def dataset(pictures: Iterable[Annotated]) -> str:
             }
         )
         annotations += ({"id": next(numbers), "image_id": number, **found} for found in picture.annotations)
-    categories = [{"id": int(kind), "name": name_of(kind), "supercategory": "object"} for kind in THINGS]
+    categories = [{"id": int(kind), "name": class_name(kind), "supercategory": "object"} for kind in THINGS]
     return json.dumps({"images": images, "annotations": annotations, "categories": categories}) + "\n"
 
 
@@ -86,35 +86,35 @@ def export_coco(source: LogSource, folder: Path, progress: Callable[[float], obj
 
     Their labels are those of the cameras of the run, from SimulatedState. A picture that none of them took, or with a
     lens that the log does not tell, counts as skipped in `source`. Raises ValueError without any picture, OSError, and
-    what expose raises.
+    what find_exposures raises.
     """
     files = sorted(path for path in (source.log.path.parent / FOLDER).glob("*_*_*.*") if path.is_file())
     if not files:
         raise ValueError(
             f"{source.log.path}: no pictures beside it in {FOLDER}; shoal log render makes some, with {FILE}"
         )
-    seen = expose(source.log)
-    shots = {_key(shot.name): shot for shot in seen.shots}
+    seen = find_exposures(source.log)
+    shots = {_key(shot.name): shot for shot in seen.pictures}
     (folder / IMAGES).mkdir(parents=True)
-    pictures = list[Annotated]()
+    pictures = list[AnnotatedPicture]()
     source.packets = source.summary.packets
     for place, file in enumerate(files, start=1):
         shot = shots.get(_key(file.name))
         if shot is None:
             source.skipped[f"{FOLDER}/{file.name} is of no camera of the run"] += 1
-        elif shot.unlike:
+        elif shot.optics_changed:
             source.skipped[f"{FOLDER}/{file.name} was taken with another lens, which changed unnoticed"] += 1
         elif source.selection.start <= shot.time < source.selection.end:
             if (data := export_photo(source, file)) is None:
                 continue
             name = f"{IMAGES}/{file.stem}{export_suffix(file)}"
             (folder / name).write_bytes(data)
-            camera = seen.eye(shot).camera
-            found = annotate(camera.labels(shot.standpoint, shot.gliders, boards=shot.boards))
+            camera = seen.camera_of(shot).camera
+            found = coco_annotations(camera.labels(shot.standpoint, shot.gliders, boards=shot.boards))
             size = camera.optics.width, camera.optics.height
-            pictures.append(Annotated(name, shot.time, shot.camera, *size, found))
+            pictures.append(AnnotatedPicture(name, shot.time, shot.camera, *size, found))
         progress(place / len(files))
-    (folder / FILE).write_text(dataset(pictures))
+    (folder / FILE).write_text(coco_json(pictures))
     return len(pictures)
 
 

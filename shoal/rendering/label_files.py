@@ -30,21 +30,21 @@ def write_labels(folder: Path, stem: str, labels: Labels) -> None:
         np.savez(file, distance=labels.distance, depth=labels.depth, flow=labels.flow)
 
 
-def kinds() -> dict[str, int]:
+def class_numbers() -> dict[str, int]:
     """The numbers of the classes."""
-    return {name_of(kind): int(kind) for kind in Kind}
+    return {class_name(kind): int(kind) for kind in Kind}
 
 
-def name_of(kind: Kind) -> str:
+def class_name(kind: Kind) -> str:
     return kind.name.lower()
 
 
-def describe_boxes(boxes: Iterable[Box]) -> list[dict[str, Any]]:
+def boxes_to_dicts(boxes: Iterable[Box]) -> list[dict[str, Any]]:
     """What is told of the objects in a picture; boxes are left, top, right, bottom in px, and null without a pixel."""
     return [
         {
             "instance": box.instance,
-            "class": name_of(box.kind),
+            "class": class_name(box.kind),
             "box": list(box.box) if box.area else None,
             "area": box.area,
             "whole_box": list(box.whole_box),

@@ -5,7 +5,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import imc
-from runtime.logs import Names
+from runtime.logs import SystemNames
 from shoal.rerun.logged_run import LoggedRun
 
 Op = imc.LoggingControl.Op
@@ -17,7 +17,7 @@ GAP = 1.0  # s; a vehicle sends Heartbeat at 1 Hz
 
 
 @dataclass
-class LogSummary:
+class RerunLogSummary:
     """A log in outline; times are s since 1970 UTC, of the owner's clock.
 
     opened: when the log was begun. Where parts were cut off, begin and end are those of the rest.
@@ -38,7 +38,7 @@ class LogSummary:
     speakers: Counter[tuple[int, int]] = field(default_factory=Counter[tuple[int, int]])
     last: dict[int, float] = field(default_factory=dict[int, float])
     late: set[tuple[int, int]] = field(default_factory=set[tuple[int, int]])
-    names: Names = field(default_factory=Names)
+    names: SystemNames = field(default_factory=SystemNames)
 
     @property
     def labels(self) -> dict[str, int]:
@@ -46,15 +46,15 @@ class LogSummary:
         return {label: entity for (system, entity), label in self.names.labels.items() if system == self.owner}
 
 
-def summarize_log(log: imc.Log | LoggedRun) -> LogSummary | None:
+def summarize_log(log: imc.Log | LoggedRun) -> RerunLogSummary | None:
     """The outline of a log or a run; None if it has no messages."""
-    found: LogSummary | None = None
+    found: RerunLogSummary | None = None
     first = last = math.nan  # when messages came that do not only describe the log
     naming = {imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID}
     for _, packet in log.packets():
         head = imc.header(packet)
         if found is None:
-            found = LogSummary(head.src, begins_with_start=head.id == imc.LoggingControl.ID)
+            found = RerunLogSummary(head.src, begins_with_start=head.id == imc.LoggingControl.ID)
         found.counts[head.id] += 1
         if head.id in naming:
             _learn(found, log, packet)
@@ -80,7 +80,7 @@ def summarize_log(log: imc.Log | LoggedRun) -> LogSummary | None:
     return found
 
 
-def _learn(found: LogSummary, log: imc.Log | LoggedRun, packet: bytes) -> None:
+def _learn(found: RerunLogSummary, log: imc.Log | LoggedRun, packet: bytes) -> None:
     try:
         found.names.learn(log.schema.decode(packet))
     except imc.DecodeError:

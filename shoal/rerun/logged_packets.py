@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from itertools import islice
 from typing import NamedTuple
 
 import imc
@@ -10,7 +11,8 @@ from runtime.kernel import SECOND, nanoseconds
 from shoal.rerun.logged_run import LoggedRun
 
 GRAINS = tuple(10**power for power in range(9, 0, -1))
-REMEMBERED = 32
+NEAR, FAR = 32, 512  # instants that are remembered, for all delays and for those that are ROUND
+ROUND = 10**7  # ns; with shorter grains, one of so many instants would often fit by chance
 LATEST = 1e10  # s since 1970
 MOST_WAITING = 1000
 
@@ -37,7 +39,7 @@ class TimestampResolver:
         self._virtual = virtual
         self._rates = sorted({rate for rate in rates if rate > 0.0})
         self._last = (math.nan, 0)
-        self._recent: deque[int] = deque(maxlen=REMEMBERED)
+        self._recent: deque[int] = deque(maxlen=FAR)
 
     def resolve(self, time: float) -> int:
         """The instant (ns) of a finite time (s), both since 1970 UTC."""
@@ -61,7 +63,7 @@ class TimestampResolver:
             if tick / SECOND == time:
                 return tick
         for grain in GRAINS:
-            for since in (0, *self._recent):
+            for since in (0, *islice(self._recent, FAR if grain >= ROUND else NEAR)):
                 instant = since + (near - since + grain // 2) // grain * grain
                 if instant / SECOND == time:
                     return instant

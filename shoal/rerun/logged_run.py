@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import imc
-from runtime.logs import logs_of_run, missing_logs, place_of
-from support.file_errors import of_file
+from runtime.logs import logs_of_run, missing_logs, run_position
+from support.file_errors import describe_os_error
 from support.text import printable
 
 CONFIGURATION = "Config.ini"
@@ -32,7 +32,7 @@ class LoggedRun:
 
 def find_logged_run(log: imc.Log) -> LoggedRun:
     """The logs of the run up to this one if all are in the vehicle's folder and end cleanly; else this one alone."""
-    place = place_of(log.path.parent)
+    place = run_position(log.path.parent)
     if place is None:
         return LoggedRun([log])
     try:
@@ -47,7 +47,7 @@ def find_logged_run(log: imc.Log) -> LoggedRun:
             if _end(before) != _begin(after):
                 return LoggedRun([log], f"{before.path} of the same run does not end where the next log begins")
     except (OSError, ValueError) as error:
-        return LoggedRun([log], of_file(error) if isinstance(error, OSError) else str(error))
+        return LoggedRun([log], describe_os_error(error) if isinstance(error, OSError) else str(error))
     return LoggedRun(logs)
 
 

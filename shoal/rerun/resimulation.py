@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import cast
 
 import imc
-from runtime.bus import known_here
+from runtime.bus import local_class
 from runtime.kernel import SECOND, VirtualClock, nanoseconds
-from runtime.logs import new_log
-from runtime.profile import Profile, default_label, items, load_profile, own_etc
-from runtime.task import Task, consumers, find_parameter, tickers
-from runtime.vehicle import TaskImportError, all_tasks, build, find_task, why_missing
+from runtime.logs import create_log
+from runtime.profile import Profile, default_label, load_profile, own_etc, split_list
+from runtime.task import Task, consumer_methods, find_parameter, periodic_methods
+from runtime.vehicle import TaskImportError, all_tasks, build, find_task, missing_task_reason
 from shoal.rerun.comparison import LastMoment, RerunComparison
-from shoal.rerun.log_summary import GAP, LogSummary, summarize_log
+from shoal.rerun.log_summary import GAP, RerunLogSummary, summarize_log
 from shoal.rerun.logged_bus import LoggedBus
 from shoal.rerun.logged_packets import LogReplay, TimestampResolver, make_sender_test
 from shoal.rerun.logged_run import CONFIGURATION, LoggedRun, find_logged_run
-from support.file_errors import naming
+from support.file_errors import naming_path
 from support.text import quoted, suggestion
 
 ENOUGH = 10  # messages at a rate; so many periods without one are a silence
@@ -71,7 +71,7 @@ def resimulate(
     loaded, notes = logged_profile(run.logs[0], about, profile)
     notes = [f"{note}; name a profile with -c" for note in notes]
     if loaded.messages is not None:
-        run.schema.share(loaded.messages)
+        run.schema.share_classes(loaded.messages)
     if before := ", ".join(earlier.path.parent.name for earlier in run.logs[:-1]):
         notes.append(f"starts with the earlier logs of the run: {before}")
     sections = [_section(loaded, name) for name in tasks]
@@ -81,14 +81,14 @@ def resimulate(
             loaded.override(f"{section}:Enabled=Always")
     for assignment in overrides:
         _check_option(assignment, *loaded.override(assignment))
-    loaded.refuse_strangers()
-    loaded.refuse_errors()
+    loaded.raise_unused_overrides()
+    loaded.raise_errors()
     virtual = about.begin == loaded.start_time
     start = loaded.start_time_ns if virtual else nanoseconds(about.begin)
     with tempfile.TemporaryDirectory() as folder:
         made = build(
             loaded,
-            frozenset(items(loaded.config.value("General", "Selected"))),
+            frozenset(split_list(loaded.config.value("General", "Selected"))),
             clock=VirtualClock(start),
             keep_going=False,
             log_root=Path(folder) / "log",
@@ -113,7 +113,7 @@ def resimulate(
         bus.on_logged, bus.on_published = moment.add_logged, moment.add_published
         bus.daemon, bus.cut_short = vehicle.daemon, not about.ends_cleanly
         for label, entity in about.labels.items():
-            vehicle.entities.hear(about.owner, entity, label)
+            vehicle.entities.learn_label(about.owner, entity, label)
         with _written(out, log, loaded) as bus.on_packet:
             rates = TimestampResolver(start, (rate for _, rate in tick_rates(loaded)), virtual=virtual)
             of_entity = _rates_by_entity(loaded, about) if virtual else {}
@@ -141,7 +141,7 @@ def resimulate(
     return Resimulation(log, sections, comparison, virtual and not overrides, start / SECOND, notes, chosen, missing)
 
 
-def logged_profile(log: imc.Log, about: LogSummary, named: str | Path | None) -> tuple[Profile, list[str]]:
+def logged_profile(log: imc.Log, about: RerunLogSummary, named: str | Path | None) -> tuple[Profile, list[str]]:
     """The configuration of a run by its first log, or the profile that is named, and what is to be noted of it."""
     beside = log.path.parent / CONFIGURATION
     if named is not None:
@@ -162,7 +162,7 @@ def _section(profile: Profile, name: str) -> str:
     labels = {section: profile.config.value(section, "Entity Label", default_label(section)) for section in sections}
     classes = {section: section.partition("/")[0] for section in sections}
     found = [s for s in sections if name in (labels[s], classes[s], classes[s].rpartition(".")[2])]
-    selected = items(profile.config.value("General", "Selected"))
+    selected = split_list(profile.config.value("General", "Selected"))
     found = [section for section in found if profile.enabled(section, selected)] or found
     if len(found) == 1:
         return found[0]
@@ -183,12 +183,12 @@ def _check(section: str) -> None:
     except TaskImportError as error:
         raise ResimulationError(str(error)) from None
     if cls is None:
-        raise ResimulationError(f"{section} is not a task of Shoal: {why_missing(section)}")
+        raise ResimulationError(f"{section} is not a task of Shoal: {missing_task_reason(section)}")
     if cls.external:
         raise ResimulationError(f"{section} needs the network, which logs do not record")
 
 
-def _rates_by_entity(profile: Profile, about: LogSummary) -> dict[int, set[float]]:
+def _rates_by_entity(profile: Profile, about: RerunLogSummary) -> dict[int, set[float]]:
     found: dict[int, set[float]] = {}
     for section, rate in tick_rates(profile):
         label = profile.config.value(section, "Entity Label", default_label(section))
@@ -204,7 +204,7 @@ def tick_rates(profile: Profile) -> Iterator[tuple[str, float]]:
             cls = find_task(name)
         except TaskImportError:
             continue
-        for ticking in tickers(cls) if cls is not None else ():
+        for ticking in periodic_methods(cls) if cls is not None else ():
             if not isinstance(ticking.rate, str):
                 yield name, ticking.rate
                 continue
@@ -217,7 +217,7 @@ def tick_rates(profile: Profile) -> Iterator[tuple[str, float]]:
 
 def _reservations(
     run: LoggedRun,
-    about: LogSummary,
+    about: RerunLogSummary,
     profile: Profile,
     tasks: Sequence[Task],
     chosen: dict[int, str],
@@ -258,7 +258,7 @@ def _reservations(
             yield f"the log has no messages of the entity {quoted(label)}" + _others(about, label)
 
 
-def _ending(run: LoggedRun, about: LogSummary, task: Task) -> Iterator[str]:
+def _ending(run: LoggedRun, about: RerunLogSummary, task: Task) -> Iterator[str]:
     """The inputs of a task that end long before the log does."""
     for wanted in _inputs(run, task):
         count, last = about.counts[wanted.ID], about.last.get(wanted.ID, math.nan)
@@ -272,27 +272,27 @@ def _ending(run: LoggedRun, about: LogSummary, task: Task) -> Iterator[str]:
 
 def _beside_messages(task: Task) -> list[type]:
     """What a task subscribes to besides messages, such as frames."""
-    kinds = [cast(type[object], consumer.type) for consumer in consumers(type(task))]
+    kinds = [cast(type[object], consumer.type) for consumer in consumer_methods(type(task))]
     return [kind for kind in kinds if not issubclass(kind, imc.Message)]
 
 
 def _inputs(run: LoggedRun, task: Task) -> Iterator[type[imc.Message]]:
     """The messages that a task subscribes to, as the log has them; those that it defines otherwise are its own."""
-    for consumer in consumers(type(task)):
+    for consumer in consumer_methods(type(task)):
         wanted = cast(type[object], consumer.type)
         if issubclass(wanted, imc.Message):
             try:
-                yield known_here(wanted, run.schema) if wanted.SCHEMA is not None else wanted
+                yield local_class(wanted, run.schema) if wanted.SCHEMA is not None else wanted
             except imc.SchemaError:
                 yield wanted
 
 
-def _lacking(run: LoggedRun, about: LogSummary, profile: Profile, task: Task, *, stopped: bool) -> Iterator[str]:
+def _lacking(run: LoggedRun, about: RerunLogSummary, profile: Profile, task: Task, *, stopped: bool) -> Iterator[str]:
     """The inputs of a task that the log lacks. A message that was not published is not lacking.
 
     stopped: the task published messages in the log, but none here.
     """
-    chosen = items(profile.config.value("Transports.Logging", "Transports"))
+    chosen = split_list(profile.config.value("Transports.Logging", "Transports"))
     # A vehicle's own log begins with LoggingControl and has its heartbeat. But only the result tells whether another
     # log was made from it, without some messages.
     whole = about.begins_with_start and imc.Heartbeat.ID in about.counts and not stopped
@@ -319,7 +319,7 @@ def _check_option(assignment: str, section: str, option: str) -> None:
         raise ResimulationError(f"--set {assignment}: {section} has no option {quoted(option)}: {hint}")
 
 
-def _others(about: LogSummary, label: str) -> str:
+def _others(about: RerunLogSummary, label: str) -> str:
     hint = suggestion(label, about.labels)
     return f"; {hint}; rename it with --set 'Section:Entity Label=...'" if hint else ""
 
@@ -330,8 +330,8 @@ def _written(out: Path | None, log: imc.Log, profile: Profile) -> Generator[Call
     if out is None:
         yield len
         return
-    with new_log(out, log) as writer:
+    with create_log(out, log) as writer:
         configuration = profile.dump().encode(errors="surrogateescape")
-        with naming(out):
+        with naming_path(out):
             (out / CONFIGURATION).write_bytes(configuration)
         yield writer.write

@@ -13,9 +13,9 @@ from typing import Any
 
 import imc
 from runtime.kernel import SECOND, VirtualClock
-from runtime.logs import place_of
-from runtime.profile import Profile, items, load_profile
-from runtime.snapshot import STATE, SUFFIX, Journals, Snapshot, SnapshotError, load, load_file, restore, save
+from runtime.logs import run_position
+from runtime.profile import Profile, load_profile, split_list
+from runtime.snapshot import STATE, SUFFIX, InputJournals, Snapshot, SnapshotError, load, load_file, restore, save
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import Vehicle, build
 from shoal.missions import PlanStartRequest, find_start_request
@@ -64,7 +64,7 @@ def resume_snapshot(
         raise SnapshotError("not a valid snapshot: its configuration fits no vehicle") from error
     try:
         if journals:
-            Journals(vehicle)
+            InputJournals(vehicle)
         before_start(vehicle)
         for assignment in overrides:
             _value(vehicle, assignment)
@@ -154,13 +154,13 @@ class RewoundRun:
         _, packet = next(first.packets(), (0, b""))
         if not packet or imc.header(packet).timestamp != profile.start_time:
             why = "does not begin with the start of a virtual run; rewind the log that it was made from"
-            place, start = place_of(first.path.parent), datetime.fromtimestamp(profile.start_time, UTC)
+            place, start = run_position(first.path.parent), datetime.fromtimestamp(profile.start_time, UTC)
             if self._run.gap and place is not None and place.first.startswith(f"{start:%Y%m%d/%H%M%S}"):
                 why = f"cannot be repeated from the start of its run; {self._run.gap}"
             raise SnapshotError(f"{first.path} has no snapshot before {seconds:g} s, and {why}")
         about = summarize_log(self._run)
         vehicle = _vehicle(profile, scratch, profile.start_time_ns, about.labels if about is not None else {})
-        Journals(vehicle)
+        InputJournals(vehicle)
         self._request(vehicle, profile.start_time_ns)
         vehicle.start()
         return vehicle
@@ -249,7 +249,7 @@ def _seconds(path: Path) -> float:
 
 
 def _vehicle(profile: Profile, log_root: Path, time: int, entity_ids: Mapping[str, int]) -> Vehicle:
-    selected = frozenset(items(profile.config.value("General", "Selected")))
+    selected = frozenset(split_list(profile.config.value("General", "Selected")))
     clock = VirtualClock(time)
     return build(
         profile,

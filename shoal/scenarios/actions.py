@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
-from runtime.faults import Fault
+from runtime.fault_injection import Fault
 from runtime.task import Parameter, Task, find_parameter
 from runtime.vehicle import Vehicle
 from shoal.scenarios.run_context import RunContext
 from shoal.scenarios.value_reader import convert_to_unit_of
-from support.text import hinted
+from support.text import with_suggestion
 from tasks.simulators.battery import Battery
 
 CONSOLE = 0x4001
@@ -44,7 +44,7 @@ class InjectFault(Action):
     where: str = ""
 
     def check(self, context: RunContext) -> None:
-        context.faults(self.vehicle).expect(self.task, self.fault)
+        context.faults(self.vehicle).prepare(self.task, self.fault)
 
     def begin(self, context: RunContext, duration: float) -> None:
         context.faults(self.vehicle).begin(self.task, self.fault, duration, self.where)
@@ -61,7 +61,7 @@ class SimulateLeak(Action):
         if not labels:
             raise ValueError(f"{self.vehicle} has no simulated leak sensor")
         if self.sensor and self.sensor not in labels:
-            raise ValueError(hinted(f"there is no leak sensor {self.sensor!r}", self.sensor, labels))
+            raise ValueError(with_suggestion(f"there is no leak sensor {self.sensor!r}", self.sensor, labels))
 
     def begin(self, context: RunContext, duration: float) -> EndAction:
         vehicle, what = context.vehicles[self.vehicle], f"leak of {self.sensor or 'all sensors'}"
@@ -126,7 +126,7 @@ class SetParameters(Action):
                 if not parameter.editable:
                     raise ValueError(f"{task.name}: {option} cannot be changed while the vehicle runs")
                 try:
-                    parameter.parse_alone(convert_to_unit_of(parameter, text))
+                    parameter.parse_strict(convert_to_unit_of(parameter, text))
                 except ValueError as error:
                     raise ValueError(f"{task.name}: {option}: {error}") from None
 
@@ -162,14 +162,14 @@ class SetParameters(Action):
         found = tasks.get(name) or vehicle.find(name)
         if found is None:
             labels = [task.entity.label for task in vehicle.tasks]
-            raise ValueError(hinted(f"there is no task {name!r}", name, [*tasks, *labels]))
+            raise ValueError(with_suggestion(f"there is no task {name!r}", name, [*tasks, *labels]))
         return found
 
     def _parameter(self, task: Task, option: str) -> Parameter:
         declarations = task.parameter_set.declarations
         found = find_parameter(declarations, option)
         if found is None:
-            raise ValueError(hinted(f"{task.name} has no parameter {option!r}", option, declarations))
+            raise ValueError(with_suggestion(f"{task.name} has no parameter {option!r}", option, declarations))
         return found
 
 
@@ -208,7 +208,9 @@ class SendMessage(Action):
             entity = vehicle.entities.find(label)
             if entity is None:
                 labels = [entity.label for entity in vehicle.entities]
-                raise ValueError(hinted(f"{self.vehicle} has no entity with the label {label!r}", label, labels))
+                raise ValueError(
+                    with_suggestion(f"{self.vehicle} has no entity with the label {label!r}", label, labels)
+                )
             message = message.replace(**{name: entity.id})
         return message
 
@@ -248,4 +250,4 @@ def deliver_message(vehicle: Vehicle, message: imc.Message) -> None:
     if source == vehicle.system:
         vehicle.bus.publish(heard, packet, None)
     else:
-        vehicle.bus.hear(heard, packet)
+        vehicle.bus.deliver(heard, packet)

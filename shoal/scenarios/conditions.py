@@ -7,25 +7,25 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import imc
-from shoal.missions import UNITS
+from autonomy.plans import COMPARISONS, SIGN_PATTERN, GrammarParser
+from autonomy.plans.yaml import UNITS
 from shoal.scenarios.operands import MessageSelector, Operand, OperandParser
 from shoal.scenarios.robustness import (
-    MEANING,
+    CONNECTIVES,
     LatestMessages,
     RobustnessFunction,
     boolean_robustness,
     comparison_robustness,
 )
 from support.located_yaml import Node
-from support.text import hinted
-from tasks.plan import COMPARISONS, SIGN, Logic
+from support.text import with_suggestion
 
 T = TypeVar("T", "ScenarioCondition", "MessageExpression")
 _UNIT = "|".join(map(re.escape, sorted(UNITS, key=len, reverse=True)))
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _NAME = r"[A-Za-z_]\w*(?:\[[^\]]*\])?(?:\.\w+)?(?:@\w+(?:[-.]\w+)*)?"
 _TEXT = r"\"[^\"]*\"|'[^']*'"
-_WORD = re.compile(rf"\s*(?:{_NUMBER}(?:\s*(?:{_UNIT})(?!\w))?|{_NAME}|{_TEXT}|{SIGN}|[-+*/])")
+_WORD = re.compile(rf"\s*(?:{_NUMBER}(?:\s*(?:{_UNIT})(?!\w))?|{_NAME}|{_TEXT}|{SIGN_PATTERN}|[-+*/])")
 _WAYS = {"<": 1.0, "<=": 1.0, ">": -1.0, ">=": -1.0}
 _PLANS = ("true", "maneuverisdone", "maneuverisdone()")
 
@@ -71,19 +71,21 @@ def parse_scenario_condition(text: str, scope: ExpressionScope) -> ScenarioCondi
     """Parse a condition. Raises ValueError with the reason."""
     operands = OperandParser(scope.vehicles, scope.vehicle)
 
-    def single(logic: Logic[RobustnessFunction]) -> RobustnessFunction:
+    def single(logic: GrammarParser[RobustnessFunction]) -> RobustnessFunction:
         if logic.word is not None and logic.word.lower() in _PLANS:
             raise ValueError(f"{logic.word!r} is for plans only: compare PlanControlState.man_id or .state instead")
         return _comparison(operands, logic)
 
-    test = Logic[RobustnessFunction](text, _WORD, single, MEANING, sums=True).parse()
+    test = GrammarParser[RobustnessFunction](text, _WORD, single, CONNECTIVES, sums=True).parse()
     return ScenarioCondition(text, tuple(operands.selectors), test)
 
 
 def parse_expression(text: str, scope: ExpressionScope) -> MessageExpression:
     """Parse an expression. Raises ValueError with the reason."""
     operands = OperandParser(scope.vehicles, scope.vehicle)
-    logic = Logic[RobustnessFunction](text, _WORD, lambda logic: _comparison(operands, logic), MEANING, sums=True)
+    logic = GrammarParser[RobustnessFunction](
+        text, _WORD, lambda logic: _comparison(operands, logic), CONNECTIVES, sums=True
+    )
     operand = operands.parse_sum(logic)
     logic.end()
     operand.check_is_number()
@@ -111,10 +113,10 @@ def _read(node: Node, scope: ExpressionScope, parse: Callable[[str, ExpressionSc
     return found
 
 
-def _comparison(operands: OperandParser, logic: Logic[RobustnessFunction]) -> RobustnessFunction:
+def _comparison(operands: OperandParser, logic: GrammarParser[RobustnessFunction]) -> RobustnessFunction:
     left = operands.parse_sum(logic)
     sign = logic.word
-    compare = logic.comparison()
+    compare = logic.expect_comparison()
     right = operands.parse_sum(logic)
     if logic.word in COMPARISONS:
         raise ValueError(f"{logic.word!r} is not expected: join two comparisons by and")
@@ -167,9 +169,11 @@ def _named(operand: Operand, other: Operand) -> Operand:
     if not operand.name:
         return operand
     if other.enum is None:
-        raise ValueError(hinted(f"{operand.name!r} is neither a number nor Message.field", operand.name, operand.known))
+        raise ValueError(
+            with_suggestion(f"{operand.name!r} is neither a number nor Message.field", operand.name, operand.known)
+        )
     if operand.name not in other.enum.__members__:
         names = list(other.enum.__members__)
-        raise ValueError(hinted(f"{operand.name!r} is not a value of {other.text}", operand.name, names))
+        raise ValueError(with_suggestion(f"{operand.name!r} is not a value of {other.text}", operand.name, names))
     number = float(other.enum[operand.name])
     return Operand(operand.name, lambda _: number, enum=other.enum)

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from runtime.profile import Profile, items, located
+from runtime.profile import Profile, copy_in_root, split_list
 from runtime.vehicle import TaskImportError, find_task
 
 
@@ -41,8 +41,8 @@ def profile_dependencies(profile: Profile, modes: Iterable[str]) -> ScenarioDepe
             continue
         for option in section.options.values():
             places = [profile.folder, Path(option.origin.file).parent, Path()]
-            for text in items(option.value):
-                place = next((path for folder in places if _is_file(path := located(folder / text))), None)
+            for text in split_list(option.value):
+                place = next((path for folder in places if _is_file(path := copy_in_root(folder / text))), None)
                 if place is not None:
                     data[f"{section.name}: {option.name} = {text}"] = absolute_path(place)
     return ScenarioDependencies(files, data, frozenset(modules))

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import imc
 import runtime
-from imc.lsf import chunks, find_log
+from imc.lsf import find_log, unpacked_chunks
 from runtime.kernel import VirtualClock
 from runtime.logs import logs_of_run
 from runtime.vehicle import Fleet, Vehicle
@@ -296,7 +296,7 @@ def _hash(folders: Sequence[Path]) -> str:
     """SHA-256 of the unpacked data of logs."""
     made = hashlib.sha256()
     for folder in folders:
-        for piece in chunks(find_log(folder), _ignore_damage):
+        for piece in unpacked_chunks(find_log(folder), _ignore_damage):
             made.update(piece)
     return made.hexdigest()
 

@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import imc
-from runtime.faults import Biased, Crash, Fault, FaultError, Noisy, Silent, Stuck
-from shoal.missions import read_field
+from autonomy.plans.yaml import read_field
+from runtime.fault_injection import Biased, Crash, Fault, FaultError, Noisy, Silent, Stuck
 from shoal.scenarios.actions import Action, CutLink, DrainBattery, InjectFault, SendMessage, SetParameters, SimulateLeak
 from shoal.scenarios.conditions import ExpressionScope, ScenarioCondition, read_condition
 from shoal.scenarios.run_context import RunContext
@@ -24,7 +24,7 @@ from shoal.scenarios.value_reader import (
     read_word,
 )
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 
 TIMES = ("at", "when", "after", "vehicle")
 HEADER = ("src", "src_ent", "dst", "dst_ent")
@@ -93,7 +93,7 @@ def _event(
     kinds = [kind for kind in (*EVENT_KINDS, "cut") if kind in given]
     if not kinds:
         wrong = next((key for key in given if key not in (*TIMES, "for")), "")
-        node.fail(hinted(f"expected one of {', '.join((*EVENT_KINDS, 'cut'))}", wrong, (*EVENT_KINDS, "cut")))
+        node.fail(with_suggestion(f"expected one of {', '.join((*EVENT_KINDS, 'cut'))}", wrong, (*EVENT_KINDS, "cut")))
     if len(kinds) > 1:
         given[kinds[1]].fail(f"an event is of one kind: {kinds[0]} or {kinds[1]}")
     kind = kinds[0]
@@ -234,7 +234,7 @@ def _plain(node: Node, schema: imc.Schema, *, outer: bool = False) -> tuple[dict
             else:
                 plain[name] = value
         elif name not in infos:
-            item.fail(hinted(f"{abbrev} has no field {name!r}", name, infos))
+            item.fail(with_suggestion(f"{abbrev} has no field {name!r}", name, infos))
         elif infos[name].type == "message":
             plain[name] = _plain(item, schema)[0]
         elif infos[name].type == "message-list":

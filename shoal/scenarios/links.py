@@ -170,7 +170,7 @@ class LinkEndpoint:
         """Deliver what has arrived."""
         self._channel.counts["received" if self._open else "lost"] += 1
         if self._open:
-            self.vehicle.bus.hear(message, packet)
+            self.vehicle.bus.deliver(message, packet)
 
 
 class _Path:

@@ -8,7 +8,7 @@ from runtime.kernel import SECOND
 from runtime.vehicle import Vehicle
 from shoal.scenarios.expression_functions import WorldBottom
 from shoal.scenarios.operands import MessageSelector
-from support.text import hinted
+from support.text import with_suggestion
 from tasks.surroundings import world_of
 
 OnMessage = Callable[[float], object]
@@ -106,7 +106,9 @@ class MessageMonitor:
         if entity is None:
             labels = [entity.label for entity in entities]
             raise ValueError(
-                hinted(f"{selector.vehicle} has no entity with the label {selector.entity!r}", selector.entity, labels)
+                with_suggestion(
+                    f"{selector.vehicle} has no entity with the label {selector.entity!r}", selector.entity, labels
+                )
             )
         return entity.id
 

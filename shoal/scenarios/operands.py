@@ -8,12 +8,12 @@ from enum import IntEnum, IntFlag
 from typing import Any, NamedTuple
 
 import imc
+from autonomy.plans import GrammarParser
+from autonomy.plans.yaml import UNITS, parse_quantity
 from imc.layout import NUMBERS
-from shoal.missions import UNITS, quantity
 from shoal.scenarios.expression_functions import FUNCTIONS, POSITION_FUNCTIONS, WorldBottom, has_position
 from shoal.scenarios.robustness import LatestMessages, RobustnessFunction
-from support.text import hinted
-from tasks.plan import Logic
+from support.text import with_suggestion
 
 _PARTS = re.compile(r"(\w+)(?:\[([^\]]*)\])?(?:\.(\w+))?(?:@(.+))?")
 _SPECIAL = ("inf", "infinity", "nan")
@@ -50,7 +50,9 @@ class Operand:
 
     def check_is_number(self) -> None:
         if self.name:
-            raise ValueError(hinted(f"{self.name!r} is neither a number nor Message.field", self.name, self.known))
+            raise ValueError(
+                with_suggestion(f"{self.name!r} is neither a number nor Message.field", self.name, self.known)
+            )
         if self.is_text:
             raise ValueError(f"{self.text} is a text, not a number")
 
@@ -69,10 +71,10 @@ class OperandParser:
         self._vehicles = vehicles
         self._vehicle = vehicle
 
-    def parse_sum(self, logic: Logic[RobustnessFunction]) -> Operand:
+    def parse_sum(self, logic: GrammarParser[RobustnessFunction]) -> Operand:
         found = self._parse_product(logic)
         while logic.word in ("+", "-"):
-            sign = logic.take("a sign")
+            sign = logic.expect("a sign")
             other = self._parse_product(logic)
             found.check_is_number()
             other.check_is_number()
@@ -82,11 +84,11 @@ class OperandParser:
             )
         return found
 
-    def _parse_product(self, logic: Logic[RobustnessFunction]) -> Operand:
-        found = logic.deeper(lambda: self._parse_factor(logic))
+    def _parse_product(self, logic: GrammarParser[RobustnessFunction]) -> Operand:
+        found = logic.nested(lambda: self._parse_factor(logic))
         while logic.word in ("*", "/"):
-            sign = logic.take("a sign")
-            other = logic.deeper(lambda: self._parse_factor(logic))
+            sign = logic.expect("a sign")
+            other = logic.nested(lambda: self._parse_factor(logic))
             found.check_is_number()
             other.check_is_number()
             plain = other if not other.needs and not other.unit else found if sign == "*" else None
@@ -96,9 +98,9 @@ class OperandParser:
             )
         return found
 
-    def _parse_factor(self, logic: Logic[RobustnessFunction]) -> Operand:
-        if logic.skip("-"):
-            inner = logic.deeper(lambda: self._parse_factor(logic))
+    def _parse_factor(self, logic: GrammarParser[RobustnessFunction]) -> Operand:
+        if logic.accept("-"):
+            inner = logic.nested(lambda: self._parse_factor(logic))
             inner.check_is_number()
             value = inner.value
 
@@ -106,13 +108,13 @@ class OperandParser:
                 return -value(latest)
 
             return replace(inner, text=f"-{inner.text}", value=negative, enum=None)
-        if logic.skip("+"):
-            return logic.deeper(lambda: self._parse_factor(logic))
-        if logic.skip("("):
+        if logic.accept("+"):
+            return logic.nested(lambda: self._parse_factor(logic))
+        if logic.accept("("):
             inner = self.parse_sum(logic)
-            logic.close()
+            logic.close_group()
             return replace(inner, text=f"({inner.text})")
-        word = logic.take("a number or Message.field")
+        word = logic.expect("a number or Message.field")
         if word[0].isdigit() or word[0] == ".":
             return _number(word)
         if word[0] in "\"'":
@@ -121,16 +123,16 @@ class OperandParser:
             raise ValueError(f"{word!r} is not expected")
         return self._parse_call(word, logic) if logic.word == "(" else self._parse_name(word)
 
-    def _parse_call(self, word: str, logic: Logic[RobustnessFunction]) -> Operand:
-        logic.skip("(")
+    def _parse_call(self, word: str, logic: GrammarParser[RobustnessFunction]) -> Operand:
+        logic.accept("(")
         if word in POSITION_FUNCTIONS:
             return self._parse_position_call(word, logic)
         if word not in FUNCTIONS:
-            raise ValueError(hinted(f"there is no function {word!r}", word, [*FUNCTIONS, *POSITION_FUNCTIONS]))
+            raise ValueError(with_suggestion(f"there is no function {word!r}", word, [*FUNCTIONS, *POSITION_FUNCTIONS]))
         function, given = FUNCTIONS[word], [self.parse_sum(logic)]
-        while logic.skip(","):
+        while logic.accept(","):
             given.append(self.parse_sum(logic))
-        logic.close()
+        logic.close_group()
         if not function.least <= len(given) <= function.most:
             raise ValueError(f"{word} takes {function.least} value{'s' * (function.least > 1)}, not {len(given)}")
         first = next((operand for operand in given if operand.unit), given[0])
@@ -146,25 +148,25 @@ class OperandParser:
             return Operand(text, lambda latest: call(only(latest)), needs, unit)
         return Operand(text, lambda latest: call(*[value(latest) for value in values]), needs, unit)
 
-    def _parse_position_call(self, word: str, logic: Logic[RobustnessFunction]) -> Operand:
+    def _parse_position_call(self, word: str, logic: GrammarParser[RobustnessFunction]) -> Operand:
         call, is_deep = POSITION_FUNCTIONS[word], word == "altitude"
         first, name, vehicle = self._parse_position(word, logic, deep=is_deep)
         if is_deep:
             second = self._index(MessageSelector(WorldBottom, vehicle))
-        elif not logic.skip(","):
+        elif not logic.accept(","):
             raise ValueError(f"{word} takes two messages, such as {word}(SimulatedState, EstimatedState)")
         else:
             second, other, _ = self._parse_position(word, logic)
             name = f"{name}, {other}"
-        logic.close()
+        logic.close_group()
         needs = frozenset((first, second))
         return Operand(f"{word}({name})", lambda latest: call(latest[first], latest[second]), needs, "m")
 
     def _parse_position(
-        self, function: str, logic: Logic[RobustnessFunction], *, deep: bool = False
+        self, function: str, logic: GrammarParser[RobustnessFunction], *, deep: bool = False
     ) -> tuple[int, str, str]:
         """The number of a message that tells a place, the message as it is written, and its vehicle."""
-        word = logic.take("a message")
+        word = logic.expect("a message")
         selector, field = self._selector(word)
         if selector is None or field or issubclass(selector.kind, WorldBottom):
             raise ValueError(f"{function} takes messages, such as SimulatedState, not {word!r}")
@@ -184,7 +186,7 @@ class OperandParser:
         infos = {info.name: info for info in imc.fields(selector.kind)}
         usable = [name for name, info in infos.items() if info.type in NUMBERS or info.type == "plaintext"]
         if field not in usable:
-            raise ValueError(hinted(f"{selector.kind.__name__} has no numeric field {field!r}", field, usable))
+            raise ValueError(with_suggestion(f"{selector.kind.__name__} has no numeric field {field!r}", field, usable))
         info, index = infos[field], self._index(selector)
         unit = "" if info.unit in _ENUMERATIONS else info.unit
         return Operand(
@@ -204,13 +206,13 @@ class OperandParser:
         name, entity, field, vehicle = parts.groups(default="")
         vehicle = vehicle or self._vehicle
         if vehicle not in self._vehicles and "@" in word:
-            raise ValueError(hinted(f"there is no vehicle {vehicle!r}", vehicle, self._vehicles))
+            raise ValueError(with_suggestion(f"there is no vehicle {vehicle!r}", vehicle, self._vehicles))
         schema = self._vehicles.get(vehicle, imc.builtin())
         if name not in schema:
             if not field and "@" not in word and "[" not in word:
                 return None, ""
             messages = [kind.abbrev for kind in schema.types_by_id.values()]
-            raise ValueError(hinted(f"there is no message {name!r}", name, messages))
+            raise ValueError(with_suggestion(f"there is no message {name!r}", name, messages))
         if vehicle not in self._vehicles:
             raise ValueError(f"{word!r}: there are several vehicles; write @NAME behind it, or vehicle: NAME")
         return MessageSelector(schema[name], vehicle, entity.strip()), field
@@ -221,7 +223,7 @@ class OperandParser:
 
 def _number(word: str) -> Operand:
     suffix = word.lstrip("0123456789.eE+-").strip()
-    number = quantity(word) if suffix else float(word)
+    number = parse_quantity(word) if suffix else float(word)
     return Operand(word, lambda _: number, unit=UNITS.get(suffix, ""))
 
 

@@ -5,16 +5,16 @@ from pathlib import Path
 from typing import NoReturn
 
 import imc
-from runtime.profile import Profile, dune, load_profile, located
+from runtime.profile import Profile, copy_in_root, dune, load_profile
 from runtime.task import Parameter, find_parameter
-from runtime.vehicle import TaskImportError, all_tasks, check, find_task
+from runtime.vehicle import TaskImportError, all_tasks, check_profile, find_task
 from shoal.missions import usual_modes
 from shoal.scenarios.scenario import ScenarioSetting
 from shoal.scenarios.shorthands import setting_with_unit
 from shoal.scenarios.value_reader import convert_to_unit_of, read_option_text
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 from support.wgs84 import offset
 from world import SECTIONS, WorldError, read_world
 
@@ -43,7 +43,7 @@ class ScenarioProfiles:
 
     def name(self, text: str) -> str:
         """The name of a profile; a path is that from the folder of the scenario."""
-        beside = located(self.folder / text)
+        beside = copy_in_root(self.folder / text)
         return str(beside) if text.endswith(".ini") and beside.exists() else text
 
     def modes(self, node: Node, profile: Profile) -> frozenset[str]:
@@ -104,7 +104,7 @@ class ScenarioProfiles:
             changed = load_profile(profile.path, (self.folder,), vehicle=profile.vehicle, overrides=overrides)
         except ProfileError as error:
             _fail(node, settings, error.problems[0])
-        for problem in check(changed, all_tasks([]), modes, find_task):
+        for problem in check_profile(changed, all_tasks([]), modes, find_task):
             if problem.file == COMMAND_LINE.file and problem.severity != "note":
                 _fail(node, settings, problem)
         try:
@@ -158,7 +158,7 @@ def _check_general(node: Node, setting: ScenarioSetting, profile: Profile) -> No
         return
     options = {*dune.GENERAL, *(option.name for option in profile.config.options("General"))}
     if setting.option not in options:
-        reason = hinted(f"[General] has no option {setting.option!r}", setting.option, sorted(options))
+        reason = with_suggestion(f"[General] has no option {setting.option!r}", setting.option, sorted(options))
         raise node.error(f"{setting.where}: {reason}")
 
 
@@ -167,7 +167,7 @@ def _check_value(node: Node, setting: ScenarioSetting) -> None:
     if parameter is None:
         return
     try:
-        parameter.parse_alone(setting.value)
+        parameter.parse_strict(setting.value)
     except ValueError as error:
         raise node.error(f"{setting.where}: [{setting.section}] {setting.option}: {error}") from None
 

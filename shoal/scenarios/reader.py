@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import imc
-from runtime.profile import Profile, located
-from shoal.missions import COMPLETED, FAILED, LATE, PlanFileError, load_plan, read_plan
+from autonomy.plans.yaml import PlanFileError, plan_from_node
+from runtime.profile import Profile, copy_in_root
+from shoal.missions import COMPLETED, FAILED, LATE, load_plan
 from shoal.scenarios.conditions import ExpressionScope, ScenarioCondition, read_condition, read_expression
 from shoal.scenarios.events import ScheduledAction, VehicleInfo, read_events
 from shoal.scenarios.expectations import Expectation
@@ -26,7 +27,7 @@ from shoal.scenarios.value_reader import (
     read_word,
 )
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 
 KEYS = (
     *("scenario", "description", "seed", "vehicle", "vehicles", "world", "links", "events", "expect", "metrics"),
@@ -160,7 +161,7 @@ class ScenarioReader:
 
     def _plan(self, node: Node) -> imc.PlanSpecification:
         if isinstance(node.content, dict):
-            return read_plan(node, self._own_name)
+            return plan_from_node(node, self._own_name)
         path = self._plan_file(node)
         try:
             return load_plan(path)
@@ -170,7 +171,7 @@ class ScenarioReader:
             node.fail(f"{path}: {error.strerror or error}")
 
     def _plan_file(self, node: Node) -> Path:
-        return located(self._profiles.folder / read_word(node))
+        return copy_in_root(self._profiles.folder / read_word(node))
 
     def _events(
         self, vehicles: list[_ReadVehicle], specs: tuple[VehicleSpec, ...], links: set[str], limit: float
@@ -199,7 +200,9 @@ class ScenarioReader:
         kind = next((kind for kind in EXPECTED if kind in given), "")
         if not kind:
             wrong = next((key for key in given if key not in TIMES), "")
-            node.fail(hinted(f"expected one of {', '.join(EXPECTED)}", wrong, EXPECTED) if wrong else "says nothing")
+            node.fail(
+                with_suggestion(f"expected one of {', '.join(EXPECTED)}", wrong, EXPECTED) if wrong else "says nothing"
+            )
         parts = read_mapping(node, kind, *EXPECTED[kind])
         scope = self._scope(parts.get("vehicle"))
         name = read_word(parts["name"]) if "name" in parts else f"{kind} {parts[kind].text()}"
@@ -255,7 +258,7 @@ class ScenarioReader:
             kind = next((kind for kind in METRIC_KINDS if kind in given), "")
             if not kind:
                 wrong = next(iter(given), "")
-                node.fail(hinted(f"expected one of {', '.join(METRIC_KINDS)}", wrong, METRIC_KINDS))
+                node.fail(with_suggestion(f"expected one of {', '.join(METRIC_KINDS)}", wrong, METRIC_KINDS))
             needed = {"percentile": "of", "time above": "limit", "time below": "limit"}.get(kind, "")
             parts = read_mapping(node, kind, *([needed] if needed else []), "from", "to", "while", "vehicle")
             scope = self._scope(parts.get("vehicle"))

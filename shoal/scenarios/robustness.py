@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
-from tasks.plan import Meaning
+from autonomy.plans import Connectives
 
 LatestMessages: TypeAlias = Sequence[Any]
 """The latest message of each selector, None if there is none yet."""
@@ -88,4 +88,4 @@ def negate_unless_nan(test: RobustnessFunction) -> RobustnessFunction:
     return margin
 
 
-MEANING = Meaning(conjunction, disjunction, negate)
+CONNECTIVES = Connectives(conjunction, disjunction, negate)

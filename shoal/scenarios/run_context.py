@@ -3,7 +3,7 @@
 from collections.abc import Callable, Hashable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
-from runtime.faults import Faults
+from runtime.fault_injection import FaultInjector
 from runtime.kernel import SECOND, Kernel
 from runtime.vehicle import Fleet, Vehicle
 from shoal.scenarios.conditions import ScenarioCondition
@@ -29,7 +29,7 @@ class RunContext:
         self.pending_events: dict[Event, str] = {}
         self.warnings: list[str] = []
         self.temporary_values = TemporaryValues()
-        self._faults: dict[str, Faults] = {}
+        self._faults: dict[str, FaultInjector] = {}
         self._start_ns = fleet.kernel.now_ns
 
     @property
@@ -41,15 +41,15 @@ class RunContext:
         """The time since the start of the run (s)."""
         return (self.fleet.kernel.now_ns - self._start_ns) / SECOND
 
-    def faults(self, vehicle: str) -> Faults:
+    def faults(self, vehicle: str) -> FaultInjector:
         """The faults of a vehicle in this run."""
         if vehicle not in self._faults:
-            self._faults[vehicle] = Faults(self.vehicles[vehicle])
+            self._faults[vehicle] = FaultInjector(self.vehicles[vehicle])
         return self._faults[vehicle]
 
     def ineffective_faults(self) -> list[str]:
         """The faults that have changed nothing so far."""
-        return [text for faults in self._faults.values() for text in faults.idle]
+        return [text for faults in self._faults.values() for text in faults.unused_faults]
 
     def call_at(self, seconds: float, function: Callable[[], object]) -> None:
         """Call a function at a time of the run (s)."""

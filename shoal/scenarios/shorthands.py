@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
+from autonomy.plans.yaml import parse_position, split_quantity
 from runtime.profile import Profile
-from shoal.missions import position, split
 from shoal.scenarios.scenario import ScenarioSetting
 from shoal.scenarios.value_reader import (
     convert_value,
@@ -17,7 +17,7 @@ from shoal.scenarios.value_reader import (
     read_word,
 )
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 from world import SECTIONS
 
 STREAM, WIND, DRONE = "Simulators.StreamVelocity", "Simulators.Wind", "Simulators.UAV"
@@ -69,7 +69,7 @@ def _start(node: Node, places: tuple[tuple[str, str, str], ...], tasks: EnabledT
 
 
 def _place(node: Node, tasks: EnabledTasks) -> Iterator[ScenarioSetting]:
-    lat, lon = map(math.degrees, convert_value(node, position))
+    lat, lon = map(math.degrees, convert_value(node, parse_position))
     for section in tasks.sections_of(RECEIVER):
         yield ScenarioSetting(section, "Initial Position", f"{lat!r}, {lon!r}", node.where)
     for section in tasks.sections_of(KINEMATIC):
@@ -150,14 +150,14 @@ def _objects(node: Node) -> Iterator[ScenarioSetting]:
     for name, thing in things.items():
         for key, item in thing.mapping().items():
             if key not in names:
-                item.fail(hinted(f"an object has no {key!r}", key, names))
+                item.fail(with_suggestion(f"an object has no {key!r}", key, names))
             yield setting_with_unit(f"World/{name}", names[key], options[names[key]].unit, item)
 
 
 def _bathymetry(node: Node) -> Iterator[ScenarioSetting]:
     parts = read_mapping(node, "at", "soundings")
     if "at" in parts:
-        lat, lon = map(math.degrees, convert_value(parts["at"], position))
+        lat, lon = map(math.degrees, convert_value(parts["at"], parse_position))
         yield ScenarioSetting(BOTTOM, "Latitude (degrees)", repr(lat), parts["at"].where)
         yield ScenarioSetting(BOTTOM, "Longitude (degrees)", repr(lon), parts["at"].where)
     if "soundings" in parts:
@@ -177,6 +177,6 @@ def setting_with_unit(section: str, option: str, unit: str, node: Node) -> Scena
 def _is_quantity(node: Node) -> bool:
     """Whether it is a number with a unit."""
     try:
-        return bool(split(node.value())[1])
+        return bool(split_quantity(node.value())[1])
     except ValueError:
         return False

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any, TypeVar
 
+from autonomy.plans.yaml import parse_in_unit, parse_quantity, split_quantity
 from runtime.task import Parameter
-from shoal.missions import in_unit, quantity, split
 from support.durations import LONGEST, parse_duration
 from support.located_yaml import Node
-from support.text import hinted
+from support.text import with_suggestion
 
 T = TypeVar("T")
 _METERS = re.compile(r"\dm(?![a-z])|\d\s+m(?![a-z])")
@@ -22,7 +22,7 @@ def read_mapping(node: Node, *allowed: str, what: str = "key") -> dict[str, Node
         node.fail("expected a mapping of names to values")
     for key, item in node.content.items():
         if key not in allowed:
-            item.fail(hinted(f"unknown {what} {key!r}", key, allowed))
+            item.fail(with_suggestion(f"unknown {what} {key!r}", key, allowed))
     return node.content
 
 
@@ -44,12 +44,12 @@ def read_seconds(node: Node) -> float:
 
 def read_number(node: Node, unit: str = "") -> float:
     """A number, or one with a unit that fits, in SI."""
-    return convert_value(node, lambda value: quantity(value, unit))
+    return convert_value(node, lambda value: parse_quantity(value, unit))
 
 
 def read_option_number(node: Node, unit: str) -> float:
     """A number in the unit of an option of a profile."""
-    return convert_value(node, lambda value: in_unit(value, unit))
+    return convert_value(node, lambda value: parse_in_unit(value, unit))
 
 
 def convert_to_unit_of(parameter: Parameter, text: str) -> str:
@@ -57,10 +57,10 @@ def convert_to_unit_of(parameter: Parameter, text: str) -> str:
 
     Texts that are no numbers with a unit stay as they are.
     """
-    if not parameter.surplus(text):
+    if not parameter.ignored_suffix(text):
         return text
     unit = "" if parameter.unit in ("1", "-") else parameter.unit
-    numbers = [in_unit(word, unit) for word in (text.split(",") if parameter.is_list else [text])]
+    numbers = [parse_in_unit(word, unit) for word in (text.split(",") if parameter.is_list else [text])]
     return ", ".join(repr(int(n)) if parameter.type is int and n.is_integer() else repr(n) for n in numbers)
 
 
@@ -85,7 +85,7 @@ def read_choice(node: Node, words: Iterable[str], what: str) -> str:
     """One of some words."""
     found, words = read_word(node), list(words)
     if found not in words:
-        node.fail(hinted(f"there is no {what} {found!r}", found, words))
+        node.fail(with_suggestion(f"there is no {what} {found!r}", found, words))
     return found
 
 
@@ -102,7 +102,7 @@ def read_option_text(node: Node) -> str:
 def _duration(value: Any) -> float:
     if isinstance(value, str):
         with suppress(ValueError):  # of what is no number
-            number, unit = split(value)
+            number, unit = split_quantity(value)
             value = value if unit else number
     if isinstance(value, int | float) and not isinstance(value, bool):
         if not (math.isfinite(value) and value >= 0.0):

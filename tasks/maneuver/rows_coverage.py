@@ -4,7 +4,7 @@ import math
 from collections import deque
 
 import imc
-from imc.coordinates import swath
+from imc.coordinates import swath_width
 from runtime import param
 from tasks.maneuver.maneuver_task import Leg, Maneuver
 from tasks.maneuver.survey_rows import cover
@@ -32,7 +32,7 @@ class RowsCoverage(Maneuver):
     async def execute(self, area: imc.RowsCoverage) -> None:
         def narrowest() -> float:
             seen = self._lowest < math.inf and area.angaperture > 0.0
-            return swath(area.angaperture, self._lowest, area.overlap) if seen else math.inf
+            return swath_width(area.angaperture, self._lowest, area.overlap) if seen else math.inf
 
         self._forget()
         await cover(self, area, narrowest)

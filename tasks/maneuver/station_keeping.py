@@ -3,7 +3,7 @@
 import math
 
 import imc
-from imc.tuples import read_tuples
+from imc.tuple_list import parse_tuple_list
 from runtime import param
 from tasks.maneuver.hover import hover
 from tasks.maneuver.maneuver_task import Leg, Loops, Maneuver
@@ -40,7 +40,7 @@ class StationKeeping(Maneuver):
     def tightest(self, station: imc.StationKeeping) -> float:
         """The smallest radius of a station (m)."""
         try:
-            own = float(read_tuples(station.custom)["Minimum Radius"])
+            own = float(parse_tuple_list(station.custom)["Minimum Radius"])
         except (KeyError, ValueError):
             return self.minimum_radius
         return own if 0.0 < own < math.inf else self.minimum_radius

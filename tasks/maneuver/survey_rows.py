@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import imc
-from imc.coordinates import rows_of
+from imc.coordinates import maneuver_corners
 from support.wgs84 import displace
 from tasks.maneuver.maneuver_task import Leg, Maneuver, ManeuverError
 
@@ -16,7 +16,7 @@ async def cover(
     """Go along all rows, at most `swath()` m apart. Raises ManeuverError if the rows are invalid."""
     leg = Leg.of(area)
     try:
-        for number, (north, east) in enumerate(rows_of(area, swath)):
+        for number, (north, east) in enumerate(maneuver_corners(area, swath)):
             lat, lon, _ = displace(area.lat, area.lon, 0.0, north, east)
             on_row = number >= APPROACH
             await maneuver.follow(leg._replace(lat=lat, lon=lon), info=f"waypoint={number}", judged=on_row)

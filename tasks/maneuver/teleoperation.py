@@ -2,7 +2,7 @@
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
-from imc.tuples import read_tuples, whole_number
+from imc.tuple_list import parse_tuple_list, read_integer
 from tasks.maneuver.maneuver_task import Loops, Maneuver
 
 
@@ -15,12 +15,12 @@ class Teleoperation(Maneuver):
 
     async def execute(self, teleoperation: imc.Teleoperation) -> None:
         self.report()
-        operator = whole_number(teleoperation.custom, "src")
+        operator = read_integer(teleoperation.custom, "src")
         while True:
             event = await self.event()
             if event.dst not in (self.system, UNKNOWN_SYSTEM) or operator not in (None, event.src):
                 continue
             if isinstance(event, imc.TeleoperationDone):
                 return
-            if isinstance(event, imc.RemoteActions) and read_tuples(event.actions).get("Exit") == "1":
+            if isinstance(event, imc.RemoteActions) and parse_tuple_list(event.actions).get("Exit") == "1":
                 return

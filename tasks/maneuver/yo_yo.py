@@ -1,15 +1,15 @@
 """Goes to a point while zigzagging in depth."""
 
 import math
+from functools import partial
 
 import imc
+from autonomy.limits import YOYO_ALTITUDE_MARGIN, YOYO_MARGIN, OperatingLimits
 from runtime import param
 from runtime.vehicle import general_number
 from tasks.maneuver.maneuver_task import Leg, Loops, Maneuver, ManeuverError, PathFlags
 
 TOLERANCE = 0.2  # m
-SAFETY = 3.0  # m above the vehicle's maximum depth
-LIMIT_MARGIN = 0.5  # m above the vehicle's minimum altitude, where it would level off
 SURFACE = 0.3  # m
 LEAST_DIVE = 1.0  # m of water that a dive from the surface needs
 USUAL_DIVE = 2.0  # m of water that a dive from below the surface needs, or the amplitude
@@ -35,10 +35,10 @@ class YoYo(Maneuver):
     )
 
     def configure(self) -> None:
-        profile = self.vehicle.profile
-        self._deepest = general_number(profile, "Absolute Maximum Depth", math.inf) - SAFETY
-        lowest = general_number(profile, "Absolute Minimum Altitude", -math.inf) + LIMIT_MARGIN
-        self._lowest = max(self.minimum_altitude, lowest)
+        number = partial(general_number, self.vehicle.profile)
+        limits = OperatingLimits.from_options(number, deepest=math.inf, lowest=-math.inf)
+        self._deepest = limits.deepest - YOYO_MARGIN
+        self._lowest = max(self.minimum_altitude, limits.lowest + YOYO_ALTITUDE_MARGIN)
 
     async def execute(self, yoyo: imc.YoYo) -> None:
         self._pitch = 0.0

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import imc
 from runtime import State, Task, consume, param, periodic
-from runtime.profile import items
-from support.diagnostics import Doubt
+from runtime.profile import split_list
+from support.diagnostics import ConfigWarning
 from support.text import quoted, suggestion
 
 Condition = imc.EntityState.State
@@ -22,14 +22,14 @@ class Entities(Task):
     )
     report_timeout: float = param(5.0, "s", "An entity without a report for this time has failed.", minimum=0.1)
 
-    def doubts(self) -> Iterator[Doubt]:
+    def doubts(self) -> Iterator[ConfigWarning]:
         known = [entity.label for entity in self.vehicle.entities]
         lists = {"default_monitoring": self.default_monitoring, "default_monitoring_hardware": self._hardware()}
         for parameter in self.parameters().values():
             for label in lists.get(parameter.attribute, []):
                 if label not in known:
                     text = f"{parameter.name}: no running task has the entity {quoted(label)}; the mode becomes ERROR"
-                    yield Doubt(parameter.name, text, suggestion(label, known))
+                    yield ConfigWarning(parameter.name, text, suggestion(label, known))
 
     def start(self) -> None:
         wanted = [ALWAYS, *self.default_monitoring, *self._hardware()]
@@ -39,7 +39,9 @@ class Entities(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     def _hardware(self) -> list[str]:
-        simulated = self.vehicle.virtual or "Simulation" in items(self.vehicle.profile.value("General", "Selected"))
+        simulated = self.vehicle.virtual or "Simulation" in split_list(
+            self.vehicle.profile.value("General", "Selected")
+        )
         return [] if simulated else self.default_monitoring_hardware
 
     @consume

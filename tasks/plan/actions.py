@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import imc
-from runtime.task import Entities, Task
-from support.text import hinted
-from tasks.plan.graph import Actions, Graph, PlanNode
+from autonomy.plans import Actions, PlanGraph, PlanNode
+from runtime.task import EntityTable, Task
+from support.text import with_suggestion
 
 if TYPE_CHECKING:
     from runtime.vehicle import Vehicle
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 Publish = Callable[[imc.Message], object]
 
 
-class Leads:
+class ActivationTimes:
     """How long entities take to become active (s): as they report it, else as the vehicle knows it."""
 
-    def __init__(self, entities: Entities):
+    def __init__(self, entities: EntityTable):
         self._entities = entities
         self._said: dict[int, float] = {}
 
-    def learn(self, entity: imc.EntityInfo) -> None:
+    def receive(self, entity: imc.EntityInfo) -> None:
         self._said[entity.id] = float(entity.act_time)
 
     def of(self, label: str) -> float:
@@ -38,7 +38,7 @@ class PlanActions:
     `lead(label)` s before their event, if it can be foreseen; `activated` has their labels.
     """
 
-    def __init__(self, graph: Graph, publish: Publish, lead: Callable[[str], float]):
+    def __init__(self, graph: PlanGraph, publish: Publish, lead: Callable[[str], float]):
         self.activated: set[str] = set()
         self._graph = graph
         self._publish = publish
@@ -69,9 +69,9 @@ class PlanActions:
         """A maneuver ends."""
         self._fire(node.end_actions)
 
-    def foresee(self, name: str, seconds: float, duration: Callable[[str], float]) -> None:
+    def activate_ahead(self, name: str, seconds: float, duration: Callable[[str], float]) -> None:
         """The maneuver `name` ends in `seconds`: activate in time what the following maneuvers need."""
-        _, *later = self._graph.chain(name)
+        _, *later = self._graph.sequence_from(name)
         for node in later:
             if not math.isfinite(seconds):
                 return
@@ -109,43 +109,45 @@ class PlanActions:
                 self._publish(action.replace(params=active))
 
 
-def unknown_settings(graph: Graph, vehicle: "Vehicle") -> Iterator[str]:
+def unknown_settings(graph: PlanGraph, vehicle: "Vehicle") -> Iterator[str]:
     """Objections to actions that set what the vehicle does not have, or to a value that it cannot take.
 
     What is not there is not active, and an entity without activation always is: a console may write that it is so.
     Entities of other processes of the vehicle are known by name only.
     """
-    remote = {label for (system, _), label in vehicle.entities.heard.items() if system == vehicle.system}
+    remote = {label for (system, _), label in vehicle.entities.remote_labels.items() if system == vehicle.system}
     for name, action in _all_settings(graph):
         task = vehicle.find(action.name)
         if task is None and action.name in remote:
             continue
         for entry in action.params:
-            if isinstance(entry, imc.EntityParameter) and (reason := _refusal(action.name, entry, task, vehicle)):
+            if isinstance(entry, imc.EntityParameter) and (
+                reason := _unsupported_reason(action.name, entry, task, vehicle)
+            ):
                 yield f"{name}: {reason}"
 
 
-def _refusal(label: str, entry: imc.EntityParameter, task: Task | None, vehicle: "Vehicle") -> str:
+def _unsupported_reason(label: str, entry: imc.EntityParameter, task: Task | None, vehicle: "Vehicle") -> str:
     if task is None:
         if (entry.name, entry.value) == ("Active", "false"):
             return ""
         known = [task.entity.label for task in vehicle.tasks]
-        return hinted(f"the vehicle has no entity {label!r}", label, known)
+        return with_suggestion(f"the vehicle has no entity {label!r}", label, known)
     parameter = task.parameter_set.find(entry.name)
     if parameter is None:
         if entry.name == "Active" and entry.value in ("true", "false"):
             return ""
-        return hinted(f"{label} has no parameter {entry.name!r}", entry.name, task.parameter_set.declarations)
+        return with_suggestion(f"{label} has no parameter {entry.name!r}", entry.name, task.parameter_set.declarations)
     if not parameter.editable:
         return f"{label}: {entry.name} cannot be changed while the vehicle runs"
     try:
-        parameter.parse_alone(entry.value)
+        parameter.parse_strict(entry.value)
     except ValueError as error:
         return f"{label}: {entry.name}: {error}"
     return ""
 
 
-def _all_settings(graph: Graph) -> Iterator[tuple[str, imc.SetEntityParameters]]:
+def _all_settings(graph: PlanGraph) -> Iterator[tuple[str, imc.SetEntityParameters]]:
     """All settings of a plan, with the name of what they belong to."""
     plan = graph.plan
     found = [(plan.plan_id, plan.start_actions), (plan.plan_id, plan.end_actions)]

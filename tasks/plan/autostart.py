@@ -1,16 +1,16 @@
 """Starts a plan without an operator."""
 
 import imc
-from imc.tuples import read_tuples
+from autonomy.plans import TEMPLATES, TemplateDefaults, TemplateError, plan_from_template
+from imc.tuple_list import parse_tuple_list
 from runtime import ParameterError, State, Task, consume, param
 from support.text import quoted, suggestion
-from tasks.plan.templates import TEMPLATES, TemplateError, Usual, generate
 
 Op = imc.PlanGeneration.Op
 Phase = imc.PlanControlState.State
 CALM = imc.VehicleState.OpMode.SERVICE
 SOMEWHERE = (0.0, 0.0)
-USUAL = Usual(travel_depth=1.0, dive_depth=1.0, dive_seconds=1, radius=1.0, rpm=1.0)
+USUAL = TemplateDefaults(travel_depth=1.0, dive_depth=1.0, dive_seconds=1, radius=1.0, rpm=1.0)
 
 
 class Autostart(Task):
@@ -24,7 +24,7 @@ class Autostart(Task):
             reason = f"unknown template {quoted(self.template)}; {suggestion(self.template, TEMPLATES)}"
             raise ParameterError("Template", reason)
         try:
-            generate(self.template, read_tuples(";".join(self.values)), SOMEWHERE, SOMEWHERE, USUAL)
+            plan_from_template(self.template, parse_tuple_list(";".join(self.values)), SOMEWHERE, SOMEWHERE, USUAL)
         except TemplateError as error:
             raise ParameterError("Values", str(error)) from None
 
@@ -34,11 +34,11 @@ class Autostart(Task):
         self.set_entity_state(State.NORMAL, "restarted" if self._asked else "waiting for the vehicle")
 
     @consume
-    def follow(self, vehicle: imc.VehicleState) -> None:
+    def on_vehicle_state(self, vehicle: imc.VehicleState) -> None:
         self._calm = vehicle.op_mode == CALM
 
     @consume
-    def begin(self, plan: imc.PlanControlState) -> None:
+    def on_plan_control_state(self, plan: imc.PlanControlState) -> None:
         if self._asked or plan.state == Phase.BLOCKED or (plan.state == Phase.READY and not self._calm):
             return
         self._asked = True
@@ -55,7 +55,7 @@ class Autostart(Task):
         )
 
     @consume
-    def note(self, answer: imc.PlanGeneration) -> None:
+    def on_plan_generation(self, answer: imc.PlanGeneration) -> None:
         if not self.is_answered_by(answer) or answer.op == Op.REQUEST:
             return
         if answer.op == Op.SUCCESS:

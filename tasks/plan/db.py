@@ -6,10 +6,10 @@ import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param
 from runtime.snapshot import SnapshotError
-from support.file_errors import of_file
-from tasks.plan.copies import Copies
+from support.file_errors import describe_os_error
+from tasks.plan.duplicate_requests import DuplicateRequests
 from tasks.plan.replies import shortened
-from tasks.plan.store import Change, PlanStore, Stored
+from tasks.plan.store import PlanChange, PlanRow, PlanStore
 
 Op = imc.PlanDB.Op
 Type = imc.PlanDB.Type
@@ -34,18 +34,20 @@ class DB(Task):
     transient = ("_store",)
 
     def start(self) -> None:
-        self._tell_boot(Type.IN_PROGRESS, "initializing")
+        self._reply_to_boot(Type.IN_PROGRESS, "initializing")
         trouble = ""
-        self._copies = Copies(self.system)
+        self._copies = DuplicateRequests(self.system)
         try:
             self._store = self._open()
         except (sqlite3.Error, OSError) as error:
-            trouble = f"plans are kept in memory only: {of_file(error) if isinstance(error, OSError) else error}"
+            trouble = (
+                f"plans are kept in memory only: {describe_os_error(error) if isinstance(error, OSError) else error}"
+            )
             self.log.error(trouble)
             self._store = PlanStore(None)
         self.set_entity_state(State.FAULT if trouble else State.NORMAL, trouble or "active")
-        self._tell_boot(Type.SUCCESS, "initialization complete")
-        self._tell_state()
+        self._reply_to_boot(Type.SUCCESS, "initialization complete")
+        self._publish_database_state()
 
     def saving(self) -> None:
         if not self._in_memory:
@@ -65,7 +67,7 @@ class DB(Task):
         """Answer a request; one that fails changes nothing."""
         if request.type != Type.REQUEST or not self.concerns(request):
             return
-        if self._copies.knows(request):
+        if self._copies.is_duplicate(request):
             answer = self._copies.answer(request)
             if answer is not None:
                 self.reply(request, answer)
@@ -97,7 +99,7 @@ class DB(Task):
             self.publish(answer.replace(type=Type.FAILURE, info=f"database: {error}"))
         else:
             self.publish(answer.replace(type=Type.SUCCESS, arg=stored.information(), info=_saved(new)))
-            self._tell_state()
+            self._publish_database_state()
 
     def _serve(self, request: imc.PlanDB) -> None:
         if request.op == Op.SET:
@@ -108,7 +110,7 @@ class DB(Task):
             self._progress(request)
             self._store.clear(self._change(request))
             self._answer(request.replace(plan_id=""), Type.SUCCESS, "OK")
-            self._tell_state()
+            self._publish_database_state()
         elif request.op in (Op.GET, Op.GET_INFO):
             self._get(request)
         elif request.op in (Op.GET_STATE, Op.GET_DSTATE):
@@ -128,18 +130,18 @@ class DB(Task):
             self._progress(request)
             stored, new = self._store.set(plan, self._change(request))
             self._answer(request, Type.SUCCESS, _saved(new), stored.information())
-            self._tell_state()
+            self._publish_database_state()
 
     def _delete(self, request: imc.PlanDB) -> None:
         self._progress(request)
         if self._store.delete(request.plan_id, self._change(request)):
             self._answer(request, Type.SUCCESS, "OK")
-            self._tell_state()
+            self._publish_database_state()
         else:
             self._answer(request, Type.FAILURE, UNDEFINED)
 
     def _get(self, request: imc.PlanDB) -> None:
-        stored: Stored | None = self._store.get(request.plan_id)
+        stored: PlanRow | None = self._store.get(request.plan_id)
         if stored is None:
             self._answer(request, Type.FAILURE, UNDEFINED)
         elif request.op == Op.GET_INFO:
@@ -159,7 +161,7 @@ class DB(Task):
             return self._store.state(with_plans=False)
         return state
 
-    def _tell_state(self) -> None:
+    def _publish_database_state(self) -> None:
         """Tell all what is stored now; on a virtual clock nobody is there to see it."""
         if not self.vehicle.virtual:
             self.publish(self._state())
@@ -179,12 +181,12 @@ class DB(Task):
             info=info,
         )
         self.reply(request, answer)
-        self._copies.note(request, answer)
+        self._copies.remember_answer(request, answer)
 
-    def _change(self, request: imc.Message) -> Change:
-        return Change(self.now, request.src, self.vehicle.systems.name(request.src))
+    def _change(self, request: imc.Message) -> PlanChange:
+        return PlanChange(self.now, request.src, self.vehicle.systems.name(request.src))
 
-    def _tell_boot(self, kind: Type, info: str) -> None:
+    def _reply_to_boot(self, kind: Type, info: str) -> None:
         self.publish(imc.PlanDB(type=kind, op=Op.BOOT, info=info, dst=self.system))
 
     @property

@@ -4,16 +4,14 @@ import math
 from dataclasses import replace
 
 import imc
+from autonomy.plans import FINISH, PlanError, PlanForecast, PlanNode, Preflight, PreflightOptionError
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from runtime import Script, State, Task, consume, param, periodic
-from runtime.task import Inbox
-from tasks.plan.actions import Leads, PlanActions, unknown_settings
-from tasks.plan.flight import NOTHING, Flight
-from tasks.plan.graph import FINISH, PlanError, PlanNode
-from tasks.plan.outlook import Outlook
-from tasks.plan.preflight import Preflight
+from runtime.task import Inbox, ParameterError
+from tasks.plan.actions import ActivationTimes, PlanActions, unknown_settings
+from tasks.plan.execution import NO_MANEUVER, PlanExecution
 from tasks.plan.replies import Replies
-from tasks.plan.requests import PATIENCE, Latest, Requests
+from tasks.plan.requests import COMMAND_TIMEOUT, EngineRequests, LatestMessages
 
 Op = imc.PlanControl.Op
 Type = imc.PlanControl.Type
@@ -48,104 +46,107 @@ class Engine(Task):
     def configure(self) -> None:
         profile = self.vehicle.profile
         self._recovery = profile.value("General", "Recovery Plan", "dislodge")
-        self._preflight = Preflight(
-            lambda option: profile.value("General", option), self.hotel_load, self.maximum_leg_length
-        )
+        try:
+            self._preflight = Preflight(
+                lambda option: profile.value("General", option), self.hotel_load, self.maximum_leg_length
+            )
+        except PreflightOptionError as error:
+            raise ParameterError(error.option, error.reason) from None
 
     def start(self) -> None:
-        lost: Flight | None = getattr(self, "_flight", None)
-        before: Latest | None = getattr(self, "_situation", None)
+        lost: PlanExecution | None = getattr(self, "_execution", None)
+        before: LatestMessages | None = getattr(self, "_situation", None)
         self._phase, self._outcome = Phase.READY, Outcome.NONE
         self._plan_id = ""
-        self._flight: Flight | None = None
+        self._execution: PlanExecution | None = None
         self._stops = 0
-        self._requests, self._replies = Requests(self), Replies(self)
+        self._requests, self._replies = EngineRequests(self), Replies(self)
         self._supported: set[int] = set()
-        self._leads = Leads(self.vehicle.entities)
-        self._latest = Latest()
-        self._situation = before or Latest()
+        self._activation_times = ActivationTimes(self.vehicle.entities)
+        self._latest = LatestMessages()
+        self._situation = before or LatestMessages()
         self._vehicle: imc.VehicleState | None = None
         self._silence = 0
         self.set_entity_state(State.NORMAL, "active")
         if lost is not None:  # nobody else would end its maneuver
             self._plan_id = lost.request.plan_id
             self._fail(lost, "the plan engine failed, and has restarted")
-        self._tell()
+        self._publish_state()
 
     @consume
-    def register(self, maneuver: imc.RegisterManeuver) -> None:
+    def on_register_maneuver(self, maneuver: imc.RegisterManeuver) -> None:
         self._supported.add(maneuver.mid)
 
     @consume
-    def learn(self, entity: imc.EntityInfo) -> None:
-        self._leads.learn(entity)
+    def on_entity_info(self, entity: imc.EntityInfo) -> None:
+        self._activation_times.receive(entity)
 
     @consume
-    def note(
+    def on_situation(
         self,
         news: imc.EstimatedState | imc.FuelLevel | imc.OperationalLimits | imc.VehicleMedium | imc.ControlLoops,
     ) -> None:
         self._situation[type(news)] = news
 
     @consume
-    def gauge(self, fuel: imc.FuelLevel) -> None:
+    def check_fuel_reserve(self, fuel: imc.FuelLevel) -> None:
         """End the plan when only the reserve of the battery is left."""
-        if self._flight is not None and fuel.value < self.fuel_reserve:
-            self._fail(self._flight, f"the battery is below its reserve of {self.fuel_reserve:g} %")
+        if self._execution is not None and fuel.value < self.fuel_reserve:
+            self._fail(self._execution, f"the battery is below its reserve of {self.fuel_reserve:g} %")
 
     @consume
     def watch_activations(self, state: imc.EntityActivationState) -> None:
         """End the plan if an entity that it needs cannot be activated."""
-        flight = self._flight
+        execution = self._execution
         label = self.vehicle.entities.label(self.system, state.src_ent)
-        if flight is None or flight.actions is None or state.state != imc.EntityActivationState.State.ACT_FAIL:
+        if execution is None or execution.actions is None or state.state != imc.EntityActivationState.State.ACT_FAIL:
             return
-        if label in flight.actions.activated and self.abort_on_failed_activation:
-            self._fail(flight, f"failed to activate {label}: {state.error}")
+        if label in execution.actions.activated and self.abort_on_failed_activation:
+            self._fail(execution, f"failed to activate {label}: {state.error}")
 
     @consume
-    def listen(self, maneuver: imc.ManeuverControlState) -> None:
+    def on_maneuver_done(self, maneuver: imc.ManeuverControlState) -> None:
         """A maneuver that is done says what it has missed."""
-        if self._flight is not None and maneuver.state == imc.ManeuverControlState.State.DONE:
-            self._flight.note(maneuver.info)
+        if self._execution is not None and maneuver.state == imc.ManeuverControlState.State.DONE:
+            self._execution.add_note(maneuver.info)
 
     @consume
-    def follow(self, vehicle: imc.VehicleState) -> None:
+    def on_vehicle_state(self, vehicle: imc.VehicleState) -> None:
         """The mode of the vehicle decides whether a plan can start or continue."""
         self._vehicle, self._silence = vehicle, 0
-        flight = self._flight
+        execution = self._execution
         if vehicle.op_mode in (Mode.ERROR, Mode.BOOT, Mode.EXTERNAL):
-            if flight is not None:
+            if execution is not None:
                 errors = f"vehicle errors: {vehicle.error_ents}" if vehicle.error_count else vehicle.last_error
-                self._fail(flight, errors or f"vehicle is in {Mode(vehicle.op_mode).name} mode", lost=True)
+                self._fail(execution, errors or f"vehicle is in {Mode(vehicle.op_mode).name} mode", lost=True)
             self._enter(Phase.BLOCKED)
-        elif flight is None:
+        elif execution is None:
             calibrating = vehicle.op_mode == Mode.CALIBRATION
             if calibrating or self._phase is Phase.BLOCKED:
                 self._enter(Phase.BLOCKED if calibrating else Phase.READY)
-        elif vehicle.op_mode == Mode.SERVICE and flight.node is not None and not flight.commanding:
-            self._fail(flight, vehicle.last_error or "vehicle left the maneuver", command=False)
+        elif vehicle.op_mode == Mode.SERVICE and execution.node is not None and not execution.commanding:
+            self._fail(execution, vehicle.last_error or "vehicle left the maneuver", command=False)
 
     @periodic("state_report_frequency")
     def tick(self) -> None:
         self._silence += 1
-        if self._silence > PATIENCE * self.state_report_frequency:  # in ticks, so a late kernel is not silence
-            if self._flight is not None:
-                self._fail(self._flight, "VehicleState is missing", lost=True)
+        if self._silence > COMMAND_TIMEOUT * self.state_report_frequency:  # in ticks, so a late kernel is not silence
+            if self._execution is not None:
+                self._fail(self._execution, "VehicleState is missing", lost=True)
             if self._vehicle is not None:  # Failsafe may be silent, too
                 self._vehicle = None
                 self._requests.stop_everything(self._situation.of(imc.ControlLoops))
             self._enter(Phase.BLOCKED)
-        if self._flight is not None:
-            self._flight.foresee(self._vehicle, self.now)
-        self._tell()
+        if self._execution is not None:
+            self._execution.activate_ahead(self._vehicle, self.now)
+        self._publish_state()
 
     @consume(others=True)
-    def obey(self, request: imc.PlanControl) -> None:
+    def dispatch(self, request: imc.PlanControl) -> None:
         own = request.src == self.system and request.dst == UNKNOWN_SYSTEM  # of a task that left it open
         if request.type != Type.REQUEST or not (own or request.dst in (self.system, BROADCAST)):
             return
-        if self._replies.is_copy(request):
+        if self._replies.answer_duplicate(request):
             return
         if request.op == Op.START:
             self._start(request)
@@ -154,134 +155,134 @@ class Engine(Task):
         elif request.op == Op.LOAD:
             self._load(request)
         elif request.op == Op.GET:
-            flight = self._flight
-            if flight is None or flight.outlook is None:
+            execution = self._execution
+            if execution is None or execution.forecast is None:
                 self._replies.refuse(request, "no plan is running")
             else:
-                self._replies.succeed(request, "OK", flight.outlook.graph.plan, plan_id=self._plan_id)
+                self._replies.succeed(request, "OK", execution.forecast.graph.plan, plan_id=self._plan_id)
         else:
             self._replies.refuse(request, f"no such operation: {request.op}")
 
-    def _start(self, request: imc.PlanControl, outlook: Outlook | None = None) -> None:
-        """Start a plan; one that replaces another has already been checked and has its `outlook`."""
-        flight = self._flight
-        if flight is not None and flight.is_repeated(request, self.now):
-            if flight.info:
-                self._replies.succeed(flight.request, flight.info, flight.statistics)
+    def _start(self, request: imc.PlanControl, forecast: PlanForecast | None = None) -> None:
+        """Start a plan; one that replaces another has already been checked and has its `forecast`."""
+        execution = self._execution
+        if execution is not None and execution.is_repeated(request, self.now):
+            if execution.info:
+                self._replies.succeed(execution.request, execution.info, execution.statistics)
         elif self._phase is Phase.BLOCKED:
             mode = "unknown" if self._vehicle is None else Mode(self._vehicle.op_mode).name
             self._replies.refuse(request, f"cannot start a plan: vehicle mode is {mode}")
-        elif request.plan_id == self._recovery and not self._requests.come_from(
+        elif request.plan_id == self._recovery and not self._requests.are_from(
             self.plan_generator_entity_label, request
         ):
             self._replies.refuse(request, "only the plan generator may start the recovery plan")
-        elif flight is not None and outlook is None:
+        elif execution is not None and forecast is None:
             self.run(self._switch, request, self._stops)
         else:
-            if flight is not None:
+            if execution is not None:
                 self.log.warning(f"switching to {request.plan_id}")
-                self._give_up(flight, "replaced by another plan")
-            self._flight = flight = Flight(request, self.now, outlook=outlook)
+                self._give_up(execution, "replaced by another plan")
+            self._execution = execution = PlanExecution(request, self.now, forecast=forecast)
             self._enter(Phase.INITIALIZING)
-            flight.script = self.run(self._fly, flight)
+            execution.script = self.run(self._fly, execution)
 
     async def _switch(self, script: Script, request: imc.PlanControl, stops: int) -> None:
         """Replace the running plan if the new one passes its check, else it continues. A STOP meanwhile ends both."""
         try:
-            outlook = await self._prepare(script, request)
+            forecast = await self._prepare(script, request)
             if stops != self._stops:
                 raise PlanError("plan was stopped")
-            self._start(request, outlook)
+            self._start(request, forecast)
         except PlanError as error:
             self._replies.refuse(request, str(error))
 
     def _stop(self, request: imc.PlanControl) -> None:
-        flight, self._stops = self._flight, self._stops + 1
-        if flight is None:
+        execution, self._stops = self._execution, self._stops + 1
+        if execution is None:
             self._replies.refuse(request, "no plan is running, request ignored")
             return
         self._requests.command(Command.STOP_MANEUVER)
-        self._give_up(flight, "plan was stopped")
+        self._give_up(execution, "plan was stopped")
         self._replies.succeed(request, "OK", plan_id=self._plan_id)
         self._enter(Phase.READY)
-        self._end_log(flight)
+        self._end_log(execution)
 
     def _load(self, request: imc.PlanControl) -> None:
-        if self._flight is not None:
+        if self._execution is not None:
             self._replies.refuse(request, "cannot load plan now")
         else:
-            self.run(self._look, request)
+            self.run(self._check_only, request)
 
-    async def _look(self, script: Script, request: imc.PlanControl) -> None:
+    async def _check_only(self, script: Script, request: imc.PlanControl) -> None:
         """LOAD: only check the plan."""
         try:
-            outlook = await self._prepare(script, request)
+            forecast = await self._prepare(script, request)
         except PlanError as error:
-            self._outcome = Outcome.FAILURE if self._flight is None else self._outcome
+            self._outcome = Outcome.FAILURE if self._execution is None else self._outcome
             self._replies.refuse(request, str(error))
         else:
-            self._plan_id = outlook.graph.plan.plan_id
-            self._replies.succeed(request, "plan loaded", outlook.statistics(self._preflight.capacity))
+            self._plan_id = forecast.graph.plan.plan_id
+            self._replies.succeed(request, "plan loaded", forecast.statistics(self._preflight.capacity))
 
-    def _say(self, message: imc.Message) -> None:
+    def _publish_action(self, message: imc.Message) -> None:
         self.publish(message)  # looked up each time: a fault may stand before it
 
-    async def _fly(self, script: Script, flight: Flight) -> None:
+    async def _fly(self, script: Script, execution: PlanExecution) -> None:
         """START: from loading to the last maneuver."""
         inbox = script.listen(imc.VehicleCommand, imc.VehicleState)
         try:
-            outlook = flight.outlook or await self._prepare(script, flight.request)
-            graph = outlook.graph
+            forecast = execution.forecast or await self._prepare(script, execution.request)
+            graph = forecast.graph
             self._plan_id = graph.plan.plan_id
-            flight.actions = PlanActions(graph, self._say, self._leads.of)
-            if flight.request.flags & imc.PlanControl.Flags.CALIBRATE and self.perform_calibration:
-                preparation = max(self.minimum_calibration_time, flight.actions.preparation)
-                outlook = replace(outlook, calibration=preparation)
-            flight.outlook = outlook
-            flight.statistics = outlook.statistics(self._preflight.capacity)
+            execution.actions = PlanActions(graph, self._publish_action, self._activation_times.of)
+            if execution.request.flags & imc.PlanControl.Flags.CALIBRATE and self.perform_calibration:
+                preparation = max(self.minimum_calibration_time, execution.actions.preparation)
+                forecast = replace(forecast, calibration=preparation)
+            execution.forecast = forecast
+            execution.statistics = forecast.statistics(self._preflight.capacity)
             # First the log, so that what follows is in it: Neptus shows a plan only if the log with its states has it.
             self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START, name=self._plan_id))
-            self.publish(flight.statistics)
+            self.publish(execution.statistics)
             self.publish(graph.plan.replace(src=self.system, src_ent=self.entity.id, timestamp=-1.0))
-            self._succeed(flight, "plan loaded")
+            self._succeed(execution, "plan loaded")
             self._latest.watch(self._bus, graph.kinds, self)
-            flight.actions.begin()
-            if outlook.calibration:
-                duration = math.ceil(outlook.calibration)
-                await self._demand(inbox, flight, Command.START_CALIBRATION, calib_time=duration)
-                await script.sleep(outlook.calibration)
+            execution.actions.begin()
+            if forecast.calibration:
+                duration = math.ceil(forecast.calibration)
+                await self._command(inbox, execution, Command.START_CALIBRATION, calib_time=duration)
+                await script.sleep(forecast.calibration)
             name = graph.start
             while name != FINISH:
-                name = await self._execute(inbox, flight, graph.nodes[name])
+                name = await self._execute(inbox, execution, graph.nodes[name])
             self._requests.command(Command.STOP_MANEUVER)
-            self._end(flight, Outcome.SUCCESS)
-            self._succeed(flight, "; ".join(["plan completed", *flight.notes]))
+            self._end(execution, Outcome.SUCCESS)
+            self._succeed(execution, "; ".join(["plan completed", *execution.notes]))
             self._enter(Phase.READY)
-            self._end_log(flight)
+            self._end_log(execution)
         except PlanError as error:
-            self._fail(flight, str(error))
+            self._fail(execution, str(error))
 
-    async def _execute(self, inbox: Inbox, flight: Flight, node: PlanNode) -> str:
+    async def _execute(self, inbox: Inbox, execution: PlanExecution, node: PlanNode) -> str:
         """Execute one maneuver until a transition holds; returns the name of the next."""
-        flight.enter(node, self.now)
-        if loop := flight.loop:
+        execution.enter(node, self.now)
+        if loop := execution.loop:
             raise PlanError(f"{' -> '.join(loop)}: these maneuvers end each other at once")
         if self._phase is Phase.INITIALIZING:
             self._enter(Phase.EXECUTING)
-            self._succeed(flight, f"{node.name}: executing maneuver")
+            self._succeed(execution, f"{node.name}: executing maneuver")
         else:
-            self._tell()
+            self._publish_state()
         self.log.info(f"{node.name}: executing maneuver")
-        await self._demand(inbox, flight, Command.EXEC_MANEUVER, maneuver=node.maneuver)
+        await self._command(inbox, execution, Command.EXEC_MANEUVER, maneuver=node.maneuver)
         name: str | None = None
         while name is None:
             event = await inbox.next()
             if isinstance(event, imc.VehicleState):
                 name = node.next(self._latest, done=bool(event.flags & imc.VehicleState.Flags.MANEUVER_DONE))
-        flight.leave(self.now)
+        execution.leave(self.now)
         return name
 
-    async def _prepare(self, script: Script, request: imc.PlanControl) -> Outlook:
+    async def _prepare(self, script: Script, request: imc.PlanControl) -> PlanForecast:
         """Check the plan of a request. Raises PlanError."""
         plan, situation = await self._requests.plan(script, request), self._situation
         state, limits = situation.of(imc.EstimatedState), situation.of(imc.OperationalLimits)
@@ -289,65 +290,65 @@ class Engine(Task):
         if fuel is not None and fuel.value < self.fuel_reserve:
             raise PlanError(f"the battery is below its reserve of {self.fuel_reserve:g} %")
         level = fuel.value - self.fuel_reserve if fuel is not None and self.fuel_prediction else None
-        aloft = medium is not None and medium.medium == imc.VehicleMedium.Medium.AIR
-        outlook = self._preflight.check(plan, self._supported, state, level, self.now, limits, aloft)
-        for reason in unknown_settings(outlook.graph, self.vehicle):
+        airborne = medium is not None and medium.medium == imc.VehicleMedium.Medium.AIR
+        forecast = self._preflight.check(plan, self._supported, state, level, self.now, limits, airborne)
+        for reason in unknown_settings(forecast.graph, self.vehicle):
             if self.abort_on_failed_activation:
                 raise PlanError(reason)
             self.log.warning(reason)
-        return outlook
+        return forecast
 
-    async def _demand(self, inbox: Inbox, flight: Flight, command: Command, **fields: object) -> None:
+    async def _command(self, inbox: Inbox, execution: PlanExecution, command: Command, **fields: object) -> None:
         """Command the vehicle, and wait until it obeys."""
-        flight.commanding = True
+        execution.commanding = True
         self._requests.command(command, **fields)
-        await self._requests.obeyed(inbox)
-        flight.commanding = False
+        await self._requests.wait_until_accepted(inbox)
+        execution.commanding = False
 
-    def _fail(self, flight: Flight, reason: str, *, command: bool = True, lost: bool = False) -> None:
+    def _fail(self, execution: PlanExecution, reason: str, *, command: bool = True, lost: bool = False) -> None:
         """End a plan that failed. `command` also stops the vehicle, unless it is `lost`, out of our control."""
-        if command and not lost and flight.actions is not None:
+        if command and not lost and execution.actions is not None:
             self._requests.command(Command.STOP_MANEUVER)
-        self._end(flight, Outcome.FAILURE)
-        self._replies.fail(flight.request, reason, flight.statistics)
+        self._end(execution, Outcome.FAILURE)
+        self._replies.fail(execution.request, reason, execution.statistics)
         self._enter(Phase.BLOCKED if lost else Phase.READY)
-        self._end_log(flight)
+        self._end_log(execution)
 
-    def _give_up(self, flight: Flight, reason: str) -> None:
+    def _give_up(self, execution: PlanExecution, reason: str) -> None:
         """End a plan at the request of a console; who started it gets the last reply."""
-        self._end(flight, Outcome.FAILURE)
-        self._replies.fail(flight.request, reason, flight.statistics, meant=True)
+        self._end(execution, Outcome.FAILURE)
+        self._replies.fail(execution.request, reason, execution.statistics, meant=True)
 
-    def _end(self, flight: Flight, outcome: Outcome) -> None:
+    def _end(self, execution: PlanExecution, outcome: Outcome) -> None:
         """End a plan: end actions, statistics."""
-        self._flight, self._outcome = None, outcome
-        if flight.script is not None:
-            flight.script.cancel()
+        self._execution, self._outcome = None, outcome
+        if execution.script is not None:
+            execution.script.cancel()
         self._latest.watch(self._bus, (), self)
-        if flight.actions is None:
+        if execution.actions is None:
             return
         if outcome is Outcome.FAILURE:
-            flight.leave(self.now)
-        flight.actions.end()
-        self.publish(flight.result(self._plan_id, self.now))
+            execution.leave(self.now)
+        execution.actions.end()
+        self.publish(execution.result(self._plan_id, self.now))
 
-    def _end_log(self, flight: Flight) -> None:
+    def _end_log(self, execution: PlanExecution) -> None:
         """End the log of a plan, which has its outcome by now; the plan that replaces one begins its own."""
-        if flight.actions is not None:
+        if execution.actions is not None:
             self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START))
 
-    def _succeed(self, flight: Flight, info: str) -> None:
-        flight.info = info
+    def _succeed(self, execution: PlanExecution, info: str) -> None:
+        execution.info = info
         self.log.info(f"reply -- Start Plan ({self._plan_id}) -- {info}")
-        self._replies.succeed(flight.request, info, flight.statistics)
+        self._replies.succeed(execution.request, info, execution.statistics)
 
     def _enter(self, phase: Phase) -> None:
         before, self._phase = self._phase, phase
         if phase is not before:
-            self._tell()
+            self._publish_state()
 
-    def _tell(self) -> None:
-        state = imc.PlanControlState(plan_progress=-1.0, man_type=NOTHING)
-        if self._flight is not None:
-            state = self._flight.report(self._vehicle, self.now, compute_progress=self.compute_progress)
+    def _publish_state(self) -> None:
+        state = imc.PlanControlState(plan_progress=-1.0, man_type=NO_MANEUVER)
+        if self._execution is not None:
+            state = self._execution.report(self._vehicle, self.now, compute_progress=self.compute_progress)
         self.publish(state.replace(state=self._phase, plan_id=self._plan_id, last_outcome=self._outcome))

@@ -1,15 +1,15 @@
 """Makes plans from templates, on request."""
 
 import imc
+from autonomy.plans import LatLon, TemplateDefaults, TemplateError, plan_from_template
 from imc.coordinates import absolute
-from imc.tuples import read_tuples
+from imc.tuple_list import parse_tuple_list
 from runtime import Script, State, Task, consume, param
 from tasks.plan.replies import shortened
-from tasks.plan.templates import Position, TemplateError, Usual, generate
 
 Op = imc.PlanGeneration.Op
 Command = imc.PlanGeneration.Cmd
-PATIENCE = 1.0  # s for the database
+DATABASE_TIMEOUT = 1.0  # s for the database
 MOST_PEERS = 1000
 
 
@@ -27,32 +27,34 @@ class Generator(Task):
 
     def start(self) -> None:
         self._state: imc.EstimatedState | None = None
-        self._peers: dict[int, Position] = {}
+        self._peers: dict[int, LatLon] = {}
         self._requests = 0
         self.set_entity_state(State.NORMAL, "active")
         if self.generate_at_boot:
-            self._obey(imc.PlanGeneration(plan_id=self.generate_at_boot, dst=self.system))
+            self._generate(imc.PlanGeneration(plan_id=self.generate_at_boot, dst=self.system))
 
     @consume
-    def locate(self, state: imc.EstimatedState) -> None:
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
         self._state = state
 
     @consume(others=True)
-    def meet(self, announce: imc.Announce) -> None:
+    def on_announce(self, announce: imc.Announce) -> None:
         if announce.src in self._peers or len(self._peers) < MOST_PEERS:
             self._peers[announce.src] = announce.lat, announce.lon
 
     @consume(others=True)
-    def obey(self, request: imc.PlanGeneration) -> None:
+    def dispatch(self, request: imc.PlanGeneration) -> None:
         if request.op == Op.REQUEST and self.concerns(request):
-            self._obey(request)
+            self._generate(request)
 
-    def _obey(self, request: imc.PlanGeneration) -> None:
-        params = read_tuples(request.params)
-        usual = Usual(self.traveling_depth, self.dive_depth, self.dive_seconds, self.loiter_radius, self.rpm_speed)
+    def _generate(self, request: imc.PlanGeneration) -> None:
+        params = parse_tuple_list(request.params)
+        usual = TemplateDefaults(
+            self.traveling_depth, self.dive_depth, self.dive_seconds, self.loiter_radius, self.rpm_speed
+        )
         here = absolute(self._state)[:2] if self._state is not None else None
         try:
-            plan = generate(request.plan_id, params, here, self._peers.get(request.src), usual)
+            plan = plan_from_template(request.plan_id, params, here, self._peers.get(request.src), usual)
         except TemplateError as error:
             self._fail(request, str(error))
         else:
@@ -75,7 +77,7 @@ class Generator(Task):
             answer = await script.hear(
                 imc.PlanDB,
                 where=ours,
-                timeout=PATIENCE,
+                timeout=DATABASE_TIMEOUT,
             )
         except TimeoutError:
             self._fail(request, "no answer from the plan database")

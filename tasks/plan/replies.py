@@ -2,7 +2,7 @@
 
 import imc
 from runtime import Task
-from tasks.plan.copies import Copies
+from tasks.plan.duplicate_requests import DuplicateRequests
 
 Type = imc.PlanControl.Type
 LONGEST = 1023  # bytes of a text in a reply
@@ -16,11 +16,11 @@ class Replies:
 
     def __init__(self, task: Task):
         self._task = task
-        self._copies = Copies(task.system)
+        self._copies = DuplicateRequests(task.system)
 
-    def is_copy(self, request: imc.PlanControl) -> bool:
+    def answer_duplicate(self, request: imc.PlanControl) -> bool:
         """Whether a request came before; if it is, it is answered here."""
-        if not self._copies.knows(request):
+        if not self._copies.is_duplicate(request):
             return False
         answer = self._copies.answer(request)
         if answer is not None:
@@ -58,7 +58,7 @@ class Replies:
         except imc.EncodeError:
             answer = answer.replace(arg=None)
             self._task.reply(request, answer)
-        self._copies.note(request, answer)
+        self._copies.remember_answer(request, answer)
 
 
 def shortened(text: str) -> str:

@@ -4,17 +4,17 @@ from collections.abc import Iterable
 from typing import TypeVar
 
 import imc
+from autonomy.plans import PlanError
 from runtime import Script, Task
 from runtime.bus import Bus, Subscription
 from runtime.task import Inbox
-from tasks.plan.graph import PlanError
 
 M = TypeVar("M", bound=imc.Message)
-PATIENCE = 2.5  # s for the supervisor
-DATABASE_PATIENCE = 1.0  # s
+COMMAND_TIMEOUT = 2.5  # s for the supervisor
+DATABASE_TIMEOUT = 1.0  # s
 
 
-class Requests:
+class EngineRequests:
     """Numbers the requests of a task, to match each with its answer."""
 
     def __init__(self, task: Task):
@@ -35,14 +35,14 @@ class Requests:
         self._task.publish(loops(enable=loops.Enable.DISABLE, mask=imc.CLoopsMask.ALL, scope_ref=scope + 1))
         self._task.publish(imc.Abort(dst=self._task.system))
 
-    def come_from(self, label: str, request: imc.Message) -> bool:
+    def are_from(self, label: str, request: imc.Message) -> bool:
         """Whether a request comes from the entity with this label on board."""
         task = self._task
         return request.src == task.system and task.vehicle.entities.label(task.system, request.src_ent) == label
 
-    async def obeyed(self, inbox: Inbox) -> None:
+    async def wait_until_accepted(self, inbox: Inbox) -> None:
         """Wait for the answer to the last command. Raises PlanError if it is refused or not answered."""
-        task, deadline = self._task, self._task.now + PATIENCE
+        task, deadline = self._task, self._task.now + COMMAND_TIMEOUT
         while True:
             try:
                 answer = await inbox.next(max(0.0, deadline - task.now))
@@ -78,7 +78,7 @@ class Requests:
             return matches and task.is_answered_by(answer)
 
         try:
-            answer = await script.hear(imc.PlanDB, where=ours, timeout=DATABASE_PATIENCE)
+            answer = await script.hear(imc.PlanDB, where=ours, timeout=DATABASE_TIMEOUT)
         except TimeoutError:
             raise PlanError("failed loading from DB: no answer") from None
         if isinstance(answer.arg, imc.PlanSpecification):
@@ -90,7 +90,7 @@ class Requests:
         return self._count
 
 
-class Latest(dict[type[imc.Message], imc.Message]):
+class LatestMessages(dict[type[imc.Message], imc.Message]):
     """The latest message of each type that is watched."""
 
     def of(self, kind: type[M]) -> M | None:

@@ -18,7 +18,7 @@ CREATE TABLE IF NOT EXISTS LastChange (change_time REAL, change_sid INTEGER, cha
 """
 
 
-class Change(NamedTuple):
+class PlanChange(NamedTuple):
     """Who changed something, and when (s since 1970 UTC)."""
 
     time: float = -1.0
@@ -26,11 +26,11 @@ class Change(NamedTuple):
     name: str = ""
 
 
-class Stored(NamedTuple):
+class PlanRow(NamedTuple):
     """A plan: `data` are the serialized fields of its PlanSpecification, `md5` is their digest."""
 
     plan_id: str
-    change: Change
+    change: PlanChange
     md5: bytes
     data: bytes
 
@@ -74,17 +74,17 @@ class PlanStore:
     def close(self) -> None:
         self._base.close()
 
-    def get(self, plan_id: str) -> Stored | None:
+    def get(self, plan_id: str) -> PlanRow | None:
         return next(self._select("WHERE plan_id = ?", plan_id), None)
 
-    def all(self) -> list[Stored]:
+    def all(self) -> list[PlanRow]:
         """All plans by id."""
         return list(self._select("ORDER BY plan_id"))
 
-    def set(self, plan: imc.PlanSpecification, change: Change) -> tuple[Stored, bool]:
+    def set(self, plan: imc.PlanSpecification, change: PlanChange) -> tuple[PlanRow, bool]:
         """Store a plan; returns it as stored, and True if its id is new."""
         data = fields_of(plan)
-        stored = Stored(plan.plan_id, change, md5(data, usedforsecurity=False).digest(), data)
+        stored = PlanRow(plan.plan_id, change, md5(data, usedforsecurity=False).digest(), data)
         new = self.get(plan.plan_id) is None
         with self._base:
             self._base.execute(
@@ -93,7 +93,7 @@ class PlanStore:
             self._changed(change)
         return stored, new
 
-    def delete(self, plan_id: str, change: Change) -> bool:
+    def delete(self, plan_id: str, change: PlanChange) -> bool:
         """Delete a plan; True if it existed."""
         with self._base:
             gone = self._base.execute("DELETE FROM Plan WHERE plan_id = ?", (_key(plan_id),)).rowcount > 0
@@ -101,7 +101,7 @@ class PlanStore:
                 self._changed(change)
         return gone
 
-    def clear(self, change: Change) -> None:
+    def clear(self, change: PlanChange) -> None:
         with self._base:
             self._base.execute("DELETE FROM Plan")
             self._changed(change)
@@ -110,7 +110,7 @@ class PlanStore:
         """The last change, all plans and the digest of their digests in the order of their ids."""
         plans = self.all()
         row = self._base.execute("SELECT change_time, change_sid, change_sname FROM LastChange").fetchone()
-        last = Change(*row) if row else Change()
+        last = PlanChange(*row) if row else PlanChange()
         digest = md5(b"".join(plan.md5 for plan in plans), usedforsecurity=False).digest()
         return imc.PlanDBState(
             plan_count=len(plans),
@@ -133,12 +133,12 @@ class PlanStore:
             self._base.executemany("INSERT INTO Plan VALUES (?, ?, ?, ?, ?, ?)", plans)
             self._base.executemany("INSERT INTO LastChange VALUES (?, ?, ?)", changes)
 
-    def _select(self, clause: str, *plan_id: str) -> Iterator[Stored]:
+    def _select(self, clause: str, *plan_id: str) -> Iterator[PlanRow]:
         query = f"SELECT plan_id, change_time, change_sid, change_sname, md5, data FROM Plan {clause}"
         for key, time, system, name, digest, data in self._base.execute(query, tuple(map(_key, plan_id))):
-            yield Stored(_text(key), Change(time, system, name), bytes(digest), bytes(data))
+            yield PlanRow(_text(key), PlanChange(time, system, name), bytes(digest), bytes(data))
 
-    def _changed(self, change: Change) -> None:
+    def _changed(self, change: PlanChange) -> None:
         self._base.execute("DELETE FROM LastChange")
         self._base.execute("INSERT INTO LastChange VALUES (?, ?, ?)", change)
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import imc
 from runtime import State, Task, expect, param
-from runtime.devices import Frames
+from runtime.devices import FrameSplitter
 from tasks.sensors.gnss_parser import KINDS, LONGEST_UBX, UBX, Epochs, fix_of, undamaged, wanted
 
 UBX_FIRST = 5.0  # s after a UBX fix, in which NMEA fixes are left out: a receiver may send both
@@ -37,7 +37,7 @@ class GPS(Task):
         self.epochs = Epochs(self.sentence_order[-1] if self.sentence_order else "")
         self.dilution: Any = None  # the last NAV-DOP
         self.ubx_at = -UBX_FIRST
-        split = Frames(KINDS, valid=undamaged, longest=LONGEST_UBX)
+        split = FrameSplitter(KINDS, valid=undamaged, longest=LONGEST_UBX)
         self.receiver = self.serial(self.port, self.baud, frames=self.hear, split=split)
 
     def hear(self, frame: bytes) -> None:

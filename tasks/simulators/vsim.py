@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterator
 
 import imc
 from runtime import ParameterError, State, consume, param, periodic
-from support.diagnostics import Doubt
+from support.diagnostics import ConfigWarning
 from support.rotations import Vector
-from support.text import misspelled, printable, quoted
+from support.text import corrected_spelling, printable, quoted
 from support.wgs84 import offset
 from tasks.simulators.power import Powered
 from tasks.simulators.steps import Steps
@@ -74,7 +74,7 @@ class VSIM(Powered):
         self._seabed = world.seabed
         self._sea = world.sea(self.vehicle.seed) if isinstance(self._model, BoatModel) else None
 
-    def doubts(self) -> Iterator[Doubt]:
+    def doubts(self) -> Iterator[ConfigWarning]:
         read = {"Integration Method"}
 
         def value(section: str, option: str) -> str:
@@ -85,15 +85,17 @@ class VSIM(Powered):
         name = self._vehicle_type()
         section, others = f"{MODEL}{name}", list[str]()
         for option in self.vehicle.profile.options(section):
-            if option not in read and (near := misspelled(option, read)):
-                yield Doubt(option, f"nothing reads {quoted(option)}", f"did you mean {quoted(near)}?", section)
+            if option not in read and (near := corrected_spelling(option, read)):
+                yield ConfigWarning(option, f"nothing reads {quoted(option)}", f"did you mean {quoted(near)}?", section)
             elif option not in read:
                 others.append(option)
         words = f"nothing reads {', '.join(map(quoted, others))}"
         if estimated(value, name):
-            yield Doubt("Type", f"DUNE's model of a boat is estimated from Mass and Volume; {words}", "", section)
+            yield ConfigWarning(
+                "Type", f"DUNE's model of a boat is estimated from Mass and Volume; {words}", "", section
+            )
         elif others:
-            yield Doubt(others[0], words, "", section)
+            yield ConfigWarning(others[0], words, "", section)
 
     def start(self) -> None:
         self.craft = self._craft()

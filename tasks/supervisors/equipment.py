@@ -2,7 +2,7 @@
 
 import imc
 from runtime import Task, consume
-from runtime.task import consumers
+from runtime.task import consumer_methods
 
 Restart = imc.RestartSystem.Type
 Power = imc.PowerOperation.Op
@@ -21,7 +21,7 @@ class Equipment(Task):
 
     def start(self) -> None:
         others = [task for task in self.vehicle.tasks if task is not self]
-        self._taken = {consumer.type.__name__ for task in others for consumer in consumers(type(task))}
+        self._taken = {consumer.type.__name__ for task in others for consumer in consumer_methods(type(task))}
 
     @consume(others=True)
     def tell_beacons(self, request: imc.LblConfig) -> None:
@@ -59,5 +59,5 @@ class Equipment(Task):
         return type(request).__name__ not in self._taken and self.concerns(request) and request.src != self.system
 
     def _refuse(self, request: imc.Message, reason: str) -> None:
-        if self.vehicle.daemon.allowance.spend(request.src, COST, self.now):
+        if self.vehicle.daemon.reply_quota.try_acquire(request.src, COST, self.now):
             self.log.warning(f"{type(request).__name__} from {self.vehicle.systems.name(request.src)}: {reason}")

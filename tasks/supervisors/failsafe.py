@@ -1,12 +1,14 @@
 """The last resort: motors off, fins neutral, when a link of the chain that controls the vehicle is silent."""
 
 import math
+from functools import partial
 
 import imc
+from autonomy.limits import OperatingLimits
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.vehicle import general_number
-from support.text import hinted, suggestion
+from support.text import suggestion, with_suggestion
 
 Loops = imc.CLoopsMask
 Command = imc.SetThrusterActuation | imc.SetServoPosition
@@ -44,7 +46,8 @@ class Failsafe(Task):
 
     def configure(self) -> None:
         self._required = dict(map(_requirement, self.required_messages))
-        self._absolute = general_number(self.vehicle.profile, "Absolute Maximum Depth", math.inf)
+        number = partial(general_number, self.vehicle.profile)
+        self._own = OperatingLimits.from_options(number, deepest=math.inf)
         self._surface = general_number(self.vehicle.profile, "Underwater Depth Threshold", 0.3)
 
     def connect(self) -> None:
@@ -55,7 +58,7 @@ class Failsafe(Task):
     def start(self) -> None:
         self._missed: dict[str, int] = {}
         self._loops = self._scope = 0
-        self._limit = self._absolute
+        self._limit = self._own.deepest
         self._depth, self._deep_since, self._too_deep = -math.inf, math.inf, False
         self._sensor = ""
         self._reason = ""
@@ -69,8 +72,7 @@ class Failsafe(Task):
 
     @consume
     def limit(self, limits: imc.OperationalLimits) -> None:
-        deepest = limits.max_depth if limits.mask & imc.OpLimitsMask.MAX_DEPTH else math.inf
-        self._limit = min(self._absolute, deepest) if deepest >= 0.0 else self._absolute
+        self._limit = (self._own.tightened(limits) if limits.max_depth >= 0.0 else self._own).deepest
 
     @consume
     def sound(self, depth: imc.Depth) -> None:
@@ -173,7 +175,7 @@ def _requirement(text: str) -> tuple[str, int]:
     name, _, words = text.partition(":")
     name, mask = name.strip(), 0
     if name not in imc.builtin():
-        reason = hinted(f"there is no message {name!r}", name, imc.builtin().types)
+        reason = with_suggestion(f"there is no message {name!r}", name, imc.builtin().types)
         raise ParameterError("Required Messages", reason)
     for word in words.split():
         if word not in Loops.__members__:

@@ -12,8 +12,8 @@ from imc.discovery import (
     Endpoint,
     Service,
     Services,
+    announce_targets,
     of_messages,
-    targets,
 )
 from runtime import State, Task, consume, param, periodic
 from runtime.networks import EVERYWHERE, Interface, interfaces, is_local
@@ -138,17 +138,17 @@ class Announce(Task):
         self.due = self.sent + self.announcement_periodicity
         offered = list(self.offered.values())
         message = self.message(local_services(offered))
-        troubles = self.send("", message, targets([LOOPBACK] if self.enable_loopback else [], self.ports))
+        troubles = self.send("", message, announce_targets([LOOPBACK] if self.enable_loopback else [], self.ports))
         if not is_local(self.place):
             used = self.networks()
             message = self.message(external_services(offered, [network.address for network in used]))
             for network in used:
                 reach = [self.multicast_address] if self.enable_multicast else []
                 reach += [network.broadcast] if self.enable_broadcast and network.broadcast else []
-                troubles |= self.send(network.address, message, targets(reach, self.ports))
+                troubles |= self.send(network.address, message, announce_targets(reach, self.ports))
             others = [BROADCAST] if self.enable_broadcast else []
             others += self.known_addresses(network.address for network in used)
-            self.send("", message, targets(others, self.ports))  # fails where there is no route to others
+            self.send("", message, announce_targets(others, self.ports))  # fails where there is no route to others
             troubles |= set() if used else {f"no network has the address {self.place}"}
         self.publish(message)
         figures = f"{len(offered)} services, {len(self.systems)} systems around"

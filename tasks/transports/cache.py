@@ -1,16 +1,16 @@
 """Keeps what an operator has set, so that it is still set when the vehicle starts again."""
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
 import imc
 from imc.addresses import OPERATORS
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
+from imc.schema import message_named
 from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
-from support.file_errors import naming, of_file
-from tasks.transports.imc_links.message_list import message_named
+from support.atomic_files import remove_file, write_file
+from support.file_errors import describe_os_error
 
 Op = imc.CacheControl.Op
 FORGET = "CacheControl CLEAR forgets it"
@@ -114,22 +114,18 @@ class Cache(Task):
     def _written(self, error: OSError | None) -> None:
         self._writing = False
         if error is not None:
-            self.log.error(f"the cache cannot be written: {of_file(error)}")
+            self.log.error(f"the cache cannot be written: {describe_os_error(error)}")
 
 
 def write(folder: Path, files: Mapping[str, bytes | None]) -> OSError | None:
-    """Write files, each completely or not at all, and remove those without content; returns what prevents it."""
+    """Write files, each whole or not at all, and remove those without content; returns what prevents it."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         for name, data in files.items():
             path = folder / f"{name}.imc"
             if data is None:
-                path.unlink(missing_ok=True)
+                remove_file(path)
             else:
-                part = path.with_suffix(".part")
-                with naming(part):
-                    part.write_bytes(data)
-                os.replace(part, path)
+                write_file(path, data)
     except OSError as error:
         return error
     return None

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
-from imc.discovery import MULTICAST, PERIOD, PORTS, Services, readable_name
+from imc.discovery import MULTICAST, PERIOD, PORTS, Services, displayable_name
 from runtime import State, Task, param, periodic
 from runtime.networks import is_local
 from tasks.transports.imc_links import peer_table
@@ -187,7 +187,7 @@ class Discovery(Task):
             return
         if self.leader is not None:
             self.leader.tell(address, packet)
-        services, name = Services.parse(message.services), readable_name(message.sys_name)
+        services, name = Services.parse(message.services), displayable_name(message.sys_name)
         if message.src == self.system:
             if services.uid != str(round(self.vehicle.start_time * 1e9)):
                 self.report(f"the id 0x{message.src:04X} of this vehicle", f"{name} at {address}")

@@ -1,7 +1,7 @@
 """Puts messages together that come in pieces."""
 
 import imc
-from imc.fragments import Assembler
+from imc.fragments import FragmentAssembler
 from runtime import State, Task, consume, param, periodic
 
 MOST_NAMED = 64
@@ -19,7 +19,7 @@ class Fragments(Task):
     )
 
     def start(self) -> None:
-        self._assembler = Assembler()
+        self._assembler = FragmentAssembler()
         self._complained: set[int] = set()
         self._named: set[tuple[int, str]] = set()
 
@@ -41,9 +41,9 @@ class Fragments(Task):
     def ask_again(self) -> None:
         """Ask for the pieces that are late, forget what does not come, and tell of it."""
         kind = imc.MessagePartControl
-        for system, uid, message in self._assembler.late(self.now - self.reception_timeout):
+        for system, uid, message in self._assembler.overdue(self.now - self.reception_timeout):
             message.asked = True
-            request = kind(op=kind.Op.REQUEST_RETRANSMIT, uid=uid, frag_ids=message.wanted(), dst=system)
+            request = kind(op=kind.Op.REQUEST_RETRANSMIT, uid=uid, frag_ids=message.missing_parts(), dst=system)
             self.publish(request)
         self._assembler.expire(self.now - 2.0 * self.reception_timeout)
         for system, why in self._assembler.given_up:

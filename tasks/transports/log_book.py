@@ -37,7 +37,7 @@ class LogBook(Task):
         if request.command == Command.CLEAR:
             self._entries.clear()
             self.log.info(f"cleared by {self.vehicle.systems.name(request.src)}")
-        elif self.vehicle.daemon.allowance.spend(request.src, COST, self.now):
+        elif self.vehicle.daemon.reply_quota.try_acquire(request.src, COST, self.now):
             found = [entry for entry in self._entries if entry.htime >= request.htime]
             if request.command == Command.GET_ERR:
                 found = [entry for entry in found if entry.type in ERRORS]

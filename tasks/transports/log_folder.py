@@ -10,8 +10,8 @@ from pathlib import Path
 
 import imc
 from imc.lsf import COMPRESSIONS, LsfWriter
-from runtime.logs import RUN_FILE, place_bytes
-from support.file_errors import naming
+from runtime.logs import RUN_FILE, encode_run_position
+from support.file_errors import naming_path
 
 LONGEST_LABEL = 100  # bytes
 
@@ -49,7 +49,7 @@ class LogFolder:
     @property
     def removed(self) -> bool:
         """Whether somebody removed the folder."""
-        return self.made and not self.data.in_place()
+        return self.made and not self.data.is_file_in_place()
 
     def make(self, first: str) -> None:
         """Make the folder; `first` is the name of the run's first log, empty in the first one itself.
@@ -57,9 +57,9 @@ class LogFolder:
         Raises OSError, and then leaves nothing behind.
         """
         path = _new_folder(self.path)
-        place = place_bytes(first or f"{path.parent.name}/{path.name}", self._number)
+        place = encode_run_position(first or f"{path.parent.name}/{path.name}", self._number)
         try:
-            with naming(path):
+            with naming_path(path):
                 for name, content in self._files.items():
                     (path / name).write_bytes(content)
                 (path / RUN_FILE).write_bytes(place)

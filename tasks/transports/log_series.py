@@ -54,8 +54,8 @@ class LogSeries:
     def replace(self, removed: LogFolder, log: LogFolder) -> None:
         """Write to `log` what was not yet written to a log that somebody removed."""
         removed.close()
-        log.data.take(removed.data)
-        log.text.take(removed.text)
+        log.data.adopt_pending(removed.data)
+        log.text.adopt_pending(removed.text)
 
     def close(self) -> None:
         """Give up what the disk does not accept."""

@@ -6,11 +6,11 @@ from datetime import UTC, datetime
 import imc
 from imc.discovery import Services
 from imc.lsf import COMPRESSIONS, packed_schema
+from imc.schema import message_named
 from runtime import Entity, State, Task, consume, param
 from runtime.snapshot import SnapshotError
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from tasks.transports.imc_links.announcement import SYSTEM_TYPES, announcement
-from tasks.transports.imc_links.message_list import message_named
 from tasks.transports.log_folder import LogFolder, LogRemovedError, clean_label, line_of, synchronize, utc
 from tasks.transports.log_series import LogSeries
 
@@ -84,7 +84,7 @@ class Logging(Task):
             return
         folder = self._new_log()
         if (error := self._settle()) is not None:
-            raise SnapshotError(f"the log cannot be written: {of_file(error)}")
+            raise SnapshotError(f"the log cannot be written: {describe_os_error(error)}")
         folder.data.write(self._packet(imc.LoggingControl(op=Op.STARTED, name=name), self.entity))
         folder.data.write(self._packet(self._announcement(), self.entity))
         for entity in self.vehicle.entities:

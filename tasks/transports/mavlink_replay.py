@@ -1,16 +1,18 @@
 """Shows the vehicle of a log that is replayed to MAVLink ground stations, as if it were there."""
 
+import math
 from pathlib import Path
 from typing import cast
 
 import imc
 from mavlink import KINDS, load_dialect, text
+from mavlink.vehicle import CHANGES, ShownMessages, VehicleEquipment, VehicleIdentity
 from runtime import State, consume, param, periodic
-from tasks.transports.mavlink_protocol.figures import Heard
-from tasks.transports.mavlink_protocol.ground import CHANGES, GroundLinks
-from tasks.transports.mavlink_protocol.logged import Identity, LoggedSystem, identify
-from tasks.transports.mavlink_protocol.named_values import parse_named_value
-from tasks.transports.mavlink_protocol.parameters import ParameterTable
+from tasks.transports.mavlink_links.disk_folders import DiskFolders
+from tasks.transports.mavlink_links.ground_task import GroundLinks
+from tasks.transports.mavlink_links.logged_vehicle import LoggedEndpoint, LoggedIdentity, LoggedVehicle, identify
+from tasks.transports.mavlink_links.pictures import DiskPictures
+from tasks.transports.mavlink_links.vehicle_views import task_parameters
 from tasks.transports.replayed_log import Passed, Player
 
 AS_LOGGED = "as logged"
@@ -29,8 +31,18 @@ Told = (
 """What is told by a log beside the figures that ground stations see."""
 
 
-def ignore(message: imc.Message) -> None:
-    """A vehicle that is not there gets no requests."""
+class LoggedPort:
+    """The vehicle of a log, which is not there and gets no requests; parameters are those of the replay."""
+
+    def __init__(self, imc_id: int, task: GroundLinks) -> None:
+        self.imc_id = imc_id
+        self.set_parameter = task.set_parameter
+
+    def publish(self, message: imc.Message) -> None:
+        pass
+
+    def limit(self, option: str) -> float:
+        return math.inf
 
 
 class MAVLinkReplay(GroundLinks):
@@ -48,7 +60,7 @@ class MAVLinkReplay(GroundLinks):
     )
 
     def start(self) -> None:
-        self._identity: Identity | None = None
+        self._identity: LoggedIdentity | None = None
         self._path: Path | None = None
         self._turn = 0
         self._early: list[tuple[imc.Message, float]] = []
@@ -64,8 +76,8 @@ class MAVLinkReplay(GroundLinks):
     def stop(self) -> None:
         if self._identity is not None:
             self._identity = None
-            if self.pump_timer is not None:
-                self.pump_timer.cancel()
+            if self.poll_timer is not None:
+                self.poll_timer.cancel()
             super().stop()
 
     def _land(self, path: Path, passed: Passed) -> None:
@@ -77,7 +89,7 @@ class MAVLinkReplay(GroundLinks):
             self._show(passed)
             return
 
-        def begin(identity: Identity | str) -> None:
+        def begin(identity: LoggedIdentity | str) -> None:
             if turn == self._turn:
                 self._begin(path, identity, passed)
 
@@ -85,43 +97,46 @@ class MAVLinkReplay(GroundLinks):
         self.stop()
         self.offload(identify, path, self.shown_system, then=begin)
 
-    def _begin(self, path: Path, identity: Identity | str, passed: Passed) -> None:
+    def _begin(self, path: Path, identity: LoggedIdentity | str, passed: Passed) -> None:
         if isinstance(identity, str):
             self.log.error(identity)
             self.set_entity_state(State.ERROR, identity)
             return
         self._identity = identity
         super().start()
-        self.log.info(f"showing {identity.name} as MAVLink system {self.autopilot.system}")
+        self.log.info(f"showing {identity.name} as MAVLink system {self.endpoint.model.system}")
         self._show(passed)
 
-    def make_autopilot(self) -> LoggedSystem:
+    def make_endpoint(self) -> LoggedEndpoint:
         identity = self._identity
         assert identity is not None
         kind = identity.kind if self.vehicle_kind == AS_LOGGED else self.vehicle_kind
-        return LoggedSystem(
-            self._dialect,
+        about = VehicleIdentity(
+            identity.name,
+            self.system_id or identity.system,
+            KINDS[kind],
+            self.vehicle.start_time,
+            self.geoid_undulation or identity.undulation,
+        )
+        port = LoggedPort(identity.imc_id, self)
+        model = LoggedVehicle(
+            about,
+            port,
+            self,
             elapsed=lambda: self._player.elapsed,
             now=lambda: self.now,
-            name=identity.name,
-            system=self.system_id or identity.system,
-            kind=KINDS[kind],
-            boot=self.vehicle.start_time,
-            undulation=self.geoid_undulation or identity.undulation,
-            rates=lambda: self.rates,
-            parameters=ParameterTable(self.vehicle.tasks),
-            imc_id=identity.imc_id,
-            publish=ignore,
-            set_parameter=self.ask_for,
-            say=self.say,
-            speed=lambda: self.hold_speed,
-            reach=self.reach,
-            named_values=[parse_named_value(word) for word in self.named_values],
+            enumerations=self._dialect.enumerations,
         )
+        equipment = VehicleEquipment(
+            task_parameters(self.vehicle.tasks),
+            DiskFolders({}),
+            DiskPictures(self.vehicle.log_root, self.offload),
+            named_values=self.values_shown(),
+        )
+        return LoggedEndpoint(self._dialect, model, port, equipment, self.log.warning)
 
     def _show(self, passed: Passed) -> None:
-        system = self.logged
-        system.restart()
+        self.logged.restart()
         for due in passed.packets:
             message = imc.decode(due.packet)
             if not isinstance(message, imc.LogBookEntry | imc.EstimatedMugState):
@@ -129,16 +144,16 @@ class MAVLinkReplay(GroundLinks):
         early, self._early = self._early, []
         for message, elapsed in early:
             self._take(message, elapsed, 0.0)
-        self.show_changes()
-        self.pump()
+        self.logged.show_changes(self.now)
+        self.poll()
 
     @property
-    def logged(self) -> LoggedSystem:
-        assert isinstance(self.autopilot, LoggedSystem)
-        return self.autopilot
+    def logged(self) -> LoggedEndpoint:
+        assert isinstance(self.endpoint, LoggedEndpoint)
+        return self.endpoint
 
     @consume(others=True)
-    def note(self, message: Heard | Told) -> None:
+    def note(self, message: ShownMessages | Told) -> None:
         """Take what the log says."""
         if self._identity is None:
             if len(self._early) < MOST_EARLY and self._path is not None:
@@ -146,43 +161,40 @@ class MAVLinkReplay(GroundLinks):
             return
         self._take(message, self._player.elapsed, 0.0)
         if isinstance(message, CHANGES):
-            self.show_changes()
+            self.logged.show_changes(self.now)
 
     def _take(self, message: imc.Message, elapsed: float, age: float) -> None:
         """Take a message, `age` s after it was due at a time of the log."""
-        system = self.logged
-        if message.src != system.imc_id:
-            if isinstance(message, imc.PlanDB | imc.PlanControl) and message.dst == system.imc_id:
-                system.learn(message)
+        logged, identity = self.logged, self._identity
+        assert identity is not None
+        if message.src != identity.imc_id:
+            if isinstance(message, imc.PlanDB | imc.PlanControl) and message.dst == identity.imc_id:
+                logged.learn(message)
             return
-        system.learn(message, message.timestamp)
-        if isinstance(message, imc.LogBookEntry):
-            self.tell(message)
-        elif isinstance(message, imc.EstimatedMugState):
-            self.gallery.hear(message, system.label(message.src_ent), self.now)
+        logged.learn(message, message.timestamp)
+        label = logged.model.label(message.src_ent)
+        if isinstance(message, imc.LogBookEntry | imc.EstimatedMugState):
+            logged.update(message, label, self.now)
         else:
-            system.hear(message.replace(timestamp=self.now - age), system.label(message.src_ent), elapsed)
+            logged.update_state(message.replace(timestamp=self.now - age), label, elapsed)
 
     @periodic(1.0)
-    def look_after_links(self) -> None:
+    def check_links(self) -> None:
         if self._identity is not None:
-            super().look_after_links()
+            super().check_links()
 
-    def pump(self) -> None:
+    def poll(self) -> None:
         if self._identity is not None:
-            super().pump()
+            super().poll()
 
-    def show_changed(self, reply: imc.EntityParameters) -> None:
+    @consume
+    def note_event(self, message: imc.LogBookEntry | imc.Event | imc.EstimatedMugState | imc.EntityParameters) -> None:
         if self._identity is not None:
-            super().show_changed(reply)
+            super().note_event(message)
 
     @consume(others=True)
     def note_abort(self, abort: imc.Abort) -> None:
         """Take an Abort of the log."""
-        if self._identity is not None and self.logged.imc_id in (abort.src, abort.dst):
-            self.autopilot.hear(abort, "", self._player.elapsed)
-            self.say(text.EMERGENCY, "Abort")
-
-    def say(self, severity: int, words: str) -> None:
-        if self._identity is not None:
-            super().say(severity, words)
+        if self._identity is not None and self._identity.imc_id in (abort.src, abort.dst):
+            self.logged.update_state(abort, "", self._player.elapsed)
+            self.logged.send_statustext(text.EMERGENCY, "Abort", self.now)

@@ -6,7 +6,7 @@ from pathlib import Path
 import imc
 from runtime import ParameterError, State, Task, Timer, consume, param, periodic
 from runtime.kernel import SECOND
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 from tasks.transports.replayed_log import (
     Due,
     LogTime,
@@ -216,7 +216,7 @@ class Replay(Task):
                 due = self._next or next(self._packets, None)
             except OSError as error:
                 self._leave()
-                self._refuse(of_file(error))
+                self._refuse(describe_os_error(error))
                 return
             if due is None:
                 self._end()

@@ -13,9 +13,9 @@ import msgspec
 import imc
 from imc.addresses import BROADCAST, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from imc.lsf import Log
-from runtime.logs import summarize, types_called
+from runtime.logs import find_types, summarize
 from support.durations import parse_duration
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 
 FIRST = -1  # ends the key of a first message
 TOLERANCE = 10.0  # s
@@ -136,13 +136,13 @@ class Recording:
         self._passed: dict[tuple[int, ...], Due] = {}
         self._end = choice.end or LogTime(math.inf)
         self._longest_pause = longest_pause
-        self._types = types_called(choice.messages, log.schema)
+        self._types = find_types(choice.messages, log.schema)
         self._systems: set[int] = set()
         self._speakers: set[tuple[int, int]] = set()
         if choice.systems or choice.entities:
             summary = summarize(log)
-            self._systems = summary.names.systems_called(choice.systems, summary.clocks)
-            self._speakers = summary.names.entities_called(choice.entities, summary.by_entity)
+            self._systems = summary.names.find_systems(choice.systems, summary.clocks)
+            self._speakers = summary.names.find_entities(choice.entities, summary.by_entity)
         self._verdicts: dict[int, str] = {}
         self._same = log.schema == imc.builtin()
         first = next((packet for _, packet in log.packets()), None)
@@ -288,7 +288,7 @@ def go_to(recording: Recording, place: LogTime) -> Opened | str:
         first = next(packets, None)
         return Opened(recording, packets, first, recording.passed(place))
     except OSError as error:
-        return of_file(error)
+        return describe_os_error(error)
 
 
 def _parts(message: imc.Message) -> Iterator[imc.Message]:

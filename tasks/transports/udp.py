@@ -6,15 +6,16 @@ from socket import socket
 import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
+from imc.schema import message_named
 from runtime import State, consume, param, periodic
-from runtime.networks import note_refusals, refusals
-from runtime.profile import items
+from runtime.networks import enable_refusals, refused_destinations
+from runtime.profile import split_list
 from tasks.transports.imc_links.console_acl import REPORTS, Consoles
 from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, Gate, sender
 from tasks.transports.imc_links.datagram_reader import Reader
 from tasks.transports.imc_links.duplicate_filter import Recent
 from tasks.transports.imc_links.link_task import Carrier, given
-from tasks.transports.imc_links.message_list import MessageList, message_named, parse_rate
+from tasks.transports.imc_links.message_list import MessageList, parse_rate
 from tasks.transports.imc_links.peer_table import MALFORMED, MOST_PEERS, ON_THE_BUS, UNKNOWN, Drops, Peer, Peers
 from tasks.transports.imc_links.port_search import ports_from, tell_opened
 from tasks.transports.imc_links.radio_range import Reach
@@ -139,7 +140,9 @@ class UDP(Carrier):
             rate=self.maximum_rate,
         )
         self.reach: Reach | None = None
-        if self.communication_range and "Simulation" in items(self.vehicle.profile.value("General", "Selected", "")):
+        if self.communication_range and "Simulation" in split_list(
+            self.vehicle.profile.value("General", "Selected", "")
+        ):
             schema = self.vehicle.bus.messages
             always = [schema[name].ID for name in self.always_transmitted_messages if name in schema]
             self.reach = self.positions
@@ -187,7 +190,7 @@ class UDP(Carrier):
                 trouble = f"cannot listen at {self.place}: {error.strerror}"
                 continue
             self.trouble, self.port = "", self.socket.getsockname()[1]
-            note_refusals(self.socket)
+            enable_refusals(self.socket)
             self.reader = Reader(self, [self.socket], self.take, self.part)
             service = Service("imc+udp", self.place, self.port)
             tell_opened(self, service, self.local_port, self.commanders.risk, announced=self.announce_service)
@@ -320,7 +323,7 @@ class UDP(Carrier):
     def part(self) -> None:
         """End the contact with those whose programs have ended: their computers refuse what is sent there."""
         assert self.socket is not None
-        for place in set(map(Endpoint._make, refusals(self.socket))):
+        for place in set(map(Endpoint._make, refused_destinations(self.socket))):
             for peer in self.peers.refuse(place, network_time(self)):
                 self.log.info(f"lost contact with {peer.name} (0x{peer.system:04X}): nobody listens at {place}")
                 self.refresh()

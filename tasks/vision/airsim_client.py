@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from runtime.devices import Exchange
+from runtime.devices import TcpRequester
 from tasks.vision.airsim_messages import (
     COSYS,
     AirSimError,
@@ -45,14 +45,14 @@ class Rpc:
     """Calls methods of a server, one at a time. Raises OSError, AirSimError."""
 
     def __init__(self, host: str, port: int, timeout: float):
-        self.exchange = Exchange(host, port, timeout)
+        self.exchange = TcpRequester(host, port, timeout)
         self._count = 0
 
     def call(self, method: str, kind: Any, *parameters: Any) -> Any:
         """The result, as a value of `kind`."""
         self._count += 1
         try:
-            data = self.exchange.ask(request(self._count, method, *parameters), Extent().complete)
+            data = self.exchange.request(request(self._count, method, *parameters), Extent().complete)
             return answered(data, self._count, kind)
         except (ValueError, AirSimError) as error:
             raise AirSimError(f"{method}: {error}") from None
@@ -91,7 +91,7 @@ class AirSimClient(Rpc):
                 return shot
             return shot._replace(motion=self._mount.motion(before, shot.pose, self._motion()))
         except AirSimError:
-            self.exchange.drop()
+            self.exchange.disconnect()
             raise
 
     def _motion(self) -> Kinematics:

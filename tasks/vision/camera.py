@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from runtime import Doubt, ParameterError, param
+from runtime import ConfigWarning, ParameterError, param
 from tasks.vision.mounted import MountedCamera
 from tasks.vision.rendering import RenderedCamera
 from world.optics import CalibrationError, CameraModel, Dome, FlatPort, PinholeCamera, housed
@@ -66,12 +66,14 @@ class Camera(MountedCamera, RenderedCamera):
         self._optics = self._housed(model)
         super().configure()
 
-    def doubts(self) -> Iterator[Doubt]:
+    def doubts(self) -> Iterator[ConfigWarning]:
         for parameter in self.parameters().values() if self.calibration else ():
             if parameter.attribute in REPLACED and getattr(self, parameter.attribute) != parameter.default:
-                yield Doubt(parameter.name, f"{parameter.name} has no effect: the Calibration replaces it", "delete it")
+                yield ConfigWarning(
+                    parameter.name, f"{parameter.name} has no effect: the Calibration replaces it", "delete it"
+                )
         if self.housing != "None" and self.scene != "Seabed":
-            yield Doubt("Housing", f"Housing has no effect: Scene = {self.scene} is in air")
+            yield ConfigWarning("Housing", f"Housing has no effect: Scene = {self.scene} is in air")
 
     def views(self) -> tuple[int, int]:
         return self.face_size, 6

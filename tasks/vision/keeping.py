@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 import imc
 from imc.coordinates import absolute
 from runtime import ParameterError, State, Task, consume, param
-from runtime.logs import folder_called
-from runtime.profile import located
+from runtime.logs import find_log_folder
+from runtime.profile import copy_in_root
 from support.pose import Pose
 from tasks.vision.photos import FORMATS, ORDERS, describe_picture, photo_name, series_of, write_picture
 from tasks.vision.records import FILE, write_cameras
@@ -87,7 +87,7 @@ class PictureKeeper(Task):
             called = self._log_root / log.name
             if called.resolve().is_relative_to(self._log_root.resolve()):
                 virtual = self.vehicle.virtual
-                self._keep_in(folder_called(called, self.vehicle.log_folder) if virtual else called, called)
+                self._keep_in(find_log_folder(called, self.vehicle.log_folder) if virtual else called, called)
             else:
                 self.log.warning(f"images are not written to the log {log.name!r}, which is outside {self._log_root}")
         elif log.op == Op.STOPPED:
@@ -115,7 +115,7 @@ class PictureKeeper(Task):
         """
         path = Path(name).expanduser()
         beside = self.vehicle.profile.folder / path
-        return located(beside if beside.exists() else path)
+        return copy_in_root(beside if beside.exists() else path)
 
     def is_wanted(self) -> bool:
         """Whether to write the image that is exposed now."""

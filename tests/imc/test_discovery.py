@@ -11,9 +11,9 @@ from imc.discovery import (
     Endpoint,
     Service,
     Services,
+    announce_targets,
+    displayable_name,
     of_messages,
-    readable_name,
-    targets,
 )
 
 DUNES = (  # what a real DUNE announces
@@ -127,12 +127,12 @@ def test_no_text_breaks_the_services(text):
 
 
 def test_names_are_readable():
-    assert readable_name(" lauv-\x1b[2Jnoptilus\udcff-1\n") == "lauv-[2Jnoptilus-1"
-    assert len(readable_name("x" * 100_000)) == 64
-    assert readable_name("x" * 64) == "x" * 64
-    assert readable_name("x" * 65) == "x" * 63 + "…"
+    assert displayable_name(" lauv-\x1b[2Jnoptilus\udcff-1\n") == "lauv-[2Jnoptilus-1"
+    assert len(displayable_name("x" * 100_000)) == 64
+    assert displayable_name("x" * 64) == "x" * 64
+    assert displayable_name("x" * 65) == "x" * 63 + "…"
 
 
 def test_an_announce_goes_to_every_port():
-    assert targets(["127.0.0.1", "127.0.0.1"]) == tuple(Endpoint("127.0.0.1", port) for port in PORTS)
-    assert targets(["127.0.0.1"], [7]) == (Endpoint("127.0.0.1", 7),)
+    assert announce_targets(["127.0.0.1", "127.0.0.1"]) == tuple(Endpoint("127.0.0.1", port) for port in PORTS)
+    assert announce_targets(["127.0.0.1"], [7]) == (Endpoint("127.0.0.1", 7),)

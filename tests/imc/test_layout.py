@@ -11,7 +11,7 @@ from imc import layout
 def test_the_header_lies_where_the_table_says():
     message = imc.EntityState(timestamp=1.5, src=0x1A2B, src_ent=7, dst=0x3C4D, dst_ent=9, description="x")
     packet = imc.encode(message)
-    row = np.frombuffer(packet, np.dtype(layout.columns(layout.HEADER_FIELDS)), 1)[0]
+    row = np.frombuffer(packet, np.dtype(layout.numpy_columns(layout.HEADER_FIELDS)), 1)[0]
     assert (row["sync"], row["id"], row["size"]) == (
         layout.SYNC,
         imc.EntityState.ID,

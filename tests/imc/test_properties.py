@@ -89,8 +89,8 @@ def test_other_header(message: imc.Message, other: imc.Message, order: Any) -> N
 def passed(message: imc.Message) -> tuple[imc.Message, bytes, imc.Message]:
     """What receivers of a published message see, its packet, and what they see if nobody wants a packet."""
     codec, header = imc.builtin().codec, packet_header(message)
-    seen, packet = codec.passage(type(message), encodes=True)(message, *header)
-    return seen, packet, codec.passage(type(message), encodes=False)(message, *header)
+    seen, packet = codec.round_trip(type(message), encodes=True)(message, *header)
+    return seen, packet, codec.round_trip(type(message), encodes=False)(message, *header)
 
 
 @settings(max_examples=300)

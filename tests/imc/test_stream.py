@@ -62,13 +62,13 @@ def test_a_damaged_length_hides_no_packet_for_long(claim: int, order: Literal["l
     damaged[4:6] = claim.to_bytes(2, order)
     large = imc.encode(imc.DevDataText(value="x" * 100))
     assert parser.feed_packets(bytes(damaged) + BEAT[:5]) == []
-    assert parser.overtake_packets() == []
-    assert parser.unfinished == 0
+    assert parser.resync_packets() == []
+    assert parser.incomplete_offset == 0
     assert parser.feed_packets(BEAT[5:] + b"T" + BEAT + large[:60]) == []
-    assert parser.overtake_packets() == [BEAT, BEAT]
+    assert parser.resync_packets() == [BEAT, BEAT]
     assert parser.feed_packets(large[60:]) == [large], "it had only begun"
     assert parser.lost == len(damaged) + 1
-    assert parser.unfinished is None
+    assert parser.incomplete_offset is None
 
 
 def test_a_large_packet_on_a_slow_link_is_waited_for() -> None:
@@ -76,7 +76,7 @@ def test_a_large_packet_on_a_slow_link_is_waited_for() -> None:
     large = imc.encode(imc.DevDataText(value="T\xfe" * 2000))
     found = []
     for start in range(0, len(large), 100):
-        found += parser.feed_packets(large[start : start + 100]) + parser.overtake_packets()
+        found += parser.feed_packets(large[start : start + 100]) + parser.resync_packets()
     assert found == [large]
     assert parser.lost == 0
 

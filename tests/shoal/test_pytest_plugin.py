@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from shoal.campaigns import SUFFIX
-from shoal.campaigns.dataset.dataset import JOURNAL, TABLE
+from shoal.campaigns import SCENARIO_SUFFIX
+from shoal.campaigns.results.store import JOURNAL, TABLE
 from tests.shoal.campaigns.examples import FLAT, NAME, TROUBLE, scenario, trouble
 
 ROOT = Path(__file__).parents[2]
@@ -31,14 +31,14 @@ def run(folder, *words):
 
 def write(folder, **texts):
     for name, text in texts.items():
-        suffix = ".py" if name.startswith(("test_", "trouble")) else SUFFIX
+        suffix = ".py" if name.startswith(("test_", "trouble")) else SCENARIO_SUFFIX
         (folder / f"{name}{suffix}").write_text(text)
 
 
 def test_the_plugin_is_an_entry_point_and_knows_the_files():
     points = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["pytest11"]
     module = importlib.import_module(points["shoal"])
-    assert (*module.DATA_SET, module.SUFFIX) == (JOURNAL, TABLE, SUFFIX)
+    assert (*module.DATA_SET, module.SUFFIX) == (JOURNAL, TABLE, SCENARIO_SUFFIX)
 
 
 def test_pytest_starts_without_importing_shoal(tmp_path):
@@ -63,7 +63,7 @@ def test_what_a_search_has_found_is_a_test_only_if_it_is_named(tmp_path):
         ([], 1, 0),
         (["campaigns"], 0, 0),
         (["campaigns/breaks"], 0, 1),
-        ([f"campaigns/breaks/bad{SUFFIX}"], 0, 1),
+        ([f"campaigns/breaks/bad{SCENARIO_SUFFIX}"], 0, 1),
     ):
         told = run(tmp_path, *words).stdout
         assert (f"{passed} passed" in told, f"{failed} failed" in told) == (passed > 0, failed > 0), told

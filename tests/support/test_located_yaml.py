@@ -60,7 +60,12 @@ def test_nodes_know_their_lines():
         ("a:\n\tb: 1", "f:2: not YAML: .*; indent with spaces, not tabs"),
         ("", "f:1: the file is empty"),
         ("a: 1\n---\nb: 2", "f:1: expected one YAML document, not several"),
+        ("a: @b", "f:1: not YAML: [^;]*$"),
         ("[" * 30 + "]" * 30, "f:1: nested too deeply"),
+        ("a: 1\nb: " + "[" * 5000, "f:2: nested too deeply"),
+        ("a: 1\nb: " + "{x: [" * 5000, "f:2: nested too deeply"),
+        ("- " * 5000, "f:1: nested too deeply"),
+        ("- [" + "'['," * 20 + '"[\\"[",' * 20 + "@", "f:1: not YAML"),
     ],
 )
 def test_what_is_refused(text, reason):

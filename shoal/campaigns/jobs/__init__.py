@@ -1,31 +1,30 @@
 """Single runs: what one is, the processes that do them, and the row that comes of each."""
 
-from shoal.campaigns.jobs.engine import Engine
-from shoal.campaigns.jobs.job import SUFFIX, Do, Job, Unfinished, Unreadable
-from shoal.campaigns.jobs.pool import WALL_LIMIT, Pool, processors
-from shoal.campaigns.jobs.rows import Row, columns_of, is_finished, row_of, track_of
-from shoal.campaigns.jobs.runner import Runner
-from shoal.campaigns.jobs.stopwatch import Timed, Timing, timing
-from shoal.campaigns.jobs.study_runner import StudyRunner
+from shoal.campaigns.jobs.cpu_timing import TimedResult, TimedRunner, make_timed_runner
+from shoal.campaigns.jobs.executor import JobExecutor
+from shoal.campaigns.jobs.job import SCENARIO_SUFFIX, Job, RunJob, UnfinishedResult, UnreadableResult
+from shoal.campaigns.jobs.pool import WALL_LIMIT, ProcessPool, usable_cpus
+from shoal.campaigns.jobs.result_row import ResultRow, column_names, is_finished, make_row, unpack_track
+from shoal.campaigns.jobs.runner import ScenarioRunner, StudyRunner
 
 __all__ = [
-    "SUFFIX",
+    "SCENARIO_SUFFIX",
     "WALL_LIMIT",
-    "Do",
-    "Engine",
     "Job",
-    "Pool",
-    "Row",
-    "Runner",
+    "JobExecutor",
+    "ProcessPool",
+    "ResultRow",
+    "RunJob",
+    "ScenarioRunner",
     "StudyRunner",
-    "Timed",
-    "Timing",
-    "Unfinished",
-    "Unreadable",
-    "columns_of",
+    "TimedResult",
+    "TimedRunner",
+    "UnfinishedResult",
+    "UnreadableResult",
+    "column_names",
     "is_finished",
-    "processors",
-    "row_of",
-    "timing",
-    "track_of",
+    "make_row",
+    "make_timed_runner",
+    "unpack_track",
+    "usable_cpus",
 ]

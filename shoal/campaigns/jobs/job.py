@@ -6,7 +6,7 @@ from pathlib import Path
 
 from shoal.scenarios import ScenarioResult
 
-SUFFIX = ".scenario.yaml"
+SCENARIO_SUFFIX = ".scenario.yaml"
 
 
 @dataclass(frozen=True)
@@ -26,20 +26,20 @@ class Job:
     @property
     def name(self) -> str:
         """What the scenario is called if its file cannot be read: the file's name without its ending."""
-        return self.path.name.removesuffix(SUFFIX)
+        return self.path.name.removesuffix(SCENARIO_SUFFIX)
 
-    def failed(self, error: str, kind: type[ScenarioResult] = ScenarioResult) -> ScenarioResult:
+    def failed_result(self, error: str, kind: type[ScenarioResult] = ScenarioResult) -> ScenarioResult:
         """The result of a run that did not come to its end."""
         return kind(self.name, self.seed or 0, error=error)
 
 
-class Unreadable(ScenarioResult):
+class UnreadableResult(ScenarioResult):
     """The result of a job whose file, or a value for it, is wrong: there was no run."""
 
 
-class Unfinished(ScenarioResult):
+class UnfinishedResult(ScenarioResult):
     """The result of a job whose process has died or was ended, so that nothing is known of the run."""
 
 
-Do = Callable[[Job], ScenarioResult]
+RunJob = Callable[[Job], ScenarioResult]
 """Does a job in the process that calls it. It may keep things from one job to the next."""

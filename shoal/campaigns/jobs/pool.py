@@ -9,18 +9,18 @@ from multiprocessing.connection import wait
 from pathlib import Path
 from types import TracebackType
 
-from shoal.campaigns.jobs.job import Do, Job, Unfinished
-from shoal.campaigns.jobs.runner import Runner
-from shoal.campaigns.jobs.worker import Worker, attempt
+from shoal.campaigns.jobs.job import Job, RunJob, UnfinishedResult
+from shoal.campaigns.jobs.runner import ScenarioRunner
+from shoal.campaigns.jobs.worker_process import WorkerProcess, run_caught
 from shoal.scenarios import ScenarioResult
 
 WALL_LIMIT = 600.0  # s
-TRIES = 2  # processes that may die of one job
-KILLS = 5  # if the last one was killed, which may come from outside: a scheduler, or the system for want of memory
-STILLBORN = 3  # processes, one after another, that ended before they could work
+MAX_DEATHS = 2  # processes that may die of one job
+MAX_KILLS = 5  # if the last one was killed, which may come from outside: a scheduler, or the system for want of memory
+MAX_FAILED_STARTS = 3  # processes, one after another, that ended before they could work
 
 
-class Pool:
+class ProcessPool:
     """Processes that do jobs, and are kept for more of them until the pool is closed.
 
     `workers` is how many, by default one on each processor; with 0 this process does the jobs itself, without a limit
@@ -34,23 +34,23 @@ class Pool:
         self,
         workers: int | None = None,
         *,
-        make: Callable[[], Do] = Runner,
+        make_runner: Callable[[], RunJob] = ScenarioRunner,
         wall_limit: float = WALL_LIMIT,
         code: Sequence[Path] = (),
         folder: Path | None = None,
     ):
-        self._count = processors() if workers is None else workers
-        self._make, self._code, self._wall_limit = make, tuple(code), wall_limit
-        self._workers: list[Worker] = []
-        self._stillborn = 0
-        self._again = deque[tuple[Job, int]]()
+        self._count = usable_cpus() if workers is None else workers
+        self._make_runner, self._code, self._wall_limit = make_runner, tuple(code), wall_limit
+        self._workers: list[WorkerProcess] = []
+        self._failed_starts = 0
+        self._retries = deque[tuple[Job, int]]()
         self._stack = ExitStack()
         self._folder = folder or Path(
             self._stack.enter_context(tempfile.TemporaryDirectory(prefix="shoal-", ignore_cleanup_errors=True))
         )
-        self._here: Do | None = None
+        self._local_runner: RunJob | None = None
 
-    def __enter__(self) -> "Pool":
+    def __enter__(self) -> "ProcessPool":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
@@ -59,7 +59,7 @@ class Pool:
     def close(self) -> None:
         """End all processes at once."""
         for worker in self._workers:
-            worker.end()
+            worker.kill()
         self._workers.clear()
         self._stack.close()
 
@@ -69,33 +69,33 @@ class Pool:
         Raises OSError if no process can be started.
         """
         if self._count == 0:
-            self._here = self._here or self._make()
-            yield from ((job, attempt(self._here, job)) for job in jobs)
+            self._local_runner = self._local_runner or self._make_runner()
+            yield from ((job, run_caught(self._local_runner, job)) for job in jobs)
             return
         coming = iter(jobs)
         try:
-            while self._hand_out(coming):
-                yield from self._listen()
+            while self._assign_jobs(coming):
+                yield from self._wait_for_results()
         finally:  # the caller may have heard enough
-            self._again.clear()
+            self._retries.clear()
             for worker in [worker for worker in self._workers if worker.job is not None]:
                 self._end(worker)
 
-    def _hand_out(self, coming: Iterator[Job]) -> bool:
+    def _assign_jobs(self, coming: Iterator[Job]) -> bool:
         """Give jobs to all that have none; False if there is no job left, and nobody has one."""
         while (idle := next((worker for worker in self._workers if worker.job is None), None)) is not None or (
             len(self._workers) < self._count
         ):
-            job, deaths = self._again.popleft() if self._again else (next(coming, None), 0)
+            job, deaths = self._retries.popleft() if self._retries else (next(coming, None), 0)
             if job is None:
                 break
             if idle is None:
-                idle = Worker(self._make, self._code, self._folder, self._wall_limit)
+                idle = WorkerProcess(self._make_runner, self._code, self._folder, self._wall_limit)
                 self._workers.append(idle)
-            idle.give(job, deaths)
+            idle.assign(job, deaths)
         return any(worker.job is not None for worker in self._workers)
 
-    def _listen(self) -> Iterator[tuple[Job, ScenarioResult]]:
+    def _wait_for_results(self) -> Iterator[tuple[Job, ScenarioResult]]:
         """What comes next: results, deaths, or limits that are reached."""
         pipes = {worker.pipe: worker for worker in self._workers}
         left = min(worker.seconds_left for worker in self._workers)
@@ -103,41 +103,41 @@ class Pool:
         for worker in [worker for pipe, worker in pipes.items() if pipe in heard]:
             job = worker.job
             try:
-                result = worker.take()
+                result = worker.receive()
             except EOFError:
-                result = self._mourn(worker)
+                result = self._on_death(worker)
             else:
-                self._stillborn = 0
+                self._failed_starts = 0
             if job is not None and result is not None:
                 yield job, result
         for worker in [worker for worker in self._workers if not worker.seconds_left]:
-            job, place = worker.job, worker.where()
+            job, place = worker.job, worker.hang_location()
             self._end(worker)
             words = f"not done after {self._wall_limit:g} s of wall time"
             if job is not None:
-                yield job, job.failed(f"{words}: in {place}" if place else words, Unfinished)
+                yield job, job.failed_result(f"{words}: in {place}" if place else words, UnfinishedResult)
 
-    def _mourn(self, worker: Worker) -> ScenarioResult | None:
+    def _on_death(self, worker: WorkerProcess) -> ScenarioResult | None:
         """Bury a worker; another one takes its job, unless too many have died of it."""
         job, deaths, how = worker.job, worker.deaths, self._end(worker)
         if not worker.is_ready:
-            self._stillborn += 1
-            if self._stillborn >= STILLBORN:
+            self._failed_starts += 1
+            if self._failed_starts >= MAX_FAILED_STARTS:
                 raise OSError(f"processes end before they can work: {how}")
         elif job is not None and worker.has_begun:  # else it had died before
             deaths += 1
-            if deaths >= (KILLS if how == "SIGKILL" else TRIES):
-                return job.failed(f"{deaths} processes that ran it ended ({how})", Unfinished)
+            if deaths >= (MAX_KILLS if how == "SIGKILL" else MAX_DEATHS):
+                return job.failed_result(f"{deaths} processes that ran it ended ({how})", UnfinishedResult)
         if job is not None:
-            self._again.append((job, deaths))
+            self._retries.append((job, deaths))
         return None
 
-    def _end(self, worker: Worker) -> str:
+    def _end(self, worker: WorkerProcess) -> str:
         self._workers.remove(worker)
-        return worker.end()
+        return worker.kill()
 
 
-def processors() -> int:
+def usable_cpus() -> int:
     """How many processors this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))

@@ -3,15 +3,15 @@
 import contextlib
 from pathlib import Path
 
-from shoal.campaigns.draws import blamed, load_template
-from shoal.campaigns.jobs.job import Job, Unreadable
+from shoal.campaigns.jobs.job import Job, UnreadableResult
+from shoal.campaigns.sampling import describe_value_error, load_template
 from shoal.scenarios import ScenarioDocument, ScenarioFileError, ScenarioResult, load_document, run
-from support.file_errors import of_file
+from support.file_errors import describe_os_error
 
-KEPT = 16  # drafts
+MAX_CACHED_DRAFTS = 16  # drafts
 
 
-class Runner:
+class ScenarioRunner:
     """Runs scenarios. The file of one is read once, also for many jobs.
 
     If the values of jobs are those of `--set`, as `is_set` says, an error names it instead of a line of the file.
@@ -26,19 +26,19 @@ class Runner:
         try:
             scenario = self._draft(job.path).scenario(job.values)
         except OSError as error:
-            return job.failed(of_file(error, job.path), Unreadable)
+            return job.failed_result(describe_os_error(error, job.path), UnreadableResult)
         except ScenarioFileError as error:
-            return job.failed(f"{self._words(job, error)}{self.hint(job.path)}", Unreadable)
+            return job.failed_result(f"{self._error_text(job, error)}{self.error_hint(job.path)}", UnreadableResult)
         try:
             return run(scenario, seed=job.seed, log_root=job.log_root)
         except ScenarioFileError as error:
-            return job.failed(str(error), Unreadable)
+            return job.failed_result(str(error), UnreadableResult)
 
-    def load(self, path: Path) -> ScenarioDocument:
+    def load_draft(self, path: Path) -> ScenarioDocument:
         """The draft of a file."""
         return load_document(path)
 
-    def hint(self, path: Path) -> str:
+    def error_hint(self, path: Path) -> str:
         """What may be meant by a file that is wrong; empty if nothing is known."""
         with contextlib.suppress(ScenarioFileError, OSError):
             if not path.is_file():
@@ -47,15 +47,27 @@ class Runner:
                 return f" (a value that varies, as {place} does, is for `shoal campaign`)"
         return ""
 
-    def _words(self, job: Job, error: ScenarioFileError) -> str:
+    def _error_text(self, job: Job, error: ScenarioFileError) -> str:
         draft = self._drafts.get(job.path)
-        return blamed(draft, job.values, error) if self._is_set and draft is not None else str(error)
+        return describe_value_error(draft, job.values, error) if self._is_set and draft is not None else str(error)
 
     def _draft(self, path: Path) -> ScenarioDocument:
         if path not in self._drafts:
             if path.exists() and not path.is_file():
                 raise ScenarioFileError(f"{path}: a scenario is a file")  # a pipe would never end
-            if len(self._drafts) >= KEPT:
+            if len(self._drafts) >= MAX_CACHED_DRAFTS:
                 del self._drafts[next(iter(self._drafts))]
-            self._drafts[path] = self.load(path)
+            self._drafts[path] = self.load_draft(path)
         return self._drafts[path]
+
+
+class StudyRunner(ScenarioRunner):
+    """Runs scenarios, also those that are inside a study or have distributions in place of values."""
+
+    def load_draft(self, path: Path) -> ScenarioDocument:
+        """The draft of a scenario's file or of a study's."""
+        return load_template(path, ScenarioDocument).draft
+
+    def error_hint(self, path: Path) -> str:
+        """Nothing: values may vary here."""
+        return ""

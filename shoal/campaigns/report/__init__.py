@@ -1,7 +1,7 @@
 """The page of a campaign."""
 
-from shoal.campaigns.report.page import campaign_page
+from shoal.campaigns.report.html_page import campaign_html
 
 __all__ = [
-    "campaign_page",
+    "campaign_html",
 ]

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from shoal.campaigns.jobs import Row, track_of
+from shoal.campaigns.jobs import ResultRow, unpack_track
 from shoal.campaigns.library import library
-from shoal.campaigns.rates import Rate
-from shoal.campaigns.report.analysis import Columns
+from shoal.campaigns.pass_rate import PassRate
+from shoal.campaigns.report.sensitivity import Columns
 
 PASSED, FAILED, LINE = "#1769c2", "#c62f36", "#8795a3"
 MOST_PLOTS = 24
@@ -36,7 +36,7 @@ _STYLE = {
 }
 
 
-def histograms(columns: Columns, passed: Any, units: Mapping[str, str]) -> str:
+def histogram_plots(columns: Columns, passed: Any, units: Mapping[str, str]) -> str:
     """How each column is distributed, passed and failed runs apart."""
 
     def draw(axes: Any, name: str) -> None:
@@ -52,16 +52,16 @@ def histograms(columns: Columns, passed: Any, units: Mapping[str, str]) -> str:
     return _grid_of(list(columns)[:MOST_PLOTS], draw, 1.5)
 
 
-def pass_rates(inputs: Columns, passed: Any, units: Mapping[str, str], confidence: float) -> str:
+def pass_rate_plots(inputs: Columns, passed: Any, units: Mapping[str, str], confidence: float) -> str:
     """The pass rate over each input, in steps of equally many runs, with its interval."""
 
     def draw(axes: Any, name: str) -> None:
         column = inputs[name]
         order = np.argsort(column, kind="stable")
         steps = [part for part in np.array_split(order, min(STEPS, max(1, len(order) // 5))) if len(part)]
-        rates = [Rate(int(passed[part].sum()), len(part), confidence) for part in steps]
+        rates = [PassRate(int(passed[part].sum()), len(part), confidence) for part in steps]
         places = [float(np.median(column[part])) for part in steps]
-        shares = np.array([rate.share for rate in rates])
+        shares = np.array([rate.ratio for rate in rates])
         bounds = np.array([rate.interval for rate in rates]).T
         spread = np.abs(bounds - shares)
         axes.errorbar(places, 100 * shares, 100 * spread, color=PASSED, marker="o", markersize=3, linewidth=1)
@@ -71,7 +71,7 @@ def pass_rates(inputs: Columns, passed: Any, units: Mapping[str, str], confidenc
     return _grid_of(list(inputs)[:MOST_PLOTS], draw, 1.5)
 
 
-def scatters(
+def scatter_plots(
     pairs: Sequence[tuple[str, str]], inputs: Columns, outputs: Columns, passed: Any, units: Mapping[str, str]
 ) -> str:
     """Outputs over inputs, one point per run."""
@@ -88,7 +88,7 @@ def scatters(
     return _grid_of(list(pairs), draw, 1.9, picture=True)
 
 
-def best_so_far(values: Sequence[float], best: Sequence[float]) -> str:
+def best_so_far_plot(values: Sequence[float], best: Sequence[float]) -> str:
     """The values of the runs of a search, and the best one until each; empty without a finite one."""
     if not any(math.isfinite(value) for value in best):
         return ""
@@ -102,13 +102,13 @@ def best_so_far(values: Sequence[float], best: Sequence[float]) -> str:
         return _drawing(figure)
 
 
-def track_map(rows: Sequence[Row]) -> str:
+def track_map(rows: Sequence[ResultRow]) -> str:
     """All tracks on one map, north up, those of failed runs above the others; empty without a track."""
     tracks = [
         (track[:, :2], bool(row["passed"]))
         for row in rows
         for name in row
-        if name.startswith("tracks.") and len(track := track_of(row[name])) > 1
+        if name.startswith("tracks.") and len(track := unpack_track(row[name])) > 1
     ]
     if not tracks:
         return ""

@@ -1,7 +1,16 @@
 """Study files, and all that they name by content."""
 
-from shoal.campaigns.studies.bundle import read_bundle
-from shoal.campaigns.studies.site import UNNAMED, Named, OnSite, Site
+from shoal.campaigns.studies.bundle import parse_bundle
 from shoal.campaigns.studies.study import LOGS, Study, load_study
+from shoal.campaigns.studies.workspace import UNNAMED_FILE_HINT, OriginalPathsExecutor, Workspace, WorkspaceRunner
 
-__all__ = ["LOGS", "UNNAMED", "Named", "OnSite", "Site", "Study", "load_study", "read_bundle"]
+__all__ = [
+    "LOGS",
+    "UNNAMED_FILE_HINT",
+    "OriginalPathsExecutor",
+    "Study",
+    "Workspace",
+    "WorkspaceRunner",
+    "load_study",
+    "parse_bundle",
+]

@@ -9,14 +9,14 @@ from pathlib import Path
 
 from runtime.profile import user_etc
 from shoal.campaigns.studies.own_modules import own_modules
-from shoal.campaigns.studies.site import BundleError, Site, below
+from shoal.campaigns.studies.workspace import BundleError, Workspace, path_below
 from shoal.scenarios import ScenarioDependencies, absolute_path
 
 MOST_BYTES = 256 << 20
 
 
 @dataclass(frozen=True)
-class Bundle:
+class StudyBundle:
     """`files` are the contents by absolute path on the computer of the study, `folder` is the working folder there.
 
     `etc` is where the user's profiles are, `code` the folders in which modules are searched for, `modules` their
@@ -36,18 +36,18 @@ class Bundle:
         head = [self.folder, self.etc, self.code, self.modules, self.digest, sizes]
         return b"\n".join([json.dumps(head).encode(), b"".join(self.files.values())])
 
-    def unpack(self, root: Path) -> "Site":
+    def unpack(self, root: Path) -> "Workspace":
         """Write the files below a folder. Raises OSError, and BundleError for a path that leads out of it."""
         root = root.resolve()
         for path, data in self.files.items():
-            place = below(root, path)
+            place = path_below(root, path)
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(data)
-        below(root, self.folder).mkdir(parents=True, exist_ok=True)
-        return Site(root, self.folder, self.etc, self.code, self.modules)
+        path_below(root, self.folder).mkdir(parents=True, exist_ok=True)
+        return Workspace(root, self.folder, self.etc, self.code, self.modules)
 
 
-def read_bundle(data: bytes) -> Bundle:
+def parse_bundle(data: bytes) -> StudyBundle:
     """The bundle that `pack` has made. Raises BundleError."""
     head, _, contents = data.partition(b"\n")
     try:
@@ -56,12 +56,12 @@ def read_bundle(data: bytes) -> Bundle:
         if sum(ends[-1:]) != len(contents):  # integers
             raise ValueError
         files = {path: contents[end - size : end] for (path, size), end in zip(sizes, ends, strict=True)}
-        return Bundle(files, folder, etc, tuple(code), tuple(modules), digest)
+        return StudyBundle(files, folder, etc, tuple(code), tuple(modules), digest)
     except (ValueError, TypeError):
         raise BundleError("these bytes are no bundle of a study") from None
 
 
-def make_bundle(files: Iterable[Path], sources: ScenarioDependencies, named: Mapping[str, Path]) -> Bundle:
+def make_bundle(files: Iterable[Path], sources: ScenarioDependencies, named: Mapping[str, Path]) -> StudyBundle:
     """Read these files, the sources of a scenario with the modules of a user, and files that a study names.
 
     Raises OSError, and BundleError if they are too large.
@@ -84,4 +84,4 @@ def make_bundle(files: Iterable[Path], sources: ScenarioDependencies, named: Map
         digest.update(f"{name!r} {len(data)} ".encode() + data)
     roots = dict.fromkeys(str(root) for root, _ in modules.values())
     folder, etc = str(absolute_path(Path())), str(absolute_path(user_etc()))
-    return Bundle(content, folder, etc, tuple(roots), tuple(modules), digest.hexdigest() if parts else "")
+    return StudyBundle(content, folder, etc, tuple(roots), tuple(modules), digest.hexdigest() if parts else "")

@@ -8,11 +8,11 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import runtime
+from support.packages import PACKAGES, TASKS
 
-TASKS = "tasks"
 LIBRARIES = ("site-packages", "dist-packages")  # also those of a user and of Debian
 SHOAL = Path(runtime.__file__).resolve().parent.parent
-OF_SHOAL = frozenset(("imc", "mavlink", "runtime", "shoal", "support", "world"))
+OF_SHOAL = frozenset(PACKAGES) - {TASKS}
 
 
 def own_modules(names: Iterable[str]) -> dict[str, tuple[Path, Path]]:

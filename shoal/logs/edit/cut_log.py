@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
-from runtime.logs import KEPT, blocks, new_log
+from imc.lsf import ReportProgress
+from runtime.logs import KEPT, create_log, packet_blocks
 from shoal.logs.selection import OwnerClock, PacketSelection, selection_mask
 
 
@@ -21,7 +21,7 @@ class CutReport:
 
 
 def cut(
-    log: imc.Log, folder: Path, choice: PacketSelection, owner: int, progress: ReportShare | None = None
+    log: imc.Log, folder: Path, choice: PacketSelection, owner: int, progress: ReportProgress | None = None
 ) -> CutReport:
     """Copy the selected packets and those in KEPT, unchanged and in order, to a new log in `folder`.
 
@@ -29,8 +29,8 @@ def cut(
     packet before them. Raises FileExistsError, OSError; ValueError if nothing is selected, and then writes nothing.
     """
     done, watch = CutReport(), OwnerClock(owner)
-    with new_log(folder, log) as writer:
-        for block in blocks(log, done.losses, progress):
+    with create_log(folder, log) as writer:
+        for block in packet_blocks(log, done.losses, progress):
             chosen = selection_mask(block.headers, choice, watch)
             kept = ~chosen & np.isin(block.headers["id"], list(KEPT))
             for index in np.flatnonzero(chosen | kept):

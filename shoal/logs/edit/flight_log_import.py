@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Protocol
 
 import imc
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from mavlink import Flight, Record, dataflash, from_dataflash, from_ulog, load_dialect, ulog
 from shoal.logs.edit.imported_log import (
     CONVERSION_ERRORS,
@@ -36,7 +36,7 @@ class _Translator(Protocol):
 
 
 def import_dataflash(
-    path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None
+    path: Path, folder: Path, system: str = "", progress: ReportProgress = lambda _: None
 ) -> ImportReport:
     """Write Data.lsf.gz and IMC.xml.gz to `folder`; `progress` gets the share that is read.
 
@@ -49,7 +49,7 @@ def import_dataflash(
     return _import(log, flight, translator, folder, system, progress)
 
 
-def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> ImportReport:
+def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportProgress = lambda _: None) -> ImportReport:
     """The same for a ULog file of PX4. Raises BadULog too."""
     log = ulog.ULog(path)
     flight = from_ulog.survey(log)
@@ -61,7 +61,7 @@ def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportShar
 
 
 def _import(
-    log: _FlightLog, flight: Flight, translator: _Translator, folder: Path, system: str, progress: ReportShare
+    log: _FlightLog, flight: Flight, translator: _Translator, folder: Path, system: str, progress: ReportProgress
 ) -> ImportReport:
     writer = open_writer(folder)
     skipped = SkippedRecords()

@@ -11,10 +11,10 @@ import numpy as np
 
 import imc
 from imc.layout import SMALLEST_PACKET
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from imc.schema import MessageType
-from runtime.logs import NAMING, Array, Names, blocks, new_log, type_name
-from support.file_errors import naming
+from runtime.logs import NAMING, Array, SystemNames, create_log, packet_blocks, type_name
+from support.file_errors import naming_path
 
 
 class MergeConflict(ValueError):
@@ -32,7 +32,7 @@ class MergeReport:
 
 
 def merge(
-    logs: list[imc.Log], folder: Path, keep_copies: bool = False, progress: ReportShare | None = None
+    logs: list[imc.Log], folder: Path, keep_copies: bool = False, progress: ReportProgress | None = None
 ) -> MergeReport:
     """Write all packets of the logs, unchanged, to a new log in `folder`, by time and then by log and order.
 
@@ -41,7 +41,7 @@ def merge(
     the logs define a message in them differently, ValueError if there is no message, FileExistsError, OSError.
     """
     merged = MergeReport()
-    with naming(tempfile.gettempdir()), tempfile.TemporaryFile() as spill:
+    with naming_path(tempfile.gettempdir()), tempfile.TemporaryFile() as spill:
         collected = _SpilledPackets(spill)
         for number, log in enumerate(logs):
             merged.losses += [(log.path, loss) for loss in collected.read_log(number, log, progress)]
@@ -49,7 +49,7 @@ def merge(
             raise ValueError("there is no message in these logs")
         source = _common_schema(logs, collected.ids)
         merged.warnings = _label_conflicts(logs, collected.names)
-        with new_log(folder, source) as writer:
+        with create_log(folder, source) as writer:
             for packet in collected.in_order(None if keep_copies else merged):
                 writer.write(packet)
                 merged.packets += 1
@@ -63,16 +63,16 @@ class _SpilledPackets:
         self._spill = spill
         self.times, self._ends, self._logs = array("d"), array("q"), array("i")
         self.ids: list[set[int]] = []
-        self.names: list[Names] = []
+        self.names: list[SystemNames] = []
         self._end = 0
 
-    def read_log(self, number: int, log: imc.Log, progress: ReportShare | None) -> list[imc.Loss]:
+    def read_log(self, number: int, log: imc.Log, progress: ReportProgress | None) -> list[imc.Loss]:
         """Read a log; returns what was damaged."""
         losses: list[imc.Loss] = []
         ids: set[int] = set()
-        names = Names()
+        names = SystemNames()
         latest = 0.0
-        for block in blocks(log, losses, progress):
+        for block in packet_blocks(log, losses, progress):
             heads = block.headers
             times = _filled(heads["timestamp"], latest)
             latest = float(times[-1])
@@ -151,7 +151,7 @@ def _layout(message: MessageType) -> object:
     return message.abbrev, message.wire, [field.attribute for field in message.fields]
 
 
-def _label_conflicts(logs: list[imc.Log], names: list[Names]) -> list[str]:
+def _label_conflicts(logs: list[imc.Log], names: list[SystemNames]) -> list[str]:
     """Entities with different labels in different logs."""
     first: dict[tuple[int, int], tuple[str, Path]] = {}
     found: list[str] = []

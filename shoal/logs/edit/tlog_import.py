@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from mavlink import (
     AUTOPILOT_NONE,
     GROUND_STATION,
@@ -45,7 +45,7 @@ class _ImportedSystem:
                     self.skipped.count(message.name, time)
 
 
-def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> ImportReport:
+def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportProgress = lambda _: None) -> ImportReport:
     """Write Data.lsf.gz and IMC.xml.gz to `folder`; `progress` gets the share that is read.
 
     Each autopilot becomes a system "mavlink-<id>"; the first is `system`, if given. Ground stations, cameras and

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from shoal.logs.export.message_batches import LogSource
 from shoal.logs.export.message_table import (
     HEADER,
@@ -22,7 +22,7 @@ from shoal.logs.export.message_table import (
 )
 
 
-def export_csv(source: LogSource, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_csv(source: LogSource, folder: Path, progress: ReportProgress = lambda _: None) -> int:
     """Write <Message>.csv for each type to `folder`; returns the number of rows.
 
     The first row has the names of the columns with their units: `timestamp (s)`, `utc`, `system`, `label`, the rest of

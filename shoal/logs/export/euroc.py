@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from runtime.logs import Array
 from runtime.profile import default_label, read_sections
 from shoal.logs.export.camera_calibration import (
@@ -40,7 +40,7 @@ TRUTH_HEADING = "#timestamp," + ",".join(
 FRAMES = "R is east, north, up; the body B is forward, right, down of the vehicle; T_BS places the sensor S in it"
 
 
-def export_euroc(source: LogSource, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_euroc(source: LogSource, folder: Path, progress: ReportProgress = lambda _: None) -> int:
     """Write mav0/imu0.., cam0.., state_groundtruth_estimate0 and state_estimate0, and calibration/; returns the rows.
 
     calibration/ has the noise of each IMU, and of the cameras that Photos/cameras.yaml describes a camchain of Kalibr

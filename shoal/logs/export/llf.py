@@ -13,14 +13,14 @@ from typing import TextIO
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from shoal.logs.export.message_batches import LogSource
 from shoal.logs.export.message_table import HEADER, HEADER_TYPES, NUMPY, MessageTable, Values, message_table
 
 _BREAKS = re.compile(r"[\t\r\n]")
 
 
-def export_llf(source: LogSource, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_llf(source: LogSource, folder: Path, progress: ReportProgress = lambda _: None) -> int:
     """Write <Message>.llf for each type to `folder`; returns the number of rows.
 
     Times are in s since `#startTime`, the start of the log. Raises OSError.

@@ -9,7 +9,7 @@ import numpy as np
 
 import imc
 from imc.layout import ADDRESS_FIELDS
-from imc.lsf import ReportShare, packed_schema
+from imc.lsf import ReportProgress, packed_schema
 from runtime.logs import Array
 from shoal.logs.export import foxglove_types, ros_standard_types
 from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, logged_cameras, photos_of_other_lenses
@@ -36,7 +36,7 @@ _BILLION = 1_000_000_000
 
 
 def export_mcap(
-    source: LogSource, path: Path, raw: bool = True, images: bool = True, progress: ReportShare = lambda _: None
+    source: LogSource, path: Path, raw: bool = True, images: bool = True, progress: ReportProgress = lambda _: None
 ) -> int:
     """Write the selected messages of a log to a new MCAP file; returns the number of messages in it.
 

@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 import imc
-from imc.layout import ADDRESS_FIELDS, HEADER_FIELDS, SMALLEST_PACKET, VARIABLE, columns
-from imc.lsf import Batch, ReportShare, at_each
-from runtime.logs import Array, Names, Summary
+from imc.layout import ADDRESS_FIELDS, HEADER_FIELDS, SMALLEST_PACKET, VARIABLE, numpy_columns
+from imc.lsf import Batch, ReportProgress, read_at_offsets
+from runtime.logs import Array, LogSummary, SystemNames
 from shoal.logs.selection import OwnerClock, PacketSelection, selection_mask
 
 BATCH_BYTES = 1 << 21
 
-HEADER_AND_ORDER = np.dtype([*columns({"id": "H", "size": "H", **ADDRESS_FIELDS}), ("big", "?")])
+HEADER_AND_ORDER = np.dtype([*numpy_columns({"id": "H", "size": "H", **ADDRESS_FIELDS}), ("big", "?")])
 """A header, and whether the packet is big-endian."""
 
 
@@ -62,7 +62,7 @@ class LogSource:
     """
 
     log: imc.Log
-    summary: Summary
+    summary: LogSummary
     selection: PacketSelection = field(default_factory=PacketSelection)
     skipped: Counter[str] = field(default_factory=Counter[str])
     unreadable_photos: list[str] = field(default_factory=list[str])
@@ -74,14 +74,14 @@ class LogSource:
         return self.log.schema
 
     @property
-    def names(self) -> Names:
+    def names(self) -> SystemNames:
         return self.summary.names
 
     @cached_property
     def _layouts(self) -> dict[int, np.dtype[np.void]]:
         return {m.id: layout for m in self.schema.messages if (layout := _layout(m)) is not None}
 
-    def batches(self, progress: ReportShare = lambda _: None) -> Iterator[ExportBatch]:
+    def batches(self, progress: ReportProgress = lambda _: None) -> Iterator[ExportBatch]:
         """The selected packets; `progress` gets the share of the log that has been read, 0 to 1."""
         watch = OwnerClock(self.summary.owner)
         self.packets = 0
@@ -109,7 +109,7 @@ class LogSource:
                 heads = batch.headers[rows]
                 plain = (heads["size"] == layout.itemsize - SMALLEST_PACKET) & ~heads["big"]
                 if bool(np.all(plain)):
-                    yield MessageBatch(message, rows, at_each(batch.data, batch.starts[rows], layout))
+                    yield MessageBatch(message, rows, read_at_offsets(batch.data, batch.starts[rows], layout))
                     continue
             yield MessageBatch(message, rows, None)
 
@@ -175,4 +175,4 @@ def _layout(message: imc.MessageType) -> np.dtype[np.void] | None:
         return None
     header = {name if name in ADDRESS_FIELDS else f"_{name}": code for name, code in HEADER_FIELDS.items()}
     fields = {field_.attribute: code for field_, code in zip(message.fields, message.wire, strict=True)}
-    return np.dtype(columns({**header, **fields, "_crc": "H"}))
+    return np.dtype(numpy_columns({**header, **fields, "_crc": "H"}))

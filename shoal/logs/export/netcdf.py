@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from runtime.logs import Array
 from shoal.logs.export.message_batches import LogSource
 from shoal.logs.export.message_table import (
@@ -86,7 +86,7 @@ KINDS = {
 _nc: Any = import_module("netCDF4")
 
 
-def export_netcdf(source: LogSource, path: Path, progress: ReportShare = lambda _: None) -> int:
+def export_netcdf(source: LogSource, path: Path, progress: ReportProgress = lambda _: None) -> int:
     """Write the messages to a NetCDF file; returns the number of rows.
 
     The dimension of a group is `obs`: messages in the order of the log. Its variables are `time` (CF), the header,

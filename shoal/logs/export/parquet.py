@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from shoal.logs.export.message_batches import LogSource
 from shoal.logs.export.message_table import (
     HEADER,
@@ -31,7 +31,7 @@ _pa: Any = import_module("pyarrow")
 _pq: Any = import_module("pyarrow.parquet")
 
 
-def export_parquet(source: LogSource, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_parquet(source: LogSource, folder: Path, progress: ReportProgress = lambda _: None) -> int:
     """Write <Message>.parquet for each type to `folder`; returns the number of rows.
 
     Columns: `utc` (µs, empty if the timestamp is not a date), `system` and `label` (of the sender), the header, the

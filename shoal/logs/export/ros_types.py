@@ -107,7 +107,7 @@ def _members(
         if field_.type in TYPES:
             type_, code = TYPES[field_.type], WIRE_CODES[field_.type]
         else:
-            allowed = schema.members(field_.message_type)
+            allowed = schema.allowed_messages(field_.message_type)
             code = WIRE_CODES[field_.type]
             if len(allowed) == 1 and not allowed & set(around):
                 inner = _inline_type(schema, schema.types[next(iter(allowed))], around)

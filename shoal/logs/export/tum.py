@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from imc.lsf import ReportShare
+from imc.lsf import ReportProgress
 from runtime.logs import Array
 from shoal.logs.export.camera_calibration import FILE as CAMERAS
 from shoal.logs.export.message_batches import LogSource
@@ -14,7 +14,7 @@ from shoal.logs.export.vio_recording import PoseTrack, read_recording
 BILLION = 1_000_000_000
 
 
-def export_tum(source: LogSource, folder: Path, progress: ReportShare = lambda _: None) -> int:
+def export_tum(source: LogSource, folder: Path, progress: ReportProgress = lambda _: None) -> int:
     """Write groundtruth.txt, estimate.txt, accelerometer.txt, gyroscope.txt, and rgb.txt with rgb/; returns the rows.
 
     Poses are those of the vehicle (forward, right, down) in east, north, up; quaternions end with w. Of several IMUs or

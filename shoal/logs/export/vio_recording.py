@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from imc.lsf import ReportShare, positions
+from imc.lsf import ReportProgress, positions
 from runtime.logs import Array
 from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, logged_cameras, photos_of_other_lenses
 from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch, nanoseconds
@@ -58,7 +58,7 @@ class VioRecording:
     photos: dict[str, list[Photo]] = field(default_factory=dict[str, list[Photo]])
 
 
-def read_recording(source: LogSource, progress: ReportShare = lambda _: None) -> VioRecording:
+def read_recording(source: LogSource, progress: ReportProgress = lambda _: None) -> VioRecording:
     """Read a log. What cannot be used counts as skipped in `source`. Raises OSError."""
     found: dict[str, list[Array]] = {name: [] for name in FIELDS}
     for batch in source.batches(progress):

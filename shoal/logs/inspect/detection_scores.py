@@ -11,7 +11,7 @@ import numpy as np
 import imc
 from imc.coordinates import NOWHERE
 from runtime.kernel import VirtualClock
-from runtime.logs import Array, Summary
+from runtime.logs import Array, LogSummary
 from runtime.profile import Profile, default_label, load_profile
 from runtime.task import ParameterError, Task
 from support.diagnostics import ProfileError
@@ -71,7 +71,7 @@ class _Truth(NamedTuple):
         return np.stack([np.interp(times, self.time, row) for row in (rows[:, 0], rows[:, 1], rows[:, 2])], axis=-1)
 
 
-def score_detections(log: imc.Log, summary: Summary, labels: Callable[[int], str]) -> list[DetectionScore]:
+def score_detections(log: imc.Log, summary: LogSummary, labels: Callable[[int], str]) -> list[DetectionScore]:
     """Judge all entities that detect gliders; none of a log without truth or configuration.
 
     `labels` tells the label of an entity. Of the configuration, which may come from a stranger, only Shoal's own
@@ -167,7 +167,7 @@ def _spread(eye: _Camera, to: Array, angles: Array) -> Array:
     return seen.covariance(eye.accuracy.variances(abs(float(to[2])))) + (eye.blur * to[2]) ** 2 * np.eye(2)
 
 
-def _truth(log: imc.Log, summary: Summary, world: World) -> _Truth | None:
+def _truth(log: imc.Log, summary: LogSummary, world: World) -> _Truth | None:
     rows = log.array("SimulatedState", src=summary.owner)
     rows = rows[np.argsort(rows["timestamp"], kind="stable")]
     table = np.stack([rows[name].astype(np.float64) for name in ("x", "y", "z", "phi", "theta", "psi")], axis=-1)
@@ -185,7 +185,7 @@ def _truth(log: imc.Log, summary: Summary, world: World) -> _Truth | None:
     return _Truth(rows["timestamp"], table[:, :3], np.unwrap(table[:, 3:], axis=0), ground)
 
 
-def _ground(log: imc.Log, summary: Summary, times: Array) -> Array:
+def _ground(log: imc.Log, summary: LogSummary, times: Array) -> Array:
     """(n,) where the vehicle believes the ground below it (m, down); NaN without altitudes."""
     rows = log.array("EstimatedState", src=summary.owner)
     down = rows["z"].astype(np.float64) + rows["alt"]
@@ -196,7 +196,7 @@ def _ground(log: imc.Log, summary: Summary, times: Array) -> Array:
 
 
 def _eyes(
-    log: imc.Log, profile: Profile, summary: Summary, labels: Callable[[int], str]
+    log: imc.Log, profile: Profile, summary: LogSummary, labels: Callable[[int], str]
 ) -> dict[str, Sequence[_Camera]]:
     """The cameras behind the entities that detect gliders, by label."""
     from runtime.vehicle import build  # slow to import, as tasks are

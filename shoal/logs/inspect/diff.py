@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
-from runtime.logs import NAMING, Array, Names, blocks, type_name
+from imc.lsf import ReportProgress
+from runtime.logs import NAMING, Array, SystemNames, packet_blocks, type_name
 
 MOST_PAIRS = 100_000  # whose fields are compared
 RELATED = 0.1  # share of messages that must match by time, else logs are compared by order
@@ -55,7 +55,7 @@ class LogDifference:
     """How two logs differ. `by_time`: messages were paired by time, else by order."""
 
     packets: tuple[int, int]
-    names: Names
+    names: SystemNames
     losses: tuple[list[imc.Loss], list[imc.Loss]]
     first: tuple[LogMessage, LogMessage] | None = None
     reordered: bool = False
@@ -73,9 +73,9 @@ class LogDifference:
 class _PacketArrays:
     """A log's packets as arrays: key of type and sender, time, offset, fingerprint."""
 
-    def __init__(self, log: imc.Log, names: Names, losses: list[imc.Loss], progress: ReportShare | None):
+    def __init__(self, log: imc.Log, names: SystemNames, losses: list[imc.Loss], progress: ReportProgress | None):
         keys, times, offsets, prints = array("q"), array("d"), array("q"), array("q")
-        for block in blocks(log, losses, progress):
+        for block in packet_blocks(log, losses, progress):
             heads = block.headers
             key = heads["id"].astype(np.int64) << 24 | heads["src"].astype(np.int64) << 8 | heads["src_ent"]
             keys.frombytes(key.tobytes())
@@ -110,9 +110,9 @@ class _PacketArrays:
         return LogMessage(number + 1, int(self.offsets[number]), _decoded(self.log, packet))
 
 
-def compare_logs(a: imc.Log, b: imc.Log, progress: ReportShare | None = None) -> LogDifference:
+def compare_logs(a: imc.Log, b: imc.Log, progress: ReportProgress | None = None) -> LogDifference:
     """Compare two logs. Needs about 30 bytes of memory per packet, and up to MOST_PAIRS changed packets."""
-    names = Names()
+    names = SystemNames()
     losses: tuple[list[imc.Loss], list[imc.Loss]] = ([], [])
     one, two = _PacketArrays(a, names, losses[0], progress), _PacketArrays(b, names, losses[1], progress)
     found = LogDifference((len(one.keys), len(two.keys)), names, losses)

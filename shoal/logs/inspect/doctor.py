@@ -7,9 +7,9 @@ from typing import Literal
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY
-from imc.discovery import readable_name
-from imc.lsf import ReportShare, Spread
-from runtime.logs import Block, Summary, new_log, summarize, type_name
+from imc.discovery import displayable_name
+from imc.lsf import ParallelMap, ReportProgress
+from runtime.logs import LogSummary, PacketBlock, create_log, summarize, type_name
 from shoal.logs.inspect.formatting import format_count, format_duration, format_time
 from shoal.logs.inspect.gaps import MessageIntervals
 from shoal.logs.inspect.schema_mismatch import SchemaCheck
@@ -40,7 +40,7 @@ class Examination:
 
     log: imc.Log
     findings: list[LogProblem]
-    summary: Summary | None = None
+    summary: LogSummary | None = None
 
     @property
     def healthy(self) -> bool:
@@ -54,7 +54,7 @@ class _EndMarks:
         self._schema = schema
         self.stopped = False
 
-    def __call__(self, block: Block) -> None:
+    def __call__(self, block: PacketBlock) -> None:
         last = block.packets[-1]
         try:
             message = self._schema.decode(last)
@@ -65,7 +65,7 @@ class _EndMarks:
         self.stopped = type(message).__name__ == "LoggingControl" and getattr(message, "op", None) == stop
 
 
-def examine_log(path: Path, progress: ReportShare | None = None, spread: Spread | None = None) -> Examination:
+def examine_log(path: Path, progress: ReportProgress | None = None, spread: ParallelMap | None = None) -> Examination:
     """Read a log once and check it; `spread` is that of imc.Log. Raises FileNotFoundError, OSError."""
     try:
         log, findings = imc.Log(path, spread=spread), list[LogProblem]()
@@ -101,7 +101,7 @@ def repair_log(examination: Examination, folder: Path) -> int:
     Raises FileExistsError, OSError; ValueError if there are none.
     """
     log, count = examination.log, 0
-    with new_log(folder, log) as writer:
+    with create_log(folder, log) as writer:
         for _, packet in log.packets():
             writer.write(packet)
             count += 1
@@ -122,7 +122,7 @@ _REASONS = (
 )
 
 
-def _damage(summary: Summary) -> list[LogProblem]:
+def _damage(summary: LogSummary) -> list[LogProblem]:
     groups: dict[tuple[str, str, str], list[imc.Loss]] = {}
     for loss in summary.losses:
         known = next((row for row in _REASONS if loss.reason.startswith(row[0])), ("", "error", ""))
@@ -166,7 +166,7 @@ def _layouts(layouts: SchemaCheck, schema: imc.Schema) -> list[LogProblem]:
     return found
 
 
-def _clocks(summary: Summary) -> list[LogProblem]:
+def _clocks(summary: LogSummary) -> list[LogProblem]:
     found: list[LogProblem] = []
     if summary.steps:
         places = _few(
@@ -183,8 +183,8 @@ def _clocks(summary: Summary) -> list[LogProblem]:
         )
     for src, clock in summary.clocks.items():
         who = summary.names.system(src)
-        if clock.strays:
-            text = f"{format_count(clock.strays, 'message')} of {who} with times far from those around them"
+        if clock.outliers:
+            text = f"{format_count(clock.outliers, 'message')} of {who} with times far from those around them"
             found.append(LogProblem("note", text, (), "They were stored and logged later, or have no time."))
         apart = clock.start - summary.start if clock.start < summary.start else max(0.0, clock.end - summary.end)
         if src != summary.owner and math.isfinite(apart) and abs(apart) > CLOCKS_APART:
@@ -194,7 +194,7 @@ def _clocks(summary: Summary) -> list[LogProblem]:
     return found
 
 
-def _gaps(rhythms: MessageIntervals, summary: Summary) -> list[LogProblem]:
+def _gaps(rhythms: MessageIntervals, summary: LogSummary) -> list[LogProblem]:
     rows: list[tuple[float, str]] = []
     for (identity, src, entity), rhythm in rhythms.found.items():
         if src == summary.owner and (gaps := rhythm.gaps(summary.end, LONG_ENOUGH * summary.duration)):
@@ -210,7 +210,7 @@ def _gaps(rhythms: MessageIntervals, summary: Summary) -> list[LogProblem]:
     return [LogProblem("note", text, _few([row for _, row in rows]), meaning)]
 
 
-def _entities(summary: Summary) -> list[LogProblem]:
+def _entities(summary: LogSummary) -> list[LogProblem]:
     names, found = summary.names, list[LogProblem]()
     own = [(src, entity) for src, entity in summary.by_entity if src == summary.owner]
     nameless = [key for key in own if key[1] != UNKNOWN_ENTITY and key not in names.labels]
@@ -232,7 +232,7 @@ def _entities(summary: Summary) -> list[LogProblem]:
     if names.earlier:
         several: list[str] = []
         for (src, entity), labels in sorted(names.earlier.items()):
-            each = [*map(readable_name, labels), names.entity(src, entity)]
+            each = [*map(displayable_name, labels), names.entity(src, entity)]
             several.append(f"entity {entity} of {names.system(src)}: {', '.join(_few(each))}")
         text = f"{format_count(len(names.earlier), 'entity', 'entities')} with several labels"
         meaning = "The log has several runs of a vehicle; readers use one label for all of it."

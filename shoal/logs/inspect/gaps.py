@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.logs import Array, Block
+from runtime.logs import Array, PacketBlock
 
 SHORTEST = 1.5  # s
 FACTOR = 5.0  # periods
@@ -64,7 +64,7 @@ class MessageIntervals:
     def __init__(self) -> None:
         self.found: dict[tuple[int, int, int], MessageInterval] = {}
 
-    def __call__(self, block: Block) -> None:
+    def __call__(self, block: PacketBlock) -> None:
         heads = block.headers
         keys = heads["id"].astype(np.int64) << 24 | heads["src"].astype(np.int64) << 8 | heads["src_ent"]
         order = np.argsort(keys, kind="stable")

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 import imc
-from imc.lsf import ReportShare
-from runtime.logs import Summary, summarize
+from imc.lsf import ReportProgress
+from runtime.logs import LogSummary, summarize
 from shoal.logs.inspect.formatting import format_count, format_duration, format_rate, format_size, format_time
 from shoal.logs.inspect.report_data import LogbookLine, ReportData, TimeSpan, read_report_data
 from shoal.logs.inspect.time_plot import Curve, css_class, draw_bands, draw_curves, elapsed_text
@@ -28,7 +28,7 @@ SEVERE = ("WARNING", "ERROR", "CRITICAL")
 _HERE = Path(__file__).parent
 
 
-def render_report(log: imc.Log, progress: ReportShare | None = None) -> str:
+def render_report(log: imc.Log, progress: ReportProgress | None = None) -> str:
     """The page of a log. Text of the log is escaped. Raises ValueError for an empty log."""
     summary = summarize(log, progress)
     if summary.packets == 0:
@@ -239,7 +239,7 @@ def _line(entry: LogbookLine) -> tuple[str, ...]:
     return elapsed_text(entry.time), entry.level.lower(), _short(entry.context), _short(entry.text)
 
 
-def _rates(summary: Summary) -> str:
+def _rates(summary: LogSummary) -> str:
     most = max(tally.size for tally in summary.by_type.values())
     rows = [
         f"<tr><td>{_safe(name)}</td><td class=n>{tally.count}</td><td class=n>{format_rate(tally.rate)}</td>"
@@ -255,7 +255,7 @@ def _rates(summary: Summary) -> str:
     return _section("Messages", text)
 
 
-def _troubles(summary: Summary) -> str:
+def _troubles(summary: LogSummary) -> str:
     rows = [
         (f"byte {loss.offset}", format_count(loss.length, "byte"), loss.reason)
         for loss in summary.losses[:MOST_ENTRIES]

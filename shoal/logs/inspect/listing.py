@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 import imc
-from imc.discovery import readable_name
+from imc.discovery import displayable_name
 from imc.layout import SYNC
-from imc.lsf import COMPRESSIONS, SUFFIXES, Batch, Compression, Losses, scan
-from runtime.logs import Array, Names, headers, without_strays
+from imc.lsf import COMPRESSIONS, SUFFIXES, Batch, Compression, DamageList, scan
+from runtime.logs import Array, SystemNames, packet_headers, without_outliers
 
 TAIL = 1 << 19  # bytes
 GLANCE = 200  # packets
@@ -45,11 +45,11 @@ def logs_below(folder: Path) -> list[LogOverview]:
         preferred = next((f"Data{suffix}" for suffix in SUFFIXES if f"Data{suffix}" in files), None)
         names = [preferred] if preferred else sorted(name for name in files if name.endswith(SUFFIXES))
         found += [Path(place, name) for name in names]
-    names = Names()
+    names = SystemNames()
     return [log_overview(path, names) for path in sorted(found)]
 
 
-def log_overview(path: Path, names: Names) -> LogOverview:
+def log_overview(path: Path, names: SystemNames) -> LogOverview:
     """Look at the first and the last messages of a log."""
     size = 0
     try:
@@ -80,7 +80,7 @@ def log_overview(path: Path, names: Names) -> LogOverview:
     return LogOverview(path, system, _bound(first, owner, np.min), _bound(last, owner, np.max), size, "")
 
 
-def _quick_glance(path: Path, size: int, names: Names) -> LogOverview | None:
+def _quick_glance(path: Path, size: int, names: SystemNames) -> LogOverview | None:
     """The same from a few KiB; None if it takes a closer look: damage, another sync number, few messages at the end."""
     form = next((form for form in COMPRESSIONS.values() if form.suffix == path.suffix), None)
     with path.open("rb") as file:
@@ -101,7 +101,7 @@ def _quick_glance(path: Path, size: int, names: Names) -> LogOverview | None:
         last = _first_batch(ending)
         end = math.nan if last is None else _bound(_seen(last), owner, np.max)
         if not math.isnan(begin) and not math.isnan(end):
-            announced = batch.having((batch.heads & 0xFFFF) == imc.Announce.ID).packets()
+            announced = batch.select((batch.heads & 0xFFFF) == imc.Announce.ID).packets()
             return LogOverview(
                 path, _announced(map(itemgetter(1), announced), owner) or names.system(owner), begin, end, size, ""
             )
@@ -119,7 +119,7 @@ def _last_members(tail: bytes, form: Compression) -> Iterator[bytes]:
 
 def _first_batch(data: bytes) -> Batch | None:
     """The packets in a part of a log: scan puts at least this much into one batch."""
-    return next(scan([data], SYNC, Losses()), None)
+    return next(scan([data], SYNC, DamageList()), None)
 
 
 def _seen(batch: Batch) -> Array:
@@ -134,13 +134,17 @@ def _announced(packets: Iterable[bytes], owner: int) -> str:
     for packet in packets:
         with contextlib.suppress(imc.DecodeError):
             message = imc.decode(packet)
-            if isinstance(message, imc.Announce) and message.src == owner and (name := readable_name(message.sys_name)):
+            if (
+                isinstance(message, imc.Announce)
+                and message.src == owner
+                and (name := displayable_name(message.sys_name))
+            ):
                 return name
     return ""
 
 
 def _headers(packets: Iterable[bytes], sync: int = SYNC) -> Array | None:
-    found = headers(list(packets), sync)
+    found = packet_headers(list(packets), sync)
     return found if len(found) else None
 
 
@@ -149,7 +153,7 @@ def _bound(heads: Array | None, owner: int, pick: Callable[[Array], float]) -> f
     if heads is None:
         return math.nan
     times = heads["timestamp"][heads["src"] == owner]
-    near = without_strays(times)
+    near = without_outliers(times)
     return float(pick(near)) if len(near) else math.nan
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import imc
 from imc import coordinates
-from runtime.logs import Array, Summary
+from runtime.logs import Array, LogSummary
 from shoal.logs.inspect.detection_scores import DetectionScore, score_detections
 from support import wgs84
 
@@ -74,7 +74,7 @@ class GliderDetections(NamedTuple):
 class ReportData:
     """The content of a report. origin: latitude, longitude (rad) of north = east = 0; None without position."""
 
-    summary: Summary
+    summary: LogSummary
     motion: VehicleMotion
     detections: GliderDetections
     origin: tuple[float, float] | None = None
@@ -98,7 +98,7 @@ class ReportData:
         return len(known) > 0 and float(np.abs(known).max()) < AFLOAT
 
 
-def read_report_data(log: imc.Log, summary: Summary) -> ReportData:
+def read_report_data(log: imc.Log, summary: LogSummary) -> ReportData:
     """Read the owner's messages of a log that a report needs; its times are seconds since the log's start."""
     collected: dict[str, list[Any]] = {kind: [] for kind in _NEEDED}
     types = log.schema.types
@@ -148,7 +148,7 @@ def _state(message: Any) -> tuple[float, ...]:
     return (message.timestamp, message.src_ent, *(getattr(message, name, math.nan) for name in _STATE))
 
 
-def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[VehicleMotion, tuple[float, float] | None]:
+def _motion(rows: list[tuple[float, ...]], summary: LogSummary) -> tuple[VehicleMotion, tuple[float, float] | None]:
     """The states of the entity that sends most of them, ordered by time, and the origin of their offsets."""
     table = np.array(rows, float).reshape(len(rows), 2 + len(_STATE))
     within = (table[:, 0] >= summary.start - 1.0) & (table[:, 0] <= summary.end + 1.0)
@@ -185,7 +185,7 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[VehicleMot
     return motion, origin
 
 
-def _detections(messages: list[Any], motion: VehicleMotion, summary: Summary) -> GliderDetections:
+def _detections(messages: list[Any], motion: VehicleMotion, summary: LogSummary) -> GliderDetections:
     """Where MUGs were detected: the vehicle's position at that time plus the offset."""
     if len(motion.time) == 0:
         return GliderDetections(*(np.empty(0),) * 4)
@@ -230,7 +230,7 @@ def _plans(content: ReportData, messages: list[Any]) -> None:
     content.progress = (times, np.where((percent >= 0.0) & (percent <= 100.0), percent, np.nan))
 
 
-def _stretches(rows: list[tuple[float, str, str]], summary: Summary, by_text: bool = True) -> list[TimeSpan]:
+def _stretches(rows: list[tuple[float, str, str]], summary: LogSummary, by_text: bool = True) -> list[TimeSpan]:
     """Consecutive equal values as one stretch; the last one lasts until the end of the log."""
     found: list[TimeSpan] = []
     for time, value, text in sorted(rows, key=lambda row: row[0]):

@@ -7,7 +7,7 @@ import numpy as np
 
 import imc
 from imc.layout import NUMBERS
-from runtime.logs import Block
+from runtime.logs import PacketBlock
 
 SAMPLE = 1000  # packets of each message of variable size that are decoded
 MOST_KINDS = 10  # of misfits of one message that are listed
@@ -40,7 +40,7 @@ class SchemaCheck:
             found.setdefault(number, []).append(misfit)
         return found
 
-    def __call__(self, block: Block) -> None:
+    def __call__(self, block: PacketBlock) -> None:
         heads = block.headers
         for number in np.unique(heads["id"]).tolist():
             places = np.flatnonzero(heads["id"] == number)
@@ -55,7 +55,7 @@ class SchemaCheck:
                 for place in taken:
                     self._decode(number, block, place)
 
-    def _decode(self, number: int, block: Block, place: int) -> None:
+    def _decode(self, number: int, block: PacketBlock, place: int) -> None:
         try:
             message = self._schema.decode(block.packets[place])
         except imc.DecodeError as error:
@@ -64,7 +64,7 @@ class SchemaCheck:
             if message.surplus:
                 self._note(number, f"{len(message.surplus)} bytes after the last field", block, place)
 
-    def _note(self, number: int, how: str, block: Block, place: int) -> None:
+    def _note(self, number: int, how: str, block: PacketBlock, place: int) -> None:
         if (number, how) not in self._found and sum(number == other for other, _ in self._found) >= MOST_KINDS:
             how = "wrong in other ways"
         before = self._found.get((number, how), SchemaMismatch(how, 0, block.offsets[place]))

@@ -3,14 +3,14 @@
 import math
 
 import imc
+from autonomy.control import allocate_thrust, motor_actuations
 from runtime import param
-from tasks.control.asv.differential import actuations, share_out
-from tasks.control.asv.pilot import Driven, Loops, Steered
+from tasks.control.asv.boat_control import HeadingTask, Loops, SpeedTask
 
 PORT, STARBOARD = 0, 1
 
 
-class HeadingAndSpeed(Steered, Driven):
+class HeadingAndSpeed(HeadingTask, SpeedTask):
     """Turns DesiredHeading, DesiredHeadingRate and DesiredSpeed into thrust at port and starboard.
 
     Runs while one of the loops YAW, YAW_RATE and SPEED is enabled. The steering effort is a fraction of the full force,
@@ -45,15 +45,15 @@ class HeadingAndSpeed(Steered, Driven):
         maximum=1,
     )
 
-    def act(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
+    def actuate(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
         turning = bool(mask & Loops.YAW) and not mask & Loops.YAW_RATE
-        off = turning and abs(self.helm.error(state.psi)) > math.radians(self.heading_error)
+        off = turning and abs(self.heading_controller.error(state.psi)) > math.radians(self.heading_error)
         share = self.accelerate(state, mask, dt, held=off)
         effort = self.steer(state, mask, dt, self.highest_difference)
         ahead = share * abs(share) if share is not None and not off else 0.0
         limits = self.highest_thrust**2, self.reverse * self.highest_thrust**2
-        forces = share_out(ahead, effort or 0.0, *limits, turn_first=self.share_saturation)
-        self._thrust(*actuations(forces, self.reverse))
+        forces = allocate_thrust(ahead, effort or 0.0, *limits, turn_first=self.share_saturation)
+        self._thrust(*motor_actuations(forces, self.reverse))
         return share is not None and effort is not None
 
     def rest(self) -> None:

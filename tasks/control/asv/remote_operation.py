@@ -1,9 +1,9 @@
 """Lets an operator steer a boat."""
 
-from tasks.control.remote import RemoteControl
+from tasks.control.remote_actions import RemoteActionsTask
 
 
-class RemoteOperation(RemoteControl):
+class RemoteOperation(RemoteActionsTask):
     """Turns RemoteActions into thrust and heading rate, while the loop TELEOPERATION is enabled.
 
     Heading and Thrust are axes; Accelerate, Decelerate and Stop change the thrust. Everything goes to neutral if the

@@ -33,10 +33,10 @@ def rates_of(autopilot: int, attitude: float, position: float, sensors: float) -
 
 
 class Port(Protocol):
-    """What frames are written to; `answer` chooses the sender of a datagram for that."""
+    """What frames are written to; `reply_to` chooses the sender of a datagram for that."""
 
     def write(self, data: bytes) -> object: ...
-    def answer(self, piece: bytes) -> object: ...
+    def reply_to(self, piece: bytes) -> object: ...
 
 
 class Connection:
@@ -94,7 +94,7 @@ class Connection:
                 self._look_at(message)
             else:
                 self._source, self._source_at = source, now
-                self._port.answer(data)
+                self._port.reply_to(data)
                 yield message
 
     def _admits(self, message: Received) -> bool:

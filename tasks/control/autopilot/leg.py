@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import imc
+from autonomy.guidance import PathProgress, Track, is_valid_path, progress
 from support.rotations import wrap
 from support.wgs84 import displace, displacement
-from tasks.control.path.track import PathProgress, Track, is_somewhere, progress
 
 Flags = imc.DesiredPath.Flags
 Reached = imc.PathControlState.Flags
@@ -70,7 +70,7 @@ class Leg:
     """
 
     def __init__(self, path: imc.DesiredPath, at: Whereabouts, height: float) -> None:
-        if not is_somewhere(path):
+        if not is_valid_path(path):
             raise ValueError("the desired path has an invalid position or number")
         if path.speed_units != imc.SpeedUnits.METERS_PS or path.speed <= 0.0:
             raise ValueError("the speed for an autopilot must be in m/s, and more than 0")

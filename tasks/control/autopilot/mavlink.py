@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import imc
+from autonomy.control import EnabledLoops
 from mavlink import ARMED, ENTITIES, Fields, Received, Signing, SigningTime, load_dialect, read_key, system_of
 from runtime import ParameterError, State, Task, consume, expect, param, periodic
 from runtime.vehicle import general_number
@@ -21,7 +22,6 @@ from tasks.control.autopilot.orders import Then
 from tasks.control.autopilot.pilot import Errand, Pilot
 from tasks.control.autopilot.planbook import PlanBook
 from tasks.control.autopilot.progress import Progress
-from tasks.control.loops import EnabledLoops
 
 Loops = imc.CLoopsMask
 Status = imc.ArmingState.State
@@ -210,7 +210,7 @@ class MAVLink(Task):
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
-        if self._loops.hear(loops) and not self._loops.mask:
+        if self._loops.receive(loops) and not self._loops.mask:
             self.pilot.release(self.now)
 
     @consume

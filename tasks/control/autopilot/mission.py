@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import imc
-from imc.coordinates import rows_of
-from mavlink.missions import Command, Item, chain_of
+from autonomy.plans import main_sequence
+from imc.coordinates import maneuver_corners
+from mavlink.missions import Command, Item
 from support.wgs84 import displace, displacement
 from tasks.control.autopilot.kinds import Body
 from tasks.control.autopilot.leg import Leg, Whereabouts, height_above_home
@@ -58,7 +59,7 @@ class Writer:
 
     def write(self, plan: imc.PlanSpecification) -> list[Item]:
         """The items of a plan."""
-        chain, remarks = chain_of(plan)
+        chain, remarks = main_sequence(plan)
         if remarks:
             raise ValueError(remarks[0])
         self._place = self.at.lat, self.at.lon
@@ -180,7 +181,7 @@ TOLD: Mapping[type[Any], Callable[[Writer, Any], None]] = {
     imc.FollowPath: lambda w, path: w.pass_points(
         path, [(p.x, p.y, p.z) for p in path.points if isinstance(p, imc.PathPoint)]
     ),
-    imc.Rows: lambda w, area: w.pass_points(area, [(north, east, 0.0) for north, east in rows_of(area)]),
+    imc.Rows: lambda w, area: w.pass_points(area, [(north, east, 0.0) for north, east in maneuver_corners(area)]),
     imc.Takeoff: Writer.take_off,
     imc.Land: Writer.touch_down,
     imc.IdleManeuver: Writer.wait,

@@ -3,8 +3,8 @@
 import math
 
 import imc
+from autonomy.guidance import AlongTrack, DivergenceMonitor
 from tasks.control.autopilot.leg import Leg, Reach, Whereabouts
-from tasks.control.path.divergence import AlongTrack, Divergence
 
 REPORTS = 1.0  # s
 STUCK = AlongTrack(20.0, 0.05, 0.0)
@@ -15,7 +15,7 @@ class Progress:
 
     def __init__(self) -> None:
         self.error = ""
-        self._divergence = Divergence(STUCK, None)
+        self._divergence = DivergenceMonitor(STUCK, None)
         self._reported = -math.inf
 
     def begin(self, now: float) -> None:

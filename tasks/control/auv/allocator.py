@@ -3,9 +3,8 @@
 import math
 
 import imc
+from autonomy.control import EnabledLoops, Fins, allocate_fins, fin_torques
 from runtime import State, Task, consume, param, periodic
-from tasks.control.auv.fins import Fins, allocate, torques
-from tasks.control.loops import EnabledLoops
 
 LONGEST_STEP = 1.0  # s
 NEAR = math.radians(6.0)  # a servo that is nearer to its command follows it
@@ -51,7 +50,7 @@ class Allocator(Task):
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
-        if not self._loops.hear(loops):
+        if not self._loops.receive(loops):
             return
         if self._loops.mask:
             self._moved, self._began = -math.inf, self.now
@@ -61,7 +60,7 @@ class Allocator(Task):
             self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def hear(self, position: imc.ServoPosition) -> None:
+    def on_servo_position(self, position: imc.ServoPosition) -> None:
         servo, now = position.id, self.now
         self._servos[servo] = now
         if servo < len(self._fins):
@@ -98,10 +97,10 @@ class Allocator(Task):
         dt, self._moved = control.timestamp - self._moved, control.timestamp
         step = self._rate * dt if 0.0 < dt <= LONGEST_STEP else math.inf
         crossed = self.brake_margin * self._limit if self._braking else 0.0
-        fins = allocate(wanted, self._effects, self._limit, crossed)
+        fins = allocate_fins(wanted, self._effects, self._limit, crossed)
         a, b, c, d = map(_moved, self._fins, fins, (step, step, step, step))
         self._move((a, b, c, d))
-        k, m, n = torques(self._fins, self._effects)
+        k, m, n = fin_torques(self._fins, self._effects)
         self.publish(imc.AllocatedControlTorques(k=k, m=m, n=n))
 
     def _move(self, fins: Fins) -> None:

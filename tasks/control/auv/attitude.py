@@ -2,14 +2,23 @@
 
 import math
 from collections.abc import Mapping
+from functools import partial
 
 import imc
+from autonomy.control import (
+    AttitudeController,
+    AttitudeGains,
+    AttitudeReference,
+    BottomEstimator,
+    DepthController,
+    DepthGains,
+    EnabledLoops,
+    PIDGains,
+)
+from autonomy.limits import OperatingLimits
 from runtime import Entity, State, Task, consume, param, periodic
 from runtime.vehicle import general_number
-from support.rotations import wrap
-from tasks.control.auv.vertical import Bottom
-from tasks.control.loops import EnabledLoops
-from tasks.control.pid import PID, clamp
+from support.numbers import clamp
 
 Loops = imc.CLoopsMask
 Units = imc.ZUnits
@@ -17,12 +26,8 @@ PITCH, YAW, YAW_RATE = Loops.PITCH.value, Loops.YAW.value, Loops.YAW_RATE.value
 VERTICAL = Loops.DEPTH.value | Loops.ALTITUDE.value | PITCH
 HORIZONTAL = YAW | YAW_RATE
 TORQUES = imc.DesiredControl.Flags.K | imc.DesiredControl.Flags.M | imc.DesiredControl.Flags.N
-SURFACE = 0.3  # m
-DEPTH_MARGIN = 1.0  # m between the maximum depth and the deepest reference
-FLOOR_MARGIN = 0.5  # m between the maximum depth and where no reference leads deeper
 LONGEST_STEP = 1.0  # s
 SILENCE = 2.0  # s; without EstimatedState for longer, the vehicle is not controlled
-STEEPEST = 0.1  # least cosine of pitch; Euler rates are singular at 90°
 PARCELS = ("Heading", "Heading Rate", "Depth", "Altitude", "Pitch", "Roll")
 
 
@@ -70,30 +75,38 @@ class Attitude(Task):
     log_parcels: bool = param(False, "", "Publish the parts of each control law.", name="Log PID Parcels")
 
     def configure(self) -> None:
-        def pid(gains: list[float], integral_limit: float, limit: float) -> PID:
-            return PID(
-                gains,
-                limit=math.radians(limit),
-                integral_limit=math.radians(integral_limit) if integral_limit >= 0.0 else math.inf,
-            )
+        def pid(gains: list[float], integral_limit: float, limit: float) -> PIDGains:
+            bound = math.radians(integral_limit) if integral_limit >= 0.0 else math.inf
+            return PIDGains(*gains, integral_limit=bound, limit=math.radians(limit))
 
         rate, fin = self.maximum_heading_rate, self.maximum_fin_rotation
         steepest = self.maximum_pitch_reference
-        self._heading = pid(self.heading_gains, self.heading_integral_limit, rate)
-        self._heading_rate = pid(self.heading_rate_gains, self.heading_rate_integral_limit, fin)
-        self._depth = pid(self.depth_gains, self.depth_integral_limit, steepest)
-        self._altitude = pid(self.altitude_gains, self.altitude_integral_limit, steepest)
-        self._pitch = pid(self.pitch_gains, self.pitch_integral_limit, self.maximum_pitch_actuation)
-        self._roll = pid(self.roll_gains, self.roll_integral_limit, fin)
-        self._pids = self._heading, self._heading_rate, self._depth, self._altitude, self._pitch, self._roll
-        self._deepest, self._lowest = self._own_limits()
+        attitude = AttitudeGains(
+            pid(self.heading_gains, self.heading_integral_limit, rate),
+            pid(self.heading_rate_gains, self.heading_rate_integral_limit, fin),
+            pid(self.pitch_gains, self.pitch_integral_limit, self.maximum_pitch_actuation),
+            pid(self.roll_gains, self.roll_integral_limit, fin),
+            self.roll_enabled,
+        )
+        altitude = pid(self.altitude_gains, self.altitude_integral_limit, steepest)
+        depth = DepthGains(
+            pid(self.depth_gains, self.depth_integral_limit, steepest),
+            altitude if self.altitude_enabled else None,
+            self.altitude_reference_margin,
+            math.radians(self.pitch_angle_at_surface) if self.force_pitch_at_surface else None,
+        )
+        if not hasattr(self, "_depth"):  # what they remember stays if parameters change
+            self._depth, self._attitude = DepthController(depth), AttitudeController(attitude)
+        self._depth.tune(depth)
+        self._attitude.tune(attitude)
+        self._depth.limits = self._own_limits()
         names = PARCELS if self.log_parcels else ()
         self._parcels: Mapping[str, Entity] = {name: self.reserve(f"{name} Parcel") for name in names}
 
     def start(self) -> None:
         self._loops = EnabledLoops(VERTICAL | HORIZONTAL)
         self._controlled = -math.inf
-        self._bottom = Bottom(self.altitude_weights)
+        self._depth.bottom = BottomEstimator(self.altitude_weights)
         self._begin_vertical()
         self._begin_horizontal()
         self.set_entity_state(State.NORMAL, "idle")
@@ -101,7 +114,7 @@ class Attitude(Task):
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
         before = self._loops.mask
-        if not self._loops.hear(loops):
+        if not self._loops.receive(loops):
             return
         mask = self._loops.mask
         if mask & VERTICAL & ~before:
@@ -115,32 +128,23 @@ class Attitude(Task):
     @consume
     def limit(self, limits: imc.OperationalLimits) -> None:
         """Apply limits of depth and altitude if they are stricter than the vehicle's own."""
-        self._deepest, self._lowest = self._own_limits()
-        if limits.mask & imc.OpLimitsMask.MAX_DEPTH and math.isfinite(limits.max_depth):
-            self._deepest = min(self._deepest, limits.max_depth)
-        if limits.mask & imc.OpLimitsMask.MIN_ALT and math.isfinite(limits.min_altitude):
-            self._lowest = max(self._lowest, limits.min_altitude)
+        self._depth.limits = self._own_limits().tightened(limits)
 
     @consume
     def go_to_z(self, desired: imc.DesiredZ) -> None:
         """Set the desired depth or altitude; publish it again if a limit changes it."""
         if not self._loops.mask & VERTICAL or not self._is_number(desired.value, "depth or altitude"):
             return
-        if desired.z_units == Units.DEPTH:
-            limited = max(0.0, min(desired.value, self._deepest - DEPTH_MARGIN))
-        elif desired.z_units == Units.ALTITUDE:
-            limited = max(desired.value, self._lowest + self.altitude_reference_margin)
-        else:
+        if desired.z_units not in (Units.DEPTH, Units.ALTITUDE):
             self.log.warning(f"desired z in unit {desired.z_units} is neither a depth nor an altitude")
             return
+        limited = self._depth.within_limits(desired)
         if limited != desired.value:
             desired = imc.DesiredZ(value=limited, z_units=desired.z_units)
             self.publish(desired)
         before, self._z = self._z, desired
         if before is None or before.z_units != desired.z_units:
             self._depth.reset()
-            self._altitude.reset()
-            self._kept = None
 
     @consume
     def go_to_pitch(self, desired: imc.DesiredPitch) -> None:
@@ -162,17 +166,23 @@ class Attitude(Task):
         before, self._controlled = self._controlled, state.timestamp
         elapsed = state.timestamp - before
         dt = elapsed if 0.0 < elapsed <= LONGEST_STEP else 0.0
-        self._bottom.see(state.alt, state.depth, dt)
-        if not self._loops.mask:
+        self._depth.bottom.update(state.alt, state.depth, dt)
+        mask = self._loops.mask
+        if not mask:
             return
-        sr, cr = math.sin(state.phi), math.cos(state.phi)
-        turning = (sr * state.q + cr * state.r) / max(STEEPEST, math.cos(state.theta))
-        m, n = self._pitch_torque(state, dt, cr * state.q - sr * state.r), self._yaw_torque(state, dt, turning)
-        k = 0.0
-        if self.roll_enabled:
-            k = self._roll.step(dt, -state.phi, -(state.p + math.sin(state.theta) * turning))
+        for_z = mask & VERTICAL and not mask & PITCH
+        desired = self._z if for_z else self._pitch_reference
+        pitch = self._depth.step(state, desired, dt)
+        if for_z and desired is not None:
+            self.publish(imc.DesiredPitch(value=pitch))
+        heading = self._heading_reference if mask & YAW and not mask & YAW_RATE else None
+        rate = self._rate_reference if mask & YAW_RATE else None
+        k, m, n = self._attitude.step(state, AttitudeReference(pitch, heading, rate), dt)
+        if heading is not None:
+            self.publish(imc.DesiredHeadingRate(value=self._attitude.rate))
         self.publish(imc.DesiredControl(k=k, m=m, n=n or 0.0, flags=TORQUES))
-        self._report(self._is_led, n is not None)
+        turns = heading is not None or rate is not None
+        self._report(desired is not None or not mask & VERTICAL, turns or not mask & HORIZONTAL)
 
     @periodic(1.0)
     def supervise(self) -> None:
@@ -180,83 +190,16 @@ class Attitude(Task):
         if self._loops.mask and self.now - max(self._controlled, self._began) > SILENCE:
             self.set_entity_state(State.ERROR, "EstimatedState is missing")
 
-    def _pitch_torque(self, state: imc.EstimatedState, dt: float, pitching: float) -> float:
-        """Without a vertical reference the vehicle is kept level: with neutral fins it would dive."""
-        sp, cp, sr, cr = math.sin(state.theta), math.cos(state.theta), math.sin(state.phi), math.cos(state.phi)
-        sinking = -sp * state.u + cp * (sr * state.v + cr * state.w)
-        for_z = self._loops.mask & VERTICAL and not self._loops.mask & PITCH
-        wanted = self._pitch_for_z(state, sinking, dt) if for_z else self._pitch_reference
-        self._is_led = wanted is not None or not self._loops.mask & VERTICAL
-        command = self._keep_off(wanted or 0.0, state.depth, sinking)
-        if for_z and wanted is not None:
-            self.publish(imc.DesiredPitch(value=command))
-        change = (command - self._command) / dt if dt and self._command is not None else 0.0
-        self._command = command
-        return self._pitch.step(dt, command - state.theta, change - pitching)
-
-    def _keep_off(self, command: float, depth: float, sinking: float) -> float:
-        """The pitch (rad), raised as far as needed to stay above the bottom and the maximum depth.
-
-        Both are held with the gains of depth, and the larger pitch is taken, so the change is smooth (override control;
-        Åström & Hägglund, Advanced PID Control, 2006, ch. 13.3).
-        """
-        floor, rate, self._held = self._deepest - FLOOR_MARGIN, 0.0, ""
-        lowest = self._bottom.depth - self._lowest
-        near_bottom = lowest < floor
-        if near_bottom:
-            floor, rate = lowest, self._bottom.rate
-        if floor == math.inf:
-            return command
-        proportional, _, derivative = self.depth_gains
-        needed = proportional * (depth - max(0.0, floor)) + derivative * (sinking - rate)
-        if needed <= command:
-            return command
-        self._held = "bottom" if near_bottom else "maximum depth"
-        if near_bottom and not self._bottom.is_known:
-            self._miss_altitude()
-        return min(needed, math.radians(self.maximum_pitch_reference))
-
-    def _pitch_for_z(self, state: imc.EstimatedState, sinking: float, dt: float) -> float | None:
-        if self._z is None:
-            return None
-        if self._z.z_units == Units.ALTITUDE:
-            bottom = self._bottom
-            if bottom.is_known:
-                wanted, rate, self._kept = bottom.depth - self._z.value, bottom.rate, None
-            else:
-                self._miss_altitude()
-                self._kept = state.depth if self._kept is None else self._kept
-                wanted, rate = self._kept, 0.0
-            wanted = max(0.0, min(wanted, self._deepest - DEPTH_MARGIN))
-            law = self._altitude if self.altitude_enabled else self._depth
-            return -law.step(dt, wanted - state.depth, rate - sinking)
-        error = self._z.value - state.depth
-        if self.force_pitch_at_surface and self._z.value < SURFACE and abs(error) < SURFACE:
-            self._depth.reset()
-            return math.radians(self.pitch_angle_at_surface)
-        return -self._depth.step(dt, error, -sinking)
-
-    def _miss_altitude(self) -> None:
-        self._missed = self.now if self._missed is None else self._missed
-
-    def _yaw_torque(self, state: imc.EstimatedState, dt: float, turning: float) -> float | None:
-        if self._loops.mask & YAW_RATE:
-            command = self._rate_reference
-        elif self._loops.mask & YAW:
-            if self._heading_reference is None:
-                return None
-            command = self._heading.step(dt, wrap(self._heading_reference - state.psi), -turning)
-            self.publish(imc.DesiredHeadingRate(value=command))
-        else:
-            return 0.0
-        return None if command is None else self._heading_rate.step(dt, command - state.r)
-
     def _report(self, vertical: bool, horizontal: bool) -> None:
         """Publish the parts of the control laws; set an error if a reference or the altitude is missing too long."""
-        for law, entity in zip(self._pids, self._parcels.values(), strict=False):
+        depth, attitude = self._depth, self._attitude
+        laws = attitude.heading, attitude.heading_rate, depth.depth, depth.altitude, attitude.pitch, attitude.roll
+        for law, entity in zip(laws, self._parcels.values(), strict=False):
             self.publish(imc.ControlParcel(p=law.p, i=law.i, d=law.d, a=law.p + law.i + law.d), entity=entity)
-        if self._bottom.is_known:
+        if depth.bottom.is_known:
             self._missed = None
+        elif depth.lacks_altitude and self._missed is None:
+            self._missed = self.now
         missing = "" if vertical else "vertical"
         missing = missing if horizontal else "yaw"
         if missing and self.now - self._began > self.reference_timeout:
@@ -264,31 +207,26 @@ class Attitude(Task):
         elif self._missed is not None and self.now - self._missed > self.altitude_timeout:
             self.set_entity_state(State.ERROR, "altitude has been unknown for too long")
         elif not missing:
-            self.set_entity_state(State.NORMAL, f"active, kept off the {self._held}" if self._held else "active")
+            self.set_entity_state(State.NORMAL, f"active, kept off the {depth.held}" if depth.held else "active")
 
     def _begin_vertical(self) -> None:
         self._z: imc.DesiredZ | None = None
         self._pitch_reference: float | None = None
-        self._command: float | None = None
-        self._kept: float | None = None
         self._missed: float | None = None
-        self._held, self._is_led = "", False
         self._began = self.now
-        for law in (self._depth, self._altitude, self._pitch):
-            law.reset()
+        self._depth.reset()
+        self._attitude.reset_pitch()
 
     def _begin_horizontal(self) -> None:
         self._heading_reference: float | None = None
         self._rate_reference: float | None = None
         self._began = self.now
-        for law in (self._heading, self._heading_rate, self._roll):
-            law.reset()
+        self._attitude.reset_heading()
 
-    def _own_limits(self) -> tuple[float, float]:
-        """The maximum depth and the minimum altitude (m) in the profile. Raises ParameterError."""
-        profile = self.vehicle.profile
-        deepest = general_number(profile, "Absolute Maximum Depth", math.inf)
-        return deepest, general_number(profile, "Absolute Minimum Altitude", 0.0)
+    def _own_limits(self) -> OperatingLimits:
+        """The maximum depth and the minimum altitude in the profile. Raises ParameterError."""
+        number = partial(general_number, self.vehicle.profile)
+        return OperatingLimits.from_options(number, deepest=math.inf, lowest=0.0)
 
     def _is_number(self, value: float, what: str) -> bool:
         if not math.isfinite(value):

@@ -3,9 +3,8 @@
 import math
 
 import imc
+from autonomy.control import EchoClass, EnabledLoops, classify_echo
 from runtime import State, Task, consume, param, periodic
-from tasks.control.auv.echo import Echo, judge
-from tasks.control.loops import EnabledLoops
 
 Op = imc.Brake.Op
 STALE = 1.0  # s; an older state does not tell where the sonar points
@@ -45,17 +44,17 @@ class Brakes(Task):
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
-        if self._loops.hear(loops):
+        if self._loops.receive(loops):
             self._near = self._clear = 0
             self._release()
             self.set_entity_state(State.NORMAL, "watching" if self._loops.mask else "idle")
 
     @consume
-    def locate(self, state: imc.EstimatedState) -> None:
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
         self._state = state
 
     @consume
-    def look(self, distance: imc.Distance) -> None:
+    def check_echo(self, distance: imc.Distance) -> None:
         """Judge an echo: enough near obstacles in a row brake, enough clear echoes in a row release."""
         state = self._state
         if not self._loops.mask or state is None or self.now - state.timestamp > STALE:
@@ -65,10 +64,10 @@ class Brakes(Task):
         if distance.validity != imc.Distance.Validity.VALID or not 0.0 <= distance.value < math.inf:
             return
         slope, half = math.radians(self.steepest_slope), 0.5 * math.radians(self.beam_width)
-        echo = judge(distance.value, state.depth, state.alt, state.theta, half, slope, _arm(distance))
+        echo = classify_echo(distance.value, state.depth, state.alt, state.theta, half, slope, _arm(distance))
         far = distance.value > self.minimum_range + self.range_hysteresis
-        self._near = self._near + 1 if echo is Echo.OBSTACLE and distance.value < self.minimum_range else 0
-        self._clear = self._clear + 1 if far or echo is Echo.BOTTOM else 0
+        self._near = self._near + 1 if echo is EchoClass.OBSTACLE and distance.value < self.minimum_range else 0
+        self._clear = self._clear + 1 if far or echo is EchoClass.BOTTOM else 0
         if self._braked is None and self._near >= self.samples:
             self._braked = self.now
             self.log.warning(f"obstacle {distance.value:.1f} m ahead: braking")

@@ -3,12 +3,12 @@
 import math
 
 import imc
+from autonomy.control import AXES, OperatorInput
 from runtime import param
-from tasks.control.operator import AXES, Operator
-from tasks.control.remote import Enable, Loops, RemoteControl
+from tasks.control.remote_actions import Enable, Loops, RemoteActionsTask
 
 
-class RemoteOperation(RemoteControl):
+class RemoteOperation(RemoteActionsTask):
     """Turns RemoteActions into thrust, heading rate, and pitch or depth, while the loop TELEOPERATION is enabled.
 
     Heading, Thrust and Pitch are axes; Accelerate, Decelerate and Stop change the thrust. With Pitch released the
@@ -20,7 +20,7 @@ class RemoteOperation(RemoteControl):
 
     pitch_reference: float = param(15.0, "°", "Pitch at full deflection of the axis.", minimum=0, maximum=80)
 
-    def steer_besides(self, operator: Operator, *, blind: bool) -> None:
+    def steer_besides(self, operator: OperatorInput, *, blind: bool) -> None:
         """Pitch, or hold the depth if no pitch is commanded."""
         share, depth = operator.axis("Pitch"), self._state.depth if self._state is not None else -1.0
         if blind or share or depth < 0.0:

@@ -3,13 +3,11 @@
 import math
 
 import imc
+from autonomy.control import STANDSTILL, EnabledLoops, PIDGains, ThrusterController, ThrusterGains
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
 from support.rotations import Vector, rotation, to_body
-from tasks.control.loops import EnabledLoops
-from tasks.control.pid import PID
 
-STANDSTILL = 0.1  # m/s; a lower speed counts as 0
 LONGEST_STEP = 1.0  # s
 POWERED = 0.5  # m/s that the motor should give; less may not move the vehicle
 SHARE = 0.3  # of this speed; a vehicle with less is held by something
@@ -58,9 +56,20 @@ class Speed(Task):
 
     def configure(self) -> None:
         limit = self.speed_integral_limit
-        self._speed = PID(self.speed_gains, integral_limit=limit if limit >= 0.0 else math.inf)
-        self._rate = PID(self.rpm_gains, limit=1.0)
-        self._maximum_rpm = general_number(self.vehicle.profile, "Maximum Underwater RPMs", self.full_thrust)
+        gains = ThrusterGains(
+            PIDGains(*self.speed_gains, integral_limit=limit if limit >= 0.0 else math.inf),
+            self.speed_feedforward,
+            PIDGains(*self.rpm_gains, limit=1.0),
+            self.rpm_feedforward,
+            self.rpm_acceleration,
+            self.minimum_rpm,
+            general_number(self.vehicle.profile, "Maximum Underwater RPMs", self.full_thrust),
+            self.full_thrust,
+            self.hardware_control,
+        )
+        if not hasattr(self, "_law"):  # the rotation rate stays if parameters change
+            self._law = ThrusterController(gains)
+        self._law.tune(gains)
 
     def start(self) -> None:
         self._loops = EnabledLoops(imc.CLoopsMask.SPEED)
@@ -76,7 +85,7 @@ class Speed(Task):
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
-        if not self._loops.hear(loops):
+        if not self._loops.receive(loops):
             return
         self._rest()
         if self._loops.mask:
@@ -93,16 +102,14 @@ class Speed(Task):
             self.log.warning(f"invalid desired speed: {speed.value} in unit {speed.speed_units}")
             return
         if self._desired is None or speed.speed_units != self._desired.speed_units:
-            self._speed.reset()
-            self._rate.reset()
+            self._law.reset_integrals()
         self._desired = speed
 
     @consume
     def brake(self, brake: imc.Brake) -> None:
         self._braking = brake.op == imc.Brake.Op.START
         if self._braking:
-            self._rpm = 0.0
-            self._speed.reset()
+            self._law.halt()
             self._thrust(0.0)
 
     @consume(others=True)
@@ -114,7 +121,7 @@ class Speed(Task):
             self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def learn_stream(self, stream: imc.EstimatedStreamVelocity) -> None:
+    def on_stream_velocity(self, stream: imc.EstimatedStreamVelocity) -> None:
         self._stream = stream.x, stream.y, stream.z
 
     @consume
@@ -125,45 +132,23 @@ class Speed(Task):
         if desired is None or desired.speed_units != imc.SpeedUnits.METERS_PS:
             return
         before, self._followed = self._followed, state.timestamp
-        slower, self._u = self._u - state.u, state.u
         dt = state.timestamp - before
-        if not 0.0 < dt <= LONGEST_STEP or self._braking:
-            return
-        if desired.value < STANDSTILL:
-            self._speed.reset()
-            self._rpm = 0.0
-            return
-        correction = self._speed.step(dt, desired.value - state.u, slower / dt)
-        wanted = correction + self.speed_feedforward * desired.value
-        change = self.rpm_acceleration * dt
-        ramped = max(self._rpm - change, min(self._rpm + change, wanted))
-        self._rpm = max(self.minimum_rpm, min(self._maximum_rpm, ramped))
-        if self.log_parcels:
-            parts = self._speed
+        dt = dt if 0.0 < dt <= LONGEST_STEP and not self._braking else 0.0
+        self._law.step(state.u, desired.value, dt)
+        if self.log_parcels and dt and desired.value >= STANDSTILL:
+            parts = self._law.speed
             self.publish(imc.ControlParcel(p=parts.p, i=parts.i, d=parts.d, a=parts.p + parts.i + parts.d))
 
     @consume
     def drive(self, rpm: imc.Rpm) -> None:
-        desired = self._desired
+        desired, wanted = self._desired, None
         before, self._driven = self._driven, rpm.timestamp
-        slower, self._measured = self._measured - rpm.value, rpm.value
-        if desired is None:
-            return
-        match desired.speed_units:
-            case imc.SpeedUnits.PERCENTAGE:
-                self._thrust(0.01 * desired.value)
-                return
-            case imc.SpeedUnits.RPM:
-                wanted = desired.value
-            case _:
-                wanted = self._rpm
-        if self.hardware_control:
-            self._thrust(wanted / self.full_thrust)
-            return
+        if desired is not None and desired.speed_units != imc.SpeedUnits.PERCENTAGE:
+            wanted = desired.value if desired.speed_units == imc.SpeedUnits.RPM else self._law.rpm
         dt = rpm.timestamp - before
-        step = (dt, wanted - rpm.value, slower / dt) if 0.0 < dt <= LONGEST_STEP else (0.0, wanted - rpm.value)
-        correction = self._rate.step(*step) if wanted else 0.0
-        self._thrust(correction + self.rpm_feedforward * wanted)
+        actuation = self._law.actuation(rpm.value, wanted, dt if 0.0 < dt <= LONGEST_STEP else 0.0)
+        if desired is not None:
+            self._thrust(actuation if wanted is not None else 0.01 * desired.value)
 
     @periodic(1.0)
     def supervise(self) -> None:
@@ -185,7 +170,7 @@ class Speed(Task):
 
     def _note_motion(self) -> None:
         """Count the seconds that the motor runs in vain; a vehicle on the bottom may hop ahead now and then."""
-        expected, state = self._measured / self.speed_feedforward if self.speed_feedforward else 0.0, self._state
+        expected, state = self._law.measured / self.speed_feedforward if self.speed_feedforward else 0.0, self._state
         if state is None or abs(expected) < POWERED:
             self._vain = 0.0
             return
@@ -195,12 +180,10 @@ class Speed(Task):
 
     def _rest(self) -> None:
         self._desired: imc.DesiredSpeed | None = None
-        self._rpm = 0.0
         self._began = self.now
         self._followed = self._driven = -math.inf
-        self._u = self._measured = self._vain = 0.0
-        self._speed.reset()
-        self._rate.reset()
+        self._vain = 0.0
+        self._law.reset()
 
     def _thrust(self, value: float) -> None:
         limited = 0.0 if self._braking else max(self.lowest_thrust, min(self.highest_thrust, value))

@@ -2,9 +2,9 @@
 
 import math
 
+from autonomy.guidance import VectorFieldGains, VectorFieldLaw
 from runtime import param
-from tasks.control.path.follower import PathFollower
-from tasks.control.path.track import PathProgress
+from tasks.control.path.path_follower import PathFollower
 
 
 class VectorField(PathFollower):
@@ -27,12 +27,5 @@ class VectorField(PathFollower):
         maximum=60,
     )
 
-    def configure(self) -> None:
-        super().configure()
-        self._gain = math.tan(math.radians(self.entry_angle)) / self.corridor_width
-
-    def along(self, where: PathProgress, bearing: float) -> float:
-        return bearing - math.atan(self._gain * where.y)
-
-    def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
-        return math.pi + line_of_sight + side * (0.5 * math.pi + math.atan(2.0 * self._gain * (distance - radius)))
+    def steering_law(self) -> VectorFieldLaw:
+        return VectorFieldLaw(VectorFieldGains(self.corridor_width, math.radians(self.entry_angle)))

@@ -4,11 +4,19 @@ import math
 from enum import Enum
 
 import imc
+from autonomy.control import (
+    BLIND_DESCENT,
+    GRAVITY,
+    EnabledLoops,
+    MultirotorCommand,
+    MultirotorController,
+    MultirotorGains,
+    PIDGains,
+    TouchdownDetector,
+    rotor_actuation,
+)
 from runtime import State, Task, consume, param, periodic
-from support.rotations import wrap
-from tasks.control.loops import EnabledLoops
-from tasks.control.pid import PID, clamp
-from tasks.control.uav.vectors import GRAVITY, Vector, add, inclination, norm, shortened
+from support.rotations import Vector
 
 Loops = imc.CLoopsMask
 Mode = imc.VehicleState.OpMode
@@ -16,14 +24,11 @@ UNCOMMANDED = (Mode.SERVICE, Mode.ERROR, Mode.BOOT)
 LONGEST_STEP = 1.0  # s
 ALOFT = 2.0  # m; above this altitude at the start of the task, the vehicle is flying
 RISES = 0.05  # m/s; a faster climb must be commanded to leave the ground
-STILL, UNLOADED, RESTS = 0.25, 0.75, 1.0  # m/s, fraction of the weight, s: what counts as a touchdown
-LEVEL, LEARNING = 0.5, 5.0  # m/s, s: when and how fast the weight is learned
-BLIND_THRUST, BLIND_DESCENT, BLIND_GAIN = 0.98, 1.5, 1.0  # share of the weight, m/s, 1/s: a blind descent
 BLIND_STEP, BLIND_MARGIN, RECOVERY = 0.1, 30.0, 3.0  # s
 BLIND_MEMORY = 120.0  # s; what fails again so soon is not trusted again
 
 
-class Phase(Enum):
+class FlightPhase(Enum):
     """Phase of the flight; the value is the mode in AutopilotMode."""
 
     GROUND = "GROUND"
@@ -69,16 +74,31 @@ class Autopilot(Task):
     landing_fuel_level: float = param(10.0, "%", "The vehicle lands below this battery level.", minimum=0, maximum=100)
 
     def configure(self) -> None:
-        def pid(gains: list[float]) -> PID:
-            return PID(gains, limit=2.0 * GRAVITY, integral_limit=self.integral_limit)
+        def pid(gains: list[float]) -> PIDGains:
+            return PIDGains(*gains, integral_limit=self.integral_limit, limit=2.0 * GRAVITY)
 
-        self._north, self._east, self._down = (
-            pid(self.velocity_gains), pid(self.velocity_gains), pid(self.vertical_gains)
-        )  # fmt: skip
+        gains = MultirotorGains(
+            horizontal=pid(self.velocity_gains),
+            vertical=pid(self.vertical_gains),
+            position=self.position_gain,
+            heading=self.heading_gain,
+            heading_rate=math.radians(self.maximum_heading_rate),
+            tilt=math.radians(self.maximum_tilt),
+            acceleration=self.maximum_acceleration,
+            speed=self.maximum_speed,
+            climb=self.maximum_climb_rate,
+            descent=self.maximum_descent_rate,
+            landing_rate=self.landing_rate,
+            landing_altitude=self.landing_altitude,
+        )
+        if not hasattr(self, "_law"):  # what it remembers stays if parameters change
+            self._law = MultirotorController(gains)
+        self._law.tune(gains)
 
     def start(self) -> None:
         self._loops = EnabledLoops(Loops.VELOCITY)
-        self._phase, self._begun = Phase.GROUND, False
+        self._touchdown = TouchdownDetector()
+        self._phase, self._begun = FlightPhase.GROUND, False
         self._state: imc.EstimatedState | None = None
         self._stated = self._resumed = self._referred = -math.inf
         self._reference: Vector = (0.0, 0.0, 0.0)
@@ -90,11 +110,11 @@ class Autopilot(Task):
         self._fuel = math.inf
         self._idle = self.now
         self._rest()
-        self._tell()
+        self._publish_status()
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
-        if self._loops.hear(loops):
+        if self._loops.receive(loops):
             self._heading, self._referred = None, self.now if self._loops.mask else -math.inf
             if self._loops.mask:
                 self._landing, self._erred = "", False
@@ -117,12 +137,12 @@ class Autopilot(Task):
             self._heading = heading.value
 
     @consume
-    def watch_mode(self, vehicle: imc.VehicleState) -> None:
+    def on_vehicle_state(self, vehicle: imc.VehicleState) -> None:
         self._mode = vehicle.op_mode
         self._erred = self._erred or vehicle.op_mode == Mode.ERROR
 
     @consume
-    def gauge(self, fuel: imc.FuelLevel) -> None:
+    def on_fuel_level(self, fuel: imc.FuelLevel) -> None:
         self._fuel = fuel.value
 
     @consume(others=True)
@@ -138,17 +158,17 @@ class Autopilot(Task):
         dt, self._stated, self._state = self.now - self._stated, self.now, state
         if dt > self.state_timeout:
             self._resumed = self.now
-        if self._phase is Phase.BLIND and (self._stays_blind or self.now - self._resumed < RECOVERY):
+        if self._phase is FlightPhase.BLIND and (self._stays_blind or self.now - self._resumed < RECOVERY):
             self._highest = max(self._highest, state.alt)
             return  # estimates that come and go would make it climb and fall
         if not self._begun and state.alt > ALOFT:
             self.log.warning("started in the air")
-            self._enter(Phase.HOVER, state)
+            self._enter(FlightPhase.HOVER, state)
         self._begun = True
-        if self._phase is Phase.GROUND:
+        if self._phase is FlightPhase.GROUND:
             if self._follows and self._reference[2] < -RISES and self._fuel > self.landing_fuel_level:
                 self._landing = ""
-                self._enter(Phase.FOLLOW, state)
+                self._enter(FlightPhase.FOLLOW, state)
                 self._fly(state, 0.0)
         else:
             self._choose(state)
@@ -158,22 +178,23 @@ class Autopilot(Task):
     def watch_state(self, periods: int) -> None:
         """Descend level if EstimatedState is missing."""
         missing = self.now - self._stated > self.state_timeout
-        if self._phase is Phase.GROUND or self._state is None or not (missing or self._phase is Phase.BLIND):
+        if (
+            self._phase is FlightPhase.GROUND
+            or self._state is None
+            or not (missing or self._phase is FlightPhase.BLIND)
+        ):
             return
-        if self._phase is not Phase.BLIND:
+        if self._phase is not FlightPhase.BLIND:
             self.log.error("EstimatedState is missing: descending level")
-            self._enter(Phase.BLIND, self._state)
+            self._enter(FlightPhase.BLIND, self._state)
         if self.now - self._entered > BLIND_MARGIN + 2.0 * self._highest / BLIND_DESCENT:
-            self._enter(Phase.GROUND, self._state)
+            self._enter(FlightPhase.GROUND, self._state)
             return
-        brake = clamp(BLIND_GAIN * (BLIND_DESCENT - self._falling), self.maximum_acceleration)
-        self._falling += periods * BLIND_STEP * brake
-        weight = min(self._weight, GRAVITY)  # one that was learned in a climb nobody noticed is too large
-        self._command(0.0, 0.0, 0.0, BLIND_THRUST * weight - brake)
+        self._command(self._law.descend_blind(periods * BLIND_STEP))
 
     @periodic(1.0)
-    def tell(self) -> None:
-        self._tell()
+    def publish_status(self) -> None:
+        self._publish_status()
 
     @property
     def _follows(self) -> bool:
@@ -183,101 +204,72 @@ class Autopilot(Task):
         """Choose the phase in the air."""
         if self._fuel < self.landing_fuel_level:
             self._land("the battery is low")
-        elif self._phase is not Phase.HOVER or self._loops.mask or self._mode not in UNCOMMANDED:
+        elif self._phase is not FlightPhase.HOVER or self._loops.mask or self._mode not in UNCOMMANDED:
             self._idle = self.now
         elif self._erred:
             if 0.0 < self.error_timeout < self.now - self._idle:
                 self._land("the vehicle is in error" if self._mode == Mode.ERROR else "no maneuver after an error")
         elif 0.0 < self.idle_timeout < self.now - self._idle:
             self._land("no maneuver")
-        phase = Phase.LAND if self._landing else Phase.FOLLOW if self._follows else Phase.HOVER
+        phase = FlightPhase.LAND if self._landing else FlightPhase.FOLLOW if self._follows else FlightPhase.HOVER
         if phase is not self._phase:
             self._enter(phase, state)
-        if phase is Phase.HOVER and self._loops.mask:
+        if phase is FlightPhase.HOVER and self._loops.mask:
             self.set_entity_state(State.ERROR, "timed out while waiting for velocity")
-        elif self._phase is not Phase.BLIND:
+        elif self._phase is not FlightPhase.BLIND:
             self.set_entity_state(State.NORMAL, self._landing or phase.name.lower())
 
     def _land(self, reason: str) -> None:
-        if not self._landing and self._phase is not Phase.GROUND:
+        if not self._landing and self._phase is not FlightPhase.GROUND:
             self.log.warning(f"landing: {reason}")
             self._landing = f"landing: {reason}"
 
-    def _enter(self, phase: Phase, state: imc.EstimatedState) -> None:
-        if Phase.GROUND in (phase, self._phase):
+    def _enter(self, phase: FlightPhase, state: imc.EstimatedState) -> None:
+        if FlightPhase.GROUND in (phase, self._phase):
             self._rest()
-        velocity = state.vx, state.vy, state.vz
-        seconds = 0.5 * norm(velocity) / self.maximum_acceleration + 0.3
-        self._hold = add((state.x, state.y, state.z), velocity, seconds)
+        self._hold = self._law.stopping_point(state)
         self._kept = state.psi
         self._phase, self._entered = phase, self.now
-        if phase is Phase.GROUND:
+        if phase is FlightPhase.GROUND:
             self._landing, self._blinded = "", -math.inf
             self.publish(imc.SetThrusterActuation(id=0, value=0.0))
             self.set_entity_state(State.NORMAL, "on the ground")
-        elif phase is Phase.BLIND:
-            self._falling, self._highest = state.vz, max(0.0, state.alt)
+        elif phase is FlightPhase.BLIND:
+            self._law.falling, self._highest = state.vz, max(0.0, state.alt)
             self._stays_blind, self._blinded = self.now - self._blinded < BLIND_MEMORY, self.now
             self.set_entity_state(State.ERROR, "EstimatedState is missing: descending level")
-        self._tell()
+        self._publish_status()
 
     def _rest(self) -> None:
-        for law in (self._north, self._east, self._down):
-            law.reset()
-        self._ramped: Vector = (0.0, 0.0, 0.0)
-        self._share, self._weight, self._falling = 0.0, GRAVITY, 0.0
-        self._unloaded = math.inf
+        self._law.reset()
+        self._touchdown.reset()
+        self._share = 0.0
         self._entered = self.now
         self._hold: Vector = (0.0, 0.0, 0.0)
         self._kept = 0.0
 
-    def _wanted(self, state: imc.EstimatedState) -> Vector:
-        """Desired velocity (m/s north, east, down)."""
-        if self._phase is Phase.FOLLOW:
-            wanted = self._reference
-        else:
-            k, hold = self.position_gain, self._hold
-            wanted = k * (hold[0] - state.x), k * (hold[1] - state.y), k * (hold[2] - state.z)
-            if self._phase is Phase.LAND:
-                low = state.alt < self.landing_altitude
-                wanted = wanted[0], wanted[1], self.landing_rate if low else self.maximum_descent_rate
-        return shortened(wanted, self.maximum_speed, self.maximum_climb_rate, self.maximum_descent_rate)
-
     def _fly(self, state: imc.EstimatedState, dt: float) -> None:
-        wanted, before = self._wanted(state), self._ramped
-        change = add(wanted, before, -1.0)
-        length, longest = norm(change), self.maximum_acceleration * dt
-        self._ramped = wanted if length <= longest else add(before, change, longest / length)
-        ahead = add(self._ramped, before, -1.0)
-        error = add(self._ramped, (state.vx, state.vy, state.vz), -1.0)
-        rate = 1.0 / dt if dt else 0.0
-        laws = self._north, self._east, self._down
-        n, e, d = (law.step(dt, e, 0.0) + rate * step for law, e, step in zip(laws, error, ahead, strict=True))
-        roll, pitch, thrust = inclination((n, e, d), state.psi, math.radians(self.maximum_tilt))
-        heading = self._heading if self._phase is Phase.FOLLOW and self._heading is not None else self._kept
-        turning = clamp(self.heading_gain * wrap(heading - state.psi), math.radians(self.maximum_heading_rate))
-        self._command(roll, pitch, turning, thrust)
-        if abs(state.vz) < LEVEL:
-            self._weight += min(1.0, dt / LEARNING) * (GRAVITY - self._down.i - self._weight)
-        self._feel_ground(state, wanted[2], thrust)
+        law, heading = self._law, self._kept
+        if self._phase is FlightPhase.FOLLOW:
+            wanted, heading = self._reference, self._kept if self._heading is None else self._heading
+        elif self._phase is FlightPhase.LAND:
+            wanted = law.land(state, self._hold)
+        else:
+            wanted = law.hold(state, self._hold)
+        command = law.step(state, wanted, heading, dt)
+        self._command(command)
+        if self._touchdown.update(self.now, law.velocity[2], state.vz, command.thrust):
+            self._enter(FlightPhase.GROUND, state)
 
-    def _feel_ground(self, state: imc.EstimatedState, descent: float, thrust: float) -> None:
-        """Detect a touchdown."""
-        rests = descent > RISES and abs(state.vz) < STILL and thrust < UNLOADED * GRAVITY
-        self._unloaded = min(self._unloaded, self.now) if rests else math.inf
-        if self.now - self._unloaded >= RESTS:
-            self._enter(Phase.GROUND, state)
-
-    def _command(self, roll: float, pitch: float, turning: float, thrust: float) -> None:
-        """Command angles (rad), a heading rate (rad/s) and a specific thrust (m/s²)."""
-        self._share = max(0.0, min(1.0, self.hover_actuation * math.sqrt(thrust / GRAVITY)))
-        self.publish(imc.DesiredRoll(value=roll))
-        self.publish(imc.DesiredPitch(value=pitch))
-        self.publish(imc.DesiredHeadingRate(value=turning))
+    def _command(self, command: MultirotorCommand) -> None:
+        self._share = rotor_actuation(command.thrust, self.hover_actuation)
+        self.publish(imc.DesiredRoll(value=command.roll))
+        self.publish(imc.DesiredPitch(value=command.pitch))
+        self.publish(imc.DesiredHeadingRate(value=command.heading_rate))
         self.publish(imc.SetThrusterActuation(id=0, value=self._share))
 
-    def _tell(self) -> None:
-        rests, states = self._phase is Phase.GROUND, imc.ArmingState.State
+    def _publish_status(self) -> None:
+        rests, states = self._phase is FlightPhase.GROUND, imc.ArmingState.State
         self.publish(imc.ArmingState(state=states.DISARMED if rests else states.ARMED))
         self.publish(imc.AutopilotMode(autonomy=imc.AutopilotMode.Autonomy.AUTO, mode=self._phase.value))
         self.publish(imc.Throttle(value=100.0 * self._share))

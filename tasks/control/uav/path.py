@@ -2,18 +2,30 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import imc
+from autonomy.control import EnabledLoops
+from autonomy.guidance import (
+    NOWHERE,
+    AlongTrack,
+    Circle,
+    CrossTrack,
+    DivergenceMonitor,
+    Line,
+    MotionLimits,
+    MultirotorGuidance,
+    MultirotorGuidanceGains,
+    MultirotorLimits,
+    PathProgress,
+    ground_level,
+    is_valid_path,
+)
+from autonomy.limits import OperatingLimits
 from runtime import State, Task, consume, param
 from runtime.vehicle import general_number
 from support.rotations import wrap
 from support.wgs84 import displacement
-from tasks.control.loops import EnabledLoops
-from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
-from tasks.control.path.track import PathProgress, is_somewhere
-from tasks.control.uav.guidance import Circle, Line, Pace
-from tasks.control.uav.limits import Limits, ground
-from tasks.control.uav.vectors import Vector
 
 Flags = imc.DesiredPath.Flags
 Reached = imc.PathControlState.Flags
@@ -23,10 +35,7 @@ KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
 WANTED = int(Loops.VELOCITY | Loops.YAW)
 LONGEST = 25000.0  # m
 UNKNOWN_ETA = 0xFFFF
-HEADS = 2.0  # m; a shorter line does not change the heading
-ON_CIRCLE = 2.0  # m
 PATIENCE = 3.0  # s without ArmingState, which comes once per second
-SLOWEST = 0.2  # m/s; least speed for an ETA and for a course
 EARLY = 1e-3  # s; a report may come this much early
 
 
@@ -69,18 +78,26 @@ class Path(Task):
         10.0, "s", "How long the distance may be larger.", name="Cross-track -- Time Limit", minimum=0
     )
 
-    _limits = Limits()
+    _limits = MultirotorLimits()
 
     def configure(self) -> None:
-        self._absolute = general_number(self.vehicle.profile, "Absolute Maximum Altitude", math.inf)
-        self._divergence = Divergence(
+        number = partial(general_number, self.vehicle.profile)
+        self._highest = OperatingLimits.from_options(number, highest=math.inf).highest
+        gains = MultirotorGuidanceGains(
+            self.near_radius, self.takeoff_tolerance, self.landing_rate, self.landing_altitude
+        )
+        if not hasattr(self, "_guidance"):  # the path stays if parameters change
+            self._guidance = MultirotorGuidance(gains)
+        self._guidance.gains = gains
+        self._divergence = DivergenceMonitor(
             AlongTrack(self.along_period, self.along_speed, 0.0) if self.watch_along else None,
             CrossTrack(self.cross_distance, self.cross_time) if self.watch_cross else None,
         )
 
     def start(self) -> None:
         self._loops = EnabledLoops(Loops.PATH)
-        self._enabled = self._stands = self._landing = self._loitering = self._near = False
+        self._enabled = self._stands = False
+        self._guidance.begin(NOWHERE, None, 0.0)
         self._waiting: imc.DesiredPath | None = None
         self._path: imc.DesiredPath | None = None
         self._state: imc.EstimatedState | None = None
@@ -89,7 +106,7 @@ class Path(Task):
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
-        if not self._loops.hear(loops):
+        if not self._loops.receive(loops):
             return
         if not self._loops.mask:
             if loops.mask != Loops.ALL and self._enabled:
@@ -101,12 +118,12 @@ class Path(Task):
     @consume
     def limit(self, limits: imc.OperationalLimits) -> None:
         """Set limits of altitude and speed. They are sent only once, so they survive new parameters and a restart."""
-        before, self._limits = self._limits, Limits.of(limits) or self._limits
+        before, self._limits = self._limits, MultirotorLimits.from_message(limits) or self._limits
         if self._path is not None and self._state is not None and before != self._limits:
             self._shift(self._path, self._state)
 
     @consume
-    def stand(self, arming: imc.ArmingState) -> None:
+    def on_arming_state(self, arming: imc.ArmingState) -> None:
         """A disarmed vehicle is on the ground."""
         self._stands, self._heard = arming.state == imc.ArmingState.State.DISARMED, self.now
 
@@ -115,7 +132,7 @@ class Path(Task):
         """Follow a path, as soon as there is an EstimatedState."""
         if not self._loops.mask:
             return
-        if not is_somewhere(path):
+        if not is_valid_path(path):
             self._fail("the desired path has an invalid position or number")
         elif path.end_z_units == Units.DEPTH and not path.flags & Flags.NO_Z:
             self._fail("an aerial vehicle cannot go to a depth")
@@ -144,9 +161,10 @@ class Path(Task):
             self._cycle(self._path, state)
 
     def _follow(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
-        at = state.x, state.y, state.z
-        resumes = self._path is not None and self._near and not self._loitering and not path.flags & Flags.DIRECT
-        start = self._line.end if resumes and math.dist(self._line.end, at) < 3.0 * self.near_radius else at
+        at, guidance = (state.x, state.y, state.z), self._guidance
+        before, ended = guidance.line.end, guidance.near and not guidance.loitering
+        resumes = self._path is not None and ended and not path.flags & Flags.DIRECT
+        start = before if resumes and math.dist(before, at) < 3.0 * self.near_radius else at
         if path.flags & Flags.START:
             start = (*self._over_ground(state, path.start_lat, path.start_lon), start[2])
         here = path.flags & Flags.TAKEOFF or (path.flags & Flags.LOITER_CURR and path.lradius > 0.0)
@@ -155,13 +173,11 @@ class Path(Task):
         if math.dist(start, end) > LONGEST:
             self._fail(f"the desired path is longer than {LONGEST / 1000:g} km")
             return
-        self._line = Line(start, end)
-        self._circle = None
-        if path.lradius > 0.0:
-            self._circle = Circle(end, path.lradius, -1 if path.flags & Flags.CCLOCKW else 1)
-        self._path, self._near, self._loitering, self._landing = path, False, False, False
-        self._heading = state.psi
-        self._reported = -math.inf
+        side = -1 if path.flags & Flags.CCLOCKW else 1
+        circle = Circle(end, path.lradius, side) if path.lradius > 0.0 else None
+        takes_off, lands = bool(path.flags & Flags.TAKEOFF), bool(path.flags & Flags.LAND)
+        guidance.begin(Line(start, end), circle, state.psi, takes_off=takes_off, lands=lands)
+        self._path, self._reported = path, -math.inf
         self._divergence.restart(self.now)
         if not self._enabled:
             self._enabled = True
@@ -173,10 +189,11 @@ class Path(Task):
         """Move the current path within new limits of altitude."""
         if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
             return
-        start, end = self._line.start, self._line.end
+        guidance = self._guidance
+        start, end, circle = guidance.line.start, guidance.line.end, guidance.circle
         end = end[0], end[1], self._down(path, state)
-        self._line = Line((start[0], start[1], self._limited(start[2], path, state)), end)
-        self._circle = replace(self._circle, centre=end) if self._circle is not None else None
+        line = Line((start[0], start[1], self._limited(start[2], path, state)), end)
+        guidance.move(line, replace(circle, center=end) if circle is not None else None)
         self._reported = -math.inf
         self._divergence.restart(self.now)
 
@@ -187,7 +204,7 @@ class Path(Task):
         """The end of a path, m below the reference, within the limits; publishes it as DesiredZ."""
         if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
             return state.z
-        down = (state.height if path.end_z_units == Units.HEIGHT else ground(state)) - path.end_z
+        down = (state.height if path.end_z_units == Units.HEIGHT else ground_level(state)) - path.end_z
         limited = self._limited(down, path, state)
         value = path.end_z + (down - limited if limited != down else 0.0)
         self.publish(imc.DesiredZ(value=value, z_units=path.end_z_units))
@@ -196,88 +213,37 @@ class Path(Task):
     def _limited(self, down: float, path: imc.DesiredPath, state: imc.EstimatedState) -> float:
         """A height of a path within the limits, m below the reference."""
         lowest = 0.0 if path.flags & Flags.LAND else self._limits.lowest
-        highest = min(self._limits.highest, self._absolute)
-        return Limits(lowest, highest).within(down, state, self.altitude_margin)
+        highest = min(self._limits.highest, self._highest)
+        return MultirotorLimits(lowest, highest).limit(down, state, self.altitude_margin)
 
     def _cycle(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
-        at = state.x, state.y, state.z
+        guidance = self._guidance
         speed = max(0.0, min(path.speed, self.maximum_speed, self._limits.speed))
-        pace = Pace(speed, min(self.maximum_climb_rate, speed), self.maximum_descent_rate,
-                    self.maximum_acceleration, self.gain)  # fmt: skip
-        if self._circle is not None:
-            wanted = self._around(self._circle, at, pace)
-        else:
-            wanted = self._along(path, state, at, pace)
+        limits = MotionLimits(speed, min(self.maximum_climb_rate, speed), self.maximum_descent_rate,
+                              self.maximum_acceleration, self.gain)  # fmt: skip
+        before = guidance.near, guidance.loitering
+        wanted = guidance.step(state, limits, stands=self._stands)
+        if before != (guidance.near, guidance.loitering):
+            self._reported = -math.inf
         c, s = math.cos(state.psi), math.sin(state.psi)
         ahead, starboard = wanted[0] * c + wanted[1] * s, wanted[1] * c - wanted[0] * s
         axes = imc.DesiredVelocity.Flags
         self.publish(imc.DesiredVelocity(u=ahead, v=starboard, w=wanted[2], flags=axes.SURGE | axes.SWAY | axes.HEAVE))
-        self.publish(imc.DesiredHeading(value=self._heading))
-        where = self._progress(at, state)
+        self.publish(imc.DesiredHeading(value=guidance.heading))
+        where = guidance.progress(state)
         if state.timestamp - self._reported >= 1.0 / self.report_frequency - EARLY:
             self._reported = state.timestamp
-            self._report(path, state, where, pace)
-        if not self._near and not self._loitering:
+            self._report(path, where, state, speed)
+        if not guidance.near and not guidance.loitering:
             error = self._divergence.error(self.now, where, where.course, 0.0)
             if error:
                 self._fail(error)
 
-    def _around(self, circle: Circle, at: Vector, pace: Pace) -> Vector:
-        wanted = circle.velocity(at, pace)
-        if not self._loitering and abs(circle.outside(at)) < ON_CIRCLE and abs(circle.centre[2] - at[2]) < ON_CIRCLE:
-            self._loitering, self._reported = True, -math.inf
-        if math.hypot(wanted[0], wanted[1]) > SLOWEST:
-            self._heading = math.atan2(wanted[1], wanted[0])
-        return wanted
-
-    def _along(self, path: imc.DesiredPath, state: imc.EstimatedState, at: Vector, pace: Pace) -> Vector:
-        line = self._line
-        arrived = math.dist(at, line.end) <= self.near_radius and not self._stands
-        if path.flags & Flags.TAKEOFF:
-            arrived = arrived and abs(at[2] - line.end[2]) <= self.takeoff_tolerance
-        if path.flags & Flags.LAND:
-            self._landing, arrived = self._landing or arrived, self._stands
-        if arrived and not self._near:
-            self._near, self._reported = True, -math.inf
-        if line.level > HEADS:
-            self._heading = line.bearing
-        if not self._landing:
-            return line.velocity(at, pace)
-        north, east, _ = pace.to_point((line.end[0] - at[0], line.end[1] - at[1], 0.0))
-        low = state.alt < self.landing_altitude
-        return north, east, self.landing_rate if low else self.maximum_descent_rate
-
-    def _progress(self, at: Vector, state: imc.EstimatedState) -> PathProgress:
-        line, circle = self._line, self._circle
-        left, across = line.left(at), line.across(at)
-        if self._landing:
-            left = state.alt
-        elif circle is not None:
-            across = circle.outside(at)
-            left = abs(across) + abs(circle.centre[2] - at[2])
-        bearing = line.bearing if line.level > 0.1 else math.atan2(state.vy, state.vx)
-        speed, course = math.hypot(state.vx, state.vy), math.atan2(state.vy, state.vx)
-        drift = wrap(course - bearing) if speed > SLOWEST else 0.0
-        return PathProgress(
-            x=math.dist(line.start, line.end) - left,
-            y=0.0 if circle is not None and not self._loitering else across,
-            left=left,
-            range=math.dist(at, line.end),
-            line_of_sight=bearing,
-            speed=speed,
-            course=wrap(bearing + drift),
-            psi=state.psi,
-            vx=speed * math.cos(drift),
-            vy=speed * math.sin(drift),
-        )
-
-    def _report(self, path: imc.DesiredPath, state: imc.EstimatedState, where: PathProgress, pace: Pace) -> None:
-        flags = path.flags & KEPT_FLAGS
-        flags |= Reached.NEAR if self._near else 0
-        flags |= Reached.NO_Z if self._landing else 0
-        flags |= Reached.LOITERING if self._loitering else 0
-        done = self._near or self._loitering
-        eta = 0.0 if done else abs(where.left) / max(SLOWEST, self.landing_rate if self._landing else pace.speed)
+    def _report(self, path: imc.DesiredPath, where: PathProgress, state: imc.EstimatedState, speed: float) -> None:
+        guidance, flags = self._guidance, path.flags & KEPT_FLAGS
+        flags |= Reached.NEAR if guidance.near else 0
+        flags |= Reached.NO_Z if guidance.landing else 0
+        flags |= Reached.LOITERING if guidance.loitering else 0
         self.publish(
             imc.PathControlState(
                 path_ref=path.path_ref,
@@ -291,14 +257,14 @@ class Path(Task):
                 end_z_units=path.end_z_units,
                 lradius=path.lradius,
                 flags=flags,
-                x=0.0 if self._loitering else where.left,
+                x=0.0 if guidance.loitering else where.left,
                 y=where.y,
-                z=state.z - self._line.end[2],
+                z=state.z - guidance.line.end[2],
                 vx=where.vx,
                 vy=where.vy,
                 vz=state.vz,
                 course_error=wrap(where.line_of_sight - where.course),
-                eta=min(UNKNOWN_ETA, round(eta)),
+                eta=min(UNKNOWN_ETA, round(guidance.eta(where, speed))),
             )
         )
 

@@ -1,24 +1,27 @@
 """Estimates where an underwater vehicle is and how it moves."""
 
 import math
+from dataclasses import fields
 
 import imc
-from runtime import State, param, periodic
-from support.rotations import Vector, rotation, to_body, to_ned, wrap
-from tasks.navigation.auv.checked import RATE_JUMP, CheckedSensors
-from tasks.navigation.auv.consistency import Verdict
-from tasks.navigation.auv.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, HorizontalFilter, K, R, U, V
-from tasks.navigation.auv.inputs import UNKNOWN_ALTITUDE
-from tasks.navigation.auv.outputs import estimated_state, first_state, navigation_data, uncertainty
-from tasks.navigation.auv.position import Position, fix_variance
+from autonomy.navigation import (
+    EAST,
+    NORTH,
+    SensorChecks,
+    SensorInputs,
+    UnderwaterEstimator,
+    UnderwaterSettings,
+    estimated_state,
+    initial_state,
+    navigation_data,
+    navigation_uncertainty,
+)
+from runtime import State, Task, consume, param, periodic
 
-MODEL_VARIANCE = 2.0  # (m/s)² of the speed computed from rpm, for samples as correlated as those 50 ms apart
-STREAM_GAIN = 0.1
-FRESH = 0.5  # s, largest age of a measured heave
-STEEPEST = 0.1  # least cosine of pitch or roll to divide by, near the singularity of Euler angles
+SETTINGS = tuple(field.name for field in fields(UnderwaterSettings))
 
 
-class Navigation(CheckedSensors):
+class Navigation(Task):
     """Publishes EstimatedState from GPS, DVL, depth sensor, attitude reference, altimeter and tachometer.
 
     Latitude, longitude and height are those of a reference at the surface, x, y, z the offsets from it; they start
@@ -67,149 +70,195 @@ class Navigation(CheckedSensors):
     aborts: bool = param(
         False, "", "Abort if the variance of position exceeds its limit.", name="Abort if Uncertainty Exceeded"
     )
+    execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
+    initial_depth: float = param(
+        0.0,
+        "m",
+        "Depth until the first one is measured, of a vehicle that starts under water.",
+        minimum=0,
+        maximum=11000,
+        editable=False,
+    )
+    depth_variance: float = param(0.0025, "m²", "Variance of depth.", name="Depth Noise Covariance", minimum=1e-9)
+    gps_variances: list[float] = param(
+        [],
+        "m²",
+        "Variances of fixes with an accuracy above 10, 8 and 4 m, and better; if empty, those that the fixes claim.",
+        name="GPS Noise Covariance",
+        size=(0, 4),
+    )
+    compass: str = param("AHRS", "", "Entity of attitude and rates.", name="Entity Label - Compass")
+    dvl: str = param("DVL", "", "Entity of velocities.", name="Entity Label - DVL")
+    depth_sensor: str = param("Depth Sensor", "", "Entity of depth.", name="Entity Label - Depth")
+    altimeter: str = param(
+        "Altimeter", "", "Entity of the distance to the bottom.", name="Entity Label - Altitude - Simulation"
+    )
+    true_altimeter: str = param(
+        "", "", "Altimeter to use instead, if the vehicle has it.", name="Entity Label - Altitude - Hardware"
+    )
+    altitude_gain: float = param(0.2, "1", "Weight of a new distance.", name="Altitude EMA gain", minimum=0, maximum=1)
+    altitude_compensation: bool = param(
+        True, "", "Correct distances for roll and pitch.", name="Altitude Attitude Compensation"
+    )
+    altitude_timeout: float = param(
+        5.0, "s", "Time without distance before altitude is unknown.", name="Altitude timeout", minimum=0
+    )
+    depth_timeout: float = param(5.0, "s", "Time without depth before an error.", name="Depth timeout", minimum=0)
+    euler_timeout: float = param(10.0, "s", "Time without attitude before an error.", name="Euler timeout", minimum=0)
+    dvl_timeout: float = param(3.0, "s", "Time after which velocities count as missing.", name="DVL timeout", minimum=0)
+    dvl_silence: float = param(
+        60.0, "s", "Time without any message of the DVL before an error; 0 for never.", name="DVL silence", minimum=0
+    )
+    dvl_jumps: list[float] = param(
+        [1.5, 0.6], "m/s", "Largest change of surge and sway.", name="DVL relative thresholds", size=2
+    )
+    dvl_jump_window: float = param(
+        0.5, "s", "Longest time between compared velocities.", name="DVL relative threshold time window", minimum=0
+    )
+    dvl_largest: list[float] = param(
+        [5.0, 1.5], "m/s", "Largest surge and sway.", name="DVL absolute thresholds", size=2
+    )
+    speed_per_rpm: float = param(1.015e-3, "m/s/rpm", "Speed per rpm.", name="Revolutions to speed factor")
+    dvl_arm: float = param(0.0, "m", "Distance of the DVL ahead of the CG.", name="Distance Between DVL and CG")
+    gps_arm: float = param(0.0, "m", "Height of the antenna above the CG.", name="Distance Between GPS and CG")
+    gps_factor: float = param(
+        1.8,
+        "1",
+        "Rejects a fix whose accuracy exceeds the mean by this factor.",
+        name="GPS Maximum Dynamic HACC factor",
+        minimum=1,
+    )
+    gps_samples: int = param(
+        7, "1", "Fixes whose accuracy is averaged.", name="GPS Moving Average Samples", minimum=1, maximum=1000
+    )
+    gps_deepest: float = param(
+        1.0,
+        "m",
+        "Depth below which the antenna has no reception: a fix is rejected.",
+        name="GPS Maximum Depth",
+        minimum=0,
+    )
+    gps_hacc: float = param(20.0, "m", "Worst accepted accuracy of a fix.", name="GPS Maximum HACC", minimum=0)
+    gps_hdop: float = param(
+        4.0, "1", "Worst accepted HDOP, if accuracy is unknown.", name="GPS Maximum HDOP", minimum=0
+    )
+
+    def configure(self) -> None:
+        settings = UnderwaterSettings(**{name: getattr(self, name) for name in SETTINGS})
+        if hasattr(self, "_inputs"):
+            self._inputs.configure(settings)
+        else:
+            self._inputs = SensorInputs(settings)
 
     def start(self) -> None:
-        super().start()
+        fitted = bool(self.dvl) and self.vehicle.entities.find(self.dvl) is not None
+        self._inputs.restart(self.now if fitted else math.inf)  # a vehicle without a DVL does not wait for one
+        self._estimator = UnderwaterEstimator(self._inputs)
+        self._checks = SensorChecks(self._inputs, self._estimator, self.log, self.now)
+        true = self.true_altimeter
+        self._sounder = true if true and self.vehicle.entities.find(true) is not None else self.altimeter
         self._stepped = self.now
         self._converged = False
-        self._driven = 0
-        self._stream: Vector | None = None
         self.set_entity_state(State.BOOT, "waiting for GPS fix")
 
+    @consume
+    def on_euler_angles(self, angles: imc.EulerAngles) -> None:
+        if self._is_from(angles, self.compass):
+            self._inputs.receive_attitude(self.now, angles.phi, angles.theta, angles.psi)
+
+    @consume
+    def on_angular_velocity(self, rates: imc.AngularVelocity) -> None:
+        if self._is_from(rates, self.compass):
+            self._inputs.receive_rates(self.now, rates.x, rates.y, rates.z)
+
+    @consume
+    def on_depth(self, depth: imc.Depth) -> None:
+        if self._is_from(depth, self.depth_sensor):
+            self._inputs.receive_depth(self.now, depth.value)
+
+    @consume
+    def on_distance(self, distance: imc.Distance) -> None:
+        if distance.validity == imc.Distance.Validity.VALID and self._is_from(distance, self._sounder):
+            self._inputs.receive_distance(self.now, distance.value)
+
+    @consume
+    def on_rpm(self, rpm: imc.Rpm) -> None:
+        self._inputs.receive_rpm(self.now, rpm.value)
+
+    @consume
+    def on_velocity(self, velocity: imc.GroundVelocity | imc.WaterVelocity) -> None:
+        if self._is_from(velocity, self.dvl):
+            rejection = self._inputs.receive_velocity(self.now, velocity)
+            if rejection is not None:
+                self.publish(rejection)
+
+    @consume
+    def on_activation_state(self, activation: imc.EntityActivationState) -> None:
+        if self.dvl and self._is_from(activation, self.dvl):
+            active = activation.state == imc.EntityActivationState.State.ACTIVE
+            self._inputs.receive_dvl_activation(self.now, active)
+
+    @consume
+    def on_gps_fix(self, fix: imc.GpsFix) -> None:
+        rejection = self._inputs.receive_fix(fix)
+        if rejection is not None:
+            self.publish(rejection)
+
     @periodic(1.0)
-    def tell(self) -> None:
+    def publish_alignment_and_stream(self) -> None:
         """Publish once a second what changes slowly."""
         self.publish(imc.AlignmentState(state=imc.AlignmentState.State.NOT_SUPPORTED))
-        if self._stream is not None:
-            north, east, down = self._stream
+        if self._estimator.stream is not None:
+            north, east, down = self._estimator.stream
             self.publish(imc.EstimatedStreamVelocity(x=north, y=east, z=down))
 
     @periodic("execution_frequency")
     def estimate(self) -> None:
-        now = self.now
+        now, inputs, estimator, checks = self.now, self._inputs, self._estimator, self._checks
         dt, self._stepped = now - self._stepped, now
-        self._vertical.predict(dt)
-        new_rates, new_attitude = self.rates.take(), self._take_attitude()
-        self._take_depth(dt)
-        fix, self.received = self.received, None
-        if fix is not None and self._is_submerged(fix):
-            fix = None
-        if now - self.sounded > self.altitude_timeout:
-            self.altitude = UNKNOWN_ALTITUDE
-        if self._position is None and fix is not None:
-            self.place = fix
-            if self._oriented > -math.inf:
-                self._begin(fix)
-        elif self._position is not None:
-            self._doubt_velocity()
-            self._move(self._position, dt, new_attitude, new_rates)
+        estimator.vertical.predict(dt)
+        new_rates, new_attitude = inputs.rates.update(), checks.update_attitude(now)
+        checks.update_depth(now, dt)
+        fix, inputs.fix = inputs.fix, None
+        if fix is not None:
+            submerged = checks.is_submerged()
+            if submerged:
+                self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=imc.GpsFixRejection.Reason.INVALID))
+            fix = fix if checks.evaluate_fix(now, fix, submerged) else None
+        inputs.expire_altitude(now)
+        if estimator.position is None and fix is not None:
+            inputs.place = fix
+            if checks.attitude_time > -math.inf:
+                estimator.begin(fix)
+        elif estimator.position is not None:
+            checks.update_velocity_fault(now)
+            estimator.advance(estimator.position, now, dt, new_attitude, new_rates)
             if fix is not None:
-                self._correct(self._position, fix)
+                decision = estimator.correct(estimator.position, now, fix)
+                checks.receive_correction(now, estimator.position, decision)
         self._publish_state()
-        self._judge()
-
-    def _begin(self, fix: imc.GpsFix) -> None:
-        position, angles, speeds, biases, per_rpm = self.initial
-        place, heading, rate, speed, rate_bias, heading_bias = self.process
-        state = HorizontalFilter(
-            (position, position, angles, angles, speeds, speeds, biases, biases, per_rpm),
-            (place, place, heading, rate, speed, speed, rate_bias, heading_bias, self.speed_drift),
-            self.speed_per_rpm,
-        )
-        variance = fix_variance(fix, self.gps_variances)
-        self._position = Position(fix, self._vertical.depth, self.euler.value[2], variance, self.farthest, state)
-
-    def _move(self, position: Position, dt: float, new_attitude: bool, new_rates: bool) -> None:
-        phi, theta, psi = self.euler.value
-        state = position.filter
-        along, across, heading, turning = self.measurement[:4]
-        measured = self.now - self.heave_at < FRESH and not self.velocity_doubt
-        state.predict(dt, phi, theta, self.ground.value[2] if measured else self._heave)
-        if new_attitude:
-            innovation = wrap(psi - state.x[PSI] - state.x[PSI_BIAS])
-            state.update(innovation, heading, (PSI, 1.0), (PSI_BIAS, 1.0))
-        if new_rates:
-            _, q, r = self.rates.value
-            rate = (math.sin(phi) * q + math.cos(phi) * r) / max(STEEPEST, math.cos(theta))
-            surprise = rate - state.x[R] - state.x[R_BIAS]
-            if self._rate_gate.judge(not abs(surprise) <= RATE_JUMP, surprise) is not Verdict.REJECTED:
-                state.update(surprise, turning, (R, 1.0), (R_BIAS, 1.0))
-        self._take_velocity(state, along, across)
-        low, high = self.speed_per_rpm - self.speed_variation, self.speed_per_rpm + self.speed_variation
-        state.x[K] = max(low, min(high, state.x[K]))
-
-    def _take_velocity(self, state: HorizontalFilter, along: float, across: float) -> None:
-        """Apply the velocity over ground; without it, that of water and stream; without both, of motor and stream."""
-        now, new_ground, new_water = self.now, self.ground.take(), self.water.take()
-        if new_ground and new_water:
-            self._learn_stream()
-        velocity: Vector | None = self.ground.value if new_ground else None
-        stream = to_body(rotation(*self.euler.value), self._stream) if self._stream is not None else (0.0, 0.0, 0.0)
-        if velocity is None and new_water and now - self.ground.last > self.dvl_timeout:
-            (u, v, w), (du, dv, dw) = self.water.value, stream
-            velocity = u + du, v + dv, w + dw
-        if velocity is not None:
-            u, v, w = velocity
-            state.update(u - state.x[U], along, (U, 1.0))
-            state.update(v - state.x[V], across, (V, 1.0))
-            phi, theta, _ = self.euler.value
-            cp = math.cos(theta)
-            sinking = -math.sin(theta) * u + cp * (math.sin(phi) * v + math.cos(phi) * w)
-            if not new_ground or now - self.heave_at < FRESH:
-                self._vertical.measure_rate(sinking, along)
-        deaf = now - max(self.ground.last, self.water.last) > self.dvl_timeout
-        if now - self.revolved <= self.dvl_timeout and (self.rpm or deaf):
-            if deaf:
-                state.drive(float(self.rpm - self._driven))
-            u = state.x[K] * self.rpm + stream[0]
-            state.update(u - state.x[U], MODEL_VARIANCE, (U, 1.0), (K, -float(self.rpm)))
-        self._driven = self.rpm
-        if deaf:
-            state.update(stream[1] - state.x[V], MODEL_VARIANCE, (V, 1.0))
-
-    def _correct(self, position: Position, fix: imc.GpsFix) -> None:
-        north, east, _ = to_ned(rotation(*self.euler.value), (0.0, 0.0, -self.gps_arm))
-        deaf = self.now - max(self.ground.last, self.water.last) > self.dvl_timeout
-        fastest = self.dvl_largest[0] if deaf else -1.0
-        verdict = position.correct(fix, fix_variance(fix, self.gps_variances), (north, east), fastest)
-        self._note_fix(position, verdict)
-
-    def _learn_stream(self) -> None:
-        (u, v, w), (a, b, c) = self.ground.value, self.water.value
-        north, east, down = to_ned(rotation(*self.euler.value), (u - a, v - b, w - c))
-        before = self._stream or (north, east, down)
-        self._stream = (
-            before[0] + STREAM_GAIN * (north - before[0]),
-            before[1] + STREAM_GAIN * (east - before[1]),
-            before[2] + STREAM_GAIN * (down - before[2]),
-        )
-
-    @property
-    def _heave(self) -> float:
-        """Velocity along the body's z axis (m/s) that, with surge and sway, gives the sinking rate."""
-        phi, theta, _ = self.euler.value
-        x = self._position.filter.x if self._position is not None else None
-        u, v = (x[U], x[V]) if x is not None else (0.0, 0.0)
-        cp, cr = max(STEEPEST, math.cos(theta)), math.cos(phi)
-        cr = math.copysign(max(STEEPEST, abs(cr)), cr)
-        return (self._vertical.rate + math.sin(theta) * u - cp * math.sin(phi) * v) / (cp * cr)
+        self._update_entity_state()
 
     def _publish_state(self) -> None:
-        vertical, angles, rates, position = self._vertical, self.euler.value, self.rates.value, self._position
+        inputs, estimator = self._inputs, self._estimator
+        vertical, position, angles, rates = (
+            estimator.vertical,
+            estimator.position,
+            inputs.euler.value,
+            inputs.rates.value,
+        )
         if position is None:
-            if self.place is not None:
-                self.publish(first_state(self.place, vertical, angles, rates, self.altitude))
+            if inputs.place is not None:
+                self.publish(initial_state(inputs.place, vertical, angles, rates, inputs.altitude))
             return
-        state = estimated_state(position, vertical, angles, rates, self._heave, self.altitude)
+        state = estimated_state(position, vertical, angles, rates, estimator.heave, inputs.altitude)
         self.publish(state)
-        check = self._depth_check
-        self.publish(uncertainty(position, vertical, check.lag if check.fault else 0.0, self.measurement))
+        self.publish(navigation_uncertainty(position, vertical, self._checks.depth_doubt, self.measurement))
         self.publish(navigation_data(position, state))
 
-    def _judge(self) -> None:
-        """Set the state of the entity."""
-        position = self._position
-        fault = self._fault()
+    def _update_entity_state(self) -> None:
+        position, now = self._estimator.position, self.now
+        fault = self._checks.fault(now)
         if fault:
             self.set_entity_state(State.ERROR, fault)
         elif position is None:
@@ -221,4 +270,8 @@ class Navigation(CheckedSensors):
                 self.publish(imc.Abort(dst=self.system))
             self._converged = not uncertain or (self._converged and not self.aborts)
             ready = State.NORMAL if self._converged else State.BOOT
-            self.set_entity_state(ready, self._aids() if self._converged else "waiting for solution to converge")
+            text = self._checks.status(now) if self._converged else "waiting for solution to converge"
+            self.set_entity_state(ready, text)
+
+    def _is_from(self, message: imc.Message, label: str) -> bool:
+        return not label or self.vehicle.entities.label(message.src, message.src_ent) == label

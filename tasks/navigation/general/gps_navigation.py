@@ -3,15 +3,33 @@
 import math
 
 import imc
+from autonomy.navigation import (
+    AGREEMENT,
+    CONTRADICTION,
+    CONTRADICTIONS,
+    EAST,
+    FAULT_HOLD,
+    GPS_JUMP,
+    LARGEST_ANGLE,
+    LARGEST_RATE,
+    NORTH,
+    STREAM_EAST,
+    STREAM_NORTH,
+    AttitudeCheck,
+    FixGate,
+    GateDecision,
+    JumpGate,
+    Reason,
+    SampleMean,
+    StuckDetector,
+    SurfaceFilter,
+    fix_variance,
+    is_located,
+    missing_reason,
+)
 from runtime import State, Task, consume, param, periodic
 from support.rotations import wrap
 from support.wgs84 import displacement
-from tasks.navigation.auv.averages import Mean
-from tasks.navigation.auv.checks import AttitudeCheck
-from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict, plight
-from tasks.navigation.auv.gates import GPS_JUMP, LARGEST_ANGLE, LARGEST_RATE, SHOWN, FixGate, Reason, located
-from tasks.navigation.auv.position import AGREEMENT, CONTRADICTION, CONTRADICTIONS, fix_variance
-from tasks.navigation.general.surface_filter import EAST, NORTH, STREAM_EAST, STREAM_NORTH, SurfaceFilter
 
 VALID_VELOCITY = imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG
 UNKNOWN_ALTITUDE = -1.0
@@ -79,14 +97,14 @@ class GPSNavigation(Task):
         self._gate = FixGate(self.gps_factor, self.gps_samples, self.gps_hacc, self.gps_hdop)
 
     def start(self) -> None:
-        self._attitude, self._heading, self._rates = Mean(), Mean(), Mean()
+        self._attitude, self._heading, self._rates = SampleMean(), SampleMean(), SampleMean()
         self._turns = 0.0
         self._fix: imc.GpsFix | None = None
         self._manual: imc.GpsFix | None = None
         self._reference: imc.GpsFix | None = None
         self._filter = SurfaceFilter(1.0, 1.0, 0.25, self.process, self.sway_decay)
         self._jumps = JumpGate(CONTRADICTIONS, AGREEMENT)
-        self._attitude_noise = Repetition()
+        self._attitude_noise = StuckDetector()
         self._check = AttitudeCheck(max(1, round(PATIENCE * self.execution_frequency)))
         self._held_fault, self._held_until = "", -math.inf
         self._believed = self._oriented = self._reset = -math.inf
@@ -97,11 +115,11 @@ class GPSNavigation(Task):
         self.set_entity_state(State.BOOT, "waiting for GPS fix")
 
     @consume
-    def orient(self, angles: imc.EulerAngles) -> None:
+    def on_euler_angles(self, angles: imc.EulerAngles) -> None:
         phi, theta, psi = angles.phi, angles.theta, angles.psi
         if not (abs(phi) <= LARGEST_ANGLE and abs(theta) <= LARGEST_ANGLE and abs(psi) <= LARGEST_ANGLE):
             return
-        if self._is_from(angles, self.yaw) and self._attitude_noise.repeats(phi + theta + psi):
+        if self._is_from(angles, self.yaw) and self._attitude_noise.update(phi + theta + psi):
             return
         if self._is_from(angles, self.imu):
             self._attitude.add(self.now, phi, theta)
@@ -110,25 +128,25 @@ class GPSNavigation(Task):
             self._heading.add(self.now, self._turns)
 
     @consume
-    def turn(self, rates: imc.AngularVelocity) -> None:
+    def on_angular_velocity(self, rates: imc.AngularVelocity) -> None:
         p, q, r = rates.x, rates.y, rates.z
         possible = abs(p) <= LARGEST_RATE and abs(q) <= LARGEST_RATE and abs(r) <= LARGEST_RATE
         if possible and self._is_from(rates, self.imu):
             self._rates.add(self.now, p, q, r)
 
     @consume
-    def sound(self, distance: imc.Distance) -> None:
+    def on_distance(self, distance: imc.Distance) -> None:
         valid = distance.validity == imc.Distance.Validity.VALID and 0.0 <= distance.value < math.inf
         if valid and self._is_from(distance, self.altimeter):
             self._altitude, self._sounded = distance.value, self.now
 
     @consume
-    def fix(self, fix: imc.GpsFix) -> None:
+    def on_gps_fix(self, fix: imc.GpsFix) -> None:
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
-            self._manual = fix if located(fix) else self._manual
+            self._manual = fix if is_located(fix) else self._manual
         elif self._is_from(fix, self.gps):
-            reason = self._gate.refuses(fix)
-            if reason is None and not located(fix):
+            reason = self._gate.reject_reason(fix)
+            if reason is None and not is_located(fix):
                 reason = Reason.INVALID
             if reason is None:
                 self._fix, self._fixed = fix, self.now
@@ -136,7 +154,7 @@ class GPSNavigation(Task):
                 self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason))
 
     @periodic(1.0)
-    def tell(self) -> None:
+    def publish_current(self) -> None:
         """Publish the current once a second."""
         if self._reference is not None:
             x = self._filter.x
@@ -145,7 +163,7 @@ class GPSNavigation(Task):
     @periodic("execution_frequency")
     def estimate(self) -> None:
         dt, self._stepped = self.now - self._stepped, self.now
-        self._take_attitude()
+        self._update_attitude()
         fix, self._fix = self._fix, None
         if self.now - self._sounded > self.altitude_timeout:
             self._altitude = UNKNOWN_ALTITUDE
@@ -155,45 +173,48 @@ class GPSNavigation(Task):
         if fix is not None and self._heading.last > -math.inf:
             self._correct(fix, psi)
         self._publish_state(psi)
-        self._judge()
+        self._update_entity_state()
 
-    def _take_attitude(self) -> None:
+    def _update_attitude(self) -> None:
         """Take the mean attitude and rates, unless the attitude jumps."""
         attitude, heading = self._attitude.value, self._heading.value
-        self._rates.take()
-        if not (self._attitude.take() | self._heading.take()):
+        self._rates.update()
+        if not (self._attitude.update() | self._heading.update()):
             return
         fresh = self.now - self._rates.last <= self.euler_timeout
         elapsed, self._turned = self.now - self._turned, self.now
         angles = self._attitude.value[0], self._attitude.value[1], self._heading.value[0]
-        verdict = self._check.judge(elapsed, angles, self._rates.between if fresh else None)
-        if verdict is Verdict.REJECTED:
+        verdict = self._check.evaluate(elapsed, angles, self._rates.interval_mean if fresh else None)
+        if verdict is GateDecision.REJECTED:
             self._attitude.value, self._heading.value = attitude, heading
             return
         self._oriented = min(self._attitude.last, self._heading.last)
-        if verdict is Verdict.BELIEVED:
+        if verdict is GateDecision.RESET:
             self.log.warning("the attitude has jumped and stays there")
 
     def _correct(self, fix: imc.GpsFix, psi: float) -> None:
         variance, state = fix_variance(fix, []), self._filter
         if self._reference is None:
             self._reference = fix
-            state.settle(0.0, 0.0, variance)
+            state.reset(0.0, 0.0, variance)
         reference = self._reference
         north, east, _ = displacement(reference.lat, reference.lon, 0.0, fix.lat, fix.lon, 0.0)
         off = north - state.x[NORTH], east - state.x[EAST]
-        verdict = self._jumps.judge(state.distance(north, east, variance) > CONTRADICTION, *off)
-        if verdict is Verdict.REJECTED:
+        verdict = self._jumps.evaluate(state.mahalanobis_squared(north, east, variance) > CONTRADICTION, *off)
+        if verdict is GateDecision.REJECTED:
             return
-        if verdict is Verdict.TAKEN:
+        if verdict is GateDecision.ACCEPTED:
             state.measure_position(north, east, variance)
         else:
-            state.settle(north, east, variance)
+            state.reset(north, east, variance)
             self.log.warning("fixes contradict the position, which is reset to theirs")
             if math.hypot(*off) > GPS_JUMP and self.now - self._believed <= self.gps_timeout:
-                self._held_fault, self._held_until = f"GPS has jumped by {math.hypot(*off):.0f} m", self.now + SHOWN
+                self._held_fault, self._held_until = (
+                    f"GPS has jumped by {math.hypot(*off):.0f} m",
+                    self.now + FAULT_HOLD,
+                )
             elif self.now - self._reset <= OFTEN:
-                self._held_fault, self._held_until = "fixes contradict heading and speed", self.now + SHOWN
+                self._held_fault, self._held_until = "fixes contradict heading and speed", self.now + FAULT_HOLD
             self._reset = self.now
         self._believed = self.now
         if fix.validity & VALID_VELOCITY == VALID_VELOCITY and math.isfinite(fix.sog + fix.cog):
@@ -256,7 +277,7 @@ class GPSNavigation(Task):
         )
         self.publish(imc.NavigationData(cog=math.atan2(vy, vx), cyaw=wrap(psi)))
 
-    def _judge(self) -> None:
+    def _update_entity_state(self) -> None:
         """Set the state of the entity."""
         fault = self._fault()
         if fault:
@@ -272,12 +293,12 @@ class GPSNavigation(Task):
     def _fault(self) -> str:
         """Why the boat must stop; empty if it need not."""
         if self.now - max(self._oriented, self._began) > self.euler_timeout:
-            return f"attitude {plight(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)}"
+            return f"attitude {missing_reason(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)}"
         if self._rates.last > -math.inf and self.now - self._rates.last > self.euler_timeout:
             return "turn rates are missing"
-        self._check.remember(bool(self._check.fault))
+        self._check.latch(bool(self._check.fault))
         if self._check.fault:
-            self._held_fault, self._held_until = self._check.fault, self.now + SHOWN
+            self._held_fault, self._held_until = self._check.fault, self.now + FAULT_HOLD
         return self._held_fault if self.now < self._held_until else ""
 
     def _is_from(self, message: imc.Message, label: str) -> bool:

@@ -3,14 +3,28 @@
 import math
 
 import imc
+from autonomy.navigation import (
+    FAULT_HOLD,
+    GPS_JUMP,
+    LARGEST_ANGLE,
+    LARGEST_RATE,
+    AttitudeCheck,
+    FixGate,
+    GateDecision,
+    InertialFilter,
+    JumpGate,
+    NoiseMonitor,
+    Reason,
+    SampleMean,
+    StuckDetector,
+    horizontal_variance,
+    is_located,
+    mean_fix,
+    missing_reason,
+    offset_from,
+)
 from runtime import State, Task, consume, param, periodic
 from support.rotations import Vector, rotation, to_body, to_ned, wrap
-from tasks.navigation.auv.averages import Mean
-from tasks.navigation.auv.checks import AttitudeCheck
-from tasks.navigation.auv.consistency import JumpGate, Repetition, Roughness, Verdict, plight
-from tasks.navigation.auv.gates import GPS_JUMP, LARGEST_ANGLE, LARGEST_RATE, SHOWN, FixGate, Reason, located
-from tasks.navigation.uav.fixes import middle, place, variance_of
-from tasks.navigation.uav.inertial_filter import InertialFilter
 
 GRAVITY = 9.80665
 NO_DEPTH = -1.0
@@ -67,7 +81,7 @@ class Navigation(Task):
     def start(self) -> None:
         self._angles: Vector | None = None
         self._rates: Vector = (0.0, 0.0, 0.0)
-        self._acceleration, self._height = Mean(), Mean()
+        self._acceleration, self._height = SampleMean(), SampleMean()
         self._fix: imc.GpsFix | None = None
         self._fixed = self._oriented = -math.inf
         self._first: list[imc.GpsFix] = []
@@ -77,9 +91,9 @@ class Navigation(Task):
         self._fix_gate = FixGate(math.inf, 1, self.largest_hacc, math.inf)
         self._jumps, self._falls = JumpGate(CONTRADICTIONS, AGREEMENT), JumpGate(FALLS, AGREEMENT)
         self._heights = JumpGate(HEIGHTS, HEIGHT_AGREEMENT)
-        self._attitude_noise, self._pressure_noise, self._fix_noise = Repetition(), Repetition(), Repetition()
-        self._roughness = Roughness(NOISE_FACTOR * self.pressure_noise)
-        self._scatter = Roughness(FIX_SIGMAS), Roughness(FIX_SIGMAS)
+        self._attitude_noise, self._pressure_noise, self._fix_noise = StuckDetector(), StuckDetector(), StuckDetector()
+        self._roughness = NoiseMonitor(NOISE_FACTOR * self.pressure_noise)
+        self._scatter = NoiseMonitor(FIX_SIGMAS), NoiseMonitor(FIX_SIGMAS)
         self._check = AttitudeCheck(ATTITUDES)
         self._held_fault, self._held_until, self._lost_until = "", -math.inf, -math.inf
         self._resets: list[float] = []
@@ -88,26 +102,26 @@ class Navigation(Task):
         self.set_entity_state(State.BOOT, "waiting for GPS fix")
 
     @consume
-    def orient(self, angles: imc.EulerAngles) -> None:
+    def on_euler_angles(self, angles: imc.EulerAngles) -> None:
         phi, theta, psi = angles.phi, angles.theta, angles.psi
         possible = abs(phi) <= LARGEST_ANGLE and abs(theta) <= LARGEST_ANGLE and abs(psi) <= LARGEST_ANGLE
-        if not possible or not self._is_from(angles, self.ahrs) or self._attitude_noise.repeats(phi + theta + psi):
+        if not possible or not self._is_from(angles, self.ahrs) or self._attitude_noise.update(phi + theta + psi):
             return
         elapsed, self._turned = self.now - self._turned, self.now
         rates = self._rates if elapsed < PAUSE else None
-        verdict = self._check.judge(elapsed, (phi, theta, psi), rates)
-        if verdict is not Verdict.REJECTED:
+        verdict = self._check.evaluate(elapsed, (phi, theta, psi), rates)
+        if verdict is not GateDecision.REJECTED:
             self._angles, self._oriented = (phi, theta, wrap(psi)), self.now
 
     @consume
-    def turn(self, rates: imc.AngularVelocity) -> None:
+    def on_angular_velocity(self, rates: imc.AngularVelocity) -> None:
         p, q, r = rates.x, rates.y, rates.z
         possible = abs(p) <= LARGEST_RATE and abs(q) <= LARGEST_RATE and abs(r) <= LARGEST_RATE
         if possible and self._is_from(rates, self.ahrs):
             self._rates, self._turned_at = (p, q, r), self.now
 
     @consume
-    def accelerate(self, force: imc.Acceleration) -> None:
+    def on_acceleration(self, force: imc.Acceleration) -> None:
         """Average accelerations, from specific forces."""
         x, y, z = force.x, force.y, force.z
         possible = abs(x) <= LARGEST_FORCE and abs(y) <= LARGEST_FORCE and abs(z) <= LARGEST_FORCE
@@ -116,20 +130,20 @@ class Navigation(Task):
             self._acceleration.add(self.now, north, east, down + GRAVITY)
 
     @consume
-    def press(self, pressure: imc.Pressure) -> None:
+    def on_pressure(self, pressure: imc.Pressure) -> None:
         possible = 0.0 < pressure.value < 2000.0 and self._is_from(pressure, self.barometer)
-        if not possible or self._pressure_noise.repeats(pressure.value):
+        if not possible or self._pressure_noise.update(pressure.value):
             return
         height = height_of(pressure.value)
-        if not self._roughness.feels(height):
+        if not self._roughness.update(height):
             self._height.add(self.now, height)
 
     @consume
-    def fix(self, fix: imc.GpsFix) -> None:
+    def on_gps_fix(self, fix: imc.GpsFix) -> None:
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             return
-        reason = self._fix_gate.refuses(fix)
-        if reason is Reason.LOST_VAL_BIT or not located(fix) or self._fix_noise.repeats(fix.lat + fix.lon):
+        reason = self._fix_gate.reject_reason(fix)
+        if reason is Reason.LOST_VAL_BIT or not is_located(fix) or self._fix_noise.update(fix.lat + fix.lon):
             reason = Reason.INVALID
         elif not fix.hacc <= self.largest_hacc:
             reason = Reason.ABOVE_MAX_HACC
@@ -148,25 +162,25 @@ class Navigation(Task):
         oriented = self.now - self._oriented <= self.euler_timeout
         if self._reference is not None and self._angles is not None and oriented:
             self._move(self._reference, dt, fix)
-            self._check.remember(bool(self._check.fault))
-            if not self._check.lean and self.now >= self._lost_until:
+            self._check.latch(bool(self._check.fault))
+            if not self._check.tilt_fault and self.now >= self._lost_until:
                 self._publish(self._reference, self._angles)
-        self._judge()
+        self._update_entity_state()
 
     def _prepare(self, fix: imc.GpsFix | None) -> None:
         if fix is not None:
             self._first.append(fix)
             del self._first[: -self.initial_fixes]
-        if len(self._first) < self._needed or self._angles is None or not self._height.take():
+        if len(self._first) < self._needed or self._angles is None or not self._height.update():
             return
         if self._site is None:
-            self._site = middle(self._first), self._height.value[0]
-            self._begin(*self._site, variance_of(self._first[-1]) / len(self._first), INITIAL_VELOCITY)
+            self._site = mean_fix(self._first), self._height.value[0]
+            self._begin(*self._site, horizontal_variance(self._first[-1]) / len(self._first), INITIAL_VELOCITY)
         else:
             reference, ground = self._site
             last = self._first[-1]
-            self._begin(reference, ground, variance_of(last), FLYING_VELOCITY)
-            self._over_ground.position[:] = place(reference, last)
+            self._begin(reference, ground, horizontal_variance(last), FLYING_VELOCITY)
+            self._over_ground.position[:] = offset_from(reference, last)
             self._down.position[0] = ground - self._height.value[0]
 
     @property
@@ -181,15 +195,15 @@ class Navigation(Task):
         noise, walk = self.acceleration_noise, self.bias_walk
         self._over_ground = InertialFilter(2, noise, walk, (variance, speed, INITIAL_BIAS))
         self._down = InertialFilter(1, noise, walk, (self.pressure_noise**2, speed, INITIAL_BIAS))
-        self._acceleration.take()
+        self._acceleration.update()
 
     def _move(self, reference: imc.GpsFix, dt: float, fix: imc.GpsFix | None) -> None:
-        if not self._acceleration.take():
+        if not self._acceleration.update():
             self._acceleration.value = 0.0, 0.0, 0.0
         north, east, down = self._acceleration.value
         self._over_ground.predict(dt, (north, east))
         self._down.predict(dt, (down,))
-        if self._height.take():
+        if self._height.update():
             self._measure_height(self._ground - self._height.value[0])
         if fix is not None:
             self._correct(reference, fix)
@@ -197,58 +211,58 @@ class Navigation(Task):
     def _measure_height(self, down: float) -> None:
         variance, off = self.pressure_noise**2, down - self._down.position[0]
         limit = FALL + SIGMAS * math.sqrt(variance + self._down.variances[0])
-        verdict = self._falls.judge(not abs(off) <= limit, off)
-        if verdict is Verdict.REJECTED:
+        verdict = self._falls.evaluate(not abs(off) <= limit, off)
+        if verdict is GateDecision.REJECTED:
             return
-        if verdict is Verdict.BELIEVED:
-            self._down.settle((down,), variance)
-            self._hold(f"pressure has jumped by {off:.0f} m")
+        if verdict is GateDecision.RESET:
+            self._down.reset((down,), variance)
+            self._hold_fault(f"pressure has jumped by {off:.0f} m")
             self._note_reset()
         self._pressed = self.now
         self._down.correct((down,), variance)
 
-    def _hold(self, fault: str) -> None:
+    def _hold_fault(self, fault: str) -> None:
         if fault != self._held_fault or self.now > self._held_until:
             self.log.warning(fault)
-        self._held_fault, self._held_until = fault, self.now + SHOWN
+        self._held_fault, self._held_until = fault, self.now + FAULT_HOLD
 
-    def _lose(self, fault: str, seconds: float) -> None:
+    def _suspend(self, fault: str, seconds: float) -> None:
         """Publish no estimate for some time: it could lead the vehicle anywhere, and without one it descends level."""
-        self._hold(fault)
+        self._hold_fault(fault)
         self._lost_until = self._held_until = self.now + seconds
 
     def _note_reset(self) -> None:
         """One reset follows from a jump; several mean that attitude, accelerations or fixes lie on and on."""
         self._resets = [time for time in self._resets if self.now - time < RESET_MEMORY] + [self.now]
         if len(self._resets) >= RESETS:
-            self._lose("GPS disagrees with attitude and accelerations: the position is not trusted", RESET_MEMORY)
+            self._suspend("GPS disagrees with attitude and accelerations: the position is not trusted", RESET_MEMORY)
 
     def _correct(self, reference: imc.GpsFix, fix: imc.GpsFix) -> None:
         height = reference.height
-        north, east = place(reference, fix)
-        variance, horizontal, age = variance_of(fix), self._over_ground, self.now - self._fixed
+        north, east = offset_from(reference, fix)
+        variance, horizontal, age = horizontal_variance(fix), self._over_ground, self.now - self._fixed
         sigma = math.sqrt(variance)
-        if any([axis.feels(at / sigma) for axis, at in zip(self._scatter, (north, east), strict=True)]):
+        if any([axis.update(at / sigma) for axis, at in zip(self._scatter, (north, east), strict=True)]):
             return
         vn, ve = horizontal.velocity
         north, east = north + age * vn, east + age * ve
         above = fix.height - height + self._down.position[0]
         if self.now - self._pressed > self.pressure_timeout:  # coarse, but it keeps a vehicle that lands from rising
             self._down.correct((height - fix.height,), HEIGHT_FACTOR * variance)
-        elif self._heights.judge(abs(above) > HEIGHT_JUMP, above) is Verdict.BELIEVED:
-            self._lose("GPS and barometer disagree on the height, which is not trusted", SHOWN)
+        elif self._heights.evaluate(abs(above) > HEIGHT_JUMP, above) is GateDecision.RESET:
+            self._suspend("GPS and barometer disagree on the height, which is not trusted", FAULT_HOLD)
         off = north - horizontal.position[0], east - horizontal.position[1]
-        verdict = self._jumps.judge(horizontal.surprise((north, east), variance) > CONTRADICTION, *off)
-        if verdict is Verdict.REJECTED:
+        verdict = self._jumps.evaluate(horizontal.mahalanobis_squared((north, east), variance) > CONTRADICTION, *off)
+        if verdict is GateDecision.REJECTED:
             return
-        if verdict is Verdict.TAKEN:
+        if verdict is GateDecision.ACCEPTED:
             horizontal.correct((north, east), variance)
         else:
-            horizontal.settle((north, east), variance)
+            horizontal.reset((north, east), variance)
             self.log.warning("fixes contradict the position, which is reset to theirs")
             self._note_reset()
             if math.hypot(*off) > GPS_JUMP and self.now - self._believed <= self.gps_timeout:
-                self._hold(f"GPS has jumped by {math.hypot(*off):.0f} m")
+                self._hold_fault(f"GPS has jumped by {math.hypot(*off):.0f} m")
         self._believed = self.now
 
     def _publish(self, reference: imc.GpsFix, angles: Vector) -> None:
@@ -300,17 +314,19 @@ class Navigation(Task):
             )
         )
 
-    def _judge(self) -> None:
+    def _update_entity_state(self) -> None:
         """Set the state of the entity."""
         now = self.now
         if self._reference is None:
             missing = "GPS fix" if len(self._first) < self._needed else "attitude and pressure"
             self.set_entity_state(State.BOOT, f"waiting for {missing}")
         elif now - self._oriented > self.euler_timeout:
-            why = plight(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)
+            why = missing_reason(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)
             self.set_entity_state(State.ERROR, f"attitude {why}")
         elif now - self._pressed > self.pressure_timeout:
-            why = plight(stuck=self._pressure_noise.stuck, jumps=self._roughness.rough or self._falls.rejected > 0)
+            why = missing_reason(
+                stuck=self._pressure_noise.stuck, jumps=self._roughness.noisy or self._falls.rejected > 0
+            )
             self.set_entity_state(State.ERROR, f"pressure {why}")
         elif now - self._fixed > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS fixes are missing")

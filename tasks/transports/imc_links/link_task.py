@@ -4,17 +4,17 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
 import imc
+from imc.schema import message_named
 from runtime import Task, param
 from runtime.bus import Subscription
 from runtime.task import ParameterError
-from support.diagnostics import Doubt
-from support.text import misspelled, quoted, suggestion
+from support.diagnostics import ConfigWarning
+from support.text import corrected_spelling, quoted, suggestion
 from tasks.transports.imc_links.custom_filters import parse_custom
 from tasks.transports.imc_links.message_list import (
     MessageList,
     known_entities,
     known_rate,
-    message_named,
     parse_entities,
     parse_rate,
 )
@@ -79,15 +79,17 @@ class Carrier(Task):
         schema, label = self.vehicle.bus.messages, self.vehicle.entities.label
         return MessageList(names, rates, entities, custom, schema=schema, label=label)
 
-    def doubts(self) -> Iterator[Doubt]:
+    def doubts(self) -> Iterator[ConfigWarning]:
         known = self.vehicle.entities.labels
         for option, labels in self.named_entities():
             for label in sorted(labels.difference(known)):
-                near = misspelled(label, known)
+                near = corrected_spelling(label, known)
                 # Several are a list that vehicles share: it names entities that only some of them have.
                 if near or (len(labels) == 1 and self.local_messages_only):
                     text = f"{option}: no task of the profile has the entity {quoted(label)}"
-                    yield Doubt(option, text, f"did you mean {quoted(near)}?" if near else suggestion(label, known))
+                    yield ConfigWarning(
+                        option, text, f"did you mean {quoted(near)}?" if near else suggestion(label, known)
+                    )
 
     def named_entities(self) -> Iterator[tuple[str, frozenset[str]]]:
         """The labels in each item of the filters, with the option that has it."""

@@ -5,21 +5,13 @@ from collections.abc import Callable, Iterable
 
 import imc
 from imc.addresses import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
-from support.text import nearest, quoted
+from imc.schema import message_named
+from support.text import quoted
 from tasks.transports.imc_links.custom_filters import Custom, parse_custom
 
 EVERYBODY = (ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM)
 MOST_SOURCES = 1024  # whose rate is measured, per type of message
 EARLY = 0.1  # of a period: how much sooner or later a message may come, so that a source at just the rate loses none
-
-
-def message_named(name: str) -> type[imc.Message]:
-    """The message type `name`. Raises ValueError, with the closest name, if there is none."""
-    schema = imc.builtin()
-    if name in schema:
-        return schema[name]
-    near = nearest(name, (cls.__name__ for cls in imc.messages.BY_ID.values()))
-    raise ValueError(f"there is no message {quoted(name)}" + (f"; did you mean {near}?" if near else ""))
 
 
 def parse_rate(item: str) -> tuple[str, float]:

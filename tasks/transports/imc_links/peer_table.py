@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from ipaddress import IPv4Address
 
-from imc.discovery import PERIOD, Endpoint, Services, readable_name
+from imc.discovery import PERIOD, Endpoint, Services, displayable_name
 
 MOST_PEERS = 64
 SHARE = MOST_PEERS // 4  # of one address; beyond it, its peers are the first to give way
@@ -114,10 +114,10 @@ class Peers:
         if peer is None:
             if len(self.by_id) >= MOST_PEERS and not self._make_room(now):
                 return None
-            peer = self.by_id[system] = Peer(system, readable_name(name), filled=now)
+            peer = self.by_id[system] = Peer(system, displayable_name(name), filled=now)
         if services.uid and services.uid != peer.uid:  # it has started again, maybe elsewhere
             peer.uid, peer.addresses, peer.places = services.uid, {}, {}
-        peer.name, peer.announced = readable_name(name), now
+        peer.name, peer.announced = displayable_name(name), now
         for address in dict.fromkeys(service.address for service in services.each if _is_host(service.address)):
             peer.addresses.setdefault(address, (0, now))
             peer.addresses[address] = (peer.addresses[address][0], now)

@@ -181,7 +181,7 @@ class StreamCarrier(Carrier):
 
     def await_rest(self, stream: Stream) -> None:
         """Look behind a packet that stays unfinished: a damaged length must not hide an Abort."""
-        if not stream.awaited and (start := stream.parser.unfinished) is not None:
+        if not stream.awaited and (start := stream.parser.incomplete_offset) is not None:
             stream.awaited = True
             network_after(self, LONGEST_UNFINISHED, self.overtake, stream, start)
 
@@ -189,8 +189,8 @@ class StreamCarrier(Carrier):
         stream.awaited = False
         if stream not in self.streams:
             return
-        if stream.parser.unfinished == start:
-            for packet in stream.parser.overtake_packets():
+        if stream.parser.incomplete_offset == start:
+            for packet in stream.parser.resync_packets():
                 self.take(stream, packet)
             self.note_rubbish(stream)
         self.await_rest(stream)

@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import imc
-from imc.coordinates import rows, rows_of, spacing, swath
+from imc.coordinates import maneuver_corners, row_corners, sonar_row_spacing, swath_width
 
 
 def points(**changes):
     usual = {"bearing": 0.0, "cross_angle": 0.0, "width": 30.0, "length": 100.0, "step": 10.0}
-    return [(round(n, 6) + 0.0, round(e, 6) + 0.0) for n, e in rows(**{**usual, **changes})]
+    return [(round(n, 6) + 0.0, round(e, 6) + 0.0) for n, e in row_corners(**{**usual, **changes})]
 
 
 def test_rows_go_up_and_down():
@@ -59,17 +59,17 @@ def test_the_cross_angle_turns_the_steps(right):
 @pytest.mark.parametrize("name", ["width", "length", "step"])
 def test_rows_that_are_none(name):
     with pytest.raises(ValueError, match="at least 1 mm"):
-        rows(**{"bearing": 0, "cross_angle": 0, "width": 1, "length": 1, "step": 1, name: 0.0})
+        row_corners(**{"bearing": 0, "cross_angle": 0, "width": 1, "length": 1, "step": 1, name: 0.0})
 
 
 def test_too_many_rows():
     with pytest.raises(ValueError, match="more than 10000 rows"):
-        rows(bearing=0, cross_angle=0, width=1e6, length=1, step=0.01)
+        row_corners(bearing=0, cross_angle=0, width=1e6, length=1, step=0.01)
 
 
 @given(st.floats(0.01, 1000), st.floats(0.01, 1000), st.floats(0.1, 50), st.floats(0, 1), st.booleans(), st.booleans())
 def test_rows_stay_within_their_area(width, length, step, alternation, square, right):
-    found = rows(
+    found = row_corners(
         bearing=0,
         cross_angle=0,
         width=width,
@@ -85,14 +85,14 @@ def test_rows_stay_within_their_area(width, length, step, alternation, square, r
 
 
 def test_spacing():
-    assert spacing(math.radians(60), 30.0, 0.0) == pytest.approx(30.0)
-    assert spacing(math.radians(60), 30.0, 50.0) == pytest.approx(22.5)
-    assert spacing(0.0, 30.0, 0.0) == pytest.approx(60.0)
-    assert swath(math.radians(90), 10.0, 50.0) == pytest.approx(15.0)
+    assert sonar_row_spacing(math.radians(60), 30.0, 0.0) == pytest.approx(30.0)
+    assert sonar_row_spacing(math.radians(60), 30.0, 50.0) == pytest.approx(22.5)
+    assert sonar_row_spacing(0.0, 30.0, 0.0) == pytest.approx(60.0)
+    assert swath_width(math.radians(90), 10.0, 50.0) == pytest.approx(15.0)
 
 
 def test_rows_come_nearer_where_the_swath_is_narrow():
     area = imc.RowsCoverage(width=40, length=100, range=10, flags=imc.RowsCoverage.Flags.CURVE_RIGHT)
     swaths = iter([99.0, 99.0, 10.0, 4.0, 10.0, 99.0])  # two for the check, then one for each step
-    found = [round(e, 6) for _, e in rows_of(area, lambda: next(swaths))]
+    found = [round(e, 6) for _, e in maneuver_corners(area, lambda: next(swaths))]
     assert found == [0, 0, 0, 10, 10, 14, 14, 24, 24]

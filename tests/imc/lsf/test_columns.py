@@ -240,7 +240,7 @@ def test_objects_are_a_sequence() -> None:
     assert objects[0] == messages[0]
     assert objects[-1] == messages[-1]
     assert list(objects[10:200:7]) == messages[10:200:7]
-    assert list(objects.having(log[imc.EntityState]["src_ent"] == 3)) == [m for m in messages if m.src_ent == 3]
+    assert list(objects.select(log[imc.EntityState]["src_ent"] == 3)) == [m for m in messages if m.src_ent == 3]
     assert messages[5] in objects
     with pytest.raises(IndexError):
         objects[289]

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import imc
 from imc.lsf import Log, index_file, read_neptus_index, write_neptus_index
-from imc.lsf import bytes as log_bytes
+from imc.lsf import byte_reader as log_bytes
 from tests.imc.lsf.indexed import all_of, messages, write_log
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
@@ -32,13 +32,13 @@ def kept(folder: Path) -> list[Path]:
 def reads(patch: pytest.MonkeyPatch) -> list[Path]:
     """The paths of all logs that were read completely."""
     found: list[Path] = []
-    chunks = log_bytes.chunks
+    chunks = log_bytes.unpacked_chunks
 
     def noted(path: Path, *rest: Any) -> Iterator[bytes]:
         found.append(path)
         return chunks(path, *rest)
 
-    patch.setattr(index_file, "chunks", noted)
+    patch.setattr(index_file, "unpacked_chunks", noted)
     return found
 
 

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 import imc
-from imc.lsf import Log, LsfWriter, members, members_ahead
-from imc.lsf import bytes as log_bytes
+from imc.lsf import Log, LsfWriter, gzip_members, parallel_gunzip
+from imc.lsf import byte_reader as log_bytes
 from tests.imc.lsf.indexed import all_of, messages, write_log
 
 pytestmark = pytest.mark.usefixtures("every_index_is_kept")
@@ -46,8 +46,8 @@ def test_members_that_are_not_needed_are_not_unpacked(tmp_path: Path, monkeypatc
     assert len(Log(path)) == 30002
     unpacked: set[int] = set()
 
-    def noted(*arguments: Any) -> Iterator[members.Piece]:
-        for piece in members_ahead.unpack_ahead(*arguments):
+    def noted(*arguments: Any) -> Iterator[gzip_members.MemberData]:
+        for piece in parallel_gunzip.unpack_ahead(*arguments):
             unpacked.add(piece.member)
             yield piece
 

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from mission_samples import GARBAGE, LAT, LON, NAN, X, Y, fence_corner, packed
 
 import imc
+from autonomy.plans import PlanBounds, PlanGraph, PlanNode, area_violations
 from mavlink.missions import BadItem, Command, MissionResult, area_of, fence_of
 from support.wgs84 import displace, displacement
-from tasks.plan.bounds import Bounds, outside
-from tasks.plan.graph import Graph, PlanNode
 
 R = MissionResult
 AREA = imc.OpLimitsMask.AREA
@@ -46,8 +45,8 @@ def test_a_plan_stays_inside_the_same_rectangle():
     limits = area_of(polygon(*((c * x - s * y, s * x + c * y) for x, y in corners)))
     for x, y, inside in ((149, 19, True), (-49, -19, True), (151, 0, False), (0, 21, False), (-51, 0, False)):
         lat, lon, _ = displace(LAT, LON, 0.0, c * x - s * y, s * x + c * y)
-        graph = Graph(imc.PlanSpecification(), {"m": PlanNode("m", imc.Goto(lat=lat, lon=lon), (), ())}, "m")
-        assert (not list(outside(graph, Bounds(limits)))) is inside
+        graph = PlanGraph(imc.PlanSpecification(), {"m": PlanNode("m", imc.Goto(lat=lat, lon=lon), (), ())}, "m")
+        assert (not list(area_violations(graph, PlanBounds(limits)))) is inside
 
 
 @given(

@@ -297,7 +297,7 @@ def test_home_is_item_0_of_ardupilot():
 
 
 NAMES = st.sampled_from(("m0", "m1", "m2", "m3", "_done_", ""))
-MANEUVERS = [imc.builtin()[name] for name in sorted(imc.builtin().members("Maneuver"))]
+MANEUVERS = [imc.builtin()[name] for name in sorted(imc.builtin().allowed_messages("Maneuver"))]
 ANY = st.floats(width=32) | st.sampled_from((0.0, LAT, LON, 1.25, 2.0, 15.0))
 
 

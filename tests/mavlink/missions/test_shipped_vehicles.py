@@ -21,14 +21,13 @@ from mission_samples import (
 )
 
 import imc
-from mavlink.missions import COMMANDS, BadItem, Command, home_item, items_of, plan_of, resumed
+from autonomy.plans import Preflight, parse_graph, remaining_plan
+from mavlink.missions import COMMANDS, BadItem, Command, home_item, items_of, plan_of
 from runtime.vehicle import general_number
 from shoal import fly
 from shoal.missions import parse_plan, prepare
 from tasks.maneuver import Maneuver
 from tasks.plan.actions import unknown_settings
-from tasks.plan.graph import parse
-from tasks.plan.preflight import Preflight
 
 C = Command
 PROFILES = {"lauv-noptilus-1": SUBMARINE, "otter": BOAT, "caravel": BOAT, "hexa-00": COPTER}
@@ -135,7 +134,7 @@ def test_a_copter_flies_a_mission():
 def test_a_copter_flies_the_rest_of_a_mission():
     items = [item(C.NAV_TAKEOFF, 0, 0, 10), waypoint(300, 0, 10), waypoint(20, 0, 10), item(C.NAV_LAND, 0, 0)]
     plan, table = plan_of(items, PX4, COPTER)
-    report = fly(resumed(plan, table.maneuver_at(2), takeoff=True), "hexa-00", limit=300)
+    report = fly(remaining_plan(plan, table.maneuver_at(2), takeoff=True), "hexa-00", limit=300)
     assert report.completed, report.reason
     assert report.maneuvers == ["Takeoff0", "Goto2", "Land3"]
     assert report.distance < 100.0
@@ -162,6 +161,6 @@ maneuvers:
 def test_a_shipped_camera_is_switched(profile, craft, tmp_path):
     vehicle, known = vehicle_of(profile, tmp_path, ("Simulation", "Camera"))
     plan, _ = plan_of([bare(C.IMAGE_START_CAPTURE), waypoint(10), bare(C.IMAGE_STOP_CAPTURE)], PX4, craft)
-    assert list(unknown_settings(parse(plan, known, 0.0), vehicle)) == []
+    assert list(unknown_settings(parse_graph(plan, known, 0.0), vehicle)) == []
     wrong, _ = plan_of([bare(C.IMAGE_START_CAPTURE), waypoint(10)], PX4, replace(craft, camera="Fisheye"))
-    assert list(unknown_settings(parse(wrong, known, 0.0), vehicle))
+    assert list(unknown_settings(parse_graph(wrong, known, 0.0), vehicle))

@@ -22,7 +22,7 @@ OWN, OTHER = 0x1A, 0x1B
 def bus():
     kernel = Kernel(VirtualClock(0))
     bus = Bus(kernel, OWN)
-    bus.resume()
+    bus.release_backlog()
     yield bus
     kernel.close()
 
@@ -86,7 +86,7 @@ def test_until_resume_everything_is_kept_in_order():
     bus.publish(*depth(2.0), None)
     kernel.run()
     assert heard == []
-    bus.resume()
+    bus.release_backlog()
     kernel.run()
     assert [message.value for message in heard] == [1.0, 2.0]
     kernel.close()
@@ -104,7 +104,7 @@ def test_who_sent_a_request_knows_when_its_handlers_run_also_if_it_came_before_t
     wire.receive(depth(3.0, OTHER)[1])
     kernel.run()
     assert told == []
-    bus.resume()
+    bus.release_backlog()
     kernel.run()
     first, second, third = (depth(value, OTHER)[1] for value in (1.0, 2.0, 3.0))
     assert told == [(1.0, True), first, (1.0, False), (2.0, True), second, (2.0, False), third]
@@ -222,7 +222,7 @@ class TestPipe(TransportContract):
         ends = Pipe(), Pipe()
         ends[0].other, ends[1].other = ends[1], ends[0]
         for bus, end in zip((first, second), ends, strict=True):
-            bus.resume()
+            bus.release_backlog()
             bus.attach(end)
         yield Link(first, second, ends[0], lambda: [kernel.run() for kernel in kernels])
         for kernel in kernels:
@@ -311,7 +311,7 @@ class StandingClock:
 def test_strangers_wait_for_the_vehicle_only_while_it_has_something_to_do():
     kernel = Kernel(StandingClock())
     bus, wire, heard, own = Bus(kernel, OWN), Wire(), [], []
-    bus.resume()
+    bus.release_backlog()
     bus.attach(wire)
     bus.subscribe(Subscription(imc.Depth, lambda message: heard.append(message.value), others=True))
     for number in range(1000):

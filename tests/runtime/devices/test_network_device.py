@@ -112,7 +112,7 @@ def test_an_answer_may_go_to_one_of_several_senders() -> None:
         assert pieces == [b"ours", b"foreign"]
         assert isinstance(pieces[0], Datagram)
         assert pieces[0].source == first.getsockname()
-        opened.answer(first.getsockname())
+        opened.reply_to(first.getsockname())
         second.sendto(b"foreign", ("127.0.0.1", port))
         assert opened.read() == [b"foreign"]
         opened.write(b"answer")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import imc
-from runtime.logs import Names, UnknownName, summarize, types_called
+from runtime.logs import SystemNames, UnknownNameError, find_types, summarize
 from shoal.logs.inspect import logs_below
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
@@ -75,7 +75,7 @@ def test_a_stray_time_is_no_step_and_does_not_stretch_the_log(make_log, stray):
     summary = summarize(imc.Log(make_log(messages)))
     assert summary.steps == []
     assert (summary.start, summary.end) == (START, pytest.approx(START + 99.9))
-    assert summary.clocks[VEHICLE].strays == 1
+    assert summary.clocks[VEHICLE].outliers == 1
 
 
 def test_times_that_are_none_at_all(make_log):
@@ -101,20 +101,20 @@ def test_a_log_is_of_the_system_whose_logger_has_started_it_whoever_floods_it(ma
 
 
 def test_names_are_found_by_case_number_or_nearest():
-    names = Names()
+    names = SystemNames()
     names.learn(imc.Announce(src=OPERATOR, sys_name="ccu-1"))
     names.learn(imc.EntityList(src=VEHICLE, op=imc.EntityList.Op.REPORT, list="GPS=31;Depth Sensor=27;bad;=4;x=999;"))
     assert names.labels == {(VEHICLE, 31): "GPS", (VEHICLE, 27): "Depth Sensor"}
     present = [VEHICLE, OPERATOR]
-    assert names.systems_called(["CCU-1", "0x1A"], present) == {OPERATOR, VEHICLE}
-    assert names.entities_called(["gps", "27"], names.labels) == {(VEHICLE, 31), (VEHICLE, 27)}
-    assert types_called(["estimatedstate", "303"], imc.builtin()) == {imc.EstimatedState.ID, 303}
+    assert names.find_systems(["CCU-1", "0x1A"], present) == {OPERATOR, VEHICLE}
+    assert names.find_entities(["gps", "27"], names.labels) == {(VEHICLE, 31), (VEHICLE, 27)}
+    assert find_types(["estimatedstate", "303"], imc.builtin()) == {imc.EstimatedState.ID, 303}
     for call in (
-        lambda: names.systems_called(["cc-1"], present),
-        lambda: names.entities_called(["Depth Sensr"], names.labels),
-        lambda: types_called(["EstimatedStat"], imc.builtin()),
+        lambda: names.find_systems(["cc-1"], present),
+        lambda: names.find_entities(["Depth Sensr"], names.labels),
+        lambda: find_types(["EstimatedStat"], imc.builtin()),
     ):
-        with pytest.raises(UnknownName, match="did you mean"):
+        with pytest.raises(UnknownNameError, match="did you mean"):
             call()
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from runtime.profile import Config, parse
+from runtime.profile import Config, read_config
 
 
 def read(folder: Path, text: str | bytes, **others: str) -> Config:
@@ -14,7 +14,7 @@ def read(folder: Path, text: str | bytes, **others: str) -> Config:
         (folder / f"{name}.ini").write_text(content)
     main = folder / "main.ini"
     main.write_bytes(text.encode() if isinstance(text, str) else text)
-    return parse(main)
+    return read_config(main)
 
 
 def values(config: Config) -> dict[str, dict[str, str]]:

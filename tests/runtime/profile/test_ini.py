@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from runtime.profile import Config, parse, read_sections, write, write_sections
+from runtime.profile import Config, format_sections, read_config, read_sections, write_sections
 
 
 def read(folder: Path, text: str | bytes, **others: str) -> Config:
@@ -16,7 +16,7 @@ def read(folder: Path, text: str | bytes, **others: str) -> Config:
         (folder / f"{name}.ini").write_text(content)
     main = folder / "main.ini"
     main.write_bytes(text.encode() if isinstance(text, str) else text)
-    return parse(main)
+    return read_config(main)
 
 
 def values(config: Config) -> dict[str, dict[str, str]]:
@@ -69,7 +69,7 @@ def test_paths_are_relative_to_the_including_file(tmp_path: Path) -> None:
     (tmp_path / "etc/main.ini").write_text("[Require auv/basic.ini]\n")
     (tmp_path / "etc/auv/basic.ini").write_text("[Include ../common/c.ini ]\n")
     (tmp_path / "etc/common/c.ini").write_text("[A]\nX = 1\n")
-    config = parse(tmp_path / "etc/main.ini")
+    config = read_config(tmp_path / "etc/main.ini")
     assert config.value("A", "X") == "1"
     assert config.files[-1] == str(tmp_path / "etc/common/c.ini")
 
@@ -77,7 +77,7 @@ def test_paths_are_relative_to_the_including_file(tmp_path: Path) -> None:
 def test_bytes_that_are_no_text_are_kept(tmp_path: Path) -> None:
     config = read(tmp_path, b"[A\xe9]\nX = caf\xe9")
     assert b"X = caf\xe9" in config.dump().encode(errors="surrogateescape")
-    assert "\\xe9" in str(parse(tmp_path / "main.ini").problems[0]) or config.sections["A\udce9"]
+    assert "\\xe9" in str(read_config(tmp_path / "main.ini").problems[0]) or config.sections["A\udce9"]
 
 
 def test_problems_are_fit_for_a_terminal(tmp_path: Path) -> None:
@@ -109,11 +109,11 @@ def test_depth_and_number_of_files_are_bounded(tmp_path: Path) -> None:
     for index in range(80):
         (tmp_path / f"d{index}.ini").write_text(f"[Require d{index + 1}.ini]\n")
     (tmp_path / "d80.ini").write_text("[A]\nX = 1\n")
-    assert "64 deep" in str(parse(tmp_path / "d0.ini").problems)
+    assert "64 deep" in str(read_config(tmp_path / "d0.ini").problems)
     for index in range(40):
         (tmp_path / f"w{index}.ini").write_text(f"[Require w{index + 1}.ini]\n" * 2)
     (tmp_path / "w40.ini").write_text("")
-    assert "more than 1000 files" in str(parse(tmp_path / "w0.ini").problems)
+    assert "more than 1000 files" in str(read_config(tmp_path / "w0.ini").problems)
 
 
 def test_what_cannot_be_read_is_an_error(tmp_path: Path) -> None:
@@ -129,7 +129,7 @@ def test_what_cannot_be_read_is_an_error(tmp_path: Path) -> None:
         tmp_path / "huge.ini",
         "\0",
     ):
-        config = parse(path)
+        config = read_config(path)
         assert [problem.severity for problem in config.problems] == ["error"], path
         assert str(config.problems[0]).isprintable()
 
@@ -197,7 +197,7 @@ def test_what_is_written_is_read_again(
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "written.ini"
     try:
-        text = write(sections)
+        text = format_sections(sections)
     except ValueError:
         return
     path.write_text(text, encoding="utf-8", newline="\n")
@@ -214,7 +214,7 @@ def test_what_is_written_is_read_again(
 )  # fmt: skip
 def test_what_the_grammar_cannot_say_is_refused(section: str, option: str, value: str) -> None:
     with pytest.raises(ValueError):
-        write({section: {option: value}})
+        format_sections({section: {option: value}})
 
 
 def test_no_file_has_no_sections(tmp_path: Path) -> None:

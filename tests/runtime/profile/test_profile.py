@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 
 from runtime.profile import (
     Profile,
-    available,
+    available_profiles,
     default_label,
     derived_id,
     find_profile,
+    format_sections,
     load_profile,
     own_etc,
-    parse,
+    read_config,
     search_path,
-    write,
 )
 from support.diagnostics import ProfileError
 
@@ -79,7 +79,7 @@ def test_a_tree_in_the_manner_of_dune() -> None:
 
 def parse_text(text: str):
     Path("text.ini").write_text(text, encoding="utf-8", errors="surrogateescape")
-    return parse("text.ini")
+    return read_config("text.ini")
 
 
 def test_values_of_any_section() -> None:
@@ -109,8 +109,8 @@ def test_folders_are_searched_in_order(tmp_path: Path) -> None:
         )
     assert find_profile("auv.ini", ["given"]) == Path("auv.ini")
     Path("auv-saved.ini").touch()
-    assert available(["given"])["auv"] == Path("given/auv.ini")
-    assert "auv-saved" not in available()
+    assert available_profiles(["given"])["auv"] == Path("given/auv.ini")
+    assert "auv-saved" not in available_profiles()
 
 
 def test_the_users_own_folder_follows_xdg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -282,15 +282,15 @@ def test_profiles_are_read_again_from_their_dump(
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "auv.ini"
     try:
-        path.write_text(write(sections), encoding="utf-8")
+        path.write_text(format_sections(sections), encoding="utf-8")
     except ValueError:
         return
-    auv = Profile(path, parse(path))
+    auv = Profile(path, read_config(path))
     assert not auv.problems
     dump = auv.dump()
     path.write_text(dump, encoding="utf-8")
-    assert Profile(path, parse(path)).dump() == dump
-    assert values(Profile(path, parse(path))) == sections
+    assert Profile(path, read_config(path)).dump() == dump
+    assert values(Profile(path, read_config(path))) == sections
 
 
 def test_default_labels() -> None:

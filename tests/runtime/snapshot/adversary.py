@@ -10,7 +10,7 @@ import msgspec
 
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
-from runtime.snapshot import Journals, SnapshotError, load
+from runtime.snapshot import InputJournals, SnapshotError, load
 from runtime.snapshot.snapshot import FORMAT
 from runtime.vehicle import Vehicle, build
 from shoal.rerun import resume_snapshot
@@ -125,7 +125,7 @@ def running(profile: str, root: Path, seconds: float = 1.03) -> Vehicle:
     loaded = load_profile(profile)
     clock = VirtualClock(loaded.start_time_ns)
     vehicle = build(loaded, {"Simulation"}, clock=clock, seed=1, log_root=root).vehicle
-    Journals(vehicle)
+    InputJournals(vehicle)
     vehicle.start()
     vehicle.run(seconds)
     return vehicle

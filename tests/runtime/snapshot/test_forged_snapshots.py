@@ -27,7 +27,7 @@ def states(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
         vehicle = running(profile, tmp_path_factory.mktemp(profile), seconds)
         found[profile] = save(vehicle)
         vehicle.close()
-    assert load(found["caravel"]).pasts
+    assert load(found["caravel"]).journals
     return found
 
 
@@ -111,7 +111,7 @@ def test_what_cannot_stop_is_one_error_of_the_snapshot(
             if attribute[0] == "_round":
                 attribute[1] = TEXT
     if not whole:
-        content["hears"].pop()
+        content["subscriptions"].pop()
     reason = outcome(sealed(content), tmp_path, 0.0)
     assert ("failed with the state of the snapshot: TypeError" in reason) == whole
     assert ("a subscription is missing" in reason) != whole
@@ -209,7 +209,7 @@ def test_a_forged_configuration_is_refused(
         ("sections", [], "other tasks"),
         ("running", ["Nobody"], "not exactly one state"),
         ("tasks", {}, "not exactly one state"),
-        ("hears", ["Daemon"] * 1000, "does not fit the vehicle"),
+        ("subscriptions", ["Daemon"] * 1000, "does not fit the vehicle"),
         ("entities", [["Nobody", 7, 0, "", True]], "no entity 'Nobody'"),
         ("timers", [], "does not fit|missing"),
     ],
@@ -224,7 +224,7 @@ def test_what_does_not_fit_is_named(
 
 def test_a_journal_that_unpacks_to_much_is_refused(states: dict[str, bytes], tmp_path: Path) -> None:
     content = opened(states["caravel"])
-    past = next(iter(content["pasts"].values()))
+    past = next(iter(content["journals"].values()))
     for data, reason in [
         (b"\0" * (1 << 27), "cut off"),
         (b"\x92\x90" + b"\xdd\x03\xff\xff\xff" + b"\x90" * (1 << 25), "more than 1000000 values"),

@@ -15,7 +15,7 @@ from runtime import Task
 from runtime.kernel import SECOND, VirtualClock
 from runtime.profile import load_profile, read_sections
 from runtime.snapshot import SnapshotError, load, restore, save
-from runtime.snapshot.values import StateReader
+from runtime.snapshot.serializer import StateReader
 from runtime.vehicle import Vehicle, build
 from shoal.rerun import resume_snapshot
 from tests.runtime.snapshot.keeper import keeper, through

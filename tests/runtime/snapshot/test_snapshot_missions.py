@@ -10,7 +10,7 @@ import pytest
 
 import imc
 from runtime.kernel import SECOND
-from runtime.snapshot import Journals, Snapshot, load, save
+from runtime.snapshot import InputJournals, Snapshot, load, save
 from shoal.missions import Mission, load_plan, prepare
 from shoal.rerun import resume_snapshot
 
@@ -66,7 +66,7 @@ def fly(folder: Path, times: Iterable[int] = ()) -> Flight:
 
     vehicle.tap(imc.Message, hear, packets=True)
     if times:
-        Journals(vehicle)
+        InputJournals(vehicle)
     mission.begin()
     for time in times:
         vehicle.kernel.run(until=time)
@@ -99,7 +99,7 @@ def moments(flight: Flight) -> Iterator[int]:
 def test_saving_changes_nothing(uninterrupted: Flight, saved: Flight) -> None:
     assert uninterrupted.outcome == saved.outcome == "SUCCESS"
     assert digest(uninterrupted.heard) == digest(saved.heard)
-    scripted = {name for snapshot in saved.saved for name in snapshot.pasts}
+    scripted = {name for snapshot in saved.saved for name in snapshot.journals}
     assert {"Plan.Engine", "Maneuver.Loiter", "Maneuver.YoYo", "Maneuver.StationKeeping"} <= scripted
     calibration = imc.VehicleState.OpMode.CALIBRATION
     states = [imc.decode(packet) for _, packet in saved.heard if imc.header(packet).id == imc.VehicleState.ID]
@@ -121,4 +121,4 @@ def test_a_mission_goes_on_from_any_moment(saved: Flight, tmp_path: Path) -> Non
         vehicle.close()
         expected = [item for item in saved.heard if snapshot.time <= item[0] < end]
         at = snapshot.time / SECOND - snapshot.start_time
-        assert digest(heard) == digest(expected), f"from {at:.9f} s, within {', '.join(snapshot.pasts)}"
+        assert digest(heard) == digest(expected), f"from {at:.9f} s, within {', '.join(snapshot.journals)}"

@@ -8,7 +8,7 @@ import imc
 from runtime import State, Task, consume, expect, param
 from runtime.kernel import VirtualClock
 from runtime.snapshot import load, restore, save
-from runtime.task import expectations
+from runtime.task import expected_methods
 from runtime.testing import START, NoProfile, Run, simulate
 from runtime.vehicle import Vehicle
 
@@ -67,14 +67,14 @@ def test_a_method_that_raises_had_no_data() -> None:
 
 
 def test_expectations_are_declared() -> None:
-    assert expectations(Follower) == {"follow": "patience"}
+    assert expected_methods(Follower) == {"follow": "patience"}
 
     class Wrong(Task):
         @expect(every="patients")
         def follow(self, depth: imc.Depth) -> None: ...
 
     with pytest.raises(TypeError, match="there is no parameter 'patients'"):
-        expectations(Wrong)
+        expected_methods(Wrong)
 
 
 def test_what_is_expected_is_in_snapshots() -> None:

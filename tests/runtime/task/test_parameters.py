@@ -72,9 +72,9 @@ def test_values_that_cannot_be_are_refused_with_the_reason(name, text, reason):
 
 
 def test_what_a_number_is_followed_by_is_known():
-    assert PARAMETERS["Flow"].surplus("2.5 rad") == " rad"
-    assert PARAMETERS["Flow"].surplus("2.5") == ""
-    assert PARAMETERS["Name Plate"].surplus("2.5 rad") == ""
+    assert PARAMETERS["Flow"].ignored_suffix("2.5 rad") == " rad"
+    assert PARAMETERS["Flow"].ignored_suffix("2.5") == ""
+    assert PARAMETERS["Name Plate"].ignored_suffix("2.5 rad") == ""
 
 
 @given(st.floats(0.0, 10.0))

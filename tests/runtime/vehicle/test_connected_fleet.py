@@ -126,7 +126,7 @@ class TestNeighbor(TransportContract):
         ends = [Bus(kernel, system) for system in (FIRST, SECOND_)]
         transports = [Neighbor(bus, buses, (imc.Message,)) for bus in ends]
         for bus, transport in zip(ends, transports, strict=True):
-            bus.resume()
+            bus.release_backlog()
             bus.attach(transport)
         yield Link(*ends, transports[0], kernel.run)
         kernel.close()

@@ -5,7 +5,7 @@ import pytest
 import imc
 from runtime import ActivationError, ParameterError, Task, param
 from runtime.kernel import SECOND, WallClock
-from runtime.task import Entities, EntityError
+from runtime.task import EntityError, EntityTable
 from runtime.testing import NoProfile, simulate
 from runtime.vehicle import Vehicle, section_name
 
@@ -55,7 +55,7 @@ def answers(run, kind):
 
 
 def test_ids_follow_from_labels_and_not_from_the_others():
-    first, second = Entities(1), Entities(1)
+    first, second = EntityTable(1), EntityTable(1)
     second.reserve("Another", "x")
     assert first.reserve("GPS", "a").id == second.reserve("GPS", "a").id
     assert 1 <= first.find("GPS").id <= 254
@@ -63,7 +63,7 @@ def test_ids_follow_from_labels_and_not_from_the_others():
 
 
 def test_all_ids_are_used_before_it_is_an_error():
-    entities = Entities(1)
+    entities = EntityTable(1)
     ids = {entities.reserve(f"entity {n}", "x").id for n in range(254)}
     assert ids == set(range(1, 255))
     with pytest.raises(EntityError, match="at most 254"):
@@ -71,7 +71,7 @@ def test_all_ids_are_used_before_it_is_an_error():
 
 
 def test_labels_are_unique_and_not_empty():
-    entities = Entities(1)
+    entities = EntityTable(1)
     entities.reserve("GPS", "Simulators.GPS")
     with pytest.raises(EntityError, match=r"Sensors.GPS: .*'GPS' is taken by Simulators.GPS"):
         entities.reserve("GPS", "Sensors.GPS")
@@ -201,7 +201,7 @@ def test_a_vehicle_that_runs_twice_on_one_bus_is_told_so_once():
 
 def test_tasks_share_what_they_make_of_the_profile_until_a_parameter_changes():
     run = simulate(Pump, settings={"Pool": {"Depth": "3"}}, flow=1.5)
-    changes, made = run.vehicle.changes, []
+    changes, made = run.vehicle.effective_config, []
 
     def pool(value):
         made.append((value("Pool", "Depth"), value(section_name(Pump), "Flow")))

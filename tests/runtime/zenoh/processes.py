@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from runtime.zenoh.config import SESSION_OFFSET, SESSIONS
-from runtime.zenoh.meeting import is_held
+from runtime.zenoh.rendezvous import is_in_use
 from tests.outside import PATIENCE, until
 
 DISCOVERY = ("Transports.Announce", "Transports.Discovery")
@@ -37,7 +37,7 @@ def local_port() -> int:
     while True:
         port = next(BLOCKS)
         sessions = range(port + SESSION_OFFSET, port + SESSION_OFFSET + SESSIONS)
-        if not any(is_held(f"tcp/127.0.0.1:{number}") for number in (port, *sessions)):
+        if not any(is_in_use(f"tcp/127.0.0.1:{number}") for number in (port, *sessions)):
             return port
 
 

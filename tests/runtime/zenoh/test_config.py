@@ -12,10 +12,10 @@ import zenoh
 import imc
 import runtime.zenoh.publishers
 from runtime.zenoh import ZenohConfig, ZenohTransport
-from runtime.zenoh.arrivals import Arrivals
-from runtime.zenoh.faults import FaultCounter
-from runtime.zenoh.keys import chunk, key
-from runtime.zenoh.meeting import is_held
+from runtime.zenoh.error_counter import ErrorCounter
+from runtime.zenoh.key_expressions import key_chunk, message_key
+from runtime.zenoh.rendezvous import is_in_use
+from runtime.zenoh.subscribers import Subscribers
 from tests.outside import until
 from tests.runtime.zenoh.processes import local_port
 
@@ -38,12 +38,12 @@ from tests.runtime.zenoh.processes import local_port
     ],
 )
 def test_a_name_is_one_chunk_of_a_key(name: str, expected: str) -> None:
-    assert chunk(name) == expected
+    assert key_chunk(name) == expected
 
 
 def test_keys_say_whose_message_it_is() -> None:
-    assert key("EstimatedState", "lauv-1", "Navigation") == "imc/lauv-1/EstimatedState/Navigation"
-    assert key("Abort", "ccu", "7", destination="lauv-1") == "imc/lauv-1/@cmd/Abort/ccu"
+    assert message_key("EstimatedState", "lauv-1", "Navigation") == "imc/lauv-1/EstimatedState/Navigation"
+    assert message_key("Abort", "ccu", "7", destination="lauv-1") == "imc/lauv-1/@cmd/Abort/ccu"
 
 
 def test_options_become_a_config() -> None:
@@ -201,10 +201,10 @@ def test_a_wrong_file_is_named(tmp_path: Path, content: str | None) -> None:
 def test_held_endpoints_are_recognised() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
-        assert is_held(f"tcp/127.0.0.1:{port}#iface=lo")
-        assert is_held(f"tls/localhost:{port}")
-    assert not is_held(f"tcp/127.0.0.1:{port}")
-    assert not is_held("tcp/no-such-host.invalid:1")
+        assert is_in_use(f"tcp/127.0.0.1:{port}#iface=lo")
+        assert is_in_use(f"tls/localhost:{port}")
+    assert not is_in_use(f"tcp/127.0.0.1:{port}")
+    assert not is_in_use("tcp/no-such-host.invalid:1")
 
 
 def transport(**values: Any) -> ZenohTransport:
@@ -272,14 +272,14 @@ def test_the_sources_of_relayed_packets_do_not_fill_the_memory(monkeypatch: pyte
 
 def test_lost_and_repeated_packets_are_told_by_their_numbers(caplog: pytest.LogCaptureFixture) -> None:
     packets: list[bytes] = []
-    receiver = Arrivals(packets.append, None, logging.getLogger("shoal.zenoh").warning)
+    receiver = Subscribers(packets.append, None, logging.getLogger("shoal.zenoh").warning)
     receiver._own = "own"
 
     def arrive(number: int, publisher: int = 1, zid: str = "zid") -> None:
         source = SimpleNamespace(source_id=SimpleNamespace(zid=zid, eid=publisher), source_sn=number)
         payload = zenoh.ZBytes(bytes([number & 0xFF]))
         sample: Any = SimpleNamespace(source_info=source, payload=payload, key_expr="imc/a/b/c")
-        receiver.arrive(sample)
+        receiver.receive(sample)
 
     for number in (7, 8, 8, 7, 9, 12):
         arrive(number)
@@ -296,7 +296,7 @@ def test_lost_and_repeated_packets_are_told_by_their_numbers(caplog: pytest.LogC
 
 def test_what_was_lost_at_the_end_is_told_with_the_name_of_the_process(caplog: pytest.LogCaptureFixture) -> None:
     told: list[str] = []
-    lost = FaultCounter("were lost", told.append)
+    lost = ErrorCounter("were lost", told.append)
     tell = logging.getLogger("shoal.zenoh").warning
     lost.end("lauv", tell)
     assert not caplog.text

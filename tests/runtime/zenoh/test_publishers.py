@@ -8,7 +8,7 @@ import pytest
 import zenoh
 
 from runtime.zenoh import publishers
-from runtime.zenoh.publishers import Numbered
+from runtime.zenoh.publishers import NumberedPublisher
 from tests.outside import until
 from tests.runtime.zenoh.processes import local_port
 
@@ -50,7 +50,7 @@ def test_packets_that_nobody_receives_are_numbered_but_not_put(
 ) -> None:
     monkeypatch.setattr(publishers, "SETTLING", 0.0)
     publisher, elsewhere = recorded
-    numbered, heard, sent = Numbered(publisher), list[int](), 0
+    numbered, heard, sent = NumberedPublisher(publisher), list[int](), 0
 
     def put() -> int:
         """How many packets this one made the publisher put."""
@@ -79,7 +79,7 @@ def test_a_new_publisher_puts_all_since_it_may_not_know_its_receivers_yet(
     recorded: tuple[Any, zenoh.Session],
 ) -> None:
     publisher, _ = recorded
-    numbered = Numbered(publisher)
+    numbered = NumberedPublisher(publisher)
     for _ in range(10):
         numbered.put(b"20.5")
     assert publisher.puts == 10

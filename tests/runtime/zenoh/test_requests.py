@@ -9,8 +9,8 @@ import zenoh
 
 import imc
 from runtime.bus import Request
-from runtime.zenoh import Part, ZenohConfig, ZenohTransport
-from runtime.zenoh.answers import MOST_OF_ONE
+from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
+from runtime.zenoh.queryables import MOST_OF_ONE
 from tests.outside import until
 from tests.runtime.zenoh.processes import local_port
 
@@ -37,7 +37,7 @@ def joined(port: int, process: str, entities: int) -> tuple[ZenohTransport, Rece
         ZenohConfig(local_port=port, scouting="none", vehicle="pole"),
         lambda number: f"0x{number:04X}" if number != POLE else "pole",
         lambda _, entity: {CAMERA: "Camera", SONAR: "Sonar"}.get(entity, ""),
-        part=Part("pole", POLE, entities, process),
+        part=ProcessPart("pole", POLE, entities, process),
         speaks_for=lambda entity: (entity == CAMERA) == (process == "vision"),
     )
     received: Received = []

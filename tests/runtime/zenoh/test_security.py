@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from runtime.zenoh import ZenohConfig
-from runtime.zenoh.certificates import refusal
-from runtime.zenoh.meeting import is_held
+from runtime.zenoh.certificates import certificate_problem
+from runtime.zenoh.rendezvous import is_in_use
 from runtime.zenoh.security import Security
 from tests.outside import until
 from tests.runtime.zenoh.processes import PATIENCE, Network, Process, count
@@ -156,7 +156,7 @@ def test_certificates_say_who_may_hear_and_who_may_command(network: Network, ope
         Commanders="alice",
         Listeners="bob",
     )
-    assert is_held(endpoint)
+    assert is_in_use(endpoint)
     assert not any("is open to others" in line for line in bus.errors)
 
     def certified(name: str, folder: Path = tmp_path) -> dict[str, Any]:
@@ -220,10 +220,10 @@ def test_whether_a_certificate_will_be_accepted_is_known_before(openssl: str, tm
         certificates(openssl, folder, "vehicle")
     ours, theirs = tmp_path / "ours", tmp_path / "theirs"
     own = ours / "vehicle.pem", ours / "vehicle.key"
-    assert refusal(ours / "ca.pem", *own) == ""
-    assert "issuer" in refusal(theirs / "ca.pem", *own)
-    assert "MISMATCH" in refusal(ours / "ca.pem", ours / "vehicle.pem", theirs / "vehicle.key")
-    assert "No such file" in refusal(ours / "ca.pem", ours / "nothing.pem", ours / "vehicle.key")
+    assert certificate_problem(ours / "ca.pem", *own) == ""
+    assert "issuer" in certificate_problem(theirs / "ca.pem", *own)
+    assert "MISMATCH" in certificate_problem(ours / "ca.pem", ours / "vehicle.pem", theirs / "vehicle.key")
+    assert "No such file" in certificate_problem(ours / "ca.pem", ours / "nothing.pem", ours / "vehicle.key")
 
 
 @pytest.mark.parametrize(("usage", "lacks"), [(BOTH, ()), (SERVER, (CLIENT,)), (CLIENT, (SERVER,))])
@@ -238,9 +238,9 @@ def test_a_certificate_is_doubted_only_in_the_part_that_it_is_not_for(
     of_client = [doubt.format("whom it connects to", CLIENT)] if CLIENT in lacks else []
     for mutual, doubts in ((None, of_client), (False, [])):
         security = Security(tmp_path / "ca.pem", own, key, mutual)
-        assert security.doubts(here, here) == []
-        assert security.doubts(elsewhere, here) == of_server
-        assert security.doubts(here, elsewhere) == doubts
+        assert security.warnings(here, here) == []
+        assert security.warnings(elsewhere, here) == of_server
+        assert security.warnings(here, elsewhere) == doubts
 
 
 @pytest.mark.heavy

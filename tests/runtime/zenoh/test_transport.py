@@ -252,7 +252,7 @@ class TestZenoh(TransportContract):
         buses = [Bus(kernel, system) for kernel, system in zip(kernels, (FIRST, SECOND_), strict=True)]
         transports = [ZenohTransport(config, lambda system: f"system-{system}", lambda *_: "Tank") for _ in buses]
         for bus, transport in zip(buses, transports, strict=True):
-            bus.resume()
+            bus.release_backlog()
             bus.attach(transport)
 
         def run() -> None:

@@ -11,7 +11,7 @@ import pytest
 import zenoh
 
 import imc
-from runtime.zenoh import Part, ZenohConfig, ZenohTransport
+from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
 from tests.outside import slowness, until
 from tests.runtime.zenoh.processes import PATIENCE, PEERS, Network
 from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, wait_until
@@ -136,7 +136,7 @@ def test_others_that_claim_to_be_this_vehicle_are_told_once_in_a_while(network: 
     told: list[str] = []
     config = ZenohConfig(local_port=network.local_port, scouting="none", vehicle="v")
     transport = ZenohTransport(
-        config, "0x{:04X}".format, lambda *_: "Daemon", part=Part("v", 1, 0b11), tell=told.append
+        config, "0x{:04X}".format, lambda *_: "Daemon", part=ProcessPart("v", 1, 0b11), tell=told.append
     )
     transport.open(lambda packet: None)
     settings: Any = zenoh.Config()

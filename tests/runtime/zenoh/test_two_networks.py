@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import imc
-from runtime.zenoh import Part, ZenohConfig, ZenohTransport
+from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
 from tests.outside import until
 from tests.runtime.zenoh.processes import PATIENCE, Network
 from tests.runtime.zenoh.vehicles import Vehicle, wait_until
@@ -54,7 +54,7 @@ def test_what_a_system_beyond_the_bus_says_to_all_goes_to_the_other_processes_of
 ) -> None:
     def joined(name: str, system: int, process: str, entities: int) -> tuple[ZenohTransport, list[imc.Message]]:
         config = ZenohConfig(local_port=network.local_port, scouting="none", vehicle=name)
-        part = Part(name, system, entities, process)
+        part = ProcessPart(name, system, entities, process)
         transport = ZenohTransport(config, lambda number: f"0x{number:04X}", lambda *_: "Daemon", part=part)
         heard: list[imc.Message] = []
         transport.open(lambda packet: heard.append(imc.decode(packet)))

@@ -15,11 +15,11 @@ from pathlib import Path
 import pyarrow.parquet
 import pytest
 
-from shoal.campaigns.campaign import carry_out
-from shoal.campaigns.dataset import journal as journal_module
-from shoal.campaigns.dataset.dataset import DataSetError, open_data_set
-from shoal.campaigns.dataset.journal import Journal, JournalInUse, read_journal
-from shoal.campaigns.rates import Ending, Rate
+from shoal.campaigns.campaign import run_study
+from shoal.campaigns.pass_rate import PassRate, StoppingRule
+from shoal.campaigns.results import append_log as journal_module
+from shoal.campaigns.results.append_log import AppendLog, AppendLogInUse, read_append_log
+from shoal.campaigns.results.store import ResultsError, open_results
 from shoal.campaigns.studies.study import load_study
 from tests.outside import until
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
@@ -28,17 +28,17 @@ ROOT = Path(__file__).parents[3]
 
 
 def do(study, folder, workers=0, make=StandInRuns, **options):
-    return carry_out(load_study(study, make=StandInDraft), folder, make=make, workers=workers, **options)
+    return run_study(load_study(study, make_draft=StandInDraft), folder, make_runner=make, workers=workers, **options)
 
 
 def comparable(data):
-    return [{key: value for key, value in row.items() if key != "cpu"} for row in data.counted]
+    return [{key: value for key, value in row.items() if key != "cpu"} for row in data.counted_rows]
 
 
 def test_a_row_has_all_of_a_run(tmp_path):
     data = do(write_study(tmp_path), tmp_path / "runs")
-    assert [row["run"] for row in data.counted] == list(range(40))
-    frame = data.frame()
+    assert [row["run"] for row in data.counted_rows] == list(range(40))
+    frame = data.data_frame()
     row = frame.loc[7]
     assert row["metrics.drift"] == pytest.approx(0.8 - row["margins.stays_near"])
     assert row["margin"] == row["margins.stays_near"]
@@ -47,7 +47,7 @@ def test_a_row_has_all_of_a_run(tmp_path):
     assert row["seconds"] == 600.0
     assert len(row["fingerprint"]) == 64
     assert "numpy" in row["versions"]
-    assert frame["passed"].sum() == data.rate.passed == (frame["metrics.drift"] < 0.8).sum()
+    assert frame["passed"].sum() == data.pass_rate.passed == (frame["metrics.drift"] < 0.8).sum()
     failed = frame[~frame["passed"]].iloc[0]
     assert failed["reason"].startswith("stays_near: drift of ")
     table = pyarrow.parquet.read_table(tmp_path / "runs" / "runs.parquet")
@@ -61,14 +61,14 @@ def test_results_are_equal_for_any_number_of_workers(tmp_path):
     assert one.end == two.end
     assert 60 < one.end < 260
     assert repr(comparable(one)) == repr(comparable(two))
-    assert one.rate.half_width <= 0.06
+    assert one.pass_rate.half_width <= 0.06
 
 
 def test_it_ends_when_the_rate_is_known_and_no_run_later_counts():
-    ending = Ending(1000, 0.01)
-    passed = next(n for n in range(1, 1000) if ending.reached(n, n))
+    ending = StoppingRule(1000, 0.01)
+    passed = next(n for n in range(1, 1000) if ending.is_reached(n, n))
     assert passed == 189  # z² / (n + z²) / 2 <= 1 %
-    assert Ending(30, 0.01).reached(15, 30)
+    assert StoppingRule(30, 0.01).is_reached(15, 30)
 
 
 @pytest.mark.parametrize(
@@ -77,15 +77,15 @@ def test_it_ends_when_the_rate_is_known_and_no_run_later_counts():
 )
 def test_the_interval_is_that_of_wilson(passed, runs, low, high):
     """The last case is that of Newcombe 1998, table I."""
-    assert Rate(passed, runs).interval == pytest.approx((low, high), abs=5e-5)
+    assert PassRate(passed, runs).interval == pytest.approx((low, high), abs=5e-5)
 
 
 def test_a_run_that_ends_with_an_exception_is_a_row(tmp_path):
     data = do(write_study(tmp_path), tmp_path / "runs", make=partial(StandInRuns, deadly=3))
     assert data.rows[3]["error"] == "Navigation.AUV: ZeroDivisionError"
     assert not data.rows[3]["passed"]
-    assert data.rate.runs == 40
-    assert math.isnan(data.frame().loc[3, "metrics.drift"])
+    assert data.pass_rate.runs == 40
+    assert math.isnan(data.data_frame().loc[3, "metrics.drift"])
 
 
 SCRIPT = """
@@ -93,15 +93,15 @@ import sys, time
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from shoal.campaigns.campaign import carry_out
+from shoal.campaigns.campaign import run_study
 from shoal.campaigns import load_study
 from tests.shoal.campaigns.standin import StandInDraft, StandInRuns
 def slow(data):
     print(len(data.rows), flush=True)
     time.sleep(0.005)
 folder = Path(sys.argv[1])
-study = load_study(folder / "dive.study.yaml", make=StandInDraft)
-carry_out(study, folder / "runs", make=partial(StandInRuns, folder / "count"), workers=0, tell=slow)
+study = load_study(folder / "dive.study.yaml", make_draft=StandInDraft)
+run_study(study, folder / "runs", make_runner=partial(StandInRuns, folder / "count"), workers=0, on_progress=slow)
 """
 
 
@@ -114,10 +114,10 @@ def test_killed_at_any_moment_it_goes_on_and_does_nothing_twice(tmp_path):
                 pass
             process.send_signal(signal.SIGKILL)
             process.communicate()
-        assert len(open_data_set(tmp_path / "runs").rows) >= done
+        assert len(open_results(tmp_path / "runs").rows) >= done
     subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
     whole = do(tmp_path / "dive.study.yaml", tmp_path / "at once")
-    assert repr(comparable(open_data_set(tmp_path / "runs"))) == repr(comparable(whole))
+    assert repr(comparable(open_results(tmp_path / "runs"))) == repr(comparable(whole))
     counted = (tmp_path / "count").read_text().split()
     assert set(map(int, counted)) == set(range(80))
     assert len(counted) <= 80 + 3  # at most the run in which it was killed
@@ -133,7 +133,7 @@ def test_a_line_that_is_not_whole_or_damaged_is_done_again(tmp_path):
     path.write_bytes(b"".join(lines[:30]) + lines[30][:20])
     count = tmp_path / "count"
     again = do(study, folder, make=partial(StandInRuns, count))
-    assert again.damaged == 1
+    assert again.damaged_lines == 1
     assert sorted(map(int, count.read_text().split())) == [4, *range(29, 40)]
     assert repr(comparable(again)) == repr(comparable(whole))
 
@@ -142,44 +142,44 @@ def test_more_runs_are_added_and_fewer_leave_the_rest_uncounted(tmp_path):
     folder, count = tmp_path / "runs", tmp_path / "count"
     do(write_study(tmp_path), folder)
     more = do(write_study(tmp_path, STUDY.replace("40", "50")), folder, make=partial(StandInRuns, count))
-    assert more.rate.runs == 50
+    assert more.pass_rate.runs == 50
     assert sorted(map(int, count.read_text().split())) == list(range(40, 50))
-    assert do(write_study(tmp_path, STUDY.replace("40", "20")), folder).rate.runs == 20
+    assert do(write_study(tmp_path, STUDY.replace("40", "20")), folder).pass_rate.runs == 20
 
 
 def test_a_folder_of_another_study_is_refused(tmp_path):
     study, folder = write_study(tmp_path), tmp_path / "runs"
     do(study, folder)
     had = (folder / "runs.journal").read_bytes()
-    with pytest.raises(DataSetError, match=r"'dive': seed \(5, not 6\) differs; name another folder with -o"):
+    with pytest.raises(ResultsError, match=r"'dive': seed \(5, not 6\) differs; name another folder with -o"):
         do(write_study(tmp_path, STUDY.replace("seed: 5", "seed: 6")), folder)
     both = STUDY.replace("seed: 5", "seed: 6").replace("[-1, 1]", "[-2, 1]")
-    with pytest.raises(DataSetError, match=r"seed \(5, not 6\) and what varies \(world/current/east\) differ;"):
+    with pytest.raises(ResultsError, match=r"seed \(5, not 6\) and what varies \(world/current/east\) differ;"):
         do(write_study(tmp_path, both), folder)
-    with pytest.raises(DataSetError, match="the scenario or one of its files has changed"):
+    with pytest.raises(ResultsError, match="the scenario or one of its files has changed"):
         do(write_study(tmp_path, scenario="scenario: dive\nworld: {current: {north: 0, east: 1}}\n"), folder)
     assert (folder / "runs.journal").read_bytes() == had
-    with pytest.raises(DataSetError, match="is not the data set of a campaign"):
-        open_data_set(tmp_path)
+    with pytest.raises(ResultsError, match="is not the data set of a campaign"):
+        open_results(tmp_path)
 
 
 def test_a_folder_of_another_version_is_refused(tmp_path, monkeypatch):
     study, folder = write_study(tmp_path), tmp_path / "runs"
     do(study, folder)
-    monkeypatch.setattr("shoal.campaigns.dataset.dataset.versions", lambda: "shoal 9")
+    monkeypatch.setattr("shoal.campaigns.results.store.versions", lambda: "shoal 9")
     with pytest.raises(
-        DataSetError,
+        ResultsError,
         match=r"another version: they were made with shoal .*, others with shoal 9; name",
     ):
         do(study, folder)
 
 
 def test_two_processes_cannot_write_one_data_set(tmp_path):
-    with Journal(tmp_path / "j") as first:
-        first.add({"run": 1})
-        with pytest.raises(JournalInUse, match="another process is at work"):
-            Journal(tmp_path / "j")
-    assert read_journal(tmp_path / "j") == ([{"run": 1}], 0)
+    with AppendLog(tmp_path / "j") as first:
+        first.append({"run": 1})
+        with pytest.raises(AppendLogInUse, match="another process is at work"):
+            AppendLog(tmp_path / "j")
+    assert read_append_log(tmp_path / "j") == ([{"run": 1}], 0)
 
 
 def test_a_full_disk_is_an_error_and_what_was_done_stays(tmp_path, monkeypatch):
@@ -197,12 +197,12 @@ def test_a_full_disk_is_an_error_and_what_was_done_stays(tmp_path, monkeypatch):
     with pytest.raises(OSError, match=r"No space left on device: .*runs\.journal"):
         do(study, folder)
     monkeypatch.undo()
-    had = open_data_set(folder)
+    had = open_results(folder)
     assert 3 < len(had.rows) < 40
-    assert had.damaged == 0
+    assert had.damaged_lines == 0
     for line in (folder / "runs.journal").read_bytes().splitlines():
         assert int(line[:8], 16) == zlib.crc32(line[9:])
-    assert do(study, folder).rate.runs == 40
+    assert do(study, folder).pass_rate.runs == 40
 
 
 class Cramped(StandInRuns):
@@ -220,10 +220,10 @@ def test_a_run_whose_log_has_no_room_is_done_again(tmp_path):
     study, folder = write_study(tmp_path, STUDY + "logs: all\n"), tmp_path / "runs"
     with pytest.raises(OSError, match=r"No space left on device: .*000005"):
         do(study, folder, make=Cramped)
-    assert sorted(open_data_set(folder).rows) == list(range(5))
+    assert sorted(open_results(folder).rows) == list(range(5))
     data = do(study, folder)
-    assert data.rate.runs == 40
-    assert all("hashes.lauv" in row for row in data.counted)
+    assert data.pass_rate.runs == 40
+    assert all("hashes.lauv" in row for row in data.counted_rows)
 
 
 def test_logs_are_kept_of_all_of_the_failed_or_of_none(tmp_path):
@@ -232,11 +232,11 @@ def test_logs_are_kept_of_all_of_the_failed_or_of_none(tmp_path):
         folder = tmp_path / logs
         data = do(write_study(tmp_path, f"{STUDY}logs: {logs}\n"), folder, workers=2 if logs == "failed" else 0)
         kept[logs] = {int(path.name) for path in (folder / "logs").glob("*")}
-        for row in data.counted:
+        for row in data.counted_rows:
             assert ("logs.lauv" in row) == ("hashes.lauv" in row) == (row["run"] in kept[logs])
             assert not row.get("logs.lauv") or (folder / row["logs.lauv"] / "Data.lsf").is_file()
     assert kept["all"] == set(range(40))
-    assert kept["failed"] == {row["run"] for row in data.counted if not row["passed"]}
+    assert kept["failed"] == {row["run"] for row in data.counted_rows if not row["passed"]}
     assert 0 < len(kept["failed"]) < 20
     assert not kept["none"]
 
@@ -248,12 +248,12 @@ def test_an_interrupt_leaves_a_table(tmp_path):
 
     folder = tmp_path / "runs"
     with pytest.raises(KeyboardInterrupt):
-        do(write_study(tmp_path), folder, tell=interrupt)
+        do(write_study(tmp_path), folder, on_progress=interrupt)
     assert until(lambda: pyarrow.parquet.read_table(folder / "runs.parquet").num_rows == 12)
 
 
 def test_a_text_that_is_not_utf_8_is_kept(tmp_path):
     record = {"error": "Bad \udcff text", "margin": math.inf, "run": 3}
-    with Journal(tmp_path / "j") as journal:
-        journal.add(record)
-    assert read_journal(tmp_path / "j") == ([record], 0)
+    with AppendLog(tmp_path / "j") as journal:
+        journal.append(record)
+    assert read_append_log(tmp_path / "j") == ([record], 0)

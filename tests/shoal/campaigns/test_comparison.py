@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from shoal.campaigns.again import rerun, study_of
-from shoal.campaigns.campaign import carry_out
-from shoal.campaigns.comparison import NotComparable, compare, mcnemar
-from shoal.campaigns.dataset.dataset import DataSetError, open_data_set
-from shoal.campaigns.jobs.job import Unfinished
+from shoal.campaigns.campaign import run_study
+from shoal.campaigns.comparison import NotComparable, compare_campaigns, mcnemar_p_value
+from shoal.campaigns.jobs.job import UnfinishedResult
+from shoal.campaigns.rerun import reload_study, repeat_run
+from shoal.campaigns.results.store import ResultsError, open_results
 from shoal.campaigns.studies.study import load_study
 from shoal.cli import main
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
@@ -28,7 +28,7 @@ class Shifted(StandInRuns):
 
 
 def do(study, folder, make=StandInRuns):
-    return carry_out(load_study(study, make=StandInDraft), folder, make=make, workers=0)
+    return run_study(load_study(study, make_draft=StandInDraft), folder, make_runner=make, workers=0)
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def pair(tmp_path):
 
 
 def test_differences_are_of_pairs_so_that_small_ones_show(pair):
-    found = compare(*pair)
+    found = compare_campaigns(*pair)
     drift = next(change for change in found.changes if change.name == "metrics.drift")
     assert drift.runs == 40
     assert 0.2 < drift.low < drift.mean < drift.high < 0.2003
@@ -48,53 +48,53 @@ def test_differences_are_of_pairs_so_that_small_ones_show(pair):
     newly = {run for run in range(40) if pair[0].rows[run]["passed"] and not pair[1].rows[run]["passed"]}
     assert newly
     assert {each.a["run"] for each in found.broken} == newly
-    assert not found.mended
-    assert found.rate.mean == pytest.approx(-len(newly) / 40)
-    assert found.rate.low < found.rate.mean < found.rate.high
-    assert found.p == pytest.approx(2 * 0.5 ** len(newly))
+    assert not found.repaired
+    assert found.rate_change.mean == pytest.approx(-len(newly) / 40)
+    assert found.rate_change.low < found.rate_change.mean < found.rate_change.high
+    assert found.p_value == pytest.approx(2 * 0.5 ** len(newly))
 
 
 def test_limits_decide_for_ci(pair):
-    found = compare(*pair)
-    assert "pass rate changed by -" in found.exceeded("pass rate < -2 %")
-    assert found.exceeded("metrics.drift > 0.1").endswith("metrics.drift > 0.1")
-    assert found.exceeded("metrics.drift > 20 %")
-    assert not found.exceeded("metrics.drift > 0.3")
-    assert not compare(pair[0], pair[0]).exceeded("pass rate < -2 %")
+    found = compare_campaigns(*pair)
+    assert "pass rate changed by -" in found.check_limit("pass rate < -2 %")
+    assert found.check_limit("metrics.drift > 0.1").endswith("metrics.drift > 0.1")
+    assert found.check_limit("metrics.drift > 20 %")
+    assert not found.check_limit("metrics.drift > 0.3")
+    assert not compare_campaigns(pair[0], pair[0]).check_limit("pass rate < -2 %")
     with pytest.raises(NotComparable, match=r"did you mean 'metrics\.drift'"):
-        found.exceeded("metrics.drfit > 1")
+        found.check_limit("metrics.drfit > 1")
     with pytest.raises(NotComparable, match="is no limit"):
-        found.exceeded("drift")
+        found.check_limit("drift")
 
 
 def test_runs_that_are_no_pairs_are_refused(tmp_path, pair):
     other = do(write_study(tmp_path, STUDY.replace("seed: 5", "seed: 6")), tmp_path / "c")
     with pytest.raises(NotComparable, match=r"run 0 of .*/a and of .*/c have different seeds"):
-        compare(pair[0], other)
+        compare_campaigns(pair[0], other)
     wider = do(write_study(tmp_path, STUDY.replace("[-1, 1]", "[-2, 2]")), tmp_path / "d")
     with pytest.raises(NotComparable, match="were drawn differently: world/current/east is"):
-        compare(pair[0], wider)
+        compare_campaigns(pair[0], wider)
 
 
 def test_mcnemar_is_exact():
-    assert mcnemar(0, 0) == 1.0
-    assert mcnemar(10, 2) == pytest.approx(0.03857421875)
-    assert mcnemar(1, 6) == mcnemar(6, 1) == 0.125
+    assert mcnemar_p_value(0, 0) == 1.0
+    assert mcnemar_p_value(10, 2) == pytest.approx(0.03857421875)
+    assert mcnemar_p_value(1, 6) == mcnemar_p_value(6, 1) == 0.125
 
 
 def test_a_run_again_is_the_same_and_says_if_not(tmp_path):
     data = do(write_study(tmp_path, f"{STUDY}logs: failed\n"), tmp_path / "a")
-    failed = next(row["run"] for row in data.counted if not row["passed"])
-    again = rerun(data, failed, StandInRuns(), log_root=tmp_path / "again", make=StandInDraft)
+    failed = next(row["run"] for row in data.counted_rows if not row["passed"])
+    again = repeat_run(data, failed, StandInRuns(), log_root=tmp_path / "again", make_draft=StandInDraft)
     assert not again.differences
     assert again.result.hashes["lauv"] == again.row["hashes.lauv"]
-    changed = rerun(data, failed, Shifted(), make=StandInDraft)
+    changed = repeat_run(data, failed, Shifted(), make_draft=StandInDraft)
     assert not changed.differences  # the stand-in has the fingerprint of what was not changed
-    what_if = rerun(data, failed, StandInRuns(), changes={"world/current/north": 0.0}, make=StandInDraft)
+    what_if = repeat_run(data, failed, StandInRuns(), changes={"world/current/north": 0.0}, make_draft=StandInDraft)
     assert what_if.result.metrics["drift"] < again.result.metrics["drift"]
     assert not what_if.differences
     other = replace(again.result, fingerprint="f" * 64, hashes={"lauv": "0" * 64})
-    words = rerun(data, failed, lambda _: other, make=StandInDraft).differences
+    words = repeat_run(data, failed, lambda _: other, make_draft=StandInDraft).differences
     assert words[0].startswith("fingerprint ffffffffffffffff, was ")
     assert words[1].startswith("log of lauv has hash 0000000000000000, was ")
 
@@ -102,16 +102,16 @@ def test_a_run_again_is_the_same_and_says_if_not(tmp_path):
 def test_a_run_of_a_study_that_has_changed_is_not_done_again(tmp_path):
     path = write_study(tmp_path)
     do(path, tmp_path / "a")
-    data = open_data_set(tmp_path / "a")
-    assert study_of(data, make=StandInDraft).file == path
-    with pytest.raises(DataSetError, match="has no run 40; it has runs 0 to 39"):
-        rerun(data, 40, StandInRuns(), make=StandInDraft)
+    data = open_results(tmp_path / "a")
+    assert reload_study(data, make_draft=StandInDraft).file == path
+    with pytest.raises(ResultsError, match="has no run 40; it has runs 0 to 39"):
+        repeat_run(data, 40, StandInRuns(), make_draft=StandInDraft)
     write_study(tmp_path, STUDY.replace("0.5", "0.6"))
-    with pytest.raises(DataSetError, match=r"dive\.study\.yaml, or a file that it names, has changed since"):
-        rerun(data, 3, StandInRuns(), make=StandInDraft)
+    with pytest.raises(ResultsError, match=r"dive\.study\.yaml, or a file that it names, has changed since"):
+        repeat_run(data, 3, StandInRuns(), make_draft=StandInDraft)
     path.unlink()
-    with pytest.raises(DataSetError, match="which is not there; --study FILE says where it is"):
-        rerun(data, 3, StandInRuns(), make=StandInDraft)
+    with pytest.raises(ResultsError, match="which is not there; --study FILE says where it is"):
+        repeat_run(data, 3, StandInRuns(), make_draft=StandInDraft)
     assert math.isnan(data.rows[0]["metrics.never"])
 
 
@@ -119,13 +119,17 @@ class Cut(StandInRuns):
     """Every fourth run is ended from outside."""
 
     def __call__(self, job):
-        return super().__call__(job) if int(job.key) % 4 else job.failed("not done after 9 s of wall time", Unfinished)
+        return (
+            super().__call__(job)
+            if int(job.key) % 4
+            else job.failed_result("not done after 9 s of wall time", UnfinishedResult)
+        )
 
 
 def test_runs_that_did_not_end_are_left_out_and_told(tmp_path):
     study = write_study(tmp_path)
     whole, cut = do(study, tmp_path / "a"), do(study, tmp_path / "b", Cut)
-    found = compare(whole, cut)
+    found = compare_campaigns(whole, cut)
     assert (found.unfinished, found.only_a, found.only_b) == (10, 0, 0)
     assert found.rate_a.runs == found.rate_b.runs == 30
     assert not found.broken
@@ -134,6 +138,6 @@ def test_runs_that_did_not_end_are_left_out_and_told(tmp_path):
 
 
 def test_a_search_has_no_pairs(pair):
-    search = replace(pair[1], about={**pair[1].about, "search": {}})
+    search = replace(pair[1], metadata={**pair[1].metadata, "search": {}})
     with pytest.raises(NotComparable, match="b is of a search: its runs went where the search led them"):
-        compare(pair[0], search)
+        compare_campaigns(pair[0], search)

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-from shoal.campaigns import Job, Outcome, Unreadable, junit_xml
+from shoal.campaigns import Job, ScenarioOutcome, UnreadableResult, junit_xml
 from shoal.scenarios import ExpectationVerdict, ScenarioResult
 
 # What the schemas of Jenkins (junit-10.xsd) and of Ant (JUnit.xsd) have in common: children in order, attributes that
@@ -31,7 +31,7 @@ def check(element):
 
 
 def outcome(name, result, wall=1.5):
-    return Outcome(Job(name, Path(f"a/b/{name}.scenario.yaml")), result, wall)
+    return ScenarioOutcome(Job(name, Path(f"a/b/{name}.scenario.yaml")), result, wall)
 
 
 def read(outcomes, undone=()):
@@ -47,7 +47,7 @@ def test_each_scenario_is_a_case():
         [
             outcome("good", ScenarioResult("good", 0, (good,), {"drift": 1.25}, warnings=("it proved nothing",))),
             outcome("bad", ScenarioResult("bad", 0, (good, bad), logs={"lauv": Path("log/bad")})),
-            outcome("wrong", Unreadable("wrong", 0, error="a/b/wrong.scenario.yaml:1: no\nmore")),
+            outcome("wrong", UnreadableResult("wrong", 0, error="a/b/wrong.scenario.yaml:1: no\nmore")),
         ],
         [Job("x", Path("later.scenario.yaml"))],
     )

@@ -9,8 +9,8 @@ from collections import Counter
 
 import pytest
 
-from shoal.campaigns import carry_out, load_study
-from shoal.campaigns.dataset.journal import read_journal
+from shoal.campaigns import load_study, run_study
+from shoal.campaigns.results.append_log import read_append_log
 
 SCENARIO = """\
 scenario: rest
@@ -45,15 +45,17 @@ def test_a_campaign_whose_processes_are_killed_has_each_row_once(tmp_path):
     killer = threading.Thread(target=kill)
     killer.start()
     try:
-        carry_out(study, tmp_path / "disturbed", workers=2)
+        run_study(study, tmp_path / "disturbed", workers=2)
     finally:
         over.set()
         killer.join()
-    disturbed = carry_out(study, tmp_path / "disturbed", workers=2)  # a run that was hit twice is done now
-    quiet = carry_out(study, tmp_path / "quiet", workers=2)
-    rows = [[{key: row[key] for key in row if key != "cpu"} for row in data.counted] for data in (quiet, disturbed)]
+    disturbed = run_study(study, tmp_path / "disturbed", workers=2)  # a run that was hit twice is done now
+    quiet = run_study(study, tmp_path / "quiet", workers=2)
+    rows = [
+        [{key: row[key] for key in row if key != "cpu"} for row in data.counted_rows] for data in (quiet, disturbed)
+    ]
     assert repr(rows[0]) == repr(rows[1])
-    records, damaged = read_journal(tmp_path / "disturbed" / "runs.journal")
+    records, damaged = read_append_log(tmp_path / "disturbed" / "runs.journal")
     done = Counter(record["run"] for record in records if record.get("finished"))
     assert done == Counter(range(30))
     assert not damaged

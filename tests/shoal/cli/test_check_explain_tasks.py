@@ -6,12 +6,13 @@ import sys
 import pytest
 from click.testing import CliRunner
 
+from mavlink.vehicle.parameters.table import ParameterTable
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile, own_etc
 from runtime.vehicle import build
 from shoal.cli import main
 from support.durations import parse_duration
-from tasks.transports.mavlink_protocol.parameters import ParameterTable
+from tasks.transports.mavlink_links.vehicle_views import task_parameters
 
 
 @pytest.fixture
@@ -198,7 +199,11 @@ def test_explain_says_who_set_what(shoal):
 def test_explain_shows_the_names_that_ground_stations_show(shoal, tmp_path, section):
     profile = load_profile("lauv-noptilus-1")
     vehicle = build(profile, profile.select("Simulation"), clock=VirtualClock(0), log_root=tmp_path).vehicle
-    names = {entry.parameter.name: entry.id for entry in ParameterTable(vehicle.tasks) if entry.task.name == section}
+    names = {
+        entry.parameter.name: entry.id
+        for entry in ParameterTable(task_parameters(vehicle.tasks))
+        if entry.view.section == section
+    }
     lines = shoal("explain", "lauv-noptilus-1", section).output.splitlines()
     place = lines[1].index("MAVLink")
     shown = {line[: line.index("  ")]: line[place:].split("  ")[0] for line in lines[2:] if not line.startswith(" ")}

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from shoal.cli.processes import command
+from shoal.cli.vehicle_processes import shoal_command
 from tests.shoal.cli.installed import shoal
 
 TASK = '''"""A task of a user's own."""
@@ -78,7 +78,7 @@ def test_a_process_that_shoal_starts_has_own_tasks_but_no_other_module_of_the_fo
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
     environment["PYTHONPATH"] = str(ROOT)
     done = subprocess.run(
-        [*command(*words), *added], cwd=project, env=environment, capture_output=True, text=True, timeout=60
+        [*shoal_command(*words), *added], cwd=project, env=environment, capture_output=True, text=True, timeout=60
     )
     if words[0] == "run":
         assert done.returncode == 0, done.stderr

@@ -7,7 +7,7 @@ import click
 import pytest
 
 import imc
-from shoal.cli.send import message_of
+from shoal.cli.send import build_message
 
 
 @pytest.mark.parametrize(
@@ -26,7 +26,7 @@ from shoal.cli.send import message_of
     ],
 )
 def test_a_text_is_read_as_the_type_of_its_field_asks(name: str, text: str, value: object) -> None:
-    found = getattr(message_of(name, (text,), imc.builtin()), text.partition("=")[0])
+    found = getattr(build_message(name, (text,), imc.builtin()), text.partition("=")[0])
     assert found == (pytest.approx(value, nan_ok=True) if isinstance(value, float) else value)
 
 
@@ -51,4 +51,4 @@ def test_a_text_is_read_as_the_type_of_its_field_asks(name: str, text: str, valu
 def test_a_text_that_does_not_fit_is_named_with_its_field(name: str, texts: str, reason: str) -> None:
     given = (texts,) if "{" in texts else tuple(texts.split())
     with pytest.raises(click.UsageError, match=f"^{re.escape(reason)}"):
-        message_of(name, given, imc.builtin())
+        build_message(name, given, imc.builtin())

@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from shoal.cli import main
-from shoal.cli.service import quoted
+from shoal.cli.service import quote_for_systemd
 
 
 @pytest.fixture(autouse=True)
@@ -74,7 +74,7 @@ def test_systemd_accepts_the_unit(folder: Path, systemd_analyze: str, words: lis
     "word", ["plain", "two words", 'a "quote"', "100 %", "$HOME", "back\\slash", "tab\t", "it's", ""]
 )
 def test_no_word_is_expanded_by_systemd(word: str) -> None:
-    text = quoted(word)
+    text = quote_for_systemd(word)
     assert "%" not in text.replace("%%", "")
     assert "$" not in text.replace("$$", "")
     inner = text[1:-1] if text.startswith('"') else text

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -18,9 +19,9 @@ import zenoh
 from click.testing import CliRunner
 
 import imc
-from runtime.zenoh import Part, ZenohConfig, ZenohTransport
+from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
 from shoal.cli import main
-from shoal.fleet import Child, Keeper, Watch, noted
+from shoal.fleet import Child, FleetMonitor, Keeper, registered
 from tests.outside import children, until
 from tests.runtime.zenoh.processes import PATIENCE, REPOSITORY, Network, Process
 
@@ -198,6 +199,66 @@ def test_a_process_that_ends_well_or_must_not_start_again_stays_ended() -> None:
     assert keeper.look() == []
 
 
+def test_a_process_that_cannot_be_started_is_tried_again_and_has_not_ended_well(tmp_path: Path) -> None:
+    program = tmp_path / "program"
+    child = Child("late", [str(program)])
+    keeper = Keeper([child])
+    ((_, words),) = keeper.look()
+    assert words.startswith("cannot be started: ")
+    assert words.endswith("; it starts again in 1 s")
+    assert (child.failures, child.ended_well, keeper.done, keeper.missing) == (1, False, False, [child])
+    program.write_text("#!/bin/sh\n")
+    program.chmod(0o755)
+    assert until(keeper.look) == [(child, "started")]
+    assert until(keeper.look) == [(child, "has ended")]
+    assert (child.failures, child.restarts, child.ended_well, keeper.done, keeper.missing) == (0, 0, True, True, [])
+
+
+def test_what_must_not_start_again_is_over_without_having_ended_well(tmp_path: Path) -> None:
+    absent, bad = Child("absent", [str(tmp_path / "none")]), Child("bad", script("raise SystemExit(3)"))
+    keeper = Keeper([absent, bad], restart=False)
+    until(lambda: (keeper.look(), keeper.done)[1])
+    assert [(child.failures, child.ended_well) for child in keeper.children] == [(1, False), (1, False)]
+    assert keeper.missing == [absent]
+
+
+def test_a_process_whose_errors_nobody_could_read_is_ended_and_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    begun: list[Any] = []
+    popen = subprocess.Popen
+
+    def start(*words: Any, **options: Any) -> Any:
+        begun.append(popen(*words, **options))
+        return begun[-1]
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    monkeypatch.setattr(subprocess, "Popen", start)
+    child = Child("chatty", script("import time; time.sleep(60)"))
+    keeper = Keeper([child])
+    ((_, words),) = keeper.look()
+    assert "; it starts again in 1 s" in words
+    assert begun[0].poll() == -signal.SIGKILL
+    monkeypatch.undo()
+    assert until(keeper.look) == [(child, "started")]
+    keeper.stop()
+
+
+def test_a_fleet_whose_processes_cannot_be_started_fails(network: Network, tmp_path: Path) -> None:
+    file = tmp_path / "fleet.yaml"
+    file.write_text(fleet_file(network, 3))
+    busy = "import errno, subprocess; from shoal.cli import main\n"
+    busy += "class Refused(subprocess.Popen):\n"
+    busy += "    def __init__(self, *_, **options): raise BlockingIOError(errno.EAGAIN, 'busy')\n"
+    busy += "subprocess.Popen = Refused; main()"
+    words = [sys.executable, "-c", busy, "fleet", str(file), "--log-dir", str(tmp_path / "log"), "--for", "2s"]
+    done = subprocess.run(words, cwd=REPOSITORY, capture_output=True, text=True, timeout=2 * PATIENCE)
+    assert done.returncode == 1, done.stderr
+    assert done.stdout.count(" cannot be started: ") >= 2
+    assert "0 restarts, down: lauv-1, lauv-2, otter-1" in done.stdout
+
+
 @pytest.mark.heavy
 def test_all_processes_end_together_even_one_that_ignores_it() -> None:
     deaf = "import signal, sys, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('deaf', file=sys.stderr);"
@@ -216,7 +277,7 @@ def test_all_processes_end_together_even_one_that_ignores_it() -> None:
 
 def test_a_fleet_whose_vehicles_already_run_is_refused_before_anything_starts(network: Network, tmp_path: Path) -> None:
     config = ZenohConfig(local_port=network.local_port, scouting="none", vehicle="lauv-2")
-    running = ZenohTransport(config, str, lambda *_: "", part=Part("lauv-2", 7, 1))
+    running = ZenohTransport(config, str, lambda *_: "", part=ProcessPart("lauv-2", 7, 1))
     running.open(lambda _: None)
     file = tmp_path / "fleet.yaml"
     file.write_text(fleet_file(network, 1))
@@ -240,7 +301,7 @@ def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_told(
     refused = CliRunner().invoke(main, ["fleet", str(file), "--log-dir", str(file)])
     assert refused.exit_code == 2
     assert f"no log can be written to {file}: " in refused.output
-    with noted(f"other-{network.local_port}"):
+    with registered(f"other-{network.local_port}"):
         stop = CliRunner().invoke(main, ["fleet", "stop", "nobody"])
     assert stop.exit_code == 2
     assert stop.output.startswith("Error: no fleet nobody runs; running: ")
@@ -248,16 +309,16 @@ def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_told(
 
 
 def test_errors_in_the_log_books_of_vehicles_are_told_once(network: Network) -> None:
-    watch = Watch({"Local Port": str(network.local_port)})
+    watch = FleetMonitor({"Local Port": str(network.local_port)})
     config = ZenohConfig(mode="client", local_port=network.local_port, scouting="none", vehicle="lauv-1")
-    vehicle = ZenohTransport(config, lambda _: "lauv-1", lambda *_: "Logger", part=Part("lauv-1", 7, 1))
+    vehicle = ZenohTransport(config, lambda _: "lauv-1", lambda *_: "Logger", part=ProcessPart("lauv-1", 7, 1))
     vehicle.open(lambda _: None)
     types = imc.LogBookEntry.Type
     for kind, text in ((types.INFO, "began"), *[(types.ERROR, "disk full")] * 2, (types.ERROR, "off")):
         entry = imc.LogBookEntry(src=7, type=kind, context="Transports.Logging", text=text)
         vehicle.send(entry, imc.encode(entry))
     told: list[tuple[str, str]] = []
-    until(lambda: told.extend(watch.errors()) or len(told) == 2)
+    until(lambda: told.extend(watch.new_errors()) or len(told) == 2)
     assert told == [("lauv-1", "Transports.Logging: disk full"), ("lauv-1", "Transports.Logging: off")]
     vehicle.close()
     watch.close()
@@ -269,4 +330,4 @@ def test_a_port_that_another_program_has_is_named() -> None:
         other.listen()
         port = other.getsockname()[1]
         with pytest.raises(ConnectionError, match=rf"no zenoh at port {port} .*another program has it"):
-            Watch({"Local Port": str(port)})
+            FleetMonitor({"Local Port": str(port)})

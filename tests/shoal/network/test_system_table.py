@@ -3,7 +3,7 @@
 import time
 
 from shoal.network import UDPLink, ZenohLink
-from shoal.network.system_table import FORGOTTEN, FRESH, NetworkSystem, SystemTable
+from shoal.network.system_table import FORGOTTEN, FRESH, NetworkSystem, NetworkSystemTable
 
 
 def test_the_link_that_brings_all_messages_is_heard_while_it_brings_any() -> None:
@@ -19,7 +19,7 @@ def test_the_link_that_brings_all_messages_is_heard_while_it_brings_any() -> Non
 
 
 def test_a_second_vehicle_of_one_name_counts_as_long_as_it_is_heard() -> None:
-    systems = SystemTable()
+    systems = NetworkSystemTable()
     otter = systems.find_or_add("otter")
     assert otter is not None
     for number in (3, 4):

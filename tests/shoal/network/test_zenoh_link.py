@@ -13,7 +13,7 @@ import pytest
 import zenoh
 
 import imc
-from runtime.zenoh import Part, ZenohConfig, ZenohTransport
+from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
 from shoal.network import Diagnosis, Network, NetworkError, ZenohLink, diagnose, make_network
 from tests.outside import PATIENCE
 from tests.runtime.zenoh.processes import local_port
@@ -79,7 +79,7 @@ def test_who_is_turned_away_is_told_so_and_not_that_nobody_listens(whose: str, o
 def test_the_doctor_names_the_list_of_commanders_of_a_vehicle_that_is_heard_over_zenoh_and_does_not_answer() -> None:
     port = local_port()
     config = ZenohConfig(local_port=port, scouting="none", vehicle="pole")
-    vehicle = ZenohTransport(config, lambda _: "pole", lambda *_: "Navigation", part=Part("pole", 0x1A, 1))
+    vehicle = ZenohTransport(config, lambda _: "pole", lambda *_: "Navigation", part=ProcessPart("pole", 0x1A, 1))
     vehicle.open(lambda _: None)
 
     async def speak() -> None:

@@ -13,7 +13,7 @@ from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli import main
-from shoal.rendering.coco import runs
+from shoal.rendering.coco import run_lengths
 
 SIZES = ("Vision.FisheyeCamera:Size=150", "Vision.FisheyeCamera:Face Size=75", "Vision.FisheyeCamera:Frame Rate=2")
 GLIDERS = "World:Gliders=1 0.3, 3 -1, 5 1, 7 0"
@@ -103,6 +103,6 @@ def test_without_pictures_it_says_what_makes_some(log):
 
 
 def test_runs_begin_outside_of_the_mask():
-    assert runs(np.array([[True, False], [True, True]])) == [0, 2, 1, 1]
-    assert runs(np.array([[False, True, True]])) == [1, 2]
-    assert runs(np.zeros((2, 2), bool)) == [4]
+    assert run_lengths(np.array([[True, False], [True, True]])) == [0, 2, 1, 1]
+    assert run_lengths(np.array([[False, True, True]])) == [1, 2]
+    assert run_lengths(np.zeros((2, 2), bool)) == [4]

@@ -13,7 +13,7 @@ from runtime.kernel import WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli import main
-from shoal.rendering import expose
+from shoal.rendering import find_exposures
 from world.pictures import optical
 
 SETTINGS = ("Size=96", "Face Size=48", "Frame Rate=6", "Save Images=true")
@@ -59,12 +59,12 @@ def test_each_picture_has_its_partner(log, tmp_path, monkeypatch):
 
 def test_the_camera_is_where_the_log_says(run):
     log, start = run
-    seen = expose(imc.Log(log))
+    seen = find_exposures(imc.Log(log))
     rows = {row["time"]: row for row in imc.Log(log).array("CameraFrame")}
-    assert len(seen.shots) == len(rows)
-    for shot in seen.shots:
+    assert len(seen.pictures) == len(rows)
+    for shot in seen.pictures:
         assert shot.time - shot.standpoint.time == pytest.approx(start, abs=1e-5)
-        row, mount = rows[shot.time], optical(seen.eye(shot).camera.mount)
+        row, mount = rows[shot.time], optical(seen.camera_of(shot).camera.mount)
         x, y, z = (shot.standpoint.pose.transform @ mount)[:3, 3]
         np.testing.assert_allclose((x, y, z), (row["x"], row["y"], row["z"]), atol=1e-3)
 
@@ -81,6 +81,6 @@ def test_a_data_set_lacks_no_picture(log, tmp_path, monkeypatch):
 def test_another_rate_is_that_of_the_file(log, tmp_path):
     ini = tmp_path / "cameras.ini"
     ini.write_text("[Vision.FisheyeCamera]\nEntity Label = Fisheye Camera\nSize = 40\nFrame Rate = 2\n")
-    seen = expose(imc.Log(log), ini)
-    assert np.allclose(np.diff([shot.time for shot in seen.shots]), 0.5)
+    seen = find_exposures(imc.Log(log), ini)
+    assert np.allclose(np.diff([shot.time for shot in seen.pictures]), 0.5)
     assert seen.notes == ["cut, or made on a wall clock: the log does not tell when Fisheye Camera was exposed"]

@@ -7,7 +7,7 @@ import pytest
 from fastcrc.crc16 import arc
 
 import imc
-from runtime.logs import RUN_FILE, place_bytes
+from runtime.logs import RUN_FILE, encode_run_position
 from shoal.rerun.logged_run import find_logged_run
 
 BEGIN, CUT = 1767225600.0, 1767225610.0
@@ -22,7 +22,7 @@ def malformed(packet: bytes) -> bytes:
 
 def put(folder: Path, number: int, *packets: bytes) -> Path:
     folder.mkdir(parents=True)
-    (folder / RUN_FILE).write_bytes(place_bytes("20260101/000000", number))
+    (folder / RUN_FILE).write_bytes(encode_run_position("20260101/000000", number))
     (folder / "Data.lsf").write_bytes(b"".join(packets))
     return folder
 

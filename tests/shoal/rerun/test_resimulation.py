@@ -135,6 +135,17 @@ DELAYS = st.sampled_from([0.0, 0.01, 0.05, 0.1, 0.0123, 0.25])
 TASKS = st.lists(st.tuples(RATES, DELAYS, DELAYS, st.integers(1, 4)), min_size=2, max_size=4)
 
 
+def interplay(folder: Path, tasks: list[tuple[float, float, float, int]]) -> tuple[imc.Log, list[str]]:
+    """The log of mixers that answer each other, with these rates, delays, latencies and answers; and their sections."""
+    names = [f"{MIXER}/{letter}" for letter in "ABCD"[: len(tasks)]]
+    lines = ["[General]", "Vehicle = mixed", "[Transports.Logging]", "Enabled = Always"]
+    for name, (rate, delay, latency, answers) in zip(names, tasks, strict=True):
+        lines += [f"[{name}]", "Enabled = Always", f"Rate = {rate}", f"Delay = {delay}"]
+        lines += [f"Latency = {latency}", f"Answers = {answers}"]
+    (folder / "mixed.ini").write_text("\n".join(lines) + "\n")
+    return run(folder / "log", folder / "mixed.ini", 1.5), names
+
+
 @given(tasks=TASKS, data=st.data())
 @settings(
     max_examples=25,
@@ -145,18 +156,19 @@ TASKS = st.lists(st.tuples(RATES, DELAYS, DELAYS, st.integers(1, 4)), min_size=2
 def test_what_comes_in_one_moment_keeps_its_order(
     tmp_path_factory: pytest.TempPathFactory, tasks: list[tuple[float, float, float, int]], data: st.DataObject
 ) -> None:
-    folder = tmp_path_factory.mktemp("interplay")
-    names = [f"{MIXER}/{letter}" for letter in "ABCD"[: len(tasks)]]
-    lines = ["[General]", "Vehicle = mixed", "[Transports.Logging]", "Enabled = Always"]
-    for name, (rate, delay, latency, answers) in zip(names, tasks, strict=True):
-        lines += [f"[{name}]", "Enabled = Always", f"Rate = {rate}", f"Delay = {delay}"]
-        lines += [f"Latency = {latency}", f"Answers = {answers}"]
-    (folder / "mixed.ini").write_text("\n".join(lines) + "\n")
-    log = run(folder / "log", folder / "mixed.ini", 1.5)
+    log, names = interplay(tmp_path_factory.mktemp("interplay"), tasks)
     chosen = data.draw(st.lists(st.sampled_from(names), min_size=1, unique=True))
     done = resimulate(log, chosen)
     assert done.comparison.first is None
     assert done.comparison.bytes == 0
+
+
+def test_answers_that_come_after_many_other_moments_keep_their_nanosecond(tmp_path: Path) -> None:
+    """Between a tick of the last and the answers, 0.25 s later, are 40 other moments."""
+    log, names = interplay(
+        tmp_path, [(30.0, 0.25, 0.0123, 4), (20.0, 0.0, 0.0, 3), (10.0, 0.25, 0.0123, 2), (7.0, 0.01, 0.0123, 1)]
+    )
+    assert [resimulate(log, [name]).comparison.bytes for name in names] == [0, 0, 0, 0]
 
 
 def test_parameters_that_were_set_on_the_way_are_set_again(tmp_path: Path) -> None:

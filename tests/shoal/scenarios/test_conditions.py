@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import imc
+from autonomy.plans import parse_condition
 from imc.coordinates import absolute
 from shoal.scenarios.conditions import ExpressionScope, parse_expression, parse_scenario_condition
 from shoal.scenarios.robustness import NO_NUMBER
 from support.wgs84 import offset
-from tasks.plan import parse_condition
 
 ALONE = ExpressionScope({"lauv": imc.builtin()}, "lauv")
 PAIR = ExpressionScope({"a": imc.builtin(), "b-1": imc.builtin()})

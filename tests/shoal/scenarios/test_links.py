@@ -238,5 +238,5 @@ class TestChannel(TransportContract):
                 RunContext(fleet, made, 0)
             )
             for vehicle in fleet.vehicles:
-                vehicle.bus.resume()
+                vehicle.bus.release_backlog()
             yield Buses(*(vehicle.bus for vehicle in fleet.vehicles), channel.ends[0], fleet.kernel.run)

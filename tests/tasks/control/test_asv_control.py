@@ -9,9 +9,7 @@ from runtime import State
 from runtime.testing import simulate
 from tasks.control.asv.conventional.heading import Heading
 from tasks.control.asv.conventional.speed import Speed
-from tasks.control.asv.differential import actuations, share_out
 from tasks.control.asv.heading_and_speed import HeadingAndSpeed
-from tasks.control.asv.throttle import Throttle
 
 Loops = imc.CLoopsMask
 MPS, RPM, PERCENT = imc.SpeedUnits.METERS_PS, imc.SpeedUnits.RPM, imc.SpeedUnits.PERCENTAGE
@@ -106,19 +104,6 @@ def test_the_integral_rests_at_the_limit():
     assert last[0] ** 2 < 0.35
 
 
-def test_forces_are_shared_so_that_turning_comes_first():
-    assert share_out(0.5, 0.2, 1.0, 0.6) == pytest.approx((0.7, 0.3))
-    assert share_out(1.0, 0.4, 1.0, 0.6) == pytest.approx((1.0, 0.2))
-    assert share_out(-0.6, -0.3, 1.0, 0.6) == pytest.approx((-0.6, 0.0))
-    assert share_out(0.0, 2.0, 1.0, 0.6) == pytest.approx((1.0, -0.6))
-    assert share_out(1.0, 0.4, 1.0, 0.6, turn_first=False) == pytest.approx((1.0, 0.6))
-
-
-def test_actuations_give_the_forces_that_are_wanted():
-    assert actuations((0.25, -0.25), 0.5) == pytest.approx((0.5, -math.sqrt(0.5)))
-    assert actuations((0.0, -1.0), 0.5) == (0.0, -1.0)
-
-
 def test_a_rudder_turns_to_port_with_a_positive_angle_and_less_when_the_boat_is_fast():
     def angle(u):
         return rudder([enable(Loops.YAW), heading(-0.1), *states(0.2, u=u)])[1][1]
@@ -159,32 +144,6 @@ def test_a_speed_is_ramped_and_limited():
     assert found[-1] == pytest.approx(0.5)
     assert thrust(5.0, rpm_acceleration=1e6)[1][-1] == pytest.approx(0.9)
     assert thrust(5.0, rpm_acceleration=1e6, highest_thrust=0.5)[1][-1] == pytest.approx(0.5)
-
-
-def test_an_error_is_integrated_but_not_on_the_way_nor_at_a_limit():
-    throttle = Throttle((0.0, 100.0, 0.0), math.inf, 500.0, (0.0, 900.0), 100.0, 1000.0)
-    throttle.desire(imc.DesiredSpeed(value=1.0, speed_units=MPS))
-    shares = [throttle.share(0.0, 0.05) for _ in range(2000)]
-    assert shares[90] == pytest.approx(0.455, abs=1e-6)
-    assert shares[-1] == pytest.approx(0.9)
-    back = [throttle.share(1.5, 0.05) for _ in range(20)]
-    assert back[-1] < 0.89
-
-
-def test_a_gain_on_the_rate_of_the_speed_damps_it():
-    def shares(derivative):
-        throttle = Throttle((0.0, 0.0, derivative), math.inf, 400.0, (0.0, 900.0), 1e6, 1000.0)
-        throttle.desire(imc.DesiredSpeed(value=1.0, speed_units=MPS))
-        return [throttle.share(u, 0.1) for u in (0.5, 0.55, 0.55, 0.5)]
-
-    assert shares(200.0) == pytest.approx([0.4, 0.3, 0.4, 0.5])
-    assert shares(0.0) == pytest.approx([0.4] * 4)
-
-
-def test_a_motor_may_brake():
-    throttle = Throttle((200.0, 0.0, 0.0), math.inf, 100.0, (-300.0, 900.0), 1e6, 1000.0)
-    throttle.desire(imc.DesiredSpeed(value=0.2, speed_units=MPS))
-    assert throttle.share(1.2, 0.05) == pytest.approx(-0.18)
 
 
 def test_a_speed_of_nothing_is_no_thrust():

@@ -11,7 +11,6 @@ from runtime.testing import simulate
 from shoal.missions import Mission, prepare
 from support.wgs84 import displace
 from tasks.control.auv.brakes import Brakes
-from tasks.control.auv.echo import Echo, judge
 from tasks.control.auv.speed import Speed
 
 Loops = imc.CLoopsMask
@@ -28,30 +27,6 @@ class Sonar(Brakes):
         super().configure()
         self.reserve(self.echo_sounder)
         self.reserve(self.other)
-
-
-@pytest.mark.parametrize(
-    ("reach", "depth", "altitude", "pitch", "wanted"),
-    [
-        (8.0, 2.0, 3.0, 0.0, Echo.OBSTACLE),
-        (8.0, 2.0, -1.0, 0.0, Echo.OBSTACLE),
-        (8.0, 20.0, 60.0, 10.0, Echo.OBSTACLE),
-        (5.5, 1.39, 2.59, 13.7, Echo.SURFACE),  # where DUNE brakes in the mission of tests/data/plans
-        (30.0, 0.05, 4.4, 0.0, Echo.SURFACE),
-        (3.0, 0.1, 4.4, 1.0, Echo.SURFACE),
-        (8.5, 1.0, 3.1, -15.0, Echo.BOTTOM),
-        (23.0, 20.0, 2.0, 0.0, Echo.BOTTOM),
-    ],
-)
-def test_echoes(reach, depth, altitude, pitch, wanted):
-    found = judge(reach, depth, altitude, math.radians(pitch), math.radians(5.0), math.radians(5.0))
-    assert found is wanted
-
-
-def test_a_sonar_in_the_nose_is_higher_than_the_vehicle_when_it_climbs():
-    climbing = 0.2, 0.4, -1.0, math.radians(14.5), math.radians(5.0), math.radians(5.0)
-    assert judge(*climbing) is Echo.OBSTACLE
-    assert judge(*climbing, arm=1.0) is Echo.SURFACE
 
 
 def braked(ranges, *more, label="Echo Sounder", seconds=None, depth=3.0, validity=1, **parameters):

@@ -7,7 +7,7 @@ import pytest
 from lean import BLIND, UNLOGGED
 
 import imc
-from imc.tuples import read_tuples, whole_number
+from imc.tuple_list import parse_tuple_list, read_integer
 from runtime import State
 from runtime.testing import simulate
 from shoal.missions import prepare
@@ -147,8 +147,8 @@ def test_a_console_is_told_what_there_is():
 
 
 def test_tuples():
-    assert read_tuples(" a = 1 ;b=2=3;;c; a=4") == {"a": "4", "b": "2=3", "c": ""}
-    assert [whole_number(text, "src") for text in ("src=0x4001", "src=7;x=1", "src=x", "")] == [0x4001, 7, None, None]
+    assert parse_tuple_list(" a = 1 ;b=2=3;;c; a=4") == {"a": "4", "b": "2=3", "c": ""}
+    assert [read_integer(text, "src") for text in ("src=0x4001", "src=7;x=1", "src=x", "")] == [0x4001, 7, None, None]
 
 
 def test_teleoperation_moves_the_vehicle_until_its_operator_leaves(tmp_path: Path):

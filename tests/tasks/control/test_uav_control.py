@@ -5,68 +5,14 @@ import math
 import pytest
 
 import imc
+from autonomy.guidance import MotionLimits
 from runtime import State
 from runtime.testing import simulate
-from support.rotations import rotation, to_ned
 from support.wgs84 import displace
-from tasks.control.uav.guidance import Circle, Line, Pace
 from tasks.control.uav.path import Path
-from tasks.control.uav.vectors import GRAVITY, inclination, norm
 from tests.tasks.control.multirotor import DISARMED, LAT, LON, Flags, Loops, Units, enable, states
 
-PACE = Pace(speed=5.0, climb=2.0, descent=1.0, acceleration=2.0, gain=0.8)
-
-
-@pytest.mark.parametrize("psi", [0.0, 1.0, -2.5])
-@pytest.mark.parametrize("wanted", [(0.0, 0.0, 0.0), (2.0, -1.0, 0.5), (-1.0, 3.0, -2.0)])
-def test_thrust_along_the_mast_gives_the_acceleration(wanted, psi):
-    roll, pitch, thrust = inclination(wanted, psi, math.radians(40.0))
-    north, east, down = to_ned(rotation(roll, pitch, psi), (0.0, 0.0, -thrust))
-    assert (north, east, down + GRAVITY) == pytest.approx(wanted)
-
-
-def test_the_tilt_is_the_arc_tangent_of_acceleration_over_gravity_up_to_its_limit():
-    roll, pitch, thrust = inclination((2.0, 0.0, 0.0), 0.0, math.radians(40.0))
-    assert (roll, pitch) == pytest.approx((0.0, -math.atan(2.0 / GRAVITY)))
-    assert thrust == pytest.approx(math.hypot(2.0, GRAVITY))
-    assert inclination((50.0, 0.0, 0.0), 0.0, 0.4)[1] == pytest.approx(-0.4)
-    assert inclination((0.0, 0.0, 50.0), 0.0, 0.4)[2] == pytest.approx(0.3 * GRAVITY)
-
-
-def test_a_point_is_approached_no_faster_than_it_can_be_braked_for():
-    for distance in (0.1, 1.0, 3.0, 10.0, 50.0):
-        speed, nearer = PACE.towards(distance), PACE.towards(distance - 1e-4)
-        assert speed * (speed - nearer) / 1e-4 <= PACE.acceleration * 1.001  # v dv/ds
-    assert PACE.to_point((3.0, 4.0, 0.0)) == pytest.approx(tuple(PACE.towards(5.0) / 5.0 * v for v in (3.0, 4.0, 0.0)))
-    assert norm(PACE.to_point((300.0, 400.0, 0.0))) == pytest.approx(5.0)
-
-
-def test_a_line_is_followed_and_come_back_to():
-    line = Line((0.0, 0.0, 0.0), (100.0, 0.0, 0.0))
-    assert line.velocity((50.0, 0.0, 0.0), PACE) == pytest.approx((5.0, 0.0, 0.0))
-    north, east, down = line.velocity((50.0, 2.0, -1.0), PACE)
-    assert north > 4.0
-    assert east < -1.0
-    assert down > 0.5
-    assert line.velocity((100.0, 0.0, 0.0), PACE) == pytest.approx((0.0, 0.0, 0.0))
-    assert line.velocity((105.0, 0.0, 0.0), PACE)[0] < -2.0
-    assert (line.left((40.0, 3.0, 0.0)), line.across((40.0, 3.0, 0.0))) == pytest.approx((60.0, 3.0))
-
-
-def test_a_steep_line_is_as_fast_as_it_may_climb():
-    north, _, down = Line((0.0, 0.0, 0.0), (30.0, 0.0, -60.0)).velocity((10.0, 0.0, -20.0), PACE)
-    assert (north, down) == pytest.approx((1.0, -2.0))
-
-
-@pytest.mark.parametrize("side", [1, -1])
-def test_a_circle_is_gone_around(side):
-    circle = Circle((0.0, 0.0, -10.0), 20.0, side)
-    north, east, down = circle.velocity((20.0, 0.0, -10.0), PACE)
-    assert (north, east, down) == pytest.approx((0.0, side * 5.0, 0.0))
-    outer, inner = circle.velocity((25.0, 0.0, -10.0), PACE), circle.velocity((15.0, 0.0, -10.0), PACE)
-    assert outer[0] < 0.0 < inner[0]
-    assert norm(outer) == pytest.approx(5.0)
-    assert norm(Circle((0.0, 0.0, 0.0), 2.0).velocity((2.0, 0.0, 0.0), PACE)) == pytest.approx(2.0)
+PACE = MotionLimits(speed=5.0, climb=2.0, descent=1.0, acceleration=2.0, gain=0.8)
 
 
 def place(north, east):

@@ -5,11 +5,11 @@ import math
 import pytest
 
 import imc
+from autonomy.control import GRAVITY
 from runtime import State, Task, consume
 from runtime.testing import simulate
 from support.rotations import rotation, to_ned
 from tasks.control.uav.autopilot import Autopilot
-from tasks.control.uav.vectors import GRAVITY
 from tasks.simulators.stream_velocity import StreamVelocity
 from tasks.simulators.uav import UAV
 from tests.tasks.control.multirotor import ARMED, DISARMED, FIX, LAT, LON, OWN, Loops, enable, states, velocity

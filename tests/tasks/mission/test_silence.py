@@ -10,7 +10,7 @@ from flying import BROADCAST, CCU, control, plan_of
 
 import imc
 from runtime.kernel import SECOND, VirtualClock
-from runtime.snapshot import Journals, load, restore, save
+from runtime.snapshot import InputJournals, load, restore, save
 from shoal.missions import prepare
 from support import wgs84
 
@@ -95,7 +95,7 @@ def diving():
     plan = plan_of(imc.Goto(lat=lat, lon=lon, z=10.0, z_units=imc.ZUnits.DEPTH, speed=1.5))
     with tempfile.TemporaryDirectory() as folder:
         diver = vehicle(Path(folder))
-        Journals(diver)
+        InputJournals(diver)
         diver.start()
         diver.run(DIVE)
         say(diver, control(imc.PlanControl.Op.START, -1.0, plan.plan_id, 1, arg=plan))

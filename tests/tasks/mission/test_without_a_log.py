@@ -40,13 +40,13 @@ def test_a_run_without_a_log_is_the_same_and_encodes_nothing(
 ) -> None:
     logged = flown(profile, tmp_path)
     asked: set[tuple[type[imc.Message], bool]] = set()
-    passage = Codec.passage
+    passage = Codec.round_trip
 
     def noted(codec: Codec, kind: type[imc.Message], encodes: bool) -> Passage:
         asked.add((kind, encodes))
         return passage(codec, kind, encodes)
 
-    monkeypatch.setattr(Codec, "passage", noted)
+    monkeypatch.setattr(Codec, "round_trip", noted)
     alone = flown(profile, tmp_path / "alone", "Transports.Logging:Enabled=Never")
     assert len(logged) > 5000
     assert {type(message) for message in logged} >= {imc.SimulatedState, imc.EstimatedState}

@@ -10,7 +10,7 @@ from lean import UNLOGGED
 
 import imc
 from runtime.kernel import SECOND, VirtualClock
-from runtime.snapshot import Journals, Snapshot, load, restore, save
+from runtime.snapshot import InputJournals, Snapshot, load, restore, save
 from runtime.vehicle import Vehicle
 from shoal.missions import prepare
 
@@ -53,7 +53,7 @@ def underway(
     overrides = (UNLOGGED, *overrides)
     with tempfile.TemporaryDirectory() as folder:
         vehicle = _vehicle(profile, overrides, Path(folder))
-        Journals(vehicle)
+        InputJournals(vehicle)
         heard = {kind: list[tuple[float, imc.Message]]() for kind in kinds}
         note(vehicle, heard)
         vehicle.start()

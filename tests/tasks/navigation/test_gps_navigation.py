@@ -11,7 +11,6 @@ from runtime import State, Task
 from runtime.testing import simulate
 from support.wgs84 import displace, displacement
 from tasks.navigation.general.gps_navigation import GPSNavigation
-from tasks.navigation.general.surface_filter import STREAM_EAST, STREAM_NORTH, SurfaceFilter, U
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 ANY = {"gps": "", "imu": "", "yaw": "", "altimeter": ""}
@@ -153,13 +152,3 @@ def test_the_depth_of_the_water_is_the_altitude_until_it_is_old():
     run = navigate(sorted([*sensors(10.0), sounded, deaf], key=lambda m: m.timestamp))
     found = {round(m.timestamp - run.vehicle.start_time): m.alt for m in run.of(imc.EstimatedState)}
     assert (found[0], found[4], found[9]) == (-1.0, 4.5, -1.0)
-
-
-def test_a_filter_tells_its_own_way_from_the_current_when_it_turns():
-    state = SurfaceFilter(1.0, 1.0, 0.25, (1e-3, 0.05, 1e-4), 2.0)
-    for k in range(4000):
-        psi = 0.005 * k
-        state.predict(0.05, psi)
-        if k % 20 == 0:
-            state.measure_velocity(1.2 * math.cos(psi) + 0.4, 1.2 * math.sin(psi) - 0.1, psi, 0.01)
-    assert (state.x[U], state.x[STREAM_NORTH], state.x[STREAM_EAST]) == pytest.approx((1.2, 0.4, -0.1), abs=0.03)

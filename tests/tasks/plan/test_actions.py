@@ -4,7 +4,7 @@ from flying import START, fly, last, modes, replies, start
 
 import imc
 from runtime import ActivationError, Task, param
-from runtime.faults import Injection, Silent
+from runtime.fault_injection import Injection, Silent
 
 
 class Payload(Task):
@@ -61,7 +61,7 @@ def test_actions_set_parameters_ahead_and_bring_them_back():
 
 
 def test_a_fault_that_begins_in_a_plan_concerns_its_actions():
-    fault = Injection(Silent(("SetEntityParameters",)), at=START + 10.0, task="Plan.Engine")
+    fault = Injection(Silent(("SetEntityParameters",)), start=START + 10.0, task="Plan.Engine")
     run = fly(start(with_actions()), seconds=40, more=((Payload, {"activation_time": 8}),), faults=[fault])
     assert [[p.name for p in m.params] for m in run.of(imc.SetEntityParameters)] == [["Gain"]]
 

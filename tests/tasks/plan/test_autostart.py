@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 
 import imc
+from autonomy.plans import TEMPLATES
 from runtime import ParameterError, State, consume
 from runtime.testing import Run, simulate
 from tasks.plan.autostart import Autostart
-from tasks.plan.templates import TEMPLATES
 
 Phase = imc.PlanControlState.State
 SERVICE, BOOT = imc.VehicleState.OpMode.SERVICE, imc.VehicleState.OpMode.BOOT
@@ -44,7 +44,7 @@ class Restarting(Autostart):
 
     @consume
     def begin(self, plan: imc.PlanControlState) -> None:
-        super().begin(plan)
+        super().on_plan_control_state(plan)
         self.start()
 
 

@@ -11,7 +11,7 @@ from runtime import State
 from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.plan.db import DB
-from tasks.plan.store import Change, PlanStore, fields_of
+from tasks.plan.store import PlanChange, PlanStore, fields_of
 
 Op = imc.PlanDB.Op
 Type = imc.PlanDB.Type
@@ -153,12 +153,12 @@ def test_too_many_plans_for_a_message_are_counted():
 def test_virtual_runs_begin_without_plans_and_a_file_keeps_them(tmp_path):
     path = tmp_path / "Plan.db"
     store = PlanStore(path)
-    store.set(A, Change(1.0, 2, "x"))
+    store.set(A, PlanChange(1.0, 2, "x"))
     store.close()
     again = PlanStore(path)
     stored = again.get("a")
     assert stored is not None
-    assert (stored.change, stored.specification().plan_id) == (Change(1.0, 2, "x"), "a")
+    assert (stored.change, stored.specification().plan_id) == (PlanChange(1.0, 2, "x"), "a")
     again.close()
 
 

@@ -48,4 +48,4 @@ class Afloat:
         return Line(self.port, lambda: self.vehicle.run(STEP), lambda: self.vehicle.kernel.now_ns / 1e9, **trouble)
 
     def peer(self, line=None, *, system=255, **trouble):
-        return Peer(line or self.line(**trouble), self.task.autopilot.system, system)
+        return Peer(line or self.line(**trouble), self.task.endpoint.model.system, system)

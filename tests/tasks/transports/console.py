@@ -40,7 +40,7 @@ class Console:
     def send(self, message, dst=None):
         dst = self.vehicle.system if dst is None else dst
         packet = imc.encode_as(message, self.now, self.system, 0, dst, message.dst_ent)
-        self.vehicle.bus.hear(self.vehicle.bus.decode(packet), packet)
+        self.vehicle.bus.deliver(self.vehicle.bus.decode(packet), packet)
 
     def run(self, seconds):
         """What is published in this time."""

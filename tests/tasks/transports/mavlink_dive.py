@@ -6,9 +6,9 @@ from runtime.kernel import parse_clock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from tasks.transports.mavlink import MAVLink
-from tasks.transports.mavlink_protocol.camera_services import hearers
-from tasks.transports.mavlink_protocol.links import Link
+from tasks.transports.mavlink_links.links import Link
 from tests.outside import free_port
+from tests.tasks.transports.mavlink_station import deliver
 
 DIALECT = load_dialect()
 PROFILE = "lauv-noptilus-1"
@@ -44,8 +44,8 @@ class Dive:
 
     def _meet(self, number):
         frames = []
-        link: Link = self.task.network.links[0]
-        session = link.sessions["station", number] = self.task.meet(link, frames.append)
+        link: Link = self.task.link_set.links[0]
+        session = link.sessions["station", number] = self.task.connect_peer(link, frames.append)
         session.frames = frames
         return session
 
@@ -62,11 +62,10 @@ class Dive:
     def ask(self, name, component=FISHEYE, *, station=0, seconds=0.4, **fields):
         """The answers of cameras and autopilot to a message, without what is streamed."""
         definition = DIALECT.by_name[name]
-        fields = {"target_system": self.task.autopilot.system, "target_component": component, **fields}
+        fields = {"target_system": self.task.endpoint.model.system, "target_component": component, **fields}
         (message,), _ = split(encode(definition, definition.pack(fields), 0, 255, 190), DIALECT)
         self.said(station)
-        if parts := hearers(self.sessions[station], message):
-            self.task.obey(self.sessions[station], message, parts)
+        deliver(self.task, self.sessions[station], message)
         if seconds:
             self.run(seconds)
         streams = {name for name, rate in self.task.rates.items() if rate} | {"CAMERA_TRACKING_GEO_STATUS"}

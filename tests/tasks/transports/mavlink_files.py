@@ -8,9 +8,9 @@ import time
 from contextlib import contextmanager
 
 from mavlink import encode, split
-from tasks.transports.mavlink_protocol.file_requests import LAYOUT, NAK, Op, Reason
-from tasks.transports.mavlink_protocol.files import FileServer
-from tasks.transports.mavlink_protocol.log_transfer import LogServer
+from mavlink.vehicle.files.ftp_messages import LAYOUT, NAK, FtpErrorCode, FtpOpcode
+from mavlink.vehicle.files.ftp_server import FtpServer
+from mavlink.vehicle.files.log_server import LogServer
 from tests.tasks.transports.mavlink_station import DIALECT, HOST
 
 SYSTEM = 26
@@ -29,7 +29,7 @@ class Port(threading.Thread):
 
     def __init__(self, tree, *, loss=0.0, twice=0.0, first=0, station=None):
         super().__init__(daemon=True)
-        self.files, self.logs, self.first = FileServer(tree), LogServer(tree, b"logs"), first
+        self.files, self.logs, self.first = FtpServer(tree), LogServer(tree, b"logs"), first
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind((HOST, 0))
         self.socket.settimeout(0.001)
@@ -60,18 +60,18 @@ class Port(threading.Thread):
         elif message.name == "FILE_TRANSFER_PROTOCOL":
             payload = bytes(message.values["payload"])
             self.asker = (message.system, message.component)
-            self.send_file(self.files.hear(self.asker, payload, now))
-            self.troubled |= payload[3] == Op.BURST
+            self.send_file(self.files.receive(self.asker, payload, now))
+            self.troubled |= payload[3] == FtpOpcode.BURST
         else:
             self.asker = (message.system, message.component)
-            self.logs.hear(self.asker, message.name, message.values, now, first=self.first)
+            self.logs.receive(self.asker, message.name, message.values, now, first=self.first)
 
     def pump(self):
         now = time.monotonic()
         for _ in range(PACKETS):
-            if self.files.busy(self.asker):
-                self.send_file(self.files.more(self.asker, now))
-            if (answer := self.logs.more(self.asker, now)) is not None:
+            if self.files.is_busy(self.asker):
+                self.send_file(self.files.next_payload(self.asker, now))
+            if (answer := self.logs.next_message(self.asker, now)) is not None:
                 self.send(answer[0], **answer[1])
 
     def send_file(self, payload):
@@ -122,17 +122,17 @@ def taken(payload):
 def meaning(payload):
     """The data of an answer, or why there is none."""
     _, _, kind, _, _, _, data = taken(payload)
-    return Reason(data[0]) if kind == NAK else data
+    return FtpErrorCode(data[0]) if kind == NAK else data
 
 
 def ask(server, opcode, data=b"", *, asker=STATION, now=0.0, **how):
-    return meaning(server.hear(asker, request(opcode, data, **how), now))
+    return meaning(server.receive(asker, request(opcode, data, **how), now))
 
 
-def listing(server, path, opcode=Op.LIST):
+def listing(server, path, opcode=FtpOpcode.LIST):
     """All lines of a folder."""
     found = []
-    while (answer := ask(server, opcode, path, offset=len(found))) != Reason.END:
+    while (answer := ask(server, opcode, path, offset=len(found))) != FtpErrorCode.END:
         assert answer.endswith(b"\0")
         found += answer[:-1].split(b"\0")
     return found

@@ -5,7 +5,7 @@ import math
 import socket
 
 from mavlink import encode, split
-from tasks.transports.mavlink_protocol.file_requests import ACK, LAYOUT, Op
+from mavlink.vehicle.files.ftp_messages import ACK, LAYOUT, FtpOpcode
 from tests.tasks.transports.lossy import HOST, Trouble
 from tests.tasks.transports.mavlink_files import meaning, request, taken
 from tests.tasks.transports.mavlink_station import DIALECT
@@ -217,10 +217,10 @@ class Peer:
 
     def fetch(self, path):
         """The content of a file, in bursts."""
-        size, data = int.from_bytes(self.ask_for_file(Op.OPEN, path), "little"), b""
+        size, data = int.from_bytes(self.ask_for_file(FtpOpcode.OPEN, path), "little"), b""
         while len(data) < size:
             self.file_sequence = (self.file_sequence + 2) & 0xFFFF
-            wish = request(Op.BURST, sequence=self.file_sequence, offset=len(data), size=PIECE)
+            wish = request(FtpOpcode.BURST, sequence=self.file_sequence, offset=len(data), size=PIECE)
             self.send("FILE_TRANSFER_PROTOCOL", payload=wish)
             complete = False
             while not complete:
@@ -229,7 +229,7 @@ class Peer:
                 assert (kind, offset) == (ACK, len(data))
                 data += piece
             self.file_sequence += size // PIECE + 1  # the answers count on
-        assert self.ask_for_file(Op.TERMINATE) == b""
+        assert self.ask_for_file(FtpOpcode.TERMINATE) == b""
         return data
 
     def logs(self):

@@ -39,7 +39,7 @@ def live(folder, *messages, seconds=0.05, wall=True):
     vehicle.run(0.02)
     for message in messages:
         packet = imc.encode(message.replace(src=message.src if message.src != 0xFFFF else CONSOLE, dst=VEHICLE))
-        vehicle.bus.hear(imc.decode(packet), packet)
+        vehicle.bus.deliver(imc.decode(packet), packet)
     vehicle.run(seconds)
     vehicle.close()
     own = [message for message in heard if message.src == VEHICLE and message.dst == 0xFFFF]

@@ -1,7 +1,7 @@
 """Messages in pieces, on the bus of a vehicle."""
 
 import imc
-from imc.fragments import split
+from imc.fragments import split_packet
 from runtime.testing import simulate
 from tasks.transports.fragments import Fragments
 
@@ -10,7 +10,7 @@ CONSOLE, VEHICLE = 0x4000, 0x001A
 
 def pieces(message, time=0.1, source=CONSOLE, target=VEHICLE, limit=64):
     packet = imc.encode(message.replace(src=VEHICLE, dst=1, timestamp=5.0))  # a source that it must not keep
-    parts = split(packet, limit, 7)
+    parts = split_packet(packet, limit, 7)
     return [part.replace(src=source, dst=target, timestamp=time + 0.01 * i) for i, part in enumerate(parts)]
 
 

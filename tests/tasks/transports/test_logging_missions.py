@@ -15,7 +15,7 @@ import imc
 from runtime import Task
 from runtime.logs import logs_of_run
 from runtime.profile import load_profile
-from runtime.snapshot import Journals, keep_beside_log, run_with_snapshots
+from runtime.snapshot import InputJournals, run_with_snapshots, save_beside_log
 from runtime.testing import simulate
 from runtime.vehicle import Vehicle
 from shoal.missions import Mission, Report, fly, parse_plan, prepare
@@ -270,10 +270,10 @@ class Hoarder(Task):
 def test_snapshots_are_beside_the_log_whatever_attributes_tasks_have(tmp_path: Path, profile: str) -> None:
     vehicle = prepare(profile, overrides=LIGHT.get(profile, ()), log_root=tmp_path, state_folder=tmp_path).vehicle
     vehicle.add(Hoarder, "A.Hoarder")
-    Journals(vehicle)
+    InputJournals(vehicle)
     vehicle.start()
     try:
-        assert run_with_snapshots(vehicle, 3.0, 2.0, partial(keep_beside_log, vehicle)) == []
+        assert run_with_snapshots(vehicle, 3.0, 2.0, partial(save_beside_log, vehicle)) == []
     finally:
         vehicle.close()
     assert [path.name for path in tmp_path.glob(f"{profile}/*/*/State*")] == ["State-2.msgpack"]

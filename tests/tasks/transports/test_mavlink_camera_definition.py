@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from tasks.transports.mavlink_protocol.file_requests import Op
+from mavlink.vehicle.files.ftp_messages import FtpOpcode
 from tests.tasks.transports.mavlink_dive import FISHEYE, INT32, MUG, REAL32, REQUEST_MESSAGE, TEXT, Dive, named
 
 TYPES = {"int32": INT32, "float": REAL32, "custom": TEXT}  # of those that the format has
@@ -33,11 +33,11 @@ def download(dive, path, component=1):
         assert raw[3] == 128, f"{path}: refused"
         return raw[2], raw[12 : 12 + raw[4]]
 
-    session, size = ask(Op.OPEN, path.encode())
+    session, size = ask(FtpOpcode.OPEN, path.encode())
     data = b""
     while len(data) < struct.unpack("<I", size)[0]:
-        data += ask(Op.READ, session=session, offset=len(data))[1]
-    ask(Op.TERMINATE, session=session)
+        data += ask(FtpOpcode.READ, session=session, offset=len(data))[1]
+    ask(FtpOpcode.TERMINATE, session=session)
     return data
 
 

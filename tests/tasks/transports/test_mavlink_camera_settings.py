@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tasks.transports.mavlink_protocol.camera_streams import ALL
-from tasks.transports.mavlink_protocol.cameras import parse_video
+from mavlink.vehicle.camera.component import parse_video
+from mavlink.vehicle.camera.streams import ALL
 from tests.tasks.transports.mavlink_dive import (
     ACCEPTED,
     FISHEYE,
@@ -126,5 +126,6 @@ def test_the_documentation_lists_what_cameras_say(dive):
     rows = re.findall(r"^\| ([A-Z0-9_]+) \| (.+?) \| (.+?) \|$", section, re.MULTILINE)
     shown = [(name, float(hertz) if hertz.isdecimal() else 0.0, sources) for name, hertz, sources in rows]
     assert shown == [(name, rate, sources) for name, rate, sources, _ in ALL]
-    said = [stream for camera in dive.task.autopilot.cameras for stream in camera.streams.values()]
-    assert {(stream.name, stream.rate, stream.sources) for stream in said} < set(shown)
+    said = {pair for part in dive.sessions[0].cameras for pair in part.source.rates(False).items()}
+    assert {"HEARTBEAT", "ADSB_VEHICLE"} < dict(said).keys()
+    assert said < {(name, rate) for name, rate, _ in shown}

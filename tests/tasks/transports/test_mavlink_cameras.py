@@ -35,6 +35,7 @@ from tests.tasks.transports.mavlink_dive import (
     UNSUPPORTED,
     named,
 )
+from tests.tasks.transports.mavlink_station import deliver
 
 
 def pose(event):
@@ -96,7 +97,7 @@ def test_each_station_chooses_the_rates_of_a_camera(dive):
 
 
 def test_a_picture_is_taken_where_and_when_it_says(dive):
-    before = dive.task.autopilot.cameras[0].taken
+    before = dive.task.endpoint.cameras[0].taken
     dive.said(1)
     result, _ = dive.order(START, 0, 0, 1, 0)
     assert result == ACCEPTED
@@ -115,7 +116,7 @@ def test_a_picture_is_taken_where_and_when_it_says(dive):
     assert math.cos(2 * math.atan2(z, w) - truth.psi) > math.cos(0.1)
     url = values["file_url"]
     assert url.startswith(b"mftp://[;comp=1]/logs/")
-    file = dive.task.autopilot.transfers._files._tree.open(url)
+    file = dive.task.endpoint._files._files._tree.open(url)
     assert file.read(0, 8) == b"\x89PNG\r\n\x1a\n"
     file.close()
     result, (again,) = dive.order(REQUEST_MESSAGE, 263, before)
@@ -159,7 +160,7 @@ def test_a_series_goes_on_until_it_is_stopped(dive):
     assert not named(dive.said(1), "CAMERA_IMAGE_CAPTURED")
     (status,) = dive.order(527, 1)[1]
     assert status.values["image_status"] == 0
-    assert status.values["image_count"] == dive.task.autopilot.cameras[0].taken
+    assert status.values["image_count"] == dive.task.endpoint.cameras[0].taken
 
 
 def test_stop_also_ends_the_saving_of_each_image(dive):
@@ -246,10 +247,10 @@ def test_no_message_to_a_camera_raises(diving, data):
     for field in definition.fields:
         size = struct.calcsize(f"<{field.length or ''}{field.kind}")
         if field.name in ("target_system", "target_component"):
-            payload[place] = diving.task.autopilot.system if field.name == "target_system" else FISHEYE
+            payload[place] = diving.task.endpoint.model.system if field.name == "target_system" else FISHEYE
         place += size
     (message,), _ = split(encode(definition, bytes(payload), 0, 255, 190), DIALECT)
-    diving.task.obey(diving.sessions[1], message)
+    deliver(diving.task, diving.sessions[1], message)
     diving.said(1)
 
 
@@ -266,7 +267,7 @@ def test_no_order_to_a_camera_raises(diving, command, params, component):
 
 
 def test_a_mission_switches_the_camera(dive):
-    chosen = dive.task.autopilot.mission_settings()
+    chosen = dive.task.endpoint.model.conversion_settings()
     assert (chosen.camera, chosen.switch) == ("Fisheye Camera", "Save Images")
 
 

@@ -40,18 +40,18 @@ PX4_MODES = tuple(main << 16 | sub << 24 for main, sub in ((1, 0), (4, 4), (4, 3
 @pytest.mark.parametrize(("flavour", "numbers"), [("ardupilot", (0, 3, 5, 4, 9, 9)), ("px4", PX4_MODES)])
 def test_modes_of_a_copter(open_desk, flavour, numbers):
     desk = open_desk(flavour, "copter")
-    hear, found = desk.autopilot.hear, []
+    hear, found = desk.endpoint.update_state, []
 
     def show(**vehicle):
-        desk.autopilot.hear(imc.VehicleState(**vehicle), "", desk.now)
+        desk.endpoint.update_state(imc.VehicleState(**vehicle), "", desk.now)
         found.append(beat(desk)["custom_mode"])
 
     show(op_mode=Mode.SERVICE)
     hear(imc.ArmingState(state=ARMED), "", desk.now)
     plan = imc.PlanControlState
-    desk.autopilot.hear(plan(state=plan.State.EXECUTING), "", desk.now)
+    desk.endpoint.update_state(plan(state=plan.State.EXECUTING), "", desk.now)
     show(op_mode=Mode.MANEUVER, maneuver_type=imc.Takeoff.ID)
-    desk.autopilot.hear(plan(state=plan.State.READY), "", desk.now)
+    desk.endpoint.update_state(plan(state=plan.State.READY), "", desk.now)
     show(op_mode=Mode.SERVICE, maneuver_type=0xFFFF)
     show(op_mode=Mode.MANEUVER, maneuver_type=imc.Takeoff.ID)
     show(op_mode=Mode.MANEUVER, maneuver_type=imc.Land.ID)
@@ -63,9 +63,9 @@ def test_modes_of_a_copter(open_desk, flavour, numbers):
 def test_what_is_done_is_over(open_desk):
     desk = open_desk("ardupilot", "copter")
     for maneuver, state, mode in ((imc.Takeoff, ARMED, 5), (imc.Goto, ARMED, 5), (imc.Land, DISARMED, 0)):
-        desk.autopilot.hear(imc.ArmingState(state=state), "", desk.now)
+        desk.endpoint.update_state(imc.ArmingState(state=state), "", desk.now)
         done = imc.VehicleState.Flags.MANEUVER_DONE
-        desk.autopilot.hear(
+        desk.endpoint.update_state(
             imc.VehicleState(op_mode=Mode.MANEUVER, maneuver_type=maneuver.ID, flags=done), "", desk.now
         )
         assert beat(desk)["custom_mode"] == mode
@@ -73,7 +73,7 @@ def test_what_is_done_is_over(open_desk):
 
 def test_landed_state_follows_motors_and_maneuver(open_desk):
     desk = open_desk(kind="copter")
-    hear, vehicle = desk.autopilot.hear, imc.VehicleState(op_mode=Mode.MANEUVER)
+    hear, vehicle = desk.endpoint.update_state, imc.VehicleState(op_mode=Mode.MANEUVER)
     hear(imc.VehicleMedium(medium=imc.VehicleMedium.Medium.AIR), "", desk.now)
     assert landed(desk) == 2
     hear(imc.ArmingState(state=DISARMED), "", desk.now)
@@ -81,20 +81,20 @@ def test_landed_state_follows_motors_and_maneuver(open_desk):
     hear(imc.ArmingState(state=ARMED), "", desk.now)
     assert landed(desk) == 2
     for maneuver, state in ((imc.Takeoff, 3), (imc.Goto, 2), (imc.Land, 4)):
-        desk.autopilot.hear(vehicle.replace(maneuver_type=maneuver.ID), "", desk.now)
+        desk.endpoint.update_state(vehicle.replace(maneuver_type=maneuver.ID), "", desk.now)
         assert landed(desk) == state
 
 
 def test_motors_that_run_are_armed_and_not_disarmed_in_the_air(open_desk):
     desk = open_desk(kind="copter")
-    desk.autopilot.hear(imc.ArmingState(state=ARMED), "", desk.now)
+    desk.endpoint.update_state(imc.ArmingState(state=ARMED), "", desk.now)
     assert beat(desk)["base_mode"] & 128
     result, rest = desk.command(400, 0)
     assert result == desk.command(400, 0, 21196)[0] == DENIED
     assert rest[0].values["text"].startswith(b"Disarming denied: the vehicle is in the air")
     assert desk.command(176, 1, 1)[0] == DENIED
     assert desk.command(176, 1, 4, 3)[0] == 0
-    desk.autopilot.hear(imc.ArmingState(state=DISARMED), "", desk.now)
+    desk.endpoint.update_state(imc.ArmingState(state=DISARMED), "", desk.now)
     assert not beat(desk)["base_mode"] & 128
 
 
@@ -103,13 +103,13 @@ def test_arming_from_the_ground_station_ends_with_the_flight(open_desk):
     assert desk.command(400, 1)[0] == 0
     for state in (ARMED, DISARMED):
         assert beat(desk)["base_mode"] & 128
-        desk.autopilot.hear(imc.ArmingState(state=state), "", desk.now)
+        desk.endpoint.update_state(imc.ArmingState(state=state), "", desk.now)
     assert not beat(desk)["base_mode"] & 128
 
 
 def test_a_submarine_stays_as_it_was(desk):
-    desk.autopilot.hear(imc.VehicleMedium(medium=imc.VehicleMedium.Medium.UNDERWATER), "", desk.now)
-    desk.autopilot.hear(imc.ArmingState(state=DISARMED), "", desk.now)
+    desk.endpoint.update_state(imc.VehicleMedium(medium=imc.VehicleMedium.Medium.UNDERWATER), "", desk.now)
+    desk.endpoint.update_state(imc.ArmingState(state=DISARMED), "", desk.now)
     assert landed(desk) == 2
     assert beat(desk)["custom_mode"] == 1 << 16
 

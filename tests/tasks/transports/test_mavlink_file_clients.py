@@ -10,7 +10,8 @@ import pytest
 from pymavlink import mavutil
 from pymavlink.mavftp import MAVFTP, FtpError, MAVFTPSettings
 
-from tasks.transports.mavlink_protocol.file_tree import FileTree
+from mavlink.vehicle.files.virtual_files import VirtualFiles
+from tasks.transports.mavlink_links.disk_folders import DiskFolders
 from tests.outside import free_port
 from tests.tasks.transports.mavlink_files import SYSTEM, serving
 from tests.tasks.transports.mavlink_station import HOST
@@ -33,7 +34,7 @@ def logs(tmp_path):
 
 @pytest.fixture
 def tree(tmp_path, logs):
-    return FileTree({"general.json": lambda: b"{}" * 300}, {"logs": tmp_path / "logs"})
+    return VirtualFiles({"general.json": lambda: b"{}" * 300}, DiskFolders({"logs": tmp_path / "logs"}))
 
 
 class Client:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from mavlink import StreamSplitter, split
-from tasks.transports.mavlink_protocol.file_requests import checksum
+from mavlink.vehicle.files.ftp_messages import checksum
 from tests.tasks.transports.afloat import Afloat
 from tests.tasks.transports.lossy import HOST
 from tests.tasks.transports.mavlink_station import DIALECT
@@ -125,7 +125,7 @@ def afloat(request, tmp_path):
 
 def test_qgroundcontrol(afloat):
     line = ByteLine(afloat.vehicle, afloat.port)
-    client = Client(line, afloat.task.autopilot.system)
+    client = Client(line, afloat.task.endpoint.model.system)
     began = line.clock()
     version, modes, described, parameters, lists = connect_as_qgroundcontrol(client)
     assert line.clock() - began < 10.0
@@ -149,8 +149,8 @@ def test_qgroundcontrol(afloat):
 
 def test_qgroundcontrol_asks_a_camera(afloat):
     line = ByteLine(afloat.vehicle, afloat.port)
-    Client(line, afloat.task.autopilot.system).beat()
-    camera = Client(line, afloat.task.autopilot.system, of=CAMERA)
+    Client(line, afloat.task.endpoint.model.system).beat()
+    camera = Client(line, afloat.task.endpoint.model.system, of=CAMERA)
     assert camera.wait(2.0, "HEARTBEAT").values["type"] == 30
     began = line.clock()
     (about,) = camera.request("CAMERA_INFORMATION")
@@ -171,7 +171,7 @@ def test_qgroundcontrol_asks_a_camera(afloat):
 
 def test_mission_planner(afloat):
     line = ByteLine(afloat.vehicle, afloat.port)
-    client = Client(line, afloat.task.autopilot.system)
+    client = Client(line, afloat.task.endpoint.model.system)
     began = line.clock()
     client.beat()
     assert client.wait(1.5, "HEARTBEAT").system == client.wait(1.5, "HEARTBEAT").system
@@ -197,12 +197,12 @@ def test_a_recorded_connection(tmp_path):
         if message.name == "COMMAND_LONG" and message.values["target_component"] == 1:
             assert client.wait(AT_ONCE, "COMMAND_ACK").values["command"] == message.values["command"]
     client.wait(2.0)
-    counts = afloat.task.network.counts
+    counts = afloat.task.link_set.counts
     afloat.vehicle.close()
     heard = [(name, values) for _, name, values in client.heard]
     names = [name for name, _ in heard]
     assert (names.count("AUTOPILOT_VERSION"), names.count("MISSION_COUNT")) == (2, 2)
     indexes = [values["param_index"] for name, values in heard if name == "PARAM_VALUE"]
-    assert indexes == list(range(len(afloat.task.autopilot.parameters)))
+    assert indexes == list(range(len(afloat.task.endpoint.parameters)))
     assert names.count("ATTITUDE") > 10
     assert counts.total() == 0

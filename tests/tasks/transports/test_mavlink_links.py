@@ -81,7 +81,7 @@ def test_the_address_of_a_station_is_looked_up_and_followed(monkeypatch):
             station.socket.close()
         assert entity.state is State.NORMAL
 
-    monkeypatch.setattr("tasks.transports.mavlink_protocol.datagrams.look_up", look_up)
+    monkeypatch.setattr("tasks.transports.mavlink_links.udp_links.resolve_host", look_up)
     port = free_port()
     run = sail(script, f"udpout://station.local:{port}", seconds=200.0)
     assert [line.partition("station.local: ")[2] for line in run.log if "known" in line] == [
@@ -100,7 +100,7 @@ def test_a_full_link_lets_go_who_has_been_silent_longest():
             third.send("HEARTBEAT", type=6)
             await control.sleep(1.0)
         await third.expect("HEARTBEAT")
-        link = mavlink(control).network.links[0]
+        link = mavlink(control).link_set.links[0]
         assert [peer[1] for peer in link.sessions] == [second.port, third.port]
         assert 3 <= link.counts["refused"] <= 6, "nobody has to go who was heard in the last 5 s"
 
@@ -132,7 +132,7 @@ def test_stations_connect_by_tcp():
         silent, other = TcpStation(control, (HOST, port)), TcpStation(control, (HOST, port), system=254)
         await silent.expect("HEARTBEAT")
         await greet(other)
-        assert len(task.network.links[0].sessions) == 2
+        assert len(task.link_set.links[0].sessions) == 2
         silent.order(511, 30, 20_000)
         other.transmit(b"".join(other.frame("COMMAND_LONG", target_system=26, command=400, param1=1) for _ in range(3)))
         for _ in range(3):
@@ -141,7 +141,7 @@ def test_stations_connect_by_tcp():
         assert in_a_row(silent.sequence)
         assert in_a_row(other.sequence)
         silent.socket.close()
-        await until(control, lambda: len(task.network.links[0].sessions) == 1)
+        await until(control, lambda: len(task.link_set.links[0].sessions) == 1)
         for byte in other.frame("COMMAND_LONG", target_system=26, target_component=1, command=519):
             other.transmit(bytes((byte,)))
             await control.sleep(0.002)
@@ -158,7 +158,7 @@ def test_a_stranger_that_connects_a_hundred_times_takes_nobodys_place():
         station = TcpStation(control, (HOST, port))
         await greet(station)
         strangers = [socket.create_connection((HOST, port)) for _ in range(100)]
-        link = mavlink(control).network.links[0]
+        link = mavlink(control).link_set.links[0]
         await until(control, lambda: link.counts["refused"] == 97)
         await greet(station)
         assert len(link.sessions) == 4
@@ -191,7 +191,7 @@ def test_a_connection_that_carries_no_mavlink_is_ended():
             bad.take()
             await until(control, lambda bad=bad: bad.take() is not None and bad.ended)
         await greet(good)
-        assert mavlink(control).network.links[0].counts["cut off"] == 2
+        assert mavlink(control).link_set.links[0].counts["cut off"] == 2
 
     port = tcp_port()
     run = sail(script, f"tcpin://{HOST}:{port}", clock=ScaledClock(FAST))
@@ -203,7 +203,7 @@ def test_a_station_that_does_not_read_gets_what_is_new_and_holds_up_nobody():
     async def script(control):
         slow, good = TcpStation(control, (HOST, port), room=4096), TcpStation(control, (HOST, port), system=254)
         await good.expect("HEARTBEAT")
-        link = mavlink(control).network.links[0]
+        link = mavlink(control).link_set.links[0]
         session = next(session for peer, session in link.sessions.items() if peer == slow.socket.getsockname())
         began = control.now
         for number in range(6000):
@@ -239,13 +239,13 @@ def test_a_connection_that_ends_while_it_is_answered_ends_nothing_else():
             station.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             station.transmit(b"".join(station.frame("COMMAND_LONG", command=519) for _ in range(20)))
             station.socket.close()  # by a reset: the answers find nobody
-            for session in mavlink(control).sessions():
+            for session in mavlink(control).endpoint.sessions:
                 for _ in range(3):
                     session.send_now("SYSTEM_TIME", control.now)
-            mavlink(control).pump()
-        await until(control, lambda: len(mavlink(control).sessions()) == 1)
+            mavlink(control).poll()
+        await until(control, lambda: len(mavlink(control).endpoint.sessions) == 1)
         await greet(good)
-        assert mavlink(control).network.counts["refused"] == 0
+        assert mavlink(control).link_set.counts["refused"] == 0
 
     port = tcp_port()
     run = sail(script, f"tcpin://{HOST}:{port}", clock=WallClock())
@@ -259,12 +259,12 @@ def test_a_tcp_server_comes_late_goes_and_comes_back():
         for _ in range(2):
             with socket.create_server((HOST, port)) as server:
                 server.setblocking(False)
-                await until(control, lambda: task.network.links[0].sessions)
+                await until(control, lambda: task.link_set.links[0].sessions)
                 opened, _ = server.accept()
                 station = TcpStation(control, opened)
                 await greet(station)
             station.socket.close()
-            await until(control, lambda: not task.network.links[0].sessions)
+            await until(control, lambda: not task.link_set.links[0].sessions)
             await until(control, lambda: task.entity.state is State.ERROR)
 
     port = tcp_port()

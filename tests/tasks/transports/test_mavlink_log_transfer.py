@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tasks.transports.mavlink_protocol import log_transfer as limits
-from tasks.transports.mavlink_protocol.file_tree import FileTree
-from tasks.transports.mavlink_protocol.log_transfer import LogServer
+from mavlink.vehicle.files import log_server as limits
+from mavlink.vehicle.files.log_server import LogServer
+from mavlink.vehicle.files.virtual_files import VirtualFiles
+from tasks.transports.mavlink_links.disk_folders import DiskFolders
 from tests.tasks.transports.mavlink_station import DIALECT
 
 STATION = (255, 190)
@@ -32,20 +33,20 @@ def folder(tmp_path):
 
 @pytest.fixture
 def server(folder):
-    server = LogServer(FileTree({}, {"logs": folder}), b"logs")
+    server = LogServer(VirtualFiles({}, DiskFolders({"logs": folder})), b"logs")
     yield server
     server.close()
 
 
 def ask(server, name, values, *, asker=STATION, now=0.0, first=0):
     """All that is sent then."""
-    server.hear(asker, name, values, now, first=first)
+    server.receive(asker, name, values, now, first=first)
     found = []
-    while server.busy(asker):
-        kind, fields = server.more(asker, now)
+    while server.is_busy(asker):
+        kind, fields = server.next_message(asker, now)
         assert DIALECT.by_name[kind].unpack(DIALECT.by_name[kind].pack(fields)).keys() == fields.keys()
         found.append(fields)
-    assert server.more(asker, now) is None
+    assert server.next_message(asker, now) is None
     return found
 
 
@@ -72,7 +73,7 @@ def test_a_part_of_the_list(server):
 
 def test_no_logs(tmp_path):
     for name in ("missing", ""):
-        server = LogServer(FileTree({}, {"logs": tmp_path / name}), b"logs")
+        server = LogServer(VirtualFiles({}, DiskFolders({"logs": tmp_path / name})), b"logs")
         none = {"id": 0, "num_logs": 0, "last_log_num": 0, "time_utc": 0, "size": 0}
         assert ask(server, "LOG_REQUEST_LIST", ALL) == [none]
         assert read(server, 0, 0, 90) == []
@@ -83,7 +84,7 @@ def test_a_log_that_is_not_named_by_its_time_has_that_of_its_file(folder):
     log.mkdir(parents=True)
     (log / "Data.lsf").write_bytes(b"1")
     os.utime(log / "Data.lsf", (1700000000, 1700000000))
-    server = LogServer(FileTree({}, {"logs": folder}), b"logs")
+    server = LogServer(VirtualFiles({}, DiskFolders({"logs": folder})), b"logs")
     assert ask(server, "LOG_REQUEST_LIST", ALL)[-1]["time_utc"] == 1700000000
 
 
@@ -127,16 +128,16 @@ def test_numbers_stay_until_the_list_is_asked_for(server, folder):
 def test_gaps_are_filled_one_after_the_other(server):
     ask(server, "LOG_REQUEST_LIST", ALL)
     for offset, count in ((0, 90), (270, 180), (270, 90), (810, 90)):
-        server.hear(STATION, "LOG_REQUEST_DATA", {"id": 0, "ofs": offset, "count": count}, 0.0)
+        server.receive(STATION, "LOG_REQUEST_DATA", {"id": 0, "ofs": offset, "count": count}, 0.0)
     assert read(server, 0, 360, 90) == [(0, offset, 90) for offset in (0, 270, 360, 810)]  # none twice
-    server.hear(STATION, "LOG_REQUEST_DATA", {"id": 0, "ofs": 0, "count": 900}, 0.0)
+    server.receive(STATION, "LOG_REQUEST_DATA", {"id": 0, "ofs": 0, "count": 900}, 0.0)
     assert read(server, 1, 0, 90) == [(1, 0, 90)]  # another log replaces it
 
 
 def test_the_station_ends_a_transfer(server, folder):
     before = len(os.listdir("/proc/self/fd"))
-    server.hear(STATION, "LOG_REQUEST_DATA", {"id": 0, "ofs": 0, "count": 900}, 0.0)
-    server.more(STATION, 0.0)
+    server.receive(STATION, "LOG_REQUEST_DATA", {"id": 0, "ofs": 0, "count": 900}, 0.0)
+    server.next_message(STATION, 0.0)
     assert len(os.listdir("/proc/self/fd")) == before + 1
     assert ask(server, "LOG_REQUEST_END", {}) == []
     assert len(os.listdir("/proc/self/fd")) == before
@@ -161,7 +162,7 @@ def test_what_is_kept_is_limited(server, monkeypatch):
         read(server, 0, 0, 45, asker=asker, now=asker / 100)
     assert len(os.listdir("/proc/self/fd")) == before + 16
     for offset in range(0, 4500, 45):
-        server.hear(STATION, "LOG_REQUEST_DATA", {"id": 0, "ofs": offset, "count": 1}, 1.0)
+        server.receive(STATION, "LOG_REQUEST_DATA", {"id": 0, "ofs": offset, "count": 1}, 1.0)
     assert len(read(server, 0, 99, 1, now=1.0)) == 32
 
 
@@ -184,9 +185,9 @@ def one_log(tmp_path_factory):
     )
 )
 def test_nothing_raises(one_log, wishes):
-    server = LogServer(FileTree({}, {"logs": one_log}), b"logs")
+    server = LogServer(VirtualFiles({}, DiskFolders({"logs": one_log})), b"logs")
     for name, payload in wishes:
         definition = DIALECT.by_name[name]
-        server.hear(STATION, name, definition.unpack(definition.fill(payload)), 0.0)
-        server.more(STATION, 0.0)
+        server.receive(STATION, name, definition.unpack(definition.fill(payload)), 0.0)
+        server.next_message(STATION, 0.0)
     server.close()

@@ -3,12 +3,11 @@
 import socket
 from collections import Counter
 
-from mavlink import split
+from mavlink import encode, parse_link_url, split
+from mavlink.vehicle.telemetry.streams import STREAMS
 from shoal.missions import parse_plan
 from tasks.transports.mavlink import MAVLink
-from tasks.transports.mavlink_protocol.routes import parse_route
-from tasks.transports.mavlink_protocol.streams import STREAMS
-from tasks.transports.mavlink_protocol.wires import WireLink
+from tasks.transports.mavlink_links.stream_links import StreamLink
 from tests.tasks.transports.mavlink_station import DIALECT, HOST, Station
 from tests.tasks.transports.test_mavlink_vehicles import PLANS, Commanded
 
@@ -38,17 +37,18 @@ def test_a_link_with_low_rates_takes_less_than_300_bytes_a_second(tmp_path):
 
     def want():
         """What stations send when they connect."""
-        session = flown.low.sessions()[0]
+        session = flown.low.endpoint.sessions[0]
         for name, fields in (
             ("HEARTBEAT", {"type": 6}),
             ("REQUEST_DATA_STREAM", {"req_message_rate": 4, "start_stop": 1}),
             ("PARAM_REQUEST_LIST", {}),
         ):
             (message,), _ = split(station.frame(name, target_system=26, target_component=1, **fields), DIALECT)
-            flown.low.take(flown.low.network.links[0], next(iter(flown.low.network.links[0].sessions)), message)
+            flown.low.receive(flown.low.link_set.links[0], next(iter(flown.low.link_set.links[0].sessions)), message)
         assert session.contact
         for number in range(100):
-            kernel.after(0.1 * number, flown.low.say, 6, f"the text with the number {number} of many in a few seconds")
+            words = f"the text with the number {number} of many in a few seconds"
+            kernel.after(0.1 * number, lambda words=words: flown.low.endpoint.send_statustext(6, words, flown.low.now))
 
     links = [f"udpout://{HOST}:{station.port}?rates=low&key={key}"]
     flown.low = vehicle.add(MAVLink, "Transports.MAVLink/Low", links=links, vehicle_kind="submarine")
@@ -78,12 +78,14 @@ def test_parameters_leave_half_of_a_slow_line(tmp_path):
     flown.vehicle.start()
     flown.vehicle.run(0.1)
     sent = []
-    line = WireLink(parse_route("serial:///dev/ttyUSB0?baud=57600"), 0, flown.link)
-    session = flown.link.meet(line, sent.append)
+    line = StreamLink(parse_link_url("serial:///dev/ttyUSB0?baud=57600"), 0, flown.link)
+    session = flown.link.connect_peer(line, sent.append)
     now = began = flown.link.now
-    session.list_parameters(now)
+    definition = DIALECT.by_name["PARAM_REQUEST_LIST"]
+    (message,), _ = split(encode(definition, definition.pack({"target_system": 26}), 0, 255, 190), DIALECT)
+    flown.link.endpoint.dispatch(session, message, now)
     while now < began + 2.0:
-        now = session.pump(now)
+        now = session.poll(now)
     listed = [len(frame) for frame in sent if int.from_bytes(frame[7:10], "little") == 22]
     assert 0.3 * 5760 <= sum(listed) / 2.0 <= 0.5 * 5760
     flown.vehicle.close()

@@ -6,9 +6,9 @@ import pytest
 
 import imc
 from imc import coordinates
-from mavlink import FLAVOURS, encode, load_dialect, split
-from tasks.transports.mavlink_protocol.services import serve
-from tasks.transports.mavlink_protocol.session import Session
+from mavlink import encode, load_dialect, split
+from tests.mavlink.vehicle.desk import open_session
+from tests.tasks.transports.mavlink_station import deliver
 from tests.tasks.transports.test_mavlink_vehicles import Commanded
 
 DIALECT = load_dialect()
@@ -19,14 +19,14 @@ class Helmsman:
 
     def __init__(self, flown, flavour="ardupilot", system=255):
         self.flown, self.system, self.frames = flown, system, []
-        self.session = Session(flown.link.autopilot, FLAVOURS[flavour], self.frames.append, flown.link.now)
+        self.session = open_session(flown.link.endpoint, flavour, self.frames.append, flown.link.now)
         self.session.contact = True
-        self.mine = flown.link.autopilot.system
+        self.mine = flown.link.endpoint.model.system
 
     def say(self, name, **fields):
         definition = DIALECT.by_name[name]
         packet = encode(definition, definition.pack(fields), 0, self.system, 190)
-        serve(self.session, split(packet, DIALECT)[0][0], self.flown.link.now)
+        self.flown.link.endpoint.dispatch(self.session, split(packet, DIALECT)[0][0], self.flown.link.now)
 
     def heard(self, name):
         found = [m for frame in self.frames for m in split(frame, DIALECT)[0] if m.name == name]
@@ -132,7 +132,7 @@ def test_a_vehicle_that_has_lost_its_stations_does_what_its_profile_says(action,
     flown.vehicle.start()
     flown.vehicle.run(15.0)
     flown.link.gcs_timeout, flown.link.gcs_action = 10.0, action
-    state = flown.link.autopilot.figures.state
+    state = flown.link.endpoint.model.latest.state
     lat, lon = (math.degrees(angle) for angle in coordinates.absolute(state)[:2])
     console = Helmsman(flown)
     link, session = flown.link, console.session
@@ -140,7 +140,7 @@ def test_a_vehicle_that_has_lost_its_stations_does_what_its_profile_says(action,
     def say(name, **fields):
         definition = DIALECT.by_name[name]
         packet = encode(definition, definition.pack(fields), 0, 255, 190)
-        link.obey(session, split(packet, DIALECT)[0][0])
+        deliver(link, session, split(packet, DIALECT)[0][0])
 
     place = dict(x=round((lat + 0.01) * 1e7), y=round(lon * 1e7), z=-3.0, frame=6)
     say("COMMAND_INT", target_system=26, command=192, param1=-1.0, **place)
@@ -166,8 +166,8 @@ def test_the_uploaded_mission_is_there_again_after_a_restart(tmp_path):
     flown.say(imc.PlanDB(op=imc.PlanDB.Op.SET, plan_id="mavlink", arg=plan, dst=flown.vehicle.system))
     flown.vehicle.run(1.0)
     flown.link.start()
-    assert flown.link.autopilot.mission.plan is None
+    assert flown.link.endpoint.mission.plan is None
     flown.link.recall(imc.PlanDBState(plans_info=(imc.PlanDBInformation(plan_id="mavlink"),)))
     flown.vehicle.run(1.0)
     flown.vehicle.close()
-    assert flown.link.autopilot.mission.plan.plan_id == "mavlink"
+    assert flown.link.endpoint.mission.plan.plan_id == "mavlink"

@@ -8,16 +8,18 @@ import re
 import pytest
 from pymavlink.mavftp import MAVFTP
 
+from mavlink.vehicle.files.ftp_messages import FtpOpcode, checksum
+from mavlink.vehicle.files.ftp_server import FtpServer
+from mavlink.vehicle.files.virtual_files import VirtualFiles
+from mavlink.vehicle.parameters.metadata import ComponentMetadata, description, packed
+from mavlink.vehicle.parameters.table import ParameterTable
 from runtime import Task, param
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
-from tasks.transports.mavlink_protocol.file_requests import Op, checksum
-from tasks.transports.mavlink_protocol.file_tree import FileTree
-from tasks.transports.mavlink_protocol.files import FileServer
-from tasks.transports.mavlink_protocol.metadata import Metadata, description, packed
-from tasks.transports.mavlink_protocol.parameters import ParameterTable
+from tasks.transports.mavlink_links.disk_folders import DiskFolders
+from tasks.transports.mavlink_links.vehicle_views import task_parameters
 from tests.tasks.transports.mavlink_files import request, taken
 
 # github.com/mavlink/mavlink, component_metadata/parameter.schema.json and general.schema.json
@@ -40,24 +42,24 @@ def vehicle(request, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def metadata(vehicle):
-    return Metadata(vehicle.name, ParameterTable(vehicle.tasks))
+    return ComponentMetadata(vehicle.name, ParameterTable(task_parameters(vehicle.tasks)))
 
 
 def download(files, uri):
     """The file and its checksum, as a station gets them."""
-    server = FileServer(FileTree(files, {}))
+    server = FtpServer(VirtualFiles(files, DiskFolders({})))
     path = uri.removeprefix("mftp://").encode()
-    value = taken(server.hear(1, request(Op.CHECKSUM, path), 0.0) or next_answer(server))[-1]
-    server.hear(1, request(Op.OPEN, path), 0.0)
-    server.hear(1, request(Op.BURST), 0.0)
+    value = taken(server.receive(1, request(FtpOpcode.CHECKSUM, path), 0.0) or next_answer(server))[-1]
+    server.receive(1, request(FtpOpcode.OPEN, path), 0.0)
+    server.receive(1, request(FtpOpcode.BURST), 0.0)
     data = b""
-    while server.busy(1):
-        data += taken(server.more(1, 0.0))[-1]
+    while server.is_busy(1):
+        data += taken(server.next_payload(1, 0.0))[-1]
     return data, int.from_bytes(value, "little")
 
 
 def next_answer(server):
-    while (payload := server.more(1, 0.0)) is None:
+    while (payload := server.next_payload(1, 0.0)) is None:
         pass
     return payload
 
@@ -78,7 +80,7 @@ def test_a_station_gets_from_the_message_to_the_parameters(metadata, vehicle):
 
 def test_every_parameter_fits_the_schema(metadata, vehicle):
     found = json.loads(metadata.parameters)
-    table = ParameterTable(vehicle.tasks)
+    table = ParameterTable(task_parameters(vehicle.tasks))
     assert (found.keys(), found["version"]) == ({"version", "parameters"}, 1)
     assert [item["name"] for item in found["parameters"]] == [entry.id for entry in table]
     for item in found["parameters"]:
@@ -93,10 +95,10 @@ def test_every_parameter_fits_the_schema(metadata, vehicle):
 
 def test_every_parameter_has_its_names_of_the_profile(metadata, vehicle):
     named = {item["name"]: item for item in json.loads(metadata.parameters)["parameters"]}
-    for entry in ParameterTable(vehicle.tasks):
+    for entry in ParameterTable(task_parameters(vehicle.tasks)):
         item, name = named[entry.id], entry.parameter.name
-        assert (item["group"], item["shortDesc"]) == (entry.task.entity.label, f"{entry.task.entity.label}: {name}")
-        assert item["longDesc"].endswith(f" In the profile: [{entry.task.name}] {name}")
+        assert (item["group"], item["shortDesc"]) == (entry.view.label, f"{entry.view.label}: {name}")
+        assert item["longDesc"].endswith(f" In the profile: [{entry.view.section}] {name}")
         assert item["longDesc"].startswith(entry.parameter.description)
 
 
@@ -113,8 +115,8 @@ class Sonar(Task):
 
 
 def test_descriptions():
-    table = ParameterTable(simulate(Sonar, seconds=0.0, section="Sonars.Sonar/Front").vehicle.tasks)
-    found = {entry.parameter.name: description(entry) for entry in table if entry.task.name == "Sonars.Sonar/Front"}
+    table = ParameterTable(task_parameters(simulate(Sonar, seconds=0.0, section="Sonars.Sonar/Front").vehicle.tasks))
+    found = {entry.parameter.name: description(entry) for entry in table if entry.view.section == "Sonars.Sonar/Front"}
     label = found["Gain"]["group"]
     assert found["Gain"] == {
         "name": table.of(label, "Gain").id,
@@ -152,7 +154,7 @@ def test_descriptions():
 
 @pytest.mark.parametrize("query", ["", "?withdefaults=1"])
 def test_packed_parameters_as_pymavlink_reads_them(metadata, vehicle, query):
-    table = ParameterTable(vehicle.tasks)
+    table = ParameterTable(task_parameters(vehicle.tasks))
     found = MAVFTP.ftp_param_decode(metadata.files[f"@PARAM/param.pck{query}"]())
     kinds = {6: 3, 9: 4}  # MAV_PARAM_TYPE to AP_PARAM
     expected = [(entry.id.encode(), pytest.approx(entry.value), kinds[entry.type]) for entry in table]
@@ -163,7 +165,7 @@ def test_packed_parameters_as_pymavlink_reads_them(metadata, vehicle, query):
 
 def test_packed_parameters_are_those_of_now():
     vehicle = simulate(Sonar, seconds=0.0).vehicle
-    table = ParameterTable(vehicle.tasks)
+    table = ParameterTable(task_parameters(vehicle.tasks))
     before = packed(table, with_defaults=False)
     vehicle.find("Sonar").gain = 2.0
     assert len(packed(table, with_defaults=False)) == len(before)

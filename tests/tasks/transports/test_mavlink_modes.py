@@ -3,7 +3,8 @@
 import pytest
 
 from mavlink import CUSTOM_MODE, FLAVOURS, KINDS, encode, load_dialect, split
-from tasks.transports.mavlink_protocol.session import Session
+from tests.mavlink.vehicle.desk import open_session
+from tests.tasks.transports.mavlink_station import deliver
 from tests.tasks.transports.test_mavlink_vehicles import Commanded
 
 DIALECT = load_dialect()
@@ -18,13 +19,13 @@ class Watcher:
 
     def __init__(self, flown, flavour):
         self.link, self.frames, self.flown = flown.link, [], flown
-        self.session = Session(self.link.autopilot, FLAVOURS[flavour], self.frames.append, self.link.now)
-        flown.link.sessions = lambda: [self.session]
+        self.session = open_session(self.link.endpoint, flavour, self.frames.append, self.link.now)
+        flown.link.endpoint.sessions[:] = [self.session]
 
     def say(self, name, **fields):
         definition = DIALECT.by_name[name]
         packet = encode(definition, definition.pack({"target_system": 26, **fields}), 0, 255, 190)
-        self.link.obey(self.session, split(packet, DIALECT)[0][0])
+        deliver(self.link, self.session, split(packet, DIALECT)[0][0])
 
     def order(self, command, *params, seconds=1.0):
         self.say("COMMAND_LONG", command=command, **{f"param{n}": float(value) for n, value in enumerate(params, 1)})
@@ -82,7 +83,7 @@ def test_the_monitor_is_streamed_and_stays_the_same_while_the_modes_do(flown, fl
     numbers = [m.values["seq"] for m in station.heard if m.name == "AVAILABLE_MODES_MONITOR"]
     assert 11 <= len(numbers) <= 14
     assert len(set(numbers)) == 1
-    before, flown.link.autopilot.kind = numbers[0], KINDS["boat"]
+    before, flown.link.endpoint.model.kind = numbers[0], KINDS["boat"]
     station.frames.clear()
     assert station.order(REQUEST, MONITOR) == ACCEPTED
     changed = station.last("AVAILABLE_MODES_MONITOR")["seq"] != before
@@ -92,7 +93,7 @@ def test_the_monitor_is_streamed_and_stays_the_same_while_the_modes_do(flown, fl
 @pytest.mark.parametrize("flavour", ["ardupilot", "px4"])
 def test_current_mode_is_that_of_the_heartbeat_at_once(flown, flavour):
     station = Watcher(flown, flavour)
-    number = FLAVOURS[flavour].custom_mode(KINDS["submarine"], flown.link.autopilot.mode)
+    number = FLAVOURS[flavour].custom_mode(KINDS["submarine"], flown.link.endpoint.model.mode)
     main, sub = (number, 0) if flavour == "ardupilot" else (4, 5)
     wanted = {"ardupilot": 9, "px4": 4 << 16 | 5 << 24}[flavour]
     station.say("HEARTBEAT", type=6)

@@ -4,11 +4,12 @@ from pathlib import Path
 
 import pytest
 
+from mavlink.vehicle.parameters.names import BASE32, LONGEST, parameter_id, parameter_ids
+from mavlink.vehicle.parameters.table import ParameterTable
 from runtime.kernel import parse_clock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from tasks.transports.mavlink_protocol.names import BASE32, LONGEST, identifiers, name_of
-from tasks.transports.mavlink_protocol.parameters import ParameterTable
+from tasks.transports.mavlink_links.vehicle_views import task_parameters
 
 KEPT = Path(__file__).with_name("mavlink_names.txt")
 PROFILES = ["lauv-noptilus-1", "otter", "caravel", "hexa-00"]
@@ -32,7 +33,7 @@ def shown(profile, tmp_path):
         log_root=tmp_path / "log",
         state_folder=tmp_path / "db",
     )
-    return {(e.task.entity.label, e.parameter.name): e.id for e in ParameterTable(made.vehicle.tasks)}
+    return {(e.view.label, e.parameter.name): e.id for e in ParameterTable(task_parameters(made.vehicle.tasks))}
 
 
 @pytest.mark.parametrize("profile", PROFILES)
@@ -41,21 +42,21 @@ def test_shipped_vehicles_keep_the_names_of_their_parameters(profile, tmp_path):
     changed = {pair: (known[pair], name) for pair, name in names.items() if known.get(pair, name) != name}
     assert changed == {}
     assert len(names.keys() & known.keys()) > 0.8 * len(names)
-    assert all(name == name_of(*pair) for pair, name in names.items()), "none needs a checksum"
+    assert all(name == parameter_id(*pair) for pair, name in names.items()), "none needs a checksum"
 
 
 def test_all_that_are_kept_follow_from_the_label_and_the_parameter():
     known = kept()
     assert len(known) > 400
-    assert {pair: name_of(*pair) for pair in known} == known
-    assert len(set(identifiers(known).values())) == len(known)
+    assert {pair: parameter_id(*pair) for pair in known} == known
+    assert len(set(parameter_ids(known).values())) == len(known)
 
 
 def test_parameters_that_would_have_the_same_name_get_a_checksum():
     alike = [("Path Control", "Cross-track -- Monitor Time"), ("Path Control", "Cross track Monitor Time")]
-    assert len({name_of(*pair) for pair in alike}) == 1
-    names = identifiers([*alike, ("IMU", "Gyro Noise")])
+    assert len({parameter_id(*pair) for pair in alike}) == 1
+    names = parameter_ids([*alike, ("IMU", "Gyro Noise")])
     assert names["IMU", "Gyro Noise"] == "IMU_GYRO_NOISE"
     assert len(set(names.values())) == 3
     assert all(name[-3] == "_" and set(name[-2:]) <= set(BASE32) for name in names.values() if "IMU" not in name)
-    assert identifiers(reversed(alike)) == identifiers(alike)
+    assert parameter_ids(reversed(alike)) == parameter_ids(alike)

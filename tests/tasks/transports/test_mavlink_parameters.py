@@ -9,17 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mavlink import FLAVOURS
-from runtime import Task, param
-from runtime.testing import simulate
-from tasks.transports.mavlink_protocol.names import identifiers
-from tasks.transports.mavlink_protocol.parameters import (
+from mavlink.vehicle.parameters.names import parameter_ids
+from mavlink.vehicle.parameters.table import (
     INT32,
     OUT_OF_RANGE,
     REAL32,
     TYPE_MISMATCH,
+    ParameterRefusal,
     ParameterTable,
-    Refusal,
 )
+from runtime import Task, param
+from runtime.testing import simulate
+from tasks.transports.mavlink_links.vehicle_views import task_parameters
 
 PX4, ARDUPILOT = FLAVOURS["px4"], FLAVOURS["ardupilot"]
 WORDS = st.text(max_size=40)
@@ -40,12 +41,12 @@ class Sonar(Task):
 
 @pytest.fixture
 def table():
-    return ParameterTable(simulate(Sonar, seconds=0.0, section="Sonar").vehicle.tasks)
+    return ParameterTable(task_parameters(simulate(Sonar, seconds=0.0, section="Sonar").vehicle.tasks))
 
 
 @pytest.fixture
 def sonar(table):
-    return {entry.parameter.attribute: entry for entry in table if entry.task.name == "Sonar"}
+    return {entry.parameter.attribute: entry for entry in table if entry.view.section == "Sonar"}
 
 
 def test_table_has_the_numbers_booleans_and_choices(table, sonar):
@@ -67,7 +68,7 @@ def test_a_profile_can_take_a_parameter_from_the_table():
     tasks = simulate(Sonar, seconds=0.0, section="Sonar").vehicle.tasks
     for task in tasks:
         task.parameter_set.redeclare("Gain", {"editable": "false"})
-    names = {entry.parameter.name for entry in ParameterTable(tasks) if entry.task.name == "Sonar"}
+    names = {entry.parameter.name for entry in ParameterTable(task_parameters(tasks)) if entry.view.section == "Sonar"}
     assert "Pings" in names
     assert "Gain" not in names
 
@@ -88,7 +89,7 @@ def test_the_two_encodings_of_an_integer(sonar):
 @settings(max_examples=150)
 @given(st.integers(-(2**31), 2**31 - 1))
 def test_integers_survive_bytewise(value):
-    table = ParameterTable(simulate((Sonar), seconds=0.0, section="Sonar", pings=value).vehicle.tasks)
+    table = ParameterTable(task_parameters(simulate((Sonar), seconds=0.0, section="Sonar", pings=value).vehicle.tasks))
     entry = table.of("Sonar", "Pings")
     assert int(entry.text(entry.encoded(PX4), INT32, PX4)) == value
     if abs(value) <= 2**24:
@@ -103,7 +104,7 @@ def test_pattern_of_a_signalling_nan_survives_as_integer(sonar):
 @given(value=st.floats(0.0, 10.0, width=32))
 def test_floats_survive(flavour, value):
     parameter = Sonar.parameters()["Gain"]
-    entry = next(e for e in ParameterTable(TASKS) if e.parameter is parameter)
+    entry = next(e for e in ParameterTable(task_parameters(TASKS)) if e.parameter is parameter)
     text = entry.text(struct.pack("<f", value), REAL32, flavour)
     assert np.float32(float(text)) == np.float32(value)
 
@@ -132,14 +133,14 @@ def test_choices_and_booleans_are_set_by_number(sonar):
     ],
 )
 def test_refusals(sonar, name, raw, kind, flavour, code):
-    with pytest.raises(Refusal) as caught:
+    with pytest.raises(ParameterRefusal) as caught:
         sonar[name].text(raw, kind, flavour)
     assert caught.value.code == code
 
 
 @given(st.lists(st.tuples(WORDS, WORDS), unique=True, max_size=40))
 def test_names_fit_and_are_unique(pairs):
-    names = identifiers(pairs)
+    names = parameter_ids(pairs)
     assert set(names) == set(pairs)
     assert len(set(names.values())) == len(pairs)
     assert all(0 < len(name) <= 16 and name.isascii() for name in names.values())
@@ -148,8 +149,8 @@ def test_names_fit_and_are_unique(pairs):
 def test_names_do_not_depend_on_other_tasks():
     few = [("Depth Sensor", "Standard Deviation - Depth"), ("IMU", "Gyro Noise")]
     many = [*few, ("Depth Sensor", "Standard Deviation - Offset"), ("A", "B"), ("DVL", "Execution Frequency")]
-    assert identifiers(few).items() <= identifiers(many).items()
-    assert identifiers(few) == {
+    assert parameter_ids(few).items() <= parameter_ids(many).items()
+    assert parameter_ids(few) == {
         ("Depth Sensor", "Standard Deviation - Depth"): "DPTSNS_STDDEVDPT",
         ("IMU", "Gyro Noise"): "IMU_GYRO_NOISE",
     }

@@ -9,12 +9,12 @@ import pytest
 import imc
 from imc import coordinates
 from mavlink import Tlog, load_dialect
+from mavlink.vehicle.command.vehicle_commands import COMMANDS
 from runtime import State, Task, consume
 from runtime.testing import simulate
 from shoal.logs.edit.tlog_import import import_tlog
 from support import wgs84
-from tasks.transports.mavlink_protocol.logged import REFUSAL, identify
-from tasks.transports.mavlink_protocol.steering import COMMANDS
+from tasks.transports.mavlink_links.logged_vehicle import REFUSAL, identify
 from tasks.transports.mavlink_replay import MAVLinkReplay
 from tests.tasks.transports.mavlink_playback import position, record, show
 
@@ -248,7 +248,7 @@ def test_an_imported_tlog_has_the_modes_and_places_of_the_recording(tmp_path):
         assert min(abs(place["relative_alt"] - min(0, p["relative_alt"])) for p in places) < 50
 
     run = show(tmp_path, watch)
-    assert run.tasks[1].autopilot.system == 1
+    assert run.tasks[1].endpoint.model.system == 1
 
 
 def test_another_log_is_another_vehicle(dive, flight):

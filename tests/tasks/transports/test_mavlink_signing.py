@@ -65,7 +65,7 @@ def test_a_station_of_pymavlink_with_the_key_is_heard_and_hears(key, station):
             assert await answer(control, each) == 0
             assert (each.mav.signing.badsig_count, each.mav.signing.reject_count) == (0, 0)
             assert each.mav.signing.goodsig_count > 0
-        assert not +mavlink(control).network.counts
+        assert not +mavlink(control).link_set.counts
 
     port, other = free_port(), tcp_port()
     run = sail(script, f"udpin://{HOST}:{port}?key={key}", f"tcpin://{HOST}:{other}?key={key}", clock=WallClock())
@@ -81,9 +81,9 @@ def test_strangers_get_nothing_and_are_counted(key, station):
         assert await answer(control, wrong, 400, seconds=0.3) is None
         assert await plain.quiet(0.3) == []
         task = mavlink(control)
-        assert (task.network.counts["unsigned"], task.network.counts["forged"]) == (1, 1)
-        assert not task.autopilot.armed
-        assert task.sessions() == []
+        assert (task.link_set.counts["unsigned"], task.link_set.counts["forged"]) == (1, 1)
+        assert not task.endpoint.model.armed
+        assert task.endpoint.sessions == []
         good = station(f"udpout:{HOST}:{port}")
         assert await answer(control, good) == 0
         await until(control, lambda: "forged 1, unsigned 1" in task.entity.description)
@@ -101,8 +101,8 @@ def test_what_was_recorded_is_not_obeyed_again_on_another_link_either(key, stati
         thief = Station(control)
         for thief.vehicle in ((HOST, port) for port in ports):
             thief.transmit(recorded[0])
-        await until(control, lambda: mavlink(control).network.counts["replayed"] == 2)
-        assert len(mavlink(control).sessions()) == 1
+        await until(control, lambda: mavlink(control).link_set.counts["replayed"] == 2)
+        assert len(mavlink(control).endpoint.sessions) == 1
         assert await answer(control, good) == 0
 
     ports = free_port(), free_port()
@@ -117,7 +117,7 @@ def test_a_forged_time_locks_nobody_out(key, station):
         assert await answer(control, good) == 0
         assert await answer(control, forger, seconds=0.2) is None
         assert await answer(control, good) == 0
-        assert mavlink(control).network.counts["forged"] == 1
+        assert mavlink(control).link_set.counts["forged"] == 1
 
     port = free_port()
     sail(script, f"udpin://{HOST}:{port}?key={key}", clock=WallClock())

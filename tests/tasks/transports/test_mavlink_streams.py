@@ -8,10 +8,10 @@ import pytest
 
 import imc
 from mavlink import FLAVOURS, Flavour, load_dialect
+from mavlink.vehicle.telemetry.named_values import parse_named_value
+from mavlink.vehicle.telemetry.streams import STREAMS
 from shoal.missions import parse_plan
 from tasks.transports.mavlink import MAVLink
-from tasks.transports.mavlink_protocol.named_values import parse_named_value
-from tasks.transports.mavlink_protocol.streams import STREAMS
 from tests.tasks.transports.test_mavlink_vehicles import PLANS, Commanded
 
 DIALECT = load_dialect()
@@ -45,11 +45,11 @@ def said(request, tmp_path_factory):
     flown.vehicle.start()
     flown.vehicle.kernel.after(15.0, flown.begin, parse_plan(PLANS[request.param]))
     flown.vehicle.run(60.0)
-    system, flavour = flown.link.autopilot, FLAVOURS["ardupilot"]
+    sources, flavour = flown.link.endpoint.telemetry.sources, FLAVOURS["ardupilot"]
     found = {}
     for name, stream in STREAMS.items():
         definition = DIALECT.by_name[name]
-        instances = stream.instances(system, flavour, flown.link.now)
+        instances = stream.instances(sources, flavour, flown.link.now)
         found[name] = [definition.unpack(definition.pack(fields)) for fields in instances]
         for fields in instances:
             assert set(fields) <= {field.name for field in definition.fields}
@@ -98,7 +98,7 @@ def test_depths_add_up(said):
     if not found["DISTANCE_SENSOR"]:
         return
     (down,) = [m for m in found["DISTANCE_SENSOR"] if m["orientation"] == 25]
-    state = flown.link.autopilot.figures.state
+    state = flown.link.endpoint.model.latest.state
     assert down["current_distance"] == pytest.approx(100 * state.alt, abs=1.0)
     if profile in VESSELS:
         assert found["WATER_DEPTH"][0]["distance"] == pytest.approx(state.alt + state.depth, abs=0.1)
@@ -107,15 +107,16 @@ def test_depths_add_up(said):
 
 def test_silent_sensors_are_not_repeated(said):
     _, _, _, flown = said
-    system = flown.link.autopilot
-    kept = system.figures._found
+    sources = flown.link.endpoint.telemetry.sources
+    model = sources.model
+    kept = model.latest._found
     try:
-        system.figures._found = {kind: dict(sources) for kind, sources in kept.items()}
-        system.forget_old(flown.link.now + 11.0)
-        names = {name for name, s in STREAMS.items() if s.instances(system, FLAVOURS["px4"], flown.link.now)}
+        model.latest._found = {kind: dict(found) for kind, found in kept.items()}
+        model.forget_old(flown.link.now + 11.0)
+        names = {name for name, s in STREAMS.items() if s.instances(sources, FLAVOURS["px4"], flown.link.now)}
     finally:
-        system.figures._found = kept
-        system.health.abandoned = False
+        model.latest._found = kept
+        model.health.supervisor_silent = False
     assert not names & {
         "GPS_RAW_INT",
         "ATTITUDE",
@@ -129,7 +130,7 @@ def test_silent_sensors_are_not_repeated(said):
 @pytest.mark.parametrize("flavour", FLAVOURS.values())
 def test_no_stream_raises_without_a_vehicle(desk, flavour: Flavour):
     for stream in STREAMS.values():
-        stream.instances(desk.autopilot, flavour, desk.now)
+        stream.instances(desk.endpoint.telemetry.sources, flavour, desk.now)
     desk.locate(lat=math.nan, phi=math.inf, alt=-1.0, psi=math.nan)
     nan, inf = math.nan, math.inf
     for message in (
@@ -147,9 +148,9 @@ def test_no_stream_raises_without_a_vehicle(desk, flavour: Flavour):
         imc.FuelLevel(value=nan),
         imc.Distance(value=nan),
     ):
-        desk.autopilot.hear(message, "Echo Sounder", desk.now)
+        desk.endpoint.update_state(message, "Echo Sounder", desk.now)
         for name, stream in STREAMS.items():
-            for fields in stream.instances(desk.autopilot, flavour, desk.now):
+            for fields in stream.instances(desk.endpoint.telemetry.sources, flavour, desk.now):
                 DIALECT.by_name[name].pack(fields)
 
 
@@ -164,8 +165,8 @@ def test_named_values_are_any_numbers_of_the_bus(tmp_path):
     flown = Commanded("lauv-noptilus-1", tmp_path, named_values=values)
     flown.vehicle.start()
     flown.vehicle.run(30.0)
-    system = flown.link.autopilot
-    found = STREAMS["NAMED_VALUE_FLOAT"].instances(system, FLAVOURS["px4"], flown.link.now)
+    sources = flown.link.endpoint.telemetry.sources
+    found = STREAMS["NAMED_VALUE_FLOAT"].instances(sources, FLAVOURS["px4"], flown.link.now)
     flown.vehicle.close()
     named = {fields["name"]: fields["value"] for fields in found}
     assert set(named) == {b"SoundSpeed", b"warmth", b"drift", b"Rpm"}

@@ -9,8 +9,8 @@ import pytest
 
 from mavlink import system_of
 from mavlink.missions import Command
+from mavlink.vehicle.files.ftp_messages import FtpErrorCode, FtpOpcode, checksum
 from shoal.missions import prepare
-from tasks.transports.mavlink_protocol.file_requests import Op, Reason, checksum
 from tests.outside import free_port
 from tests.tasks.transports.afloat import LOG, Afloat, earlier
 from tests.tasks.transports.mavlink_files import request
@@ -76,13 +76,13 @@ def converse(peer, speed):
     assert peer.order(300) == ACCEPTED
     assert peer.order(193, 0) == ACCEPTED
     data = b""
-    size = int.from_bytes(peer.ask_for_file(Op.OPEN, b"/general.json"), "little")
-    while (piece := peer.ask_for_file(Op.READ, offset=len(data), size=PIECE)) != Reason.END:
+    size = int.from_bytes(peer.ask_for_file(FtpOpcode.OPEN, b"/general.json"), "little")
+    while (piece := peer.ask_for_file(FtpOpcode.READ, offset=len(data), size=PIECE)) != FtpErrorCode.END:
         data += piece
     assert len(data) == size > 100
-    assert peer.ask_for_file(Op.TERMINATE) == b""
-    assert int.from_bytes(peer.ask_for_file(Op.CHECKSUM, b"/general.json"), "little") == checksum(data)
-    assert peer.ask_for_file(Op.OPEN, b"/nothing") == Reason.NOT_FOUND
+    assert peer.ask_for_file(FtpOpcode.TERMINATE) == b""
+    assert int.from_bytes(peer.ask_for_file(FtpOpcode.CHECKSUM, b"/general.json"), "little") == checksum(data)
+    assert peer.ask_for_file(FtpOpcode.OPEN, b"/nothing") == FtpErrorCode.NOT_FOUND
     assert peer.logs()[0]["size"] == len(LOG)
     assert peer.log(0, len(LOG)) == LOG
     return len(parameters)
@@ -91,7 +91,7 @@ def converse(peer, speed):
 @pytest.mark.parametrize("seed", range(3))
 def test_everything_gets_through_a_bad_line(afloat, seed):
     peer = afloat.peer(**BAD, seed=seed)
-    table = afloat.task.autopilot.parameters
+    table = afloat.task.endpoint.parameters
     assert converse(peer, table.of("MAVLink", "Hold Speed").id.encode()) == len(table)
     assert afloat.task.hold_speed == 1.25
     assert afloat.plans.count("mavlink") == 1, "an order is carried out once"
@@ -113,7 +113,7 @@ def test_everything_gets_through_in_real_time(tmp_path):
     try:
         peer = Peer(line, system_of(vehicle.system))
         peer.ask(1.0, ("HOME_POSITION",), "HEARTBEAT", retries=60, type=6)
-        table = vehicle.find("MAVLink").autopilot.parameters
+        table = vehicle.find("MAVLink").endpoint.parameters
         assert converse(peer, table.of("MAVLink", "Hold Speed").id.encode()) == len(table)
     finally:
         vehicle.kernel.post(vehicle.stop)
@@ -153,14 +153,14 @@ def test_a_station_that_falls_silent_elsewhere_leaves_nothing_open(afloat):
     peer.ask(PATIENCE, ("MISSION_COUNT",), "MISSION_REQUEST_LIST")  # and asks for no item
     peer.send("LOG_REQUEST_DATA", id=0, ofs=0, count=len(LOG))
     peer.send("PARAM_REQUEST_LIST")
-    assert int.from_bytes(peer.ask_for_file(Op.OPEN, b"/general.json"), "little") > 100
+    assert int.from_bytes(peer.ask_for_file(FtpOpcode.OPEN, b"/general.json"), "little") > 100
     peer.silent = True
     afloat.vehicle.run(70.0)
     peer.line.pass_time()  # what has been sent meanwhile
     peer.wait(0.0)
     peer.silent = False
     assert peer.wait(2.0, "MISSION_ACK", "MISSION_ITEM_INT", "PARAM_VALUE", "LOG_DATA") is None
-    assert peer.ask_for_file(Op.READ, size=10) == Reason.SESSION, "the file was closed"
+    assert peer.ask_for_file(FtpOpcode.READ, size=10) == FtpErrorCode.SESSION, "the file was closed"
     assert peer.upload([waypoint(2)])["type"] == ACCEPTED
 
 
@@ -174,7 +174,7 @@ def test_a_doubled_datagram_is_obeyed_once(afloat):
     peer.wait(0.5)  # copies of answers
     assert peer.wait(3.0, "MISSION_ACK", "MISSION_REQUEST_INT") is None
     assert afloat.plans[-2:] == ["mavlink", "hold"], "the copy of the first order comes after the second one"
-    assert afloat.task.network.counts["doubled"] > 3
+    assert afloat.task.link_set.counts["doubled"] > 3
 
 
 def test_two_stations_at_one_port_and_one_vanishes(afloat):
@@ -185,7 +185,7 @@ def test_two_stations_at_one_port_and_one_vanishes(afloat):
     began = afloat.vehicle.kernel.now_ns / 1e9
     assert second.upload(mission)["type"] == DENIED, "while the other one uploads"
     assert second.upload(FENCED, FENCE)["type"] == ACCEPTED
-    assert len(second.parameters()) == len(afloat.task.autopilot.parameters)
+    assert len(second.parameters()) == len(afloat.task.endpoint.parameters)
     while (ack := second.upload(mission))["type"] == DENIED:
         second.wait(0.5)
     assert ack["type"] == ACCEPTED
@@ -205,9 +205,9 @@ def test_two_stations_at_one_port_at_once(afloat):
     for _ in range(3):  # one asks while answers to the other are on their way
         first.send("PARAM_REQUEST_LIST")
         second.send("MISSION_REQUEST_LIST")
-        first.send("FILE_TRANSFER_PROTOCOL", payload=request(Op.CHECKSUM, b"/general.json", sequence=70))
+        first.send("FILE_TRANSFER_PROTOCOL", payload=request(FtpOpcode.CHECKSUM, b"/general.json", sequence=70))
         assert same(mission, patient(second.download)[0])
         assert second.order(520, 1) == ACCEPTED
     assert not [name for _, name, _ in second.heard if name == "FILE_TRANSFER_PROTOCOL"]
     assert not [name for _, name, _ in first.heard if name == "MISSION_ITEM_INT"]
-    assert len(first.parameters()) == len(afloat.task.autopilot.parameters)
+    assert len(first.parameters()) == len(afloat.task.endpoint.parameters)

@@ -3,7 +3,7 @@
 import pytest
 
 import imc
-from tasks.transports.mavlink_protocol.switches import parse_button, parse_light
+from mavlink.vehicle.command.relays import parse_button, parse_light
 from tests.tasks.transports.test_mavlink_manual import Helmsman
 from tests.tasks.transports.test_mavlink_vehicles import Commanded
 
@@ -64,9 +64,9 @@ def test_buttons_act_once_as_they_go_down(lit):
     flown.vehicle.run(3.0)
     assert flown.modes[-1] == "HOLD"
     press(32, 3.0)
-    assert not flown.link.autopilot.armed_or_moving
+    assert not flown.link.endpoint.model.armed_or_moving
     press(16, 1.0)
-    assert flown.link.autopilot.health.aborted
+    assert flown.link.endpoint.model.health.aborted
     console.say("MANUAL_CONTROL", target=console.mine + 1, buttons=1)
     assert len(flown.switched) == 3
 

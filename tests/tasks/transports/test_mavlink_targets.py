@@ -33,7 +33,7 @@ def flown(request, tmp_path):
 
 def away(flown):
     """How far the true vehicle is from home, north and east."""
-    home, truth = flown.link.autopilot.home, flown.truths[-1]
+    home, truth = flown.link.endpoint.model.home, flown.truths[-1]
     lat, lon, _ = coordinates.absolute(imc.EstimatedState(lat=truth.lat, lon=truth.lon, x=truth.x, y=truth.y))
     return wgs84.displacement(home.lat, home.lon, 0.0, lat, lon, 0.0)[:2]
 
@@ -108,7 +108,7 @@ def test_the_end_of_a_stream_is_a_reason_to_hold(flown):
     assert away(flown)[0] > 8.0
     flown.vehicle.run(6.0)
     assert flown.modes[-1] == "HOLD"
-    assert "No more targets: holding" in [words for _, words in flown.link.autopilot.notices]
+    assert "No more targets: holding" in [words for _, words in flown.link.endpoint.model.notices]
 
 
 @pytest.mark.heavy

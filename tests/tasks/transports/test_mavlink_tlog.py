@@ -16,7 +16,7 @@ from runtime.vehicle import build
 from shoal.logs.edit.tlog_import import import_tlog
 from tasks.transports.logging import Logging
 from tasks.transports.mavlink import MAVLink
-from tasks.transports.mavlink_protocol.telemetry_log import MOST_WAITING, TelemetryLogs
+from tasks.transports.mavlink_links.telemetry_log import MOST_WAITING, TelemetryLogs
 from tests.outside import free_ports
 from tests.tasks.transports.mavlink_station import DIALECT, HOST, STATE, Station
 
@@ -205,7 +205,7 @@ def test_signatures_and_keys_are_not_recorded(logs, tmp_path):
     assert send(signed) == signed
     secret = mavlink.MAVLink_setup_signing_message(26, 1, b"secret" * 5 + b"xy", 1).pack(mavlink.MAVLink(None))
     (received,) = split(secret, DIALECT)[0]
-    logs.hear(ARDUPILOT, received, 1.7e9)
+    logs.receive(ARDUPILOT, received, 1.7e9)
     logs.flush()
     assert theirs(tmp_path / "Data.tlog")[0] == {(26, "HEARTBEAT"): 1}
     assert b"secret" not in (tmp_path / "Data.tlog").read_bytes()

@@ -6,6 +6,7 @@ import pytest
 
 import imc
 from mavlink import encode, split
+from tests.tasks.transports.mavlink_station import deliver
 from tests.tasks.transports.test_mavlink_manual import DIALECT, Helmsman
 from tests.tasks.transports.test_mavlink_vehicles import Commanded
 
@@ -84,7 +85,7 @@ def test_there_is_no_home_before_the_navigation_is_aligned(tmp_path):
     flown = Commanded("lauv-noptilus-1", tmp_path)
     flown.vehicle.start()
     flown.vehicle.run(2.0)
-    assert flown.link.autopilot.figures.state is not None, "the estimate of a place that was told by hand"
+    assert flown.link.endpoint.model.latest.state is not None, "the estimate of a place that was told by hand"
     console = Console(flown)
     heard = {number: console.request(number) for number in (242, 33, 32, 1)}
     assert [heard[n]["COMMAND_ACK"][0]["result"] for n in (242, 33, 32)] == [1, 1, 1]
@@ -104,12 +105,12 @@ def test_set_current_of_mavsdk_and_mission_planner_makes_the_vehicle_jump(flown)
     console.say("MISSION_SET_CURRENT", target_system=console.mine, seq=2)
     flown.vehicle.run(1.0)
     assert console.current()["seq"] == 2
-    assert flown.link.autopilot.mission._maneuver == "Goto2"
+    assert flown.link.endpoint.mission._maneuver == "Goto2"
     flown.until(lambda: console.current()["mission_state"] == 5, 100.0)
     assert away(flown, 0, 60) < 20.0
     assert console.current()["mission_state"] == 5
     reached = []
-    flown.link.autopilot.mission._reach = reached.extend
+    flown.link.endpoint.mission._reach = reached.extend
     assert console.order(command=20) == ACCEPTED
     flown.vehicle.run(2.0)
     assert console.current()["mission_state"] == 5, "what is complete is not paused by a return"
@@ -117,7 +118,7 @@ def test_set_current_of_mavsdk_and_mission_planner_makes_the_vehicle_jump(flown)
 
 
 def test_a_mission_that_was_paused_goes_on_where_it_was_and_an_order_to_continue_does_not_restart_it(flown):
-    console, mission = Console(flown), flown.link.autopilot.mission
+    console, mission = Console(flown), flown.link.endpoint.mission
     console.upload((30, 0), (30, 60), (0, 60), z=flown.z)
     assert console.order(command=300) == ACCEPTED
     for _ in range(60):
@@ -138,7 +139,7 @@ def test_a_mission_that_was_paused_goes_on_where_it_was_and_an_order_to_continue
 def test_items_that_were_jumped_over_are_not_reached(flown):
     console, reached = Console(flown), []
     console.upload((90, 0), (20, 0), (0, 60), z=flown.z)
-    flown.link.autopilot.mission._reach = reached.extend
+    flown.link.endpoint.mission._reach = reached.extend
     console.order(command=300)
     flown.vehicle.run(5.0)
     assert console.order(1, command=224) == ACCEPTED
@@ -183,7 +184,7 @@ def test_an_abort_is_an_emergency(flown):
     flown.vehicle.run(10.0)
     console.say("COMMAND_LONG", target_system=console.mine, command=185, param1=1)
     flown.vehicle.run(0.5)
-    assert (0, "Abort") in flown.link.autopilot.notices
+    assert (0, "Abort") in flown.link.endpoint.model.notices
     assert console.request(0)["HEARTBEAT"][0]["system_status"] == 6
     flown.until(lambda: console.request(0)["HEARTBEAT"][0]["system_status"] in (3, 4), 60.0)
     assert console.request(0)["HEARTBEAT"][0]["system_status"] in (3, 4)
@@ -214,7 +215,7 @@ def test_a_new_speed_is_that_of_the_way_that_it_is_on(flown):
 
 def test_home_is_set_as_in_ardupilot(flown):
     console = Console(flown)
-    system = flown.link.autopilot
+    system = flown.link.endpoint.model
     first = system.home
     assert console.order(0, 0, 0, 0, 50.0, 10.0, 10.0, command=179) == DENIED, "1700 km away"
     assert system.home == first
@@ -302,7 +303,7 @@ def test_other_vehicles_do_not_hide_that_the_stations_are_lost(tmp_path):
     def hear(name, **fields):
         definition = DIALECT.by_name[name]
         (message,), _ = split(encode(definition, definition.pack(fields), 0, 7, 1), DIALECT)
-        flown.link.obey(console.session, message)
+        deliver(flown.link, console.session, message)
 
     assert console.go(300, 0, 0.0) == ACCEPTED
     hear("PING", target_system=console.mine)

@@ -62,7 +62,7 @@ class Commanded:
         self.truths, self.modes, self.log = [], [], []
         self.vehicle.tap(imc.SimulatedState, self.truths.append)
         self.vehicle.tap(imc.LogBookEntry, lambda entry: self.log.append(entry.text))
-        self.vehicle.tap(imc.VehicleState, lambda _: self.modes.append(self.link.autopilot.mode.name))
+        self.vehicle.tap(imc.VehicleState, lambda _: self.modes.append(self.link.endpoint.model.mode.name))
 
     def say(self, message):
         packet = imc.encode_as(message, self.vehicle.kernel.now_ns / 1e9, 0x4000, 1, self.vehicle.system, 0xFF)
@@ -72,7 +72,7 @@ class Commanded:
         self.say(imc.PlanControl(plan_id=plan.plan_id, arg=plan, request_id=1))
 
     def hold(self):
-        self.link.autopilot.hold(self.link.now)
+        self.link.endpoint.control.hold(self.link.now)
 
     def until(self, condition, seconds):
         """Run until a condition holds, or so long."""
@@ -116,8 +116,8 @@ def test_the_first_hold_ends_the_plan_that_began_by_itself(profile, tmp_path):
     flown.vehicle.run(END - HOLD_AT)
     flown.vehicle.close()
     assert set(flown.modes[-200:]) == {"HOLD"}
-    assert flown.link.autopilot.errand == "hold"
-    assert not [text for _, text in flown.link.autopilot.notices if text.startswith("Cannot hold")]
+    assert flown.link.endpoint.model.guided_plan == "hold"
+    assert not [text for _, text in flown.link.endpoint.model.notices if text.startswith("Cannot hold")]
     assert all(abs(truth.z - depth) < (1.5 if profile == "hexa-00" else 0.7) for truth in flown.truths[-3000:])
 
 
@@ -131,8 +131,8 @@ def test_a_vehicle_that_cannot_keep_station_stops(tmp_path):
     flown.vehicle.run(5.0)
     assert flown.modes[-1] == "HOLD"
     assert flown.vehicle.task("Supervisors.Vehicle").entity.state == State.NORMAL
-    assert not flown.link.autopilot.armed_or_moving
-    words = [text for _, text in flown.link.autopilot.notices if text.startswith("Cannot hold, stopping: ")]
+    assert not flown.link.endpoint.model.armed_or_moving
+    words = [text for _, text in flown.link.endpoint.model.notices if text.startswith("Cannot hold, stopping: ")]
     flown.vehicle.close()
     assert len(words) == 1
 

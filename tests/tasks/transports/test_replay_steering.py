@@ -9,7 +9,7 @@ import imc
 from imc.lsf import LsfWriter
 from runtime import ParameterError, State, Task, consume
 from runtime.testing import START, simulate
-from shoal.cli.keys import press
+from shoal.cli.keyboard import handle_keys
 from tasks.transports.replay import Replay
 from tasks.transports.replayed_log import LogTime
 
@@ -169,7 +169,7 @@ class Player:
 
 def test_keys() -> None:
     player = Player()
-    press(player, b" x\x1b[C\x1b[C\x1b[D \x1b[A\x1b[B\x1b")
+    handle_keys(player, b" x\x1b[C\x1b[C\x1b[D \x1b[A\x1b[B\x1b")
     assert player.done == ["pause", 10.0, 10.0, -10.0, "resume", 60.0, -60.0]
 
 

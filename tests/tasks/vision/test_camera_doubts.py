@@ -7,7 +7,7 @@ import pytest
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
-from runtime.vehicle import build, doubts
+from runtime.vehicle import build, config_warnings
 from tasks.vision.camera import Camera
 from tests.tasks.vision.test_camera import WOODSCAPE, states
 
@@ -21,7 +21,7 @@ def doubted(tmp_path):
         profile = load_profile(vehicle, overrides=[f"Vision.Camera/Left:{option}" for option in options])
         clock = VirtualClock(profile.start_time_ns)
         made = build(profile, profile.select("Simulation, Stereo"), clock=clock, log_root=tmp_path).vehicle
-        texts = [problem.text for problem in doubts(made, profile) if "Vision.Camera/Left" in problem.text]
+        texts = [problem.text for problem in config_warnings(made, profile) if "Vision.Camera/Left" in problem.text]
         made.close()
         return texts
 

@@ -4,10 +4,10 @@ import math
 
 import imc
 from runtime import consume, param
-from tasks.control.asv.pilot import Loops, Steered
+from tasks.control.asv.boat_control import HeadingTask, Loops
 
 
-class Heading(Steered):
+class Heading(HeadingTask):
     """Turns DesiredHeading and DesiredHeadingRate into the rudder angle, servo 0.
 
     Runs while the loop YAW or YAW_RATE is enabled. The gains hold at the reference speed; at other speeds the angle is
@@ -23,10 +23,10 @@ class Heading(Steered):
     slowest: float = param(0.75, "m/s", "Below this speed the gains stop growing.", name="Minimum Speed", minimum=0.1)
 
     @consume
-    def hear_rudder(self, position: imc.ServoPosition) -> None:
+    def on_servo_position(self, position: imc.ServoPosition) -> None:
         self._reports[position.src_ent] = self.now
 
-    def act(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
+    def actuate(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
         growth = (self.reference_speed / max(self.slowest, state.u)) ** 2
         limit = math.radians(self.maximum_angle)
         effort = self.steer(state, mask, dt, limit / growth)

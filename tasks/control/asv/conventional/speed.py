@@ -1,15 +1,15 @@
 """Controls the speed of a boat with one motor."""
 
 import imc
-from tasks.control.asv.pilot import Driven, Loops
+from tasks.control.asv.boat_control import Loops, SpeedTask
 
 
-class Speed(Driven):
+class Speed(SpeedTask):
     """Turns DesiredSpeed into thrust of motor 0, while the loop SPEED is enabled."""
 
     controlled = Loops.SPEED
 
-    def act(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
+    def actuate(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
         share = self.accelerate(state, mask, dt)
         self._thrust(share or 0.0)
         return share is not None

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from shoal.campaigns import Job, Pool, Unreadable
+from shoal.campaigns import Job, ProcessPool, UnreadableResult
 from shoal.scenarios import ScenarioResult
 from tests.outside import until
 
@@ -68,7 +68,7 @@ def jobs(*names, **more):
 
 
 def test_each_job_is_done_once_and_processes_are_kept():
-    with Pool(2, make=Trial) as pool:
+    with ProcessPool(2, make_runner=Trial) as pool:
         told = [(job.key, result.metrics) for job, result in pool.run(jobs(*["tell"] * 40))]
         again = [result.metrics["pid"] for _, result in pool.run(jobs("tell", "tell", "tell"))]
     assert sorted(key for key, _ in told) == list(range(40))
@@ -80,7 +80,7 @@ def test_each_job_is_done_once_and_processes_are_kept():
 
 
 def test_without_workers_this_process_does_the_jobs():
-    with Pool(0, make=Trial) as pool:
+    with ProcessPool(0, make_runner=Trial) as pool:
         told = [result.metrics for _, result in pool.run(jobs("tell", "tell"))]
     assert told == [{"pid": os.getpid(), "done": 1}, {"pid": os.getpid(), "done": 2}]
 
@@ -93,7 +93,7 @@ def test_jobs_are_asked_for_when_there_is_somebody_for_them():
             asked.append((job.key, len(known)))
             yield job
 
-    with Pool(2, make=Trial) as pool:
+    with ProcessPool(2, make_runner=Trial) as pool:
         for job, _ in pool.run(coming()):
             known.append(job.key)
     assert [key for key, _ in asked] == list(range(6))
@@ -101,7 +101,7 @@ def test_jobs_are_asked_for_when_there_is_somebody_for_them():
 
 
 def test_a_job_whose_process_dies_is_done_by_another_one(tmp_path):
-    with Pool(2, make=Trial) as pool:
+    with ProcessPool(2, make_runner=Trial) as pool:
         work = [*jobs("tell", "tell", "tell"), Job("x", Path("die_once 9"), seed=4, log_root=tmp_path)]
         told = {job.key: result for job, result in pool.run(work)}
     assert set(told) == {0, 1, 2, "x"}
@@ -111,7 +111,7 @@ def test_a_job_whose_process_dies_is_done_by_another_one(tmp_path):
 
 def test_processes_that_are_killed_from_outside_lose_nothing_and_double_nothing():
     told = []
-    with Pool(2, make=Trial) as pool:
+    with ProcessPool(2, make_runner=Trial) as pool:
         for job, result in pool.run(jobs(*["tell"] * 30)):
             told.append(job.key)
             assert not result.error
@@ -121,7 +121,7 @@ def test_processes_that_are_killed_from_outside_lose_nothing_and_double_nothing(
 
 
 def test_a_process_that_died_while_it_was_idle_costs_its_next_job_nothing(tmp_path):
-    with Pool(1, make=Trial) as pool:
+    with ProcessPool(1, make_runner=Trial) as pool:
         [(_, first)] = pool.run(jobs("tell"))
         os.kill(int(first.metrics["pid"]), signal.SIGKILL)
         [(_, result)] = pool.run([Job("x", Path("die_once 9"), log_root=tmp_path)])
@@ -129,7 +129,7 @@ def test_a_process_that_died_while_it_was_idle_costs_its_next_job_nothing(tmp_pa
 
 
 def test_a_job_that_kills_two_processes_is_a_result():
-    with Pool(1, make=Trial) as pool:
+    with ProcessPool(1, make_runner=Trial) as pool:
         told = {job.key: result for job, result in pool.run(jobs("tell", "die 11", "tell"))}
     assert [bool(told[key].error) for key in range(3)] == [False, True, False]
     assert told[1].error == "2 processes that ran it ended (SIGSEGV)"
@@ -137,7 +137,7 @@ def test_a_job_that_kills_two_processes_is_a_result():
 
 
 def test_a_job_that_hangs_ends_at_the_limit_and_is_told_where():
-    with Pool(2, make=Trial, wall_limit=0.5) as pool:
+    with ProcessPool(2, make_runner=Trial, wall_limit=0.5) as pool:
         told = {job.key: result for job, result in pool.run(jobs("hang", "tell", "tell"))}
     assert told[0].error.startswith("not done after 0.5 s of wall time: in ")
     assert f"{Path(__file__).name}:" in told[0].error
@@ -147,7 +147,7 @@ def test_a_job_that_hangs_ends_at_the_limit_and_is_told_where():
 
 
 def test_what_goes_wrong_in_a_job_is_its_result():
-    with Pool(1, make=Trial) as pool:
+    with ProcessPool(1, make_runner=Trial) as pool:
         told = {job.key: result for job, result in pool.run(jobs("fail", "leave", "tell"))}
     assert told[0].error.startswith("ZeroDivisionError: of a kind\nTraceback")
     assert told[1].error.startswith("SystemExit: 3\n")
@@ -155,17 +155,20 @@ def test_what_goes_wrong_in_a_job_is_its_result():
 
 
 def test_what_goes_wrong_in_this_process_is_a_result_too():
-    with Pool(0, make=Trial) as pool:
+    with ProcessPool(0, make_runner=Trial) as pool:
         assert [result.error[:10] for _, result in pool.run(jobs("fail", "leave"))] == ["ZeroDivisi", "SystemExit"]
 
 
 def test_processes_that_cannot_start_are_an_error():
-    with Pool(2, make=Stillborn) as pool, pytest.raises(OSError, match="end before they can work: exit status 7"):
+    with (
+        ProcessPool(2, make_runner=Stillborn) as pool,
+        pytest.raises(OSError, match="end before they can work: exit status 7"),
+    ):
         list(pool.run(jobs("tell", "tell")))
 
 
 def test_who_has_heard_enough_may_leave_and_ask_again():
-    with Pool(2, make=Trial) as pool:
+    with ProcessPool(2, make_runner=Trial) as pool:
         for job, _ in pool.run(jobs("hang", "tell")):
             assert job.key == 1
             break
@@ -174,14 +177,14 @@ def test_who_has_heard_enough_may_leave_and_ask_again():
 
 def test_folders_of_a_user_are_searched(tmp_path):
     (tmp_path / "of_the_user.py").write_text("")
-    with Pool(1, make=Trial, code=[tmp_path]) as pool:
+    with ProcessPool(1, make_runner=Trial, code=[tmp_path]) as pool:
         [(_, result)] = pool.run(jobs("search of_the_user"))
     assert result.error == str(tmp_path / "of_the_user.py")
 
 
 def test_nothing_stays_in_the_folder_of_temporary_files(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    with Pool(1, make=Trial, wall_limit=0.2) as pool:
+    with ProcessPool(1, make_runner=Trial, wall_limit=0.2) as pool:
         told = [result.error for _, result in pool.run(jobs("scatter", "hang", "scatter"))]
         assert [bool(error) for error in told] == [False, True, False]
         assert list(tmp_path.rglob("file"))
@@ -190,17 +193,17 @@ def test_nothing_stays_in_the_folder_of_temporary_files(tmp_path, monkeypatch):
 
 def test_a_wrong_file_can_be_told_from_a_failed_run():
     [job] = jobs("folder/name.scenario.yaml")
-    assert job.failed("no such file", Unreadable) == Unreadable("name", 0, error="no such file")
-    assert not job.failed("x").passed
+    assert job.failed_result("no such file", UnreadableResult) == UnreadableResult("name", 0, error="no such file")
+    assert not job.failed_result("x").passed
 
 
 PROGRAM = """
 from pathlib import Path
-from shoal.campaigns import Job, Pool
+from shoal.campaigns import Job, ProcessPool
 from tests.shoal.campaigns.jobs.test_pool import Trial
 
 if __name__ == "__main__":
-    with Pool(2, make=Trial) as pool:
+    with ProcessPool(2, make_runner=Trial) as pool:
         for job, result in pool.run([Job(n, Path("hang" if n > 3 else "tell")) for n in range(6)]):
             print(int(result.metrics["pid"]), flush=True)
 """

@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 
-from shoal.campaigns.campaign import carry_out
+from shoal.campaigns.campaign import run_study
 from shoal.campaigns.studies.study import load_study
 from shoal.scenarios import ExpectationVerdict, ScenarioResult
 
@@ -68,8 +68,8 @@ def write(folder, text=STUDY, scenario=SCENARIO):
 
 
 def do(path, folder, workers=0, make=Slope, **options):
-    return carry_out(load_study(path, **options), folder, make=make, workers=workers)
+    return run_study(load_study(path, **options), folder, make_runner=make, workers=workers)
 
 
 def comparable(data):
-    return repr([{key: value for key, value in row.items() if key != "cpu"} for row in data.counted])
+    return repr([{key: value for key, value in row.items() if key != "cpu"} for row in data.counted_rows])

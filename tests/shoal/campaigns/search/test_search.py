@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from shoal.campaigns import Shard, campaign_page, findings_of, open_data_set, rerun, run
-from shoal.campaigns.campaign import carry_out
-from shoal.campaigns.dataset.dataset import DataSet, DataSetError
-from shoal.campaigns.draws.distributions import StudyFileError, read_distribution
-from shoal.campaigns.search.axes import axis_of
-from shoal.campaigns.search.course import Course
-from shoal.campaigns.search.goal import Goal
-from shoal.campaigns.search.spec import Search
+from shoal.campaigns import Shard, campaign_html, open_results, read_findings, repeat_run, run
+from shoal.campaigns.campaign import run_study
+from shoal.campaigns.results.store import CampaignResults, ResultsError
+from shoal.campaigns.sampling.distributions import StudyFileError, parse_distribution
+from shoal.campaigns.search.config import SearchConfig
+from shoal.campaigns.search.objective import SearchObjective
+from shoal.campaigns.search.schedule import SearchSchedule
+from shoal.campaigns.search.search_space import make_axis
 from shoal.campaigns.studies.study import load_study
 from shoal.scenarios import ExpectationVerdict, ScenarioResult, load_document
 from support.located_yaml import read_tree
@@ -33,28 +33,30 @@ def found(tmp_path_factory):
 
 
 def test_it_finds_what_breaks_a_scenario_and_the_smallest_change_that_does(found):
-    shown = findings_of(found)
-    assert shown.as_it_is["run"] == 0
-    assert shown.goal.value(shown.as_it_is) == pytest.approx(0.313)
+    shown = read_findings(found)
+    assert shown.baseline["run"] == 0
+    assert shown.objective.value(shown.baseline) == pytest.approx(0.313)
     assert [row["run"] for row in shown.trials] == list(range(1, 30))
-    assert shown.goal.value(shown.best) < -0.45  # -0.6 is the least there is
-    assert shown.course[-1] == shown.goal.value(shown.best)
-    assert len(shown.course) == len(found.rows)
-    assert shown.goal.value(shown.best) == min(map(shown.goal.value, found.counted))  # also of those made smaller
-    assert list(shown.course) == sorted(shown.course, reverse=True)
-    [(place, north)] = shown.changes(shown.smallest).items()
+    assert shown.objective.value(shown.best) < -0.45  # -0.6 is the least there is
+    assert shown.best_so_far[-1] == shown.objective.value(shown.best)
+    assert len(shown.best_so_far) == len(found.rows)
+    assert shown.objective.value(shown.best) == min(
+        map(shown.objective.value, found.counted_rows)
+    )  # also of those made smaller
+    assert list(shown.best_so_far) == sorted(shown.best_so_far, reverse=True)
+    [(place, north)] = shown.changes(shown.smallest_failure).items()
     assert place == NORTH
     assert 0.413 <= north < 0.43
     assert len(found.rows) <= 30 + 40
     assert found.end == len(found.rows)
-    assert {row["seed"] for row in found.counted} == {3}  # that of the scenario
+    assert {row["seed"] for row in found.counted_rows} == {3}  # that of the scenario
 
 
 def test_what_it_found_is_a_scenario_that_says_why(found):
     path = found.folder / "dive.scenario.yaml"
-    shown = findings_of(found)
+    shown = read_findings(found)
     text = path.read_text()
-    north = shown.changes(shown.smallest)[NORTH]
+    north = shown.changes(shown.smallest_failure)[NORTH]
     assert "# Found by a search of dive.study.yaml.\n# margin of stays: -" in text
     assert f"# {NORTH} = {north:g} m/s, instead of 0.1 m/s\n" in text
     assert text.count("instead of") == 1
@@ -76,13 +78,13 @@ SCRIPT = """
 import sys, time
 from functools import partial
 from pathlib import Path
-from tests.shoal.campaigns.search.slope import Slope, carry_out, load_study
+from tests.shoal.campaigns.search.slope import Slope, run_study, load_study
 def slow(data):
     print(len(data.rows), flush=True)
     time.sleep(0.005)
 folder = Path(sys.argv[1])
 study = load_study(folder / "dive.study.yaml")
-carry_out(study, folder / "runs", make=partial(Slope, folder / "count"), workers=0, tell=slow)
+run_study(study, folder / "runs", make_runner=partial(Slope, folder / "count"), workers=0, on_progress=slow)
 """
 
 
@@ -99,7 +101,7 @@ def test_killed_at_any_moment_it_goes_on_and_does_nothing_twice(found, tmp_path)
             process.send_signal(signal.SIGKILL)
             process.communicate()
     subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
-    data = open_data_set(tmp_path / "runs")
+    data = open_results(tmp_path / "runs")
     assert comparable(data) == comparable(found)
     counted = (tmp_path / "count").read_text().split()
     assert set(map(int, counted)) == set(found.rows)
@@ -123,19 +125,19 @@ def test_a_search_that_is_over_does_nothing_again(found, tmp_path):
 )
 def test_a_folder_of_another_search_is_refused(found, tmp_path, change, words):
     path = write(tmp_path, STUDY.replace(*change))
-    with pytest.raises(DataSetError, match=words):
+    with pytest.raises(ResultsError, match=words):
         do(path, found.folder)
 
 
 def test_a_run_of_a_search_is_done_again(found):
-    shown = findings_of(found)
-    again = rerun(found, shown.smallest["run"], Slope())
+    shown = read_findings(found)
+    again = repeat_run(found, shown.smallest_failure["run"], Slope())
     assert not again.differences
-    assert again.values == {NORTH: f"{shown.changes(shown.smallest)[NORTH]!r} m/s"}
+    assert again.values == {NORTH: f"{shown.changes(shown.smallest_failure)[NORTH]!r} m/s"}
 
 
 def test_the_page_has_no_pass_rate(found):
-    page = campaign_page(found, found.folder)
+    page = campaign_html(found, found.folder)
     assert "Smallest margin of stays" in page
     assert "Best so far" in page
     assert "smallest change that fails" in page
@@ -143,17 +145,17 @@ def test_the_page_has_no_pass_rate(found):
     assert "pass rate" not in page.lower()
     assert "worst run" not in page
     assert "runs done" not in page
-    few = DataSet(found.folder, found.about, {run: found.rows[run] for run in range(4)})
-    assert "4 of 30 runs done" in campaign_page(few, found.folder)
+    few = CampaignResults(found.folder, found.metadata, {run: found.rows[run] for run in range(4)})
+    assert "4 of 30 runs done" in campaign_html(few, found.folder)
 
 
 @pytest.mark.parametrize(("goal", "kind"), [("minimise", "smallest"), ("maximise", "largest")])
 def test_the_page_lists_the_best_runs(tmp_path, goal, kind):
     text = STUDY.replace("minimise: margin of stays, shrink: 40", f"{goal}: metrics.far")
     data = do(write(tmp_path, text), tmp_path / "runs")
-    _, _, part = campaign_page(data, data.folder).partition(f"<h2>The 20 runs with the {kind} metrics.far</h2>")
+    _, _, part = campaign_html(data, data.folder).partition(f"<h2>The 20 runs with the {kind} metrics.far</h2>")
     listed = re.findall(r'<tr><td class="n">(\d+)</td><td class="n">([^<]+)</td>', part)
-    assert int(listed[0][0]) == findings_of(data).best["run"]
+    assert int(listed[0][0]) == read_findings(data).best["run"]
     values = [float(value) for _, value in listed]
     assert len(values) == 20
     assert values == sorted(values, reverse=goal == "maximise")
@@ -180,10 +182,10 @@ def test_a_value_without_a_unit_is_in_that_of_the_study(tmp_path, place, before,
 def test_the_best_parameters_are_options_of_a_profile(tmp_path):
     text = STUDY.replace("minimise: margin of stays, shrink: 40", "minimise: metrics.far")
     data = do(write(tmp_path, text), tmp_path / "runs")
-    shown = findings_of(data)
+    shown = read_findings(data)
     assert shown.best["passed"]  # north below -0.9 would be better, but does not dive
     assert shown.changes(shown.best)[NORTH] > -0.9
-    assert shown.smallest is None
+    assert shown.smallest_failure is None
     chosen = shown.changes(shown.best)[GPS]
     ini = (tmp_path / "runs" / "tuned.ini").read_text()
     assert ini.endswith(f"[Simulators.GPS]\nHACC = {chosen}\n")
@@ -194,7 +196,7 @@ def test_the_best_parameters_are_options_of_a_profile(tmp_path):
     (tmp_path / "own.scenario.yaml").write_text(own)
     assert load_document(tmp_path / "own.scenario.yaml").current_value(GPS) == chosen
     everything = do(write(tmp_path, text.replace("metrics.far", "metrics.far, of: all")), tmp_path / "all")
-    assert findings_of(everything).goal.value(findings_of(everything).best) < shown.goal.value(shown.best)
+    assert read_findings(everything).objective.value(read_findings(everything).best) < shown.objective.value(shown.best)
 
 
 def test_a_gain_in_a_list_is_tuned(tmp_path):
@@ -205,17 +207,17 @@ def test_a_gain_in_a_list_is_tuned(tmp_path):
         f"scenario: dive.scenario.yaml\nvary: {{{gain}: {{uniform: [0.5, 3]}}}}\nsearch: {{minimise: metrics.far}}\n"
     )
     data = do(write(tmp_path, study, text), tmp_path / "runs", make=partial(Slope, gain=gain), runs=4)
-    [(place, best)] = findings_of(data).changes(findings_of(data).best).items()
+    [(place, best)] = read_findings(data).changes(read_findings(data).best).items()
     assert place == gain
-    assert findings_of(data).default(gain) == 1.5
+    assert read_findings(data).default_value(gain) == 1.5
     ini = (tmp_path / "runs" / "tuned.ini").read_text()
     assert ini.endswith(f"[Control.AUV.Attitude]\nHeading PID Gains = {best}, 0, 0.15\n")
 
 
 def test_a_scenario_that_fails_as_it_is_leaves_nothing_to_look_for(tmp_path):
     data = do(write(tmp_path, scenario=SCENARIO.replace("0.1 m/s", "0.5 m/s")), tmp_path / "runs", make=Failing)
-    assert [row["part"] for row in data.counted] == ["as it is"]
-    assert findings_of(data).changes(findings_of(data).smallest) == {}
+    assert [row["part"] for row in data.counted_rows] == ["as it is"]
+    assert read_findings(data).changes(read_findings(data).smallest_failure) == {}
 
 
 class Failing(Slope):
@@ -227,35 +229,41 @@ class Failing(Slope):
 
 def test_what_ends_with_an_error_is_no_finding_about_one_expectation(tmp_path):
     data = do(write(tmp_path), tmp_path / "runs", make=partial(Slope, dead=True))
-    shown = findings_of(data)
-    assert math.isnan(shown.goal.value(data.rows[4]))
-    assert data.rows[4] not in shown.broken
-    assert shown.smallest is not None
+    shown = read_findings(data)
+    assert math.isnan(shown.objective.value(data.rows[4]))
+    assert data.rows[4] not in shown.failures
+    assert shown.smallest_failure is not None
 
 
 def test_all_combinations_are_tried_once_and_then_it_ends(tmp_path):
     text = f"scenario: dive.scenario.yaml\nvary: {{{GPS}: {{choice: [3, 2, 7]}}}}\nsearch: {{minimise: metrics.far}}\n"
     data = do(write(tmp_path, text), tmp_path / "runs")
-    assert sorted(row[f"values.{GPS}"] for row in data.counted[1:]) == [3, 7]  # 2 is that of the scenario
-    assert findings_of(data).best[f"values.{GPS}"] == 7
+    assert sorted(row[f"values.{GPS}"] for row in data.counted_rows[1:]) == [3, 7]  # 2 is that of the scenario
+    assert read_findings(data).best[f"values.{GPS}"] == 7
 
 
 def test_the_order_in_which_runs_end_does_not_matter():
     """Rows come in backwards within each batch, and a second search goes on from the rows of half of the first."""
 
     def rows_of(order, rows):
-        course = Course(search, 40, 9, rows)
-        for runs in course.rounds():
+        course = SearchSchedule(search, 40, 9, rows)
+        for runs in course.batches():
             for number in order(list(runs)):
-                values = course.numbers(number)
+                values = course.raw_values(number)
                 margin = 0.5 - values.get("x", 0.0)
-                row = {"run": number, "error": "", "passed": margin > 0.0, "margin": margin, **course.marks(number)}
+                row = {
+                    "run": number,
+                    "error": "",
+                    "passed": margin > 0.0,
+                    "margin": margin,
+                    **course.extra_columns(number),
+                }
                 rows[number] = {**row, **{f"values.{place}": value for place, value in values.items()}}
         return rows
 
     node = read_tree("{uniform: [-1, 1]}", "s.yaml", StudyFileError)
-    axes = {place: axis_of(place, read_distribution(node), 0.0) for place in "xy"}
-    search = Search(Goal("margin", "margin", is_largest=False, only_passed=False), axes, seed=0)
+    axes = {place: make_axis(place, parse_distribution(node), 0.0) for place in "xy"}
+    search = SearchConfig(SearchObjective("margin", "margin", is_maximized=False, only_passed=False), axes, seed=0)
     whole = rows_of(lambda runs: runs, {})
     assert rows_of(lambda runs: runs[::-1], {}) == whole
     half = {number: row for number, row in whole.items() if number % 2 or number < 7}
@@ -279,8 +287,8 @@ def test_optuna_says_nothing(tmp_path, capfd):
 
 
 def test_another_optuna_does_not_go_on(found, monkeypatch):
-    monkeypatch.setattr("shoal.campaigns.search.spec.version", lambda _: "99")
-    with pytest.raises(DataSetError, match=r"another version: .*optuna \d.*, others with .*optuna 99"):
+    monkeypatch.setattr("shoal.campaigns.search.config.version", lambda _: "99")
+    with pytest.raises(ResultsError, match=r"another version: .*optuna \d.*, others with .*optuna 99"):
         do(found.folder.parent / "dive.study.yaml", found.folder)
 
 
@@ -300,7 +308,7 @@ def test_paths_in_what_it_writes_lead_to_the_same_files(tmp_path):
 def test_a_search_has_no_shards(tmp_path):
     study = load_study(write(tmp_path))
     with pytest.raises(ValueError, match="search: there is no shard 2/3 of it"):
-        carry_out(study, tmp_path / "runs", make=Slope, workers=0, shard=Shard(2, 3))
+        run_study(study, tmp_path / "runs", make_runner=Slope, workers=0, shard=Shard(2, 3))
     assert not (tmp_path / "runs").exists()
 
 
@@ -310,8 +318,8 @@ def test_nothing_is_written_of_a_scenario_that_has_changed_meanwhile(tmp_path):
     def change(_):
         (tmp_path / "dive.scenario.yaml").write_text(SCENARIO.replace("20 s", "21 s"))
 
-    with pytest.raises(DataSetError, match=r"dive.study.yaml, or a file that it names, has changed"):
-        carry_out(load_study(path), tmp_path / "runs", make=Slope, workers=0, tell=change)
+    with pytest.raises(ResultsError, match=r"dive.study.yaml, or a file that it names, has changed"):
+        run_study(load_study(path), tmp_path / "runs", make_runner=Slope, workers=0, on_progress=change)
     assert not (tmp_path / "runs" / "dive.scenario.yaml").exists()
     (tmp_path / "dive.scenario.yaml").write_text(SCENARIO)
     do(path, tmp_path / "runs", make=Dead)  # it has all runs

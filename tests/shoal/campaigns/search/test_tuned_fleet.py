@@ -1,7 +1,7 @@
 """A search over the parameters of several vehicles writes a file of options for each, which a profile takes."""
 
 from runtime.profile import load_profile
-from shoal.campaigns.search import write_options
+from shoal.campaigns.search import write_tuned_options
 
 SCENARIO = """\
 vehicles:
@@ -19,7 +19,7 @@ def test_each_vehicle_has_its_own_options(tmp_path, monkeypatch):
     (tmp_path / "fleet.scenario.yaml").write_text(SCENARIO)
     words = ["Found.", f"{GAIN} = 2.5", f"{WIDTH} = 4", "world/current/east = 1"]
     values = {GAIN: 2.5, WIDTH: 4, "world/current/east": 1}
-    written = write_options(tmp_path / "fleet.scenario.yaml", values, tmp_path, words)
+    written = write_tuned_options(tmp_path / "fleet.scenario.yaml", values, tmp_path, words)
     assert [path.name for path in written] == ["tuned-first.ini", "tuned-second.ini"]
     for name, own, other in (("first", GAIN, WIDTH), ("second", WIDTH, GAIN)):
         text = (tmp_path / f"tuned-{name}.ini").read_text()

@@ -11,10 +11,10 @@ import pytest
 
 from runtime.profile import load_profile
 from shoal.campaigns import load_study
-from shoal.campaigns.dataset.journal import read_journal
-from shoal.campaigns.studies.bundle import Bundle, read_bundle
+from shoal.campaigns.results.append_log import read_append_log
+from shoal.campaigns.studies.bundle import StudyBundle, parse_bundle
 from shoal.campaigns.studies.own_modules import own_modules
-from shoal.campaigns.studies.site import BundleError
+from shoal.campaigns.studies.workspace import BundleError
 from shoal.scenarios import ScenarioDependencies
 from shoal.scenarios.dependencies import profile_dependencies
 from tests.outside import until
@@ -103,7 +103,7 @@ def test_all_that_a_study_names_is_in_its_bundle(study, monkeypatch):
     }
     assert bundle.modules == ("tones", "tones.scale", "tones.tuning", "whistle")
     assert bundle.code == (str(study.parent),)
-    assert read_bundle(bundle.pack()) == bundle
+    assert parse_bundle(bundle.pack()) == bundle
 
 
 def test_a_changed_task_of_a_user_is_another_study(study, monkeypatch):
@@ -169,15 +169,15 @@ def test_own_modules_are_found_without_running_them(tmp_path, monkeypatch):
 SCRIPT = """
 import sys
 from pathlib import Path
-from shoal.campaigns import carry_out, load_study
-from runtime.vehicle import search_code
+from shoal.campaigns import run_study, load_study
+from runtime.vehicle import add_task_folder
 if __name__ == "__main__":
-    search_code(Path.cwd())
+    add_task_folder(Path.cwd())
     study = load_study(Path(sys.argv[1]))
     print("read", flush=True)
     sys.stdin.readline()
-    data = carry_out(study, Path("runs"), workers=int(sys.argv[2]))
-    for row in data.counted:
+    data = run_study(study, Path("runs"), workers=int(sys.argv[2]))
+    for row in data.counted_rows:
         loud = row["values.vehicle/parameters/whistle.Whistle/Loud"]
         print(row["metrics.pitch"], loud, row["error"], row["warnings"])
 """
@@ -241,18 +241,18 @@ def test_a_campaign_that_is_killed_leaves_no_copies(tmp_path):
 
 
 def read(folder):
-    return read_journal(folder / "runs.journal")[0]
+    return read_append_log(folder / "runs.journal")[0]
 
 
 def test_bytes_that_are_no_bundle_and_paths_that_lead_out_are_refused(tmp_path):
-    bundle = Bundle({"/a/b.txt": b"1\n2", "/c": b""}, "/a", "/e", ("/a",), ("m",), "00")
-    assert read_bundle(bundle.pack()) == bundle
+    bundle = StudyBundle({"/a/b.txt": b"1\n2", "/c": b""}, "/a", "/e", ("/a",), ("m",), "00")
+    assert parse_bundle(bundle.pack()) == bundle
     for damaged in (b"", b"{}\n", bundle.pack()[:-1], bundle.pack() + b"x", b"[1]\n", b"\xff\n"):
         with pytest.raises(BundleError, match="no bundle"):
-            read_bundle(damaged)
+            parse_bundle(damaged)
     for path in ("/a/../../x", "a.txt"):
         with pytest.raises(BundleError, match="no absolute path"):
-            Bundle({path: b""}).unpack(tmp_path / "in")
+            StudyBundle({path: b""}).unpack(tmp_path / "in")
     assert until(lambda: [path.name for path in tmp_path.rglob("*")] in ([], ["in"]))
 
 

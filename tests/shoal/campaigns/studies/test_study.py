@@ -5,19 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from shoal.campaigns.draws.design import Design, seed_of, share
-from shoal.campaigns.draws.distributions import StudyFileError, read_distribution
+from shoal.campaigns.sampling.design import SamplingDesign, hashed_uniform, run_seed
+from shoal.campaigns.sampling.distributions import StudyFileError, parse_distribution
 from shoal.campaigns.studies.study import load_study
 from support.located_yaml import read_tree
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, write_study
 
 
 def made(text):
-    return read_distribution(read_tree(text, "s.yaml", StudyFileError))
+    return parse_distribution(read_tree(text, "s.yaml", StudyFileError))
 
 
 def load(path, **options):
-    return load_study(path, make=StandInDraft, **options)
+    return load_study(path, make_draft=StandInDraft, **options)
 
 
 SHARES = [(i + 0.5) / 20_000 for i in range(20_000)]
@@ -38,7 +38,7 @@ SHARES = [(i + 0.5) / 20_000 for i in range(20_000)]
     ],
 )
 def test_a_distribution_has_its_mean_deviation_and_support(text, mean, deviation, low, high):
-    values = np.array(made(text).at(SHARES), float)
+    values = np.array(made(text).quantiles(SHARES), float)
     assert values.mean() == pytest.approx(mean, abs=2e-3)
     assert values.std() == pytest.approx(deviation, rel=5e-3)
     assert values.min() >= low
@@ -77,9 +77,9 @@ def test_a_distribution_that_is_none_is_refused_with_its_line(text, words):
 
 def test_a_unit_stays_with_the_number():
     drawn = made("{uniform: [0 m/s, 0.5 m/s]}")
-    assert drawn.written(drawn.at([0.5])[0]) == "0.25 m/s"
-    assert made("{choice: [on, 3]}").cells == (True, 3)
-    assert made("{choice: [10 %, 20 %]}").written(10.0) == "10.0 %"
+    assert drawn.with_unit(drawn.quantiles([0.5])[0]) == "0.25 m/s"
+    assert made("{choice: [on, 3]}").levels == (True, 3)
+    assert made("{choice: [10 %, 20 %]}").with_unit(10.0) == "10.0 %"
 
 
 def test_draws_depend_on_seed_name_and_run_alone(tmp_path):
@@ -89,40 +89,42 @@ def test_draws_depend_on_seed_name_and_run_alone(tmp_path):
     other = load(write_study(tmp_path, STUDY.replace("seed: 5", "seed: 6")))
     east = "world/current/east"
     for run in (0, 7, 39, 1500):
-        assert both.values(run)[east] == one.values(run)[east] == longer.values(run)[east]
-        assert both.values(run)[east] != other.values(run)[east]
+        assert both.scenario_values(run)[east] == one.scenario_values(run)[east] == longer.scenario_values(run)[east]
+        assert both.scenario_values(run)[east] != other.scenario_values(run)[east]
     assert both.digest == longer.digest
     assert len({one.digest, other.digest, both.digest}) == 3
-    assert len({seed_of(5, run) for run in range(1000)}) == 1000
+    assert len({run_seed(5, run) for run in range(1000)}) == 1000
 
 
 def test_draws_are_the_same_on_every_computer():
-    assert share(7, "world/current/north", 412) == 0.8311128195352449
-    assert seed_of(7, 412) == 1585402754
+    assert hashed_uniform(7, "world/current/north", 412) == 0.8311128195352449
+    assert run_seed(7, 412) == 1585402754
 
 
 def test_a_latin_hypercube_has_one_run_in_each_stratum():
-    design = Design({"a": made("{uniform: [0, 50]}"), "b": made("{uniform: [0, 50]}")}, "latin hypercube", 3, 50)
+    design = SamplingDesign(
+        {"a": made("{uniform: [0, 50]}"), "b": made("{uniform: [0, 50]}")}, "latin hypercube", 3, 50
+    )
     for name in "ab":
-        assert sorted(int(design.numbers(run)[name]) for run in range(50)) == list(range(50))
-    assert [design.numbers(run)["a"] for run in range(50)] != [design.numbers(run)["b"] for run in range(50)]
+        assert sorted(int(design.raw_values(run)[name]) for run in range(50)) == list(range(50))
+    assert [design.raw_values(run)["a"] for run in range(50)] != [design.raw_values(run)["b"] for run in range(50)]
 
 
 def test_sobol_numbers_fill_the_square_evenly_and_start_anywhere():
     varied = {"a": made("{uniform: [0, 1]}"), "b": made("{uniform: [0, 1]}")}
-    design, late = Design(varied, "sobol", 3, 0), Design(varied, "sobol", 3, 0)
-    points = [tuple(design.numbers(run).values()) for run in range(2048)]
+    design, late = SamplingDesign(varied, "sobol", 3, 0), SamplingDesign(varied, "sobol", 3, 0)
+    points = [tuple(design.raw_values(run).values()) for run in range(2048)]
     cells = {(int(16 * a), int(16 * b)) for a, b in points[:256]}
     assert len(cells) == 256
-    assert tuple(late.numbers(2047).values()) == points[2047]
-    assert tuple(Design(varied, "sobol", 4, 0).numbers(0).values()) != points[0]
+    assert tuple(late.raw_values(2047).values()) == points[2047]
+    assert tuple(SamplingDesign(varied, "sobol", 4, 0).raw_values(0).values()) != points[0]
 
 
 def test_saltelli_changes_one_value_at_a_time():
     varied = {name: made("{uniform: [0, 1]}") for name in "abc"}
-    design = Design(varied, "saltelli", 3, 5 * 300)
+    design = SamplingDesign(varied, "saltelli", 3, 5 * 300)
     for block in (0, 250):  # one that spans two blocks of the table, too
-        rows = [design.numbers(5 * block + kind) for kind in range(5)]
+        rows = [design.raw_values(5 * block + kind) for kind in range(5)]
         for kind, name in enumerate("abc", 1):
             assert rows[kind] == {**rows[0], name: rows[4][name]}
         assert not set(rows[0].values()) & set(rows[4].values())
@@ -137,8 +139,8 @@ vary:
 sampling: grid
 """
     study = load(write_study(tmp_path, text))
-    assert study.ending.most == 6
-    assert [tuple(study.values(run).values()) for run in range(6)] == [
+    assert study.stopping_rule.max_runs == 6
+    assert [tuple(study.scenario_values(run).values()) for run in range(6)] == [
         *((0.0, 1), (0.0, 2), (0.5, 1), (0.5, 2), (1.0, 1), (1.0, 2)),
     ]
 
@@ -146,10 +148,10 @@ sampling: grid
 def test_a_distribution_may_stand_in_place_of_a_value(tmp_path):
     inline = "scenario:\n  world: {current: {north: {uniform: [1, 2]}, east: 0}}\nruns: 3\n"
     study = load(write_study(tmp_path, inline))
-    assert study.path == study.file
-    assert 1.0 < study.values(2)["world/current/north"] < 2.0
+    assert study.scenario_path == study.file
+    assert 1.0 < study.scenario_values(2)["world/current/north"] < 2.0
     fixed = load(write_study(tmp_path, inline), fixed={"world/current/north": 1.5})
-    assert fixed.values(2) == {"world/current/north": 1.5}
+    assert fixed.scenario_values(2) == {"world/current/north": 1.5}
 
 
 @pytest.mark.parametrize(
@@ -172,7 +174,7 @@ def test_a_distribution_may_stand_in_place_of_a_value(tmp_path):
 )
 def test_mistakes_are_named_with_their_line(tmp_path, old, new, words):
     if words == "a multiple of 4 runs":
-        assert load(write_study(tmp_path, STUDY.replace(old, new))).ending.most == 40
+        assert load(write_study(tmp_path, STUDY.replace(old, new))).stopping_rule.max_runs == 40
         return
     with pytest.raises(StudyFileError) as caught:
         load(write_study(tmp_path, STUDY.replace(old, new)))
@@ -181,5 +183,5 @@ def test_mistakes_are_named_with_their_line(tmp_path, old, new, words):
 
 def test_until_has_defaults(tmp_path):
     text = STUDY.replace("runs: 40", "until: {pass rate known to: 2 %, at most: 500, confidence: 99 %}")
-    ending = load(write_study(tmp_path, text)).ending
-    assert (ending.most, ending.within, ending.confidence) == (500, 0.02, 0.99)
+    ending = load(write_study(tmp_path, text)).stopping_rule
+    assert (ending.max_runs, ending.target_half_width, ending.confidence) == (500, 0.02, 0.99)

@@ -9,7 +9,7 @@ from shoal.logs.export import LogSource
 from shoal.logs.export.mcap import export_mcap
 from shoal.logs.selection import PacketSelection
 from shoal.missions import prepare
-from shoal.rendering import expose
+from shoal.rendering import find_exposures
 from tests.outside import ALONE
 from tests.shoal.logs.export.mcap_reader import Reader
 
@@ -47,12 +47,12 @@ def test_pictures_have_circles_around_the_gliders_that_they_show(source, reader)
     found = reader.on(f"{NAME}/Fisheye_Camera/annotations")
     assert [message.log_time for message, _ in found] == pictures
     assert len(pictures) > 20
-    seen = expose(source.log)
-    shots = {round(shot.time * 1e6) * 1000: shot for shot in seen.shots}
+    seen = find_exposures(source.log)
+    shots = {round(shot.time * 1e6) * 1000: shot for shot in seen.pictures}
     misses: dict[str, list[float]] = {}
     for message, said in found:
         shot = shots[message.log_time]
-        labels = seen.eye(shot).camera.labels(shot.standpoint, shot.gliders)
+        labels = seen.camera_of(shot).camera.labels(shot.standpoint, shot.gliders)
         boxes = np.array([box.box for box in labels.boxes if box.area > 5], float).reshape(-1, 4)
         middles = (boxes[:, :2] + boxes[:, 2:]) / 2
         assert len(said.texts) == len(said.circles)

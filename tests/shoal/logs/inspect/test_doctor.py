@@ -100,7 +100,7 @@ def test_a_cut_member_is_told_and_mended(make_log, tmp_path):
 
 
 def test_several_threads_find_the_same(make_log, monkeypatch):
-    monkeypatch.setattr("imc.lsf.members_ahead.STRETCH", 500)
+    monkeypatch.setattr("imc.lsf.parallel_gunzip.STRETCH", 500)
     path = make_log(good(2000), block=500) / "Data.lsf.gz"
     data = bytearray(path.read_bytes())
     for place in (3000, 9000):

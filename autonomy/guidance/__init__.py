@@ -1,0 +1,39 @@
+"""Guidance: tracks, lines and circles, and the course or velocity that leads a vehicle along them."""
+
+from autonomy.guidance.bottom_guard import BottomGuard
+from autonomy.guidance.divergence import AlongTrack, CrossTrack, DivergenceMonitor
+from autonomy.guidance.legs import Circle, Line, MotionLimits
+from autonomy.guidance.multirotor import NOWHERE, MultirotorGuidance, MultirotorGuidanceGains
+from autonomy.guidance.multirotor_limits import MultirotorLimits, ground_level
+from autonomy.guidance.pure_pursuit import PurePursuitGains, PurePursuitLaw
+from autonomy.guidance.track import PathProgress, Point, Track, bearing, is_valid_path, progress
+from autonomy.guidance.track_guidance import SteeringLaw, TrackGuidance, TrackGuidanceGains
+from autonomy.guidance.vector_field import VectorFieldGains, VectorFieldLaw
+
+__all__ = [
+    "NOWHERE",
+    "AlongTrack",
+    "BottomGuard",
+    "Circle",
+    "CrossTrack",
+    "DivergenceMonitor",
+    "Line",
+    "MotionLimits",
+    "MultirotorGuidance",
+    "MultirotorGuidanceGains",
+    "MultirotorLimits",
+    "PathProgress",
+    "Point",
+    "PurePursuitGains",
+    "PurePursuitLaw",
+    "SteeringLaw",
+    "Track",
+    "TrackGuidance",
+    "TrackGuidanceGains",
+    "VectorFieldGains",
+    "VectorFieldLaw",
+    "bearing",
+    "ground_level",
+    "is_valid_path",
+    "progress",
+]

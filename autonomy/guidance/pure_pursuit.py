@@ -1,0 +1,30 @@
+"""Steers towards a point ahead."""
+
+import math
+from dataclasses import dataclass
+
+from autonomy.guidance.track import PathProgress
+from autonomy.guidance.track import bearing as bearing_between
+
+
+@dataclass(frozen=True)
+class PurePursuitGains:
+    """How far ahead a circle is aimed at."""
+
+    lookahead: float  # m
+
+
+class PurePursuitLaw:
+    """Steers towards the end of a straight track, or towards a point ahead on a circle."""
+
+    def __init__(self, gains: PurePursuitGains):
+        self._lookahead = gains.lookahead
+
+    def along(self, where: PathProgress, bearing: float) -> float:
+        return where.line_of_sight
+
+    def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
+        outward = line_of_sight + math.pi
+        ahead = outward + side * min(self._lookahead / radius, 0.5 * math.pi)
+        here = distance * math.cos(outward), distance * math.sin(outward)
+        return bearing_between(here, (radius * math.cos(ahead), radius * math.sin(ahead)))

@@ -1,0 +1,77 @@
+"""Navigation: Kalman filters, gates and checks that find faulty sensors, and the estimator of an underwater vehicle."""
+
+from autonomy.navigation.cross_checks import AttitudeCheck, DepthCheck
+from autonomy.navigation.depth_filter import DepthFilter
+from autonomy.navigation.fault_detection import (
+    Disagreement,
+    GateDecision,
+    JumpGate,
+    NoiseMonitor,
+    StuckDetector,
+    missing_reason,
+)
+from autonomy.navigation.gnss_fixes import horizontal_variance, mean_fix, offset_from
+from autonomy.navigation.horizontal_filter import EAST, NORTH, HorizontalFilter
+from autonomy.navigation.inertial_filter import InertialFilter
+from autonomy.navigation.position import AGREEMENT, CONTRADICTION, CONTRADICTIONS, PositionEstimate, fix_variance
+from autonomy.navigation.sample_mean import SampleMean
+from autonomy.navigation.sensor_checks import SensorChecks
+from autonomy.navigation.sensor_inputs import SensorInputs
+from autonomy.navigation.state_messages import estimated_state, initial_state, navigation_data, navigation_uncertainty
+from autonomy.navigation.surface_filter import STREAM_EAST, STREAM_NORTH, SurfaceFilter
+from autonomy.navigation.underwater_estimator import UnderwaterEstimator
+from autonomy.navigation.underwater_settings import UnderwaterSettings
+from autonomy.navigation.validation_gates import (
+    FAULT_HOLD,
+    GPS_JUMP,
+    LARGEST_ANGLE,
+    LARGEST_RATE,
+    FixGate,
+    Reason,
+    VelocityGate,
+    is_located,
+)
+
+__all__ = [
+    "AGREEMENT",
+    "CONTRADICTION",
+    "CONTRADICTIONS",
+    "EAST",
+    "FAULT_HOLD",
+    "GPS_JUMP",
+    "LARGEST_ANGLE",
+    "LARGEST_RATE",
+    "NORTH",
+    "STREAM_EAST",
+    "STREAM_NORTH",
+    "AttitudeCheck",
+    "DepthCheck",
+    "DepthFilter",
+    "Disagreement",
+    "FixGate",
+    "GateDecision",
+    "HorizontalFilter",
+    "InertialFilter",
+    "JumpGate",
+    "NoiseMonitor",
+    "PositionEstimate",
+    "Reason",
+    "SampleMean",
+    "SensorChecks",
+    "SensorInputs",
+    "StuckDetector",
+    "SurfaceFilter",
+    "UnderwaterEstimator",
+    "UnderwaterSettings",
+    "VelocityGate",
+    "estimated_state",
+    "fix_variance",
+    "horizontal_variance",
+    "initial_state",
+    "is_located",
+    "mean_fix",
+    "missing_reason",
+    "navigation_data",
+    "navigation_uncertainty",
+    "offset_from",
+]

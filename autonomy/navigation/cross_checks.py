@@ -1,0 +1,154 @@
+"""Checks of attitude and depth against rates, velocities and the motor: they find a sensor that lies."""
+
+import math
+
+from autonomy.navigation.fault_detection import Disagreement, GateDecision, JumpGate
+from support.rotations import Vector, wrap
+
+MEMORY = 30.0  # s; a Doppler log mounted 2° askew makes 1.3 m of it at 1.2 m/s
+LARGEST_LAG = 2.0  # m
+LARGEST_LAG_OF_MOTOR = 4.0  # m; the motor says nothing about heave
+POWERED = 5.0  # s of a running motor before it is a witness
+BLIND = 5.0  # s without velocities, after which the motor alone is compared with the depth
+RELIEF = 0.5  # the share of a limit at which a fault is over
+ACCUSED = 0.3  # the share of a disagreement that a third witness may have with the honest one of two
+DEPTH_JUMP = 1.0  # m
+SIGMAS = 5.5
+STUCK = 15.0  # s with exactly the same depth; a sensor has noise
+STUCK_WAY = 0.4  # m downward meanwhile, by the velocities
+ANGLE_JUMP = math.radians(10.0)
+FASTEST = 2.0  # rad/s, of a turn that the rates do not show
+LONGEST = 1.0  # s, of such a turn
+LEAN_LAG, HEADING_LAG = math.radians(15.0), math.radians(20.0)
+TURN_MEMORY = 20.0  # s
+STEEP = 0.3  # cosine of a pitch at which roll and heading are poorly defined
+
+
+class AttitudeCheck:
+    """Compares roll, pitch and heading (rad) with the turn rates (rad/s)."""
+
+    def __init__(self, count: int):
+        self._gate = JumpGate(count, math.radians(5.0))
+        self._angles: Vector | None = None
+        self._roll, self._pitch, self._heading = (Disagreement(TURN_MEMORY) for _ in range(3))
+        self.jump, self._patience = 0.0, 1.0
+
+    @property
+    def rejects(self) -> bool:
+        """Whether the latest attitude was rejected."""
+        return self._gate.rejected > 0
+
+    def evaluate(self, elapsed: float, angles: Vector, rates: Vector | None) -> GateDecision:
+        """Judge an attitude `elapsed` s after the previous one; `rates` is None if they are unknown."""
+        phi, theta, psi = angles
+        if self._angles is None:
+            self._angles = angles
+            return GateDecision.ACCEPTED
+        roll, pitch, heading = (now - before for now, before in zip(angles, self._angles, strict=True))
+        steep = math.cos(theta) < STEEP
+        if rates is not None and not steep:
+            sr, cr = math.sin(phi), math.cos(phi)
+            turning = (sr * rates[1] + cr * rates[2]) / math.cos(theta)
+            roll -= elapsed * (rates[0] + math.sin(theta) * turning)
+            pitch -= elapsed * (cr * rates[1] - sr * rates[2])
+            heading -= elapsed * turning
+        roll, heading = wrap(roll), wrap(heading)
+        limit = ANGLE_JUMP + FASTEST * min(LONGEST, elapsed)
+        largest = abs(pitch) if steep else max(abs(roll), abs(pitch), abs(heading))
+        verdict = self._gate.evaluate(not largest <= limit, roll, pitch, heading)
+        if verdict is GateDecision.REJECTED:
+            self._angles = phi - roll, theta - pitch, psi - heading  # goes on with the rates
+            return verdict
+        self._angles, self.jump = angles, heading
+        if rates is not None and not steep:
+            self._roll.add(elapsed, roll)
+            self._pitch.add(elapsed, pitch)
+            self._heading.add(elapsed, heading)
+        return verdict
+
+    @property
+    def fault(self) -> str:
+        """What is wrong, for people; empty if nothing is."""
+        if abs(self._heading.value) > HEADING_LAG * self._patience:
+            return "heading does not follow the turn rate"
+        return self.tilt_fault
+
+    @property
+    def tilt_fault(self) -> str:
+        """What is wrong with roll or pitch; empty if nothing is."""
+        if abs(self._pitch.value) > LEAN_LAG * self._patience:
+            return "pitch does not follow the turn rate"
+        return "roll does not follow the turn rate" if abs(self._roll.value) > LEAN_LAG * self._patience else ""
+
+    def latch(self, faulty: bool) -> None:
+        """Hold a fault until the disagreement is half as large as the one that began it."""
+        self._patience = RELIEF if faulty else 1.0
+
+
+class DepthCheck:
+    """Compares depth (m) with the vertical speed by velocity log and attitude, and by motor and attitude (m/s).
+
+    `fault` says for people that the depth lies, `velocity_lies` that depth and motor contradict the velocity.
+    """
+
+    def __init__(self, count: int):
+        self._gate = JumpGate(count, DEPTH_JUMP)
+        self._velocity, self._motor = Disagreement(MEMORY), Disagreement(MEMORY)
+        self._depth = math.nan
+        self._elapsed = self._sunk = self._driven = self._powered = self._blind = 0.0
+        self._same, self._way = 0.0, 0.0
+        self.velocity_faulty, self.fault = False, ""
+
+    def advance(self, dt: float, by_velocity: float | None, by_motor: float | None) -> None:
+        """Advance by `dt` s with the speeds downward (m/s); None if unknown."""
+        self._elapsed += dt
+        self._sunk += math.nan if by_velocity is None else dt * by_velocity
+        self._driven += math.nan if by_motor is None else dt * by_motor
+        self._powered = 0.0 if by_motor is None else self._powered + dt
+        self._blind = self._blind + dt if by_velocity is None else 0.0
+
+    def evaluate(self, depth: float, innovation: float, variance: float) -> GateDecision:
+        """Judge a measured depth by its innovation (m) and the variance of that."""
+        surprising = not abs(innovation) <= DEPTH_JUMP + SIGMAS * math.sqrt(variance)
+        verdict = self._gate.evaluate(surprising, innovation)
+        if verdict is not GateDecision.REJECTED:
+            change, self._depth = depth - self._depth, depth
+            self._watch_same(change)
+            for lag, sunk in (self._velocity, self._sunk), (self._motor, self._driven):
+                difference = change - sunk
+                lag.add(self._elapsed, 0.0 if math.isnan(difference) else difference)
+            self._elapsed = self._sunk = self._driven = 0.0
+            self._compare()
+        return verdict
+
+    def _watch_same(self, change: float) -> None:
+        """Sum up how far the vehicle sinks while the depth is exactly the same."""
+        if change != 0.0:
+            self._same = self._way = 0.0
+            return
+        self._same += self._elapsed
+        self._way += next((way for way in (self._sunk, self._driven) if not math.isnan(way)), 0.0)
+
+    @property
+    def rejects(self) -> bool:
+        """Whether the latest depth was rejected."""
+        return self._gate.rejected > 0
+
+    @property
+    def lag(self) -> float:
+        """How far depth and vertical speed disagree (m)."""
+        return max(abs(self._velocity.value), abs(self._motor.value))
+
+    def _compare(self) -> None:
+        """Find out whether the depth or the velocity lies, and hold that until the disagreement is half as large."""
+        velocity, motor = abs(self._velocity.value), abs(self._motor.value)
+        if self.velocity_faulty:
+            self.velocity_faulty = velocity > RELIEF * LARGEST_LAG
+            return
+        patience = RELIEF if self.fault else 1.0
+        witness = not self.fault and motor < ACCUSED * velocity and self._powered > POWERED
+        self.velocity_faulty = velocity > LARGEST_LAG and witness
+        blind = self._blind > BLIND and motor > LARGEST_LAG_OF_MOTOR * patience
+        wrong = blind or (velocity > LARGEST_LAG * patience and not self.velocity_faulty)
+        stuck = self._same > STUCK and self._way > STUCK_WAY
+        self.fault = "depth does not follow the vertical speed" if wrong else "depth is stuck" if stuck else ""

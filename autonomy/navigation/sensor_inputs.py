@@ -1,0 +1,164 @@
+"""What the sensors of an underwater vehicle measure between two steps of navigation."""
+
+import math
+
+import imc
+from autonomy.navigation.fault_detection import GateDecision, JumpGate, StuckDetector
+from autonomy.navigation.sample_mean import SampleMean
+from autonomy.navigation.underwater_settings import UnderwaterSettings
+from autonomy.navigation.validation_gates import (
+    LARGEST_ANGLE,
+    LARGEST_RATE,
+    DvlReason,
+    FixGate,
+    Reason,
+    VelocityGate,
+    is_located,
+)
+from support.rotations import Vector, wrap
+
+VEL_X_AND_Y = int(imc.GroundVelocity.Validity.VEL_X | imc.GroundVelocity.Validity.VEL_Y)
+VEL_Z = int(imc.GroundVelocity.Validity.VEL_Z)
+UNKNOWN_ALTITUDE = -1.0
+LIE = 2.0  # m/s between velocity log and motor that no current explains
+STOPPED = 0.5  # m/s backward at most of a vehicle that is held fast
+DEEPEST = 12000.0  # m; no sea is deeper
+ALTITUDE_JUMP, ALTITUDE_SHARE = 2.0, 0.2  # m, and of the altitude: a larger change needs
+ALTITUDE_JUMPS = 5  # samples that agree
+
+
+class SensorInputs:
+    """Rejects invalid measurements and averages the rest: `euler`, `rates`, `depth`, velocities over `ground`, `water`.
+
+    Times are in s since 1970, -inf if there was no such measurement; angles in rad, velocities in m/s. `fix` is the
+    last fix that was accepted, `place` the manual one.
+    """
+
+    def __init__(self, settings: UnderwaterSettings):
+        self.configure(settings)
+        self.restart(math.inf)
+
+    def configure(self, settings: UnderwaterSettings) -> None:
+        """Use other settings; the gates start anew."""
+        self.settings = settings
+        jumps, largest = settings.dvl_jumps, settings.dvl_largest
+        self._ground_gate, self._water_gate = (
+            VelocityGate((jumps[0], jumps[1]), (largest[0], largest[1]), settings.dvl_jump_window) for _ in range(2)
+        )
+        self._fix_gate = FixGate(settings.gps_factor, settings.gps_samples, settings.gps_hacc, settings.gps_hdop)
+
+    def restart(self, dvl_time: float) -> None:
+        """Forget all measurements; the silence of the velocity log counts from `dvl_time` (s), inf without one."""
+        self.euler, self.rates, self.depth = SampleMean(), SampleMean(), SampleMean()
+        self.ground, self.water = SampleMean(), SampleMean()
+        self.fix: imc.GpsFix | None = None
+        self.place: imc.GpsFix | None = None
+        self.dvl_time = dvl_time
+        self.rpm = 0
+        self.altitude = UNKNOWN_ALTITUDE
+        self.rpm_time = self.altitude_time = -math.inf
+        self.velocity: Vector = (0.0, 0.0, 0.0)
+        self.velocity_time = self.heave_time = self.contradiction_time = -math.inf
+        self.velocity_fault = ""  # why velocities are not used, for people
+        self.attitude_noise, self.altitude_noise = StuckDetector(), StuckDetector()
+        self.ground_noise, self.water_noise = StuckDetector(), StuckDetector()
+        self._altitude_gate = JumpGate(ALTITUDE_JUMPS, ALTITUDE_JUMP)
+        self._turns = 0.0
+
+    def receive_attitude(self, now: float, phi: float, theta: float, psi: float) -> None:
+        most = LARGEST_ANGLE
+        possible = -most <= phi <= most and -most <= theta <= most and -most <= psi <= most
+        if possible and not self.attitude_noise.update(phi + theta + psi):
+            self._turns += wrap(psi - self._turns)
+            self.euler.add(now, phi, theta, self._turns)
+
+    def receive_rates(self, now: float, p: float, q: float, r: float) -> None:
+        most = LARGEST_RATE
+        if -most <= p <= most and -most <= q <= most and -most <= r <= most:
+            self.rates.add(now, p, q, r)
+
+    def receive_depth(self, now: float, depth: float) -> None:
+        if abs(depth) <= DEEPEST:
+            self.depth.add(now, depth)
+
+    def receive_distance(self, now: float, measured: float) -> None:
+        """A distance to the bottom (m)."""
+        if not 0.0 <= measured <= DEEPEST or (self.altitude_noise.update(measured) and measured):
+            return
+        phi, theta, _ = self.euler.value
+        if self.settings.altitude_compensation:
+            measured *= math.cos(phi) * math.cos(theta)
+        before = self.altitude if self.altitude >= 0.0 else measured
+        change = measured - before
+        decision = self._altitude_gate.evaluate(abs(change) > ALTITUDE_JUMP + ALTITUDE_SHARE * before, change)
+        if decision is GateDecision.REJECTED:
+            return
+        reset = decision is GateDecision.RESET
+        self.altitude = measured if reset else before + self.settings.altitude_gain * change
+        self.altitude_time = now
+
+    def expire_altitude(self, now: float) -> None:
+        """Forget an altitude that is too old."""
+        if now - self.altitude_time > self.settings.altitude_timeout:
+            self.altitude = UNKNOWN_ALTITUDE
+
+    def receive_rpm(self, now: float, rpm: int) -> None:
+        if abs(rpm) * self.settings.speed_per_rpm <= self.settings.dvl_largest[0]:
+            self.rpm, self.rpm_time = rpm, now
+
+    def receive_velocity(self, now: float, velocity: imc.GroundVelocity | imc.WaterVelocity) -> imc.DvlRejection | None:
+        """A velocity of the velocity log; returns why it is rejected, None if it is not."""
+        numbers = velocity.x, velocity.y, velocity.z
+        self.dvl_time = now
+        if velocity.validity & VEL_X_AND_Y != VEL_X_AND_Y:
+            return None
+        if not all(map(math.isfinite, numbers)):
+            return None
+        heave = velocity.validity & VEL_Z and abs(velocity.z) <= self.settings.dvl_largest[1]
+        over_ground = isinstance(velocity, imc.GroundVelocity)
+        gate, mean = (self._ground_gate, self.ground) if over_ground else (self._water_gate, self.water)
+        reason = gate.reject_reason(now, velocity.x, velocity.y)
+        if reason is None and over_ground and self._contradicts_motor(now, velocity.x):
+            self.contradiction_time, reason = now, (DvlReason.INNOV_THRESHOLD_X, velocity.x)
+        if reason is not None:
+            kind = imc.DvlRejection.Type.GV if over_ground else imc.DvlRejection.Type.WV
+            elapsed = min(now - mean.last, self.settings.dvl_timeout)
+            return imc.DvlRejection(type=kind, reason=reason[0], value=reason[1], timestep=elapsed)
+        y = velocity.y - self.settings.dvl_arm * self.rates.value[2]
+        if (self.ground_noise if over_ground else self.water_noise).update(velocity.x + velocity.y):
+            return None
+        if over_ground:
+            self.velocity, self.velocity_time = (velocity.x, y, velocity.z), now
+            if heave:
+                self.heave_time = now
+        if not self.velocity_fault:
+            mean.add(now, velocity.x, y, velocity.z if heave else self.ground.value[2])
+        return None
+
+    def receive_dvl_activation(self, now: float, active: bool) -> None:
+        """Do not wait for a velocity log that was switched off, until it measures again."""
+        self.dvl_time = now if active else math.inf
+
+    def receive_fix(self, fix: imc.GpsFix) -> imc.GpsFixRejection | None:
+        """A fix; returns why it is rejected, None if it is not."""
+        if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
+            self.place = fix if is_located(fix) else self.place
+            return None
+        reason = self._fix_gate.reject_reason(fix)
+        if reason is None and not is_located(fix):
+            reason = Reason.INVALID
+        if reason is not None:
+            return imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason)
+        self.fix = fix
+        return None
+
+    def lacks_velocity(self, now: float) -> bool:
+        """Whether there is neither a velocity over ground nor one through the water."""
+        return now - max(self.ground.last, self.water.last) > self.settings.dvl_timeout
+
+    def _contradicts_motor(self, now: float, surge: float) -> bool:
+        """Whether a surge (m/s) is backward or ahead of the motor by more than a current; a stop is possible."""
+        motor = self.settings.speed_per_rpm * self.rpm
+        ahead = surge if motor >= 0.0 else -surge
+        off = abs(surge - motor) > LIE and not -STOPPED <= ahead <= abs(motor)
+        return off and now - self.rpm_time < self.settings.dvl_timeout

@@ -1,0 +1,57 @@
+"""Plans: conditions, graph, checks, estimates and templates; plan files are in `autonomy.plans.yaml`."""
+
+from autonomy.plans.bounds import PlanBounds, area_violations, flight_violations
+from autonomy.plans.conditions import Condition, parse_condition
+from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver
+from autonomy.plans.forecast import PlanForecast, feasibility_violations, forecast_plan, format_tuple_list
+from autonomy.plans.grammar import (
+    COMPARISONS,
+    NUMBER_PATTERN,
+    SIGN_PATTERN,
+    Connectives,
+    GrammarParser,
+    boolean_connectives,
+)
+from autonomy.plans.graph import Actions, PlanError, PlanGraph, PlanNode, parse_graph
+from autonomy.plans.preflight import Preflight, PreflightOptionError
+from autonomy.plans.sequence import FINISH, main_sequence, remaining_plan, sequential_plan
+from autonomy.plans.templates import TEMPLATES, TemplateDefaults, TemplateError, plan_from_template
+from autonomy.plans.value_ranges import value_range_violations
+
+__all__ = [
+    "COMPARISONS",
+    "FINISH",
+    "NUMBER_PATTERN",
+    "SIGN_PATTERN",
+    "TEMPLATES",
+    "Actions",
+    "Condition",
+    "Connectives",
+    "GrammarParser",
+    "LatLon",
+    "ManeuverEstimate",
+    "PlanBounds",
+    "PlanError",
+    "PlanForecast",
+    "PlanGraph",
+    "PlanNode",
+    "Powertrain",
+    "Preflight",
+    "PreflightOptionError",
+    "TemplateDefaults",
+    "TemplateError",
+    "area_violations",
+    "boolean_connectives",
+    "estimate_maneuver",
+    "feasibility_violations",
+    "flight_violations",
+    "forecast_plan",
+    "format_tuple_list",
+    "main_sequence",
+    "parse_condition",
+    "parse_graph",
+    "plan_from_template",
+    "remaining_plan",
+    "sequential_plan",
+    "value_range_violations",
+]

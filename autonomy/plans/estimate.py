@@ -1,0 +1,129 @@
+"""Estimates the time, distance and energy of maneuvers."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import imc
+from imc.coordinates import maneuver_corners
+from support.wgs84 import displace, displacement
+
+LatLon = tuple[float, float]  # latitude, longitude (rad)
+CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed
+CRUISE = 1.0  # m/s, of maneuvers without a speed
+LANDING = 0.5  # m/s, of the last meters above the ground
+SURFACE = 0.5  # m; at a smaller depth a vehicle keeps station adrift
+
+
+@dataclass(frozen=True)
+class Powertrain:
+    """Tables of speed (m/s), propeller speed (rpm), actuation (%) and power (W), and the hotel load (W).
+
+    The first three fields are one table, `power_rpms` and `powers` another. A point counts as reached `ahead` s early.
+    """
+
+    speeds: Sequence[float] = (0.0, 1.0)
+    rpms: Sequence[float] = (0.0, 1000.0)
+    actuations: Sequence[float] = (0.0, 100.0)
+    power_rpms: Sequence[float] = (0.0, 1.0)
+    powers: Sequence[float] = (0.0, 0.0)
+    hotel: float = 0.0
+    ahead: float = 5.0
+
+    def speed(self, value: float, units: int) -> float:
+        """A speed in any unit, converted to m/s."""
+        if units == imc.SpeedUnits.METERS_PS:
+            return value
+        return interpolate(value, self.rpms if units == imc.SpeedUnits.RPM else self.actuations, self.speeds)
+
+    def power(self, speed: float) -> float:
+        """Power (W) of the propulsion at a speed (m/s)."""
+        return interpolate(interpolate(speed, self.speeds, self.rpms), self.power_rpms, self.powers)
+
+
+@dataclass(frozen=True)
+class ManeuverEstimate:
+    """Duration of a maneuver: `seconds` (infinite if endless, NaN if unknown), `moving` of them at `speed` (m/s).
+
+    `distance` is its length over ground, `longest` its longest straight leg (m); `end` is the position after it.
+    """
+
+    seconds: float = math.nan
+    moving: float = 0.0
+    speed: float = 0.0
+    distance: float = 0.0
+    longest: float = 0.0
+    end: LatLon | None = None
+
+
+def estimate_maneuver(maneuver: imc.Message, start: LatLon | None, train: Powertrain, now: float) -> ManeuverEstimate:
+    """Estimate a maneuver from `start`; without it the way to the maneuver is not counted."""
+    speed = train.speed(getattr(maneuver, "speed", CRUISE), getattr(maneuver, "speed_units", 0))
+    duration = float(getattr(maneuver, "duration", 0))
+    endless = duration or math.inf
+    if isinstance(maneuver, imc.IdleManeuver):
+        return ManeuverEstimate(endless, end=start)
+    if isinstance(maneuver, imc.Teleoperation | imc.FollowReference):
+        return ManeuverEstimate(math.inf, end=start)
+    stations = waypoints(maneuver)
+    if not stations and start and isinstance(maneuver, imc.Takeoff | imc.Land | imc.Elevator | imc.PopUp):
+        stations = [start]
+    if not stations or speed <= 0.0:
+        return ManeuverEstimate(end=start)
+    legs = [_distance(*leg) for leg in pairwise(([start] if start else []) + stations)]
+    travel = math.fsum(max(0.0, leg / speed - train.ahead) for leg in legs)
+    waiting = 0.0
+    if isinstance(maneuver, imc.StationKeeping | imc.Loiter):
+        waiting = endless
+    elif isinstance(maneuver, imc.YoYo):
+        travel /= max(0.1, math.cos(maneuver.pitch))
+    elif isinstance(maneuver, imc.Elevator):
+        travel += abs(maneuver.end_z - maneuver.start_z) / (speed * CLIMB)
+    elif isinstance(maneuver, imc.PopUp):
+        travel += 2.0 * abs(maneuver.z) / (speed * CLIMB)
+        waiting = duration
+    elif isinstance(maneuver, imc.Takeoff | imc.Land) and maneuver.z_units == imc.ZUnits.ALTITUDE:
+        travel += abs(maneuver.z) / (speed if isinstance(maneuver, imc.Takeoff) else LANDING)
+    elif isinstance(maneuver, imc.ScheduledGoto):
+        travel = max(travel, maneuver.arrival_time - now)
+    circles = isinstance(maneuver, imc.Loiter) or (
+        isinstance(maneuver, imc.StationKeeping) and not drifts_at_surface(maneuver)
+    )
+    moving = travel + (waiting if circles and math.isfinite(waiting) else 0.0)
+    return ManeuverEstimate(travel + waiting, moving, speed, math.fsum(legs), max(legs, default=0.0), stations[-1])
+
+
+def drifts_at_surface(station: imc.StationKeeping) -> bool:
+    """Whether the vehicle drifts at the surface; under water it circles, in the air it hovers."""
+    return station.z_units == imc.ZUnits.NONE or (station.z_units == imc.ZUnits.DEPTH and station.z <= SURFACE)
+
+
+def interpolate(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
+    """Piecewise linear interpolation, extrapolated beyond both ends."""
+    at = min(max(1, bisect_right(xs, x)), len(xs) - 1)
+    x0, x1, y0, y1 = xs[at - 1], xs[at], ys[at - 1], ys[at]
+    return y0 + (x - x0) * (y1 - y0) / (x1 - x0) if x1 != x0 else y0
+
+
+def waypoints(maneuver: imc.Message) -> list[LatLon]:
+    """Positions of a maneuver; empty if it has none. Raises ValueError for invalid rows."""
+    lat, lon = getattr(maneuver, "lat", None), getattr(maneuver, "lon", None)
+    if lat is None or lon is None or isinstance(maneuver, imc.Takeoff):
+        return []
+    if isinstance(maneuver, imc.Land) and (lat, lon) == (0.0, 0.0):
+        return []
+    if isinstance(maneuver, imc.Elevator | imc.PopUp) and maneuver.flags & imc.Elevator.Flags.CURR_POS:
+        return []
+    offsets: Iterable[tuple[float, float]] = [(0.0, 0.0)]
+    if isinstance(maneuver, imc.FollowPath):
+        offsets = [(point.x, point.y) for point in maneuver.points if isinstance(point, imc.PathPoint)]
+    elif isinstance(maneuver, imc.Rows | imc.RowsCoverage):
+        offsets = maneuver_corners(maneuver)
+    return [displace(lat, lon, 0.0, north, east)[:2] for north, east in offsets]
+
+
+def _distance(start: LatLon, end: LatLon) -> float:
+    north, east, _ = displacement(*start, 0.0, *end, 0.0)
+    return math.hypot(north, east)

@@ -1,0 +1,122 @@
+"""The check of a plan before it starts."""
+
+import math
+from collections.abc import Callable, Collection, Iterator
+from functools import partial
+from itertools import chain
+
+import imc
+from autonomy.limits import OperatingLimits
+from autonomy.plans.bounds import PlanBounds, area_violations, flight_violations
+from autonomy.plans.estimate import Powertrain
+from autonomy.plans.forecast import PlanForecast, feasibility_violations, forecast_plan
+from autonomy.plans.graph import ROUNDING, PlanError, PlanGraph, parse_graph
+from autonomy.plans.value_ranges import value_range_violations
+from imc.coordinates import absolute
+
+OptionReader = Callable[[str], str]
+
+
+class PreflightOptionError(ValueError):
+    """The value of an option of the profile is invalid: `option` is its name, `reason` says why."""
+
+    def __init__(self, option: str, reason: str):
+        super().__init__(f"{option}: {reason}")
+        self.option = option
+        self.reason = reason
+
+
+class Preflight:
+    """Checks plans against the limits in the section General of a profile; `value` returns an option of it.
+
+    `hotel` is the power (W) without propulsion, `longest_leg` is in m. Raises PreflightOptionError.
+    """
+
+    def __init__(self, value: OptionReader, hotel: float, longest_leg: float):
+        usual = Powertrain()
+        self._limits = OperatingLimits.from_options(
+            partial(_number, value), deepest=math.inf, highest=math.inf, fastest=math.inf
+        )
+        if not self._limits.deepest >= 0.0:
+            raise PreflightOptionError("Absolute Maximum Depth", f"must be 0 m or more, not {self._limits.deepest:g} m")
+        self.capacity = 3600.0 * _number(value, "Battery Capacity", 0.0)  # J
+        self._longest_leg = longest_leg
+        self._train = Powertrain(
+            _table(value, "Speed Conversion -- MPS") or usual.speeds,
+            _table(value, "Speed Conversion -- RPM") or usual.rpms,
+            _table(value, "Speed Conversion -- Actuation") or usual.actuations,
+            _table(value, "Power Model -- Conversion - RPM") or usual.power_rpms,
+            _table(value, "Power Model -- Conversion - Watt") or usual.powers,
+            hotel,
+            _number(value, "Time Of Arrival Factor", usual.ahead),
+        )
+        if not len(self._train.speeds) == len(self._train.rpms) == len(self._train.actuations):
+            raise PreflightOptionError("Speed Conversion -- MPS", "must have as many values as RPM and Actuation")
+        if len(self._train.power_rpms) != len(self._train.powers):
+            raise PreflightOptionError("Power Model -- Conversion - RPM", "must have as many values as Watt")
+
+    def check(
+        self,
+        plan: imc.PlanSpecification,
+        supported: Collection[int],
+        state: imc.EstimatedState | None,
+        fuel: float | None,
+        now: float,
+        limits: imc.OperationalLimits | None = None,
+        airborne: bool = False,
+    ) -> PlanForecast:
+        """Estimate a plan from the position of the vehicle with `fuel` (%) left. Raises PlanError if it is refused.
+
+        A vehicle that supports Takeoff is aerial; `airborne` is True if it is in the air already.
+        """
+        deepest = self._limits.deepest
+        if limits is not None and limits.mask & imc.OpLimitsMask.MAX_DEPTH:
+            deepest = min(deepest, limits.max_depth)
+        fastest = self._limits.fastest
+        if limits is not None and limits.mask & imc.OpLimitsMask.MAX_SPEED:
+            fastest = min(fastest, limits.max_speed)
+        graph = parse_graph(plan, supported, deepest)
+        for reason in chain(speed_violations(graph, fastest), value_range_violations(graph)):
+            raise PlanError(reason)
+        position = absolute(state)[:2] if state is not None else None
+        forecast = forecast_plan(graph, position, self._train, now)
+        energy = self.capacity * fuel / 100.0 if fuel is not None and self.capacity else None
+        ground = state.height - state.z - state.alt if state is not None and state.alt >= 0.0 else None
+        bounds = PlanBounds(limits, self._limits.highest, ground, airborne)
+        flies = flight_violations(graph, bounds) if imc.Takeoff.ID in supported else ()
+        for reason in chain(
+            flies, area_violations(graph, bounds), feasibility_violations(forecast, self._longest_leg, energy)
+        ):
+            raise PlanError(reason)
+        return forecast
+
+
+def speed_violations(graph: PlanGraph, fastest: float) -> Iterator[str]:
+    """Objections to maneuvers with a speed above `fastest` (m/s) or 100 %."""
+    for name, node in graph.nodes.items():
+        speed = getattr(node.maneuver, "speed", 0.0)
+        units = getattr(node.maneuver, "speed_units", None)
+        if units == imc.SpeedUnits.METERS_PS and speed > fastest + ROUNDING:
+            yield f"{name}: a speed of {speed:g} m/s is above the vehicle's {fastest:g} m/s"
+        if units == imc.SpeedUnits.PERCENTAGE and speed > 100.0:
+            yield f"{name}: a speed of {speed:g} % is above 100 %"
+
+
+def _number(value: OptionReader, option: str, default: float) -> float:
+    text = value(option)
+    try:
+        return float(text) if text else default
+    except ValueError:
+        raise PreflightOptionError(option, f"{text!r} is not a number") from None
+
+
+def _table(value: OptionReader, option: str) -> list[float]:
+    """Two or more rising numbers; empty if the option is empty."""
+    text = value(option)
+    try:
+        table = [float(word) for word in text.split(",")] if text else []
+    except ValueError:
+        raise PreflightOptionError(option, f"{text!r} are not numbers") from None
+    if table and (len(table) < 2 or sorted(table) != table):
+        raise PreflightOptionError(option, "needs two or more rising numbers")
+    return table

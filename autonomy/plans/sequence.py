@@ -1,0 +1,105 @@
+"""The maneuvers of a plan one after the other, and what is left of a plan from one of them on."""
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+
+import imc
+
+FINISH = "_done_"  # the destination that ends a plan
+DONE_CONDITIONS = ("", "true", "ManeuverIsDone")  # conditions that hold when a maneuver is done
+
+
+def main_sequence(plan: imc.PlanSpecification) -> tuple[list[imc.PlanManeuver], list[str]]:
+    """The maneuvers along the first transitions, each once, and remarks on everything that leaves this chain."""
+    nodes, remarks = _nodes(plan), list[str]()
+    chain: list[imc.PlanManeuver] = []
+    name, seen = plan.start_man_id, set[str]()
+    if name not in nodes:
+        return [], [f"the plan has no maneuver {name!r} to begin with"]
+    while name in nodes:
+        if name in seen:
+            remarks.append(f"{chain[-1].maneuver_id}: the way back to {name} is not shown")
+            break
+        seen.add(name)
+        chain.append(nodes[name])
+        arrows = [arrow for arrow in _arrows(plan) if arrow.source_man == name]
+        if len(arrows) > 1 or any(arrow.conditions.strip() not in DONE_CONDITIONS for arrow in arrows):
+            remarks.append(f"{name}: the conditions of what follows are not shown")
+        name = arrows[0].dest_man if arrows else FINISH
+    remarks += [f"{name}: is beside the way that is shown" for name in nodes if name not in seen]
+    return chain, remarks
+
+
+def remaining_plan(plan: imc.PlanSpecification, maneuver: str, *, takeoff: bool = False) -> imc.PlanSpecification:
+    """The plan from a maneuver on: what cannot be reached from there is left out, names stay.
+
+    Parameters that earlier maneuvers have set are set as the first one begins. With `takeoff` it begins with the
+    Takeoff of the plan, for an aircraft on the ground. Raises ValueError for a maneuver that the plan does not have.
+    """
+    nodes = _nodes(plan)
+    if maneuver not in nodes:
+        raise ValueError(f"the plan has no maneuver {maneuver!r}")
+    earlier: list[imc.PlanManeuver] = []
+    for node in main_sequence(plan)[0]:
+        if node.maneuver_id == maneuver:
+            break
+        earlier.append(node)
+    else:
+        earlier = []
+    arrows = list(_arrows(plan))
+    kept, waiting = {maneuver}, [maneuver]
+    while waiting:
+        source = waiting.pop()
+        for arrow in arrows:
+            if arrow.source_man == source and arrow.dest_man in nodes and arrow.dest_man not in kept:
+                kept.add(arrow.dest_man)
+                waiting.append(arrow.dest_man)
+    first = nodes[maneuver]
+    nodes[maneuver] = first.replace(start_actions=(*_latest(earlier), *first.start_actions))
+    start = next(
+        (n for n in earlier if takeoff and isinstance(n.data, imc.Takeoff) and n.maneuver_id not in kept), None
+    )
+    lead = [] if start is None else [start]
+    way = [
+        imc.PlanTransition(source_man=node.maneuver_id, dest_man=maneuver, conditions=DONE_CONDITIONS[-1])
+        for node in lead
+    ]
+    return plan.replace(
+        start_man_id=lead[0].maneuver_id if lead else maneuver,
+        maneuvers=(*lead, *(nodes[name] for name in nodes if name in kept)),
+        transitions=(*way, *(arrow for arrow in arrows if arrow.source_man in kept)),
+    )
+
+
+def sequential_plan(plan_id: str, maneuvers: Mapping[str, imc.Message]) -> imc.PlanSpecification:
+    """A plan of maneuvers by name, one after the other."""
+    names = list(maneuvers)
+    return imc.PlanSpecification(
+        plan_id=plan_id,
+        start_man_id=names[0],
+        maneuvers=tuple(imc.PlanManeuver(maneuver_id=name, data=data) for name, data in maneuvers.items()),
+        transitions=tuple(
+            imc.PlanTransition(source_man=source, dest_man=destination, conditions=DONE_CONDITIONS[-1])
+            for source, destination in pairwise(names)
+        ),
+    )
+
+
+def _latest(maneuvers: list[imc.PlanManeuver]) -> Iterator[imc.SetEntityParameters]:
+    """The last values of all parameters that maneuvers set."""
+    found: dict[str, dict[str, imc.Message]] = {}
+    for maneuver in maneuvers:
+        for action in (*maneuver.start_actions, *maneuver.end_actions):
+            if isinstance(action, imc.SetEntityParameters):
+                entries = [entry for entry in action.params if isinstance(entry, imc.EntityParameter)]
+                found.setdefault(action.name, {}).update({entry.name: entry for entry in entries})
+    yield from (imc.SetEntityParameters(name=name, params=tuple(values.values())) for name, values in found.items())
+
+
+def _nodes(plan: imc.PlanSpecification) -> dict[str, imc.PlanManeuver]:
+    items = (item for item in plan.maneuvers if isinstance(item, imc.PlanManeuver) and item.data is not None)
+    return {item.maneuver_id: item for item in items}
+
+
+def _arrows(plan: imc.PlanSpecification) -> Iterator[imc.PlanTransition]:
+    return (arrow for arrow in plan.transitions if isinstance(arrow, imc.PlanTransition))

@@ -1,0 +1,37 @@
+"""Commands of ground stations, what they do to the vehicle, and steering by hand, by targets and by joystick."""
+
+from mavlink.vehicle.command import message_requests
+from mavlink.vehicle.command.command_service import Command, CommandService
+from mavlink.vehicle.command.control_service import ControlService, is_guided_item
+from mavlink.vehicle.command.gcs_failsafe import ACTIONS, GcsFailsafe
+from mavlink.vehicle.command.message_requests import banner_command
+from mavlink.vehicle.command.offboard import OffboardTarget
+from mavlink.vehicle.command.read_only import refuse
+from mavlink.vehicle.command.relays import RelayNames, Relays, parse_button, parse_light
+from mavlink.vehicle.command.request import DONE, CommandRequest, CommandResult, MavResult
+from mavlink.vehicle.command.vehicle_commands import COMMANDS, CommandTargets
+from mavlink.vehicle.command.vehicle_control import VehicleControl
+
+__all__ = [
+    "ACTIONS",
+    "COMMANDS",
+    "DONE",
+    "Command",
+    "CommandRequest",
+    "CommandResult",
+    "CommandService",
+    "CommandTargets",
+    "ControlService",
+    "GcsFailsafe",
+    "MavResult",
+    "OffboardTarget",
+    "RelayNames",
+    "Relays",
+    "VehicleControl",
+    "banner_command",
+    "is_guided_item",
+    "message_requests",
+    "parse_button",
+    "parse_light",
+    "refuse",
+]

@@ -1,0 +1,43 @@
+"""What a vehicle does that its ground stations have lost."""
+
+from collections.abc import Callable, Mapping
+
+from mavlink import GROUND_STATION, Received
+from mavlink.vehicle.command.guided_commands import NO_PLACE, discard_result, land, return_home
+from mavlink.vehicle.command.vehicle_control import VehicleControl
+from mavlink.vehicle.mission import MissionState
+
+Action = Callable[[VehicleControl, float], object]
+ACTIONS: Mapping[str, Action] = {
+    "Hold": lambda control, now: control.hold(now),
+    "Return": lambda control, now: return_home(control, discard_result, now),
+    "Land": lambda control, now: land(control, NO_PLACE, discard_result, now),
+    "Stop": lambda control, now: control.plans.stop(now),
+}
+
+
+class GcsFailsafe:
+    """When a ground station was heard last; what a router brings from other vehicles is none."""
+
+    def __init__(self, control: VehicleControl) -> None:
+        self._control = control
+        self._heard_at: float | None = None
+
+    def receive(self, message: Received, now: float) -> None:
+        """Take a message: the heartbeats of stations count, and what is sent to this vehicle alone."""
+        values = message.values
+        beat = message.name == "HEARTBEAT" and values["type"] == GROUND_STATION
+        if beat or self._control.model.system in (values.get("target_system"), values.get("target")):
+            self._heard_at = now
+
+    def tick(self, action: str, timeout: float, now: float) -> bool:
+        """Act once after a silence of `timeout` s, if the vehicle does what a station has asked for."""
+        control, heard = self._control, self._heard_at
+        if heard is None or now - heard <= timeout:
+            return False
+        self._heard_at = None
+        if not control.model.guided_plan and control.mission.state is not MissionState.ACTIVE:
+            return False
+        control.model.interrupted = control.model.mode, control.model.command_count
+        ACTIONS[action](control, now)
+        return True

@@ -1,0 +1,36 @@
+"""What a vehicle that takes no orders answers to them, with the reason."""
+
+from collections.abc import Callable, Mapping
+
+from mavlink import Received, text
+from mavlink.missions import MissionResult
+from mavlink.vehicle.mission import acknowledge
+from mavlink.vehicle.session import Session
+
+
+def refuse(session: Session, message: Received, reason: str, now: float) -> bool:
+    """Whether a message is an order that is refused now; orders by COMMAND_LONG and COMMAND_INT are none here."""
+    answer = REFUSED.get(message.name)
+    if not reason or (answer is None and message.name not in STEERING):
+        return False
+    if answer is None:
+        return True  # a stick is sent many times a second: the refused mode was told
+    answer(session, message)
+    session.send_statustext(text.WARNING, reason, now)
+    return True
+
+
+def _deny(session: Session, message: Received) -> None:
+    acknowledge(session, message, MissionResult.DENIED)
+
+
+def _only_text(session: Session, message: Received) -> None:
+    pass  # these have no answer but a text
+
+
+STEERING = frozenset(("MANUAL_CONTROL", "RC_CHANNELS_OVERRIDE"))
+REFUSED: Mapping[str, Callable[[Session, Received], object]] = {
+    **dict.fromkeys(("MISSION_COUNT", "MISSION_WRITE_PARTIAL_LIST", "MISSION_CLEAR_ALL"), _deny),
+    **dict.fromkeys(("SET_MODE", "MISSION_SET_CURRENT", "SET_ATTITUDE_TARGET"), _only_text),
+    **dict.fromkeys(("SET_POSITION_TARGET_GLOBAL_INT", "SET_POSITION_TARGET_LOCAL_NED"), _only_text),
+}

@@ -1,0 +1,315 @@
+"""A vehicle as MAVLink ground stations meet it: the sessions with them, and the services that answer."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import imc
+from mavlink import Dialect, Mode, Received, cameras, split, text
+from mavlink.missions import first_item
+from mavlink.vehicle.camera import (
+    CameraBroadcast,
+    CameraComponent,
+    CameraService,
+    CameraTelemetry,
+    ImageTransmission,
+    addressed_sessions,
+)
+from mavlink.vehicle.clock_service import ClockService
+from mavlink.vehicle.command import (
+    COMMANDS,
+    CommandService,
+    CommandTargets,
+    ControlService,
+    GcsFailsafe,
+    OffboardTarget,
+    RelayNames,
+    Relays,
+    VehicleControl,
+    banner_command,
+    is_guided_item,
+    message_requests,
+    refuse,
+)
+from mavlink.vehicle.files import FileAndLogTransfer, VirtualFiles
+from mavlink.vehicle.id_conflicts import IdConflicts
+from mavlink.vehicle.mission import MissionStore, MissionTransfer, PlanClient
+from mavlink.vehicle.model import AUTOPILOT, VehicleModel
+from mavlink.vehicle.parameters import ComponentMetadata, ParameterServer, ParameterTable
+from mavlink.vehicle.ports import CameraView, FileStore, ParameterView, PictureStore, VehiclePort
+from mavlink.vehicle.service import Handler
+from mavlink.vehicle.session import HEARTBEAT_PERIOD, LinkTraits, Session
+from mavlink.vehicle.telemetry import AutopilotTelemetry, NamedValue, StreamService, TelemetrySources
+
+TICK_PERIOD = 1.0  # s
+NO_RELAYS = RelayNames()
+CHANGES = (imc.VehicleState, imc.PlanControlState, imc.ArmingState, imc.AutopilotMode)
+"""What can change the mode or arming."""
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleEquipment:
+    """What a vehicle has for ground stations, besides its state; of `cameras` the first six count."""
+
+    parameters: Sequence[ParameterView]
+    files: FileStore
+    pictures: PictureStore
+    cameras: Sequence[CameraView] = ()
+    named_values: Sequence[NamedValue] = ()
+    relays: RelayNames = NO_RELAYS
+
+
+class VehicleEndpoint:
+    """The vehicle's side of all services, without sockets, files and clocks.
+
+    Whoever has the links calls `connect` for each peer, `receive` with what comes from it, `update` with the messages
+    of the vehicle, and `poll` at `next_deadline` and after each of the others. Frames leave through the `transmit` of
+    their session. Times `now` never go back; they are in s since 1970. `warn` gets what people must know about the
+    setup. `refusal` is why no order is taken, empty if they are.
+    """
+
+    def __init__(
+        self,
+        dialect: Dialect,
+        model: VehicleModel,
+        port: VehiclePort,
+        equipment: VehicleEquipment,
+        *,
+        warn: Callable[[str], object],
+        plans: PlanClient | None = None,
+        refusal: str = "",
+    ):
+        self.dialect = dialect
+        self.model = model
+        self.sessions: list[Session] = []
+        self._now = 0.0
+        self._poll_due, self._tick_due = -math.inf, -math.inf
+        self._warn = warn
+        self._refusal = refusal
+        self.plans = plans or PlanClient(port)
+        self.mission = MissionStore(model, port, self.plans, self._report_reached)
+        self.control = VehicleControl(model, port, self.plans, self.mission, self._send_statustext_now)
+        self.failsafe = GcsFailsafe(self.control)
+        self.parameters = ParameterTable(equipment.parameters)
+        self.cameras = [
+            CameraComponent(component, view, model, port, equipment.pictures)
+            for component, view in zip(cameras.COMPONENTS, equipment.cameras, strict=False)
+        ]
+        model.camera = next((camera.label for camera in self.cameras if camera.takes_pictures), "")
+        self.id_conflicts = IdConflicts(
+            model.system, frozenset((AUTOPILOT, *(camera.component for camera in self.cameras))), warn
+        )
+        metadata = ComponentMetadata(model.identity.name, self.parameters)
+        self.telemetry = AutopilotTelemetry(
+            dialect, TelemetrySources(model, self.mission, metadata, equipment.named_values)
+        )
+        self._camera_telemetry = [CameraTelemetry(dialect, camera) for camera in self.cameras]
+        described = {camera.definition_file: partial(getattr, camera, "definition") for camera in self.cameras}
+        self._files = FileAndLogTransfer(VirtualFiles({**metadata.files, **described}, equipment.files))
+        self._images = ImageTransmission(self.cameras)
+        self._broadcast = CameraBroadcast(model, self.cameras, self._all_sessions, self._send_statustext_now)
+        targets = CommandTargets(
+            self.control, OffboardTarget(self.control), Relays(self.control.publish, equipment.relays)
+        )
+        commands = {number: partial(command, targets) for number, command in COMMANDS.items()}
+        self.commands = CommandService(
+            model,
+            {**message_requests.COMMANDS, 42428: banner_command(model.kind), **commands},
+            COMMANDS.keys(),
+            refusal,
+        )
+        self.mission_transfer = MissionTransfer(self.mission)
+        self._control_service = ControlService(targets)
+        self._parameter_server = ParameterServer(self.parameters, port, self._all_sessions)
+        self._services = (
+            self.commands,
+            self._parameter_server,
+            self.mission_transfer,
+            self._files,
+            self._control_service,
+            StreamService(),
+            ClockService(),
+        )
+        self._camera_services = [CameraService(camera, self._files, COMMANDS.keys()) for camera in self.cameras]
+        self._handlers: Mapping[int, Mapping[str, Handler]] = {
+            AUTOPILOT: {name: each for service in self._services for name, each in service.handlers.items()},
+            **{
+                camera.component: service.handlers
+                for camera, service in zip(self.cameras, self._camera_services, strict=True)
+            },
+        }
+        self._last_shown = self.shown
+
+    def connect(self, traits: LinkTraits, transmit: Callable[[bytes], object], now: float) -> Session:
+        """A session with a new peer; on slow links without those of the cameras."""
+        views = [] if traits.low else self._camera_telemetry
+        parts = [Session(camera, traits, transmit, now) for camera in views]
+        session = Session(self.telemetry, traits, transmit, now, parts)
+        self.sessions.append(session)
+        self._poll_due = now
+        return session
+
+    def lose(self, session: Session) -> None:
+        """End the contact with a peer that is silent; its session stays."""
+        session.end_contact()
+        for service in self._services:
+            service.forget(session)
+        for part in session.cameras:
+            for service in (self._files, *self._camera_services):
+                service.forget(part)
+
+    def disconnect(self, session: Session) -> None:
+        """End a session."""
+        self.lose(session)
+        if session in self.sessions:
+            self.sessions.remove(session)
+
+    def receive(self, session: Session, data: bytes | Received, now: float) -> Mapping[str, int]:
+        """Answer a datagram or a message; returns how many messages were ignored, by reason."""
+        if isinstance(data, Received):
+            fault = self._receive(session, data, now)
+            return {fault: 1} if fault else {}
+        found, damages = split(data, self.dialect)
+        ignored = {"malformed": damages + (not data)}
+        for message in found:
+            if fault := self._receive(session, message, now):
+                ignored[fault] = ignored.get(fault, 0) + 1
+        return {fault: count for fault, count in ignored.items() if count}
+
+    def _receive(self, session: Session, message: Received, now: float) -> str:
+        self._now = self._poll_due = now
+        session.received.receive(message)
+        parts = addressed_sessions(session, message)
+        if not parts:
+            return "foreign"
+        if session.received.is_copy(message, now):
+            return "doubled"
+        self.failsafe.receive(message, now)
+        session.receive(now)
+        if message.name == "DATA_TRANSMISSION_HANDSHAKE":
+            self._images.receive(session, message, now)
+        if message.name == "SETUP_SIGNING":
+            session.send_statustext(text.WARNING, "No keys over the air: give the link a key file", now)
+        elif not (session.low and message.name == "REQUEST_DATA_STREAM"):  # stations ask for all at 4 Hz, unasked
+            for part in parts:
+                self.dispatch(part, message, now)
+            self.show_changes(now)
+        return ""
+
+    def dispatch(self, session: Session, message: Received, now: float) -> None:
+        """Let a component answer a message; most need no answer."""
+        component = session.source.component
+        handler = self._handlers[component].get(message.name)
+        if component == AUTOPILOT and refuse(session, message, self._refusal, now):
+            return
+        if component == AUTOPILOT and is_guided_item(message):
+            self._control_service.go_to_item(session, message, now)
+        elif handler is not None:
+            handler(session, message, now)
+
+    def update(self, message: imc.Message, label: str, now: float) -> None:
+        """Take a message of the vehicle, sent by the entity with a label; what matters is shown immediately."""
+        self._now = now
+        match message:
+            case imc.LogBookEntry():
+                severity = text.SEVERITY.get(message.type, text.INFO)
+                if severity != text.DEBUG:
+                    self.send_statustext(severity, message.text, now)
+            case imc.Event() | imc.EstimatedMugState():
+                self._broadcast.update(message, label, now)
+            case imc.EntityParameters():
+                self._broadcast.update(message, label, now)
+                self._parameter_server.update(message)
+            case imc.Abort():
+                self.update_state(message, label, now)
+                self.send_statustext(text.EMERGENCY, "Abort", now)
+            case _:
+                self.update_state(message, label, now)
+                if isinstance(message, CHANGES):
+                    self.show_changes(now)
+
+    def update_state(self, message: imc.Message, label: str, now: float) -> None:
+        """Take a message into the state of the vehicle and its mission, without showing it."""
+        self.model.update(message, label, now)
+        if isinstance(message, imc.PlanControlState):
+            self.mission.update(message, now)
+
+    def receive_reply(self, reply: imc.PlanControl | imc.PlanDB, now: float) -> None:
+        """Take an answer of the vehicle to what a ground station has asked for."""
+        self._now = now
+        self.plans.receive(reply)
+        self.show_changes(now)
+
+    def tick(self, now: float) -> None:
+        """Once a second: give up what nobody answers, repeat what must be repeated; `poll` does it if nobody else."""
+        self._now, self._tick_due = now, now + TICK_PERIOD
+        options = self.model.options
+        self.model.forget_old(now)
+        self.plans.tick(now)
+        for service in self._services:
+            service.tick(now)
+        timeout = options.gcs_timeout
+        if timeout and self.failsafe.tick(options.gcs_action, timeout * options.speed, now):
+            self._warn(f"no ground station for {timeout:g} s: {options.gcs_action}")
+        self._broadcast.tick(now)
+
+    def poll(self, now: float) -> None:
+        """Send what is due."""
+        if now >= self._tick_due:
+            self.tick(now)
+        self._now = now
+        self.mission_transfer.poll(now)
+        self.model.forget_old(now)
+        self._poll_due = min((session.poll(now) for session in self._all_sessions()), default=now + HEARTBEAT_PERIOD)
+        self.commands.poll(now)
+        self._parameter_server.poll(now)
+
+    @property
+    def next_deadline(self) -> float:
+        """When `poll` has something to do, in s since 1970."""
+        deadlines = (service.next_deadline for service in self._services)
+        return min([self._poll_due, self._tick_due, *(due for due in deadlines if due is not None)])
+
+    @property
+    def shown(self) -> tuple[tuple[Mode, bool, bool], tuple[int, int, int]]:
+        """What stations must learn immediately: mode, arming, an Abort; state and progress of the mission."""
+        return self.model.shown, self.mission.progress
+
+    def show_changes(self, now: float) -> None:
+        """Send a change of mode or arming immediately: ground stations wait for it."""
+        present = self.shown
+        if self._last_shown == present:
+            return
+        before, self._last_shown = self._last_shown, present
+        for session in self._all_sessions():
+            if before[0] != present[0]:
+                session.send_now("HEARTBEAT", now)
+                if session.period("CURRENT_MODE"):
+                    session.send_now("CURRENT_MODE", now)
+            if before[1] != present[1]:
+                session.send_now("MISSION_CURRENT", now)
+
+    def send_statustext(self, severity: int, words: str, now: float) -> None:
+        """Send a text to all stations, also to those that connect later."""
+        self._now = now
+        self._send_statustext_now(severity, words)
+
+    def close(self) -> None:
+        """Close the files that stations read."""
+        self._files.close()
+
+    def _send_statustext_now(self, severity: int, words: str) -> None:
+        self.model.notices.append((severity, words))
+        for session in self._all_sessions():
+            session.send_statustext(severity, words, self._now)
+
+    def _report_reached(self, numbers: Sequence[int]) -> None:
+        """Tell all stations which items of the mission are over."""
+        for session in self._all_sessions():
+            for number in numbers:
+                session.send("MISSION_ITEM_REACHED", {"seq": number + first_item(session.flavor)})
+
+    def _all_sessions(self) -> list[Session]:
+        """A new list, since sending may end a session."""
+        return list(self.sessions)

@@ -1,0 +1,77 @@
+"""Files and logs on their way to ground stations, a few packets at a time."""
+
+from collections.abc import Mapping
+from functools import partial
+from weakref import WeakKeyDictionary
+
+from mavlink import Received, text
+from mavlink.missions import first_item
+from mavlink.vehicle.files.ftp_server import FtpServer
+from mavlink.vehicle.files.log_server import LogServer
+from mavlink.vehicle.files.virtual_files import VirtualFiles
+from mavlink.vehicle.service import Handler, MavlinkService
+from mavlink.vehicle.session import PACKETS_AT_ONCE, Session
+
+LOGS = b"logs"
+Asker = tuple[Session, int, int]
+
+
+class FileAndLogTransfer(MavlinkService):
+    """What stations read of the virtual files, and their logs; each gets only what it asked for itself."""
+
+    def __init__(self, files: VirtualFiles) -> None:
+        self._files = FtpServer(files)
+        self._logs = LogServer(files, LOGS)
+        self._readers: WeakKeyDictionary[Session, dict[tuple[int, int], Received]] = WeakKeyDictionary()
+
+    @property
+    def handlers(self) -> Mapping[str, Handler]:
+        requests = ("FILE_TRANSFER_PROTOCOL", "LOG_REQUEST_LIST", "LOG_REQUEST_DATA", "LOG_REQUEST_END")
+        return {**dict.fromkeys(requests, self.receive), "LOG_ERASE": self._erase}
+
+    def receive(self, session: Session, message: Received, now: float) -> None:
+        """Answer a request for a file or log, or begin to."""
+        asker = session, message.system, message.component
+        if message.name == "FILE_TRANSFER_PROTOCOL":
+            answer = self._files.receive(asker, bytes(message.values["payload"]), now)
+            if answer is not None:
+                session.reply(message, message.name, payload=answer)
+        else:
+            first = first_item(session.flavor)  # ArduPilot also counts logs from 1
+            self._logs.receive(asker, message.name, message.values, now, first=first)
+        if self._is_busy(asker):
+            self._readers.setdefault(session, {})[asker[1:]] = message
+            session.send_file(partial(self._send, session))
+
+    def tick(self, now: float) -> None:
+        """Close what nobody has read for some time."""
+        self._files.forget_silent(now)
+        self._logs.forget_silent(now)
+
+    def forget(self, session: Session) -> None:
+        self._readers.pop(session, None)
+
+    def close(self) -> None:
+        """Close all files."""
+        self._files.close()
+        self._logs.close()
+
+    def _send(self, session: Session, now: float) -> bool:
+        """Send the next packets to the readers of a session; whether there are more."""
+        readers = self._readers.get(session, {})
+        for reader, message in list(readers.items()):
+            asker = session, *reader
+            for _ in range(PACKETS_AT_ONCE):
+                if self._files.is_busy(asker) and (payload := self._files.next_payload(asker, now)) is not None:
+                    session.reply(message, "FILE_TRANSFER_PROTOCOL", payload=payload)
+                if (said := self._logs.next_message(asker, now)) is not None:
+                    session.send(said[0], said[1])
+            if not self._is_busy(asker):
+                del readers[reader]
+        return bool(readers)
+
+    def _erase(self, session: Session, message: Received, now: float) -> None:
+        session.send_statustext(text.WARNING, "Logs are not erased by ground stations", now)
+
+    def _is_busy(self, asker: Asker) -> bool:
+        return self._files.is_busy(asker) or self._logs.is_busy(asker)

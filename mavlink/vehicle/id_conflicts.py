@@ -1,0 +1,62 @@
+"""Other systems that have the vehicle's MAVLink id, heard on its links or announced by IMC: a fault of the setup."""
+
+from collections.abc import Callable
+from itertools import islice
+
+import imc
+from imc.discovery import Services, displayable_name
+from mavlink import AUTOPILOT_NONE, GROUND_STATION, Received, system_of
+
+MOST = 16
+FRESH = 30.0  # s that a twin is told after it was heard
+NAMED = 3  # in the state of the entity
+VEHICLES = (imc.SystemType.UUV, imc.SystemType.USV, imc.SystemType.UAV, imc.SystemType.UGV)
+
+
+class IdConflicts:
+    """Whom else the vehicle's id belongs to; `warn` tells people of the first ones, once."""
+
+    def __init__(self, system: int, components: frozenset[int], warn: Callable[[str], object]) -> None:
+        self._system = system
+        self._components = components
+        self._warn = warn
+        self._heard: dict[str, float] = {}
+
+    def receive(self, message: Received, sender: str, now: float) -> None:
+        """Take a frame; another component of the same vehicle, such as a companion computer, has its id with right."""
+        if message.system != self._system:
+            return
+        ours = message.component in self._components
+        if ours or (message.name == "HEARTBEAT" and _is_vehicle_or_station(message)):
+            self.note(sender, now)
+
+    def on_announce(self, other: imc.Announce, now: float) -> None:
+        """Take the Announce of another vehicle; its id follows from its IMC id if it does not tell it."""
+        theirs = Services.parse(other.services).mavlink_id or system_of(other.src)
+        if other.sys_type in VEHICLES and theirs == self._system:
+            self.note(f"{displayable_name(other.sys_name)} ({other.src:#06x})", now)
+
+    def note(self, twin: str, now: float) -> None:
+        """Take a system that has the same id."""
+        if twin not in self._heard:
+            if len(self._heard) < MOST:
+                self._warn(self._words(twin))
+            else:
+                del self._heard[min(self._heard, key=self._heard.__getitem__)]
+        self._heard[twin] = now
+
+    def trouble(self, now: float) -> str:
+        """What is wrong now; empty if nothing is."""
+        fresh = [twin for twin, heard in self._heard.items() if now - heard < FRESH]
+        if not fresh:
+            return ""
+        more = f" and {len(fresh) - NAMED} more" if len(fresh) > NAMED else ""
+        return self._words(", ".join(islice(fresh, NAMED)) + more)
+
+    def _words(self, who: str) -> str:
+        return f"MAVLink id {self._system} is also that of {who}: set System Id"
+
+
+def _is_vehicle_or_station(message: Received) -> bool:
+    values = message.values
+    return values["type"] == GROUND_STATION or values["autopilot"] != AUTOPILOT_NONE

@@ -1,0 +1,19 @@
+"""The mission of a vehicle: its items, its upload and download, and its plans on board."""
+
+from mavlink.vehicle.mission.plan_client import OnReply, PlanClient, PlanReply, sequential_plan
+from mavlink.vehicle.mission.store import NO_PLAN, REST_SUFFIX, MissionState, MissionStore
+from mavlink.vehicle.mission.transfer import MissionTransfer, acknowledge, number_of
+
+__all__ = [
+    "NO_PLAN",
+    "REST_SUFFIX",
+    "MissionState",
+    "MissionStore",
+    "MissionTransfer",
+    "OnReply",
+    "PlanClient",
+    "PlanReply",
+    "acknowledge",
+    "number_of",
+    "sequential_plan",
+]

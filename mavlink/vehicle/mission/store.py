@@ -1,0 +1,261 @@
+"""The mission that all ground stations and IMC consoles share: its items, its plan, its fence, its progress."""
+
+from collections.abc import Callable, Collection, Sequence
+from enum import IntEnum
+
+import imc
+from autonomy.plans import remaining_plan
+from mavlink import FLAVOURS, Flavour
+from mavlink.missions import (
+    Item,
+    Table,
+    area_of,
+    fence_of,
+    first_item,
+    home_item,
+    items_of,
+    opaque_id,
+    plan_of,
+)
+from mavlink.vehicle.mission.plan_client import OnReply, PlanClient, PlanReply
+from mavlink.vehicle.model import GUIDED_PLANS, VehicleModel
+from mavlink.vehicle.ports import VehiclePort
+
+Phase, Ended = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
+NO_PLAN = "no mission has been uploaded"
+REST_SUFFIX = "-rest"  # of a mission that continues
+
+
+class MissionState(IntEnum):
+    """MISSION_STATE."""
+
+    NO_MISSION = 1
+    NOT_STARTED = 2
+    ACTIVE = 3
+    PAUSED = 4
+    COMPLETE = 5
+
+
+class MissionStore:
+    """A plan of the vehicle as items: one that was uploaded, or whatever plan the vehicle executes.
+
+    `reach(numbers)` gets the numbers of items that are over, home not counted. Items are kept without ArduPilot's item
+    0, which is home; stations of that flavor see it.
+    """
+
+    def __init__(
+        self,
+        model: VehicleModel,
+        port: VehiclePort,
+        plans: PlanClient,
+        reach: Callable[[Sequence[int]], object],
+    ) -> None:
+        self.plan: imc.PlanSpecification | None = None
+        self.state = MissionState.NO_MISSION
+        self.current = 0
+        self._plans = plans
+        self._settings = model.conversion_settings
+        self._limits = model.limits
+        self._port = port
+        self._reach = reach
+        self._items: list[Item] = []
+        self._home: Item | None = None
+        self._table = Table()
+        self._maneuver = ""
+        self._next: str | None = None
+        self._fetched = ""
+        self._phase = Phase.BLOCKED
+        self._is_old = False  # the vehicle still flies what was the mission before
+
+    def items(self, flavor: Flavour) -> list[Item]:
+        """The items for stations of a flavor, as they were uploaded."""
+        home = self._home or home_item(self._settings().home)
+        return ([home] * first_item(flavor) if self.plan is not None else []) + self._items
+
+    def fence(self) -> list[Item]:
+        """The corners of the area in the operational limits."""
+        limits = self._limits.message
+        return [] if limits is None else fence_of(limits)
+
+    def id(self, flavor: Flavour) -> int:
+        """The opaque id, 0 for no mission."""
+        return opaque_id(self.items(flavor)) if self.plan is not None else 0
+
+    def put_items(self, items: Sequence[Item], flavor: Flavour, then: OnReply, now: float) -> None:
+        """Make uploaded items the mission, once the database has its plan. Raises BadItem."""
+        first = first_item(flavor)
+        if not items[first:]:
+            self.clear(then, now)
+            return
+        converted = plan_of(items, flavor, self._settings())
+
+        def adopt(outcome: PlanReply) -> None:
+            if outcome.done:
+                self._replace(converted.plan, list(items[first:]), converted.table.moved(-first))
+                self._home = items[0] if first else None
+            then(outcome)
+
+        self._plans.store(converted.plan, adopt, now)
+
+    def put_fence(self, items: Sequence[Item]) -> None:
+        """Make uploaded corners the area of the operational limits. Raises BadItem."""
+        self._port.publish(area_of(items, self._limits.message).replace(dst=self._port.imc_id))
+
+    def clear(self, then: OnReply, now: float) -> None:
+        """Forget the mission, and delete its plan if it came from here."""
+        uploaded = self.plan is not None and self.plan.plan_id == self._settings().name
+        self._forget()
+        if uploaded:
+            self._plans.remove(self._settings().name, lambda _: then(PlanReply(True)), now)
+        else:
+            then(PlanReply(True))
+
+    def start(self, then: OnReply, now: float, number: int | None = None) -> None:
+        """Start the mission, at an item or where it was interrupted; one under way goes on."""
+        if self.plan is None:
+            then(PlanReply(False, NO_PLAN))
+            return
+        if number is None and self.state is MissionState.ACTIVE:
+            then(PlanReply(True))
+            return
+        maneuver = self._next if number is None else self._table.maneuver_at(number)
+        plan = self.plan
+        if number is not None and maneuver is None:
+            then(PlanReply(False, f"no item from {number} on moves the vehicle"))
+            return
+        if maneuver is not None and maneuver != plan.start_man_id:
+            rest = remaining_plan(plan, maneuver, takeoff=not self._settings().aloft)
+            plan = rest.replace(plan_id=plan.plan_id + REST_SUFFIX)  # the database keeps what is started under its name
+        self._plans.start(plan, then, now)
+
+    def validate(self, then: OnReply, now: float) -> None:
+        """Ask a vehicle that has no plan to do whether the mission could be started now."""
+        if self.plan is not None and self._phase is Phase.READY:
+            self._plans.load(self.plan.plan_id, then, now)
+
+    def set_current(self, number: int, then: OnReply, now: float) -> bool:
+        """Go on at an item: now, or when the mission is started; False if from there on no item moves the vehicle."""
+        maneuver = self._table.maneuver_at(number) if 0 <= number < len(self._items) else None
+        if self.plan is None or maneuver is None:
+            return False
+        if self.state is MissionState.ACTIVE:
+            self.start(then, now, number)
+        else:
+            self._next, self.current = maneuver, number
+            then(PlanReply(True))
+        return True
+
+    @property
+    def progress(self) -> tuple[int, int, int]:
+        """What stations must learn immediately: the state, the item, and which mission it is."""
+        return self.state, self.current, id(self.plan)
+
+    @property
+    def is_obsolete(self) -> bool:
+        """Whether the vehicle still flies the mission that this one has replaced."""
+        return self._is_old
+
+    def update(self, plan: imc.PlanControlState, now: float) -> bool:
+        """Follow the vehicle's plan; whether what MISSION_CURRENT says has changed."""
+        before = self.plan, self.state, self.current
+        self._phase = Phase(plan.state) if plan.state in set(Phase) else Phase.BLOCKED
+        running = self._phase is Phase.EXECUTING
+        self._is_old = self._is_old and running
+        if self._phase is Phase.INITIALIZING:
+            self._leave()  # the report still names the plan before
+        elif not self._is_ours(plan.plan_id):
+            self._interrupt()
+            if running and plan.plan_id not in GUIDED_PLANS and plan.plan_id != self._fetched:
+                self._fetched = plan.plan_id
+                self._fetch(plan.plan_id, now)
+        elif running and not self._is_old:
+            self.state, self._next = MissionState.ACTIVE, None
+            self._follow(plan.man_id)
+        elif self.state is MissionState.ACTIVE:
+            self._end(plan)
+        self._fetched = self._fetched if running else ""
+        return (self.plan, self.state, self.current) != before
+
+    def restore(self, stored: Collection[str], now: float) -> None:
+        """Make the plan that was uploaded the mission, if it is among those stored and there is no other."""
+        name = self._settings().name
+        if self.plan is None and name in stored:
+            self._fetch(name, now)
+
+    def receive_database(self, reply: imc.PlanDB, now: float) -> None:
+        """A console has changed a plan: if it is the mission, or there is none, stations see the new one."""
+        if (
+            reply.type != imc.PlanDB.Type.SUCCESS
+            or reply.plan_id in GUIDED_PLANS
+            or reply.plan_id.endswith(REST_SUFFIX)
+        ):
+            return
+        if reply.op == imc.PlanDB.Op.SET and (self.plan is None or self.plan.plan_id == reply.plan_id):
+            self._fetch(reply.plan_id, now, changed=True)
+        elif reply.op == imc.PlanDB.Op.DEL and self.plan is not None and self.plan.plan_id == reply.plan_id:
+            self._forget()
+
+    def show(self, plan_id: str, now: float) -> None:
+        """Make a plan of the database the mission; without a name there is none."""
+        self._fetched = ""
+        if plan_id:
+            self._fetch(plan_id, now)
+        else:
+            self._forget()
+
+    def _fetch(self, plan_id: str, now: float, *, changed: bool = False) -> None:
+        def adopt(outcome: PlanReply) -> None:
+            if isinstance(outcome.arg, imc.PlanSpecification) and outcome.arg != self.plan:
+                listing = items_of(outcome.arg, FLAVOURS["generic"], self._settings())
+                (self._replace if changed else self._adopt)(outcome.arg, listing.items, listing.table)
+
+        self._plans.fetch(plan_id, adopt, now)
+
+    def _is_ours(self, plan_id: str) -> bool:
+        return self.plan is not None and plan_id in (self.plan.plan_id, self.plan.plan_id + REST_SUFFIX)
+
+    def _replace(self, plan: imc.PlanSpecification, items: list[Item], table: Table) -> None:
+        """Take another mission, also while the vehicle flies the one before: it goes on with that until it is told."""
+        flies = self.state is MissionState.ACTIVE or self._is_old
+        self._adopt(plan, items, table)
+        self._is_old = flies
+
+    def _adopt(self, plan: imc.PlanSpecification, items: list[Item], table: Table) -> None:
+        self._forget()
+        self.plan, self._items, self._table = plan, items, table
+        self.state = MissionState.NOT_STARTED
+
+    def _forget(self) -> None:
+        self.plan, self._items, self._table, self._home = None, [], Table(), None
+        self.state, self.current, self._maneuver, self._next = MissionState.NO_MISSION, 0, "", None
+
+    def _follow(self, maneuver: str) -> None:
+        if not maneuver or maneuver == self._maneuver:
+            return
+        over = [*self._table.done(self._maneuver), *self._table.begun(maneuver)]
+        self._maneuver = maneuver
+        if over:
+            self._reach(over)
+        at = self._table.current(maneuver)
+        self.current = self.current if at is None else at
+
+    def _interrupt(self) -> None:
+        """Another plan runs, such as a hold: the mission can continue where it was."""
+        if self.state is MissionState.ACTIVE:
+            self._leave()
+            self.state = MissionState.PAUSED
+
+    def _leave(self) -> None:
+        """Remember where it was, without a word that this is over: it may go on there, or jump."""
+        if self.state is MissionState.ACTIVE:
+            self._next = self._maneuver or self._next
+        self._maneuver = ""
+
+    def _end(self, plan: imc.PlanControlState) -> None:
+        if plan.last_outcome == Ended.SUCCESS:
+            over = self._table.done(self._maneuver)
+            self.state, self._maneuver, self._next = MissionState.COMPLETE, "", None
+            if over:
+                self._reach(over)
+        else:
+            self._interrupt()

@@ -1,0 +1,254 @@
+"""The vehicle as ground stations see it: its identity, latest values, mode, home, arming, health and limits."""
+
+import hashlib
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import imc
+from mavlink import Flavour, Kind, Mode, from_imc, instruments, mode_of, moving
+from mavlink.missions import Settings
+from mavlink.vehicle.arming_checks import ArmingChecks
+from mavlink.vehicle.latest_values import LatestValues
+from mavlink.vehicle.ports import EntityView, VehicleOptions, VehiclePort
+from mavlink.vehicle.vehicle_limits import VehicleLimits
+
+AUTOPILOT = 1  # MAV_COMP_ID_AUTOPILOT1
+SUBMERGED = 0.3  # m
+SHALLOW = 0.5  # m at which an AUV keeps station adrift
+SUBMARINE = 12  # MAV_TYPE
+DEPTH = imc.ZUnits.DEPTH
+REMEMBERED = 10
+SAVE_IMAGES = "Save Images"  # the option by which a camera takes pictures
+GUIDED_PLANS = frozenset(("hold", "goto", "return", "land", "takeoff", "orbit", "steered", "follow"))
+"""Plans that single orders of ground stations become; they are no missions."""
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleIdentity:
+    """Who a vehicle is in MAVLink.
+
+    boot: when it started, in s since 1970. undulation: the height of the geoid above the ellipsoid, in m.
+    """
+
+    name: str
+    system: int
+    kind: Kind
+    boot: float
+    undulation: float = 0.0
+
+    @property
+    def uid(self) -> bytes:
+        return hashlib.sha256(self.name.encode(errors="surrogateescape")).digest()
+
+
+class VehicleModel:
+    """The state that all ground stations share, as far as messages of the vehicle tell it.
+
+    `entities()` gives those whose state counts for arming. `camera` is the label of the one with which missions take
+    pictures, empty for none.
+    """
+
+    camera = ""
+
+    def __init__(
+        self,
+        identity: VehicleIdentity,
+        port: VehiclePort,
+        options: VehicleOptions,
+        entities: Callable[[], Iterable[EntityView]],
+    ):
+        self.identity = identity
+        self.system, self.kind = identity.system, identity.kind
+        self.boot, self.undulation = identity.boot, identity.undulation
+        self.options = options
+        self.entities = entities
+        self.latest = LatestValues(lambda: [entity.label for entity in self.entities()])
+        self.limits = VehicleLimits(self.latest, port.limit)
+        self.health = ArmingChecks(entities)
+        self.home: from_imc.Home | None = None
+        self.last_fix: imc.GpsFix | None = None
+        self.armed = False
+        self.held = False
+        self.notices: deque[tuple[int, str]] = deque(maxlen=REMEMBERED)
+        self.chosen_speed = 0.0
+        self.command_count = 0  # that stations have given
+        self._chosen_number, self.chosen_mode = (Mode.MANUAL, -1, ""), Mode.MANUAL
+        self.interrupted: tuple[Mode, int] = Mode.MANUAL, -1  # when stations were lost: mode, commands
+
+    def update(self, message: imc.Message, label: str, now: float) -> None:
+        """Take a message of the entity with this label.
+
+        The first valid estimate of an aligned navigation gives home, but latitude and longitude 0 only until there is
+        another. A new activity ends a requested hold.
+        """
+        ran = self.latest.motors_running
+        self.latest.update(message, label, now)
+        self.health.update(message, label, now, lands=self.latest.is_landing)
+        match message:
+            case imc.EstimatedState() if self.health.aligned and (
+                self.home is None or self.home.lat == self.home.lon == 0.0
+            ):
+                home = from_imc.home_of(message, afloat=self.kind.afloat, undulation=self.undulation)
+                self.home = home or self.home
+            case imc.GpsFix() if instruments.has_position(message):
+                self.last_fix = message
+            case imc.VehicleState():
+                self.held = self.held and not moving(message)
+            case imc.ArmingState(state=state) if state != imc.ArmingState.State.ARMED:
+                self.armed = self.armed and not ran
+            case _:
+                pass
+
+    def forget_old(self, now: float) -> None:
+        """Forget what nobody reports any more; a vehicle whose supervisor is silent is in a critical state."""
+        self.health.supervisor_silent |= imc.VehicleState in self.latest.forget_old(now)
+
+    @property
+    def is_submerged(self) -> bool:
+        state = self.latest.state
+        return self.kind.afloat and state is not None and state.depth > SUBMERGED
+
+    def station(self) -> imc.StationKeeping | None:
+        """A station here, at the present depth or height; None while the position is unknown."""
+        found = self.place()
+        if found is None:
+            return None
+        place = found[1]
+        if self.kind.afloat:
+            z, units = max(0.0, -place.relative), DEPTH
+        else:
+            z, units = place.altitude + self.undulation, imc.ZUnits.HEIGHT
+        return self.keep_close(imc.StationKeeping(lat=place.lat, lon=place.lon, z=z, z_units=units, speed=self.speed))
+
+    def keep_close(self, station: imc.StationKeeping) -> imc.StationKeeping:
+        """The station of an AUV under water on the circle of a hold, any other as it is."""
+        radius = self.options.hold_radius
+        if not (radius and self.dives and station.z_units == DEPTH and station.z > SHALLOW):
+            return station
+        return station.replace(radius=radius, custom=f"Minimum Radius={radius:g}")
+
+    @property
+    def dives(self) -> bool:
+        return self.kind.type == SUBMARINE
+
+    @property
+    def speed(self) -> float:
+        """The speed of what ground stations ask for, in m/s."""
+        return min(self.chosen_speed or self.options.hold_speed, self.limits.max_speed)
+
+    def conversion_settings(self, name: str = "mavlink") -> Settings:
+        """The vehicle for which missions and orders become plans; `name` is the plan's."""
+        return Settings(
+            self.kind,
+            self.home,
+            speed=self.speed,
+            deepest=self.limits.max_depth,
+            highest=self.limits.max_altitude,
+            fastest=self.limits.max_speed,
+            area=self.limits.message,
+            camera=self.camera,
+            switch=SAVE_IMAGES,
+            aloft=self.airborne,
+            name=name,
+        )
+
+    @property
+    def shown(self) -> tuple[Mode, bool, bool]:
+        """What ground stations must learn immediately: mode, arming, an Abort."""
+        return self.mode, self.armed_or_moving, self.health.aborted
+
+    @property
+    def mode(self) -> Mode:
+        """What the vehicle does; HOLD also if a ground station asked for it and nothing else goes on."""
+        if self.airborne and self.latest.is_landing:
+            return Mode.LAND
+        vehicle = self.latest.vehicle
+        stays = vehicle is not None and vehicle.maneuver_type == imc.StationKeeping.ID
+        match self.guided_plan:
+            case "hold":
+                return Mode.HOLD
+            case "goto" | "orbit":
+                return Mode.HOLD if stays else Mode.GUIDED
+            case "return":
+                return Mode.RETURN
+            case "land":
+                return Mode.LAND
+            case "follow":
+                return Mode.OFFBOARD
+            case "steered":
+                return Mode.TELEOPERATION
+            case "takeoff" if not stays:
+                return Mode.TAKEOFF
+            case _:
+                mode = mode_of(vehicle, self.latest.plan, aloft=self.airborne)
+                return Mode.HOLD if mode is Mode.MANUAL and self.held else mode
+
+    @property
+    def guided_plan(self) -> str:
+        """What a ground station has asked for and the vehicle does, by a single order; empty if nothing."""
+        plan = self.latest.plan
+        return plan.plan_id if plan is not None and plan.plan_id in GUIDED_PLANS and moving(self.latest.vehicle) else ""
+
+    @property
+    def armed_or_moving(self) -> bool:
+        """Whether it is armed over MAVLink, moving for any other reason, or has running motors."""
+        return self.armed or moving(self.latest.vehicle) or bool(self.latest.motors_running)
+
+    @property
+    def airborne(self) -> bool:
+        """Whether it is an aircraft in the air, that is, with running motors."""
+        return not self.kind.afloat and bool(self.latest.motors_running)
+
+    @property
+    def prearm_failure(self) -> str:
+        """Why the vehicle cannot be armed; empty if it can."""
+        return self.health.prearm_failure(self.latest.vehicle)
+
+    def place(self) -> tuple[imc.EstimatedState, from_imc.Position] | None:
+        """The present estimate and its position; None if it is missing, old or impossible, or never was aligned."""
+        state = self.latest.state if self.health.aligned else None
+        place = self.position(state) if state is not None else None
+        return (state, place) if state is not None and place is not None else None
+
+    @property
+    def located(self) -> bool:
+        """Whether the position is known, and trusted by the navigation."""
+        return self.place() is not None and self.health.position_trusted
+
+    @property
+    def inside_fence(self) -> bool | None:
+        """Whether the vehicle is inside its fence; None if there is none, or the position is unknown."""
+        found = self.place()
+        return None if found is None else self.limits.contains(found[1].lat, found[1].lon)
+
+    def position(self, state: imc.EstimatedState) -> from_imc.Position | None:
+        """The position in an estimate; None if it is impossible, or home is unknown."""
+        if self.home is None:
+            return None
+        return from_imc.place_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
+
+    def choose_mode(self, flavor: Flavour, mode: Mode, number: int) -> None:
+        """Remember which of a mode's numbers a ground station has chosen: it expects to see that one."""
+        self._chosen_number = mode, number, flavor.name
+        self.chosen_mode = flavor.mode(self.kind, number) if number >= 0 else mode
+
+    def custom_mode(self, flavor: Flavour) -> int:
+        """The number of the present mode in a flavor."""
+        mode, number, name = self._chosen_number
+        if (mode, name) == (self.mode, flavor.name) and number >= 0:
+            return number
+        return flavor.custom_mode(self.kind, self.mode)
+
+    def intended_mode(self, flavor: Flavour) -> int:
+        """The number of the mode that people want: the present one, unless the vehicle has left it by itself."""
+        mode, count = self.interrupted
+        return flavor.custom_mode(self.kind, mode) if count == self.command_count else self.custom_mode(flavor)
+
+    def utc(self, now: float) -> float:
+        """The date that stations see, in s since 1970."""
+        return now
+
+    def time(self, state: imc.EstimatedState) -> int:
+        """The time of an estimate in ms since the start."""
+        return from_imc.boot_ms(state.timestamp, self.boot)

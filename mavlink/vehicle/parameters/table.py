@@ -1,0 +1,138 @@
+"""The vehicle's parameters under MAVLink's 16-character names, as INT32 and REAL32."""
+
+import math
+import struct
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mavlink import Flavour
+from mavlink.vehicle.parameters.names import parameter_ids
+from mavlink.vehicle.ports import ParameterDeclaration, ParameterView
+
+INT32, REAL32 = 6, 9
+DOES_NOT_EXIST, OUT_OF_RANGE, TYPE_MISMATCH = 1, 2, 7
+LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
+
+
+class ParameterRefusal(ValueError):
+    """A value that a parameter cannot have; `code` is the MAV_PARAM_ERROR."""
+
+    def __init__(self, code: int, reason: str):
+        super().__init__(reason)
+        self.code = code
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterEntry:
+    """One parameter: its MAVLink name, index and type."""
+
+    id: str
+    index: int
+    type: int
+    view: ParameterView
+
+    @property
+    def parameter(self) -> ParameterDeclaration:
+        return self.view.declaration
+
+    @property
+    def value(self) -> int | float:
+        """The present value."""
+        return self.number(self.view.value())
+
+    def number(self, value: Any) -> int | float:
+        """A value as MAVLink has it: of a choice among texts its index, and integers within 32 bits."""
+        if self.parameter.type is str:
+            return self.parameter.choices.index(value)
+        return value if self.type == REAL32 else max(LOWEST, min(HIGHEST, int(value)))
+
+    def encoded(self, flavor: Flavour) -> bytes:
+        """The four bytes of PARAM_VALUE.param_value: an integer's own bytes, or the float nearest to it."""
+        if self.type == INT32 and flavor.bytewise:
+            return struct.pack("<i", self.value)
+        return np.float32(self.value).astype("<f4").tobytes()
+
+    def text(self, raw: bytes, kind: int, flavor: Flavour) -> str:
+        """The four bytes of PARAM_SET.param_value, of type `kind`, as written in a profile. Raises ParameterRefusal."""
+        if flavor.bytewise and kind != self.type:
+            raise ParameterRefusal(TYPE_MISMATCH, f"type {kind} instead of {self.type}")
+        if flavor.bytewise and self.type == INT32:
+            value: float = struct.unpack("<i", raw)[0]
+        else:
+            value = struct.unpack("<f", raw)[0]
+            if not math.isfinite(value):
+                raise ParameterRefusal(OUT_OF_RANGE, f"{value} is not a finite number")
+        return self._checked(value)
+
+    def _checked(self, value: float) -> str:
+        parameter = self.parameter
+        if self.type == REAL32:
+            wanted = shortest_float32(value)
+        elif value != int(value):
+            raise ParameterRefusal(OUT_OF_RANGE, f"{value:g} is not an integer")
+        elif parameter.type is int:
+            wanted = int(value)
+        else:
+            offered = (False, True) if parameter.type is bool else parameter.choices
+            if not 0 <= value < len(offered):
+                raise ParameterRefusal(OUT_OF_RANGE, f"{value:g} is not within 0 to {len(offered) - 1}")
+            wanted = offered[int(value)]
+        try:
+            return parameter.format(parameter.check(wanted))
+        except ValueError as error:
+            raise ParameterRefusal(OUT_OF_RANGE, str(error)) from None
+
+
+class ParameterTable:
+    """The parameters that ground stations may see and set; order and names stay the same while the vehicle runs.
+
+    These are the editable numbers, booleans and choices of all tasks; MAVLink has no parameters for texts and lists.
+    """
+
+    def __init__(self, parameters: Iterable[ParameterView]):
+        found = {
+            (view.label, view.declaration.name): view
+            for view in parameters
+            if is_representable(view.declaration, view.value())
+        }
+        self._entries: list[ParameterEntry] = []
+        for (pair, name), index in zip(parameter_ids(found).items(), range(len(found)), strict=True):
+            view = found[pair]
+            kind = REAL32 if view.declaration.type is float else INT32
+            self._entries.append(ParameterEntry(name, index, kind, view))
+        self._by_id = {entry.id: entry for entry in self._entries}
+        self._by_name = {(e.view.label, e.parameter.name): e for e in self._entries}
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def __iter__(self) -> Iterator[ParameterEntry]:
+        return iter(self._entries)
+
+    def at(self, index: int) -> ParameterEntry | None:
+        return self._entries[index] if 0 <= index < len(self._entries) else None
+
+    def named(self, name: bytes) -> ParameterEntry | None:
+        """The entry with a MAVLink name."""
+        return self._by_id.get(name.decode("ascii", errors="replace"))
+
+    def of(self, label: str, parameter: str) -> ParameterEntry | None:
+        """The entry of an entity's parameter."""
+        return self._by_name.get((label, parameter))
+
+
+def shortest_float32(value: float) -> float:
+    """The shortest number with the same 32 bits: 0.1, not 0.10000000149."""
+    return float(str(np.float32(value)))
+
+
+def is_representable(parameter: ParameterDeclaration, value: Any) -> bool:
+    """Whether MAVLink can show and set a parameter that has a value."""
+    if parameter.is_list or not parameter.editable:
+        return False
+    if parameter.type is int:
+        return LOWEST <= value <= HIGHEST
+    return parameter.type is not str or bool(parameter.choices)

@@ -1,0 +1,19 @@
+"""What the autopilot's messages are made of."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mavlink.vehicle.mission import MissionStore
+from mavlink.vehicle.model import VehicleModel
+from mavlink.vehicle.parameters import ComponentMetadata
+from mavlink.vehicle.telemetry.named_values import NamedValue
+
+
+@dataclass(frozen=True, slots=True)
+class TelemetrySources:
+    """The vehicle, its mission, and what the profile adds."""
+
+    model: VehicleModel
+    mission: MissionStore
+    metadata: ComponentMetadata
+    named_values: Sequence[NamedValue] = ()

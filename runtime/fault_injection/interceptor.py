@@ -1,0 +1,74 @@
+"""Stands between a task and the bus while the task has a fault."""
+
+from collections.abc import Callable
+from typing import Any
+
+import imc
+from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from runtime.bus import Frame
+from runtime.task import Entity, Task
+
+Item = imc.Message | Frame
+Spoil = Callable[[Any], Item | None]  # from what the task says to what others hear; None is nothing
+
+
+class PublishInterceptor:
+    """What one task publishes and shares: it goes through the `spoils` in the order in which they began.
+
+    With `remembers`, `last` has the latest message or frame of each kind, as the task itself would have it. `crashes`
+    counts those that keep the task from starting, `acted` has the ids of the spoils that have changed something.
+    The task gets its own methods back when nothing is left to do, so that tasks without faults cost nothing.
+    """
+
+    def __init__(self, task: Task):
+        self.task = task
+        self.filters: list[Spoil] = []
+        self.last: dict[object, Item] = {}
+        self.keeps_last = False
+        self.crashes = 0
+        self.acted = set[int]()
+
+    def attach_or_detach(self) -> None:
+        """Stand between the task and its bus if there is a reason, else leave."""
+        own = vars(self.task)
+        if self.filters or self.keeps_last:
+            own["publish"], own["share"] = self._publish, self._share
+        else:
+            own.pop("publish", None)
+            own.pop("share", None)
+
+    def key(self, item: Item) -> object:
+        """What tells the values of one sensor from those of another: type, entity, and the number that some have."""
+        if isinstance(item, Frame):
+            return Frame, item.camera
+        return type(item), item.src_ent, getattr(item, "id", None)
+
+    def _publish(self, message: Any, *, keep_time: bool = False, entity: Entity | None = None) -> imc.Message:
+        task = self.task
+        if not isinstance(message, imc.Message):
+            return type(task).publish(task, message)
+        speaker = (entity or task.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent
+        message = message.replace(src_ent=speaker)
+        heard = self._spoilt(message)
+        if isinstance(heard, imc.Message):
+            return type(task).publish(task, heard, keep_time=keep_time)
+        timestamp = message.timestamp if keep_time else task.now
+        source = task.system if message.src == UNKNOWN_SYSTEM else message.src
+        return task.vehicle.bus.decode(imc.encode_as(message, timestamp, source, speaker, message.dst, message.dst_ent))
+
+    def _share(self, frame: Frame) -> None:
+        heard = self._spoilt(frame)
+        if isinstance(heard, Frame):
+            type(self.task).share(self.task, heard)
+
+    def _spoilt(self, item: Item) -> Item | None:
+        heard: Item | None = item
+        for spoil in self.filters:
+            before, heard = heard, spoil(heard)
+            if heard is not before:
+                self.acted.add(id(spoil))
+            if heard is None:
+                break
+        if self.keeps_last:
+            self.last[self.key(item)] = item
+        return heard

@@ -1,0 +1,43 @@
+"""Writes the folder of a log: unchanged packets, and their definitions."""
+
+import shutil
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+import imc
+from imc.lsf import LsfWriter, compress_member, packed_schema
+from support.file_errors import naming_path
+
+SCHEMA = "IMC.xml.gz"
+DATA = "Data.lsf.gz"
+
+
+@contextmanager
+def create_log(folder: Path, source: imc.Log | None = None) -> Generator[LsfWriter]:
+    """A new log folder with the definitions of `source` (built-in ones without it), and the writer of its packets.
+
+    If anything fails, the folder is removed. Raises FileExistsError if it exists already, OSError.
+    """
+    folder.mkdir(parents=True)
+    try:
+        with naming_path(folder):
+            (folder / SCHEMA).write_bytes(schema_bytes(source))
+            if source is not None and (config := source.path.parent / "Config.ini").is_file():
+                shutil.copyfile(config, folder / config.name)
+        writer = LsfWriter(folder / DATA)
+        try:
+            yield writer
+        finally:
+            writer.close()
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+def schema_bytes(source: imc.Log | None) -> bytes:
+    """The definitions of a log as IMC.xml.gz; those of its own file, if it has one."""
+    if source is None or source.schema_source is None:
+        return packed_schema(source.schema if source else imc.builtin())
+    data = source.schema_source.read_bytes()
+    return data if data.startswith(b"\x1f\x8b") else compress_member(data, level=9)

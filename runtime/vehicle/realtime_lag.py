@@ -1,0 +1,115 @@
+"""Compares a vehicle's time with the computer's, and says where they part."""
+
+import time
+from typing import TYPE_CHECKING
+
+from runtime.kernel import SECOND
+
+if TYPE_CHECKING:
+    from runtime.vehicle.vehicle import Vehicle
+
+WINDOW = 10.0  # s of real time over which the pace is measured
+SILENCE = 60.0  # s of real time between two warnings of a kind
+ENOUGH = 0.95  # share of the wanted speed that is not worth a word
+MERGED = 0.01  # share of the periodic calls
+STEP = 0.5  # s, least step of the system time that is told; a busy computer may read two clocks this far apart
+HUNG = 10.0  # s of real time in offloaded work, after which it is named
+
+
+class RealtimeLag:
+    """The pace of a vehicle whose clock follows real time; `look` is called about once a second of its time.
+
+    `speed` is what the clock reached in the last window, in seconds of the vehicle per second of real time, `merged`
+    the share of periodic calls that came so late in it that they were merged with others.
+    """
+
+    def __init__(self, vehicle: "Vehicle"):
+        self._vehicle = vehicle
+        self.wanted = vehicle.kernel.clock.speed
+        self.speed = self.wanted
+        self.merged = 0.0
+        self._all_missed, self._all_ticks = 0, 0.0
+        self._at: tuple[float, int] | None = None
+        self._missed: dict[str, int] = {}
+        self._told: dict[str, float] = {}
+        self._named: set[str] = set()
+        self._offset = self._system_time()
+
+    def poll(self) -> None:
+        """Measure, and warn in the log book."""
+        self._look_at_system_time()
+        self._look_at_workers()
+        real, now = time.monotonic(), self._vehicle.kernel.now_ns
+        if self._at is None:
+            self._at = real, now
+        passed = real - self._at[0]
+        if passed < WINDOW:
+            return
+        self.speed = (now - self._at[1]) / SECOND / passed
+        self._at = real, now
+        if self.speed < ENOUGH * self.wanted:
+            self._warn(
+                "speed",
+                f"the computer is too slow: time passes {self.speed:.3g} times as fast as real time, "
+                f"not {self.wanted:g} times",
+            )
+        self._look_at_ticks(passed)
+
+    def __str__(self) -> str:
+        """What the clock reached in the last window, if that is less than it should."""
+        return self._shortage(self.speed, self.merged)
+
+    def since(self, passed: float, real: float) -> str:
+        """The same for the whole run, in which `passed` s of the vehicle took `real` s."""
+        return self._shortage(passed / real if real else self.wanted, self._all_missed / max(1.0, self._all_ticks))
+
+    def _shortage(self, speed: float, merged: float) -> str:
+        if speed < ENOUGH * self.wanted:
+            return f"{speed:.3g}x of {self.wanted:g}x"
+        return f"{100.0 * merged:.0f} % of the periodic calls too late" if merged > MERGED else ""
+
+    def _look_at_ticks(self, passed: float) -> None:
+        worst, most, missed, ticks = "", 0, 0, 0.0
+        for task in self._vehicle.tasks:
+            total = sum(ticker.missed for ticker in task.tickers)
+            recent = max(0, total - self._missed.get(task.name, 0))
+            self._missed[task.name] = total
+            missed += recent
+            ticks += passed * self.speed * sum(ticker.state()[0] for ticker in task.tickers)
+            if recent > most:
+                worst, most = task.name, recent
+        self.merged = missed / ticks if ticks else 0.0
+        self._all_missed += missed
+        self._all_ticks += ticks
+        if self.merged > MERGED:
+            self._warn(
+                "merged",
+                f"the computer is too slow for real time: {100.0 * self.merged:.0f} % of the periodic calls of the "
+                f"last {passed:.0f} s came too late and were merged with others, most of them in {worst}",
+            )
+
+    def _look_at_system_time(self) -> None:
+        offset = self._system_time()
+        step, self._offset = (offset - self._offset) / SECOND, offset
+        if abs(step) > STEP:
+            self._vehicle.daemon.log.warning(
+                f"the system time was set {'forward' if step > 0.0 else 'back'} by {abs(step):.3f} s, or the computer "
+                f"slept; the vehicle keeps its own time until the run is started again: {abs(offset) / SECOND:.3f} s "
+                f"{'behind' if offset > 0 else 'ahead of'} the system time"
+            )
+
+    def _system_time(self) -> int:
+        """How far the system time is ahead (ns); 0 for a clock that does not follow it."""
+        return time.time_ns() - self._vehicle.kernel.clock.read() if self.wanted == 1.0 else 0
+
+    def _look_at_workers(self) -> None:
+        for title, seconds in self._vehicle.worker.current_work():
+            if seconds > HUNG and title not in self._named:
+                self._named.add(title)
+                self._vehicle.daemon.log.warning(f"offloaded work has not returned for {seconds:.0f} s: {title}")
+
+    def _warn(self, kind: str, text: str) -> None:
+        now = time.monotonic()
+        if now - self._told.get(kind, -SILENCE) >= SILENCE:
+            self._told[kind] = now
+            self._vehicle.daemon.log.warning(text)

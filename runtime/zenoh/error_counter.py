@@ -1,0 +1,46 @@
+"""Counts what goes wrong with packets, and reports it at most once in REPORT_PERIOD."""
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+
+REPORT_PERIOD = 10.0  # s
+
+logger = logging.getLogger("shoal.zenoh")
+
+
+class ErrorCounter:
+    """Counts one kind of fault; reports the first one, then at most once in REPORT_PERIOD seconds."""
+
+    def __init__(self, what: str, report: Callable[[str], None] = logger.warning) -> None:
+        self.total = 0
+        self._what = what
+        self._report = report
+        self._told = 0
+        self._next = self._last = 0.0
+        self._lock = threading.Lock()
+
+    def count(self, detail: object, number: int = 1) -> None:
+        with self._lock:
+            self.total += number
+            now = self._last = time.monotonic()
+            if now < self._next:
+                return
+            self._next = now + REPORT_PERIOD
+        self.report(detail)
+
+    def report(self, detail: object) -> None:
+        """Report what has not been reported yet."""
+        if text := self._untold():
+            self._report(f"{text}; {detail}")
+
+    def end(self, whose: str, report: Callable[[str], None]) -> None:
+        """Report what has not been reported yet, of something that has ended: `whose` these packets were."""
+        ago = time.monotonic() - self._last
+        if text := self._untold():
+            report(f"{whose}: {text}, the last {ago:.1f} s before the end, beside those in the log book")
+
+    def _untold(self) -> str:
+        number, self._told = self.total - self._told, self.total
+        return f"{number} packets {self._what}" if number else ""

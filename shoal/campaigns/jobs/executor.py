@@ -1,0 +1,21 @@
+"""What an engine promises: processes of this computer, or a cluster."""
+
+from collections.abc import Generator, Iterable
+from typing import Protocol
+
+from shoal.campaigns.jobs.job import Job
+from shoal.scenarios import ScenarioResult
+
+
+class JobExecutor(Protocol):
+    """Does jobs somewhere; one caller at a time."""
+
+    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, ScenarioResult]]:
+        """Each job with its result, once, in the order of completion.
+
+        A job is asked for when there is somebody for it. One whose process or computer is lost is done elsewhere; one
+        that takes too long, or of which several processes die, has an Unfinished result. Logs are in `log_root` of
+        the job, on this computer. The same job has the same result on every engine. The caller may leave at any
+        moment. Raises OSError when nobody is left who could do a job.
+        """
+        ...

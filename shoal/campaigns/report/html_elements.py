@@ -1,0 +1,43 @@
+"""Pieces of HTML for the page of a campaign."""
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import Any
+
+from support.text import printable
+
+LONGEST_TEXT = 300
+
+
+def html_section(title: str, content: str, words: str = "") -> str:
+    """A part of the page with a title and some words, nothing without content."""
+    told = f'<p class="none">{escape_text(words)}</p>' if words else ""
+    return f"<section><h2>{escape_text(title)}</h2>{told}{content}</section>" if content else ""
+
+
+def html_table(
+    heads: Sequence[str], lines: Iterable[Sequence[str]], *, numbers: Iterable[int], as_is: bool = False
+) -> str:
+    """A table of texts; with `as_is` they are HTML already."""
+    right = set(numbers)
+
+    def cells(words: Sequence[str], tag: str, is_safe: bool) -> str:
+        kinds = (' class="n"' if place in right else "" for place in range(len(words)))
+        return "".join(
+            f"<{tag}{kind}>{word if is_safe else escape_text(word)}</{tag}>"
+            for kind, word in zip(kinds, words, strict=True)
+        )
+
+    body = "".join(f"<tr>{cells(line, 'td', as_is)}</tr>" for line in lines)
+    return f'<div class="scroll"><table><tr>{cells(heads, "th", False)}</tr>{body}</table></div>'
+
+
+def short_number(value: Any) -> str:
+    """A value with as many digits as people want."""
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def escape_text(value: Any) -> str:
+    """A text that can stand in HTML, cut if it is long."""
+    text = str(value)
+    return escape(printable(text if len(text) <= LONGEST_TEXT else text[: LONGEST_TEXT - 1] + "…"))

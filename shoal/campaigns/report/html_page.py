@@ -1,0 +1,310 @@
+"""Draws a campaign as one HTML page that needs no other file and no network."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shoal.campaigns.findings_files import describe_run, read_findings
+from shoal.campaigns.jobs import ResultRow
+from shoal.campaigns.pass_rate import PassRate
+from shoal.campaigns.report.html_elements import escape_text, html_section, html_table, short_number
+from shoal.campaigns.report.plots import (
+    MOST_PLOTS,
+    best_so_far_plot,
+    histogram_plots,
+    pass_rate_plots,
+    scatter_plots,
+    track_map,
+)
+from shoal.campaigns.report.sensitivity import (
+    Columns,
+    SobolIndex,
+    choice_groups,
+    critical_correlation,
+    eta_squared,
+    input_columns,
+    output_columns,
+    rank_correlations,
+    sobol_indices,
+)
+from shoal.campaigns.repro_commands import rerun_command
+from shoal.campaigns.results import CampaignResults, ResultsError
+from shoal.campaigns.search import SearchFindings, SearchObjective
+from shoal.logs.inspect import format_count, format_duration
+
+LISTED = 20
+MOST_INDICES = 12  # outputs
+SCATTERS = 6
+MEDIANS = 4  # outputs beside each choice
+STRONG = 0.1  # a coefficient below is not worth a picture
+_HERE = Path(__file__).parent
+
+
+def campaign_html(data: CampaignResults, beside: Path) -> str:
+    """The page of a data set, for a file in the folder `beside`: links to logs are relative to it.
+
+    Text from the data set is escaped. Raises DataSetError if it has no run.
+    """
+    rows = data.counted_rows
+    if not rows:
+        raise ResultsError(f"{data.folder} has no run yet")
+    passed = np.array([bool(row["passed"]) for row in rows])
+    inputs, outputs = input_columns(rows), output_columns(rows)
+    shown = read_findings(data)
+    if shown is not None:
+        first = _of_search(data, rows, shown, inputs, outputs, passed)
+    else:
+        first = _of_samples(data, rows, inputs, outputs, passed)
+    parts = [
+        *first,
+        html_section("Tracks", track_map(rows), _LEGEND + " Green points are starts."),
+        _worst(data, rows, beside) if shown is None else _best(data, rows, shown.objective, beside),
+        html_section("Runs that ended out of order", _errors(rows)),
+    ]
+    style = (_HERE / "page.css").read_text(encoding="utf-8")
+    policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'"
+    about = data.metadata
+    file, seed, sampling = (escape_text(about[key]) for key in ("file", "seed", "sampling"))
+    text = f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{escape_text(data.name)}</title><style>{style}</style></head>
+<body><main><header><h1>{escape_text(data.name)}</h1><p>{escape_text(about["description"])}</p>
+<p>{file} · seed {seed} · sampling {sampling}</p></header>
+{"".join(parts)}
+<footer>Made with {escape_text(about["versions"])}.</footer></main></body></html>
+"""
+    return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def _of_samples(
+    data: CampaignResults, rows: Sequence[ResultRow], inputs: Columns, outputs: Columns, passed: Any
+) -> list[str]:
+    """What runs show that are a sample of all that may happen."""
+    units, rate = data.metadata["units"], data.pass_rate
+    correlations = rank_correlations(inputs, outputs)
+    indices = sobol_indices(data, rows, dict(list(outputs.items())[:MOST_INDICES]))
+    strongest = _strongest(correlations, indices)
+    return [
+        _tiles(data, rows, rate),
+        html_section("Expectations", _expectations(rows, rate.confidence)),
+        html_section("Pass rate over what varies, %", pass_rate_plots(inputs, passed, units, rate.confidence)),
+        html_section("Choices", _choices(rows, outputs, rate.confidence), _CHOICES),
+        _histograms(outputs, passed, units),
+        html_section("Rank correlation", _correlations(inputs, outputs, correlations), _CORRELATION),
+        html_section("Sobol indices", _indices(indices), _SOBOL),
+        html_section("Strongest relations", scatter_plots(strongest, inputs, outputs, passed, units), _LEGEND),
+    ]
+
+
+def _of_search(
+    data: CampaignResults,
+    rows: Sequence[ResultRow],
+    shown: SearchFindings,
+    inputs: Columns,
+    outputs: Columns,
+    passed: Any,
+) -> list[str]:
+    """What the runs of a search show: no pass rate, since they are where it looked."""
+    goal, units = shown.objective, data.metadata["units"]
+    words = (
+        (row, title, "<br>".join(map(escape_text, describe_run(shown, row, units)))) for title, row in _kept(shown)
+    )
+    lines = [(str(row["run"]), title, text) for row, title, text in words]
+    found = html_table(("run", "", ""), lines, numbers=(0,), as_is=True)
+    values = np.array([goal.value(row) for row in rows], float)
+    column = {goal.column: np.where(np.isfinite(values), values, np.nan)}
+    pairs = [(name, goal.column) for name in inputs] if np.isfinite(values).any() else []
+    tried = [goal.value(row) for row in rows]
+    return [
+        html_section(f"{goal.extreme_word.capitalize()} {goal.text}", found, data.progress_text),
+        html_section(
+            "Best so far", best_so_far_plot(tried, shown.best_so_far), "Points: runs. Line: the best until then."
+        ),
+        html_section(
+            "Where it looked", scatter_plots(pairs[:MOST_PLOTS], inputs, {**outputs, **column}, passed, units), _LEGEND
+        ),
+        _histograms(outputs, passed, units),
+    ]
+
+
+def _histograms(outputs: Columns, passed: Any, units: dict[str, str]) -> str:
+    return html_section("Metrics and margins", histogram_plots(outputs, passed, units), _LEGEND + _only_first(outputs))
+
+
+def _kept(shown: SearchFindings) -> list[tuple[str, ResultRow]]:
+    names = ("as it is", shown.objective.extreme_word, "smallest change that fails")
+    rows = (shown.baseline, shown.best, shown.smallest_failure)
+    return [(name, row) for name, row in zip(names, rows, strict=True) if row is not None]
+
+
+_DONE = " runs done"
+_LEGEND = "Blue: passed. Red: failed."
+_CHOICES = "Runs by what they drew, and the medians of the outputs that differ most between them."
+_CORRELATION = "Spearman's coefficient: 1 if the output rises with the input, -1 if it falls. Gray may be chance."
+_SOBOL = (
+    "The share of an output's variance that an input has, by SALib: first, alone; total, with all that it acts "
+    "together with. ± is half the interval of 95 %."
+)
+
+
+def _only_first(outputs: Columns) -> str:
+    return f" The first {MOST_PLOTS} of {len(outputs)}." if len(outputs) > MOST_PLOTS else ""
+
+
+def _tiles(data: CampaignResults, rows: Sequence[ResultRow], rate: PassRate) -> str:
+    low, high = rate.interval
+    errors = len([row for row in rows if row["error"]])
+    simulated, cpu = (math.fsum(row[name] for row in rows) for name in ("seconds", "cpu"))
+    tiles = [
+        ("bad" if rate.ratio < 0.5 else "", f"{rate.ratio:.1%}", "of runs passed"),
+        ("", f"{low:.1%} to {high:.1%}", f"true pass rate, {100 * rate.confidence:g}% confidence (Wilson)"),
+        ("", f"{rate.passed} of {rate.runs}", "runs passed"),
+        ("bad" if errors else "", str(errors), "ended out of order"),
+        ("", format_duration(simulated), "simulated"),
+        ("", format_duration(cpu), "of CPU"),
+        ("", f"{len(rows) * 3600.0 / cpu:.0f}" if cpu else "", "runs per hour of CPU"),
+    ]
+    if data.progress_text:
+        tiles.append(("fair", data.progress_text.removesuffix(_DONE), _DONE))
+    return '<div class="tiles">' + "".join(
+        f'<div class="tile {kind}"><b>{escape_text(value)}</b><span>{escape_text(what)}</span></div>'
+        for kind, value, what in tiles
+    ) + "</div>"  # fmt: skip
+
+
+def _expectations(rows: Sequence[ResultRow], confidence: float) -> str:
+    names = dict.fromkeys(name.partition(".")[2] for row in rows for name in row if name.startswith("verdicts."))
+    lines: list[Sequence[str]] = []
+    for name in sorted(names):
+        judged = [row for row in rows if f"verdicts.{name}" in row]
+        rate = PassRate(len([row for row in judged if row[f"verdicts.{name}"]]), len(judged), confidence)
+        margins: Any = np.array([row[f"margins.{name}"] for row in judged], float)
+        margins = margins[np.isfinite(margins)]
+        least, median = (f"{f(margins):.4g}" if len(margins) else "" for f in (np.min, np.median))
+        idle = len([row for row in judged if not row.get(f"applied.{name}", True)])
+        low, high = rate.interval
+        lines.append((name, f"{rate.ratio:.1%}", f"{low:.1%} to {high:.1%}", least, median, str(idle or "")))
+    heads = ("expectation", "passed", "interval", "least margin", "median margin", "never applied")
+    return html_table(heads, lines, numbers=range(1, 6)) if lines else ""
+
+
+def _choices(rows: Sequence[ResultRow], outputs: Columns, confidence: float) -> str:
+    tables: list[str] = []
+    for name, groups in choice_groups(rows).items():
+        shares = {output: eta_squared(list(groups.values()), column) for output, column in outputs.items()}
+        shown = sorted((o for o in shares if shares[o] > STRONG), key=lambda output: -shares[output])[:MEDIANS]
+        lines: list[Sequence[str]] = []
+        for word, group in groups.items():
+            rate = PassRate(len([k for k in group if rows[k]["passed"]]), len(group), confidence)
+            low, high = rate.interval
+            medians = [_median(outputs[output][group]) for output in shown]
+            lines.append((word, str(rate.runs), f"{rate.ratio:.1%}", f"{low:.1%} to {high:.1%}", *medians))
+        heads = (name.partition(".")[2], "runs", "passed", "interval", *shown)
+        tables.append(html_table(heads, lines, numbers=range(1, len(heads))))
+    return "".join(tables)
+
+
+def _median(column: Any) -> str:
+    finite = column[np.isfinite(column)]
+    return f"{np.median(finite):.4g}" if len(finite) else ""
+
+
+def _correlations(inputs: Columns, outputs: Columns, found: dict[tuple[str, str], tuple[float, int]]) -> str:
+    if not found:
+        return ""
+    rows: list[str] = []
+    for output in outputs:
+        cells: list[str] = []
+        for name in inputs:
+            r, count = found.get((name, output), (math.nan, 0))
+            if math.isnan(r):
+                cells.append("<td></td>")
+                continue
+            kind = "n soft" if abs(r) < critical_correlation(count) else "n"
+            color = f"rgba({'198,47,54' if r < 0 else '23,105,194'},{min(abs(r), 1.0) * 0.7:.2f})"
+            cells.append(f'<td class="{kind}" style="background:{color}">{r:+.2f}</td>')
+        rows.append(f"<tr><td>{escape_text(output)}</td>{''.join(cells)}</tr>")
+    heads = "".join(f'<th class="n">{escape_text(name.partition(".")[2])}</th>' for name in inputs)
+    return f'<div class="scroll"><table><tr><th></th>{heads}</tr>{"".join(rows)}</table></div>'
+
+
+def _indices(found: dict[tuple[str, str], SobolIndex]) -> str:
+    lines: list[Sequence[str]] = []
+    for (name, output), index in sorted(found.items(), key=lambda item: (item[0][1], -item[1].first_order)):
+        total = "" if math.isnan(index.total_order) else f"{index.total_order:.2f} ± {index.total_order_half_width:.2f}"
+        lines.append(
+            (output, name.partition(".")[2], f"{index.first_order:.2f} ± {index.first_order_half_width:.2f}", total)
+        )
+    return html_table(("output", "input", "first", "total"), lines, numbers=(2, 3)) if lines else ""
+
+
+def _strongest(
+    found: dict[tuple[str, str], tuple[float, int]], indices: dict[tuple[str, str], SobolIndex]
+) -> list[tuple[str, str]]:
+    """Pairs of an input and an output that are related, also where an output rises on both sides of the middle."""
+    strengths = {
+        pair: abs(r) for pair, (r, count) in found.items() if abs(r) > max(STRONG, critical_correlation(count))
+    }
+    for pair, index in indices.items():
+        if index.first_order > max(STRONG, 2.0 * index.first_order_half_width):
+            strengths[pair] = max(strengths.get(pair, 0.0), math.sqrt(index.first_order))
+    return sorted(strengths, key=lambda pair: -strengths[pair])[:SCATTERS]
+
+
+def _worst(data: CampaignResults, rows: Sequence[ResultRow], beside: Path) -> str:
+    worst = sorted(rows, key=lambda row: (not row["error"], row["passed"], row["margin"], row["run"]))[:LISTED]
+    return html_section(
+        f"The {format_count(len(worst), 'worst run')}",
+        _listed(data, [(row, row["margin"]) for row in worst], "margin", beside),
+    )
+
+
+def _best(data: CampaignResults, rows: Sequence[ResultRow], goal: SearchObjective, beside: Path) -> str:
+    """The runs nearest to what a search looks for."""
+    values = [(row, value) for row in rows if not math.isnan(value := goal.value(row))]
+    best = sorted(values, key=lambda pair: -pair[1] if goal.is_maximized else pair[1])[:LISTED]
+    title = f"The {format_count(len(best), 'run')} with the {goal.extreme_word} {goal.text}"
+    return html_section(title, _listed(data, best, goal.text, beside) if best else "")
+
+
+def _listed(data: CampaignResults, rows: Iterable[tuple[ResultRow, float]], name: str, beside: Path) -> str:
+    """Runs, each with a value that has this name."""
+    lines: list[Sequence[str]] = []
+    for row, value in rows:
+        drawn = [f"{name.partition('.')[2]} = {short_number(row[name])}" for name in row if name.startswith("values.")]
+        links = [_link(data.folder / row[name], name.partition(".")[2], beside) for name in row if _is_log(name)]
+        why = row["error"].strip().splitlines()[-1] if row["error"] else row["reason"]
+        code = f"<code>{escape_text(rerun_command(data, row['run']))}</code>"
+        cells = (
+            str(row["run"]),
+            f"{value:.4g}",
+            escape_text(why),
+            escape_text(", ".join(drawn)),
+            ", ".join(links) or code,
+        )
+        lines.append(cells)
+    return html_table(("run", name, "why", "drawn", "log, or how to get it"), lines, numbers=(0, 1), as_is=True)
+
+
+def _is_log(name: str) -> bool:
+    return name.startswith("logs.")
+
+
+def _link(folder: Path, words: str, beside: Path) -> str:
+    place, base = folder.resolve(), beside.resolve()
+    target = place.relative_to(base).as_posix() if place.is_relative_to(base) else place.as_uri()
+    return f'<a href="{escape(target)}">{escape_text(words)}</a>'
+
+
+def _errors(rows: Sequence[ResultRow]) -> str:
+    last = Counter(row["error"].strip().splitlines()[-1] for row in rows if row["error"].strip())
+    first = {row["error"].strip().splitlines()[-1]: str(row["run"]) for row in reversed(rows) if row["error"].strip()}
+    lines = [(str(count), first[text], text) for text, count in last.most_common(LISTED)]
+    return html_table(("runs", "first", "error"), lines, numbers=(0, 1)) if lines else ""

@@ -1,0 +1,36 @@
+"""`shoal campaign`: runs a study, does one of its runs again, reports and compares."""
+
+from pathlib import Path
+from typing import Any, ClassVar
+
+import click
+
+from shoal.cli import LazyGroup
+
+COMMANDS = {
+    "run": ("shoal.cli.campaign.run", "Run a study; the word may be left out."),
+    "rerun": ("shoal.cli.campaign.rerun", "Do one run of a campaign again, as it was or with other values."),
+    "merge": ("shoal.cli.campaign.merge", "Make one data set of those of several computers."),
+    "report": ("shoal.cli.campaign.report", "Draw a campaign as one HTML page."),
+    "compare": ("shoal.cli.campaign.compare", "Show what a change made better and worse, run by run."),
+}
+
+
+class CampaignGroup(LazyGroup):
+    """The commands of `shoal campaign`; without one of them it is `run`."""
+
+    table: ClassVar[dict[str, tuple[str, str]]] = COMMANDS
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[Any, Any, list[str]]:
+        first = args[0] if args else ""
+        if first not in self.table and (first.startswith("-") or "." in first or Path(first).exists()):
+            args = ["run", *args]
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=CampaignGroup, context_settings={"ignore_unknown_options": True}, subcommand_metavar="STUDY | COMMAND")
+def campaign() -> None:
+    """Run a scenario many times with values that vary, and show what comes of it.
+
+    shoal campaign drift.study.yaml runs a study, and goes on where it was if it was ended before.
+    """

@@ -1,0 +1,27 @@
+"""`shoal campaign report`: draws a campaign as one HTML page."""
+
+from pathlib import Path
+
+import click
+
+from shoal.campaigns import campaign_html, open_results
+from shoal.cli.campaign.arguments import FILE, FOLDER, errors_as_messages
+from shoal.cli.campaign.progress_text import excluded_runs_text, progress_line
+from support.file_errors import naming_path
+from support.text import printable
+
+
+@click.command()
+@click.argument("folder", type=FOLDER)
+@click.argument("out", type=FILE, required=False)
+def report(folder: Path, out: Path | None) -> None:
+    """Draw the campaign in FOLDER as one HTML page, which needs no network [default: FOLDER/report.html]."""
+    with errors_as_messages():
+        data = open_results(folder)
+        place = out or folder / "report.html"
+        text = campaign_html(data, place.parent)
+        with naming_path(place):
+            place.write_text(text, encoding="utf-8")
+    click.echo(f"{printable(str(place))}: {progress_line(data)}")
+    for words in filter(None, (data.progress_text, excluded_runs_text(data))):
+        click.echo(words)

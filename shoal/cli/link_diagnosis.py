@@ -1,0 +1,66 @@
+"""`shoal link`: finds out why a vehicle is not heard, or does not hear us."""
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+import click
+
+import imc
+from shoal.cli.message_files import messages_option
+from shoal.cli.remote_options import (
+    complete_vehicle,
+    json_option,
+    network_options,
+    parse_seconds,
+    print_json_line,
+    run_on_network,
+)
+from shoal.network import Contact, Diagnosis, Network, diagnose
+from support.text import printable
+
+LISTEN = 2.5  # s
+
+
+@click.command()
+@click.argument("vehicle", required=False, shell_complete=complete_vehicle)
+@click.option("--for", "duration", callback=parse_seconds, metavar="TIME", help="Listen for this time [default: 2.5s].")
+@messages_option
+@network_options
+@json_option
+def link(
+    vehicle: str | None, duration: float | None, schema: imc.Schema, connection: dict[str, Any], as_json: bool
+) -> None:
+    """Show who is heard, who hears us, what was dropped and why, and what to do; of all systems, or of VEHICLE.
+
+    Exit status 0 if nothing is wrong, else 1.
+    """
+
+    async def act(network: Network) -> tuple[int, Diagnosis]:
+        return network.console.id, await diagnose(network, vehicle or "", LISTEN if duration is None else duration)
+
+    console, found = run_on_network({**connection, "messages": schema}, act)
+    if as_json:
+        print_json_line({"console": console, **asdict(found)})
+    else:
+        click.echo(f"this console is 0x{console:04X}")
+        for name, trouble in found.links.items():
+            click.echo(printable(f"{name}: {trouble or 'works'}"))
+        for contact in found.contacts:
+            click.echo(printable(_line(contact)))
+        for finding in found.findings:
+            about = f"{finding.about}: " if finding.about else ""
+            click.echo(printable(f"! {about}{finding.text}"))
+            click.echo(printable(f"  -> {finding.advice}"))
+        if not found.findings:
+            click.echo("nothing is wrong")
+    raise click.exceptions.Exit(1 if found.findings else 0)
+
+
+def _line(contact: Contact) -> str:
+    words = [contact.name, "" if contact.id is None else f"0x{contact.id:04X}"]
+    words += [f"{rate:.1f} packets/s by {name}" for name, rate in contact.rates.items()]
+    words += ["hears us" if contact.answered else "does not hear us"] if contact.asked else []
+    words += [f"{1e3 * contact.round_trip:.1f} ms there and back"] if math.isfinite(contact.round_trip) else []
+    words += [f"clock {contact.clock:+.3f} s"] if math.isfinite(contact.clock) else []
+    return "  ".join(word for word in words if word)

@@ -1,0 +1,95 @@
+"""`shoal log info`: shows what is in a log."""
+
+from pathlib import Path
+
+import click
+
+from runtime.logs import LogSummary, PacketCount, run_position, summarize
+from shoal.cli.json_output import json_option, print_json, summary_to_dict
+from shoal.cli.log.arguments import (
+    LOG,
+    errors_as_messages,
+    logs_of_argument,
+    open_log,
+    progress_bar,
+    require_messages,
+    run_log_options,
+)
+from shoal.cli.tables import open_console, plain_table
+from shoal.logs.inspect import format_count, format_duration, format_rate, format_size, format_time
+from support.text import printable
+
+MOST_LINES = 20  # of damage
+
+
+@click.command()
+@click.argument("log", type=LOG, required=False)
+@run_log_options("log")
+@click.option("--entities/--no-entities", default=True, help="Also list the entities.")
+@json_option
+def info(log: Path, entities: bool, as_json: bool) -> None:
+    """Show what is in LOG, a folder or a Data.lsf: systems, times, messages, rates, damage."""
+    with errors_as_messages():
+        opened = open_log(log)
+        with progress_bar(opened.path) as tell:
+            summary = summarize(opened, tell)
+        require_messages(opened, summary.packets, summary.losses)
+    if as_json:
+        print_json(summary_to_dict(summary) | {"logs": [str(path) for path in logs_of_argument(log)]})
+        return
+    console = open_console(markup=False)
+    for title, text in _facts(summary, logs_of_argument(log)):
+        console.print(f"{title:10}{printable(text)}", soft_wrap=True)
+    console.print()
+    table = plain_table("message", "count", "rate", "bytes", right=("count", "rate", "bytes"))
+    for name, tally in summary.by_type.items():
+        table.add_row(name, *_figures(tally))
+    console.print(table)
+    if entities:
+        table = plain_table("entity", "id", "of", "count", "rate", "bytes", right=("id", "count", "rate", "bytes"))
+        for (src, entity), tally in summary.by_entity.items():
+            label, system = summary.names.entity(src, entity), summary.names.system(src)
+            table.add_row(printable(label), str(entity), printable(system), *_figures(tally))
+        console.print()
+        console.print(table)
+
+
+def _facts(summary: LogSummary, logs: list[Path]) -> list[tuple[str, str]]:
+    others = [summary.names.system(src) for src in summary.clocks if src != summary.owner]
+    heard = f", also messages from {', '.join(others)}" if others else ""
+    packed = f", {format_size(summary.unpacked)} unpacked" if summary.path.suffix != ".lsf" else ""
+    source = summary.schema_source or "built-in, none beside the log"
+    if summary.schema_source and len(logs) > 1:  # that of all logs together is a temporary file
+        source = str(logs[0] / Path(summary.schema_source).name)
+    place = run_position(logs[0])
+    if len(logs) > 1:
+        facts = [("log", str(logs[0])), *(("", str(log)) for log in logs[1:])]
+    else:
+        facts = [("log", str(summary.path))]
+        if place is not None:
+            facts.append(("run", f"log {place.number} of the run that began with {place.first}; --run takes them all"))
+    facts += [
+        ("system", f"{summary.names.system(summary.owner)}{heard}"),
+        ("from", format_time(summary.start)),
+        ("to", f"{format_time(summary.end)} ({format_duration(summary.duration)})"),
+        ("messages", f"{format_count(summary.packets, 'message')} of {format_count(len(summary.by_type), 'type')}"),
+        ("size", f"{format_size(summary.file_size)}{packed}"),
+        ("schema", f"IMC {summary.schema.version}: {source}"),
+    ]
+    for step in summary.steps[:MOST_LINES]:
+        leap = format_duration(step.after - step.before)
+        text = f"of {summary.names.system(step.src)} set by {leap} at {format_time(step.before)}, byte {step.offset}"
+        facts.append(("clock", text))
+    if summary.losses:
+        lost = sum(loss.length for loss in summary.losses)
+        facts.append(("damage", f"{format_count(len(summary.losses), 'place')}, {format_size(lost)}"))
+        facts += [("", f"byte {at}: {format_size(length)}: {why}") for at, length, why in summary.losses[:MOST_LINES]]
+        if len(summary.losses) > MOST_LINES:
+            facts.append(("", f"and {len(summary.losses) - MOST_LINES} more"))
+    else:
+        facts.append(("damage", "none"))
+    return facts
+
+
+def _figures(tally: PacketCount) -> tuple[str, str, str]:
+    return str(tally.count), format_rate(tally.rate), str(tally.size)

@@ -1,0 +1,29 @@
+"""`shoal log merge`: merges several logs into one."""
+
+from pathlib import Path
+
+import click
+
+from shoal.cli.log.arguments import LOG, errors_as_messages, open_log, progress_bar, report_losses
+from shoal.logs.edit import merge as merge_logs
+from shoal.logs.inspect import format_count
+from support.text import printable
+
+
+@click.command()
+@click.argument("logs", type=LOG, nargs=-1, required=True)
+@click.option("-o", "--out", type=LOG, required=True, help="The new folder.")
+@click.option("--copies", is_flag=True, help="Keep all copies of a packet that is in several logs.")
+def merge(logs: tuple[Path, ...], out: Path, copies: bool) -> None:
+    """Merge all LOGS into the new folder OUT, ordered by time."""
+    with errors_as_messages():
+        opened = [open_log(path) for path in logs]
+        with progress_bar(opened[0].path, "merging") as tell:
+            merged = merge_logs(opened, out, copies, tell)
+    left = f"; {format_count(merged.copies, 'duplicate')} skipped" if merged.copies else ""
+    click.echo(
+        printable(f"{format_count(merged.packets, 'message')} from {format_count(len(logs), 'log')}{left}: {out}")
+    )
+    for warning in merged.warnings:
+        click.echo(printable(f"warning: {warning}; readers use only one of them"), err=True)
+    report_losses(merged.losses)

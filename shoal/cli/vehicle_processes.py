@@ -1,0 +1,66 @@
+"""The processes of one vehicle: which one this is, and how the main one keeps the others running."""
+
+import os
+import sys
+
+import click
+
+from runtime.profile import MAIN
+from runtime.vehicle import Vehicle
+from shoal.fleet import Child, Keeper
+
+WATCH_PERIOD = 0.25  # s
+
+
+def select_process(process: str | None, others: list[str], over_zenoh: bool) -> str | None:
+    """Which process of the vehicle this is, "" the main one; None if all tasks run in one. Raises ClickException."""
+    if not over_zenoh:
+        if process not in (None, MAIN):
+            raise click.ClickException(f"--process {process} needs a zenoh bus and a clock that is not virtual")
+        if others:
+            named = ", ".join(others)
+            why = "processes of their own need a zenoh bus and a clock that is not virtual"
+            click.echo(f"note: tasks with Process = {named} run in this process; {why}", err=True)
+        return None
+    if process in (None, MAIN):
+        return ""
+    if process not in others:
+        known = f"known: {', '.join(others)}" if others else "no enabled section has a Process"
+        raise click.ClickException(f"no enabled section has Process = {process}; {known}")
+    return process
+
+
+def shoal_command(*words: str) -> list[str]:
+    """The command `shoal` for a process of ours, which ends with this one.
+
+    -P keeps the current folder off the search path: modules there, perhaps in a log, must not replace others.
+    """
+    return [sys.executable, "-P", "-m", "shoal.cli", *words, "--parent", str(os.getpid())]
+
+
+def sibling_process(name: str) -> Child:
+    """This command for another process of the vehicle."""
+    return Child(name, shoal_command(*sys.argv[1:], "--process", name))
+
+
+def supervise(vehicle: Vehicle, keeper: Keeper) -> None:
+    """Start the other processes of the vehicle, and again those that end."""
+
+    def look() -> None:
+        for child, words in keeper.look():
+            (vehicle.daemon.log.error if child.failures else vehicle.daemon.log.info)(f"process {child.name} {words}")
+        vehicle.kernel.after(WATCH_PERIOD, look)
+
+    vehicle.kernel.soon(look)
+
+
+def stop_with_parent(vehicle: Vehicle, parent: int) -> None:
+    """Stop the vehicle when the process that has started it is gone, however it ended."""
+
+    def look() -> None:
+        if os.getppid() != parent:
+            vehicle.stop()
+        else:
+            vehicle.kernel.after(WATCH_PERIOD, look)
+
+    vehicle.kernel.soon(look)

@@ -1,0 +1,54 @@
+"""Several vehicles of a fleet in one process, on one kernel; each has its own bus, zenoh session, tasks and log."""
+
+import os
+import signal
+from collections.abc import Iterable
+from pathlib import Path
+
+from runtime.kernel import WallClock, Watchdog
+from runtime.profile import load_profile
+from runtime.vehicle import Fleet, build, join_zenoh
+from shoal.fleet.fleet_config import FleetVehicle
+
+POLL_PERIOD = 0.25  # s between looks at the parent
+
+
+def run_shared_process(vehicles: Iterable[FleetVehicle], folder: Path, log_dir: Path, parent: int) -> None:
+    """Run the vehicles until a signal, or until the process `parent` has gone. A task that fails is restarted.
+
+    `folder` is that of the fleet file, where profiles are searched for first. Raises ProfileError, ConnectionError.
+    """
+    fleet = Fleet(WallClock())
+
+    def stop(*_: object) -> None:
+        fleet.kernel.post(fleet.stop)
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
+            signal.signal(number, stop)
+
+    def stop_without_parent() -> None:
+        if os.getppid() != parent:
+            fleet.stop()
+        else:
+            fleet.kernel.after(POLL_PERIOD, stop_without_parent)
+
+    with Watchdog(fleet.kernel), fleet:
+        state_folder = log_dir.parent / "db"
+        for vehicle in vehicles:
+            profile = load_profile(
+                vehicle.profile, [folder], vehicle=vehicle.name, saved=state_folder, overrides=vehicle.overrides
+            )
+            made = build(
+                profile,
+                profile.select(vehicle.modes),
+                fleet=fleet,
+                seed=vehicle.seed,
+                keep_going=True,
+                log_root=log_dir,
+                state_folder=state_folder,
+            )
+            join_zenoh(made.vehicle, profile)
+        fleet.start()
+        fleet.kernel.soon(stop_without_parent)
+        fleet.run()

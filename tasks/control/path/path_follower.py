@@ -1,0 +1,319 @@
+"""What both path controllers share: paths in, headings out, progress and its supervision."""
+
+import math
+from collections.abc import Mapping
+
+import imc
+from autonomy.control import EnabledLoops
+from autonomy.guidance import (
+    AlongTrack,
+    BottomGuard,
+    CrossTrack,
+    DivergenceMonitor,
+    Point,
+    SteeringLaw,
+    Track,
+    TrackGuidance,
+    TrackGuidanceGains,
+    is_valid_path,
+)
+from runtime import State, Task, consume, param, periodic
+from runtime.vehicle import general_number
+from support.rotations import wrap
+from support.wgs84 import displace, displacement
+
+Flags = imc.DesiredPath.Flags
+StateFlags = imc.PathControlState.Flags
+Loops = imc.CLoopsMask
+DEPTH, ALTITUDE = Loops.DEPTH.value, Loops.ALTITUDE.value
+YAW, SPEED = Loops.YAW.value, Loops.SPEED.value
+KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
+Z_LOOPS: Mapping[int, int] = {imc.ZUnits.DEPTH: Loops.DEPTH, imc.ZUnits.ALTITUDE: Loops.ALTITUDE}
+LONGEST = 25000.0  # m
+RECENT = 1.0  # s
+UNKNOWN_ETA = 0xFFFF
+LONGEST_BRAKE = 30.0  # s
+SILENCE = 2.0  # s without EstimatedState
+EARLY = 1e-3  # s; a state may come this much early for its cycle
+
+
+class PathFollower(Task):
+    """Follows DesiredPath while the loop PATH is enabled: publishes DesiredHeading, DesiredZ and DesiredSpeed.
+
+    Enables the loops that it needs in the scope of the maneuver, publishes PathControlState, and is in ERROR if the
+    vehicle is stuck or strays from the path, or EstimatedState falls silent. Subclasses define how to steer.
+    """
+
+    control_frequency: float = param(10.0, "Hz", "Highest rate of DesiredHeading.", minimum=0.1, maximum=100)
+    report_frequency: float = param(
+        1.0, "Hz", "Rate of PathControlState.", name="State Report Frequency", minimum=0.1, maximum=100
+    )
+    course_control: bool = param(True, "", "Control the course instead of the heading.")
+    eta_minimum_speed: float = param(
+        0.1, "m/s", "Lowest speed assumed for the time of arrival.", name="ETA Minimum Speed", minimum=0.01
+    )
+    new_reference_timeout: float = param(5.0, "s", "Longest time from the end of a path to the next path.", minimum=0)
+    position_jump: float = param(
+        10.0, "m", "A larger jump of the position pauses the supervision.", name="Position Jump Threshold", minimum=0
+    )
+    jump_factor: float = param(
+        0.5,
+        "m/s",
+        "The pause is the length of the jump divided by this speed.",
+        name="Position Jump Time Factor",
+        minimum=0.01,
+    )
+    watch_along: bool = param(False, "", "Monitor the progress along the track.", name="Along-track -- Monitor")
+    along_period: float = param(
+        20.0, "s", "Period of the progress check.", name="Along-track -- Check Period", minimum=1
+    )
+    along_speed: float = param(
+        0.05, "m/s", "Least speed along the track.", name="Along-track -- Minimum Speed", minimum=0
+    )
+    along_yaw: float = param(
+        2.0, "°/s", "Least rate of turn towards the path.", name="Along-track -- Minimum Yaw", minimum=0
+    )
+    watch_cross: bool = param(False, "", "Monitor the distance from the track.", name="Cross-track -- Monitor")
+    cross_distance: float = param(
+        25.0, "m", "Largest distance from the track.", name="Cross-track -- Distance Limit", minimum=0
+    )
+    cross_time: float = param(
+        20.0, "s", "How long the distance may be larger.", name="Cross-track -- Time Limit", minimum=0
+    )
+    cross_uncertainty: float = param(
+        1.0, "1", "Fraction of the uncertainty added to the limit.", name="Cross-track -- Nav. Unc. Factor", minimum=0
+    )
+
+    watch_bottom: bool = param(
+        False,
+        "",
+        "Hold an altitude if the depth of a path is too near to the bottom.",
+        name="Bottom Track -- Enabled",
+    )
+    lowest: float = param(
+        2.5, "m", "Altitude to hold over the bottom.", name="Bottom Track -- Admissible Altitude", minimum=0
+    )
+
+    def steering_law(self) -> SteeringLaw:
+        """The law that follows tracks, with the present parameters."""
+        raise NotImplementedError
+
+    def configure(self) -> None:
+        early = general_number(self.vehicle.profile, "Time Of Arrival Factor", 5.0)
+        gains, law = TrackGuidanceGains(self.course_control, early, self.eta_minimum_speed), self.steering_law()
+        if not hasattr(self, "_guidance"):  # the path stays if parameters change
+            self._guidance = TrackGuidance(gains, law)
+        self._guidance.gains, self._guidance.law = gains, law
+        turning = math.radians(self.along_yaw)
+        self._divergence = DivergenceMonitor(
+            AlongTrack(self.along_period, self.along_speed, turning) if self.watch_along else None,
+            CrossTrack(self.cross_distance, self.cross_time) if self.watch_cross else None,
+        )
+
+    def start(self) -> None:
+        self._loops = EnabledLoops(Loops.PATH)
+        self._enabled = 0
+        self._uncertainty = 0.0
+        self._waiting: imc.DesiredPath | None = None
+        self._path: imc.DesiredPath | None = None
+        self._before: imc.DesiredPath | None = None
+        self._state: imc.EstimatedState | None = None
+        self._guidance.begin(Track((0.0, 0.0), (0.0, 0.0)))
+        self._cycled = self._left = -math.inf
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def enable(self, loops: imc.ControlLoops) -> None:
+        if not self._loops.receive(loops):
+            return
+        if self._loops.mask:
+            self.set_entity_state(State.NORMAL, "enabled")
+            return
+        if loops.mask != Loops.ALL and self._enabled:  # ALL has disabled the loops below as well
+            self._switch(imc.ControlLoops.Enable.DISABLE, self._enabled)
+        self._enabled = 0
+        if self._path is not None:
+            self._before, self._left = self._path, self.now
+        self._path = self._waiting = None
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def on_uncertainty(self, uncertainty: imc.NavigationUncertainty) -> None:
+        """Set the uncertainty from the variance of the position."""
+        largest = max(uncertainty.x, uncertainty.y)
+        self._uncertainty = self.cross_uncertainty * math.sqrt(largest) if 0.0 <= largest < math.inf else 0.0
+
+    @consume
+    def brake(self, brake: imc.Brake) -> None:
+        self._divergence.restart(self.now + (LONGEST_BRAKE if brake.op == imc.Brake.Op.START else 0.0))
+
+    @consume
+    def begin(self, path: imc.DesiredPath) -> None:
+        """Follow a path, as soon as there is an EstimatedState."""
+        if not self._loops.mask:
+            return
+        if not is_valid_path(path):
+            self._fail("the desired path has an invalid position or number")
+        elif self._state is None:
+            self._waiting = path
+        else:
+            self._follow(path, self._state)
+
+    @consume
+    def steer(self, state: imc.EstimatedState) -> None:
+        before, self._state = self._state, state
+        if self._waiting is not None:
+            path, self._waiting = self._waiting, None
+            self._follow(path, state)
+        if self._path is None:
+            return
+        if before is not None and (before.lat, before.lon) != (state.lat, state.lon):
+            self._guidance.move(self._track_of(self._path, state))
+        elif before is not None:
+            self._notice_jump(math.hypot(state.x - before.x, state.y - before.y))
+        if state.timestamp - self._cycled >= 1.0 / self.control_frequency - EARLY:
+            self._cycled = state.timestamp
+            self._cycle(self._path, state)
+
+    @periodic(1.0)
+    def watch_navigation(self) -> None:
+        if self._path is not None and self._state is not None and self.now - self._state.timestamp > SILENCE:
+            self._fail("EstimatedState is missing")
+
+    def _follow(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+        start_lat, start_lon = self._start_of(path, state)
+        end_lat, end_lon = path.end_lat, path.end_lon
+        if path.flags & Flags.LOITER_CURR and path.lradius > 0.0:
+            end_lat, end_lon = _position(state)
+        path = path.replace(start_lat=start_lat, start_lon=start_lon, end_lat=end_lat, end_lon=end_lon)
+        still = self._path is not None and self._guidance.loitering and path.lradius > 0.0
+        track, at = self._track_of(path, state), (state.x, state.y)
+        if track.length > LONGEST or (
+            track.length == 0.0 and path.lradius <= 0.0 and math.dist(at, track.end) > LONGEST
+        ):
+            self._guidance.move(track)
+            self._fail(f"the desired path is longer than {LONGEST / 1000:g} km")
+            return
+        distance = math.dist(at, track.end)
+        loitering = path.lradius > 0.0 and (
+            distance <= path.lradius or (still and 0.75 * path.lradius <= distance <= 1.25 * path.lradius)
+        )
+        self._guidance.begin(track, loitering=loitering)
+        self._path, self._ended = path, -math.inf
+        self._reported = self._cycled = -math.inf
+        self._divergence.restart(self.now)
+        self._bottom = BottomGuard(self.lowest)
+        self._enable_for(path)
+        self.set_entity_state(State.NORMAL, "active")
+
+    def _start_of(self, path: imc.DesiredPath, state: imc.EstimatedState) -> Point:
+        """As DUNE: the end of the path before, also of a circle, if the vehicle got there and was on it until now."""
+        if path.flags & Flags.START:
+            return path.start_lat, path.start_lon
+        if self._path is not None:
+            before, recent = self._path, state.timestamp - self._cycled <= RECENT
+        else:  # other loops may have been enabled in between
+            before, recent = self._before, self.now - self._left <= RECENT
+        if (
+            before is None
+            or not recent
+            or not (self._guidance.near or self._guidance.loitering)
+            or path.flags & Flags.DIRECT
+        ):
+            return _position(state)
+        return before.end_lat, before.end_lon
+
+    def _track_of(self, path: imc.DesiredPath, state: imc.EstimatedState) -> Track:
+        """The path in meters from the reference position of the state."""
+        lat, lon = state.lat, state.lon
+        start = displacement(lat, lon, 0.0, path.start_lat, path.start_lon, 0.0)[:2]
+        end = displacement(lat, lon, 0.0, path.end_lat, path.end_lon, 0.0)[:2]
+        return Track(start, end, max(0.0, path.lradius), -1 if path.flags & Flags.CCLOCKW else 1)
+
+    def _enable_for(self, path: imc.DesiredPath) -> None:
+        wanted = YAW | SPEED
+        if not path.flags & Flags.NO_Z:
+            wanted |= Z_LOOPS.get(path.end_z_units, 0)
+        if self._enabled & ~wanted:
+            self._switch(imc.ControlLoops.Enable.DISABLE, self._enabled & ~wanted)
+        if wanted & ~self._enabled:
+            self._switch(imc.ControlLoops.Enable.ENABLE, wanted & ~self._enabled)
+        self._enabled = wanted
+        if wanted & (DEPTH | ALTITUDE):
+            self.publish(imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
+        self.publish(imc.DesiredSpeed(value=path.speed, speed_units=path.speed_units))
+
+    def _notice_jump(self, jump: float) -> None:
+        if jump > self.position_jump:
+            self._divergence.restart(self.now + jump / self.jump_factor)
+
+    def _cycle(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+        guidance = self._guidance
+        before = guidance.near, guidance.loitering
+        heading = guidance.step(state)
+        if before != (guidance.near, guidance.loitering):
+            self._ended = state.timestamp if guidance.near else self._ended
+            self._reported = -math.inf
+        self.publish(imc.DesiredHeading(value=heading))
+        if state.timestamp - self._reported >= 1.0 / self.report_frequency - EARLY:
+            self._reported = state.timestamp
+            self._report(path, state)
+        self._supervise()
+        if self.watch_bottom and self._enabled & DEPTH and self._bottom.update(path.end_z, state.depth, state.alt):
+            avoids = imc.DesiredZ(value=self.lowest, z_units=imc.ZUnits.ALTITUDE)
+            self.publish(avoids if self._bottom.active else imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
+
+    def _report(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+        guidance, flags = self._guidance, path.flags & KEPT_FLAGS
+        where, loitering = guidance.where, guidance.loitering
+        flags |= StateFlags.NEAR if guidance.near else 0
+        flags |= StateFlags.LOITERING if loitering else 0
+        y = where.y
+        if loitering:
+            y = math.dist((state.x, state.y), guidance.track.end) - guidance.track.radius
+        now = state.alt if path.end_z_units == imc.ZUnits.ALTITUDE else state.depth
+        self.publish(
+            imc.PathControlState(
+                path_ref=path.path_ref,
+                start_lat=path.start_lat,
+                start_lon=path.start_lon,
+                start_z=path.start_z,
+                start_z_units=path.start_z_units,
+                end_lat=path.end_lat,
+                end_lon=path.end_lon,
+                end_z=path.end_z,
+                end_z_units=path.end_z_units,
+                lradius=path.lradius,
+                flags=flags,
+                x=0.0 if loitering else where.left,
+                y=y,
+                z=path.end_z - now,
+                vx=where.vx,
+                vy=where.vy,
+                vz=state.vz,
+                course_error=wrap(guidance.target - guidance.course),
+                eta=0 if loitering else max(0, min(UNKNOWN_ETA, round(guidance.eta))),
+            )
+        )
+
+    def _supervise(self) -> None:
+        guidance = self._guidance
+        if guidance.near and self.now - self._ended > self.new_reference_timeout:
+            self._fail("expected new path control reference")
+        elif not guidance.loitering and not guidance.near:
+            error = self._divergence.error(self.now, guidance.where, guidance.target, self._uncertainty)
+            if error:
+                self._fail(error)
+
+    def _fail(self, reason: str) -> None:
+        if self.entity.state is not State.ERROR:
+            self.log.error(reason)
+        self.set_entity_state(State.ERROR, reason)
+
+    def _switch(self, enable: int, mask: int) -> None:
+        self.publish(imc.ControlLoops(enable=enable, mask=mask, scope_ref=self._loops.scope))
+
+
+def _position(state: imc.EstimatedState) -> Point:
+    lat, lon, _ = displace(state.lat, state.lon, state.height, state.x, state.y, state.z)
+    return lat, lon

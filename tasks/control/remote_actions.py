@@ -1,0 +1,130 @@
+"""What remote operation on and under water shares: the operator's axes and buttons, thrust and heading rate."""
+
+import math
+from typing import ClassVar
+
+import imc
+from autonomy.control import BUTTONS, EnabledLoops, OperatorInput, format_actions
+from imc.addresses import UNKNOWN_SYSTEM
+from runtime import State, Task, consume, param, periodic
+
+Loops = imc.CLoopsMask
+Enable = imc.ControlLoops.Enable
+STEP = 0.1  # fraction of the largest thrust, for Accelerate and Decelerate
+
+
+class RemoteActionsTask(Task):
+    """Turns RemoteActions into thrust and heading rate, while the loop TELEOPERATION is enabled.
+
+    `axes` are offered to the operator; `loops` are enabled at the start. Everything goes to neutral if the operator
+    falls silent or EstimatedState is missing.
+    """
+
+    axes: ClassVar[tuple[str, ...]] = ("Heading", "Thrust")
+    loops: ClassVar[int] = Loops.SPEED | Loops.YAW_RATE
+
+    execution_frequency: float = param(10.0, "Hz", "Rate of the references.", minimum=1, maximum=100)
+    connection_timeout: float = param(2.0, "s", "Longest time without RemoteActions.", minimum=0.1)
+    state_timeout: float = param(
+        2.0, "s", "Longest time without EstimatedState.", name="EstimatedState Timeout", minimum=0.1
+    )
+    buttons_only: bool = param(False, "", "Offer buttons for thrust, but no axis.", name="Disable Analog Thrust")
+    maximum_heading_rate: float = param(40.0, "°/s", "Heading rate at full deflection of the axis.", minimum=0)
+    maximum_thrust: float = param(
+        0.7, "1", "Actuation at full deflection of the axis.", name="Maximum Thruster Actuation", minimum=0, maximum=1
+    )
+
+    def configure(self) -> None:
+        axes = [axis for axis in self.axes if axis != "Thrust" or not self.buttons_only]
+        self._offer = format_actions(["Exit", *BUTTONS], axes)
+
+    def start(self) -> None:
+        self._loops = EnabledLoops(Loops.TELEOPERATION)
+        self._operator = OperatorInput()
+        self._heard = self._located = -math.inf
+        self._state: imc.EstimatedState | None = None
+        self._release()
+        self.publish(imc.RemoteActionsRequest(op=imc.RemoteActionsRequest.Op.REPORT, actions=self._offer))
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume(others=True)
+    def report_actions(self, request: imc.RemoteActionsRequest) -> None:
+        """Report the available actions."""
+        if request.op == imc.RemoteActionsRequest.Op.QUERY and request.dst in (self.system, UNKNOWN_SYSTEM):
+            self.reply(request, imc.RemoteActionsRequest(op=request.Op.REPORT, actions=self._offer))
+
+    @consume
+    def begin(self, teleoperation: imc.Teleoperation) -> None:
+        self._operator.reset(teleoperation.custom)
+
+    @consume
+    def enable(self, loops: imc.ControlLoops) -> None:
+        if not self._loops.receive(loops):
+            return
+        if self._loops.mask:
+            self._release()
+            self._heard = self.now
+            self._enabled = int(self.loops)
+            self._switch(Enable.ENABLE, self._enabled)
+            self.set_entity_state(State.NORMAL, "active")
+            return
+        if loops.mask != Loops.ALL and self._enabled:
+            self._switch(Enable.DISABLE, self._enabled)
+        self._enabled = 0
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
+        self._located, self._state = self.now, state
+
+    @consume(others=True)
+    def apply_actions(self, actions: imc.RemoteActions) -> None:
+        if not self._loops.mask or not self.concerns(actions):
+            return
+        if self._operator.source not in (None, actions.src):
+            return
+        self._heard = self.now
+        pressed, wrong = self._operator.receive(actions.actions)
+        if wrong:
+            self.log.warning(f"remote actions are not numbers: {', '.join(wrong)}")
+        if "Thrust" in self._operator.axes and not self.buttons_only:
+            self._thrust = self._operator.axis("Thrust")
+        for button in pressed:
+            change = {"Accelerate": STEP, "Decelerate": -STEP}.get(button, -self._thrust)
+            self._thrust = max(-1.0, min(1.0, self._thrust + change))
+
+    @periodic("execution_frequency")
+    def steer(self) -> None:
+        if not self._loops.mask:
+            return
+        lost = self._lost()
+        if lost:
+            if self.entity.state is State.NORMAL:
+                self.log.warning(lost)
+            self.set_entity_state(State.FAULT, lost)
+            self._operator.axes, self._thrust = {}, 0.0
+        else:
+            self.set_entity_state(State.NORMAL, "active")
+        thrust = 100.0 * self._thrust * self.maximum_thrust
+        turn = self._operator.axis("Heading") * math.radians(self.maximum_heading_rate)
+        self.publish(imc.DesiredSpeed(value=thrust, speed_units=imc.SpeedUnits.PERCENTAGE))
+        self.publish(imc.DesiredHeadingRate(value=turn))
+        self.steer_besides(self._operator, blind=bool(lost))
+
+    def steer_besides(self, operator: OperatorInput, *, blind: bool) -> None:
+        """Publish further references after thrust and heading rate; `blind` if operator or navigation is silent."""
+
+    def _lost(self) -> str:
+        """What has been missing for too long; empty if nothing."""
+        if self.now - self._heard > self.connection_timeout:
+            return f"no remote action for {self.connection_timeout:g} s"
+        if self.now - self._located > self.state_timeout:
+            return f"no EstimatedState for {self.state_timeout:g} s"
+        return ""
+
+    def _release(self) -> None:
+        self._operator.axes, self._thrust = {}, 0.0
+        self._enabled = 0
+
+    def _switch(self, enable: int, mask: int) -> None:
+        self.publish(imc.ControlLoops(enable=enable, mask=mask, scope_ref=self._loops.scope))

@@ -1,0 +1,1 @@
+"""The links of a vehicle to MAVLink ground stations: sockets, serial lines, keys, files, and logged vehicles."""

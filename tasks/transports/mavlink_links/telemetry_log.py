@@ -1,0 +1,135 @@
+"""Records the frames of MAVLink links as .tlog files, in the folder of the vehicle's log."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import imc
+from mavlink import Dialect, Flavour, Received, encode, split
+
+MIB = 1 << 20
+MOST_WAITING = 8 * MIB  # bytes of a file that wait while the disk refuses them
+FULL = 1 << 16  # bytes that are written without waiting for the next flush
+SECRET = "SETUP_SIGNING"  # has the key
+Op = imc.LoggingControl.Op
+
+
+class TelemetryLogs:
+    """One file for each flavor, since a station that reads both would see one vehicle change its kind all the time.
+
+    Frames that come before there is a log, or while the disk is full, wait in memory. Each is written without its
+    signature. `report` tells people what is wrong, once.
+    """
+
+    def __init__(self, dialect: Dialect, root: Path, report: Callable[[str], object]) -> None:
+        self._dialect = dialect
+        self._root = root
+        self._report = report
+        self._files: dict[str, _File] = {}
+        self._folder: Path | None = None
+        self._stopped = False
+        self._trouble = ""
+
+    def sending(
+        self, flavor: Flavour, transmit: Callable[[bytes], object], now: Callable[[], float]
+    ) -> Callable[[bytes], object]:
+        """A `transmit` that also records what it sends."""
+
+        def send(frame: bytes) -> object:
+            if frame[2]:  # signed: the record must be a whole frame without that
+                for message in split(frame, self._dialect)[0]:
+                    self.receive(flavor, message, now())
+            else:
+                self._add(flavor, frame, now())
+            return transmit(frame)
+
+        return send
+
+    def receive(self, flavor: Flavour, message: Received, now: float) -> None:
+        """Record a received message."""
+        if message.name != SECRET:
+            parts = message.definition, message.payload, message.sequence, message.system, message.component
+            self._add(flavor, encode(*parts), now)
+
+    def follow(self, log: imc.LoggingControl) -> None:
+        """Go on in the folder of the log that begins; without a log nothing is recorded."""
+        if log.op == Op.STARTED:
+            self._stopped = False
+            folder = (self._root / log.name).resolve()
+            if folder.is_relative_to(self._root.resolve()):
+                self.enter(folder)
+        elif log.op == Op.STOPPED:
+            self.close()
+
+    def enter(self, folder: Path | None) -> None:
+        """Write to the files of another folder from now on."""
+        if self._folder not in (None, folder):
+            self.flush()
+            for file in self._files.values():
+                file.close()
+        self._folder = folder
+
+    def flush(self) -> None:
+        """Write what waits; what the disk refuses waits on."""
+        trouble = ""
+        for file in self._files.values():
+            try:
+                file.write(self._folder)
+            except OSError as error:
+                trouble = f"{error.filename or file.name}: {error.strerror}"
+        if trouble and trouble != self._trouble:
+            self._report(f"MAVLink is not recorded: {trouble}")
+        elif self._trouble and not trouble:
+            lost = sum(file.lost for file in self._files.values())  # integers
+            self._report(f"MAVLink is recorded again; {lost} frames were lost")
+        self._trouble = trouble
+
+    def close(self) -> None:
+        """Record nothing until the next log begins."""
+        self.enter(None)
+        self._stopped = True
+
+    def _add(self, flavor: Flavour, frame: bytes, now: float) -> None:
+        if self._stopped:
+            return
+        file = self._files.get(flavor.name)
+        if file is None:
+            name = f"Data-{flavor.name}.tlog" if self._files else "Data.tlog"
+            file = self._files[flavor.name] = _File(name)
+        if file.add(round(now * 1e6).to_bytes(8) + frame) and not self._trouble:
+            self.flush()
+
+
+class _File:
+    """A file of all logs, and what waits for it; `lost` counts the frames for which there was no room."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.lost = 0
+        self._waiting = bytearray()
+        self._descriptor = -1
+
+    def add(self, record: bytes) -> bool:
+        """Add a time and a frame; returns whether it is worth a write."""
+        if len(self._waiting) + len(record) > MOST_WAITING:
+            self.lost += 1
+        else:
+            self._waiting += record
+        return len(self._waiting) >= FULL
+
+    def write(self, folder: Path | None) -> None:
+        """Write what waits; what was written before an error is not written again. Raises OSError."""
+        if folder is None or not self._waiting:
+            return
+        if self._descriptor < 0:
+            self._descriptor = os.open(folder / self.name, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        while self._waiting:
+            done = os.write(self._descriptor, self._waiting)
+            del self._waiting[:done]
+
+    def close(self) -> None:
+        """Close it; what the disk has refused until now is forgotten."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+        self._descriptor = -1
+        self._waiting.clear()

@@ -1,0 +1,113 @@
+"""Duration estimates of plans, compared with DUNE's estimate for a plan that it flew."""
+
+import math
+
+import pytest
+from flying import LAT, LON, goto, place, plan_of, recorded
+
+import imc
+from autonomy.plans.estimate import Powertrain, estimate_maneuver, interpolate
+from autonomy.plans.graph import PlanError
+from autonomy.plans.preflight import Preflight, PreflightOptionError
+
+NOPTILUS = {
+    "Absolute Maximum Depth": "50",
+    "Battery Capacity": "700",
+    "Time Of Arrival Factor": "5",
+    "Speed Conversion -- Actuation": "0, 36, 50",
+    "Speed Conversion -- MPS": "0, 1, 1.4",
+    "Speed Conversion -- RPM": "0, 900, 1250",
+    "Power Model -- Conversion - RPM": "0, 500, 850, 1250, 1400",
+    "Power Model -- Conversion - Watt": "0, 14, 23.5, 54, 70",
+}
+KINDS = [imc.Goto.ID, imc.StationKeeping.ID, imc.IdleManeuver.ID, imc.YoYo.ID, imc.Elevator.ID, imc.PopUp.ID]
+HERE = imc.EstimatedState(lat=LAT, lon=LON)
+
+
+def preflight(**changes):
+    values = {**NOPTILUS, **changes}
+    return Preflight(lambda option: values.get(option, ""), 45.0, 25_000.0)
+
+
+def test_durations_and_fuel_are_those_of_dune():
+    statistics = preflight().check(recorded(), KINDS, HERE, None, 0.0).statistics(700 * 3600.0)
+    found = {name: float(value) for name, value in (pair.split("=") for pair in statistics.durations.split(","))}
+    dune = {
+        "Total": 228.3,
+        "Maneuver Goto1": 63.0,
+        "Maneuver Goto2": 45.2,
+        "Maneuver Goto3": 61.7,
+        "Maneuver SK1": 58.4,
+    }
+    assert {name: found[name] for name in dune} == pytest.approx(dune, abs=0.3)
+    fuel = {name: float(value) for name, value in (pair.split("=") for pair in statistics.fuel.split(","))}
+    assert fuel == pytest.approx({"Total": 0.73, "Hotel": 0.41, "Motion": 0.32}, abs=0.02)
+
+
+def test_without_a_position_the_way_there_is_left_out():
+    outlook = preflight().check(plan_of(goto(100, 0), goto(100, 60)), KINDS, None, None, 0.0)
+    assert [e.distance for e in outlook.estimates.values()] == pytest.approx([0.0, 60.0], abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("maneuver", "seconds"),
+    [
+        (imc.IdleManeuver(duration=7), 7.0),
+        (imc.IdleManeuver(), math.inf),
+        (imc.Teleoperation(), math.inf),
+        (imc.Loiter(**place(100, 0), radius=15, duration=60, speed=1.0), 155.0),
+        (imc.YoYo(**place(100, 0), speed=1.0, pitch=math.radians(60)), 190.0),
+        (imc.Elevator(start_z=0, end_z=10, speed=1.0, flags=imc.Elevator.Flags.CURR_POS), 38.6),
+        (imc.PopUp(**place(100, 0), z=0, duration=20, speed=1.0), 115.0),
+        (imc.ScheduledGoto(**place(100, 0), arrival_time=500.0), 490.0),
+        (imc.FollowPath(**place(0, 0), speed=1.0, points=[imc.PathPoint(x=50), imc.PathPoint(x=50, y=50)]), 90.0),
+        (imc.Goto(**place(100, 0), speed=1000.0, speed_units=imc.SpeedUnits.RPM), 95.0),
+        (imc.Goto(**place(100, 0), speed=50.0, speed_units=imc.SpeedUnits.PERCENTAGE), 195.0),
+    ],
+)
+def test_each_maneuver(maneuver, seconds):
+    found = estimate_maneuver(maneuver, (LAT, LON), Powertrain(), now=10.0)
+    assert found.seconds == pytest.approx(seconds, abs=0.3)
+
+
+@pytest.mark.parametrize(("z", "moves"), [(0.0, 85.0), (8.0, 145.0)])
+def test_a_station_under_water_needs_the_motor_all_the_time(z, moves):
+    station = imc.StationKeeping(**place(90, 0), z=z, z_units=imc.ZUnits.DEPTH, speed=1.0, duration=60)
+    assert estimate_maneuver(station, (LAT, LON), Powertrain(), now=10.0).moving == pytest.approx(moves, abs=0.3)
+
+
+def test_what_is_unknown_is_not_a_number():
+    assert math.isnan(estimate_maneuver(imc.CustomManeuver(), (LAT, LON), Powertrain(), 0.0).seconds)
+    assert math.isnan(estimate_maneuver(imc.Goto(speed=0.0), (LAT, LON), Powertrain(), 0.0).seconds)
+
+
+def test_energy_decides():
+    far = plan_of(goto(9_000, 0))
+    assert preflight().check(far, KINDS, HERE, 100.0, 0.0).energy > 0
+    with pytest.raises(PlanError, match=r"the plan needs \d+ W h and the battery has 70 W h"):
+        preflight().check(far, KINDS, HERE, 10.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "reason"),
+    [
+        ("Battery Capacity", "much", "'much' is not a number"),
+        ("Speed Conversion -- MPS", "0, x", "are not numbers"),
+        ("Speed Conversion -- MPS", "1, 0, 2", "two or more rising numbers"),
+        ("Speed Conversion -- MPS", "0, 1", "must have as many values"),
+        ("Power Model -- Conversion - RPM", "0, 1", "must have as many values"),
+    ],
+)
+def test_bad_profiles_are_named(option, text, reason):
+    with pytest.raises(PreflightOptionError, match=reason):
+        preflight(**{option: text})
+
+
+def test_interpolation_goes_on_beyond_the_ends():
+    assert [interpolate(x, (0.0, 1.0, 2.0), (0.0, 10.0, 30.0)) for x in (-1, 0.5, 1.5, 3)] == [-10.0, 5.0, 20.0, 50.0]
+
+
+@pytest.mark.parametrize("depth", ["-5", "nan"])
+def test_a_vehicle_that_may_not_even_float_is_refused(depth):
+    with pytest.raises(PreflightOptionError, match="Absolute Maximum Depth"):
+        preflight(**{"Absolute Maximum Depth": depth})

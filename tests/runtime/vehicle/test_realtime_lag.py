@@ -1,0 +1,52 @@
+"""What the log book says where the vehicle's time and the computer's part."""
+
+import time
+
+from runtime import Task, periodic
+from runtime.kernel import ScaledClock, WallClock
+from runtime.profile import load_profile
+from runtime.vehicle import build, realtime_lag
+
+
+class Busy(Task):
+    """Takes more time than there is."""
+
+    @periodic(10.0)
+    def toil(self) -> None:
+        time.sleep(0.02)
+
+
+def run(clock, seconds, folder):
+    """A shipped vehicle with a busy task."""
+    profile = load_profile("lauv-noptilus-1", overrides=("Transports.MAVLink:Enabled=Never",))
+    vehicle = build(profile, profile.select(["Kinematic"]), clock=clock, log_root=folder).vehicle
+    vehicle.add(Busy, "Busy")
+    said = []
+    write = vehicle.daemon.log.warning
+    vehicle.daemon.log.warning = lambda text: (said.append(text), write(text))
+    vehicle.start()
+    vehicle.run(seconds)
+    vehicle.close()
+    return vehicle, said
+
+
+def test_a_clock_that_cannot_keep_its_factor_says_which_it_reaches(monkeypatch, tmp_path):
+    monkeypatch.setattr(realtime_lag, "WINDOW", 0.5)
+    vehicle, said = run(ScaledClock(500.0), 10.0, tmp_path)
+    told = [text for text in said if text.startswith("the computer is too slow: time passes ")]
+    assert len(told) == 1
+    assert told[0].endswith("times as fast as real time, not 500 times")
+    assert str(vehicle.realtime_lag).endswith("x of 500x")
+    assert vehicle.realtime_lag.since(30.0, 1.0) == "30x of 500x"
+    assert vehicle.realtime_lag.since(30.0, 0.06) == ""
+
+
+def test_a_system_time_that_is_set_is_told_and_does_not_reach_the_vehicle(monkeypatch, tmp_path):
+    began, real = time.monotonic(), time.time_ns
+    monkeypatch.setattr(time, "time_ns", lambda: real() + (3_600_000_000_000 if time.monotonic() > began + 2.0 else 0))
+    vehicle, said = run(WallClock(), 3.5, tmp_path)
+    told = [text for text in said if text.startswith("the system time was set forward by 3600.")]
+    assert len(told) == 1
+    assert "keeps its own time until the run is started again: 3600." in told[0]
+    assert "behind the system time" in told[0]
+    assert vehicle.kernel.now_ns / 1e9 - vehicle.start_time < 100.0

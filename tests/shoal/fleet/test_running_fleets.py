@@ -1,0 +1,40 @@
+"""Which fleets run: one of a name, noted as long as it runs."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from shoal.fleet import find_running, registered, stop_fleet
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
+    return tmp_path
+
+
+def test_a_fleet_is_noted_until_its_end_however_it_ends(folder: Path) -> None:
+    again = f"the fleet leixoes runs already, process {os.getpid()}"
+
+    def run() -> None:
+        with registered("leixoes"):
+            assert find_running() == {"leixoes": os.getpid()}
+            with pytest.raises(ValueError, match=again), registered("leixoes"):
+                pass
+            sys.exit(0)
+
+    with pytest.raises(SystemExit):
+        run()
+    assert find_running() == {}
+    assert [path.read_text() for path in folder.rglob("*.fleet")] == [""]
+    with registered("leixoes"):
+        assert find_running() == {"leixoes": os.getpid()}
+
+
+def test_a_fleet_that_has_just_ended_has_ended() -> None:
+    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+        pass
+    assert stop_fleet("leixoes", gone.pid)

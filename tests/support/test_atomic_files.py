@@ -1,0 +1,107 @@
+"""A file has its old content or the new one, whatever happens while it is written."""
+
+import errno
+import os
+import re
+import resource
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from support.atomic_files import remove_file, write_file
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """What the system was asked for, in order, by the names of the files."""
+    made = []
+
+    def watch(name):
+        real = getattr(os, name)
+
+        def call(*args, **options):
+            what = args[0]
+            named = os.readlink(f"/proc/self/fd/{what}") if isinstance(what, int) else os.fspath(what)
+            result = real(*args, **options)
+            made.append((name, Path(named).name))
+            return result
+
+        monkeypatch.setattr(os, name, call)
+
+    for name in ("fsync", "replace", "unlink"):
+        watch(name)
+    return made
+
+
+def test_content_is_on_the_disk_before_its_name_and_the_name_before_it_returns(tmp_path, calls):
+    write_file(tmp_path / "a.imc", b"new")
+    assert (tmp_path / "a.imc").read_bytes() == b"new"
+    assert calls == [("fsync", "a.part"), ("replace", "a.part"), ("fsync", tmp_path.name)]
+
+
+def test_a_new_folder_is_on_the_disk_too(tmp_path, calls):
+    write_file(tmp_path / "x" / "y" / "a", b"new")
+    assert calls[:2] == [("fsync", tmp_path.name), ("fsync", "x")]
+    assert calls[-1] == ("fsync", "y")
+
+
+def test_what_is_removed_stays_removed(tmp_path, calls):
+    write_file(tmp_path / "a", b"old")
+    calls.clear()
+    remove_file(tmp_path / "a")
+    remove_file(tmp_path / "a")
+    remove_file(tmp_path / "no folder" / "a")
+    assert list(tmp_path.iterdir()) == []
+    assert calls[-1] == ("fsync", tmp_path.name)
+
+
+@pytest.mark.parametrize("failing", ["fsync", "replace"])
+def test_the_old_content_survives_a_failure_which_names_the_file(tmp_path, monkeypatch, failing):
+    path = tmp_path / "a.imc"
+    write_file(path, b"old")
+
+    def fail(*_):
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(os, failing, fail)
+    with pytest.raises(OSError, match=re.escape(str(tmp_path)) if failing == "fsync" else None) as caught:
+        write_file(path, b"new")
+    assert caught.value.errno == errno.EIO
+    assert failing == "replace" or caught.value.filename == str(tmp_path / "a.part")
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {"a.imc": b"old"}
+
+
+def test_the_old_content_survives_a_full_disk_which_names_the_file(tmp_path):
+    path = tmp_path / "a.imc"
+    write_file(path, b"old")
+    code = "import sys; from pathlib import Path; from support.atomic_files import write_file\n"
+    code += "try: write_file(Path(sys.argv[1]), bytes(100_000))\n"
+    code += "except OSError as error: print(error.errno, error.filename)"
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(path)],
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000)),  # of a process alone
+    )
+    assert done.stdout.split() == [str(errno.EFBIG), str(tmp_path / "a.part")], done.stderr
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {"a.imc": b"old"}
+
+
+def test_a_file_where_a_folder_should_be_is_named(tmp_path):
+    (tmp_path / "x").write_text("")
+    with pytest.raises(OSError, match=re.escape(str(tmp_path / "x"))):
+        write_file(tmp_path / "x" / "a", b"")
+
+
+def test_permissions_are_those_asked_for_or_what_the_umask_leaves(tmp_path):
+    path, mask = tmp_path / "a", os.umask(0o027)
+    try:
+        write_file(path, b"")
+        assert stat.S_IMODE(path.stat().st_mode) == 0o640
+        write_file(path, b"", 0o604)
+        assert stat.S_IMODE(path.stat().st_mode) == 0o604
+    finally:
+        os.umask(mask)
