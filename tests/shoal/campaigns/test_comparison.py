@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from shoal.campaigns.campaign import run_study
 from shoal.campaigns.comparison import NotComparable, compare_campaigns, mcnemar_p_value
 from shoal.campaigns.jobs.job import UnfinishedResult
-from shoal.campaigns.rerun import repeat_run, study_of
+from shoal.campaigns.rerun import reload_study, repeat_run
 from shoal.campaigns.results.store import ResultsError, open_results
 from shoal.campaigns.studies.study import load_study
 from shoal.cli import main
@@ -103,7 +103,7 @@ def test_a_run_of_a_study_that_has_changed_is_not_done_again(tmp_path):
     path = write_study(tmp_path)
     do(path, tmp_path / "a")
     data = open_results(tmp_path / "a")
-    assert study_of(data, make_draft=StandInDraft).file == path
+    assert reload_study(data, make_draft=StandInDraft).file == path
     with pytest.raises(ResultsError, match="has no run 40; it has runs 0 to 39"):
         repeat_run(data, 40, StandInRuns(), make_draft=StandInDraft)
     write_study(tmp_path, STUDY.replace("0.5", "0.6"))
