@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from shoal.campaigns.campaign import run_study
 from shoal.campaigns.comparison import NotComparable, compare_campaigns, mcnemar_p_value
 from shoal.campaigns.jobs.job import UnfinishedResult
-from shoal.campaigns.rerun import repeat_run, reload_study
+from shoal.campaigns.rerun import reload_study, repeat_run
 from shoal.campaigns.results.store import ResultsError, open_results
 from shoal.campaigns.studies.study import load_study
 from shoal.cli import main

@@ -17,11 +17,11 @@ LAST_WORDS = 1.0  # s to read what an ended process has said; its own children m
 FROM_OUTSIDE = {signal.Signals[name] for name in ("SIGKILL", "SIGTERM", "SIGINT") if name in signal.Signals.__members__}
 
 
-class Child:
+class ManagedProcess:
     """One process: its command, and how it goes. `failures` counts its ends in a row that nobody asked for, and the
     starts that the system refused.
 
-    `last` is the last line of its standard error, `restarts` how often it was started again. It `ended_well` if its
+    `last_error_line` is that of its standard error, `restarts` how often it was started again. It `ended_well` if its
     status was 0; it `is_over` if it is not to start again, for whatever reason.
     """
 
@@ -35,11 +35,11 @@ class Child:
         self.is_over = False
         self.popen: subprocess.Popen[bytes] | None = None
         self._began = self._due = 0.0
-        self._lines: deque[str] = deque(maxlen=MOST_LINES)
+        self._error_lines: deque[str] = deque(maxlen=MOST_LINES)
         self._reader: threading.Thread | None = None
 
     @property
-    def runs(self) -> bool:
+    def is_running(self) -> bool:
         return self.popen is not None and self.popen.poll() is None
 
     @property
@@ -47,12 +47,12 @@ class Child:
         return max(0, self.starts - 1)
 
     @property
-    def last(self) -> str:
-        return next((line for line in reversed(self._lines) if line), "")
+    def last_error_line(self) -> str:
+        return next((line for line in reversed(self._error_lines) if line), "")
 
     def start(self) -> None:
         """Raises OSError."""
-        self._lines.clear()
+        self._error_lines.clear()
         self._began = time.monotonic()
         quiet = subprocess.DEVNULL
         popen = subprocess.Popen(self.command, stdin=quiet, stdout=quiet, stderr=subprocess.PIPE, env=self.environment)
@@ -68,7 +68,7 @@ class Child:
         self.popen = popen
         self.starts += 1
 
-    def look(self, restart: bool) -> str:
+    def poll(self, restart: bool) -> str:
         """Start it if it does not run and is due; what has happened, "" if nothing."""
         now = time.monotonic()
         if self.popen is None:
@@ -92,7 +92,7 @@ class Child:
         if now - self._began > HEALTHY_AFTER:
             self.failures = 0
         how = f"was killed by signal {-status}" if status < 0 else f"has ended with status {status}"
-        why = f" ({self.last})" if self.last and -status not in FROM_OUTSIDE else ""
+        why = f" ({self.last_error_line})" if self.last_error_line and -status not in FROM_OUTSIDE else ""
         return f"{how}{why}{self._fail(now, restart)}"
 
     def _fail(self, now: float, restart: bool) -> str:
@@ -107,41 +107,41 @@ class Child:
         assert popen.stderr is not None
         with contextlib.suppress(OSError, ValueError):
             for line in popen.stderr:
-                self._lines.append(line.decode(errors="replace").strip())
+                self._error_lines.append(line.decode(errors="replace").strip())
 
 
-class Keeper:
-    """Keeps processes running: call `look` often, and `stop` at the end.
+class Supervisor:
+    """Keeps processes running: call `poll` often, and `stop` at the end.
 
     A process that ends with status 0 has done its work, and is not started again; others are, if `restart`, and so are
     those that the system could not start.
     """
 
-    def __init__(self, children: Iterable[Child], *, restart: bool = True) -> None:
-        self.children = list(children)
+    def __init__(self, processes: Iterable[ManagedProcess], *, restart: bool = True) -> None:
+        self.processes = list(processes)
         self._restart = restart
 
     @property
-    def done(self) -> bool:
+    def is_over(self) -> bool:
         """Whether none is to start again, however it has ended."""
-        return all(child.is_over for child in self.children)
+        return all(process.is_over for process in self.processes)
 
     @property
-    def missing(self) -> list[Child]:
+    def never_started(self) -> list[ManagedProcess]:
         """Those that the system has never been able to start."""
-        return [child for child in self.children if child.failures and not child.starts]
+        return [process for process in self.processes if process.failures and not process.starts]
 
-    def look(self) -> list[tuple[Child, str]]:
+    def poll(self) -> list[tuple[ManagedProcess, str]]:
         """Start what is due; what has happened, in words."""
-        events: list[tuple[Child, str]] = []
-        for child in self.children:
-            if words := child.look(self._restart):
-                events.append((child, words))
+        events: list[tuple[ManagedProcess, str]] = []
+        for process in self.processes:
+            if words := process.poll(self._restart):
+                events.append((process, words))
         return events
 
     def stop(self) -> None:
         """End all, together; what has not ended in ENDING seconds is killed."""
-        running = [child.popen for child in self.children if child.popen is not None and child.runs]
+        running = [process.popen for process in self.processes if process.popen is not None and process.is_running]
         for popen in running:
             popen.terminate()
         deadline = time.monotonic() + ENDING
@@ -151,5 +151,5 @@ class Keeper:
             except subprocess.TimeoutExpired:
                 popen.kill()
                 popen.wait()
-        for child in self.children:
-            child.popen, child.is_over = None, True
+        for process in self.processes:
+            process.popen, process.is_over = None, True

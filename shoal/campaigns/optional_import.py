@@ -4,7 +4,7 @@ from importlib import import_module
 from typing import Any
 
 
-def library(name: str, extra: str = "campaigns") -> Any:
+def import_optional(name: str, extra: str = "campaigns") -> Any:
     """A module of an extra. Raises ModuleNotFoundError that says how to install it."""
     try:
         return import_module(name)

@@ -15,7 +15,7 @@ SHOAL = Path(runtime.__file__).resolve().parent.parent
 OF_SHOAL = frozenset(PACKAGES) - {TASKS}
 
 
-def own_modules(names: Iterable[str]) -> dict[str, tuple[Path, Path]]:
+def find_user_modules(names: Iterable[str]) -> dict[str, tuple[Path, Path]]:
     """Those of a user among modules with these names and all that they import, with the folder and the file of each.
 
     What is installed, or in Shoal, is left out. Imports count wherever they stand, also within functions; a module

@@ -14,7 +14,7 @@ _ENDINGS = (".py", ".yaml", ".ini", ".xml", ".npz", ".csv", ".txt")
 
 
 @cache
-def versions() -> str:
+def software_versions() -> str:
     """Shoal with a digest of its files, Python, NumPy and the processor: equal where runs are equal."""
     try:
         shoal = version("shoal")
