@@ -19,13 +19,13 @@ from shoal.logs.export import is_like
 from shoal.rendering.cameras import take_cameras, take_world
 from shoal.rendering.frames import FrameTimes, Taken, frame_rates, logged_frames, logged_optics, start_time
 from shoal.rerun import Instants, LoggedRun, ResimulationError, outline, profile_of, run_of, tick_rates
-from tasks.surroundings import world_of
-from tasks.vision.keeping import FOLDER
-from tasks.vision.photos import write_picture
-from tasks.vision.records import FILE
-from tasks.vision.rendering import RenderedCamera
-from tasks.vision.viewpoint import View
-from world.pictures import Board, Camera, Glider, Shutter, Standpoint
+from tasks.simulated_world import world_of
+from tasks.vision.cameras.camera_records import FILE
+from tasks.vision.cameras.image_saver import FOLDER
+from tasks.vision.cameras.image_writer import write_picture
+from tasks.vision.cameras.rendered_camera import RenderedCamera
+from tasks.vision.cameras.viewpoint import View
+from world.rendering import Board, Camera, Glider, Shutter, Standpoint
 
 TOLD = (imc.LoggingControl, imc.SimulatedState, imc.EstimatedState)  # all that moves a camera, and its pictures
 CHANGE = imc.SetEntityParameters  # of a camera during the run; those of plans (Push, Pop) do not change cameras

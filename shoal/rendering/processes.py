@@ -14,9 +14,9 @@ from shoal.rendering.crew import Crew, Work
 from shoal.rendering.exposures import Eye, Shot, expose
 from shoal.rendering.label_files import LABELS, describe_boxes, kinds, write_labels
 from shoal.rerun import ResimulationError
-from tasks.vision.keeping import FOLDER
-from tasks.vision.photos import write_picture
-from tasks.vision.records import FILE
+from tasks.vision.cameras.camera_records import FILE
+from tasks.vision.cameras.image_saver import FOLDER
+from tasks.vision.cameras.image_writer import write_picture
 
 MOST_NOTES = 20
 
