@@ -9,7 +9,7 @@ from runtime.vehicle import Vehicle
 from shoal.scenarios.functions import Bottom
 from shoal.scenarios.operands import Watch
 from support.text import with_suggestion
-from tasks.surroundings import world_of
+from tasks.simulated_world import world_of
 
 Told = Callable[[float], object]
 """Called with the time since the start of the run (s)."""
