@@ -11,7 +11,7 @@ import numpy as np
 from support.pose import DOWN
 from world.detection import Accuracy, BlobDetector, Habits, MarkerDetector, Standing, Tracker, sight
 from world.optics import PinholeCamera
-from world.pictures import Camera, Glider, Standpoint, optical
+from world.rendering import Camera, Glider, Standpoint, optical
 
 LEAST = 30.0  # per second
 OPTICS = PinholeCamera(1280, 960, 1000.0, 1000.0, 640.0, 480.0)

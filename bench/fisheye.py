@@ -14,12 +14,12 @@ from functools import partial
 import numpy as np
 
 from world.optics import FisheyeCamera, preset_lens
-from world.pictures import Camera, Glider, Standpoint
-from world.pictures.faces import stack
-from world.pictures.lookup import Lookup
-from world.pictures.renderer import Renderer
-from world.pictures.sampling import Blend, Nearest, Remap
-from world.pictures.scenes import surroundings
+from world.rendering import Camera, Glider, Standpoint
+from world.rendering.cube_faces import stack
+from world.rendering.remap_table import Lookup
+from world.rendering.renderer import Renderer
+from world.rendering.resampling import Blend, Nearest, Remap
+from world.rendering.scenes import surroundings
 
 LONGEST_START = 0.3  # s
 FIRST = "first"  # argument of a process of its own, before the width of its faces

@@ -12,7 +12,7 @@ from fisheye import best
 from runtime.profile import load_profile
 from world import read_world
 from world.optics import FisheyeCamera, preset_lens
-from world.pictures import Camera, Glider, Standpoint
+from world.rendering import Camera, Glider, Standpoint
 
 LEAST_FPS = 40.0  # five faces of 256 px, a fisheye picture of 512 px, depth and instances
 LEAST_PICTURES = 60.0  # the same without labels, over a bathymetry

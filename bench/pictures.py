@@ -19,7 +19,7 @@ from shoal.cli.status_display import StatusDisplay
 from support.pose import Pose
 from world import Sun
 from world.optics import DoubleSphereCamera, FisheyeCamera, PinholeCamera, kannala_brandt, preset_lens
-from world.pictures import Board, Camera, Glider, Lamp, Standpoint, chessboard
+from world.rendering import Board, Camera, Glider, Lamp, Standpoint, chessboard
 
 COMMAND = "shoal run lauv-noptilus-1 -p Simulation --clock 20x"
 SECONDS = 300.0  # of the vehicle

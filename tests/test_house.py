@@ -35,7 +35,6 @@ OPEN = {  # modules that are imported as they are
     "runtime.testing",
     *(f"shoal.logs.export.{form}" for form in ("mcap", "netcdf", "parquet", "csv", "llf")),  # need their libraries
     *("shoal.logs.edit.mcap_import", "shoal.logs.edit.tlog_import", "shoal.logs.edit.flight_log_import"),
-    *(f"tasks.vision.{part}" for part in ("keeping", "photos", "records", "rendering", "viewpoint")),  # NumPy, too
     "tasks.vision.mug_detector",
     "runtime.vehicle.vehicle",  # its file's name ends what is shown of a traceback
     "runtime.kernel.kernel",

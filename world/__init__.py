@@ -1,8 +1,8 @@
 """The simulated world: what surrounds vehicles, their dynamics, sensors and pictures."""
 
 from support.pose import DOWN, Pose
+from world.config import SECTIONS, WorldError, read_world
 from world.objects import Spot, Thing, Waypoint, gliders
-from world.section import SECTIONS, WorldError, read_world
 from world.sun import Sun
 from world.world import World
 

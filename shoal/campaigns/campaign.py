@@ -11,13 +11,13 @@ from pathlib import Path
 from shoal.campaigns.executors import open_executor
 from shoal.campaigns.findings_files import write_findings
 from shoal.campaigns.jobs import WALL_LIMIT, Job, JobExecutor, RunJob, StudyRunner, TimedResult, make_row
-from shoal.campaigns.library import library
+from shoal.campaigns.optional_import import import_optional
+from shoal.campaigns.provenance import software_versions
 from shoal.campaigns.results import LOGS, CampaignResults, ResultsWriter, study_metadata
 from shoal.campaigns.sampling import Scalar
 from shoal.campaigns.search import SearchSchedule
 from shoal.campaigns.shards import WHOLE_CAMPAIGN, Shard, check_shard
 from shoal.campaigns.studies import Study
-from shoal.campaigns.versions import versions
 from shoal.scenarios import ScenarioResult
 
 TABLE_PERIOD = 60.0  # s of wall time between two Parquet files
@@ -42,10 +42,10 @@ def run_study(
     `shard` only its runs; a search has no shards. Raises what `Recording` and `open_engine` raise; ValueError if a
     shard cannot know when it is over; OSError if the disk is full.
     """
-    library("pyarrow.parquet")  # before hours of runs, not after them
+    import_optional("pyarrow.parquet")  # before hours of runs, not after them
     check_shard(shard, study.stopping_rule)
     if study.search is not None:
-        library("optuna")
+        import_optional("optuna")
         if shard != WHOLE_CAMPAIGN:
             raise ValueError(f"search: there is no shard {shard} of it: its trials follow from all those before")
     with ExitStack() as stack:
@@ -56,7 +56,7 @@ def run_study(
         try:
             if schedule.total_runs is None:
                 executor = open_executor(
-                    study, make=make_runner, workers=workers, wall_limit=wall_limit, on=on, on_notice=on_notice
+                    study, make_runner=make_runner, workers=workers, wall_limit=wall_limit, on=on, on_notice=on_notice
                 )
                 _run_batches(study, writer, schedule, stack.enter_context(executor), on_progress)
         except BaseException:
@@ -93,7 +93,9 @@ def _run_batches(
             run, cpu = int(job.key), result.cpu if isinstance(result, TimedResult) else 0.0
             raw_values = schedule.raw_values(run)
             _check_disk(job, result)
-            row = make_row(run, study.run_seed(run), raw_values, result, versions=versions(), cpu=cpu, folder=folder)
+            row = make_row(
+                run, study.run_seed(run), raw_values, result, versions=software_versions(), cpu=cpu, folder=folder
+            )
             writer.add_row({**row, **schedule.extra_columns(run)})
             schedule.evaluate()
             on_progress(writer.results)

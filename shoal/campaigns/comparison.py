@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 from shoal.campaigns.jobs import ResultRow, is_finished
-from shoal.campaigns.library import library
+from shoal.campaigns.optional_import import import_optional
 from shoal.campaigns.pass_rate import PassRate
 from shoal.campaigns.results import CampaignResults
 from support.text import with_suggestion
@@ -175,7 +175,7 @@ def _change(name: str, pairs: Sequence[RunPair], confidence: float) -> ColumnCha
     steps = [b - a for a, b in both]
     mean, half = math.fsum(steps) / count, math.inf
     if count > 1:
-        quantile = float(library("scipy.stats").t.ppf(0.5 + 0.5 * confidence, count - 1))
+        quantile = float(import_optional("scipy.stats").t.ppf(0.5 + 0.5 * confidence, count - 1))
         half = quantile * math.sqrt(math.fsum((step - mean) ** 2 for step in steps) / (count - 1) / count)
     fell, rose = len([step for step in steps if step < 0.0]), len([step for step in steps if step > 0.0])
     before, after = math.fsum(a for a, _ in both) / count, math.fsum(b for _, b in both) / count

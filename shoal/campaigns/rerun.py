@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from shoal.campaigns.jobs import Job, ResultRow, RunJob
+from shoal.campaigns.provenance import software_versions
 from shoal.campaigns.results import CampaignResults, ResultsError
 from shoal.campaigns.sampling import DraftFactory
 from shoal.campaigns.search import changed_values
 from shoal.campaigns.studies import UNNAMED_FILE_HINT, Study, load_study
-from shoal.campaigns.versions import versions
 from shoal.scenarios import ScenarioDocument, ScenarioResult
 
 
@@ -79,6 +79,6 @@ def _differences(row: ResultRow, result: ScenarioResult) -> list[str]:
         had = row.get(f"hashes.{vehicle}")
         if had is not None and had != digest:
             found.append(f"log of {vehicle} has hash {digest[:16]}, was {had[:16]}")
-    if found and row["versions"] != versions():
-        found.append(f"it was made with {row['versions']}, and this is {versions()}")
+    if found and row["versions"] != software_versions():
+        found.append(f"it was made with {row['versions']}, and this is {software_versions()}")
     return found

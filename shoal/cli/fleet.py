@@ -16,14 +16,14 @@ from shoal.cli.options import check_log_folder, parse_duration_option, search_us
 from shoal.cli.tables import plain_table
 from shoal.cli.vehicle_processes import shoal_command
 from shoal.fleet import (
-    Child,
     FleetConfig,
     FleetMonitor,
-    Keeper,
+    ManagedProcess,
+    Supervisor,
     VehicleSummary,
-    find_running,
+    find_running_fleets,
     load_fleet,
-    registered,
+    register_fleet,
     run_shared_process,
     stop_fleet,
 )
@@ -60,7 +60,7 @@ def fleet(
             return
         for warning in config.warnings:
             click.echo(warning, err=True)
-        with registered(config.name):
+        with register_fleet(config.name):
             sys.exit(_run(config, duration))
     except ModuleNotFoundError as error:
         raise click.ClickException(f"{error}; a fleet needs pip install 'shoal[zenoh]'") from None
@@ -71,7 +71,7 @@ def fleet(
 
 
 def _stop(name: str | None) -> None:
-    found = find_running()
+    found = find_running_fleets()
     if name is None and len(found) > 1:
         raise click.ClickException(f"several fleets run: {', '.join(found)}; name one")
     chosen = name or next(iter(found), "")
@@ -83,25 +83,27 @@ def _stop(name: str | None) -> None:
     click.echo(f"{chosen} stopped")
 
 
-def _commands(config: FleetConfig) -> list[Child]:
+def _commands(config: FleetConfig) -> list[ManagedProcess]:
     """A process for each vehicle, or for each crew of several."""
     logs = ["--log-dir", str(config.log_dir)]
     if config.per_process > 1:
         return [
-            Child(
+            ManagedProcess(
                 crew[0].name if len(crew) == 1 else f"{crew[0].name} to {crew[-1].name}",
                 shoal_command("fleet", str(config.path), *logs, "--crew", str(number)),
             )
             for number, crew in enumerate(config.process_groups)
         ]
-    children: list[Child] = []
+    children: list[ManagedProcess] = []
     for vehicle in config.vehicles:
         modes = ["-p", vehicle.modes] if vehicle.modes else []
         seed = ["--seed", str(vehicle.seed), "-V", vehicle.name, "--bus", "zenoh", "--keep-going"]
         folder = ["-d", str(config.path.parent)]
         settings = [word for override in vehicle.overrides for word in ("--set", override)]
         children.append(
-            Child(vehicle.name, shoal_command("run", vehicle.profile, *modes, *seed, *folder, *logs, *settings))
+            ManagedProcess(
+                vehicle.name, shoal_command("run", vehicle.profile, *modes, *seed, *folder, *logs, *settings)
+            )
         )
     return children
 
@@ -109,7 +111,7 @@ def _commands(config: FleetConfig) -> list[Child]:
 def _run(config: FleetConfig, duration: float | None) -> int:
     """Start all, a little apart, and keep them; the exit status: 1 if one is down at the end."""
     children = _commands(config)
-    keeper = Keeper([], restart=config.restart)
+    supervisor = Supervisor([], restart=config.restart)
     ending: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
@@ -118,34 +120,34 @@ def _run(config: FleetConfig, duration: float | None) -> int:
     monitor = FleetMonitor(config.zenoh)
     display = _Display(config)
     try:
-        monitor.check_names_free(names, find_running().keys() - {config.name})
+        monitor.check_names_free(names, find_running_fleets().keys() - {config.name})
         check_log_folder(config.log_dir)
         began = asked = time.monotonic()
         with display:
             while not ending and (duration is None or time.monotonic() - began < duration):
                 now = time.monotonic()
-                if children and now - began >= config.stagger * len(keeper.children):
-                    keeper.children.append(children.pop(0))
-                for child, words in keeper.look():
+                if children and now - began >= config.stagger * len(supervisor.processes):
+                    supervisor.processes.append(children.pop(0))
+                for child, words in supervisor.poll():
                     display.tell(f"{child.name} {words}")
                 for vehicle, words in monitor.new_errors():
                     if vehicle in names:
                         display.tell(f"{vehicle} {words}")
-                if keeper.done and not children:
+                if supervisor.is_over and not children:
                     break
                 if now - asked >= (ASK_PERIOD if display.is_live else LINE_PERIOD):
                     asked = now
-                    display.show(monitor.running_vehicles(), monitor.query_summaries(), keeper)
+                    display.show(monitor.running_vehicles(), monitor.query_summaries(), supervisor)
                 time.sleep(LOOK_PERIOD)
         seconds = time.monotonic() - began
-        crews = list(zip(keeper.children, config.process_groups, strict=False))
+        crews = list(zip(supervisor.processes, config.process_groups, strict=False))
         failing = {vehicle.name for child, crew in crews if child.failures for vehicle in crew}
         done = {vehicle.name for child, crew in crews if child.ended_well for vehicle in crew}
         down = display.down(monitor.running_vehicles(), monitor.query_summaries(), failing, done)
     finally:
-        keeper.stop()
+        supervisor.stop()
         monitor.close()
-    display.end(seconds, down, failing, keeper)
+    display.end(seconds, down, failing, supervisor)
     return 1 if down else 0
 
 
@@ -180,16 +182,16 @@ class _Display:
         once = {name for name in names if name in failing or key_chunk(name) in self._heard}
         return [name for name, how in states.items() if how == "silent" or (how == "not running" and name in once)]
 
-    def end(self, seconds: float, down: list[str], failing: set[str], keeper: Keeper) -> None:
-        words = [f"{self._config.name} has ended after {seconds:.1f} s", _restarts(keeper)]
+    def end(self, seconds: float, down: list[str], failing: set[str], supervisor: Supervisor) -> None:
+        words = [f"{self._config.name} has ended after {seconds:.1f} s", _restarts(supervisor)]
         again = [vehicle.name for vehicle in self._config.vehicles if vehicle.name in failing.difference(down)]
         words += [f"down: {', '.join(down)}"] if down else []
         words += [f"restarted lately: {', '.join(again)}"] if again else []
         self.tell(", ".join(words))
 
-    def show(self, alive: set[str], summaries: dict[str, VehicleSummary], keeper: Keeper) -> None:
+    def show(self, alive: set[str], summaries: dict[str, VehicleSummary], supervisor: Supervisor) -> None:
         if self._live is not None:
-            self._live.update(self._table(alive, summaries, keeper), refresh=True)
+            self._live.update(self._table(alive, summaries, supervisor), refresh=True)
             return
         members = self._config.vehicles
         states = {vehicle.name: self._state(key_chunk(vehicle.name), alive, summaries) for vehicle in members}
@@ -210,7 +212,7 @@ class _Display:
             return "silent" if name in self._heard else "starting"
         return "" if name in alive else "not running"
 
-    def _table(self, alive: set[str], summaries: dict[str, VehicleSummary], keeper: Keeper) -> Table:
+    def _table(self, alive: set[str], summaries: dict[str, VehicleSummary], supervisor: Supervisor) -> Table:
         table = plain_table("vehicle", "mode", "plan", "position", "battery", "errors", "age", right=("errors", "age"))
         for vehicle in self._config.vehicles:
             summary = summaries.get(key_chunk(vehicle.name), VehicleSummary())
@@ -227,10 +229,10 @@ class _Display:
                 age,
             )
             table.add_row(*(Text(printable(cell)) for cell in cells), style=color)
-        table.caption = f"{self._config.name}: {_restarts(keeper)}; Ctrl-C stops"
+        table.caption = f"{self._config.name}: {_restarts(supervisor)}; Ctrl-C stops"
         return table
 
 
-def _restarts(keeper: Keeper) -> str:
-    number = sum(child.restarts for child in keeper.children)
+def _restarts(supervisor: Supervisor) -> str:
+    number = sum(child.restarts for child in supervisor.processes)
     return f"{number} restart{'s' * (number != 1)}"

@@ -29,7 +29,7 @@ from shoal.cli.shutdown import exit_when_stopped, shutdown_on_signal, traceback_
 from shoal.cli.status_display import StatusDisplay
 from shoal.cli.systemd_notify import SystemdNotifier
 from shoal.cli.vehicle_processes import select_process, sibling_process, stop_with_parent, supervise
-from shoal.fleet import Keeper
+from shoal.fleet import Supervisor
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.file_errors import describe_os_error
 from support.text import printable
@@ -154,14 +154,16 @@ def run(
         InputJournals(made.vehicle)
     if parent is not None:
         stop_with_parent(made.vehicle, parent)
-    keeper = Keeper([sibling_process(name) for name in others] if part == "" and not alone and process is None else [])
-    if keeper.children:
-        supervise(made.vehicle, keeper)
+    supervisor = Supervisor(
+        [sibling_process(name) for name in others] if part == "" and not alone and process is None else []
+    )
+    if supervisor.processes:
+        supervise(made.vehicle, supervisor)
     title = f"{loaded.vehicle} ({', '.join(sorted(selected)) or 'no mode selected'})"
     try:
-        run_to_end(made.vehicle, title, duration, snapshot_every=snapshot_every, keeper=keeper)
+        run_to_end(made.vehicle, title, duration, snapshot_every=snapshot_every, supervisor=supervisor)
     finally:
-        keeper.stop()
+        supervisor.stop()
 
 
 def _reject_snapshot_options(profile: str | None) -> None:
@@ -205,14 +207,14 @@ def run_to_end(
     *,
     start: bool = True,
     snapshot_every: float | None = None,
-    keeper: Keeper | None = None,
+    supervisor: Supervisor | None = None,
 ) -> NoReturn:
     """Run a vehicle to its end, for `duration` (s) or until a signal, show its status, and exit with its exit status.
 
     A first signal ends the run in order, within a second whatever hangs; a later one ends it immediately.
 
     `start` is False if it continues from a snapshot. A snapshot is saved beside its log every `snapshot_every` (s); one
-    that the disk refuses is reported and left out. So is a process of `keeper` that never started.
+    that the disk refuses is reported and left out. So is a process of `supervisor` that never started.
     """
     status, host = StatusDisplay(vehicle, title, duration), SystemdNotifier(vehicle)
     missing, incomplete = list[OSError](), False
@@ -241,7 +243,7 @@ def run_to_end(
                 click.echo(
                     f"Error: {printable(str(error))}" if of_state else traceback_without_library(error), err=True
                 )
-    absent = keeper.missing if keeper is not None else []
+    absent = supervisor.never_started if supervisor is not None else []
     with contextlib.suppress(OSError):
         click.echo(status.summary())
         incomplete = report_lost_logs(vehicle)

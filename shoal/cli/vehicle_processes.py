@@ -7,7 +7,7 @@ import click
 
 from runtime.profile import MAIN
 from runtime.vehicle import Vehicle
-from shoal.fleet import Child, Keeper
+from shoal.fleet import ManagedProcess, Supervisor
 
 WATCH_PERIOD = 0.25  # s
 
@@ -38,17 +38,19 @@ def shoal_command(*words: str) -> list[str]:
     return [sys.executable, "-P", "-m", "shoal.cli", *words, "--parent", str(os.getpid())]
 
 
-def sibling_process(name: str) -> Child:
+def sibling_process(name: str) -> ManagedProcess:
     """This command for another process of the vehicle."""
-    return Child(name, shoal_command(*sys.argv[1:], "--process", name))
+    return ManagedProcess(name, shoal_command(*sys.argv[1:], "--process", name))
 
 
-def supervise(vehicle: Vehicle, keeper: Keeper) -> None:
+def supervise(vehicle: Vehicle, supervisor: Supervisor) -> None:
     """Start the other processes of the vehicle, and again those that end."""
 
     def look() -> None:
-        for child, words in keeper.look():
-            (vehicle.daemon.log.error if child.failures else vehicle.daemon.log.info)(f"process {child.name} {words}")
+        for process, words in supervisor.poll():
+            (vehicle.daemon.log.error if process.failures else vehicle.daemon.log.info)(
+                f"process {process.name} {words}"
+            )
         vehicle.kernel.after(WATCH_PERIOD, look)
 
     vehicle.kernel.soon(look)

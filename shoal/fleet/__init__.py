@@ -2,25 +2,25 @@
 
 from shoal.fleet.fleet_config import FleetConfig, FleetVehicle, load_fleet
 from shoal.fleet.fleet_file import FleetFileError
-from shoal.fleet.keeper import Child, Keeper
 from shoal.fleet.monitor import FleetMonitor, VehicleSummary
 from shoal.fleet.ports import SYSTEM_ID, mavlink_id
-from shoal.fleet.running_fleets import find_running, registered, stop_fleet
+from shoal.fleet.running_fleets import find_running_fleets, register_fleet, stop_fleet
 from shoal.fleet.shared_process import run_shared_process
+from shoal.fleet.supervisor import ManagedProcess, Supervisor
 
 __all__ = [
     "SYSTEM_ID",
-    "Child",
     "FleetConfig",
     "FleetFileError",
     "FleetMonitor",
     "FleetVehicle",
-    "Keeper",
+    "ManagedProcess",
+    "Supervisor",
     "VehicleSummary",
-    "find_running",
+    "find_running_fleets",
     "load_fleet",
     "mavlink_id",
-    "registered",
+    "register_fleet",
     "run_shared_process",
     "stop_fleet",
 ]

@@ -23,7 +23,7 @@ def registry_folder() -> Path:
 
 
 @contextlib.contextmanager
-def registered(name: str) -> Generator[None]:
+def register_fleet(name: str) -> Generator[None]:
     """Note that this process runs a fleet. Raises ValueError if another one does."""
     path = registry_folder() / f"{name}.fleet"
     with path.open("a+") as file:
@@ -38,7 +38,7 @@ def registered(name: str) -> Generator[None]:
             file.truncate(0)
 
 
-def find_running() -> dict[str, int]:
+def find_running_fleets() -> dict[str, int]:
     """The names of running fleets, and their processes."""
     found: dict[str, int] = {}
     for path in sorted(registry_folder().glob("*.fleet")):
@@ -53,7 +53,7 @@ def stop_fleet(name: str, process: int) -> bool:
     with contextlib.suppress(ProcessLookupError):  # it has just ended
         os.kill(process, signal.SIGTERM)
     deadline = time.monotonic() + PATIENCE
-    while find_running().get(name) == process:
+    while find_running_fleets().get(name) == process:
         if time.monotonic() > deadline:
             return False
         time.sleep(0.05)

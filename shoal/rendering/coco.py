@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from shoal.logs.export import LogSource, export_photo, export_suffix
 from shoal.rendering.label_files import class_name
 from shoal.rendering.logged_exposures import find_exposures
-from tasks.vision.keeping import FOLDER
-from world.pictures import Box, Kind, Labels
+from tasks.vision.cameras.image_saver import FOLDER
+from world.rendering import Box, Kind, Labels
 
 FILE = "annotations.json"
 IMAGES = "images"

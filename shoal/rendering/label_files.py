@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from world.pictures import Box, Kind, Labels
+from world.rendering import Box, Kind, Labels
 
 LABELS = "Labels"
 COMPRESSION = 1  # of 9

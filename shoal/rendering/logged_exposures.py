@@ -34,13 +34,13 @@ from shoal.rerun import (
     summarize_log,
     tick_rates,
 )
-from tasks.surroundings import world_of
-from tasks.vision.keeping import FOLDER
-from tasks.vision.photos import write_picture
-from tasks.vision.records import FILE
-from tasks.vision.rendering import RenderedCamera
-from tasks.vision.viewpoint import View
-from world.pictures import Board, Camera, Glider, Shutter, Standpoint
+from tasks.simulated_world import world_of
+from tasks.vision.cameras.camera_records import FILE
+from tasks.vision.cameras.image_saver import FOLDER
+from tasks.vision.cameras.image_writer import write_picture
+from tasks.vision.cameras.rendered_camera import RenderedCamera
+from tasks.vision.cameras.viewpoint import View
+from world.rendering import Board, Camera, Glider, Shutter, Standpoint
 
 STATE_MESSAGES = (imc.LoggingControl, imc.SimulatedState, imc.EstimatedState)  # what moves a camera and its pictures
 CHANGE = imc.SetEntityParameters  # of a camera during the run; those of plans (Push, Pop) do not change cameras

@@ -14,9 +14,9 @@ from shoal.rendering.label_files import LABELS, boxes_to_dicts, class_numbers, w
 from shoal.rendering.logged_exposures import CameraVersion, ExposedPicture, find_exposures
 from shoal.rendering.process_pool import IndexedWork, RenderPool
 from shoal.rerun import ResimulationError
-from tasks.vision.keeping import FOLDER
-from tasks.vision.photos import write_picture
-from tasks.vision.records import FILE
+from tasks.vision.cameras.camera_records import FILE
+from tasks.vision.cameras.image_saver import FOLDER
+from tasks.vision.cameras.image_writer import write_picture
 
 MOST_NOTES = 20
 

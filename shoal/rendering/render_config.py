@@ -8,7 +8,7 @@ from runtime.task import find_parameter, listing_options
 from runtime.vehicle import TaskImportError, find_task
 from support.diagnostics import Problem, ProfileError
 from support.text import quoted, suggestion
-from tasks.vision.rendering import RenderedCamera
+from tasks.vision.cameras.rendered_camera import RenderedCamera
 from world import SECTIONS
 
 PROFILES = "Profiles"  # a section that declares modes, as the ini files of profiles have

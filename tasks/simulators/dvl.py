@@ -6,7 +6,7 @@ import imc
 from runtime import Entity, State, Task, consume, param, periodic
 from support.pose import Pose
 from support.rotations import Vector, cross, rotation, to_body, to_ned
-from tasks.surroundings import FARTHEST_MOUNT, IMPOSSIBLE, Chart, is_possible, mount_of, world_of
+from tasks.simulated_world import FARTHEST_MOUNT, IMPOSSIBLE, Chart, is_possible, mount_of, world_of
 from world import SECTIONS
 from world.sensors import Beam, Echo, janus, listen, to_bottom, velocity_of
 

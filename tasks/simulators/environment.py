@@ -6,7 +6,7 @@ import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from support.rotations import Vector
 from support.wgs84 import offset
-from tasks.surroundings import world_of
+from tasks.simulated_world import world_of
 from world import SECTIONS
 from world.sea import Bathymetry
 from world.sensors import Beam

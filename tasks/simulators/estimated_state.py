@@ -5,7 +5,7 @@ import math
 import imc
 from runtime import ParameterError, State, Task, param, periodic
 from support.wgs84 import offset
-from tasks.surroundings import world_of
+from tasks.simulated_world import world_of
 from world import SECTIONS
 from world.bodies import Circle, Legs, Line, Motion, Pattern, lawn_mower, parse_points
 

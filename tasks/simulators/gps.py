@@ -8,7 +8,7 @@ import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from support import wgs84
 from support.rotations import cross, rotation, to_body, to_ned
-from tasks.surroundings import FARTHEST_MOUNT, IMPOSSIBLE, is_possible, mount_of
+from tasks.simulated_world import FARTHEST_MOUNT, IMPOSSIBLE, is_possible, mount_of
 from world.sensors import Drift
 
 SLOWEST = 0.05  # m/s, least speed that has a course

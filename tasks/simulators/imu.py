@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import imc
 from runtime import ParameterError, State, Task, consume, param
 from support.rotations import Vector, wrap
-from tasks.surroundings import FARTHEST_MOUNT, IMPOSSIBLE, is_possible, mount_of
+from tasks.simulated_world import FARTHEST_MOUNT, IMPOSSIBLE, is_possible, mount_of
 from world.sensors import (
     DRAWS,
     PARTS,

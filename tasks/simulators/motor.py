@@ -5,7 +5,7 @@ from collections import deque
 
 import imc
 from runtime import State, consume, param, periodic
-from tasks.simulators.power import Powered
+from tasks.simulators.powered_device import Powered
 
 AVERAGED = 5  # samples
 DEAD_BAND = 0.1  # of full actuation

@@ -8,12 +8,12 @@ import numpy as np
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from support.pose import DOWN, Pose
-from tasks.surroundings import FARTHEST_MOUNT, Chart, Placed, Truth, check_older, is_somewhere, world_of
-from tasks.whereabouts import Whereabouts
+from tasks.pose_history import Whereabouts
+from tasks.simulated_world import FARTHEST_MOUNT, Chart, Placed, Truth, check_older, is_somewhere, world_of
 from world import SECTIONS, Spot, Thing
 from world.detection import Accuracy, Chances, Floats, Sighting
 from world.optics import Pinhole, PinholeCamera
-from world.pictures import optical
+from world.rendering import optical
 from world.sensors import (
     ACCURACY,
     UNIFORM_ERROR,
@@ -23,7 +23,7 @@ from world.sensors import (
     detect_originally,
     gsd_sigma,
     locate,
-    mug_original,
+    mug_reference,
     see_pixel,
     to_camera,
 )
@@ -45,7 +45,7 @@ class MUGDetectionCamera(Task):
     With a probability it misses gliders; it may be late, and detect what is not there, with numbers of its own.
 
     `Original` follows the README of the original task, `Original Code` its source: both at every state, with its flaws
-    (see mug_original). The source assumes an altitude of 10 m and adds the same error to each detection.
+    (see mug_reference). The source assumes an altitude of 10 m and adds the same error to each detection.
     """
 
     reads = SECTIONS
@@ -314,7 +314,7 @@ class MUGDetectionCamera(Task):
     def _height(self, state: imc.EstimatedState, thing: Thing) -> float:
         """How far above an object the vehicle believes to be (m)."""
         if self.fidelity == "Original Code":
-            return mug_original.ALTITUDE
+            return mug_reference.ALTITUDE
         if self.fidelity == "Original" or thing.depth is None:
             return state.alt if 0.0 < state.alt <= self.maximum_altitude else math.nan
         return thing.depth - state.z
@@ -327,7 +327,7 @@ class MUGDetectionCamera(Task):
             north, east = self.random.random(2).tolist()
             north, east = 2.0 * north - 1.0, 2.0 * east - 1.0
         else:
-            north, east = mug_original.FROZEN
+            north, east = mug_reference.FROZEN
         return north, east
 
     def _error_scale(self, height: float, mug: Offset) -> Offset:
@@ -339,4 +339,4 @@ class MUGDetectionCamera(Task):
             return sigma, sigma
         if self.fidelity == "Physical":
             return UNIFORM_ERROR * height, UNIFORM_ERROR * height
-        return mug_original.error_bound(self.camera, height)
+        return mug_reference.error_bound(self.camera, height)

@@ -4,7 +4,7 @@ import math
 
 import imc
 from runtime import State, consume, param, periodic
-from tasks.simulators.power import Powered
+from tasks.simulators.powered_device import Powered
 
 ROUNDING = 1e-7  # rad
 MICROSECONDS = 1e6  # in a second

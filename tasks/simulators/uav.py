@@ -4,8 +4,8 @@ import math
 
 import imc
 from runtime import State, consume, param, periodic
-from tasks.simulators.power import Powered
-from tasks.simulators.steps import Steps
+from tasks.simulators.fixed_steps import Steps
+from tasks.simulators.powered_device import Powered
 from world.bodies import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT

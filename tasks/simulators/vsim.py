@@ -9,9 +9,9 @@ from support.diagnostics import ConfigWarning
 from support.rotations import Vector
 from support.text import corrected_spelling, printable, quoted
 from support.wgs84 import offset
-from tasks.simulators.power import Powered
-from tasks.simulators.steps import Steps
-from tasks.surroundings import world_of
+from tasks.simulated_world import world_of
+from tasks.simulators.fixed_steps import Steps
+from tasks.simulators.powered_device import Powered
 from world import SECTIONS
 from world.bodies import (
     Boat,

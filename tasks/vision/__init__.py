@@ -1,5 +1,5 @@
 """Cameras."""
 
-from tasks.vision.airsim_clock import AirSimClock
+from tasks.vision.airsim_api.clock import AirSimClock
 
 __all__ = ["AirSimClock"]

@@ -10,15 +10,15 @@ import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
 from support.pose import Pose
 from support.rotations import to_body
-from tasks.surroundings import Truth, world_of
-from tasks.vision.airsim_client import AirSimClient, Shot, mount_of
-from tasks.vision.airsim_messages import AirSimError, Image, Kinematics, transform
-from tasks.vision.keeping import PictureKeeper
-from tasks.vision.records import camera_frame
-from tasks.whereabouts import Whereabouts
+from tasks.pose_history import Whereabouts
+from tasks.simulated_world import Truth, world_of
+from tasks.vision.airsim_api.client import AirSimClient, Shot, mount_of
+from tasks.vision.airsim_api.rpc_messages import AirSimError, Image, Kinematics, transform
+from tasks.vision.cameras.camera_records import camera_frame
+from tasks.vision.cameras.image_saver import PictureKeeper
 from world import SECTIONS
 from world.optics import PRESETS, CameraModel, FisheyeCamera, Floats, PinholeCamera, preset_lens
-from world.pictures import INTERPOLATIONS, Panorama, optical, void_warning
+from world.rendering import INTERPOLATIONS, Panorama, optical, void_warning
 
 OLDEST = 1.0  # s, beyond which a state counts as missing
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from runtime import ConfigWarning, ParameterError, param
-from tasks.vision.mounted import MountedCamera
-from tasks.vision.rendering import RenderedCamera
+from tasks.vision.cameras.mounted_camera import MountedCamera
+from tasks.vision.cameras.rendered_camera import RenderedCamera
 from world.optics import CalibrationError, CameraModel, Dome, FlatPort, PinholeCamera, housed
 
 REPLACED = "width", "height", "field_of_view", "principal_point", "distortion"  # by a calibration

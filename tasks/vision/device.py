@@ -5,8 +5,8 @@ from collections.abc import Callable
 from functools import partial
 
 from runtime import ParameterError, State, param
-from tasks.vision.calibrated import CalibratedCamera
-from tasks.vision.footage import Image, open_video, rgba
+from tasks.vision.cameras.calibrated_camera import CalibratedCamera
+from tasks.vision.cameras.image_files import Image, open_video, rgba
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
 

@@ -4,12 +4,12 @@ import math
 
 from runtime import ParameterError, param
 from support.pose import DOWN, Pose
-from tasks.surroundings import check_older
-from tasks.vision.rendering import RenderedCamera
-from tasks.vision.viewpoint import View
+from tasks.simulated_world import check_older
+from tasks.vision.cameras.rendered_camera import RenderedCamera
+from tasks.vision.cameras.viewpoint import View
 from world import optics
 from world.optics import PRESETS, CameraModel, Lens, preset_lens
-from world.pictures import void_warning
+from world.rendering import void_warning
 
 
 class FisheyeCamera(RenderedCamera):

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 import imc
 from runtime import Frame, ParameterError, State, Task, consume, param
-from tasks.surroundings import world_of
-from tasks.whereabouts import KEPT, Belief, Whereabouts
+from tasks.pose_history import KEPT, Belief, Whereabouts
+from tasks.simulated_world import world_of
 from world import SECTIONS
 from world.detection import (
     FAMILIES,

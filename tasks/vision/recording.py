@@ -4,8 +4,8 @@ import importlib.util
 from functools import partial
 
 from runtime import ParameterError, State, param
-from tasks.vision.calibrated import CalibratedCamera
-from tasks.vision.footage import TOLD, Image, Item, Reel, calibration_beside
+from tasks.vision.cameras.calibrated_camera import CalibratedCamera
+from tasks.vision.cameras.image_files import TOLD, Image, Item, Reel, calibration_beside
 from world.optics import CalibrationError, read_camera
 
 FROM_START, AS_RECORDED = "From Start", "As Recorded"

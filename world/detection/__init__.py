@@ -1,10 +1,10 @@
 """Finds things in pictures, and where they are."""
 
-from world.detection.blobs import YELLOW, BlobDetector, Mark
-from world.detection.chances import Chances
-from world.detection.ground import Accuracy, Floats, Sighting, Standing, fits, sight, spot_at
-from world.detection.judgement import Score, ThingScore, matched, score
-from world.detection.markers import FAMILIES, MarkerDetector
+from world.detection.blob_detector import YELLOW, BlobDetector, Mark
+from world.detection.detection_probability import Chances
+from world.detection.ground_projection import Accuracy, Floats, Sighting, Standing, fits, sight, spot_at
+from world.detection.marker_detector import FAMILIES, MarkerDetector
+from world.detection.scoring import Score, ThingScore, matched, score
 from world.detection.tracker import Habits, Track, Tracker, View
 
 __all__ = [

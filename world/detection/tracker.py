@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from world.detection.ground import ERRORS, PLACE, Accuracy, Sighting, Standing
+from world.detection.ground_projection import ERRORS, PLACE, Accuracy, Sighting, Standing
 
 Floats = NDArray[np.floating[Any]]
 

@@ -1,13 +1,13 @@
 """Camera models."""
 
-from world.optics.brown import PinholeCamera
-from world.optics.camera import CalibrationError, CameraModel, Floats
+from world.optics.brown_conrady import PinholeCamera
+from world.optics.calibration_files import camera_text, parse_camera, read_camera
+from world.optics.camera_model import CalibrationError, CameraModel, Floats
 from world.optics.double_sphere import DoubleSphereCamera
-from world.optics.files import camera_text, parse_camera, read_camera
 from world.optics.fisheye import FisheyeCamera, kannala_brandt
-from world.optics.housing import Dome, FlatPort, HousedCamera, housed
 from world.optics.lens import PRESETS, Lens, preset_lens
 from world.optics.pinhole import Pinhole
+from world.optics.underwater_housing import Dome, FlatPort, HousedCamera, housed
 
 __all__ = [
     "PRESETS",

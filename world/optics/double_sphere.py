@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from world.optics.camera import Bools, CalibrationError, CameraModel, Floats
+from world.optics.camera_model import Bools, CalibrationError, CameraModel, Floats
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from world.optics.camera import Bools, Floats
+from world.optics.camera_model import Bools, Floats
 
 NEAR = 1e-6  # m, closer to the camera's plane nothing is visible
 

@@ -1,9 +1,10 @@
 """Models of sensors: noise and geometry."""
 
-from world.sensors import mug_original
+from world.sensors import mug_reference
+from world.sensors.beam_echo import Echo, janus, listen, to_bottom, velocity_of
 from world.sensors.drift import Drift
-from world.sensors.echo import Echo, janus, listen, to_bottom, velocity_of
-from world.sensors.imu import (
+from world.sensors.imu_grade import DRAWS, PARTS, Device, Part, TriadGrade
+from world.sensors.imu_noise import (
     STANDARD_GRAVITY,
     NoiseDensity,
     NoisyTriad,
@@ -23,9 +24,8 @@ from world.sensors.mug_detection import (
     see_pixel,
     to_camera,
 )
-from world.sensors.sonar import Beam
+from world.sensors.sonar_beam import Beam
 from world.sensors.strapdown import BodyMotion, InertialSample, InertialSampler
-from world.sensors.triad import DRAWS, PARTS, Device, Part, TriadGrade
 
 __all__ = [
     "ACCURACY",
@@ -53,7 +53,7 @@ __all__ = [
     "janus",
     "listen",
     "locate",
-    "mug_original",
+    "mug_reference",
     "see_pixel",
     "specific_force",
     "to_bottom",

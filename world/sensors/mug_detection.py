@@ -8,7 +8,7 @@ import numpy as np
 from support.rotations import rotation, to_body, to_ned
 from world.detection import Accuracy, Floats, Sighting, Standing, sight, spot_at
 from world.optics import Pinhole
-from world.sensors import mug_original
+from world.sensors import mug_reference
 
 Offset = tuple[float, float]
 
@@ -86,10 +86,10 @@ def see_pixel(
 
 def detect_originally(camera: Pinhole, view: CameraPose, target: Offset) -> Offset | None:
     """Like `detect`, with the geometry of the original."""
-    if not mug_original.visible(camera, view.height, *target):
+    if not mug_reference.visible(camera, view.height, *target):
         return None
-    pixel = mug_original.to_pixel(camera, view.height, view.psi, *target)
-    return mug_original.to_offset(camera, view.height, view.psi, *pixel)
+    pixel = mug_reference.to_pixel(camera, view.height, view.psi, *target)
+    return mug_reference.to_offset(camera, view.height, view.psi, *pixel)
 
 
 def gsd_sigma(camera: Pinhole, height: float, target: Offset) -> float:

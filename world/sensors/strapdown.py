@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from support.pose import Pose
 from support.rotations import Matrix, Vector, cross, rotation, to_body, to_ned, turned, wrap
-from world.sensors.imu import specific_force
+from world.sensors.imu_noise import specific_force
 
 TIMING = 1e-3  # of a period: a state that is early by less belongs to the sample, since timestamps have 0.24 µs
 LONGEST_GAP = 1.0  # s between states; after a longer one, sampling starts again

@@ -21,9 +21,9 @@ from shoal.campaigns.cluster.address import parse_cluster_address
 from shoal.campaigns.cluster.float_fingerprint import compute_float_fingerprint
 from shoal.campaigns.cluster.protocol import JsonLine, encode_line, job_to_line, result_from_line
 from shoal.campaigns.jobs import Job, UnfinishedResult
-from shoal.campaigns.library import library
+from shoal.campaigns.optional_import import import_optional
+from shoal.campaigns.provenance import software_versions
 from shoal.campaigns.studies import Study
-from shoal.campaigns.versions import versions
 from shoal.scenarios import ScenarioResult
 
 CONNECT = 10.0  # s until the scheduler must have answered
@@ -39,7 +39,7 @@ class _AssignedJob:
     """A job that was given to a worker. `deaths` is how many have been lost with it before."""
 
     job: Job
-    worker: str
+    worker_address: str
     deaths: int
     future: Any
 
@@ -68,7 +68,7 @@ class DaskExecutor:
     ):
         self._address, self._on_notice = address, on_notice
         place = parse_cluster_address(address)
-        distributed = library("distributed", "cluster")
+        distributed = import_optional("distributed", "cluster")
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it has to say is raised here
         try:
             self._client = distributed.Client(place, timeout=CONNECT, set_as_default=False, name="shoal")
@@ -176,9 +176,9 @@ class DaskExecutor:
         line: JsonLine = json.loads(text)
         if reply is None or "refused" in line:  # without a reply the worker has started anew at the same address
             if line:
-                self._refuse(entry.worker, self._workers[entry.worker].name, line["refused"])
+                self._refuse(entry.worker_address, self._workers[entry.worker_address].name, line["refused"])
             self._retries.append((entry.job, entry.deaths))
-            self._drop(entry.worker, deaths=0)
+            self._drop(entry.worker_address, deaths=0)
             return None
         log_root = entry.job.log_root
         if log_root is not None:
@@ -232,8 +232,8 @@ class DaskExecutor:
             new, pkgutil.resolve_name, f"{dask_worker.__name__}:probe"
         )  # which fails where there is no such Shoal
         for at, (name, theirs, computes) in self._call_on_workers(new, dask_worker.describe_worker).items():
-            if theirs != versions():
-                self._refuse(at, name, f"it has {theirs}, and this is {versions()}")
+            if theirs != software_versions():
+                self._refuse(at, name, f"it has {theirs}, and this is {software_versions()}")
             elif computes != compute_float_fingerprint():
                 self._refuse(at, name, "its processor or libraries round otherwise than those of this computer")
             elif at in self._call_on_workers(
@@ -267,8 +267,8 @@ class DaskExecutor:
 
     def _forget(self, key: str) -> None:
         entry = self._assigned.pop(key)
-        if entry.worker in self._workers:
-            self._workers[entry.worker].assigned.discard(key)
+        if entry.worker_address in self._workers:
+            self._workers[entry.worker_address].assigned.discard(key)
 
     def _cancel(self) -> None:
         for entry in self._assigned.values():

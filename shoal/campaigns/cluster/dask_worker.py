@@ -14,8 +14,8 @@ from typing import Any
 
 from shoal.campaigns.cluster.float_fingerprint import compute_float_fingerprint
 from shoal.campaigns.cluster.protocol import JsonLine, encode_line
+from shoal.campaigns.provenance import software_versions
 from shoal.campaigns.studies import parse_bundle
-from shoal.campaigns.versions import versions
 
 JobReply = tuple[bytes, list[tuple[str, bytes]]]
 """A line, and the files of the logs by their path below the folder for logs."""
@@ -25,7 +25,7 @@ GRACE = 5.0  # s
 
 def describe_worker(dask_worker: Any) -> tuple[str, str, str]:
     """What the worker is called, what it computes with, and how."""
-    return f"{dask_worker.name} on {platform.node()}", versions(), compute_float_fingerprint()
+    return f"{dask_worker.name} on {platform.node()}", software_versions(), compute_float_fingerprint()
 
 
 def install_study(token: str, bundle: bytes, order: JsonLine, dask_worker: Any) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from shoal.campaigns.jobs import ResultRow, unpack_track
-from shoal.campaigns.library import library
+from shoal.campaigns.optional_import import import_optional
 from shoal.campaigns.pass_rate import PassRate
 from shoal.campaigns.report.sensitivity import Columns
 
@@ -93,7 +93,7 @@ def best_so_far_plot(values: Sequence[float], best: Sequence[float]) -> str:
     if not any(math.isfinite(value) for value in best):
         return ""
     finite = [[value if math.isfinite(value) else math.nan for value in column] for column in (values, best)]
-    with library("matplotlib").rc_context(_STYLE):
+    with import_optional("matplotlib").rc_context(_STYLE):
         figure = _figure(9.0, 2.2)
         axes = figure.add_subplot()
         axes.plot(range(len(values)), finite[0], ".", color=LINE, markersize=4, markeredgewidth=0)
@@ -119,7 +119,7 @@ def track_map(rows: Sequence[ResultRow]) -> str:
     lines = [((track[::every] - (lat, lon)) * scale)[:, ::-1] for track, _ in tracks]
     figure = _figure(9.0, 6.0)
     axes = figure.add_subplot()
-    collection = library("matplotlib.collections").LineCollection
+    collection = import_optional("matplotlib.collections").LineCollection
     alpha = max(0.05, min(0.8, 30.0 / len(lines)))
     colors = [PASSED if passed else FAILED for _, passed in tracks]
     axes.add_collection(collection(lines, colors=colors, linewidths=0.6, alpha=alpha))
@@ -142,7 +142,7 @@ def _named(name: str, units: Mapping[str, str]) -> str:
 def _grid_of(names: Sequence[Any], draw: Any, height: float, *, picture: bool = False) -> str:
     if not names:
         return ""
-    with library("matplotlib").rc_context(_STYLE):
+    with import_optional("matplotlib").rc_context(_STYLE):
         lines = math.ceil(len(names) / COLUMNS)
         figure = _figure(9.0, height * lines)
         for place, name in enumerate(names, 1):
@@ -153,8 +153,8 @@ def _grid_of(names: Sequence[Any], draw: Any, height: float, *, picture: bool = 
 
 
 def _figure(width: float, height: float) -> Any:
-    made = library("matplotlib.figure").Figure(figsize=(width, height), layout="constrained")
-    library("matplotlib.backends.backend_agg").FigureCanvasAgg(made)
+    made = import_optional("matplotlib.figure").Figure(figsize=(width, height), layout="constrained")
+    import_optional("matplotlib.backends.backend_agg").FigureCanvasAgg(made)
     return made
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from shoal.campaigns.jobs import ResultRow
-from shoal.campaigns.library import library
+from shoal.campaigns.optional_import import import_optional
 from shoal.campaigns.results import CampaignResults
 
 LEAST = 10  # runs for a correlation
@@ -66,7 +66,7 @@ def eta_squared(groups: Sequence[Any], output: Any) -> float:
     if len(whole) < LEAST or float(np.ptp(output[whole])) == 0.0:
         return math.nan
     ranks = np.full(len(output), np.nan)
-    ranks[whole] = library("scipy.stats").rankdata(output[whole])
+    ranks[whole] = import_optional("scipy.stats").rankdata(output[whole])
     middle, spread = float(np.mean(ranks[whole])), float(np.var(ranks[whole]))
     between = math.fsum(len(group) * (float(np.mean(ranks[group])) - middle) ** 2 for group in good if len(group))
     return between / (len(whole) * spread)
@@ -88,7 +88,7 @@ def _varying(rows: Sequence[ResultRow], prefixes: tuple[str, ...]) -> Columns:
 
 def rank_correlations(inputs: Columns, outputs: Columns) -> dict[tuple[str, str], tuple[float, int]]:
     """Spearman's coefficient of each input with each output, and the number of runs that it is from."""
-    rank = library("scipy.stats").rankdata
+    rank = import_optional("scipy.stats").rankdata
     found: dict[tuple[str, str], tuple[float, int]] = {}
     whole = {name: rank(column) for name, column in {**inputs, **outputs}.items() if not np.isnan(column).any()}
     for name, x in inputs.items():
@@ -136,7 +136,7 @@ def _total(
     size = len(problem["names"]) + 2
     if len(rows) < 8 * size or [row["run"] for row in rows] != list(range(len(rows))):
         return {}
-    analyze = library("SALib.analyze.sobol").analyze
+    analyze = import_optional("SALib.analyze.sobol").analyze
     found: dict[tuple[str, str], SobolIndex] = {}
     for output, column in outputs.items():
         blocks = column[: len(column) // size * size].reshape(-1, size)
@@ -151,7 +151,7 @@ def _total(
 
 
 def _first_order(problem: Mapping[str, Any], inputs: Columns, outputs: Columns) -> dict[tuple[str, str], SobolIndex]:
-    analyze = library("SALib.analyze.rbd_fast").analyze
+    analyze = import_optional("SALib.analyze.rbd_fast").analyze
     columns: Any = np.column_stack([inputs[name] for name in problem["names"]])
     found: dict[tuple[str, str], SobolIndex] = {}
     for output, column in outputs.items():

@@ -9,10 +9,10 @@ from typing import Any, cast
 
 from shoal.campaigns.jobs import ResultRow, is_finished
 from shoal.campaigns.pass_rate import PassRate
+from shoal.campaigns.provenance import software_versions
 from shoal.campaigns.results.append_log import AppendLog, Record, read_append_log
 from shoal.campaigns.results.table import pandas_frame, write_parquet
 from shoal.campaigns.studies import Study
-from shoal.campaigns.versions import versions
 from support.text import quoted
 
 JOURNAL, TABLE, LOGS = "runs.journal", "runs.parquet", "logs"
@@ -185,7 +185,7 @@ def study_metadata(study: Study) -> dict[str, Any]:
         "most": study.stopping_rule.max_runs,
         _UNTIL: study.stopping_rule.target_half_width is not None,
         "confidence": study.stopping_rule.confidence,
-        "versions": f"{versions()}, {search.sampler_version}" if search is not None else versions(),
+        "versions": f"{software_versions()}, {search.sampler_version}" if search is not None else software_versions(),
         **({"search": search.to_dict()} if search is not None else {}),
     }
 

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from shoal.campaigns.file_replacement import replace_file
 from shoal.campaigns.jobs import ResultRow, column_names, unpack_track
-from shoal.campaigns.library import library
-from shoal.campaigns.whole_file import whole_file
+from shoal.campaigns.optional_import import import_optional
 
 _NUMBERS = ("margin", "seconds", "cpu", "metrics", "margins")
 _TRUTHS = ("finished", "passed", "verdicts", "applied")
@@ -16,7 +16,7 @@ _TEXTS = ("error", "reason", "warnings", "versions", "fingerprint", "outcomes", 
 
 def arrow_table(rows: Sequence[ResultRow], about: Mapping[str, str]) -> Any:
     """An Arrow table of rows, with `about` as its metadata. A value that a run does not have is null."""
-    pa = library("pyarrow")
+    pa = import_optional("pyarrow")
     names = column_names(rows)
     arrays = [_array(pa, name, [row.get(name) for row in rows]) for name in names]
     return pa.table(arrays, names).replace_schema_metadata(dict(about))
@@ -24,15 +24,15 @@ def arrow_table(rows: Sequence[ResultRow], about: Mapping[str, str]) -> Any:
 
 def pandas_frame(rows: Sequence[ResultRow]) -> Any:
     """A pandas data frame of rows, with the number of the run as its index."""
-    library("pandas")
+    import_optional("pandas")
     return arrow_table(rows, {}).to_pandas().set_index("run")
 
 
 def write_parquet(path: Path, rows: Sequence[ResultRow], about: Mapping[str, str]) -> None:
     """Write a Parquet file of rows in one step: the old one stays until the new one is whole. Raises OSError."""
     made = arrow_table(rows, about)
-    with whole_file(path) as file:
-        library("pyarrow.parquet").write_table(made, file, compression="zstd")
+    with replace_file(path) as file:
+        import_optional("pyarrow.parquet").write_table(made, file, compression="zstd")
 
 
 def _array(pa: Any, name: str, values: list[Any]) -> Any:

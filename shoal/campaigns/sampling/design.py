@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from shoal.campaigns.library import library
+from shoal.campaigns.optional_import import import_optional
 from shoal.campaigns.sampling.distributions import Distribution, Scalar
 
 SAMPLINGS = ("random", "latin hypercube", "sobol", "grid", "saltelli")
@@ -70,7 +70,7 @@ class SamplingDesign:
             self._blocks[start] = self._block(start)
         return self._blocks[start][run - start]
 
-    def values(self, run: int) -> dict[str, Scalar]:
+    def scenario_values(self, run: int) -> dict[str, Scalar]:
         """The values of a run as a scenario has them."""
         return {name: self.distributions[name].with_unit(number) for name, number in self.raw_values(run).items()}
 
@@ -128,7 +128,7 @@ class SamplingDesign:
         """Sobol numbers, the column of each name shifted by a number that depends on the seed and the name."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # that blocks are no powers of 2
-            engine = library("scipy.stats.qmc").Sobol(len(names), scramble=False, bits=_BITS)
+            engine = import_optional("scipy.stats.qmc").Sobol(len(names), scramble=False, bits=_BITS)
             points = engine.fast_forward(start).random(stop - start) if start else engine.random(stop)
         shifts = np.array([int(hashed_uniform(self.seed, name, -1) * 2**_BITS) for name in names], np.int64)
         return ((np.rint(points * 2**_BITS).astype(np.int64) ^ shifts) + 0.5) * 2.0**-_BITS

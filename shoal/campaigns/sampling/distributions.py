@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from shoal.campaigns.library import library
+from shoal.campaigns.optional_import import import_optional
 from support.located_yaml import Node
 from support.text import with_suggestion
 
@@ -133,7 +133,7 @@ def _log_uniform(node: Node, text: str) -> Distribution:
 def _normal(node: Node, text: str) -> Distribution:
     (mean, deviation), unit = _numbers(node, *_NORMAL)
     _check_deviation(node, deviation)
-    ndtri = library("scipy.special").ndtri
+    ndtri = import_optional("scipy.special").ndtri
     return Distribution(text, unit, inverse_cdf=lambda share: mean + deviation * ndtri(share))
 
 
@@ -142,7 +142,9 @@ def _truncated(node: Node, text: str) -> Distribution:
     _check_deviation(node, deviation)
     if not low < high:
         _no_support(node, f"{low:g} is not below {high:g}")
-    frozen = library("scipy.stats").truncnorm((low - mean) / deviation, (high - mean) / deviation, mean, deviation)
+    frozen = import_optional("scipy.stats").truncnorm(
+        (low - mean) / deviation, (high - mean) / deviation, mean, deviation
+    )
     return _checked(node, Distribution(text, unit, inverse_cdf=lambda share: np.clip(frozen.ppf(share), low, high)))
 
 
@@ -155,7 +157,7 @@ def _triangular(node: Node, text: str) -> Distribution:
     (low, mode, high), unit = _numbers(node, "from", "mode", "to")
     if not (low <= mode <= high and low < high):
         _no_support(node, f"expected {low:g} <= {mode:g} <= {high:g}")
-    frozen = library("scipy.stats").triang((mode - low) / (high - low), low, high - low)
+    frozen = import_optional("scipy.stats").triang((mode - low) / (high - low), low, high - low)
     return _checked(node, Distribution(text, unit, inverse_cdf=frozen.ppf))
 
 
@@ -217,7 +219,7 @@ def _scipy(node: Node, text: str) -> Distribution:
     """Any continuous distribution of SciPy: {scipy: weibull_min, c: 2, scale: 0.3}."""
     nodes = dict(node.mapping())
     name = nodes.pop("scipy")
-    stats = library("scipy.stats")
+    stats = import_optional("scipy.stats")
     known = [word for word in dir(stats) if isinstance(getattr(stats, word), stats.rv_continuous)]
     if name.text() not in known:
         name.fail(with_suggestion(f"SciPy has no continuous distribution {name.text()!r}", name.text(), known))

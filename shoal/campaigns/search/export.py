@@ -6,9 +6,9 @@ from typing import Any
 
 import yaml
 
+from shoal.campaigns.file_replacement import replace_file
 from shoal.campaigns.jobs import SCENARIO_SUFFIX
 from shoal.campaigns.sampling import load_template
-from shoal.campaigns.whole_file import whole_file
 from shoal.scenarios import ScenarioDocument
 from support.located_yaml import Node
 from support.text import printable
@@ -85,5 +85,5 @@ def _comments(words: list[str]) -> str:
 
 
 def _write(path: Path, text: str) -> None:
-    with whole_file(path) as file:
+    with replace_file(path) as file:
         file.write(text.encode("utf-8", "surrogateescape"))

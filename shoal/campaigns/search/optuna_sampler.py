@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Sequence
 from typing import Any
 
-from shoal.campaigns.library import library
+from shoal.campaigns.optional_import import import_optional
 from shoal.campaigns.search.search_space import SearchAxis, ValueChanges
 
 RANDOM = 10  # trials before Optuna has enough to go by
@@ -20,7 +20,7 @@ def suggest_trials(
     Optuna's sampler (TPE, J. Bergstra 2011) begins anew, so that a search may be ended between any two of these calls.
     Raises ModuleNotFoundError without Optuna.
     """
-    optuna = library("optuna")
+    optuna = import_optional("optuna")
     kinds = optuna.distributions
     space = {
         axis.place: kinds.FloatDistribution(0.0, 1.0)

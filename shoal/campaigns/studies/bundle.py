@@ -8,7 +8,7 @@ from itertools import accumulate
 from pathlib import Path
 
 from runtime.profile import user_etc
-from shoal.campaigns.studies.own_modules import own_modules
+from shoal.campaigns.studies.user_modules import find_user_modules
 from shoal.campaigns.studies.workspace import BundleError, Workspace, path_below
 from shoal.scenarios import ScenarioDependencies, absolute_path
 
@@ -66,7 +66,7 @@ def make_bundle(files: Iterable[Path], sources: ScenarioDependencies, named: Map
 
     Raises OSError, and BundleError if they are too large.
     """
-    modules = own_modules(sources.modules)
+    modules = find_user_modules(sources.modules)
     content: dict[str, bytes] = {}
     total = 0
     own = [file for _, file in modules.values()]

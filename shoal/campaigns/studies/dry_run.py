@@ -25,11 +25,11 @@ class DryRun:
 
         Raises the error of the tree at the line of the distribution whose value is to blame, else the scenario's.
         """
-        first = self._design.values(0)
+        first = self._design.scenario_values(0)
         for run in range(min(most, BESIDE)):
             with suppress(ValueError):
-                self._draft.scenario({**self._fixed, **self._design.values(run)})
-                first = self._design.values(run)
+                self._draft.scenario({**self._fixed, **self._design.scenario_values(run)})
+                first = self._design.scenario_values(run)
                 break
             self._blame(run)
         try:
@@ -57,7 +57,7 @@ class DryRun:
             return
         for run in self._design.extreme_runs(min(most, MOST_RUNS)):
             try:
-                self._draft.scenario({**self._fixed, **self._design.values(run)})
+                self._draft.scenario({**self._fixed, **self._design.scenario_values(run)})
             except ValueError:
                 self._blame(run)
 
@@ -73,7 +73,7 @@ class DryRun:
         """Refuse each value of a run that goes with nothing; none if the scenario is wrong as it is."""
         if not self._is_read(self._fixed):
             return
-        for place, value in self._design.values(run).items():
+        for place, value in self._design.scenario_values(run).items():
             self._try_alone(place, value, f" in run {run}")
 
     def _try_alone(self, place: str, value: Scalar, when: str = "") -> None:
@@ -81,7 +81,7 @@ class DryRun:
         try:
             self._draft.scenario({**self._fixed, place: value})
         except ValueError as error:
-            draws = (self._design.values(run) for run in range(BESIDE))
+            draws = (self._design.scenario_values(run) for run in range(BESIDE))
             if not any(self._is_read({**self._fixed, **values, place: value}) for values in draws):
                 self._refuse(place, value, error, when)
 

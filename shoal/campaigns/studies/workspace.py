@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from runtime.vehicle import add_task_folder
 from shoal.campaigns.jobs import Job, JobExecutor, RunJob
-from shoal.campaigns.studies.own_modules import SHOAL
+from shoal.campaigns.studies.user_modules import SHOAL
 from shoal.scenarios import ScenarioResult, absolute_path
 
 R = TypeVar("R", bound=ScenarioResult)

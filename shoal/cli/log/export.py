@@ -112,9 +112,11 @@ def export(
         click.echo(printable(f"skipped: {format_count(count, 'message')}: {reason}"), err=True)
     for note in source.notes:
         click.echo(printable(f"note: {note}"), err=True)
-    if source.unread:
-        named = ", ".join(source.unread[:MOST_NAMES]) + (", ..." if len(source.unread) > MOST_NAMES else "")
-        click.echo(printable(f"skipped: {format_count(len(source.unread), 'picture')}: {named}"), err=True)
+    if source.unreadable_photos:
+        named = ", ".join(source.unreadable_photos[:MOST_NAMES]) + (
+            ", ..." if len(source.unreadable_photos) > MOST_NAMES else ""
+        )
+        click.echo(printable(f"skipped: {format_count(len(source.unreadable_photos), 'picture')}: {named}"), err=True)
     for offset, length, reason in opened.losses[:MOST_LINES]:
         click.echo(printable(f"skipped: byte {offset}: {format_count(length, 'byte')}: {reason}"), err=True)
     if len(opened.losses) > MOST_LINES:

@@ -201,9 +201,9 @@ def _eyes(
     """The cameras behind the entities that detect gliders, by label."""
     from runtime.vehicle import build  # slow to import, as tasks are
     from tasks.simulators.mug_detection_camera import MUGDetectionCamera
+    from tasks.vision.cameras.rendered_camera import RenderedCamera
     from tasks.vision.mug_detector import MUGDetector, accuracy_of
-    from tasks.vision.rendering import RenderedCamera
-    from world.pictures import optical
+    from world.rendering import optical
 
     sections = list(profile.config.sections)
     only = [name for name in sections if name.partition("/")[0] in CAMERAS]

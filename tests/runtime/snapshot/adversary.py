@@ -47,7 +47,7 @@ OTHERS: list[Any] = [
     ["new", 10**6, "object", "tasks.transports.log_series:LogSeries", [["_root", ["path", "/tmp"]]]],
     ["new", 10**6, "object", "tasks.transports.logging:Logging", [["system_name", "../../escaped"]]],
     ["new", 10**6, "object", "runtime.kernel.kernel:Kernel", []],
-    ["new", 10**6, "object", "world.sensors.imu:NoiseDensity", [["__class__", ["type", "imc.messages:Goto"]]]],
+    ["new", 10**6, "object", "world.sensors.imu_noise:NoiseDensity", [["__class__", ["type", "imc.messages:Goto"]]]],
     ["type", "pathlib:Path"],
     ["type", "tasks.plan.store:PlanStore"],
     ["partial", ["type", "imc.messages:Goto"], [], {}],

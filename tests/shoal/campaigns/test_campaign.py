@@ -166,7 +166,7 @@ def test_a_folder_of_another_study_is_refused(tmp_path):
 def test_a_folder_of_another_version_is_refused(tmp_path, monkeypatch):
     study, folder = write_study(tmp_path), tmp_path / "runs"
     do(study, folder)
-    monkeypatch.setattr("shoal.campaigns.results.store.versions", lambda: "shoal 9")
+    monkeypatch.setattr("shoal.campaigns.results.store.software_versions", lambda: "shoal 9")
     with pytest.raises(
         ResultsError,
         match=r"another version: they were made with shoal .*, others with shoal 9; name",

@@ -21,7 +21,7 @@ from click.testing import CliRunner
 import imc
 from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
 from shoal.cli import main
-from shoal.fleet import Child, FleetMonitor, Keeper, registered
+from shoal.fleet import FleetMonitor, ManagedProcess, Supervisor, register_fleet
 from tests.outside import children, until
 from tests.runtime.zenoh.processes import PATIENCE, REPOSITORY, Network, Process
 
@@ -163,12 +163,12 @@ def script(text: str) -> list[str]:
 
 
 def test_a_process_that_fails_starts_again_after_a_growing_pause_with_its_reason_told() -> None:
-    child = Child("bad", script("import sys; sys.exit('no cable')"))
-    keeper = Keeper([child])
+    child = ManagedProcess("bad", script("import sys; sys.exit('no cable')"))
+    supervisor = Supervisor([child])
     told: list[str] = []
 
     def look() -> bool:
-        told.extend(words for _, words in keeper.look())
+        told.extend(words for _, words in supervisor.poll())
         return len(told) >= 4
 
     until(look, every=0.01)
@@ -177,49 +177,65 @@ def test_a_process_that_fails_starts_again_after_a_growing_pause_with_its_reason
     assert told[1].endswith("it starts again in 1 s")
     assert told[2] == "started again"
     assert told[3].endswith("it starts again in 2 s")
-    assert child.last == "no cable"
-    keeper.stop()
+    assert child.last_error_line == "no cable"
+    supervisor.stop()
 
 
 def test_who_is_killed_from_outside_has_not_said_why() -> None:
-    child = Child("good", script("import sys, time; print('all well', file=sys.stderr, flush=True); time.sleep(60)"))
-    keeper = Keeper([child], restart=False)
-    keeper.look()
-    until(lambda: child.last == "all well")
+    child = ManagedProcess(
+        "good", script("import sys, time; print('all well', file=sys.stderr, flush=True); time.sleep(60)")
+    )
+    supervisor = Supervisor([child], restart=False)
+    supervisor.poll()
+    until(lambda: child.last_error_line == "all well")
     assert child.popen is not None
     child.popen.kill()
-    assert until(keeper.look) == [(child, "was killed by signal 9")]
+    assert until(supervisor.poll) == [(child, "was killed by signal 9")]
 
 
 def test_a_process_that_ends_well_or_must_not_start_again_stays_ended() -> None:
-    good, bad = Child("good", script("")), Child("bad", script("raise SystemExit(3)"))
-    keeper = Keeper([good, bad], restart=False)
-    until(lambda: (keeper.look(), keeper.done)[1])
+    good, bad = ManagedProcess("good", script("")), ManagedProcess("bad", script("raise SystemExit(3)"))
+    supervisor = Supervisor([good, bad], restart=False)
+    until(lambda: (supervisor.poll(), supervisor.is_over)[1])
     assert (good.failures, bad.failures) == (0, 1)
-    assert keeper.look() == []
+    assert supervisor.poll() == []
 
 
 def test_a_process_that_cannot_be_started_is_tried_again_and_has_not_ended_well(tmp_path: Path) -> None:
     program = tmp_path / "program"
-    child = Child("late", [str(program)])
-    keeper = Keeper([child])
-    ((_, words),) = keeper.look()
+    child = ManagedProcess("late", [str(program)])
+    supervisor = Supervisor([child])
+    ((_, words),) = supervisor.poll()
     assert words.startswith("cannot be started: ")
     assert words.endswith("; it starts again in 1 s")
-    assert (child.failures, child.ended_well, keeper.done, keeper.missing) == (1, False, False, [child])
+    assert (child.failures, child.ended_well, supervisor.is_over, supervisor.never_started) == (
+        1,
+        False,
+        False,
+        [child],
+    )
     program.write_text("#!/bin/sh\n")
     program.chmod(0o755)
-    assert until(keeper.look) == [(child, "started")]
-    assert until(keeper.look) == [(child, "has ended")]
-    assert (child.failures, child.restarts, child.ended_well, keeper.done, keeper.missing) == (0, 0, True, True, [])
+    assert until(supervisor.poll) == [(child, "started")]
+    assert until(supervisor.poll) == [(child, "has ended")]
+    assert (child.failures, child.restarts, child.ended_well, supervisor.is_over, supervisor.never_started) == (
+        0,
+        0,
+        True,
+        True,
+        [],
+    )
 
 
 def test_what_must_not_start_again_is_over_without_having_ended_well(tmp_path: Path) -> None:
-    absent, bad = Child("absent", [str(tmp_path / "none")]), Child("bad", script("raise SystemExit(3)"))
-    keeper = Keeper([absent, bad], restart=False)
-    until(lambda: (keeper.look(), keeper.done)[1])
-    assert [(child.failures, child.ended_well) for child in keeper.children] == [(1, False), (1, False)]
-    assert keeper.missing == [absent]
+    absent, bad = (
+        ManagedProcess("absent", [str(tmp_path / "none")]),
+        ManagedProcess("bad", script("raise SystemExit(3)")),
+    )
+    supervisor = Supervisor([absent, bad], restart=False)
+    until(lambda: (supervisor.poll(), supervisor.is_over)[1])
+    assert [(child.failures, child.ended_well) for child in supervisor.processes] == [(1, False), (1, False)]
+    assert supervisor.never_started == [absent]
 
 
 def test_a_process_whose_errors_nobody_could_read_is_ended_and_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -235,14 +251,14 @@ def test_a_process_whose_errors_nobody_could_read_is_ended_and_tried_again(monke
 
     monkeypatch.setattr(threading.Thread, "start", refuse)
     monkeypatch.setattr(subprocess, "Popen", start)
-    child = Child("chatty", script("import time; time.sleep(60)"))
-    keeper = Keeper([child])
-    ((_, words),) = keeper.look()
+    child = ManagedProcess("chatty", script("import time; time.sleep(60)"))
+    supervisor = Supervisor([child])
+    ((_, words),) = supervisor.poll()
     assert "; it starts again in 1 s" in words
     assert begun[0].poll() == -signal.SIGKILL
     monkeypatch.undo()
-    assert until(keeper.look) == [(child, "started")]
-    keeper.stop()
+    assert until(supervisor.poll) == [(child, "started")]
+    supervisor.stop()
 
 
 def test_a_fleet_whose_processes_cannot_be_started_fails(network: Network, tmp_path: Path) -> None:
@@ -262,17 +278,20 @@ def test_a_fleet_whose_processes_cannot_be_started_fails(network: Network, tmp_p
 @pytest.mark.heavy
 def test_all_processes_end_together_even_one_that_ignores_it() -> None:
     deaf = "import signal, sys, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('deaf', file=sys.stderr);"
-    keeper = Keeper(
-        [Child("deaf", script(f"{deaf} time.sleep(60)")), Child("calm", script("import time; time.sleep(60)"))]
+    supervisor = Supervisor(
+        [
+            ManagedProcess("deaf", script(f"{deaf} time.sleep(60)")),
+            ManagedProcess("calm", script("import time; time.sleep(60)")),
+        ]
     )
-    keeper.look()
-    until(lambda: keeper.children[0].last)
-    processes = [child.popen for child in keeper.children]
+    supervisor.poll()
+    until(lambda: supervisor.processes[0].last_error_line)
+    processes = [child.popen for child in supervisor.processes]
     began = time.monotonic()
-    keeper.stop()
+    supervisor.stop()
     assert 2.9 < time.monotonic() - began < PATIENCE
     assert all(popen is not None and popen.poll() is not None for popen in processes)
-    assert keeper.look() == []
+    assert supervisor.poll() == []
 
 
 def test_a_fleet_whose_vehicles_already_run_is_refused_before_anything_starts(network: Network, tmp_path: Path) -> None:
@@ -301,7 +320,7 @@ def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_told(
     refused = CliRunner().invoke(main, ["fleet", str(file), "--log-dir", str(file)])
     assert refused.exit_code == 2
     assert f"no log can be written to {file}: " in refused.output
-    with registered(f"other-{network.local_port}"):
+    with register_fleet(f"other-{network.local_port}"):
         stop = CliRunner().invoke(main, ["fleet", "stop", "nobody"])
     assert stop.exit_code == 2
     assert stop.output.startswith("Error: no fleet nobody runs; running: ")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from shoal.fleet import find_running, registered, stop_fleet
+from shoal.fleet import find_running_fleets, register_fleet, stop_fleet
 
 
 @pytest.fixture(autouse=True)
@@ -20,18 +20,18 @@ def test_a_fleet_is_noted_until_its_end_however_it_ends(folder: Path) -> None:
     again = f"the fleet leixoes runs already, process {os.getpid()}"
 
     def run() -> None:
-        with registered("leixoes"):
-            assert find_running() == {"leixoes": os.getpid()}
-            with pytest.raises(ValueError, match=again), registered("leixoes"):
+        with register_fleet("leixoes"):
+            assert find_running_fleets() == {"leixoes": os.getpid()}
+            with pytest.raises(ValueError, match=again), register_fleet("leixoes"):
                 pass
             sys.exit(0)
 
     with pytest.raises(SystemExit):
         run()
-    assert find_running() == {}
+    assert find_running_fleets() == {}
     assert [path.read_text() for path in folder.rglob("*.fleet")] == [""]
-    with registered("leixoes"):
-        assert find_running() == {"leixoes": os.getpid()}
+    with register_fleet("leixoes"):
+        assert find_running_fleets() == {"leixoes": os.getpid()}
 
 
 def test_a_fleet_that_has_just_ended_has_ended() -> None:

@@ -93,7 +93,7 @@ def test_every_listed_parameter_is_answered_with_the_listed_value(vehicle):
     for label in labels:
         query = imc.QueryEntityParameters(name=label, visibility="developer", scope="global")
         packet = imc.encode_as(query, 0.0, 0x4000, 0, vehicle.system, 255)
-        vehicle.bus.hear(imc.decode(packet), packet)
+        vehicle.bus.deliver(imc.decode(packet), packet)
         vehicle.run(0.2)
     types = {"string", "boolean", "integer", "real", *(f"list:{t}" for t in ("string", "boolean", "integer", "real"))}
     for section in sections:
@@ -160,7 +160,7 @@ def test_what_operators_set_in_the_field_is_visible_to_users(vehicle):
     assert sorted(shown["Fuel Monitor"]) == ["Error Level", "Warning Level"]
     query = imc.QueryEntityParameters(name="Fuel Monitor", visibility="user", scope="global")
     packet = imc.encode_as(query, 0.0, 0x4000, 0, vehicle.system, 255)
-    vehicle.bus.hear(imc.decode(packet), packet)
+    vehicle.bus.deliver(imc.decode(packet), packet)
     vehicle.run(0.2)
     found = [[param.name for param in answer.params] for answer in answers if answer.dst == 0x4000]
     assert found == [["Error Level", "Warning Level"]]

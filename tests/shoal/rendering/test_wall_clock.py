@@ -14,7 +14,7 @@ from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli import main
 from shoal.rendering import find_exposures
-from world.pictures import optical
+from world.rendering import optical
 
 SETTINGS = ("Size=96", "Face Size=48", "Frame Rate=6", "Save Images=true")
 SECONDS = 3.0

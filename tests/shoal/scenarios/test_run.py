@@ -178,10 +178,10 @@ def test_a_message_that_cannot_be_is_told_with_the_place_of_the_task_that_made_i
 BROKEN = """
 import sys
 from pathlib import Path
-from runtime.vehicle import search_code
+from runtime.vehicle import add_task_folder
 from shoal.scenarios import load_document, run
 
-search_code(Path())
+add_task_folder(Path())
 result = run(load_document(Path("trial.scenario.yaml")).scenario())
 print(result.passed, result.error)
 """

@@ -17,7 +17,7 @@ from runtime.kernel import WallClock
 from runtime.testing import simulate
 from support.pose import Pose
 from tasks.vision.airsim import AirSim
-from tasks.vision.airsim_messages import Extent
+from tasks.vision.airsim_api.rpc_messages import Extent
 from tests.tasks.vision.airsim_standin import SETTINGS, StandIn, colors
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)

@@ -18,7 +18,7 @@ from support.pose import Pose
 from tasks.vision.camera import Camera
 from tasks.vision.fisheye_camera import FisheyeCamera
 from world.optics import read_camera
-from world.pictures import optical
+from world.rendering import optical
 
 WOODSCAPE = {
     "intrinsic": {

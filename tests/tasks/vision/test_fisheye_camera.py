@@ -15,11 +15,11 @@ from runtime.kernel import VirtualClock, WallClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
-from tasks.surroundings import world_of
+from tasks.simulated_world import world_of
+from tasks.vision.cameras.image_writer import write_picture
 from tasks.vision.fisheye_camera import FisheyeCamera
-from tasks.vision.photos import write_picture
-from world.pictures import Standpoint
-from world.pictures.renderer import camera
+from world.rendering import Standpoint
+from world.rendering.renderer import camera
 
 NORMAL, FAULT, FAILURE = (imc.EntityState.State[name] for name in ("NORMAL", "FAULT", "FAILURE"))
 START = 1_767_225_600_000_000_000  # ns

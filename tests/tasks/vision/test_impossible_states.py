@@ -6,11 +6,11 @@ import pytest
 
 import imc
 from runtime.testing import simulate
+from tasks.simulated_world import Truth
 from tasks.simulators.dvl import DVL
 from tasks.simulators.gps import GPS
 from tasks.simulators.imu import IMU
 from tasks.simulators.mug_detection_camera import MUGDetectionCamera
-from tasks.surroundings import Truth
 from tasks.vision.fisheye_camera import FisheyeCamera
 
 FAULT, NORMAL = (imc.EntityState.State[name] for name in ("FAULT", "NORMAL"))

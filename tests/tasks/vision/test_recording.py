@@ -14,10 +14,10 @@ from runtime import ParameterError, State, Task, periodic
 from runtime.kernel import WallClock
 from runtime.testing import START, simulate
 from support.pose import DOWN, Pose
-from tasks.vision.footage import Reel, read_picture
-from tasks.vision.photos import photo_name, write_picture
+from tasks.vision.cameras.camera_records import write_cameras
+from tasks.vision.cameras.image_files import Reel, read_picture
+from tasks.vision.cameras.image_writer import photo_name, write_picture
 from tasks.vision.recording import Recording
-from tasks.vision.records import write_cameras
 from world.optics import FisheyeCamera, PinholeCamera, preset_lens
 
 NS = 1_403_636_579_763_555_584
@@ -304,7 +304,7 @@ class Endless:
 
 def test_a_video_is_not_closed_while_it_is_read(tmp_path, monkeypatch):
     endless = Endless()
-    monkeypatch.setattr("tasks.vision.footage.open_video", lambda _: endless)
+    monkeypatch.setattr("tasks.vision.cameras.image_files.open_video", lambda _: endless)
 
     class Watcher(Task):
         @periodic(50.0)

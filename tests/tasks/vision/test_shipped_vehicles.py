@@ -9,7 +9,7 @@ from runtime import Frame
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from tasks.vision.rendering import RenderedCamera
+from tasks.vision.cameras.rendered_camera import RenderedCamera
 
 
 @pytest.mark.parametrize("name", ["lauv-noptilus-1", "otter", "caravel", "hexa-00"])

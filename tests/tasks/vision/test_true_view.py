@@ -15,8 +15,8 @@ from tasks.simulators.mug_detection_camera import MUGDetectionCamera
 from tasks.vision import fisheye_camera
 from world import read_world
 from world.optics import PRESETS, DoubleSphereCamera, FisheyeCamera, PinholeCamera, preset_lens
-from world.pictures import Standpoint
-from world.pictures.renderer import camera
+from world.rendering import Standpoint
+from world.rendering.renderer import camera
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 GLIDERS = [(float(north), float(east)) for north in range(-20, 40, 4) for east in range(-20, 24, 4)]

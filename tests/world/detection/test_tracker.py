@@ -9,7 +9,7 @@ from support.pose import DOWN, euler
 from support.rotations import rotation
 from world.detection import Accuracy, Habits, Standing, Tracker, sight
 from world.optics import FisheyeCamera, preset_lens
-from world.pictures import optical
+from world.rendering import optical
 
 CAMERA = FisheyeCamera(1280, 960, 800.0, 800.0, 640.0, 480.0, preset_lens("equidistant", 2.0))
 RATE = 5.0  # Hz

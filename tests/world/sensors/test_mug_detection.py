@@ -9,16 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from world.optics import Pinhole
-from world.sensors import (
-    CameraPose,
-    detect,
-    detect_originally,
-    gsd_sigma,
-    locate,
-    mug_original,
-    see_pixel,
-    to_camera,
-)
+from world.sensors import CameraPose, detect, detect_originally, gsd_sigma, locate, mug_reference, see_pixel, to_camera
 
 DATA = Path(__file__).parents[2] / "data" / "sensors"
 DEFAULT = Pinhole(1280, 960, math.radians(92.8), math.radians(50.0))
@@ -63,12 +54,12 @@ def test_physical(row):
 def test_original(row):
     given, camera = row["in"], camera_of(row["in"])
     target, alt, psi = (given["dN"], given["dE"]), given["alt"], given["psi"]
-    assert mug_original.visible(camera, alt, *target) is row["visible"]
-    pixel = mug_original.to_pixel(camera, alt, psi, *target)
+    assert mug_reference.visible(camera, alt, *target) is row["visible"]
+    pixel = mug_reference.to_pixel(camera, alt, psi, *target)
     assert list(pixel) == row["pixel"]
-    back = mug_original.to_offset(camera, alt, psi, *pixel)
+    back = mug_reference.to_offset(camera, alt, psi, *pixel)
     assert back == pytest.approx(row["ned_from_pixel"], abs=1e-8, rel=1e-9)
-    assert mug_original.error_bound(camera, alt) == pytest.approx(row["err_bound"], abs=1e-8, rel=1e-9)
+    assert mug_reference.error_bound(camera, alt) == pytest.approx(row["err_bound"], abs=1e-8, rel=1e-9)
     assert detect_originally(camera, CameraPose(0.0, 0.0, psi, alt), target) == (back if row["visible"] else None)
 
 
@@ -79,8 +70,8 @@ def test_borders(row):
 
 def test_original_border_is_not_visible():
     limit = 10.0 * math.tan(0.5 * DEFAULT.horizontal)
-    assert not mug_original.visible(DEFAULT, 10.0, limit, 0.0)
-    assert mug_original.visible(DEFAULT, 10.0, math.nextafter(limit, 0.0), 0.0)
+    assert not mug_reference.visible(DEFAULT, 10.0, limit, 0.0)
+    assert mug_reference.visible(DEFAULT, 10.0, math.nextafter(limit, 0.0), 0.0)
 
 
 def test_default_example():

@@ -151,7 +151,7 @@ def test_a_worker_that_is_not_the_same_is_refused_by_name_and_others_go_on(own, 
 
 def test_another_version_is_refused_and_without_others_the_campaign_ends(own, study, tmp_path, monkeypatch):
     own.worker("old")
-    monkeypatch.setattr(cluster_module, "versions", lambda: "shoal 9, python 4")
+    monkeypatch.setattr(cluster_module, "software_versions", lambda: "shoal 9, python 4")
     words = (
         r"no worker is left at dask://.* that could do a run: worker old on .* is refused: it has shoal 0.*, and this"
     )

@@ -13,7 +13,7 @@ from runtime.profile import load_profile
 from shoal.campaigns import load_study
 from shoal.campaigns.results.append_log import read_append_log
 from shoal.campaigns.studies.bundle import StudyBundle, parse_bundle
-from shoal.campaigns.studies.own_modules import own_modules
+from shoal.campaigns.studies.user_modules import find_user_modules
 from shoal.campaigns.studies.workspace import BundleError
 from shoal.scenarios import ScenarioDependencies
 from shoal.scenarios.dependencies import profile_dependencies
@@ -158,7 +158,7 @@ def test_own_modules_are_found_without_running_them(tmp_path, monkeypatch):
     (tmp_path / "a" / "b" / "c.py").write_text("from .. import d\nfrom ...out import of_reach\n")
     (tmp_path / "a" / "d.py").write_text("this is no Python")
     (tmp_path / "json.py").write_text("")
-    assert list(own_modules(["first", "runtime.task", "tasks.control.auv.brakes"])) == [
+    assert list(find_user_modules(["first", "runtime.task", "tasks.control.auv.brakes"])) == [
         "a.b.c",
         "a.d",
         "first",

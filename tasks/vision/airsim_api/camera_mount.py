@@ -1,0 +1,66 @@
+"""How AirSim's camera is fixed in its vehicle, and where the vehicle was at the instant of a picture."""
+
+import math
+
+import numpy as np
+
+from support.rotations import quaternion
+from tasks.vision.airsim_api.rpc_messages import Kinematics, Quaternion, Vector, transform
+from world.optics import Floats
+
+CLOSE = 1e-3  # m, rad, by which AirSim's numbers may be off
+
+
+class Mount:
+    """Measures where a camera is in a vehicle that moves.
+
+    AirSim tells no time with the motion of a vehicle, so that is asked for before and after the pictures. The camera
+    is measured against the middle of both when the vehicle moves least, best at rest. That counts as long as it is
+    possible: a camera that has been turned in the vehicle is measured anew.
+    """
+
+    def __init__(self) -> None:
+        self._found: Floats | None = None
+        self._loose = math.inf  # m and rad that the vehicle moved at that
+
+    def motion(self, before: Kinematics, camera: Floats, after: Kinematics) -> Kinematics:
+        """The motion of the vehicle at the instant of a picture, whose camera (4, 4) was in the north, east, down.
+
+        Raises AirSimError for poses that are none.
+        """
+        first, last = (transform(each.position, each.orientation) for each in (before, after))
+        middle = halfway(first, last)
+        arm = float(np.linalg.norm(camera[:3, 3] - middle[:3, 3]))
+        loose, measured = distance(first, last, 1.0 + arm), np.linalg.inv(middle) @ camera
+        if self._found is None or loose <= self._loose or distance(measured, self._found) > loose + self._loose + CLOSE:
+            self._found, self._loose = measured, loose
+        return Kinematics(
+            *placed(camera @ np.linalg.inv(self._found)),
+            mean(before.linear_velocity, after.linear_velocity),
+            mean(before.angular_velocity, after.angular_velocity),
+        )
+
+
+def distance(a: Floats, b: Floats, arm: float = 1.0) -> float:
+    """How far apart two poses (4, 4) are: m, and rad times `arm` (m)."""
+    return float(np.linalg.norm(a[:3, 3] - b[:3, 3])) + arm * angle_between(a[:3, :3], b[:3, :3])
+
+
+def angle_between(a: Floats, b: Floats) -> float:
+    """The angle (rad) of the rotation that takes one rotation (3, 3) to another."""
+    return math.acos(max(-1.0, min(1.0, (float(np.trace(a.T @ b)) - 1.0) / 2.0)))
+
+
+def halfway(a: Floats, b: Floats) -> Floats:
+    """The pose (4, 4) in the middle of two."""
+    p, q = (np.array(quaternion(each[:3, :3].tolist())) for each in (a, b))
+    both = p + math.copysign(1.0, float(p @ q)) * q
+    return transform(mean(placed(a)[0], placed(b)[0]), Quaternion(*(both / np.linalg.norm(both)).tolist()))
+
+
+def placed(pose: Floats) -> tuple[Vector, Quaternion]:
+    return Vector(*pose[:3, 3].tolist()), Quaternion(*quaternion(pose[:3, :3].tolist()))
+
+
+def mean(a: Vector, b: Vector) -> Vector:
+    return Vector((a.x_val + b.x_val) / 2, (a.y_val + b.y_val) / 2, (a.z_val + b.z_val) / 2)

@@ -1,0 +1,150 @@
+"""Asks AirSim, Colosseum or Cosys-AirSim for pictures and truth; blocks, so it belongs into a worker."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from runtime.devices import TcpRequester
+from tasks.vision.airsim_api.camera_mount import Mount, angle_between
+from tasks.vision.airsim_api.rpc_messages import (
+    COSYS,
+    AirSimError,
+    CameraInfo,
+    Extent,
+    GeoPoint,
+    Image,
+    ImageResponse,
+    Kinematics,
+    answered,
+    image_request,
+    optical_pose,
+    pixels,
+    pose_of,
+    request,
+)
+from world.optics import Floats
+
+ALIGNED = math.radians(1.0)  # by which a camera may look elsewhere than its face
+NARROWEST = 1e-3  # °, of fields of view
+TOGETHER = 0.1  # s between the pictures of one answer
+
+
+class Shot(NamedTuple):
+    """Pictures (RGB) of one instant. `stamp` is AirSim's time (s), `pose` (4, 4) leads from the optical frame of the
+    first camera to AirSim's north, east, down; `fov` (rad) is its horizontal field of view."""
+
+    images: list[Image]
+    stamp: float
+    pose: Floats
+    fov: float
+    motion: Kinematics | None = None
+
+
+class Rpc:
+    """Calls methods of a server, one at a time. Raises OSError, AirSimError."""
+
+    def __init__(self, host: str, port: int, timeout: float):
+        self.exchange = TcpRequester(host, port, timeout)
+        self._count = 0
+
+    def call(self, method: str, kind: Any, *parameters: Any) -> Any:
+        """The result, as a value of `kind`."""
+        self._count += 1
+        try:
+            data = self.exchange.request(request(self._count, method, *parameters), Extent().complete)
+            return answered(data, self._count, kind)
+        except (ValueError, AirSimError) as error:
+            raise AirSimError(f"{method}: {error}") from None
+
+
+class AirSimClient(Rpc):
+    """`cameras` are asked for in one call. With more than one, they are 90° faces, which `turns` (N, 3, 3) take to the
+    optical frame of the first one, and are checked."""
+
+    def __init__(
+        self, host: str, port: int, timeout: float, vehicle: str, cameras: list[str], turns: Floats, *, compress: bool
+    ):
+        super().__init__(host, port, timeout)
+        self.home: GeoPoint | None = None
+        self._vehicle, self._cameras, self._turns, self._compress = vehicle, cameras, turns, compress
+        self._cosys = False
+        self._mount = Mount()
+        self._fov = 0.0
+
+    def shoot(self, place: tuple[Any, Any] | None) -> Shot:
+        """Move the vehicle to `place` (north, east, down; roll, pitch, yaw), if it is given, and take the pictures.
+
+        Without a place, the motion of the vehicle at that instant is in the result, as far as `Mount` knows it. Raises
+        OSError, AirSimError.
+        """
+        try:
+            if not self.exchange.is_open:
+                self._begin()
+            if place is not None:
+                self.call("simSetVehiclePose", type(None), pose_of(*place), True, self._vehicle)
+            before = None if place is not None else self._motion()
+            asked = [image_request(name, compress=self._compress, cosys=self._cosys) for name in self._cameras]
+            answers = self.call("simGetImages", list[ImageResponse], asked, self._vehicle, *self._outside)
+            shot = self._checked(answers)
+            if before is None:
+                return shot
+            return shot._replace(motion=self._mount.motion(before, shot.pose, self._motion()))
+        except AirSimError:
+            self.exchange.disconnect()
+            raise
+
+    def _motion(self) -> Kinematics:
+        found = self.call("simGetGroundTruthKinematics", Kinematics, self._vehicle)
+        found.check()
+        return found
+
+    @property
+    def _outside(self) -> tuple[bool, ...]:
+        """AirSim's last parameter tells whether a camera belongs to no vehicle."""
+        return () if self._cosys else (False,)
+
+    def _begin(self) -> None:
+        self._mount = Mount()
+        self._cosys = self.call("getServerVersion", int) >= COSYS
+        home = self.call("getHomeGeoPoint", GeoPoint, self._vehicle)
+        home.check()
+        self.home = home
+        fields = [
+            self.call("simGetCameraInfo", CameraInfo, name, self._vehicle, *self._outside).fov for name in self._cameras
+        ]
+        for name, fov in zip(self._cameras, fields, strict=True):
+            if not NARROWEST < fov < 180.0:
+                raise AirSimError(f"{name}: a field of view of {fov:g}°")
+            if len(fields) > 1 and abs(fov - 90.0) > 1e-3:
+                raise AirSimError(f"{name}: FOV_Degrees is {fov:g} in settings.json, not 90")
+        self._fov = math.radians(fields[0])
+
+    def _checked(self, answers: list[ImageResponse]) -> Shot:
+        if len(answers) != len(self._cameras):
+            raise AirSimError(f"{len(answers)} pictures instead of {len(self._cameras)}")
+        images = [pixels(name, answer) for name, answer in zip(self._cameras, answers, strict=True)]
+        stamps = [answer.time_stamp for answer in answers]
+        if max(stamps) - min(stamps) > TOGETHER * 1e9:
+            raise AirSimError(f"pictures {(max(stamps) - min(stamps)) / 1e9:.3g} s apart")
+        poses = [optical_pose(answer) for answer in answers]
+        if len(images) > 1:
+            self._check_faces(images, poses)
+        return Shot(images, stamps[0] / 1e9, poses[0], self._fov)
+
+    def _check_faces(self, images: list[Image], poses: list[Floats]) -> None:
+        sizes = {image.shape for image in images}
+        if len(sizes) > 1 or images[0].shape[0] != images[0].shape[1]:
+            told = ", ".join(
+                f"{name} {i.shape[1]} x {i.shape[0]}" for name, i in zip(self._cameras, images, strict=True)
+            )
+            raise AirSimError(f"the views are not squares of one size: {told} px")
+        for name, pose, turn in zip(self._cameras, poses, self._turns, strict=True):
+            off = angle_between(poses[0][:3, :3] @ turn, pose[:3, :3])
+            if off > ALIGNED:
+                raise AirSimError(f"{name} looks {math.degrees(off):.1f}° from where it should: see its Pitch and Yaw")
+
+
+def mount_of(pose: Floats, vehicle: Floats) -> Floats:
+    """(4, 4) from the frame of a camera to the body of the vehicle, from both poses."""
+    return np.linalg.inv(vehicle) @ pose

@@ -1,0 +1,112 @@
+"""What a log says of pictures: a message for each frame, and a file that describes the cameras."""
+
+import contextlib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+import imc
+from support.pose import Pose
+from support.rotations import Quaternion, quaternion
+from world.optics import CameraModel, FisheyeCamera, Floats
+from world.rendering import optical
+
+FILE = "cameras.yaml"
+HEAD = """\
+# The cameras whose pictures are in this folder. T_BS (4, 4) leads from the optical frame of a camera (x right, y down,
+# z ahead) to the body of the vehicle (x forward, y right, z down; m). The center of the first pixel is (0, 0), as in
+# OpenCV and Kalibr; a lens that they lack is fitted, fit_rms_px off.
+"""
+
+
+def camera_frame(
+    time: float,
+    index: int,
+    optics: CameraModel,
+    pose: Floats,
+    estimate: Floats | None,
+    file: str,
+    *,
+    is_true: bool,
+) -> imc.CameraFrame:
+    """The message that tells what a frame is; `pose` and `estimate` (4, 4) lead from the optical frame to NED."""
+    believed = np.full((4, 4), np.nan) if estimate is None else estimate
+    (x, y, z), (qw, qx, qy, qz) = _parts(pose)
+    (est_x, est_y, est_z), (est_qw, est_qx, est_qy, est_qz) = _parts(believed)
+    return imc.CameraFrame(
+        index=index,
+        time=time,
+        width=optics.width,
+        height=optics.height,
+        fx=optics.fx,
+        fy=optics.fy,
+        cx=optics.cx,
+        cy=optics.cy,
+        pose=imc.CameraFrame.Pose.TRUTH if is_true else imc.CameraFrame.Pose.ESTIMATE,
+        x=x,
+        y=y,
+        z=z,
+        qw=qw,
+        qx=qx,
+        qy=qy,
+        qz=qz,
+        est_x=est_x,
+        est_y=est_y,
+        est_z=est_z,
+        est_qw=est_qw,
+        est_qx=est_qx,
+        est_qy=est_qy,
+        est_qz=est_qz,
+        file=file,
+    )
+
+
+def _parts(transform: Floats) -> tuple[tuple[float, ...], Quaternion]:
+    return tuple(transform[:3, 3].tolist()), quaternion(transform[:3, :3].tolist())
+
+
+def write_cameras(folder: Path, cameras: Mapping[str, tuple[CameraModel, Pose]], part: str) -> str:
+    """Write the models and mounts of cameras, by entity label; returns an error text, empty on success.
+
+    `part` names the unfinished file, which no other writer may use.
+    """
+    text = HEAD + yaml.safe_dump({name: describe(*camera) for name, camera in cameras.items()}, sort_keys=False)
+    path = folder / FILE
+    partial = folder / f"{part}.{FILE}.part"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        partial.write_text(text)
+        os.replace(partial, path)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            partial.unlink()
+        return f"cannot write {path}: {error.strerror or error}"
+    return ""
+
+
+def describe(optics: CameraModel, mount: Pose) -> dict[str, Any]:
+    """A camera in the terms of Kalibr and OpenCV, where they have its model, and its place."""
+    found: dict[str, Any] = {"T_BS": optical(mount).tolist()}
+    if isinstance(optics, FisheyeCamera) and optics.lens.odd is None:
+        found["quartic"] = {"k": list(optics.lens.k), "fov": optics.lens.fov, "focal_lengths": [optics.fx, optics.fy]}
+    try:
+        found |= optics.to_kalibr()
+    except ValueError as error:
+        found["not_in_kalibr"] = str(error)
+    try:
+        found["opencv"] = _opencv(optics)
+    except ValueError as error:
+        found["not_in_opencv"] = str(error)
+    return found
+
+
+def _opencv(optics: CameraModel) -> dict[str, Any]:
+    rms: dict[str, Any] = {}
+    if isinstance(optics, FisheyeCamera) and optics.lens.odd is None:
+        optics, rms["fit_rms_px"] = optics.fitted()
+    found = optics.to_opencv()
+    return {"model": found["model"], "K": found["K"].tolist(), "D": found["D"].tolist(), **rms}

@@ -1,0 +1,220 @@
+"""Pictures that cameras write to the log: when, where to, and what is told of them."""
+
+import importlib
+import math
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import imc
+from imc.coordinates import absolute
+from runtime import ParameterError, State, Task, consume, param
+from runtime.logs import find_log_folder
+from runtime.profile import copy_in_root
+from support.pose import Pose
+from tasks.vision.cameras.camera_records import FILE, write_cameras
+from tasks.vision.cameras.image_writer import FORMATS, ORDERS, describe_picture, photo_name, series_of, write_picture
+from world.optics import CameraModel
+
+Op = imc.LoggingControl.Op
+FOLDER = "Photos"  # of a log
+SOON = 1e-3  # s by which a picture may be early
+MOST_WAITING = 4  # pictures that wait for a slow disk, on a wall clock
+MOVED = 1e-3  # m or rad by which a mount that is measured may waver
+
+
+class Described(NamedTuple):
+    """Where the vehicle believes to be: latitude, longitude (rad), height (m); depth (m); roll, pitch, yaw (rad)."""
+
+    place: tuple[float, float, float]
+    depth: float
+    angles: tuple[float, float, float]
+
+
+class PictureKeeper(Task):
+    """A camera that writes pictures to the log: all of them, or those that Events ask for."""
+
+    requires = "vision"
+    transient = ("_folder", "_called", "_described")
+
+    save_images: bool = param(
+        False,
+        "",
+        "Write the images to the folder Photos of the log: <camera>_<number>_<s since 1970>.png.",
+        visibility="user",
+    )
+    image_format: str = param(
+        "PNG",
+        "",
+        "Of the images that are written: PNG and QOI keep each pixel; QOI is the fastest, JPEG the smallest.",
+        choices=tuple(FORMATS),
+    )
+
+    @property
+    def known(self) -> tuple[CameraModel, Pose] | None:
+        """The model of the camera and its mount, for cameras.yaml; None while they are not known."""
+        return None
+
+    def configure(self) -> None:
+        """Refuse a label whose pictures would have the names of another camera's. Raises ParameterError."""
+        own = photo_name(self.entity.label, 0, 0.0)
+        for other in self.vehicle.tasks:
+            if other is not self and isinstance(other, PictureKeeper) and photo_name(other.entity.label, 0, 0.0) == own:
+                reason = f"pictures of {self.entity.label!r} and {other.entity.label!r} would have the same names"
+                raise ParameterError("Entity Label", reason)
+
+    def start(self) -> None:
+        if self.save_images:
+            importlib.import_module("PIL.PngImagePlugin")
+        self._wanted, self._period, self._next = 0.0, 0.0, self.now
+        self._folder = self._called = self._log_root
+        self._kept = self._writing = self.lost = 0
+        self._unwritten = self._undescribed = self._counts = ""
+        self._described: tuple[CameraModel, Pose] | None = None
+
+    def restored(self) -> None:
+        """Write images to the log that continues, not to the one of the snapshot."""
+        self._folder = self._called = self.vehicle.log_folder or self._log_root
+        self._described = None
+
+    @consume
+    def note_log(self, log: imc.LoggingControl) -> None:
+        """Write images to the folder of the log."""
+        if log.op in (Op.STARTED, Op.CURRENT_NAME):
+            called = self._log_root / log.name
+            if called.resolve().is_relative_to(self._log_root.resolve()):
+                virtual = self.vehicle.virtual
+                self._keep_in(find_log_folder(called, self.vehicle.log_folder) if virtual else called, called)
+            else:
+                self.log.warning(f"images are not written to the log {log.name!r}, which is outside {self._log_root}")
+        elif log.op == Op.STOPPED:
+            self._keep_in(self._log_root, self._log_root)
+
+    @consume(others=True)
+    def take_pictures(self, order: imc.Event) -> None:
+        """Write the next images, as many and as often as asked for, or no more."""
+        if order.topic not in ORDERS or self.system not in (order.src, order.dst):
+            return
+        try:
+            series = series_of(order, self.entity.label)
+        except ValueError as error:
+            self.log.warning(f"{order.topic}: {error}")
+            return
+        if series is not None:
+            importlib.import_module("PIL.PngImagePlugin")
+            self._wanted, self._period = series
+            self._next = self.now
+
+    def path_of(self, name: str) -> Path:
+        """A path of a parameter; a relative one counts from the profile, or else from the working folder.
+
+        A run that goes on from a snapshot has its profile elsewhere.
+        """
+        path = Path(name).expanduser()
+        beside = self.vehicle.profile.folder / path
+        return copy_in_root(beside if beside.exists() else path)
+
+    def is_wanted(self) -> bool:
+        """Whether to write the image that is exposed now."""
+        if not self._wanted or self.now < self._next - SOON:
+            return self.save_images
+        self._wanted -= 1
+        self._next = max(self._next + self._period, self.now)
+        return True
+
+    def described(self, state: imc.EstimatedState | None) -> Described:
+        """What an Event "Picture" says of where the vehicle believes to be; NaN without a state."""
+        nowhere = math.nan, math.nan, math.nan
+        if state is None:
+            return Described(nowhere, math.nan, nowhere)
+        try:
+            place = absolute(state)
+        except (ArithmeticError, ValueError):
+            place = nowhere  # an impossible latitude is no reason to lose the picture
+        return Described(place, state.depth, (state.phi, state.theta, state.psi))
+
+    def keep(self, time: float, image: NDArray[np.uint8], described: Described) -> str:
+        """Write a picture that was exposed at `time` (s since 1970); returns its file in the folder of the log.
+
+        On a wall clock a picture is lost, and has no file, if the disk is too slow.
+        """
+        if self._writing >= MOST_WAITING and not self.vehicle.virtual:
+            self._miss(f"{self._folder} is slower than the pictures")
+            return ""
+        file = f"{FOLDER}/{photo_name(self.entity.label, self._kept, time, self.image_format)}"
+        path = self._folder / file
+        told = describe_picture(self._within_logs(self._called / file), self._kept, time, *described)
+        self._describe_cameras(path.parent)
+        self._kept += 1
+        self._writing += 1
+        self.offload(write_picture, path, image, self.image_format, then=partial(self._written, told))
+        return file
+
+    def _keep_in(self, folder: Path, called: Path) -> None:
+        """Write images to this folder, and tell of it as `called`; in a new folder, their numbers start at 0."""
+        if folder != self._folder:
+            self._folder, self._called, self._kept, self._described = folder, called, 0, None
+
+    def _describe_cameras(self, folder: Path) -> None:
+        """Tell of the cameras with the first picture, and when this one has changed.
+
+        All cameras of the vehicle write the same file, so that it does not matter which of them is first.
+        """
+        own, before = self.known, self._described
+        if own is None or (not self._undescribed and before is not None and _same(own, before)):
+            return
+        if before is not None and not _same(own, before):
+            self.log.warning(f"{FILE} tells of the camera from picture {self._kept} on; CameraFrame tells of each")
+        self._described = own
+        cameras = [task for task in self.vehicle.tasks if isinstance(task, PictureKeeper)]
+        known = {task.entity.label: camera for task in cameras if (camera := task.known) is not None}
+        part = photo_name(self.entity.label, self._kept, self.now)
+        self.offload(write_cameras, folder, known, part, then=self._note_description)
+
+    def _within_logs(self, path: Path) -> str:
+        path, root = path.resolve(), self._log_root.resolve()
+        return (path.relative_to(root) if path.is_relative_to(root) else path).as_posix()
+
+    def tell(self, counts: str) -> None:
+        """That frames come; while they cannot be written, this counts as a failure."""
+        self._counts = counts
+        if not (self._writing or self._wanted or self.save_images):
+            self._unwritten = ""
+        told = f"{counts}, {self.lost} pictures lost" if self.lost else counts
+        if trouble := self._unwritten or self._undescribed:
+            self.set_entity_state(State.FAILURE, f"{trouble}, {told}")
+        else:
+            self.set_entity_state(State.NORMAL, told)
+
+    def _written(self, told: str, error: str) -> None:
+        self._writing -= 1
+        if error:
+            self._miss(error)
+            return
+        self.publish(imc.Event(topic="Picture", data=told))
+        if self._unwritten:
+            self.log.info(f"pictures are written again; {self.lost} were lost")
+        self._unwritten = ""
+
+    def _miss(self, why: str) -> None:
+        self.lost += 1
+        if not self._unwritten:
+            self.log.error(why)
+        self._unwritten = why
+        self.tell(self._counts)
+
+    def _note_description(self, error: str) -> None:
+        if error and not self._undescribed:
+            self.log.error(error)
+        self._undescribed = error
+
+    @property
+    def _log_root(self) -> Path:
+        return self.vehicle.log_root / self.vehicle.name
+
+
+def _same(one: tuple[CameraModel, Pose], other: tuple[CameraModel, Pose]) -> bool:
+    return one[0] == other[0] and all(abs(a - b) < MOVED for a, b in zip(one[1], other[1], strict=True))

@@ -1,0 +1,64 @@
+"""What cameras have in common that may be anywhere on the vehicle, with a calibration file."""
+
+from runtime import ParameterError, param
+from support.pose import Pose
+from tasks.simulated_world import FARTHEST_MOUNT, mount_of
+from tasks.vision.cameras.image_saver import PictureKeeper
+from world.optics import CalibrationError, CameraModel, camera_text, parse_camera
+
+INLINE = "{"  # begins a calibration that is no file
+NO_VALUE = frozenset(";|#\n")  # what values of a profile cannot have
+
+
+class MountedCamera(PictureKeeper):
+    """A camera with a mount, and the model of a file if there is one."""
+
+    calibration: str = param(
+        "",
+        "",
+        "A calibration file, of Kalibr, OpenCV, ROS, EuRoC or WoodScape, or the cameras.yaml of a log. A relative "
+        "path counts from the profile, or, if there is no such file, from the working folder. A log has its content.",
+        editable=False,
+    )
+    calibration_camera: str = param(
+        "", "", "Which camera of that file, if it tells of several: cam1, or an entity label.", editable=False
+    )
+    mount_position: list[float] = param(
+        [0.0, 0.0, 0.0],
+        "m",
+        "Where the camera is in the vehicle: forward, right, down.",
+        size=3,
+        minimum=-FARTHEST_MOUNT,
+        maximum=FARTHEST_MOUNT,
+    )
+    mount_orientation: list[float] = param(
+        [0.0, -90.0, 0.0],
+        "°",
+        "Roll, pitch and yaw in the vehicle of a camera that looks ahead; -90 looks down.",
+        size=3,
+    )
+
+    @property
+    def mount(self) -> Pose:
+        """Where the camera is in the vehicle."""
+        return mount_of(self.mount_position, self.mount_orientation)
+
+    def calibrated(self) -> CameraModel | None:
+        """The model of the calibration file; None if none is given. Raises ParameterError.
+
+        The content of the file becomes part of the configuration, so that a log or a snapshot needs no other file.
+        """
+        if not self.calibration:
+            return None
+        try:
+            text = self.calibration
+            if not text.startswith(INLINE):
+                text = camera_text(self.path_of(text), self.calibration_camera)
+                if NO_VALUE.isdisjoint(text):
+                    self.calibration = text
+                    self.vehicle.profile.override(f"{self.name}:Calibration={text}")
+            return parse_camera(text)
+        except CalibrationError as error:
+            raise ParameterError("Calibration", str(error)) from None
+        except OSError as error:
+            raise ParameterError("Calibration", f"{error.filename}: {error.strerror or error}") from None

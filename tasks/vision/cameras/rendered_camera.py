@@ -1,0 +1,235 @@
+"""What all simulated cameras have in common: exposures and frames."""
+
+import importlib.util
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+import imc
+from runtime import Frame, ParameterError, State, consume, param, periodic
+from support.pose import Pose
+from tasks.simulated_world import world_of
+from tasks.vision.cameras.camera_records import camera_frame
+from tasks.vision.cameras.image_saver import Described, PictureKeeper
+from tasks.vision.cameras.viewpoint import View, Viewpoint
+from world import SECTIONS
+from world.optics import CameraModel
+from world.rendering import (
+    INTERPOLATIONS,
+    SCENES,
+    Camera,
+    Exposure,
+    Lamp,
+    Shutter,
+    Standpoint,
+    noise,
+    optical,
+    parse_lamp,
+)
+
+LEAST_VISIBILITY = 0.1  # m
+ABOVE_WATER = 0.5  # m above the crests, from where a view under water is told to be odd
+ESTIMATED = "EstimatedState, since there is no SimulatedState"
+
+
+class RenderedCamera(PictureKeeper):
+    """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders."""
+
+    reads = SECTIONS
+
+    frame_rate: float = param(5.0, "Hz", "Images per second.", minimum=0.01, maximum=1000, visibility="user")
+    interpolation: str = param(
+        "nearest",
+        "",
+        "Interpolation between the pixels of a view; opencv is bilinear, too, and differs by 1 here and there.",
+        choices=INTERPOLATIONS,
+    )
+    scene: str = param("Seabed", "", "What is below the vehicle.", choices=SCENES)
+    visibility: float = param(
+        0.0,
+        "m",
+        "Distance at which 2 % of the contrast is left for this camera; 0 for that of [World].",
+        minimum=0,
+        maximum=1e6,
+    )
+    exposure_time: float = param(
+        0.0, "s", "How long motion smears an image; its brightness stays.", minimum=0, maximum=10
+    )
+    gain: float = param(1.0, "1", "Makes up for light that is missing: fewer photons.", minimum=1, maximum=1000)
+    full_well: float = param(
+        0.0, "1", "Electrons that are white at a gain of 1; 0 for no noise.", minimum=0, maximum=1e9
+    )
+    read_noise: float = param(0.0, "1", "Root mean square of electrons that are none.", minimum=0, maximum=1e6)
+    vignetting: float = param(
+        0.0, "1", "Share of light that the corner farthest from the middle loses.", minimum=0, maximum=1
+    )
+    motion_blur_samples: int = param(
+        1, "1", "Instants within the exposure time whose mean an image is.", minimum=1, maximum=100
+    )
+    readout_time: float = param(0.0, "s", "From the first to the last row of a rolling shutter.", minimum=0, maximum=10)
+    lamps: list[str] = param(
+        [],
+        "",
+        "Lamps of the vehicle that this camera sees the light of: forward, right, down (m), pitch, yaw (°), flux (lm) "
+        'and width of the beam (°): "0.6 0 0 -80 0 3000 70".',
+    )
+    latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
+
+    transient = (*PictureKeeper.transient, "camera", "shutter")
+
+    def optics(self) -> CameraModel:
+        """The model of the camera. Raises ParameterError."""
+        raise NotImplementedError
+
+    @property
+    def mount(self) -> Pose:
+        """Where the camera is in the vehicle."""
+        raise NotImplementedError
+
+    @property
+    def known(self) -> tuple[CameraModel, Pose]:
+        return self.camera.optics, self.mount
+
+    def views(self) -> tuple[int, int]:
+        """Width (px) and number of the views that make up an image; a width of 0 is as fine as the image."""
+        raise NotImplementedError
+
+    def configure(self) -> None:
+        super().configure()
+        if 0.0 < self.visibility < LEAST_VISIBILITY:
+            raise ParameterError("Visibility", f"must be 0 or at least {LEAST_VISIBILITY} m, not {self.visibility:g} m")
+        if self.interpolation == "opencv" and importlib.util.find_spec("cv2") is None:
+            raise ParameterError("Interpolation", "opencv needs `pip install opencv-python-headless`")
+        optics, world = self.optics(), world_of(self)
+        self.camera = Camera(
+            optics,
+            *self.views(),
+            self.interpolation,
+            self.scene,
+            self.visibility or (world.water_visibility if self.scene == "Seabed" else world.air_visibility),
+            seed=self.vehicle.seed,
+            waves=world.waves,
+            sun=world.sun,
+            mount=self.mount,
+            water="" if self.visibility else world.water_type,
+            lamps=self._lamps(),
+            snow=world.snow,
+            caustics=world.caustics,
+            seabed=world.seabed,
+            walls=world.walls,
+        )
+        self.shutter = Shutter(self.camera, self._exposure())
+
+    def start(self) -> None:
+        super().start()
+        self.taken = self.dropped = 0
+        self._busy, self._true, self._odd = False, True, False
+        self.viewpoint = Viewpoint(world_of(self).origin, sea=self.scene == "Sea Surface")
+        self.set_entity_state(State.BOOT, "waiting for EstimatedState")
+
+    @consume
+    def follow(self, state: imc.EstimatedState) -> None:
+        self.viewpoint.follow(state)
+
+    @consume
+    def follow_truth(self, truth: imc.SimulatedState) -> None:
+        self.viewpoint.follow_truth(truth)
+
+    @periodic("frame_rate")
+    def expose(self) -> None:
+        state = self.viewpoint.estimate
+        if state is None:
+            return
+        view = self.viewpoint.view(world_of(self), self.now, self.vehicle.start_time)
+        if isinstance(view, str):
+            self.set_entity_state(State.FAULT, view)
+            return
+        if trouble := self.camera.trouble(view.vehicle):
+            self.set_entity_state(State.FAULT, trouble)
+            return
+        if self._busy and not self.vehicle.virtual:  # a latency alone does not keep a camera from the next exposure
+            self.dropped += 1
+            return
+        if self._true is not view.true:
+            self._true = view.true
+            self.log.info(f"pictures are taken from {'SimulatedState' if view.true else ESTIMATED}")
+        self._check_medium(view)
+        described = self.described(state) if self.is_wanted() else None
+        deliver = partial(self._deliver, self.now, self.taken, view, self.known, described)
+        random = noise(self.vehicle.seed, self.entity.label, self.taken)
+        self.taken += 1
+        self._busy = True
+        given = self._path(view), view.gliders, random, view.boards
+        self.offload(self.shutter.picture, *given, then=deliver, latency=self.latency)
+
+    def _check_medium(self, view: View) -> None:
+        """Warn once of a camera in air that sees as under water; estimates may have no depth."""
+        if self._odd or not view.true or self.scene != "Seabed":
+            return
+        above, world = -view.vehicle.carried(self.mount).depth, world_of(self)
+        if above > ABOVE_WATER + (world.waves.height if world.felt else 0.0):
+            self._odd = True
+            self.log.warning(f"the camera is {above:.1f} m above the water, but Scene = Seabed is the view under water")
+
+    def _path(self, view: View) -> list[Standpoint]:
+        """Where the vehicle is while the shutter is open, as it moves now; where that is not known, it stays."""
+        world, began, path = world_of(self), self.vehicle.start_time, list[Standpoint]()
+        for seconds in self.shutter.instants:
+            moved = self.viewpoint.view(world, self.now + float(seconds), began) if seconds else view
+            path.append(view.vehicle if isinstance(moved, str) else moved.vehicle)
+        return path
+
+    def _lamps(self) -> tuple[Lamp, ...]:
+        try:
+            return tuple(map(parse_lamp, self.lamps))
+        except ValueError as error:
+            raise ParameterError("Lamps", str(error)) from None
+
+    def _exposure(self) -> Exposure:
+        if self.read_noise and not self.full_well:
+            raise ParameterError("Full Well", "must be set with Read Noise")
+        return Exposure(
+            self.exposure_time,
+            self.gain,
+            self.full_well,
+            self.read_noise,
+            self.vignetting,
+            self.motion_blur_samples,
+            self.readout_time,
+        )
+
+    def _deliver(
+        self,
+        time: float,
+        index: int,
+        view: View,
+        camera: tuple[CameraModel, Pose],
+        described: Described | None,
+        image: NDArray[np.uint8],
+    ) -> None:
+        """Share a frame, and say what it is; a picture is written after that, to the log that says so.
+
+        `camera` is as it was at the exposure.
+        """
+        self._busy = False
+        optics, mount = camera[0], optical(camera[1])
+        pose = view.vehicle.pose.transform @ mount
+        estimate = None if view.estimate is None else view.estimate.transform @ mount
+        self.tell(f"{index + 1} frames, {self.dropped} dropped{'' if view.true else ', from EstimatedState'}")
+        self.share(Frame(time, self.entity.label, index, image, self.figures(view, optics), optics, mount, pose))
+        file = self.keep(time, image, described) if described else ""
+        self.publish(camera_frame(time, index, optics, pose, estimate, file, is_true=view.true))
+
+    def figures(self, view: View, camera: CameraModel) -> dict[str, float]:
+        """Angles in rad, lengths in m, the focal length in px."""
+        vehicle = view.vehicle
+        return {
+            "focal_length": camera.fx,
+            "north": vehicle.north,
+            "east": vehicle.east,
+            "height": vehicle.height,
+            "phi": vehicle.roll,
+            "theta": vehicle.pitch,
+            "psi": vehicle.yaw,
+        }

@@ -1,0 +1,119 @@
+"""Where a camera is when it takes a picture: on the true vehicle of a simulation, else on the estimated one."""
+
+import math
+from typing import NamedTuple
+
+import imc
+from support.pose import Pose
+from tasks.pose_history import Whereabouts
+from tasks.simulated_world import FARTHEST, Placed, Truth
+from world import Spot, World
+from world.rendering import Board, Glider, Standpoint, board
+
+OLDEST = 1.0  # s, beyond which the true state counts as missing
+
+
+class View(NamedTuple):
+    """Where the vehicle is, the gliders in the scene, whether that is true, and where the vehicle believes it is."""
+
+    vehicle: Standpoint
+    gliders: tuple[Glider, ...] = ()
+    true: bool = True
+    estimate: Pose | None = None
+    boards: tuple[Board, ...] = ()
+
+
+class Viewpoint:
+    """Follows the states of a vehicle in a world with an origin (rad). `sea`: below is the surface, not the bottom."""
+
+    def __init__(self, origin: tuple[float, float] | None, *, sea: bool):
+        self.sea = sea
+        self.estimate: imc.EstimatedState | None = None
+        self._truth, self._beliefs = Truth(origin), Whereabouts(origin, kept=0.0)
+
+    def follow(self, state: imc.EstimatedState) -> None:
+        self.estimate = state
+        self._beliefs.follow(state)
+
+    def follow_truth(self, truth: imc.SimulatedState) -> None:
+        self._truth.follow(truth)
+
+    def view(self, world: World, now: float, began: float) -> View | str:
+        """The view of a world at `now` (s since 1970) of a run that began at `began`, or why there is none.
+
+        States are carried on to that moment by their velocities and rates.
+        """
+        truth, state = self._truth.at(now, OLDEST), self.estimate
+        believed = None if state is None else self._believed(state, now, now - began)
+        if truth is None and self._truth.fault:
+            return self._truth.fault
+        if truth is not None:
+            view = self._from_truth(world, truth, now - began)
+        elif state is None:
+            return "waiting for EstimatedState"
+        elif believed is None:
+            return "no position or attitude" if now - state.timestamp <= OLDEST else "no recent EstimatedState"
+        else:
+            scene = world, now - began, self._ground(state)
+            view = View(believed, self._gliders(*scene), true=False, boards=self._boards(*scene))
+        if not 0.0 < view.vehicle.height < FARTHEST:
+            return "no altitude"
+        return view._replace(estimate=None if believed is None else believed.pose)
+
+    def _from_truth(self, world: World, truth: Placed, time: float) -> View:
+        north, east, down, angles = truth
+        bottom = 0.0 if self.sea else world.bottom(north, east)
+        if bottom is None:
+            bottom = _bottom(self.estimate)
+        pose = Standpoint(north, east, bottom - down, down, *angles, time)
+        return View(pose, self._gliders(world, time, bottom), boards=self._boards(world, time, bottom))
+
+    def _believed(self, state: imc.EstimatedState, now: float, time: float) -> Standpoint | None:
+        """Where the vehicle believes it is; None without a recent place and attitude."""
+        belief = self._beliefs.at(now, OLDEST)
+        if isinstance(belief, str) or self._beliefs.latest is not state or not math.isfinite(state.depth):
+            return None
+        height, depth = self._ground(state) - belief.down, state.depth + belief.down - state.z
+        return Standpoint(belief.north, belief.east, height, depth, *belief.angles, time)
+
+    def _ground(self, state: imc.EstimatedState) -> float:
+        """Where the vehicle believes what is below it (m, down like its z)."""
+        bottom = _bottom(state)
+        return 0.0 if self.sea and not bottom > state.z else bottom
+
+    def _gliders(self, world: World, time: float, ground: float) -> tuple[Glider, ...]:
+        """Those of the world, at a time (s), above the ground (m, down) beneath the camera.
+
+        On a bottom that the world does not know, and in a scene without bottom, they lie on that ground. From above the
+        sea, those in deep water are not seen.
+        """
+        things = (
+            (thing, world.spot(thing, time))
+            for thing in world.gliders
+            if not (self.sea and (thing.depth or 0.0) > thing.diameter)
+        )
+        return tuple(
+            Glider(
+                spot.north,
+                spot.east,
+                self._rise(spot, thing.depth, ground),
+                spot.heading,
+                thing.length,
+                thing.diameter,
+                thing.id,
+            )
+            for thing, spot in things
+        )
+
+    def _boards(self, world: World, time: float, ground: float) -> tuple[Board, ...]:
+        """The boards of the world like `_gliders`; none is seen through the surface."""
+        boards = ((thing, world.spot(thing, time)) for thing in world.boards if not (self.sea and thing.depth))
+        return tuple(board(thing, spot, self._rise(spot, thing.depth, ground)) for thing, spot in boards)
+
+    def _rise(self, spot: Spot, depth: float | None, ground: float) -> float:
+        return 0.0 if spot.down is None or (self.sea and depth is None) else ground - spot.down
+
+
+def _bottom(state: imc.EstimatedState | None) -> float:
+    """Where a vehicle estimates the ground (m, down like its z); -infinity if it does not know."""
+    return state.z + state.alt if state is not None and 0.0 < state.alt < math.inf else -math.inf

@@ -1,0 +1,106 @@
+"""A pinhole camera whose lens distorts as Brown and Conrady describe, like OpenCV's and Kalibr's radtan."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from world.optics.camera_model import Bools, CalibrationError, CameraModel, Floats, unit
+
+NEWTON_STEPS = 20
+EXACT = 1e-12  # of the focal length
+WIDEST = 100.0  # of the focal length: 89.4° off the axis
+
+
+@dataclass(frozen=True)
+class PinholeCamera(CameraModel):
+    """Radial coefficients k1 to k3, tangential p1 and p2 (Brown 1971; the same as in OpenCV)."""
+
+    k1: float = 0.0
+    k2: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+    k3: float = 0.0
+
+    @cached_property
+    def _edge(self) -> float:
+        """The squared radius before the lens from which on the picture would fold back (1)."""
+        # d(r (1 + k1 r² + k2 r⁴ + k3 r⁶))/dr, as a polynomial of r²
+        roots = np.roots([7.0 * self.k3, 5.0 * self.k2, 3.0 * self.k1, 1.0])
+        folds = [float(root.real) for root in roots if abs(root.imag) < 1e-9 and root.real > 0.0]
+        return min([*folds, WIDEST**2])
+
+    @property
+    def fold(self) -> float | None:
+        """The angle (rad) off the axis from which on the picture would fold back; None if it does not."""
+        return math.atan(math.sqrt(self._edge)) if self._edge < WIDEST**2 else None
+
+    def distort(self, points: Floats) -> tuple[Floats, Bools]:
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            x, y = points[..., 0] / points[..., 2], points[..., 1] / points[..., 2]
+            valid = (points[..., 2] > 0.0) & (x * x + y * y < self._edge)
+            return self._bent(x, y), valid
+
+    def undistort(self, places: Floats) -> tuple[Floats, Bools]:
+        """By Newton's method, from the place itself, drawn in to where the lens does not fold."""
+        within = 0.95 * np.sqrt(self._edge) / np.maximum(np.linalg.norm(places, axis=-1, keepdims=True), 1e-300)
+        bare = places * np.minimum(1.0, within)
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            for _ in range(NEWTON_STEPS):
+                x, y = bare[..., 0], bare[..., 1]
+                error, (a, b, c) = self._bent(x, y) - places, self._slope(x, y)
+                across = a * c - b * b
+                step = (
+                    np.stack((c * error[..., 0] - b * error[..., 1], a * error[..., 1] - b * error[..., 0]), axis=-1)
+                    / across[..., None]
+                )
+                size = np.linalg.norm(step, axis=-1, keepdims=True)
+                bare = bare - step * np.minimum(1.0, 0.5 * (1.0 + np.linalg.norm(bare, axis=-1, keepdims=True)) / size)
+                bare = np.where(size > 0.0, bare, np.stack((x, y), axis=-1))
+                if not (size > EXACT).any():
+                    break
+            x, y = bare[..., 0], bare[..., 1]
+            left = np.linalg.norm(self._bent(x, y) - places, axis=-1)
+            valid = (left < EXACT * (1.0 + np.linalg.norm(places, axis=-1))) & (x * x + y * y < self._edge)
+        return unit(np.stack((x, y, np.ones_like(x)), axis=-1)), valid
+
+    def slopes(self, points: Floats) -> Floats:
+        z = points[..., 2]
+        x, y = points[..., 0] / z, points[..., 1] / z
+        a, b, c = self._slope(x, y)
+        rows = [[a / z, b / z, -(a * x + b * y) / z], [b / z, c / z, -(b * x + c * y) / z]]
+        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+    def to_opencv(self) -> dict[str, Any]:
+        return {"model": "pinhole", "K": self.matrix, "D": np.array([self.k1, self.k2, self.p1, self.p2, self.k3])}
+
+    def to_kalibr(self) -> dict[str, Any]:
+        """Raises CalibrationError with k3, which Kalibr lacks."""
+        if self.k3:
+            raise CalibrationError("Kalibr's radtan has no k3")
+        return self.kalibr("pinhole", [], "radtan", [self.k1, self.k2, self.p1, self.p2])
+
+    def _bent(self, x: Floats, y: Floats) -> Floats:
+        """Places (..., 2) after the lens of those before it."""
+        r2 = x * x + y * y
+        radial = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
+        return np.stack(
+            (
+                x * radial + 2.0 * self.p1 * x * y + self.p2 * (r2 + 2.0 * x * x),
+                y * radial + self.p1 * (r2 + 2.0 * y * y) + 2.0 * self.p2 * x * y,
+            ),
+            axis=-1,
+        )
+
+    def _slope(self, x: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
+        """The symmetric derivative of `_bent`: that of x by x, of x by y, of y by y."""
+        r2 = x * x + y * y
+        radial = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
+        steep = 2.0 * (self.k1 + r2 * (2.0 * self.k2 + r2 * 3.0 * self.k3))
+        return (
+            radial + steep * x * x + 2.0 * self.p1 * y + 6.0 * self.p2 * x,
+            steep * x * y + 2.0 * self.p1 * x + 2.0 * self.p2 * y,
+            radial + steep * y * y + 6.0 * self.p1 * y + 2.0 * self.p2 * x,
+        )

@@ -1,0 +1,255 @@
+"""Reads calibrations as other programs write them: Kalibr, OpenCV, ROS, EuRoC, WoodScape."""
+
+import json
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from world.optics.brown_conrady import PinholeCamera
+from world.optics.camera_model import CalibrationError, CameraModel
+from world.optics.double_sphere import DoubleSphereCamera
+from world.optics.fisheye import FisheyeCamera, kannala_brandt
+from world.optics.lens import Lens
+
+LARGEST_FILE = 1 << 20
+MOST_PIXELS = 1 << 20  # of a side
+OPENCV = re.compile(r"^%YAML:1\.0|!!opencv-matrix", re.MULTILINE)
+RADTAN = ("radtan", "radial-tangential", "plumb_bob", "rational_polynomial", "pinhole", "")
+EQUIDISTANT = ("equidistant", "fisheye", "kannala_brandt", "kannalabrandt")
+COUNTS = (0, 4, 5, 8, 12, 14)  # of the coefficients that OpenCV has; those from the sixth on are the rational model's
+KEY = re.compile(r"""(\s*)["']?([^"':]*[^"':\s])["']?\s*:""")  # of a line of YAML or JSON
+STEPS = 4000  # of the angle, to find where a lens ends
+
+Values = Mapping[str, Any]
+Plane = tuple[float, float, float, float]
+"""Focal lengths and principal point, px."""
+
+
+class FieldError(CalibrationError):
+    """A field of a calibration is missing, or wrong."""
+
+    def __init__(self, field: str, why: str):
+        super().__init__(f"{field} {why}")
+        self.field = field
+
+
+def read_camera(path: str | Path, camera: str = "") -> CameraModel:
+    """The camera of a calibration file; `camera` names one of several, by default the first.
+
+    Read are a camchain of Kalibr, the cameras.yaml of a log, a FileStorage (YAML) of OpenCV, a camera_info of ROS, a
+    sensor.yaml of EuRoC, and the JSON of WoodScape. YAML needs PyYAML. Fisheye lenses end at the corner of the picture,
+    or where they would fold.
+    Raises CalibrationError with the file, the line, and the field that it lacks or contradicts, OSError,
+    ModuleNotFoundError.
+    """
+    return _read(Path(path), camera)[1]
+
+
+def camera_text(path: str | Path, camera: str = "") -> str:
+    """What a calibration file says of a camera, in a line of JSON for `parse_camera`. Raises like `read_camera`."""
+    return json.dumps(_read(Path(path), camera)[0], default=str)
+
+
+def parse_camera(text: str) -> CameraModel:
+    """The camera of a text of `camera_text`. Raises CalibrationError."""
+    try:
+        return _model(_mapping(json.loads(text), "the text"))
+    except (ValueError, RecursionError) as error:
+        raise CalibrationError(str(error)) from None
+
+
+def _read(path: Path, camera: str) -> tuple[Values, CameraModel]:
+    """What a file says of a camera, and its model."""
+    with path.open("rb") as file:
+        data = file.read(LARGEST_FILE + 1)
+    text, name = data.decode("utf-8", "replace"), ""
+    try:
+        if len(data) > LARGEST_FILE:
+            raise CalibrationError("too large for a calibration")
+        values = _parsed(text, is_json=path.suffix.lower() == ".json")
+        cameras = {str(name): each for name, each in values.items() if _is_camera(name, each)}
+        if cameras:
+            if camera and camera not in cameras:
+                raise CalibrationError(f"no camera {camera}; there are {', '.join(cameras)}")
+            name = camera or next(iter(cameras))
+            values = _mapping(cameras[name], name)
+        return values, _model(values)
+    except ValueError as error:  # also of a lens
+        line = _line(text, name, error.field if isinstance(error, FieldError) else "")
+        raise CalibrationError(f"{path}{f':{line}' if line else ''}: {error}") from None
+
+
+def _line(text: str, camera: str, field: str) -> int:
+    """The line of a field of a camera; without such a field that of the camera, and 0 if that has none."""
+    found, depth = 0, -1
+    for number, line in enumerate(text.splitlines(), start=1):
+        if (key := KEY.match(line)) is None:
+            continue
+        if found and len(key[1]) <= depth:
+            break
+        if key[2] == field and (found or not camera):
+            return number
+        if camera and key[2] == camera:
+            found, depth = number, len(key[1])
+    return found
+
+
+def _model(values: Values) -> CameraModel:
+    if "intrinsic" in values:
+        return _woodscape(_mapping(values["intrinsic"], "intrinsic"))
+    return _kalibr(values) if "intrinsics" in values else _opencv(values)
+
+
+def _parsed(text: str, *, is_json: bool) -> Values:
+    if is_json:
+        try:
+            return _mapping(json.loads(text), "the file")
+        except (ValueError, RecursionError) as error:
+            raise CalibrationError(f"no JSON: {error}") from None
+    import yaml
+
+    try:
+        return _mapping(yaml.safe_load(OPENCV.sub("", text)), "the file")
+    except (yaml.YAMLError, RecursionError) as error:
+        raise CalibrationError(f"no YAML: {' '.join(str(error).split())}") from None
+
+
+def _is_camera(name: object, value: object) -> bool:
+    return re.fullmatch(r"cam\d+", str(name)) is not None or (isinstance(value, dict) and "intrinsics" in value)
+
+
+def _mapping(value: Any, what: str) -> Values:
+    if not isinstance(value, dict):
+        raise CalibrationError(f"{what} has no named values")
+    return value  # pyright: ignore[reportUnknownVariableType]
+
+
+def _numbers(values: Values, name: str, *sizes: int) -> list[float]:
+    """A list of numbers, also the `data` of a matrix."""
+    if name not in values:
+        raise FieldError(name, "is missing")
+    matrix: Values = values[name] if isinstance(values[name], dict) else {"data": values[name]}
+    data = matrix.get("data")
+    try:
+        numbers = np.array(data, np.float64).ravel().tolist() if data is not None else None
+    except (TypeError, ValueError):
+        numbers = None
+    if numbers is None:
+        raise FieldError(name, f"is no list of numbers: {data!r}")
+    rows, columns = matrix.get("rows"), matrix.get("cols")
+    if isinstance(rows, int) and isinstance(columns, int) and rows * columns != len(numbers):
+        raise FieldError(name, f"has {len(numbers)} numbers in {rows} rows and {columns} columns")
+    if sizes and len(numbers) not in sizes:
+        raise FieldError(name, f"has {len(numbers)} numbers, not {' or '.join(map(str, sizes))}")
+    return numbers
+
+
+def _whole(values: Values, name: str) -> int:
+    return _pixels(name, _numbers(values, name, 1)[0])
+
+
+def _pixels(name: str, number: float) -> int:
+    if not (0 < number < MOST_PIXELS and number == int(number)):
+        raise FieldError(name, f"is {number:g}, not a number of pixels")
+    return int(number)
+
+
+def _kalibr(values: Values) -> CameraModel:
+    """A camera of a camchain, or the sensor.yaml of EuRoC."""
+    width, height = (_pixels("resolution", number) for number in _numbers(values, "resolution", 2))
+    kind = str(values.get("camera_model", "pinhole")).lower()
+    if kind in ("ds", "double_sphere"):
+        xi, alpha, *plane = _numbers(values, "intrinsics", 6)
+        return DoubleSphereCamera(width, height, *_half_on(plane), xi, alpha)
+    if kind != "pinhole":
+        raise FieldError("camera_model", f"{kind} is not supported; pinhole and ds are")
+    plane = _half_on(_numbers(values, "intrinsics", 4))
+    if "quartic" in values:
+        return _quartic(_mapping(values["quartic"], "quartic"), (width, height), plane[2:])
+    name = "distortion_coeffs" if "distortion_coeffs" in values else "distortion_coefficients"
+    model = str(values.get("distortion_model", "none")).lower()
+    if model == "none":
+        if name in values and any(_numbers(values, name)):
+            raise FieldError(name, "are given without a distortion_model")
+        return PinholeCamera(width, height, *plane)
+    return _distorted(values, model, (width, height), plane, name)
+
+
+def _quartic(values: Values, size: tuple[int, int], center: Sequence[float]) -> CameraModel:
+    """The lens in a log's cameras.yaml to which the others there are fitted."""
+    k1, k2, k3, k4 = _numbers(values, "k", 4)
+    fx, fy = _numbers(values, "focal_lengths", 2)
+    return FisheyeCamera(*size, fx, fy, center[0], center[1], Lens((k1, k2, k3, k4), _numbers(values, "fov", 1)[0]))
+
+
+def _opencv(values: Values) -> CameraModel:
+    """A FileStorage of OpenCV, or a camera_info of ROS."""
+    names = [name for name in ("camera_matrix", "Camera_Matrix", "K") if name in values]
+    k = _numbers(values, names[0] if names else "camera_matrix", 9)
+    if k[1] or k[3] or k[6:] != [0.0, 0.0, 1.0]:
+        raise FieldError(names[0], "is not [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+    size = _whole(values, "image_width"), _whole(values, "image_height")
+    names = [name for name in ("distortion_coefficients", "Distortion_Coefficients", "D") if name in values]
+    model = str(values.get("distortion_model", values.get("model", ""))).lower()
+    plane = _half_on([k[0], k[4], k[2], k[5]])
+    if not (names or model):
+        return PinholeCamera(*size, *plane)
+    return _distorted(values, model, size, plane, names[0] if names else "distortion_coefficients")
+
+
+def _woodscape(values: Values) -> CameraModel:
+    """Pixels per rad and its powers; the center is given from the middle of the picture."""
+    if values.get("model", "radial_poly") != "radial_poly":
+        raise FieldError("model", f"{values['model']} is not supported; radial_poly is")
+    width, height = _whole(values, "width"), _whole(values, "height")
+    k1, k2, k3, k4 = (_numbers(values, f"k{power}", 1)[0] for power in (1, 2, 3, 4))
+    aspect = _numbers(values, "aspect_ratio", 1)[0] if "aspect_ratio" in values else 1.0
+    cx = 0.5 * width + _numbers(values, "cx_offset", 1)[0]
+    cy = 0.5 * height + _numbers(values, "cy_offset", 1)[0]
+    if not k1 > 0.0:
+        raise FieldError("k1", f"is {k1:g}: the picture of a lens grows from its axis")
+    k = (1.0, k2 / k1, k3 / k1, k4 / k1)
+    return _fisheye((width, height), (k1, k1 * aspect, cx, cy), lambda fov: Lens(k, fov), k)
+
+
+def _distorted(values: Values, model: str, size: tuple[int, int], plane: Plane, name: str) -> CameraModel:
+    """`name` is the field of the coefficients."""
+    if model in EQUIDISTANT:
+        k1, k2, k3, k4 = _numbers(values, name, 4)
+        terms = (1.0, 0.0, k1, 0.0, k2, 0.0, k3, 0.0, k4)
+        return _fisheye(size, plane, lambda fov: kannala_brandt((k1, k2, k3, k4), fov), terms)
+    if model not in RADTAN:
+        raise FieldError("distortion_model", f"{model} is not supported; radtan and equidistant are")
+    coefficients = _numbers(values, name, *COUNTS)
+    if any(coefficients[5:]):
+        rational = (
+            f"has {len(coefficients)} numbers, those of the rational model; only k1, k2, p1, p2, k3 are supported"
+        )
+        raise FieldError(name, f"{rational}: calibrate without CALIB_RATIONAL_MODEL")
+    k1, k2, p1, p2, k3 = [*coefficients[:5], *[0.0] * 5][:5]
+    return PinholeCamera(*size, *plane, k1, k2, p1, p2, k3)
+
+
+def _half_on(plane: Sequence[float]) -> Plane:
+    """From the convention in which the first pixel has its center at 0, 0."""
+    fx, fy, cx, cy = plane
+    return fx, fy, cx + 0.5, cy + 0.5
+
+
+def _fisheye(size: tuple[int, int], plane: Plane, lens: Callable[[float], Lens], k: Sequence[float]) -> FisheyeCamera:
+    """With a field of view to the farthest corner, or to just before the lens folds."""
+    fx, fy, cx, cy = plane
+    if not (fx > 0.0 and fy > 0.0 and all(map(math.isfinite, [*plane, *k]))):
+        raise CalibrationError(f"no camera has focal lengths of {fx:g} and {fy:g} px and the lens {list(k)}")
+    corners = [math.hypot((u - cx) / fx, (v - cy) / fy) for u in (0, size[0]) for v in (0, size[1])]
+    phi = np.linspace(0.0, math.pi, STEPS)
+    radius = np.polynomial.polynomial.polyval(phi, [0.0, *k])
+    ends = np.flatnonzero((np.diff(radius) <= 0.0) | (radius[:-1] >= max(corners)))
+    edge = float(phi[max(int(ends[0]) - 1, 1)]) if len(ends) and radius[ends[0]] < max(corners) else None
+    if edge is None:
+        edge = float(phi[int(ends[0])]) if len(ends) else math.pi
+    return FisheyeCamera(*size, fx, fy, cx, cy, lens(2.0 * edge))

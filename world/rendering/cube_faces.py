@@ -1,0 +1,85 @@
+"""The five or six square 90° views that make up a fisheye picture."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Window = tuple[tuple[int, int], tuple[int, int]]
+"""First and last + 1 of rows, and of columns, of a face."""
+
+NAMES = ("down", "front", "right", "back", "left", "up")
+
+# Widest field of view, rad, that five faces fill: the upper corners of the side faces lie acos(-1/√3) off the axis.
+WIDEST_OF_FIVE = 2 * math.acos(-1 / math.sqrt(3))
+
+# From the optical frame of a face (x right, y down, z forward) to that of the face `down`, as [w, x, y, z].
+_H = math.sqrt(0.5)
+QUATERNIONS = (
+    (1.0, 0.0, 0.0, 0.0),
+    (_H, _H, 0.0, 0.0),
+    (0.5, 0.5, 0.5, 0.5),
+    (0.0, 0.0, _H, _H),
+    (0.5, 0.5, -0.5, -0.5),
+    (0.0, 1.0, 0.0, 0.0),
+)
+
+# The table of the thesis in its (row, column, depth) image coordinates, with the missing sign of `front` restored.
+ORIGINAL_QUATERNIONS = (
+    (1.0, 0.0, 0.0, 0.0),
+    (_H, 0.0, -_H, 0.0),
+    (0.5, -0.5, -0.5, -0.5),
+    (0.0, _H, 0.0, _H),
+    (0.5, 0.5, -0.5, 0.5),
+)
+
+
+def quaternion_matrix(quaternion: Sequence[float]) -> NDArray[np.float64]:
+    """(3, 3) matrix of a unit quaternion [w, x, y, z] (Hamilton)."""
+    w, x, y, z = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def rotations(count: int) -> NDArray[np.float64]:
+    """(count, 3, 3) matrices from each face's optical frame to that of `down`. Raises ValueError unless 5 or 6."""
+    if count not in (5, 6):
+        raise ValueError(f"a fisheye picture has 5 or 6 faces, not {count}")
+    return np.rint([quaternion_matrix(q) for q in QUATERNIONS[:count]])
+
+
+def pixel_axis(width: int) -> NDArray[np.float32]:
+    """Tangents of the angles between a face's axis and the pixels across it: from -1 to 1."""
+    return np.linspace(1 / width - 1, 1 - 1 / width, width, dtype=np.float32)
+
+
+def empty_atlas(count: int, width: int) -> NDArray[np.uint32]:
+    """A flat array for `count` faces of RGBA pixels, one below the other, and one black pixel after them."""
+    if width < 1:
+        raise ValueError(f"a face of {width} px has no pixels")
+    atlas = np.empty(count * width * width + 1, dtype=np.uint32)
+    atlas[-1] = 0
+    return atlas
+
+
+def stack(faces: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint32]:
+    """The atlas of faces (w, w, 4) RGBA or (w, w, 3) RGB, in the order of NAMES.
+
+    Raises ValueError if they are not 5 or 6 squares of one size.
+    """
+    rotations(len(faces))
+    width = faces[0].shape[0]
+    atlas = empty_atlas(len(faces), width)
+    pixels = atlas[:-1].view(np.uint8).reshape(len(faces), width, width, 4)
+    pixels[..., 3] = 255
+    for name, face, room in zip(NAMES, faces, pixels, strict=False):
+        if face.ndim != 3 or face.shape[:2] != (width, width) or face.shape[2] not in (3, 4):
+            raise ValueError(f"the face {name} has shape {face.shape}, not ({width}, {width}, 3 or 4)")
+        room[..., : face.shape[2]] = face
+    return atlas

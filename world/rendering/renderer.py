@@ -1,0 +1,172 @@
+"""Renders the surroundings of a vehicle into the faces of a camera."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from support.pose import DOWN, Pose
+from support.rotations import rotation
+from world.rendering.cube_faces import empty_atlas, rotations
+from world.rendering.light import water_optics
+from world.rendering.light.caustics import Caustics
+from world.rendering.light.lamps import Beam, Lamp, beams
+from world.rendering.objects import calibration_targets, marine_snow, walls
+from world.rendering.objects.calibration_targets import Board
+from world.rendering.objects.glider import Glider, Mug, Pixels, draw, lying
+from world.rendering.objects.marine_snow import Snow
+from world.rendering.objects.static_scene import Landscape, Lying
+from world.rendering.scenes import Seabed, Standpoint, Surroundings
+from world.rendering.seabed.ray_grid import turned
+from world.rendering.seabed.terrain import Terrain
+from world.rendering.textured_planes import Caster
+
+Floats = NDArray[np.floating[Any]]
+Bools = NDArray[np.bool_]
+
+# Columns are the x (right), y (down) and z (ahead) of a picture in the frame of the sensor that takes it.
+OPTICAL = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+def optical(mount: Pose) -> NDArray[np.float64]:
+    """(4, 4), from the optical frame of a camera to the frame in which it has a pose: T_BS of a data set."""
+    turn = np.eye(4)
+    turn[:3, :3] = OPTICAL
+    return np.asarray(mount.transform @ turn, np.float64)
+
+
+def camera(pose: Standpoint, mount: Pose = DOWN) -> NDArray[np.float64]:
+    """(3, 3) rotation from the optical frame of the camera to NED."""
+    return np.array(rotation(pose.roll, pose.pitch, pose.yaw)) @ optical(mount)[:3, :3]
+
+
+class Renderer:
+    """Draws `rows` and `columns` (see Lookup) of five or six faces of `width` px, all by default."""
+
+    def __init__(
+        self,
+        scene: Surroundings,
+        width: int,
+        faces: int = 5,
+        rows: Sequence[tuple[int, int]] = (),
+        columns: Sequence[tuple[int, int]] = (),
+        mount: Pose = DOWN,
+        lamps: Sequence[Lamp] = (),
+        snow: Snow | None = None,
+        caustics: Caustics | None = None,
+        landscape: Landscape | None = None,
+    ):
+        self.scene = scene
+        self.width = width
+        self.faces = rotations(faces)
+        self.rows, self.columns = (tuple(some) or ((0, width),) * faces for some in (rows, columns))
+        self.mount, self.lamps = mount, tuple(lamps)
+        self.snow, self.caustics = snow, caustics
+        self.caster, self.terrain = Caster(width), None
+        self.windows = list(zip(self.rows, self.columns, strict=True))
+        self.landscape = landscape or Landscape()
+        if self.landscape.relief is not None and isinstance(scene, Seabed):
+            self.terrain = Terrain(self.landscape.relief, width, self.faces, self.windows)
+
+    def render(
+        self, vehicle: Standpoint, gliders: Sequence[Glider] = (), flat: Sequence[Board] = ()
+    ) -> NDArray[np.uint32]:
+        """The atlas of the faces (see cube_faces.empty_atlas); the camera's height must be positive."""
+        atlas = empty_atlas(len(self.faces), self.width)
+        pose, eye = vehicle.carried(self.mount), camera(vehicle, self.mount)
+        turns, windows = eye @ self.faces, self.windows
+        lights = beams(self.lamps, vehicle.pose, self.mount)
+        pixels = atlas[:-1].view(np.uint8).reshape(len(turns), self.width, self.width, 4)
+        near = self._surroundings(atlas, eye, pose, lights)
+        where = pose.north, pose.east, pose.depth
+        here = replace(pose, height=self.landscape.height(*where, pose.height))
+        if self.caustics is not None and isinstance(self.scene, Seabed):
+            place, shown = (*where, here.height), self.scene.shown(here, lights)
+            for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
+                close = None if near is None else near[number]
+                self.caustics.lay(face, turn, window, self.caster.axis, place, pose.time, shown, close)
+        for board in flat:
+            offset = board.north - pose.north, board.east - pose.east, pose.height - board.rise
+            look, cover = (
+                self.scene.seen(here, offset, lights),
+                self._cover(pose, near, calibration_targets.lying(board, pose.depth + offset[2])),
+            )
+            for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
+                calibration_targets.draw(
+                    face, turn, window, board, offset, look, cover and partial(cover, number, turn)
+                )
+        for mug in _seen(pose, gliders):
+            look, cover = self.scene.seen(here, mug.centre, lights), self._cover(pose, near, _lying(mug, pose))
+            for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
+                draw(face, turn, window, mug, look, self.scene.sun, cover and partial(cover, number, turn))
+        if lights and isinstance(self.scene, Seabed):
+            for face, turn, (rows, columns) in zip(pixels, turns, windows, strict=True):
+                window = slice(*rows), slice(*columns)
+                water_optics.lay_over(face[window], self.scene.veil(here, turn, self.width, lights)[:, *window])
+        if self.snow is not None and isinstance(self.scene, Seabed):
+            flakes = self.snow.around(*where, here.height, pose.time)
+            shine = self.scene.afloat(here, flakes.points, lights)
+            for face, turn, window in zip(pixels, turns, windows, strict=True):
+                marine_snow.draw(face, turn, window, flakes, shine)
+        return atlas
+
+    def _surroundings(
+        self, atlas: NDArray[np.uint32], eye: NDArray[np.float64], pose: Standpoint, lights: Sequence[Beam]
+    ) -> NDArray[np.float32] | None:
+        """Draw what is around. Where it can hide bodies: 1 over its distance along the axis of each face (f, w, w)."""
+        scene, turns, position = self.scene, eye @ self.faces, (pose.north, pose.east)
+        if not isinstance(scene, Seabed) or (self.terrain is None and not self.landscape.walls):
+            self.caster.cast(atlas, turns, self.windows, scene.planes(pose, lights), position, pose.time)
+            return None
+        near = np.zeros((len(turns), self.width, self.width), dtype=np.float32)
+        if self.terrain is not None:
+            self.terrain.cast(atlas, near, eye, pose, scene, lights)
+        else:
+            planes = scene.planes(pose, lights)
+            self.caster.cast(atlas, turns, self.windows, planes, position, pose.time)
+            for turn, (rows, columns), close in zip(turns, self.windows, near, strict=True):
+                strip = slice(*rows), slice(*columns)
+                down = self.caster.affine(turn[2], strip)
+                below, above = (plane.distance for plane in planes)
+                close[strip] = np.where(down > 0.0, down / below, -down / above)
+        pixels = atlas[:-1].reshape(near.shape)
+        for wall in self.landscape.walls:
+            for face, close, turn, window in zip(pixels, near, turns, self.windows, strict=True):
+                walls.draw(face, close, turn, window, wall, pose, scene, lights)
+        return near
+
+    def _cover(
+        self, pose: Standpoint, near: NDArray[np.float32] | None, lying: Lying
+    ) -> Callable[[int, NDArray[np.float64], Pixels, Floats], Bools] | None:
+        """What tells which pixels of a body on a face, whose frame `turn` rotates to NED, are hidden."""
+        if near is None:
+            return None
+        place, bed = (pose.north, pose.east, pose.depth), self.landscape.bed(*lying)
+
+        def cover(number: int, turn: NDArray[np.float64], pixels: Pixels, body: Floats) -> Bools:
+            found = near[number][pixels] > body
+            (own,) = np.nonzero(found)
+            if own.size:
+                y, x = (self.caster.axis[each[own]].astype(np.float64) for each in pixels)
+                rays = turned(turn, np.stack((x, y, np.ones_like(x))))
+                found[own] = self.landscape.hides(place, rays, body[own], bed)
+            return found
+
+        return cover
+
+
+def _lying(mug: Mug, pose: Standpoint) -> Lying:
+    north, east, down = mug.centre
+    return lying(pose.north + north, pose.east + east, pose.depth + down, mug.heading, mug.length, mug.radius)
+
+
+def _seen(pose: Standpoint, gliders: Sequence[Glider]) -> list[Mug]:
+    """The gliders as seen from the camera, the farthest first; one at the camera's very place is not seen."""
+    mugs = [
+        Mug((g.north - pose.north, g.east - pose.east, pose.height - g.rise), g.heading, g.length, g.diameter / 2)
+        for g in gliders
+    ]
+    return sorted((mug for mug in mugs if any(mug.centre)), key=lambda mug: -float(np.linalg.norm(mug.centre)))
