@@ -4,9 +4,11 @@ import ast
 import importlib
 import pkgutil
 import re
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from types import FunctionType
 
+import grimp
 import pytest
 
 from runtime.vehicle import all_tasks
@@ -267,3 +269,39 @@ def test_what_tasks_share_has_those_users(trees):
             assert any(each == shared or each.startswith(f"{shared}.") for each in told), (
                 f"{user} does not use {shared}"
             )
+
+
+CIRCLES = {  # imports that close a circle, and why; all but one are for types only, and not made when a program runs
+    "imc.message -> imc.dict_codec": "methods of each message, imported when they are called",
+    "imc.compiler -> imc.message": "it compiles functions for messages, which need them to exist",
+    "imc.schema.classes -> imc.schema.schema": "a class knows the schema that it was made for",
+    "runtime.task.activation -> runtime.task.task": "a part of a task knows its task",
+    "runtime.task.handlers -> runtime.task.task": "a part of a task knows its task",
+    "runtime.task.logbook -> runtime.task.task": "a part of a task knows its task",
+    "runtime.task.script -> runtime.task.task": "a part of a task knows its task",
+    "runtime.task.task -> runtime.vehicle": "a task knows its vehicle",
+    "runtime.task.devices -> runtime.vehicle": "a task knows its vehicle",
+    "runtime.vehicle.fleet -> runtime.vehicle.vehicle": "a fleet joins vehicles, and a vehicle knows its fleet",
+    "runtime.vehicle.parameter_service -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
+    "runtime.vehicle.realtime_lag -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
+    "runtime.vehicle.sibling_processes -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
+    "runtime.vehicle.vehicle -> runtime.snapshot": "it holds the journals of its run, for whoever saves it",
+    "shoal.scenarios.stage -> shoal.scenarios.links": "it holds the channels of links, which are made for a stage",
+}
+TANGLED = "tasks.transports.mavlink_protocol."  # eight modules import each other, for types only
+
+
+def test_modules_import_each_other_in_a_circle_only_where_there_is_a_reason():
+    graph = grimp.build_graph(*PACKAGES, cache_dir=None)
+    imported = {
+        module: {
+            found
+            for found in graph.find_modules_directly_imported_by(module)
+            if f"{module} -> {found}" not in CIRCLES and not (module.startswith(TANGLED) and found.startswith(TANGLED))
+        }
+        for module in graph.modules
+    }
+    try:
+        TopologicalSorter(imported).prepare()
+    except CycleError as error:
+        pytest.fail(f"a circle of imports: {' imports '.join(reversed(error.args[1]))}")
