@@ -1,17 +1,17 @@
-"""MAVLink without sockets: messages, frames, .tlog files, and conversion to and from IMC."""
+"""MAVLink without sockets: messages, frames, signatures, modes, and the logs of ground stations and autopilots."""
 
-from mavlink import cameras, dataflash, from_dataflash, from_imc, from_ulog, instruments, text, ulog
+from mavlink import dataflash, positions, statustext, ulog
 from mavlink.dialect import Dialect, Fields, load_dialect
-from mavlink.dialogues import DialogueTranslator
 from mavlink.frames import LONGEST_DATAGRAM, Received, StreamSplitter, encode, split
-from mavlink.from_imc import SYSTEMS, system_of
-from mavlink.meanings import ENTITIES, Flight
+from mavlink.log_records import Record
 from mavlink.modes import (
     ARMED,
+    AUTOPILOT_NONE,
     CRITICAL,
     CUSTOM_MODE,
     EMERGENCY,
     FLAVOURS,
+    GROUND_STATION,
     KINDS,
     STANDARD_MODES,
     STANDBY,
@@ -23,11 +23,11 @@ from mavlink.modes import (
     mode_of,
     moving,
 )
-from mavlink.records import Record
+from mavlink.positions import Home
 from mavlink.signing import UNSIGNED, Signing, SigningTime, parse_key, read_key
-from mavlink.text import chunks
+from mavlink.statustext import chunks
+from mavlink.system_ids import SYSTEMS, system_of
 from mavlink.tlog import Recorded, Tlog
-from mavlink.to_imc import AUTOPILOT_NONE, GROUND_STATION, AutopilotTranslator
 
 __all__ = [
     "ARMED",
@@ -35,7 +35,6 @@ __all__ = [
     "CRITICAL",
     "CUSTOM_MODE",
     "EMERGENCY",
-    "ENTITIES",
     "FLAVOURS",
     "GROUND_STATION",
     "KINDS",
@@ -45,12 +44,10 @@ __all__ = [
     "STATUS",
     "SYSTEMS",
     "UNSIGNED",
-    "AutopilotTranslator",
     "Dialect",
-    "DialogueTranslator",
     "Fields",
     "Flavour",
-    "Flight",
+    "Home",
     "Kind",
     "Mode",
     "Received",
@@ -60,22 +57,18 @@ __all__ = [
     "SigningTime",
     "StreamSplitter",
     "Tlog",
-    "cameras",
     "chunks",
     "dataflash",
     "encode",
-    "from_dataflash",
-    "from_imc",
-    "from_ulog",
-    "instruments",
     "load_dialect",
     "mode_number",
     "mode_of",
     "moving",
     "parse_key",
+    "positions",
     "read_key",
     "split",
+    "statustext",
     "system_of",
-    "text",
     "ulog",
 ]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mavlink.records import Chain, Clock, Record
+from mavlink.log_records import Chain, Clock, Record
 
 HEAD = b"\xa3\x95"
 HEADER = len(HEAD) + 1

@@ -9,7 +9,7 @@ from functools import cached_property
 from operator import itemgetter
 from typing import Any
 
-from mavlink.additions import EXTENSIONS, MESSAGES, ExtraMessage
+from mavlink.extra_messages import EXTENSIONS, MESSAGES, ExtraMessage
 
 Value = int | float | bytes | Sequence[int] | Sequence[float]
 Fields = Mapping[str, Value]

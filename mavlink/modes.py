@@ -131,7 +131,8 @@ PX4_MODES: Mapping[Mode, tuple[int, ...]] = {
     Mode.LAND: (4 << 16 | 6 << 24,),
 }
 
-ARDUPILOT, PX4 = 3, 12  # MAV_AUTOPILOT
+ARDUPILOT, AUTOPILOT_NONE, PX4 = 3, 8, 12  # MAV_AUTOPILOT
+GROUND_STATION = 6  # MAV_TYPE
 PX4_NAMES: Mapping[tuple[int, int], str] = {
     (1, 0): "MANUAL",
     (2, 0): "ALTCTL",

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from mavlink.records import Chain, Clock, Record
+from mavlink.log_records import Chain, Clock, Record
 
 MAGIC = b"ULog\x01\x12\x35"
 BEGIN = struct.Struct("<7sBQ")  # magic, version, µs at the start

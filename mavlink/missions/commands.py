@@ -5,10 +5,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import imc
-from mavlink.missions.codes import PARAMETERS, POSITIONS, Command, MissionResult, Refusal
+from mavlink.missions.conversion_context import FARTHEST_UP, Settings
+from mavlink.missions.enums import PARAMETERS, POSITIONS, Command, MissionResult, Refusal
 from mavlink.missions.item import Item, to_float32
-from mavlink.missions.planner import LONGEST, WIDEST, Planner
-from mavlink.missions.settings import FARTHEST_UP, Settings
+from mavlink.missions.plan_builder import LONGEST, WIDEST, Planner
 
 STEEPEST, ROUND = 90.0, 360.0  # °
 SPEED_KINDS = (0, 1)  # of DO_CHANGE_SPEED: through the air or water, over ground

@@ -5,17 +5,9 @@ from collections.abc import Sequence
 from operator import mul
 
 import imc
-from mavlink.from_imc import degrees_e7
-from mavlink.missions.codes import (
-    FENCE_COMMANDS,
-    GLOBAL,
-    POSITIONS,
-    Command,
-    MissionResult,
-    MissionType,
-    Refusal,
-)
+from mavlink.missions.enums import FENCE_COMMANDS, GLOBAL, POSITIONS, Command, MissionResult, MissionType, Refusal
 from mavlink.missions.item import DEGREES, Item, to_float32
+from mavlink.positions import degrees_e7
 from support.wgs84 import displace, displacement
 
 CORNERS = 4

@@ -5,15 +5,15 @@ from typing import NamedTuple
 
 import imc
 from autonomy.plans import main_sequence
-from mavlink.from_imc import Home, degrees_e7
-from mavlink.missions.codes import GLOBAL, BadItem, Command
+from mavlink.missions.conversion_context import Settings
+from mavlink.missions.enums import GLOBAL, BadItem, Command
 from mavlink.missions.item import Item, first_item, to_float32
-from mavlink.missions.lister import Lister
-from mavlink.missions.losses import losses
-from mavlink.missions.settings import Settings
-from mavlink.missions.table import Table
+from mavlink.missions.item_builder import Lister
+from mavlink.missions.item_map import Table
+from mavlink.missions.lossiness import losses
 from mavlink.missions.to_plan import MOST_ITEMS, plan_of
 from mavlink.modes import Flavour
+from mavlink.positions import Home, degrees_e7
 
 
 class Listing(NamedTuple):

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from mavlink.dialect import Fields
-from mavlink.missions.codes import Command, MissionResult, MissionType, Refusal
+from mavlink.missions.enums import Command, MissionResult, MissionType, Refusal
 from mavlink.modes import Flavour
 
 LAYOUT = struct.Struct("<ffffIIfHBBBB")

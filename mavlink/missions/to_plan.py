@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
-from mavlink.missions.codes import MISSION, PARAMETERS, POSITIONS, Command, MissionResult, MissionType, Refusal
 from mavlink.missions.commands import COMMANDS, UNKNOWN
+from mavlink.missions.conversion_context import Settings
+from mavlink.missions.enums import MISSION, PARAMETERS, POSITIONS, Command, MissionResult, MissionType, Refusal
 from mavlink.missions.item import Item, first_item
-from mavlink.missions.planner import Converted, Planner
-from mavlink.missions.settings import Settings
+from mavlink.missions.plan_builder import Converted, Planner
 from mavlink.modes import Flavour
 
 MOST_ITEMS = 600  # a PlanSpecification of so many waypoints still fits a packet of IMC

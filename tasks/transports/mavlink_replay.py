@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import cast
 
 import imc
-from mavlink import KINDS, load_dialect, text
+from mavlink import KINDS, load_dialect, statustext
 from runtime import State, consume, param, periodic
 from tasks.transports.mavlink_protocol.figures import Heard
 from tasks.transports.mavlink_protocol.ground import CHANGES, GroundLinks
@@ -181,7 +181,7 @@ class MAVLinkReplay(GroundLinks):
         """Take an Abort of the log."""
         if self._identity is not None and self.logged.imc_id in (abort.src, abort.dst):
             self.autopilot.hear(abort, "", self._player.elapsed)
-            self.say(text.EMERGENCY, "Abort")
+            self.say(statustext.EMERGENCY, "Abort")
 
     def say(self, severity: int, words: str) -> None:
         if self._identity is not None:

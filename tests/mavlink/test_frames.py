@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as upstream
 
 from mavlink import StreamSplitter, encode, load_dialect, split
-from mavlink.additions import MESSAGES, ExtraMessage
+from mavlink.extra_messages import MESSAGES, ExtraMessage
 
 DIALECT = load_dialect()
 

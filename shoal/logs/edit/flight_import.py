@@ -6,7 +6,8 @@ from typing import Protocol
 
 import imc
 from imc.lsf import ReportProgress
-from mavlink import Flight, Record, dataflash, from_dataflash, from_ulog, load_dialect, ulog
+from mavlink import Record, dataflash, load_dialect, ulog
+from mavlink.translate import DataFlashTranslator, Flight, ULogTranslator, survey_dataflash, survey_ulog
 from shoal.logs.edit.imported import IMPOSSIBLE, Imported, NothingToImport, Skipped, SystemLog, open_writer
 
 
@@ -35,16 +36,16 @@ def import_dataflash(path: Path, folder: Path, system: str = "", progress: Repor
     the autopilot, and a note says so. Raises NothingToImport, OSError.
     """
     log = dataflash.DataFlash(path)
-    flight = from_dataflash.survey(log)
-    translator = from_dataflash.DataFlashTranslator(flight, load_dialect().enumerations)
+    flight = survey_dataflash(log)
+    translator = DataFlashTranslator(flight, load_dialect().enumerations)
     return _import(log, flight, translator, folder, system, progress)
 
 
 def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportProgress = lambda _: None) -> Imported:
     """The same for a ULog file of PX4. Raises BadULog too."""
     log = ulog.ULog(path)
-    flight = from_ulog.survey(log)
-    translator = from_ulog.ULogTranslator(flight)
+    flight = survey_ulog(log)
+    translator = ULogTranslator(flight)
     done = _import(log, flight, translator, folder, system, progress)
     if translator.dropped:
         done.notes.append(f"{path}: the autopilot missed {translator.dropped:.1f} s of its own log")

@@ -4,16 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from imc.lsf import ReportProgress
-from mavlink import (
-    AUTOPILOT_NONE,
-    GROUND_STATION,
-    AutopilotTranslator,
-    Dialect,
-    DialogueTranslator,
-    Received,
-    Tlog,
-    load_dialect,
-)
+from mavlink import AUTOPILOT_NONE, GROUND_STATION, Dialect, Received, Tlog, load_dialect
+from mavlink.translate import AutopilotTranslator, DialogueTranslator
 from shoal.logs.edit.imported import IMPOSSIBLE, Imported, NothingToImport, Skipped, SystemLog, open_writer
 
 AUTOPILOT = 1  # component

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 
 import imc
-from mavlink import AutopilotTranslator, Dialect, Received
+from mavlink import Dialect, Received
+from mavlink.translate import AutopilotTranslator
 from tasks.control.autopilot.clock import RemoteClock
 from tasks.control.autopilot.connection import ESSENTIAL
 from tasks.control.autopilot.leg import Whereabouts

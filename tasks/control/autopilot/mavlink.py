@@ -6,7 +6,8 @@ from pathlib import Path
 
 import imc
 from autonomy.control import EnabledLoops
-from mavlink import ARMED, ENTITIES, Fields, Received, Signing, SigningTime, load_dialect, read_key, system_of
+from mavlink import ARMED, Fields, Received, Signing, SigningTime, load_dialect, read_key, system_of
+from mavlink.translate import ENTITIES
 from runtime import ParameterError, State, Task, consume, expect, param, periodic
 from runtime.vehicle import general_number
 from tasks.control.autopilot.address import open_device, parse_place

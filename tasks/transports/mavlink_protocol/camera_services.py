@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from mavlink import Received, text
+from mavlink import Received, statustext
 from tasks.transports.mavlink_protocol import inquiries
 from tasks.transports.mavlink_protocol.cameras import Camera
 from tasks.transports.mavlink_protocol.commands import obey
@@ -108,7 +108,7 @@ def _set(session: Session, camera: Camera, message: Received, now: float) -> Non
         wanted = setting.wanted(_raw_value(message), values["param_type"])
     except ValueError as error:
         acknowledge_setting(session, setting, REFUSED)
-        session.say(text.WARNING, f"{camera.label}, {setting.parameter.name}: {error}", now)
+        session.say(statustext.WARNING, f"{camera.label}, {setting.parameter.name}: {error}", now)
         return
     camera.change(setting, wanted, session, now)
 

@@ -3,7 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from mavlink import Fields, Flavour, cameras, from_imc
+from mavlink import Fields, Flavour
+from mavlink.translate import cameras_from_imc, from_imc
 from tasks.transports.mavlink_protocol.camera_definition import version_of
 from tasks.transports.mavlink_protocol.streams import Built, Stream
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
@@ -15,26 +16,26 @@ Build = Callable[["Camera", MavlinkSystem, float], Built]
 
 
 def _heartbeat(camera: "Camera", system: MavlinkSystem, now: float) -> Fields:
-    return cameras.heartbeat(camera.status)
+    return cameras_from_imc.heartbeat(camera.status)
 
 
 def _information(camera: "Camera", system: MavlinkSystem, now: float) -> Fields:
     time = from_imc.boot_ms(now, system.boot)
     described = f"mftp://[;comp=1]/{camera.definition_file}", version_of(camera.definition)
-    return cameras.information(camera.label, camera.resolution, camera.flags, described, time)
+    return cameras_from_imc.information(camera.label, camera.resolution, camera.flags, described, time)
 
 
 def _settings(camera: "Camera", system: MavlinkSystem, now: float) -> Fields:
-    return cameras.settings(from_imc.boot_ms(now, system.boot))
+    return cameras_from_imc.settings(from_imc.boot_ms(now, system.boot))
 
 
 def _storage(camera: "Camera", system: MavlinkSystem, now: float) -> Fields:
-    return cameras.storage(*camera.disk, from_imc.boot_ms(now, system.boot))
+    return cameras_from_imc.storage(*camera.disk, from_imc.boot_ms(now, system.boot))
 
 
 def _capture_status(camera: "Camera", system: MavlinkSystem, now: float) -> Fields:
     time, free = from_imc.boot_ms(now, system.boot), camera.disk[2]
-    return cameras.capture_status(camera.image_status, camera.image_interval, camera.taken, free, time)
+    return cameras_from_imc.capture_status(camera.image_status, camera.image_interval, camera.taken, free, time)
 
 
 def _captured(camera: "Camera", system: MavlinkSystem, now: float) -> Fields | None:
@@ -47,11 +48,11 @@ def _video(camera: "Camera", system: MavlinkSystem, now: float) -> Fields | None
 
 def _geo_status(camera: "Camera", system: MavlinkSystem, now: float) -> Fields | None:
     found = camera.tracked(now)
-    return cameras.geo_status(found) if found is not None else None
+    return cameras_from_imc.geo_status(found) if found is not None else None
 
 
 def _markers(camera: "Camera", system: MavlinkSystem, now: float) -> Sequence[Fields]:
-    return [cameras.marker(found, f"MUG {found.number}", system.system, now) for found in camera.marked(now)]
+    return [cameras_from_imc.marker(found, f"MUG {found.number}", system.system, now) for found in camera.marked(now)]
 
 
 PICTURES: Sequence[tuple[str, float, str, Build]] = (

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import imc
-from mavlink import CRITICAL, STANDBY, Fields, cameras, from_imc
+from mavlink import CRITICAL, STANDBY, Fields
+from mavlink.translate import cameras_from_imc, from_imc
 from runtime import Task
 from runtime.task import State
 from support import wgs84
@@ -60,8 +61,8 @@ class Camera:
         self._task = task
         self._root = root
         self._left = 0.0
-        self._pictures: deque[cameras.Picture] = deque(maxlen=REMEMBERED)
-        self._found: dict[int, cameras.Detection] = {}
+        self._pictures: deque[cameras_from_imc.Picture] = deque(maxlen=REMEMBERED)
+        self._found: dict[int, cameras_from_imc.Detection] = {}
         self.asked: dict[tuple[Session, str], Asked] = {}
         self.streams: Mapping[str, Stream] = camera_streams(self)
         self.rates = {name: float(stream.rate) for name, stream in self.streams.items()}
@@ -109,8 +110,8 @@ class Camera:
     @property
     def flags(self) -> int:
         """CAMERA_CAP_FLAGS."""
-        can = cameras.CAPTURES * self.takes_pictures | cameras.STREAMS * bool(self.video)
-        return can | cameras.DETECTS * self.detects
+        can = cameras_from_imc.CAPTURES * self.takes_pictures | cameras_from_imc.STREAMS * bool(self.video)
+        return can | cameras_from_imc.DETECTS * self.detects
 
     @property
     def status(self) -> int:
@@ -118,13 +119,13 @@ class Camera:
         state = self._task.entity.state
         if state in (State.ERROR, State.FAILURE):
             return CRITICAL
-        return cameras.ACTIVE if state == State.NORMAL else STANDBY
+        return cameras_from_imc.ACTIVE if state == State.NORMAL else STANDBY
 
     @property
     def image_status(self) -> int:
         if self.saves_all or self._left > 1.0:
-            return cameras.SERIES
-        return cameras.ONE if self._left else cameras.IDLE
+            return cameras_from_imc.SERIES
+        return cameras_from_imc.ONE if self._left else cameras_from_imc.IDLE
 
     @property
     def image_interval(self) -> float:
@@ -141,7 +142,7 @@ class Camera:
 
     def video_fields(self) -> Fields:
         rate, angle = self._value("Frame Rate") or 0.0, self._value("Field of View") or 0.0
-        return cameras.video(self.label, self.video, rate, self.resolution, angle)
+        return cameras_from_imc.video(self.label, self.video, rate, self.resolution, angle)
 
     def order(self, system: MavlinkSystem, count: int, interval: float) -> None:
         """Ask for `count` pictures, `interval` s apart; 0: until they are stopped."""
@@ -187,7 +188,7 @@ class Camera:
         roll, pitch, yaw = map(math.radians, angles)
         if place is None or not all(map(math.isfinite, (time, roll, pitch, yaw))):
             return None
-        self._pictures.append(cameras.Picture(given.get("file", ""), time, place, (roll, pitch, yaw)))
+        self._pictures.append(cameras_from_imc.Picture(given.get("file", ""), time, place, (roll, pitch, yaw)))
         self.taken += 1
         self._left = max(0.0, self._left - 1.0)
         return self.taken - 1
@@ -199,7 +200,7 @@ class Camera:
             return None
         picture = self._pictures[index - oldest]
         url = f"mftp://[;comp=1]/logs/{picture.file}"
-        return cameras.image_captured(picture, index, url, from_imc.boot_ms(picture.time, boot))
+        return cameras_from_imc.image_captured(picture, index, url, from_imc.boot_ms(picture.time, boot))
 
     @property
     def latest_file(self) -> Path | None:
@@ -222,14 +223,14 @@ class Camera:
         self._found.pop(mug.id, None)
         while len(self._found) >= MOST_OBJECTS:
             del self._found[next(iter(self._found))]
-        self._found[mug.id] = cameras.Detection(mug.id, lat, lon, here.altitude - below, distance, now)
+        self._found[mug.id] = cameras_from_imc.Detection(mug.id, lat, lon, here.altitude - below, distance, now)
 
-    def tracked(self, now: float) -> cameras.Detection | None:
+    def tracked(self, now: float) -> cameras_from_imc.Detection | None:
         """What was detected last, while that is not long ago."""
         latest = next(reversed(self._found.values()), None)
         return latest if latest is not None and now - latest.time < ACTIVE else None
 
-    def marked(self, now: float) -> Iterable[cameras.Detection]:
+    def marked(self, now: float) -> Iterable[cameras_from_imc.Detection]:
         """What is shown on maps."""
         return [found for found in self._found.values() if now - found.time < LASTING] if self.marks() else []
 
@@ -250,7 +251,7 @@ def find_cameras(
     found.sort(key=lambda task: task.entity.label)
     return [
         Camera(component, task, root, videos.get(task.entity.label, ""), marks)
-        for component, task in zip(cameras.COMPONENTS, found, strict=False)
+        for component, task in zip(cameras_from_imc.COMPONENTS, found, strict=False)
     ]
 
 

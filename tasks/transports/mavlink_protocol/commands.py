@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink import Received, text
+from mavlink import Received, statustext
 from tasks.transports.mavlink_protocol import inquiries, steering
 from tasks.transports.mavlink_protocol.orders import REPEATED, Dialogue, Order, Reply, Result, order_of
 from tasks.transports.mavlink_protocol.session import Session
@@ -60,7 +60,7 @@ def acknowledge(session: Session, message: Received, reply: Reply, now: float) -
     progress = 255 if reply.result is Result.IN_PROGRESS else 0
     session.answer(message, "COMMAND_ACK", command=message.values["command"], result=reply.result, progress=progress)
     if reply.reason:
-        session.say(text.WARNING, reply.reason, now)
+        session.say(statustext.WARNING, reply.reason, now)
 
 
 def _unsupported(session: Session, order: Order, now: float) -> Reply:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 
 import imc
-from mavlink import text
+from mavlink import statustext
 from support import wgs84
 from tasks.transports.mavlink_protocol.camera_services import acknowledge_setting, show_picture, show_setting
 from tasks.transports.mavlink_protocol.cameras import TAKEN, Asked, Camera
@@ -54,7 +54,7 @@ class Gallery:
         if len(self._detected) >= DETECTIONS:
             self._detected.clear()
         self._detected[mug.id] = now
-        self._system.say(text.NOTICE, f"DETECT MUG {mug.id} " + self._place(mug.x, mug.y))
+        self._system.say(statustext.NOTICE, f"DETECT MUG {mug.id} " + self._place(mug.x, mug.y))
 
     def _place(self, north: float, east: float) -> str:
         """Latitude and longitude (degrees) of a point at an offset (m) from the vehicle; the offset if unknown."""

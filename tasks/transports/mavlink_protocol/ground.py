@@ -6,7 +6,7 @@ from typing import get_args
 
 import imc
 from imc.discovery import Service
-from mavlink import KINDS, SYSTEMS, Received, text
+from mavlink import KINDS, SYSTEMS, Received, statustext
 from mavlink.missions import first_item
 from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
@@ -217,7 +217,7 @@ class GroundLinks(Task):
         if message.name == "DATA_TRANSMISSION_HANDSHAKE":
             self.studio.hear(session, message, self.now)
         if message.name == "SETUP_SIGNING":
-            session.say(text.WARNING, "No keys over the air: give the link a key file", self.now)
+            session.say(statustext.WARNING, "No keys over the air: give the link a key file", self.now)
         elif not (session.low and message.name == "REQUEST_DATA_STREAM"):  # stations ask for all at 4 Hz, unasked
             for part in parts or (session,):
                 (serve if part.camera is None else serve_camera)(part, message, self.now)
@@ -260,12 +260,12 @@ class GroundLinks(Task):
     def note_abort(self, abort: imc.Abort) -> None:
         if self.addressed(abort):
             self.autopilot.hear(abort, "", self.now)
-            self.say(text.EMERGENCY, "Abort")
+            self.say(statustext.EMERGENCY, "Abort")
 
     @consume
     def tell(self, entry: imc.LogBookEntry) -> None:
-        severity = text.SEVERITY.get(entry.type, text.INFO)
-        if severity != text.DEBUG:
+        severity = statustext.SEVERITY.get(entry.type, statustext.INFO)
+        if severity != statustext.DEBUG:
             self.say(severity, entry.text)
 
     @consume

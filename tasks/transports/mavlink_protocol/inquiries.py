@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink import text
+from mavlink import statustext
 from tasks.transports.mavlink_protocol.orders import DONE, Order, Reply, Result
 from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, Session
 
@@ -11,7 +11,7 @@ MESSAGE_INTERVAL = 244
 
 
 def send_banner(session: Session, now: float) -> None:
-    session.say(text.INFO, session.flavour.banner(session.autopilot.kind), now)
+    session.say(statustext.INFO, session.flavour.banner(session.autopilot.kind), now)
 
 
 def _offered(session: Session, number: int | None) -> str:

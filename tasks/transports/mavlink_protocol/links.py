@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from mavlink import UNSIGNED, Received, Signing, StreamSplitter, split, text
+from mavlink import UNSIGNED, Received, Signing, StreamSplitter, split, statustext
 from runtime.devices import DeviceOwner
 from tasks.transports.mavlink_protocol.keys import Keys
 from tasks.transports.mavlink_protocol.routes import Route
@@ -60,7 +60,7 @@ class Link:
         self._host = host
         self._warned = False
         self._named: set[str] = set()
-        self._strangers = text.Tap(DATAGRAMS_PER_SECOND / host.speed, DATAGRAM_BURST, 0.0)
+        self._strangers = statustext.Tap(DATAGRAMS_PER_SECOND / host.speed, DATAGRAM_BURST, 0.0)
 
     def open(self) -> None:
         """Open it; if that fails, the reason is logged once, and it may be called again."""
@@ -115,7 +115,7 @@ class Link:
         self.counts["malformed"] += damages + (not data)
         return self.accept(peer, found, tap)
 
-    def accept(self, peer: Peer, messages: list[Received], tap: text.Tap) -> int:
+    def accept(self, peer: Peer, messages: list[Received], tap: statustext.Tap) -> int:
         """Obey messages, except those that are not signed as they should be; returns how many there were."""
         good = 0
         for place, message in enumerate(messages):

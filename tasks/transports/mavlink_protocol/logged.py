@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import imc
 from imc.discovery import Services
 from imc.lsf import Log
-from mavlink import KINDS, Flavour, Mode, from_imc, mode_number, system_of
+from mavlink import KINDS, Flavour, Mode, mode_number, system_of
+from mavlink.translate import from_imc
 from runtime.logs import SystemNames
 from runtime.profile import read_sections
 from runtime.task import Entity, State

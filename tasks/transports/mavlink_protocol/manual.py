@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 import imc
-from mavlink import Mode, Received, text
+from mavlink import Mode, Received, statustext
 
 if TYPE_CHECKING:
     from tasks.transports.mavlink_protocol.session import Session
@@ -48,7 +48,7 @@ def _send(session: "Session", message: Received, *, thrust: float, turn: float, 
         return
     steersman = id(session), message.system, message.component
     if not system.steered_by(steersman, now):
-        session.say(text.WARNING, STRANGER, now)
+        session.say(statustext.WARNING, STRANGER, now)
         return
     axes = {"Heading": turn, "Thrust": thrust} | ({"Pitch": pitch} if system.dives else {})
     actions = ";".join(f"{name}={round(share * RANGE)}" for name, share in axes.items())

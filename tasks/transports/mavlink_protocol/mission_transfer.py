@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
-from mavlink import Received, text
+from mavlink import Received, statustext
 from mavlink.missions import MOST_ITEMS, BadItem, Item, MissionResult, MissionType, first_item
 from tasks.transports.mavlink_protocol.helm import Outcome
 from tasks.transports.mavlink_protocol.mission import Mission
@@ -99,7 +99,9 @@ class MissionTransfer:
             upload.tries += 1
             if upload.tries > RETRIES:
                 self._finish(upload, MissionResult.OPERATION_CANCELLED, now)
-                upload.session.say(text.WARNING, f"Mission upload ended: item {len(upload.items)} did not come", now)
+                upload.session.say(
+                    statustext.WARNING, f"Mission upload ended: item {len(upload.items)} did not come", now
+                )
             else:
                 self._ask(upload, now)
 
@@ -156,7 +158,7 @@ class MissionTransfer:
             acknowledge(session, message, MissionResult.DENIED)
         elif count > MOST_ITEMS:
             acknowledge(session, message, MissionResult.NO_SPACE)
-            session.say(text.WARNING, f"A mission has at most {MOST_ITEMS} items, not {count}", now)
+            session.say(statustext.WARNING, f"A mission has at most {MOST_ITEMS} items, not {count}", now)
         else:
             self._begin(Upload(session, message, kind, [], 0, count, now), now)
 
@@ -233,10 +235,10 @@ class MissionTransfer:
 
         def judge(outcome: Outcome) -> None:
             if not outcome.done:
-                session.say(text.WARNING, f"Cannot go on at item {seq}: {outcome.reason}", now)
+                session.say(statustext.WARNING, f"Cannot go on at item {seq}: {outcome.reason}", now)
 
         if not self.mission.choose(number_of(seq, session), judge, now):
-            session.say(text.WARNING, f"No item from {seq} on moves the vehicle", now)
+            session.say(statustext.WARNING, f"No item from {seq} on moves the vehicle", now)
         session.send_now("MISSION_CURRENT", now)
 
     def _is_busy(self, session: "Session", message: Received, kind: int) -> bool:
@@ -268,7 +270,7 @@ class MissionTransfer:
 
     def _stored(self, upload: Upload, outcome: Outcome, now: float) -> None:
         self._finish(upload, MissionResult.ACCEPTED if outcome.done else MissionResult.ERROR, now)
-        say = partial(upload.session.say, text.WARNING, now=now)
+        say = partial(upload.session.say, statustext.WARNING, now=now)
         if not outcome.done:
             say(f"Mission refused: {outcome.reason}")
         elif self.mission.is_obsolete:
@@ -283,7 +285,7 @@ class MissionTransfer:
 
     def _refuse(self, upload: Upload, bad: BadItem, now: float) -> None:
         self._finish(upload, bad.result, now)
-        upload.session.say(text.WARNING, f"Mission refused: {bad}", now)
+        upload.session.say(statustext.WARNING, f"Mission refused: {bad}", now)
 
     def _finish(self, upload: Upload, result: int, now: float) -> None:
         if self._uploads.get(upload.kind) is not upload:

@@ -4,7 +4,8 @@ import math
 from typing import NamedTuple
 
 import imc
-from mavlink import Fields, instruments
+from mavlink import Fields
+from mavlink.translate import sensors_from_imc
 from tasks.transports.imc_links.message_list import message_named
 from tasks.transports.mavlink_protocol.figures import Figures
 
@@ -27,7 +28,7 @@ class NamedValue(NamedTuple):
         found = figures.by_label(self.kind)
         message = found.get(self.label) if self.label else next(reversed(found.values()), None)
         value = float(getattr(message, self.field)) if message is not None else math.nan
-        return instruments.named_value(self.name, value, now, boot) if math.isfinite(value) else None
+        return sensors_from_imc.named_value(self.name, value, now, boot) if math.isfinite(value) else None
 
 
 def parse_named_value(text: str) -> NamedValue:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from mavlink import Received, text
+from mavlink import Received, statustext
 from mavlink.missions import MissionResult
 from tasks.transports.mavlink_protocol.mission_transfer import acknowledge
 
@@ -21,7 +21,7 @@ def refuse(session: "Session", message: Received, now: float) -> bool:
     if answer is None:
         return True  # a stick is sent many times a second: the refused mode was told
     answer(session, message)
-    session.say(text.WARNING, reason, now)
+    session.say(statustext.WARNING, reason, now)
     return True
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink import Mode, Received, text
+from mavlink import Mode, Received, statustext
 from mavlink.missions import BadItem, Item, MissionResult
 from tasks.transports.mavlink_protocol.commands import obey
 from tasks.transports.mavlink_protocol.errands import NO_PLACE, go
@@ -40,7 +40,7 @@ def _go(session: Session, message: Received, now: float) -> None:
         done = reply.result is Result.ACCEPTED
         acknowledge(session, message, MissionResult.ACCEPTED if done else MissionResult.ERROR)
         if reply.reason:
-            session.say(text.WARNING, reply.reason, now)
+            session.say(statustext.WARNING, reply.reason, now)
 
     try:
         item = (Item.of_legacy if message.name == "MISSION_ITEM" else Item.of)(message.values)
@@ -68,7 +68,7 @@ def _timesync(session: Session, message: Received, now: float) -> None:
 def _set_mode(session: Session, message: Received, now: float) -> None:
     def finish(reply: Reply) -> None:
         if reply.result is not Result.ACCEPTED:
-            session.say(text.WARNING, reply.reason, now)
+            session.say(statustext.WARNING, reply.reason, now)
 
     session.autopilot.orders += 1
     number = message.values["custom_mode"]
@@ -110,7 +110,7 @@ def _set_parameter(session: Session, message: Received, now: float) -> None:
     except Refusal as refusal:
         session.answer(message, "PARAM_ERROR", param_id=name, param_index=entry.index, error=refusal.code)
         session.send_parameter(entry)
-        session.say(text.WARNING, f"{_plain(entry)}: {refusal}", now)
+        session.say(statustext.WARNING, f"{_plain(entry)}: {refusal}", now)
         return
     session.autopilot.set_parameter(entry, wanted)
 
@@ -129,7 +129,7 @@ def _manual_control(session: Session, message: Received, now: float) -> None:
     def act(action: str) -> None:
         def finish(reply: Reply) -> None:
             if reply.reason:
-                session.say(text.WARNING, reply.reason, now)
+                session.say(statustext.WARNING, reply.reason, now)
 
         system.orders += 1
         if action == "abort":
@@ -157,7 +157,7 @@ def _transfer(session: Session, message: Received, now: float) -> None:
 
 
 def _erase_logs(session: Session, message: Received, now: float) -> None:
-    session.say(text.WARNING, "Logs are not erased by ground stations", now)
+    session.say(statustext.WARNING, "Logs are not erased by ground stations", now)
 
 
 SERVICES: Mapping[str, Callable[[Session, Received, float], None]] = {

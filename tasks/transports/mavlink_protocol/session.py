@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from mavlink import Fields, Flavour, Received, encode, text
+from mavlink import Fields, Flavour, Received, encode, statustext
 from tasks.transports.mavlink_protocol.cameras import Camera
 from tasks.transports.mavlink_protocol.orders import Dialogue
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry
@@ -68,7 +68,7 @@ class Session:
         self.heard_at = now
         self.contact = False
         self.receipts = Receipts(speed)
-        self.admit = text.Tap(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
+        self.admit = statustext.Tap(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
         self.patience = (LOW_PATIENCE if low else PATIENCE) * speed
         self.speed = speed
         self._transmit = transmit
@@ -85,7 +85,7 @@ class Session:
         self._reading_due = now
         self._reading_period = max(FILE_PERIOD, AT_ONCE * PART / (SHARE * line)) * speed
         rate, burst = (LOW_CHUNKS_PER_SECOND, LOW_CHUNK_BURST) if low else (TEXTS_PER_SECOND, TEXT_BURST)
-        self._texts = text.Tap(rate / speed, burst, now)
+        self._texts = statustext.Tap(rate / speed, burst, now)
         self._text_number = 0
         self._last_text = (now, "")
 
@@ -203,7 +203,7 @@ class Session:
 
     def _chunks(self, severity: int, words: str) -> list[Fields]:
         self._text_number = self._text_number % 0xFFFF + 1
-        return text.chunks(severity, words, self._text_number)
+        return statustext.chunks(severity, words, self._text_number)
 
     def _say(self, chunks: list[Fields]) -> None:
         for fields in chunks:

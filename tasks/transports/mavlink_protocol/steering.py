@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, from_imc, moving
+from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, moving, positions
 from mavlink.missions import Command, first_item
 from support import wgs84
 from tasks.transports.mavlink_protocol.errands import (
@@ -228,7 +228,7 @@ def _set_home(session: Session, order: Order, now: float) -> Reply:
         altitude += here.altitude - here.relative
     elif order.frame is not None and order.frame not in GLOBAL_FRAMES:
         return Reply(Result.UNSUPPORTED_FRAME, f"Home denied: frame {order.frame} has no meaning for it")
-    home = from_imc.home_at(lat, lon, altitude, afloat=system.kind.afloat, undulation=system.undulation)
+    home = positions.home_at(lat, lon, altitude, afloat=system.kind.afloat, undulation=system.undulation)
     if home is None:
         return Reply(Result.DENIED, "Home denied: it has no latitude, longitude and altitude on earth")
     away = math.hypot(*wgs84.displacement(here.lat, here.lon, 0.0, lat, lon, 0.0))

@@ -6,8 +6,9 @@ from typing import NamedTuple
 from zlib import crc32
 
 import imc
-from mavlink import ARMED, CUSTOM_MODE, Fields, Flavour, Mode, from_imc, instruments
+from mavlink import ARMED, CUSTOM_MODE, Fields, Flavour, Mode
 from mavlink.missions import first_item, opaque_id
+from mavlink.translate import from_imc, sensors_from_imc
 from support import wgs84
 from tasks.transports.mavlink_protocol.figures import value_of
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
@@ -74,7 +75,7 @@ def _system_time(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
 
 def _gps_raw(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
     fix = system.figures.latest(imc.GpsFix)
-    return instruments.gps_raw(fix, system.last_fix, system.undulation) if fix is not None else None
+    return sensors_from_imc.gps_raw(fix, system.last_fix, system.undulation) if fix is not None else None
 
 
 def _attitude(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
@@ -84,7 +85,7 @@ def _attitude(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
 
 def _attitude_quaternion(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
     state = system.figures.state
-    return instruments.attitude_quaternion(state, system.time(state)) if state is not None else None
+    return sensors_from_imc.attitude_quaternion(state, system.time(state)) if state is not None else None
 
 
 def _global_position(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
@@ -104,7 +105,7 @@ def _hud(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
 
 def _altitude(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
     found = system.place()
-    return instruments.altitude(*found, system.home) if found and system.home else None
+    return sensors_from_imc.altitude(*found, system.home) if found and system.home else None
 
 
 def _mission_current(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
@@ -132,7 +133,7 @@ def _path_control(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields
     if not all(map(math.isfinite, (north, east, path.course_error, path.y, state.phi, state.theta, state.psi))):
         return None
     bearing = math.atan2(east, north), math.hypot(north, east)
-    return instruments.path_control(path, state, bearing, (path.z, 0.0))
+    return sensors_from_imc.path_control(path, state, bearing, (path.z, 0.0))
 
 
 def _batteries(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields]:
@@ -142,7 +143,7 @@ def _batteries(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields
     temperatures = figures.by_label(imc.Temperature)
     labels = sorted(label for label in voltages if system.figures.powers(label))[:MOST_BATTERIES]
     return [
-        instruments.battery(
+        sensors_from_imc.battery(
             number,
             voltages[label].value,
             value_of(currents.get(label)),
@@ -178,16 +179,16 @@ def _pressure(system: MavlinkSystem, now: float, *, deep: bool) -> Fields | None
         return None
     label, latest = found[-1]
     warm = value_of(system.figures.by_label(imc.Temperature).get(label))
-    return instruments.pressure(latest.value, warm, from_imc.boot_ms(now, system.boot))
+    return sensors_from_imc.pressure(latest.value, warm, from_imc.boot_ms(now, system.boot))
 
 
 def _distances(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields]:
     """The altitude above the bottom or ground, and what is ahead."""
     state, time = system.figures.state, from_imc.boot_ms(now, system.boot)
-    found = [instruments.distance(state.alt, instruments.DOWN, 0, time)] if state is not None else []
+    found = [sensors_from_imc.distance(state.alt, sensors_from_imc.DOWN, 0, time)] if state is not None else []
     ahead = [m for label, m in system.figures.by_label(imc.Distance).items() if "Echo Sounder" in label]
     valid = [m.value for m in ahead if m.validity == imc.Distance.Validity.VALID]
-    found += [instruments.distance(value, instruments.FORWARD, 1, time) for value in valid[-1:]]
+    found += [sensors_from_imc.distance(value, sensors_from_imc.FORWARD, 1, time) for value in valid[-1:]]
     return [fields for fields in found if fields is not None]
 
 
@@ -197,23 +198,23 @@ def _inertial(system: MavlinkSystem) -> list[imc.Message | None]:
 
 
 def _raw_imu(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
-    return instruments.raw_imu(_inertial(system), now)
+    return sensors_from_imc.raw_imu(_inertial(system), now)
 
 
 def _highres_imu(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
-    return instruments.highres_imu(_inertial(system), now)
+    return sensors_from_imc.highres_imu(_inertial(system), now)
 
 
 def _estimator(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
     uncertainty = system.figures.latest(imc.NavigationUncertainty)
     if uncertainty is None:
         return None
-    return instruments.estimator_status(uncertainty, located=system.located, time=now)
+    return sensors_from_imc.estimator_status(uncertainty, located=system.located, time=now)
 
 
 def _water_depth(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
     found = system.place()
-    return instruments.water_depth(*found, system.time(found[0])) if found and system.kind.afloat else None
+    return sensors_from_imc.water_depth(*found, system.time(found[0])) if found and system.kind.afloat else None
 
 
 def _named_values(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields]:
@@ -248,7 +249,7 @@ def _current_mode(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields
 
 def _high_latency(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
     state, place = system.place() or (None, None)
-    measured = instruments.high_latency(
+    measured = sensors_from_imc.high_latency(
         state, place, system.figures.airspeed, system.figures.throttle, system.figures.fuel
     )
     number = system.custom_mode(flavour)

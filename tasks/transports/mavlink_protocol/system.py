@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import imc
-from mavlink import Dialect, Flavour, Kind, Mode, from_imc, instruments, mode_of, moving, text
+from mavlink import Dialect, Flavour, Kind, Mode, mode_of, moving, positions, statustext
 from mavlink.missions import Settings
+from mavlink.translate import from_imc, sensors_from_imc
 from runtime.task import Entity
 from tasks.transports.mavlink_protocol.figures import Figures
 from tasks.transports.mavlink_protocol.file_tree import FileTree
@@ -98,7 +99,7 @@ class MavlinkSystem:
         self.figures = Figures(lambda: [entity.label for entity in self.entities()])
         self.limits = Limits(self.figures, most)
         self.rates = rates
-        self.home: from_imc.Home | None = None
+        self.home: positions.Home | None = None
         self.last_fix: imc.GpsFix | None = None
         self.armed = False
         self.held = False
@@ -135,9 +136,9 @@ class MavlinkSystem:
             case imc.EstimatedState() if self.health.aligned and (
                 self.home is None or self.home.lat == self.home.lon == 0.0
             ):
-                home = from_imc.home_of(message, afloat=self.kind.afloat, undulation=self.undulation)
+                home = positions.home_of(message, afloat=self.kind.afloat, undulation=self.undulation)
                 self.home = home or self.home
-            case imc.GpsFix() if instruments.has_position(message):
+            case imc.GpsFix() if sensors_from_imc.has_position(message):
                 self.last_fix = message
             case imc.PlanControlState():
                 self.mission.hear(message, now)
@@ -169,7 +170,7 @@ class MavlinkSystem:
             if outcome.done:
                 then(outcome)
             else:
-                self.say(text.WARNING, f"Cannot hold, stopping: {outcome.reason}")
+                self.say(statustext.WARNING, f"Cannot hold, stopping: {outcome.reason}")
                 self.helm.stop(now, then)
 
         station = self._station()
@@ -183,7 +184,7 @@ class MavlinkSystem:
         abort = imc.Abort(dst=self.imc_id)
         self.publish(abort)
         self.hear(abort, "", now)  # a task does not hear itself
-        self.say(text.EMERGENCY, "Abort")
+        self.say(statustext.EMERGENCY, "Abort")
 
     @property
     def _is_submerged(self) -> bool:
@@ -296,7 +297,7 @@ class MavlinkSystem:
         """Why the vehicle cannot be armed; empty if it can."""
         return self.health.obstacle(self.figures.vehicle)
 
-    def place(self) -> tuple[imc.EstimatedState, from_imc.Position] | None:
+    def place(self) -> tuple[imc.EstimatedState, positions.Position] | None:
         """The present estimate and its position; None if it is missing, old or impossible, or never was aligned."""
         state = self.figures.state if self.health.aligned else None
         place = self.position(state) if state is not None else None
@@ -313,11 +314,11 @@ class MavlinkSystem:
         found = self.place()
         return None if found is None else self.limits.holds(found[1].lat, found[1].lon)
 
-    def position(self, state: imc.EstimatedState) -> from_imc.Position | None:
+    def position(self, state: imc.EstimatedState) -> positions.Position | None:
         """The position in an estimate; None if it is impossible, or home is unknown."""
         if self.home is None:
             return None
-        return from_imc.place_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
+        return positions.place_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
 
     def remember(self, severity: int, words: str) -> None:
         """Keep a notice for ground stations that connect later."""

@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import imc
-from mavlink import Mode, Received, from_imc, text
+from mavlink import Mode, Received, positions, statustext
 from mavlink.missions import MissionResult, Refusal
 from support import wgs84
 from tasks.transports.mavlink_protocol.helm import Outcome, chain
@@ -46,7 +46,7 @@ class Target:
             else:
                 self._reference, self._steers = self._reference_of(message), False
         except Refusal as refusal:
-            session.say(text.WARNING, f"Target refused: {refusal}", now)
+            session.say(statustext.WARNING, f"Target refused: {refusal}", now)
             return
         self._heard = now
         system = self._system
@@ -56,7 +56,7 @@ class Target:
             if now - self._told >= SOON:
                 self._tell(now)
         elif system.chosen is Mode.GUIDED and system.mode in (Mode.HOLD, Mode.GUIDED):
-            self.follow(lambda reply: session.say(text.WARNING, reply.reason, now) if reply.reason else None, now)
+            self.follow(lambda reply: session.say(statustext.WARNING, reply.reason, now) if reply.reason else None, now)
 
     def _fly(self, reference: imc.Reference, session: "Session", now: float) -> None:
         """Send an aircraft in guided mode to a place, as for a change of its altitude; it follows no stream."""
@@ -64,7 +64,9 @@ class Target:
         if system.chosen is not Mode.GUIDED or system.mode not in (Mode.HOLD, Mode.GUIDED, Mode.TAKEOFF):
             return
         if now - self._told < RESTED:
-            session.say(text.WARNING, f"An aircraft takes a target every {RESTED:g} s, and follows no stream", now)
+            session.say(
+                statustext.WARNING, f"An aircraft takes a target every {RESTED:g} s, and follows no stream", now
+            )
             return
         self._told = now
         assert isinstance(reference.z, imc.DesiredZ)
@@ -83,7 +85,7 @@ class Target:
 
         def judge(outcome: Outcome) -> None:
             if not outcome.done:
-                session.say(text.WARNING, f"Cannot go there: {outcome.reason}", now)
+                session.say(statustext.WARNING, f"Cannot go there: {outcome.reason}", now)
 
         system.helm.start(chain("goto", [leg, stay]), judge, now)
 
@@ -110,7 +112,7 @@ class Target:
         if system.errand != "follow":
             return
         if (self._streams or self._steers) and now - self._heard > SILENCE:
-            system.say(text.WARNING, "No more targets: holding")
+            system.say(statustext.WARNING, "No more targets: holding")
             system.hold(now)
         elif now - self._told >= AGAIN:
             self._tell(now)
@@ -183,7 +185,7 @@ class Target:
         )
 
     def _local(
-        self, values: dict[str, Any], state: imc.EstimatedState, place: from_imc.Position
+        self, values: dict[str, Any], state: imc.EstimatedState, place: positions.Position
     ) -> tuple[float, float, int, float]:
         """Latitude, longitude, frame and altitude of a target in meters from home or from the vehicle."""
         north, east, down, kind = (values[name] for name in ("x", "y", "z", "coordinate_frame"))

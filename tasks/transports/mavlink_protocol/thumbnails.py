@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
-from mavlink import Received, text
+from mavlink import Received, statustext
 from tasks.transports.mavlink_protocol.cameras import Camera
 from tasks.transports.mavlink_protocol.session import Session
 
@@ -47,7 +47,7 @@ class Studio:
             return
         path = part.camera.latest_file
         if path is None:
-            part.say(text.WARNING, f"{part.camera.label} has taken no picture yet", now)
+            part.say(statustext.WARNING, f"{part.camera.label} has taken no picture yet", now)
             return
         quality = min(values["jpg_quality"] or QUALITY, BEST)
         self._busy = True
@@ -56,7 +56,7 @@ class Studio:
     def _send(self, part: Session, camera: Camera, quality: int, now: float, made: Thumbnail) -> None:
         self._busy = False
         if not made.jpeg:
-            part.say(text.WARNING, f"{camera.label}: the picture cannot be read", now)
+            part.say(statustext.WARNING, f"{camera.label}: the picture cannot be read", now)
             return
         pieces = [made.jpeg[start : start + PIECE] for start in range(0, len(made.jpeg), PIECE)]
         about = {"type": JPEG, "size": len(made.jpeg), "width": made.width, "height": made.height}

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 import imc
 from mavlink import FLAVOURS, KINDS
-from mavlink.from_imc import Home, degrees_e7
 from mavlink.missions import COMMANDS, Command, Item, MissionType, Settings, plan_of
+from mavlink.positions import Home, degrees_e7
 
 C = Command
 PX4, ARDUPILOT = FLAVOURS["px4"], FLAVOURS["ardupilot"]

@@ -10,7 +10,8 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 import imc
-from mavlink import AutopilotTranslator, Tlog, load_dialect
+from mavlink import Tlog, load_dialect
+from mavlink.translate import AutopilotTranslator
 from shoal.logs.edit.imported import NothingToImport
 from shoal.logs.edit.tlog_import import import_tlog
 from support import wgs84

@@ -5,11 +5,11 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import imc
-from mavlink.missions.codes import PARAMETERS, MissionResult, Refusal
+from mavlink.missions.conversion_context import Level, Settings, Units
+from mavlink.missions.enums import PARAMETERS, MissionResult, Refusal
 from mavlink.missions.fence import inside
 from mavlink.missions.item import DEGREES, Item
-from mavlink.missions.settings import Level, Settings, Units
-from mavlink.missions.table import Table
+from mavlink.missions.item_map import Table
 
 LONGEST = 65_535  # s, of what IMC lets a maneuver last
 WIDEST = 25_000.0  # m, of a circle

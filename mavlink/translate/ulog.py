@@ -6,7 +6,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import imc
-from mavlink.meanings import (
+from mavlink.log_records import Record
+from mavlink.translate.telemetry_values import (
     AUTOPILOT,
     BATTERIES,
     DOWN,
@@ -33,7 +34,6 @@ from mavlink.meanings import (
     state,
     supply,
 )
-from mavlink.records import Record
 from mavlink.ulog import DROPOUT, PARAMETER, TEXT, ULog
 from support.wgs84 import displace
 
@@ -49,7 +49,7 @@ ARMED = 2  # vehicle_status.arming_state
 PLACES = ("vehicle_gps_position", "sensor_gps")
 
 
-def survey(log: ULog) -> Flight:
+def survey_ulog(log: ULog) -> Flight:
     """What the whole file says about the vehicle; the time comes with the first position of a GPS."""
     flight = Flight()
     for time, name, values, _ in log.read(frozenset({PARAMETER, *PLACES})):

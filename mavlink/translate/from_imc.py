@@ -2,18 +2,14 @@
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple
 
 import imc
-from imc import coordinates
 from mavlink.dialect import Fields
+from mavlink.positions import Home, Position, degrees_e7, wrapped
 from support import wgs84
 
 State = imc.EntityState.State
 UNKNOWN_16 = 0xFFFF
-SYSTEMS = 250  # ids of vehicles; the higher ones are those of ground stations
-FARTHEST = 1e7  # m from the reference point
-HIGHEST = 2e6  # m, what an int32 holds in mm
 FASTEST = 327.0  # m/s, what an int16 holds in cm/s
 NOWHERE = (math.nan,) * 4
 
@@ -50,71 +46,6 @@ FAILURES = (
     (GEOFENCE, 2048),
     (AHRS, 4096),
 )
-
-
-class Position(NamedTuple):
-    """Where the vehicle is: latitude and longitude in rad, altitudes in m above mean sea level and above home."""
-
-    lat: float
-    lon: float
-    altitude: float
-    relative: float
-
-
-class Home(NamedTuple):
-    """The origin of altitudes and local positions: rad, and m above the ellipsoid and above mean sea level."""
-
-    lat: float
-    lon: float
-    height: float
-    altitude: float
-
-
-def home_of(state: imc.EstimatedState, *, afloat: bool, undulation: float = 0.0) -> Home | None:
-    """Home at the reference point of a state; for a vessel it is at the surface, with altitude 0.
-
-    `undulation` is the height of the geoid above the ellipsoid, in m.
-    """
-    if not (_on_earth(state.lat, state.lon) and abs(state.height) <= HIGHEST):
-        return None
-    return Home(state.lat, state.lon, state.height, 0.0 if afloat else state.height - undulation)
-
-
-def home_at(lat: float, lon: float, altitude: float, *, afloat: bool, undulation: float = 0.0) -> Home | None:
-    """Home at a place (rad, m above mean sea level) that a ground station has chosen; None if it is impossible."""
-    altitude = 0.0 if afloat else altitude
-    if not (_on_earth(lat, lon) and abs(altitude) <= HIGHEST):
-        return None
-    return Home(lat, lon, altitude + undulation, altitude)
-
-
-def place_of(state: imc.EstimatedState, home: Home, *, afloat: bool, undulation: float = 0.0) -> Position | None:
-    """Where the vehicle is: the reference point of `state`, moved by its offsets on the WGS-84 ellipsoid.
-
-    A vessel is `depth` below home, or `z` below the reference point if the depth is invalid (-1).
-    """
-    if not (_on_earth(state.lat, state.lon) and max(abs(state.x), abs(state.y)) <= FARTHEST):
-        return None
-    if afloat and state.depth > HIGHEST:
-        return None
-    if not (abs(state.z) <= HIGHEST and abs(state.height) <= HIGHEST):
-        return None
-    try:
-        lat, lon, height = coordinates.absolute(state)
-    except (ArithmeticError, ValueError):
-        return None
-    if not (_on_earth(lat, lon) and abs(height) <= HIGHEST):
-        return None
-    if afloat:
-        altitude = -max(0.0, state.depth) if valid_depth(state) else -state.z
-        return Position(lat, lon, altitude, altitude)
-    altitude = height - undulation
-    return Position(lat, lon, altitude, altitude - home.altitude)
-
-
-def valid_depth(state: imc.EstimatedState) -> bool:
-    """Whether the depth is known: -1 means unknown, values slightly below 0 are waves."""
-    return -1.0 < state.depth <= HIGHEST
 
 
 def velocity_of(state: imc.EstimatedState) -> tuple[float, float, float] | None:
@@ -158,9 +89,9 @@ def attitude(state: imc.EstimatedState, time: int) -> Fields | None:
         return None
     return {
         "time_boot_ms": time,
-        "roll": _wrapped(state.phi),
-        "pitch": _wrapped(state.theta),
-        "yaw": _wrapped(state.psi),
+        "roll": wrapped(state.phi),
+        "pitch": wrapped(state.theta),
+        "yaw": wrapped(state.psi),
         "rollspeed": state.p,
         "pitchspeed": state.q,
         "yawspeed": state.r,
@@ -280,21 +211,8 @@ def system_status(bits: tuple[int, int], load: float, voltage: float, current: f
     }
 
 
-def degrees_e7(angle: float) -> int:
-    """An angle in rad as 1e-7 degrees, between -180 and 180 degrees."""
-    return round(math.degrees(_wrapped(angle)) * 1e7)
-
-
 def _heading(psi: float) -> float:
     return math.degrees(psi) % 360.0
-
-
-def _wrapped(angle: float) -> float:
-    return angle if -math.pi <= angle <= math.pi else math.remainder(angle, math.tau)
-
-
-def _on_earth(lat: float, lon: float) -> bool:
-    return abs(lat) <= math.pi / 2 and math.isfinite(lon)
 
 
 def _slow(*speeds: float) -> bool:
@@ -303,8 +221,3 @@ def _slow(*speeds: float) -> bool:
 
 def _all_finite(*values: float) -> bool:
     return all(map(math.isfinite, values))
-
-
-def system_of(system: int) -> int:
-    """The MAVLink id (1 to SYSTEMS) of an IMC system."""
-    return ((system & 0xFF) - 1) % SYSTEMS + 1

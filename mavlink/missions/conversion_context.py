@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import imc
-from mavlink.from_imc import Home
-from mavlink.missions.codes import (
+from mavlink.missions.enums import (
     GLOBAL_FRAMES,
     POSITIONS,
     RELATIVE_INT,
@@ -18,6 +17,7 @@ from mavlink.missions.codes import (
 )
 from mavlink.missions.item import to_float32
 from mavlink.modes import Kind
+from mavlink.positions import Home
 
 Units = imc.ZUnits
 SUBMARINE, PLANE = 12, 1  # MAV_TYPE

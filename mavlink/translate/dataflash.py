@@ -7,7 +7,9 @@ from typing import Any
 
 import imc
 from mavlink.dataflash import DataFlash
-from mavlink.meanings import (
+from mavlink.log_records import Record
+from mavlink.modes import ARDUPILOT, CUSTOM_MODE, mode_name
+from mavlink.translate.telemetry_values import (
     AUTOPILOT,
     BATTERIES,
     DEPTH,
@@ -35,8 +37,6 @@ from mavlink.meanings import (
     state,
     supply,
 )
-from mavlink.modes import ARDUPILOT, CUSTOM_MODE, mode_name
-from mavlink.records import Record
 from support.wgs84 import displace
 
 BUILDS = {1: 10, 2: 2, 3: 1, 4: 5, 7: SUBMARINE, 12: 7, 13: 4}
@@ -61,7 +61,7 @@ BY_ITSELF = frozenset(
 BY_HAND = frozenset({"MANUAL", "ACRO"})
 
 
-def survey(log: DataFlash) -> Flight:
+def survey_dataflash(log: DataFlash) -> Flight:
     """What the whole file says about the vehicle: parameters and the first good time come late."""
     flight, afloat = Flight(), False
     for time, name, values, _ in log.read(frozenset({"PARM", "MSG", "VER", "GPS"})):

@@ -7,11 +7,11 @@ from typing import Any
 
 import imc
 from imc.coordinates import maneuver_corners
-from mavlink.from_imc import degrees_e7
-from mavlink.missions.codes import MISSION, RELATIVE_INT, Command
 from mavlink.missions.commands import ROUND, UNCHANGED, duration_of, switched
+from mavlink.missions.conversion_context import Level, Settings, roundest
+from mavlink.missions.enums import MISSION, RELATIVE_INT, Command
 from mavlink.missions.item import Item, to_float32
-from mavlink.missions.settings import Level, Settings, roundest
+from mavlink.positions import degrees_e7
 from support.wgs84 import displace
 
 Chain = Sequence[imc.PlanManeuver]

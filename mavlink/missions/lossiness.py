@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import imc
-from mavlink.missions.codes import Command
+from mavlink.missions.conversion_context import Settings, Units
+from mavlink.missions.enums import Command
 from mavlink.missions.item import Item
-from mavlink.missions.lister import Chain
-from mavlink.missions.planner import Converted
-from mavlink.missions.settings import Settings, Units
-from mavlink.missions.table import Table
+from mavlink.missions.item_builder import Chain
+from mavlink.missions.item_map import Table
+from mavlink.missions.plan_builder import Converted
 
 UNUSED = frozenset({"timeout", "roll", "pitch", "custom"})  # no maneuver of Shoal that items can say uses them
 NEAR = 2e-9  # rad, about 1 cm; items count 1e-7 degrees

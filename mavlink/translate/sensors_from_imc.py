@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 
 import imc
 from mavlink.dialect import Fields
-from mavlink.from_imc import UNKNOWN_16, Home, Position, boot_ms, degrees_e7, quaternion, velocity_of
+from mavlink.positions import Home, Position, degrees_e7
+from mavlink.translate.from_imc import UNKNOWN_16, boot_ms, quaternion, velocity_of
 
 GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
 DOWN, FORWARD = 25, 0  # MAV_SENSOR_ORIENTATION

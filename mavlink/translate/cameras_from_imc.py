@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from mavlink.dialect import Fields
-from mavlink.from_imc import Position, quaternion
+from mavlink.positions import Position
+from mavlink.translate.from_imc import quaternion
 
 COMPONENTS = range(100, 106)  # MAV_COMP_ID_CAMERA to CAMERA6
 CAMERA, NO_AUTOPILOT, ACTIVE = 30, 8, 4  # MAV_TYPE, MAV_AUTOPILOT, MAV_STATE

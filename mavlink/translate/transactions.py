@@ -9,8 +9,6 @@ from typing import Any
 import imc
 from mavlink.dialect import Dialect
 from mavlink.frames import Received
-from mavlink.from_imc import Home
-from mavlink.meanings import AUTOPILOT, Parameters, Said, entry, stamped
 from mavlink.missions import (
     BadItem,
     Command,
@@ -24,6 +22,8 @@ from mavlink.missions import (
     plan_of,
 )
 from mavlink.modes import FLAVOURS, KINDS, Flavour, Kind, mode_name
+from mavlink.positions import Home
+from mavlink.translate.telemetry_values import AUTOPILOT, Parameters, Said, entry, stamped
 
 INFORMATION, WARNING = 6, 4  # MAV_SEVERITY
 LOWEST = 7  # level of an event: the higher ones are protocol and disabled

@@ -8,7 +8,8 @@ from typing import Any
 import imc
 from mavlink.dialect import Dialect
 from mavlink.frames import Received
-from mavlink.meanings import (
+from mavlink.modes import ARMED, mode_name
+from mavlink.translate.telemetry_values import (
     AUTOPILOT,
     BATTERIES,
     DEPTH,
@@ -34,12 +35,9 @@ from mavlink.meanings import (
     supply,
     system_type,
 )
-from mavlink.modes import ARMED, mode_name
 from support.wgs84 import displace
 
 GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
-GROUND_STATION = 6  # type in HEARTBEAT
-AUTOPILOT_NONE = 8
 MOST_BATTERIES, MOST_TEXTS = 15, 16
 PIECE = 50  # bytes of a text in one message
 UNKNOWN = 0xFFFF

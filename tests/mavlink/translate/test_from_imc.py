@@ -7,7 +7,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import imc
-from mavlink import from_imc, load_dialect
+from mavlink import load_dialect
+from mavlink.positions import degrees_e7, home_of, place_of
+from mavlink.translate import from_imc
 
 DIALECT = load_dialect()
 State = imc.EntityState.State
@@ -18,8 +20,8 @@ ANY_STATE = st.builds(imc.EstimatedState, **dict.fromkeys(FIGURES, ANY))
 
 
 def located(state, *, afloat=True, home=None, undulation=0.0):
-    home = home or from_imc.home_of(state, afloat=afloat, undulation=undulation)
-    return home, home and from_imc.place_of(state, home, afloat=afloat, undulation=undulation)
+    home = home or home_of(state, afloat=afloat, undulation=undulation)
+    return home, home and place_of(state, home, afloat=afloat, undulation=undulation)
 
 
 def everything(state, afloat=True):
@@ -54,8 +56,8 @@ def test_position_is_where_the_vehicle_is_not_its_reference():
 
 
 def test_degrees_are_rounded_not_cut():
-    assert from_imc.degrees_e7(math.radians(12.34567899)) == 123456790
-    assert from_imc.degrees_e7(math.radians(-12.34567899)) == -123456790
+    assert degrees_e7(math.radians(12.34567899)) == 123456790
+    assert degrees_e7(math.radians(-12.34567899)) == -123456790
 
 
 @pytest.mark.parametrize(("degrees", "hdg"), [(0, 0), (-1, 35900), (359.996, 0), (-0.004, 0), (180, 18000), (720, 0)])
