@@ -2,32 +2,32 @@
 
 from mavlink import dataflash, positions, statustext, ulog
 from mavlink.dialect import Dialect, Fields, load_dialect
-from mavlink.frames import LONGEST_DATAGRAM, Received, StreamSplitter, encode, split
-from mavlink.log_records import Record
+from mavlink.frames import LONGEST_DATAGRAM, ReceivedMessage, StreamSplitter, encode, split
+from mavlink.log_records import LogRecord
 from mavlink.modes import (
     ARMED,
     AUTOPILOT_NONE,
     CRITICAL,
     CUSTOM_MODE,
     EMERGENCY,
-    FLAVOURS,
+    FLAVORS,
     GROUND_STATION,
     KINDS,
     STANDARD_MODES,
     STANDBY,
     STATUS,
-    Flavour,
-    Kind,
+    Flavor,
     Mode,
+    VehicleKind,
+    is_moving,
     mode_number,
     mode_of,
-    moving,
 )
 from mavlink.positions import Home
 from mavlink.signing import UNSIGNED, Signing, SigningTime, parse_key, read_key
 from mavlink.statustext import chunks
 from mavlink.system_ids import SYSTEMS, system_of
-from mavlink.tlog import Recorded, Tlog
+from mavlink.tlog import RecordedMessage, Tlog
 
 __all__ = [
     "ARMED",
@@ -35,7 +35,7 @@ __all__ = [
     "CRITICAL",
     "CUSTOM_MODE",
     "EMERGENCY",
-    "FLAVOURS",
+    "FLAVORS",
     "GROUND_STATION",
     "KINDS",
     "LONGEST_DATAGRAM",
@@ -46,24 +46,24 @@ __all__ = [
     "UNSIGNED",
     "Dialect",
     "Fields",
-    "Flavour",
+    "Flavor",
     "Home",
-    "Kind",
+    "LogRecord",
     "Mode",
-    "Received",
-    "Record",
-    "Recorded",
+    "ReceivedMessage",
+    "RecordedMessage",
     "Signing",
     "SigningTime",
     "StreamSplitter",
     "Tlog",
+    "VehicleKind",
     "chunks",
     "dataflash",
     "encode",
+    "is_moving",
     "load_dialect",
     "mode_number",
     "mode_of",
-    "moving",
     "parse_key",
     "positions",
     "read_key",

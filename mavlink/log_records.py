@@ -8,7 +8,7 @@ HEAD = 3  # bytes that records of both formats begin with; fewer at the end of a
 LONGEST_JUMP = 60.0  # s; a time that is farther from the last one counts if the next one agrees
 
 
-class Record(NamedTuple):
+class LogRecord(NamedTuple):
     """A record: time in s since the autopilot started, name, values by field, number of the sensor among its kind."""
 
     time: float
@@ -17,7 +17,7 @@ class Record(NamedTuple):
     instance: int = 0
 
 
-class Definitions(Protocol):
+class RecordDefinitions(Protocol):
     """What a file has said of its records so far.
 
     pattern: what records begin with; the search for it skips damage at the speed of C.
@@ -34,7 +34,7 @@ class Definitions(Protocol):
         ...
 
 
-class Chain:
+class RecordScanner:
     """Finds records in `data`.
 
     A record counts if it defines others, or if another one or the end of the file follows it: of one that damage
@@ -44,7 +44,7 @@ class Chain:
     records: how many were found.
     """
 
-    def __init__(self, data: mmap.mmap, position: int, definitions: Definitions):
+    def __init__(self, data: mmap.mmap, position: int, definitions: RecordDefinitions):
         self.position, self.lost, self.records = position, 0, 0
         self.first_lost = -1
         self._data = data
@@ -77,14 +77,14 @@ class Chain:
         return self._size - end < HEAD or self._definitions.length_at(end) > 0
 
 
-class Clock:
+class RecordTimes:
     """Times of records; one that is far from the others is damaged."""
 
     def __init__(self) -> None:
         self.last: float | None = None
         self._doubtful: float | None = None
 
-    def admits(self, time: float) -> bool:
+    def accepts(self, time: float) -> bool:
         """Whether it can be the time of the next record."""
         if self.last is not None and abs(time - self.last) > LONGEST_JUMP:
             sure = self._doubtful is not None and abs(time - self._doubtful) <= LONGEST_JUMP

@@ -10,7 +10,7 @@ FARTHEST = 1e7  # m from the reference point
 HIGHEST = 2e6  # m, what an int32 holds in mm
 
 
-class Position(NamedTuple):
+class GlobalPosition(NamedTuple):
     """Where the vehicle is: latitude and longitude in rad, altitudes in m above mean sea level and above home."""
 
     lat: float
@@ -46,7 +46,9 @@ def home_at(lat: float, lon: float, altitude: float, *, afloat: bool, undulation
     return Home(lat, lon, altitude + undulation, altitude)
 
 
-def place_of(state: imc.EstimatedState, home: Home, *, afloat: bool, undulation: float = 0.0) -> Position | None:
+def position_of(
+    state: imc.EstimatedState, home: Home, *, afloat: bool, undulation: float = 0.0
+) -> GlobalPosition | None:
     """Where the vehicle is: the reference point of `state`, moved by its offsets on the WGS-84 ellipsoid.
 
     A vessel is `depth` below home, or `z` below the reference point if the depth is invalid (-1).
@@ -65,9 +67,9 @@ def place_of(state: imc.EstimatedState, home: Home, *, afloat: bool, undulation:
         return None
     if afloat:
         altitude = -max(0.0, state.depth) if valid_depth(state) else -state.z
-        return Position(lat, lon, altitude, altitude)
+        return GlobalPosition(lat, lon, altitude, altitude)
     altitude = height - undulation
-    return Position(lat, lon, altitude, altitude - home.altitude)
+    return GlobalPosition(lat, lon, altitude, altitude - home.altitude)
 
 
 def valid_depth(state: imc.EstimatedState) -> bool:

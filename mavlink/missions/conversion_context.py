@@ -12,11 +12,11 @@ from mavlink.missions.enums import (
     RELATIVE_INT,
     TERRAIN_FRAMES,
     TERRAIN_INT,
+    MissionError,
     MissionResult,
-    Refusal,
 )
 from mavlink.missions.item import to_float32
-from mavlink.modes import Kind
+from mavlink.modes import VehicleKind
 from mavlink.positions import Home
 
 Units = imc.ZUnits
@@ -34,7 +34,7 @@ class Level(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class ConversionContext:
     """The vehicle for which missions are converted.
 
     `z` (m below the surface, above home for aircraft) and `speed` (m/s) hold until an item gives another. Circles and
@@ -45,7 +45,7 @@ class Settings:
     does not leave. `name` is the plan's.
     """
 
-    kind: Kind
+    kind: VehicleKind
     home: Home | None = None
     speed: float = 1.0
     z: float = 0.0
@@ -97,9 +97,9 @@ class Settings:
         return level.z - self.home.height if known and self.home is not None else math.nan
 
     def level(self, frame: int, z: float) -> Level:
-        """The level of an item. Raises Refusal."""
+        """The level of an item. Raises MissionError."""
         if frame not in POSITIONS:
-            raise Refusal(MissionResult.UNSUPPORTED_FRAME, f"frame {frame} has no meaning for a position")
+            raise MissionError(MissionResult.UNSUPPORTED_FRAME, f"frame {frame} has no meaning for a position")
         if math.isnan(z) and (self.flies or self.dives):
             raise _bad_z("altitude is not a number")
         if abs(z) > FARTHEST_UP:
@@ -119,7 +119,7 @@ class Settings:
             return RELATIVE_INT, to_float32(0.0 - z)
         if units == Units.HEIGHT and self.home is not None:
             height = self.home.height
-            return RELATIVE_INT, roundest(z - height, lambda up: to_float32(height + up) == to_float32(z))
+            return RELATIVE_INT, shortest_decimal(z - height, lambda up: to_float32(height + up) == to_float32(z))
         return None
 
     def _aloft(self, frame: int, z: float) -> Level:
@@ -128,7 +128,7 @@ class Settings:
                 raise _bad_z(f"altitude {z:g} m is below the ground")
             above, level = z, Level(to_float32(z), Units.ALTITUDE)
         elif self.home is None:
-            raise Refusal(MissionResult.ERROR, "home is not known yet, so altitudes mean nothing")
+            raise MissionError(MissionResult.ERROR, "home is not known yet, so altitudes mean nothing")
         else:
             above = z - (self.home.altitude if frame in GLOBAL_FRAMES else 0.0)
             if above < 0.0:
@@ -155,13 +155,13 @@ class Settings:
     def _at_surface(self, frame: int, z: float) -> Level:
         """Rovers and boats of ArduPilot ignore altitudes, and consoles send 50 or 100 m by default."""
         if frame in TERRAIN_FRAMES:
-            raise Refusal(MissionResult.UNSUPPORTED_FRAME, f"frame {frame}: a boat cannot keep an altitude")
+            raise MissionError(MissionResult.UNSUPPORTED_FRAME, f"frame {frame}: a boat cannot keep an altitude")
         if z < -WAVES:
             raise _bad_z(f"altitude {z:g} m is below the surface, and a boat stays there")
         return Level(0.0, Units.DEPTH)
 
 
-def roundest(value: float, fits: Callable[[float], bool]) -> float:
+def shortest_decimal(value: float, fits: Callable[[float], bool]) -> float:
     """`value` with as few decimals as still fit, so that 20 m comes back as 20 and not as 20.000002."""
     for digits in range(DIGITS):
         short = to_float32(round(value, digits) + 0.0)  # not -0
@@ -170,5 +170,5 @@ def roundest(value: float, fits: Callable[[float], bool]) -> float:
     return to_float32(value)
 
 
-def _bad_z(reason: str) -> Refusal:
-    return Refusal(MissionResult.INVALID_PARAM7, reason)
+def _bad_z(reason: str) -> MissionError:
+    return MissionError(MissionResult.INVALID_PARAM7, reason)

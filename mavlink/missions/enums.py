@@ -1,9 +1,9 @@
-"""Numbers of MAVLink's mission protocol, and the refusal of an item."""
+"""Numbers of MAVLink's mission protocol, and the errors of its items."""
 
 from enum import IntEnum
 
 
-class Command(IntEnum):
+class MissionCommand(IntEnum):
     """MAV_CMD of the items that are understood."""
 
     NAV_WAYPOINT = 16
@@ -76,20 +76,20 @@ PARAMETERS = (
     MissionResult.INVALID_PARAM3,
     MissionResult.INVALID_PARAM4,
 )
-FENCE_COMMANDS = range(Command.NAV_FENCE_RETURN_POINT, Command.NAV_FENCE_CIRCLE_EXCLUSION + 1)
+FENCE_COMMANDS = range(MissionCommand.NAV_FENCE_RETURN_POINT, MissionCommand.NAV_FENCE_CIRCLE_EXCLUSION + 1)
 
 
-class Refusal(Exception):
+class MissionError(Exception):
     """Why an item cannot be accepted; whoever knows its number makes a BadItem of it."""
 
     def __init__(self, result: MissionResult, reason: str):
         super().__init__(reason)
         self.result = result
 
-    def of(self, seq: int, command: int) -> "BadItem":
-        """The refusal of item `seq`."""
-        known = command in set(Command)
-        name = Command(command).name if known else f"command {command}"
+    def for_item(self, seq: int, command: int) -> "BadItem":
+        """The error of item `seq`."""
+        known = command in set(MissionCommand)
+        name = MissionCommand(command).name if known else f"command {command}"
         return BadItem(seq, self.result, name, str(self))
 
 

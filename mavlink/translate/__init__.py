@@ -3,16 +3,16 @@
 from mavlink.translate import cameras_from_imc, from_imc, sensors_from_imc
 from mavlink.translate.autopilot import AutopilotTranslator
 from mavlink.translate.dataflash import DataFlashTranslator, survey_dataflash
-from mavlink.translate.telemetry_values import ENTITIES, Flight
-from mavlink.translate.transactions import DialogueTranslator
+from mavlink.translate.telemetry_values import ENTITIES, LoggedFlight
+from mavlink.translate.transactions import TransactionTranslator
 from mavlink.translate.ulog import ULogTranslator, survey_ulog
 
 __all__ = [
     "ENTITIES",
     "AutopilotTranslator",
     "DataFlashTranslator",
-    "DialogueTranslator",
-    "Flight",
+    "LoggedFlight",
+    "TransactionTranslator",
     "ULogTranslator",
     "cameras_from_imc",
     "from_imc",

@@ -7,7 +7,7 @@ from typing import Any
 
 import imc
 from mavlink.dialect import Dialect
-from mavlink.frames import Received
+from mavlink.frames import ReceivedMessage
 from mavlink.modes import ARMED, mode_name
 from mavlink.translate.telemetry_values import (
     AUTOPILOT,
@@ -22,18 +22,18 @@ from mavlink.translate.telemetry_values import (
     NAVIGATION,
     PRESSURE,
     SUBMARINE,
-    Fix,
-    Said,
-    distance,
-    entry,
-    magnetic,
-    numbered,
-    pressure,
-    sensed,
-    stamped,
-    state,
-    supply,
+    GpsReading,
+    TranslatedMessages,
+    battery_messages,
+    estimated_state,
+    imu_messages,
+    log_entry,
+    magnetic_field,
+    numbered_label,
+    pressure_messages,
+    range_message,
     system_type,
+    with_times,
 )
 from support.wgs84 import displace
 
@@ -64,7 +64,7 @@ class AutopilotTranslator:
         self._utc: float | None = None
         self._start = -math.inf  # UTC time at which the autopilot's clock was 0
         self._texts: dict[int, list[bytes]] = {}
-        self._handlers: dict[str, Callable[[Any], Said]] = {
+        self._handlers: dict[str, Callable[[Any], TranslatedMessages]] = {
             "HEARTBEAT": self._heartbeat,
             "ATTITUDE": self._attitude,
             "GLOBAL_POSITION_INT": self._global_position,
@@ -85,21 +85,21 @@ class AutopilotTranslator:
         }
 
     @property
-    def kinds(self) -> frozenset[str]:
+    def message_names(self) -> frozenset[str]:
         """Names of the MAVLink messages that are translated."""
         return frozenset(self._handlers)
 
-    def hear(self, received: Received, time: float) -> Iterator[tuple[str, imc.Message]]:
+    def translate(self, received: ReceivedMessage, time: float) -> Iterator[tuple[str, imc.Message]]:
         """A message in IMC: labels of entities, and messages with `time` (s since 1970 UTC) in their headers."""
         message, self._time = SimpleNamespace(**received.values), time
-        yield from stamped(self._handlers[received.name](message), time, getattr(message, "time_usec", 0) / 1e6)
+        yield from with_times(self._handlers[received.name](message), time, getattr(message, "time_usec", 0) / 1e6)
 
     @property
     def system_type(self) -> imc.SystemType:
         """The type of the system in IMC."""
         return system_type(self.type)
 
-    def _heartbeat(self, m: Any) -> Said:
+    def _heartbeat(self, m: Any) -> TranslatedMessages:
         self.type = m.type
         yield AUTOPILOT, imc.Heartbeat()
         autonomy = imc.AutopilotMode.Autonomy
@@ -116,24 +116,24 @@ class AutopilotTranslator:
             self._arming = arming
             yield AUTOPILOT, arming
 
-    def _global_position(self, m: Any) -> Said:
+    def _global_position(self, m: Any) -> TranslatedMessages:
         self._position = m
         return ()
 
-    def _distance(self, m: Any) -> Said:
+    def _distance(self, m: Any) -> TranslatedMessages:
         valid = m.min_distance < m.current_distance < m.max_distance
         if m.orientation == DOWN:
             self._measure(m.current_distance / 100.0 if valid else -1.0)
-        return distance(m.current_distance / 100.0, valid)
+        return range_message(m.current_distance / 100.0, valid)
 
-    def _range(self, m: Any) -> Said:
+    def _range(self, m: Any) -> TranslatedMessages:
         self._measure(m.distance if m.distance > 0.0 else -1.0)
         return ()
 
     def _measure(self, altitude: float) -> None:
         self._altitude, self._altitude_at = altitude, self._time
 
-    def _attitude(self, m: Any) -> Said:
+    def _attitude(self, m: Any) -> TranslatedMessages:
         position = self._position
         yield IMU, imc.EulerAngles(time=m.time_boot_ms / 1e3, phi=m.roll, theta=m.pitch, psi=m.yaw)
         if position is None or (position.lat == 0 and position.lon == 0):
@@ -149,21 +149,21 @@ class AutopilotTranslator:
         depth = max(0.0, vz * age - position.relative_alt / 1e3) if self.type == SUBMARINE else -1.0
         attitude, rates = (m.roll, m.pitch, m.yaw), (m.rollspeed, m.pitchspeed, m.yawspeed)
         altitude = self._altitude if self._time - self._altitude_at <= OLDEST_ALTITUDE else -1.0
-        yield NAVIGATION, state((lat, lon, height), attitude, (vx, vy, vz), rates, depth, altitude)
+        yield NAVIGATION, estimated_state((lat, lon, height), attitude, (vx, vy, vz), rates, depth, altitude)
 
-    def _system_time(self, m: Any) -> Said:
+    def _system_time(self, m: Any) -> TranslatedMessages:
         if FIRST_TIME < m.time_unix_usec / 1e6 < LAST_TIME:
             self._utc = m.time_unix_usec / 1e6
             self._start = self._utc - m.time_boot_ms / 1e3
         return ()
 
-    def _gps(self, m: Any) -> Said:
+    def _gps(self, m: Any) -> TranslatedMessages:
         def known(value: int, scale: float, missing: int = UNKNOWN) -> float | None:
             return value / scale if value != missing else None
 
         measured = m.time_usec / 1e6  # since its start, or since 1970
         utc = measured if measured > FIRST_TIME else self._start + measured if measured else self._utc
-        fix = Fix(
+        fix = GpsReading(
             m.fix_type,
             m.lat / 1e7,
             m.lon / 1e7,
@@ -179,7 +179,7 @@ class AutopilotTranslator:
         )
         yield GPS, fix.message()
 
-    def _text(self, m: Any) -> Said:
+    def _text(self, m: Any) -> TranslatedMessages:
         """A text comes in one piece, or in pieces of 50 bytes, the last of them shorter."""
         text, number = m.text, m.id
         if number:
@@ -191,25 +191,25 @@ class AutopilotTranslator:
             if len(text) >= PIECE:
                 return
             text = b"".join(self._texts.pop(number))
-        yield AUTOPILOT, entry(int(m.severity), "STATUSTEXT", text.decode("utf-8", "replace"))
+        yield AUTOPILOT, log_entry(int(m.severity), "STATUSTEXT", text.decode("utf-8", "replace"))
 
 
-def _status(m: Any) -> Said:
+def _status(m: Any) -> TranslatedMessages:
     # Without a monitor of the battery ArduPilot says 0 V.
     return _supply(BATTERIES, m.voltage_battery or UNKNOWN, m.current_battery, m.battery_remaining)
 
 
-def _battery(m: Any) -> Said:
+def _battery(m: Any) -> TranslatedMessages:
     """Batteries after the first one, which is in SYS_STATUS."""
     if m.id == 0 or m.id > MOST_BATTERIES:
         return ()
     cells = [cell for cell in m.voltages if cell != UNKNOWN]
     total = sum((*cells, *m.voltages_ext)) if cells else UNKNOWN  # integers
-    return _supply(numbered(BATTERIES, m.id), total, m.current_battery, m.battery_remaining)
+    return _supply(numbered_label(BATTERIES, m.id), total, m.current_battery, m.battery_remaining)
 
 
-def _supply(label: str, millivolts: int, centiamperes: int, percent: int) -> Said:
-    return supply(
+def _supply(label: str, millivolts: int, centiamperes: int, percent: int) -> TranslatedMessages:
+    return battery_messages(
         label,
         millivolts / 1e3 if millivolts != UNKNOWN else None,
         centiamperes / 100.0 if centiamperes != -1 else None,
@@ -217,38 +217,38 @@ def _supply(label: str, millivolts: int, centiamperes: int, percent: int) -> Sai
     )
 
 
-def _speeds(m: Any) -> Said:
+def _speeds(m: Any) -> TranslatedMessages:
     yield AUTOPILOT, imc.IndicatedSpeed(value=m.airspeed)
     yield AUTOPILOT, imc.TrueSpeed(value=m.groundspeed)
     yield AUTOPILOT, imc.Throttle(value=m.throttle)
 
 
-def _pressure(label: str, m: Any) -> Said:
-    return pressure(label, m.press_abs, m.temperature / 100.0)
+def _pressure(label: str, m: Any) -> TranslatedMessages:
+    return pressure_messages(label, m.press_abs, m.temperature / 100.0)
 
 
-def _imu(m: Any) -> Said:
+def _imu(m: Any) -> TranslatedMessages:
     g = GRAVITY / 1e3
     gyro, acceleration = (m.xgyro / 1e3, m.ygyro / 1e3, m.zgyro / 1e3), (m.xacc * g, m.yacc * g, m.zacc * g)
-    yield from sensed(IMU, gyro, acceleration)
-    yield from magnetic(IMU, (m.xmag / 1e3, m.ymag / 1e3, m.zmag / 1e3))
+    yield from imu_messages(IMU, gyro, acceleration)
+    yield from magnetic_field(IMU, (m.xmag / 1e3, m.ymag / 1e3, m.zmag / 1e3))
 
 
-def _fine_imu(m: Any) -> Said:
+def _fine_imu(m: Any) -> TranslatedMessages:
     """HIGHRES_IMU, which PX4 sends in place of RAW_IMU; `fields_updated` tells which sensors there are."""
     gyro = (m.xgyro, m.ygyro, m.zgyro) if m.fields_updated & HAS_GYRO else None
     acceleration = (m.xacc, m.yacc, m.zacc) if m.fields_updated & HAS_ACCELERATION else None
-    yield from sensed(IMU, gyro, acceleration)
+    yield from imu_messages(IMU, gyro, acceleration)
     if m.fields_updated & HAS_FIELD:
-        yield from magnetic(IMU, (m.xmag, m.ymag, m.zmag))
+        yield from magnetic_field(IMU, (m.xmag, m.ymag, m.zmag))
 
 
-def _wind(m: Any) -> Said:
+def _wind(m: Any) -> TranslatedMessages:
     """WIND of ArduPilot tells where it comes from, and the length of the whole vector."""
     level = math.sqrt(max(0.0, m.speed * m.speed - m.speed_z * m.speed_z))
     towards = math.radians(m.direction + 180.0)
     return _stream(level * math.cos(towards), level * math.sin(towards), m.speed_z)
 
 
-def _stream(north: float, east: float, down: float) -> Said:
+def _stream(north: float, east: float, down: float) -> TranslatedMessages:
     yield NAVIGATION, imc.EstimatedStreamVelocity(x=north, y=east, z=down)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from mavlink.dialect import Fields
-from mavlink.positions import Position
+from mavlink.positions import GlobalPosition
 from mavlink.translate.from_imc import quaternion
 
 COMPONENTS = range(100, 106)  # MAV_COMP_ID_CAMERA to CAMERA6
@@ -36,7 +36,7 @@ class Picture(NamedTuple):
 
     file: str
     time: float
-    place: Position
+    place: GlobalPosition
     angles: tuple[float, float, float]
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import imc
 from mavlink.dataflash import DataFlash
-from mavlink.log_records import Record
+from mavlink.log_records import LogRecord
 from mavlink.modes import ARDUPILOT, CUSTOM_MODE, mode_name
 from mavlink.translate.telemetry_values import (
     AUTOPILOT,
@@ -22,20 +22,20 @@ from mavlink.translate.telemetry_values import (
     NAVIGATION,
     PRESSURE,
     SUBMARINE,
-    Fix,
-    Flight,
-    Parameters,
-    Said,
+    GpsReading,
+    LoggedFlight,
+    ParameterBatch,
+    TranslatedMessages,
     Vector,
-    distance,
-    entry,
-    magnetic,
-    numbered,
-    pressure,
-    sensed,
-    stamped,
-    state,
-    supply,
+    battery_messages,
+    estimated_state,
+    imu_messages,
+    log_entry,
+    magnetic_field,
+    numbered_label,
+    pressure_messages,
+    range_message,
+    with_times,
 )
 from support.wgs84 import displace
 
@@ -61,9 +61,9 @@ BY_ITSELF = frozenset(
 BY_HAND = frozenset({"MANUAL", "ACRO"})
 
 
-def survey_dataflash(log: DataFlash) -> Flight:
+def survey_dataflash(log: DataFlash) -> LoggedFlight:
     """What the whole file says about the vehicle: parameters and the first good time come late."""
-    flight, afloat = Flight(), False
+    flight, afloat = LoggedFlight(), False
     for time, name, values, _ in log.read(frozenset({"PARM", "MSG", "VER", "GPS"})):
         value = values.get("Value")
         if name == "PARM" and isinstance(value, float):
@@ -98,10 +98,10 @@ class DataFlashTranslator:
     are above mean sea level, except those of a GPS that knows its geoid. enumerations: those of the dialect.
     """
 
-    def __init__(self, flight: Flight, enumerations: Mapping[str, Mapping[int, str]]) -> None:
+    def __init__(self, flight: LoggedFlight, enumerations: Mapping[str, Mapping[int, str]]) -> None:
         self._flight = flight
         self._enumerations = enumerations
-        self._parameters = Parameters()
+        self._parameters = ParameterBatch()
         self._place: tuple[float, Any] | None = None
         self._velocity: Vector | None = None
         self._ground_velocity: Vector = (0.0, 0.0, 0.0)
@@ -110,7 +110,7 @@ class DataFlashTranslator:
         self._altitude = -1.0
         self._accuracy: dict[int, Any] = {}
         self._time = 0.0
-        self._handlers: dict[str, Callable[[Any], Said]] = {
+        self._handlers: dict[str, Callable[[Any], TranslatedMessages]] = {
             "ATT": self._attitude,
             "POS": self._position,
             "XKF1": self._filter,
@@ -132,18 +132,18 @@ class DataFlashTranslator:
             "RFND": self._range,
             "ARSP": _airspeed,
             "MODE": self._mode,
-            "MSG": lambda m: [(AUTOPILOT, entry(6, "MSG", m.Message))],
-            "ERR": lambda m: [(AUTOPILOT, entry(3, "ERR", f"error {m.ECode} of subsystem {m.Subsys}"))],
-            "EV": lambda m: [(AUTOPILOT, entry(6, "EV", EVENTS.get(m.Id, f"event {m.Id}")))],
+            "MSG": lambda m: [(AUTOPILOT, log_entry(6, "MSG", m.Message))],
+            "ERR": lambda m: [(AUTOPILOT, log_entry(3, "ERR", f"error {m.ECode} of subsystem {m.Subsys}"))],
+            "EV": lambda m: [(AUTOPILOT, log_entry(6, "EV", EVENTS.get(m.Id, f"event {m.Id}")))],
             "PARM": lambda m: self._parameters.add(m.Name, m.Value),
         }
 
     @property
-    def kinds(self) -> frozenset[str]:
+    def record_names(self) -> frozenset[str]:
         """Names of the records that are translated."""
         return frozenset(self._handlers)
 
-    def hear(self, record: Record) -> Iterator[tuple[str, imc.Message]]:
+    def translate(self, record: LogRecord) -> Iterator[tuple[str, imc.Message]]:
         """A record in IMC: labels of entities, and messages with their time in s since 1970 UTC.
 
         Without a GPS, times count from the start of the autopilot. A record that lacks a field is skipped: raises
@@ -151,15 +151,15 @@ class DataFlashTranslator:
         """
         self._time = record.time
         time = record.time + (self._flight.start or 0.0)
-        said = self._handlers[record.name](SimpleNamespace(**record.values))
+        messages = self._handlers[record.name](SimpleNamespace(**record.values))
         waiting = self._parameters.flush() if record.name != "PARM" else ()
-        yield from stamped([*waiting, *said], time, record.time)
+        yield from with_times([*waiting, *messages], time, record.time)
 
     def finish(self, time: float) -> Iterator[tuple[str, imc.Message]]:
         """What is left at the end of the log."""
-        yield from stamped(self._parameters.flush(), time, self._time)
+        yield from with_times(self._parameters.flush(), time, self._time)
 
-    def _attitude(self, m: Any) -> Said:
+    def _attitude(self, m: Any) -> TranslatedMessages:
         attitude = (math.radians(m.Roll), math.radians(m.Pitch), math.remainder(math.radians(m.Yaw), math.tau))
         yield IMU, imc.EulerAngles(time=self._time, phi=attitude[0], theta=attitude[1], psi=attitude[2])
         if self._place is None:
@@ -173,44 +173,44 @@ class DataFlashTranslator:
         depth = -1.0
         if self._flight.type == SUBMARINE:
             depth = max(0.0, down - getattr(place, "RelHomeAlt", getattr(place, "RelAlt", place.Alt)))
-        yield NAVIGATION, state(where, attitude, velocity, self._rates, depth, self._altitude)
+        yield NAVIGATION, estimated_state(where, attitude, velocity, self._rates, depth, self._altitude)
 
-    def _position(self, m: Any) -> Said:
+    def _position(self, m: Any) -> TranslatedMessages:
         self._place = (self._time, m) if m.Lat or m.Lng else None
         return ()
 
-    def _filter(self, m: Any) -> Said:
+    def _filter(self, m: Any) -> TranslatedMessages:
         if getattr(m, "C", 0) == self._core:
             self._velocity = (m.VN, m.VE, m.VD)
         return ()
 
-    def _choose_filter(self, m: Any) -> Said:
+    def _choose_filter(self, m: Any) -> TranslatedMessages:
         """Take the filter that the vehicle uses, of those that compute side by side."""
         self._core = getattr(m, "PI", 0)
         return ()
 
-    def _imu(self, m: Any, instance: int) -> Said:
+    def _imu(self, m: Any, instance: int) -> TranslatedMessages:
         gyro = (m.GyrX, m.GyrY, m.GyrZ)
         if instance == 0:
             self._rates = gyro
-        return sensed(numbered(IMU, instance), gyro, (m.AccX, m.AccY, m.AccZ))
+        return imu_messages(numbered_label(IMU, instance), gyro, (m.AccX, m.AccY, m.AccZ))
 
-    def _pressure(self, m: Any, instance: int) -> Said:
+    def _pressure(self, m: Any, instance: int) -> TranslatedMessages:
         outside = instance == 1 and self._flight.type == SUBMARINE  # ArduSub: 0 is inside the hull
-        label = DEPTH if outside else numbered(PRESSURE, instance)
-        yield from pressure(label, m.Press / 100.0, m.Temp)
+        label = DEPTH if outside else numbered_label(PRESSURE, instance)
+        yield from pressure_messages(label, m.Press / 100.0, m.Temp)
         if outside:
             yield DEPTH, imc.Depth(value=-m.Alt)
 
-    def _gps_accuracy(self, m: Any) -> Said:
+    def _gps_accuracy(self, m: Any) -> TranslatedMessages:
         self._accuracy[getattr(m, "I", 0)] = m
         return ()
 
-    def _gps(self, m: Any, instance: int) -> Said:
+    def _gps(self, m: Any, instance: int) -> TranslatedMessages:
         more = self._accuracy.get(instance)
         geoid = getattr(more, "Und", None)  # ArduPilot's is the height of the ellipsoid above the sea
         fixed = m.Status >= 2
-        fix = Fix(
+        fix = GpsReading(
             m.Status,
             m.Lat,
             m.Lng,
@@ -227,15 +227,15 @@ class DataFlashTranslator:
         if instance == 0:
             course = math.radians(m.GCrs)
             self._ground_velocity = (m.Spd * math.cos(course), m.Spd * math.sin(course), getattr(m, "VZ", 0.0))
-        yield numbered(GPS, instance), fix.message()
+        yield numbered_label(GPS, instance), fix.message()
 
-    def _range(self, m: Any) -> Said:
-        metres, good = m.Dist, getattr(m, "Stat", RANGE_GOOD) == RANGE_GOOD
+    def _range(self, m: Any) -> TranslatedMessages:
+        meters, good = m.Dist, getattr(m, "Stat", RANGE_GOOD) == RANGE_GOOD
         if getattr(m, "Orient", DOWN) == DOWN:
-            self._altitude = metres if good else -1.0
-        return distance(metres, good)
+            self._altitude = meters if good else -1.0
+        return range_message(meters, good)
 
-    def _mode(self, m: Any) -> Said:
+    def _mode(self, m: Any) -> TranslatedMessages:
         name = mode_name(
             CUSTOM_MODE, int(getattr(m, "ModeNum", m.Mode)), self._flight.type, ARDUPILOT, self._enumerations
         )
@@ -244,16 +244,18 @@ class DataFlashTranslator:
         yield AUTOPILOT, imc.AutopilotMode(autonomy=level, mode=name)
 
 
-def _magnetic(m: Any, instance: int) -> Said:
-    return magnetic(numbered(IMU, instance), (m.MagX / 1e3, m.MagY / 1e3, m.MagZ / 1e3))  # of mG
+def _magnetic(m: Any, instance: int) -> TranslatedMessages:
+    return magnetic_field(numbered_label(IMU, instance), (m.MagX / 1e3, m.MagY / 1e3, m.MagZ / 1e3))  # of mG
 
 
-def _battery(m: Any, instance: int) -> Said:
+def _battery(m: Any, instance: int) -> TranslatedMessages:
     percent = getattr(m, "RemPct", None)
-    return supply(numbered(BATTERIES, instance), m.Volt, m.Curr, percent if percent not in (None, 255) else None)
+    return battery_messages(
+        numbered_label(BATTERIES, instance), m.Volt, m.Curr, percent if percent not in (None, 255) else None
+    )
 
 
-def _airspeed(m: Any) -> Said:
+def _airspeed(m: Any) -> TranslatedMessages:
     if getattr(m, "U", 1) or getattr(m, "H", 1):
         yield AUTOPILOT, imc.IndicatedSpeed(value=m.Airspeed)
 

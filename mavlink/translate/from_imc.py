@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import imc
 from mavlink.dialect import Fields
-from mavlink.positions import Home, Position, degrees_e7, wrapped
+from mavlink.positions import GlobalPosition, Home, degrees_e7, wrapped
 from support import wgs84
 
 State = imc.EntityState.State
@@ -98,7 +98,7 @@ def attitude(state: imc.EstimatedState, time: int) -> Fields | None:
     }
 
 
-def global_position(state: imc.EstimatedState, place: Position | None, time: int) -> Fields | None:
+def global_position(state: imc.EstimatedState, place: GlobalPosition | None, time: int) -> Fields | None:
     velocity = velocity_of(state)
     if place is None or velocity is None:
         return None
@@ -115,7 +115,7 @@ def global_position(state: imc.EstimatedState, place: Position | None, time: int
     }
 
 
-def local_position(state: imc.EstimatedState, place: Position | None, home: Home, time: int) -> Fields | None:
+def local_position(state: imc.EstimatedState, place: GlobalPosition | None, home: Home, time: int) -> Fields | None:
     velocity = velocity_of(state)
     if place is None or velocity is None:
         return None
@@ -127,7 +127,7 @@ def local_position(state: imc.EstimatedState, place: Position | None, home: Home
     return {"time_boot_ms": time, **dict(zip(names, (north, east, -place.relative, *velocity), strict=True))}
 
 
-def hud(state: imc.EstimatedState, place: Position | None, airspeed: float, throttle: float) -> Fields | None:
+def hud(state: imc.EstimatedState, place: GlobalPosition | None, airspeed: float, throttle: float) -> Fields | None:
     """VFR_HUD. `airspeed` is the speed through water or air in m/s, NaN if unknown; `throttle` is in %."""
     velocity = velocity_of(state)
     if place is None or velocity is None or not math.isfinite(state.psi):
@@ -175,7 +175,9 @@ def flying_state(motors: bool, *, rises: bool, lands: bool) -> Fields:
     return {"vtol_state": 0, "landed_state": 1 if not motors else 3 if rises else 4 if lands else 2}
 
 
-def sensors(states: Iterable[tuple[str, State]], *, located: bool, fenced: bool | None, ready: bool) -> tuple[int, int]:
+def sensor_bits(
+    states: Iterable[tuple[str, State]], *, located: bool, fenced: bool | None, ready: bool
+) -> tuple[int, int]:
     """MAV_SYS_STATUS_SENSOR bits that are present, and the healthy ones, from labels and states of entities.
 
     The GPS bit means that the position is known, by any means. `fenced`: whether the vehicle is inside its fence, None
@@ -190,7 +192,7 @@ def sensors(states: Iterable[tuple[str, State]], *, located: bool, fenced: bool 
     return present, present & ~ill & ~GEOFENCE | (0 if fenced is False else GEOFENCE)
 
 
-def failures(bits: tuple[int, int]) -> int:
+def failure_bits(bits: tuple[int, int]) -> int:
     """HL_FAILURE_FLAG bits of HIGH_LATENCY2: what is present and not healthy."""
     present, healthy = bits
     ill = present & ~healthy

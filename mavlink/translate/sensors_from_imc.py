@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import imc
 from mavlink.dialect import Fields
-from mavlink.positions import Home, Position, degrees_e7
+from mavlink.positions import GlobalPosition, Home, degrees_e7
 from mavlink.translate.from_imc import UNKNOWN_16, boot_ms, quaternion, velocity_of
 
 GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
@@ -69,7 +69,7 @@ def attitude_quaternion(state: imc.EstimatedState, time: int) -> Fields | None:
     }
 
 
-def altitude(state: imc.EstimatedState, place: Position, home: Home) -> Fields:
+def altitude(state: imc.EstimatedState, place: GlobalPosition, home: Home) -> Fields:
     """ALTITUDE; the clearance is that above the bottom or ground, NaN if unknown."""
     clearance = state.alt if state.alt >= 0.0 and math.isfinite(state.alt) else math.nan
     return {
@@ -124,15 +124,15 @@ def pressure(value: float, temperature: float, time: int) -> Fields | None:
     return {"time_boot_ms": time, "press_abs": value, "temperature": round(temperature * 100) if known else 0}
 
 
-def distance(metres: float, orientation: int, number: int, time: int) -> Fields | None:
+def distance(meters: float, orientation: int, number: int, time: int) -> Fields | None:
     """DISTANCE_SENSOR of a sonar; None if nothing is in its range."""
-    if not 0.0 < metres < 655.0:
+    if not 0.0 < meters < 655.0:
         return None
     return {
         "time_boot_ms": time,
         "min_distance": 10,
         "max_distance": 20000,
-        "current_distance": round(metres * 100),
+        "current_distance": round(meters * 100),
         "type": ULTRASOUND,
         "id": number,
         "orientation": orientation,
@@ -140,7 +140,7 @@ def distance(metres: float, orientation: int, number: int, time: int) -> Fields 
     }
 
 
-def water_depth(state: imc.EstimatedState, place: Position, time: int) -> Fields | None:
+def water_depth(state: imc.EstimatedState, place: GlobalPosition, time: int) -> Fields | None:
     """WATER_DEPTH: how deep the water is, in m below the surface, with the attitude in degrees."""
     known = math.isfinite(state.alt) and state.alt >= 0.0
     angles = state.phi, state.theta, state.psi
@@ -208,7 +208,7 @@ def named_value(name: str, value: float, now: float, boot: float) -> Fields:
 
 
 def high_latency(
-    state: imc.EstimatedState | None, place: Position | None, airspeed: float, throttle: float, fuel: float
+    state: imc.EstimatedState | None, place: GlobalPosition | None, airspeed: float, throttle: float, fuel: float
 ) -> Fields:
     """The measured part of HIGH_LATENCY2; altitudes in m, headings in 2 degrees, speeds in 0.2 m/s."""
     values: dict[str, int] = {"battery": round(fuel) if 0.0 <= fuel <= 100.0 else -1}

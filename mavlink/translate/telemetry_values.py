@@ -17,7 +17,7 @@ LONGEST_EXTRAPOLATION = 1.0  # s
 FIRST_TIME, LAST_TIME = 946_684_800.0, 4_102_444_800.0  # s: years 2000 and 2100
 SUBMARINE = 12  # MAV_TYPE
 MOST_TOGETHER = 100  # parameters in one message
-Said = Iterable[tuple[str, imc.Message]]
+TranslatedMessages = Iterable[tuple[str, imc.Message]]
 
 _KINDS = {
     imc.SystemType.UUV: (SUBMARINE,),
@@ -35,7 +35,7 @@ def system_type(type_: int) -> imc.SystemType:
     return next((kind for kind, types in _KINDS.items() if type_ in types), imc.SystemType.UAV)
 
 
-def state(
+def estimated_state(
     place: Vector, attitude: Vector, velocity: Vector, rates: Vector, depth: float = -1.0, altitude: float = -1.0
 ) -> imc.EstimatedState:
     """A state whose reference is the vehicle itself, so x, y and z are 0.
@@ -66,7 +66,7 @@ def state(
 
 
 @dataclass(frozen=True, slots=True)
-class Fix:
+class GpsReading:
     """What a GPS says, None where it does not: degrees, m, m/s; `utc` in s since 1970; `fix` as in GPS_RAW_INT."""
 
     fix: int
@@ -117,7 +117,9 @@ class Fix:
         )
 
 
-def supply(label: str, volts: float | None, amperes: float | None, percent: float | None) -> Said:
+def battery_messages(
+    label: str, volts: float | None, amperes: float | None, percent: float | None
+) -> TranslatedMessages:
     """What a battery says; None where it does not."""
     if volts is not None:
         yield label, imc.Voltage(value=volts)
@@ -127,41 +129,41 @@ def supply(label: str, volts: float | None, amperes: float | None, percent: floa
         yield label, imc.FuelLevel(value=percent)
 
 
-def sensed(label: str, gyro: Vector | None = None, acceleration: Vector | None = None) -> Said:
+def imu_messages(label: str, gyro: Vector | None = None, acceleration: Vector | None = None) -> TranslatedMessages:
     """rad/s and m/s² of the body."""
     for kind, vector in ((imc.Acceleration, acceleration), (imc.AngularVelocity, gyro)):
         if vector is not None:
             yield label, kind(x=vector[0], y=vector[1], z=vector[2])
 
 
-def magnetic(label: str, gauss: Vector) -> Said:
+def magnetic_field(label: str, gauss: Vector) -> TranslatedMessages:
     if any(gauss):  # all zeros: there is no sensor
         yield label, imc.MagneticField(x=gauss[0], y=gauss[1], z=gauss[2])
 
 
-def pressure(label: str, hectopascals: float, celsius: float) -> Said:
+def pressure_messages(label: str, hectopascals: float, celsius: float) -> TranslatedMessages:
     yield label, imc.Pressure(value=hectopascals)
     yield label, imc.Temperature(value=celsius)
 
 
-def distance(metres: float, valid: bool) -> Said:
+def range_message(meters: float, valid: bool) -> TranslatedMessages:
     validity = imc.Distance.Validity
-    yield RANGE, imc.Distance(validity=validity.VALID if valid else validity.INVALID, value=metres)
+    yield RANGE, imc.Distance(validity=validity.VALID if valid else validity.INVALID, value=meters)
 
 
-def entry(severity: int, context: str, text: str) -> imc.LogBookEntry:
+def log_entry(severity: int, context: str, text: str) -> imc.LogBookEntry:
     """A text with a MAV_SEVERITY."""
     return imc.LogBookEntry(type=_SEVERITIES[min(max(severity, 0), 7)], context=context, text=text)
 
 
-def numbered(label: str, instance: int) -> str:
+def numbered_label(label: str, instance: int) -> str:
     """The label of a further sensor of a kind, counted from 0."""
     return label if instance == 0 else f"{label} {instance + 1}"
 
 
-def stamped(said: Said, time: float, measured: float) -> Iterator[tuple[str, imc.Message]]:
+def with_times(messages: TranslatedMessages, time: float, measured: float) -> Iterator[tuple[str, imc.Message]]:
     """Messages with `time` (s since 1970 UTC) in their headers, `measured` (s since the start) where they tell it."""
-    for label, message in said:
+    for label, message in messages:
         if isinstance(message, imc.LogBookEntry):
             message = message.replace(htime=time)
         elif isinstance(message, imc.Acceleration | imc.AngularVelocity | imc.MagneticField):
@@ -170,7 +172,7 @@ def stamped(said: Said, time: float, measured: float) -> Iterator[tuple[str, imc
 
 
 @dataclass(slots=True)
-class Flight:
+class LoggedFlight:
     """What is known of a vehicle before its log is translated; `start` is the UTC time at which its clock was 0."""
 
     system: int = 1
@@ -183,26 +185,28 @@ class Flight:
 
 
 @dataclass
-class Parameters:
+class ParameterBatch:
     """Collects parameters, which come in hundreds, into few messages."""
 
     waiting: dict[str, float] = field(default_factory=dict[str, float])
 
-    def add(self, name: str, value: float) -> Said:
+    def add(self, name: str, value: float) -> TranslatedMessages:
         """A value; a message if many have come, or this one comes again."""
         if name in self.waiting or len(self.waiting) >= MOST_TOGETHER:
             yield from self.flush()
         self.waiting[name] = value
 
-    def flush(self) -> Said:
+    def flush(self) -> TranslatedMessages:
         """A message with those that came since the last one."""
         if self.waiting:
-            params = tuple(imc.EntityParameter(name=name, value=words(value)) for name, value in self.waiting.items())
+            params = tuple(
+                imc.EntityParameter(name=name, value=number_text(value)) for name, value in self.waiting.items()
+            )
             self.waiting = {}
             yield AUTOPILOT, imc.EntityParameters(name=AUTOPILOT, params=params)
 
 
-def words(value: float) -> str:
+def number_text(value: float) -> str:
     """The shortest text for an integer, or a number of 32 bits: 0.1, not 0.10000000149."""
     if isinstance(value, int):
         return str(value)

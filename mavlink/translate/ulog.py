@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import imc
-from mavlink.log_records import Record
+from mavlink.log_records import LogRecord
 from mavlink.translate.telemetry_values import (
     AUTOPILOT,
     BATTERIES,
@@ -19,20 +19,20 @@ from mavlink.translate.telemetry_values import (
     NAVIGATION,
     PRESSURE,
     SUBMARINE,
-    Fix,
-    Flight,
-    Parameters,
-    Said,
+    GpsReading,
+    LoggedFlight,
+    ParameterBatch,
+    TranslatedMessages,
     Vector,
-    distance,
-    entry,
-    magnetic,
-    numbered,
-    pressure,
-    sensed,
-    stamped,
-    state,
-    supply,
+    battery_messages,
+    estimated_state,
+    imu_messages,
+    log_entry,
+    magnetic_field,
+    numbered_label,
+    pressure_messages,
+    range_message,
+    with_times,
 )
 from mavlink.ulog import DROPOUT, PARAMETER, TEXT, ULog
 from support.wgs84 import displace
@@ -49,9 +49,9 @@ ARMED = 2  # vehicle_status.arming_state
 PLACES = ("vehicle_gps_position", "sensor_gps")
 
 
-def survey_ulog(log: ULog) -> Flight:
+def survey_ulog(log: ULog) -> LoggedFlight:
     """What the whole file says about the vehicle; the time comes with the first position of a GPS."""
-    flight = Flight()
+    flight = LoggedFlight()
     for time, name, values, _ in log.read(frozenset({PARAMETER, *PLACES})):
         value = values.get("value")
         if isinstance(value, int) and values["key"] == "MAV_SYS_ID" and 1 <= value <= 255:
@@ -72,9 +72,9 @@ class ULogTranslator:
     above mean sea level, except those of a GPS that knows its geoid.
     """
 
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: LoggedFlight) -> None:
         self._flight = flight
-        self._parameters = Parameters()
+        self._parameters = ParameterBatch()
         self._place: tuple[float, Vector] | None = None
         self._velocity: Vector = (0.0, 0.0, 0.0)
         self._rates: Vector = (0.0, 0.0, 0.0)
@@ -86,7 +86,7 @@ class ULogTranslator:
         self.dropped = 0.0
         """Seconds that the logger of PX4 has missed."""
 
-        self._handlers: dict[str, Callable[[Any], Said]] = {
+        self._handlers: dict[str, Callable[[Any], TranslatedMessages]] = {
             "vehicle_attitude": self._attitude,
             "vehicle_angular_velocity": self._angular_velocity,
             "vehicle_global_position": self._global_position,
@@ -94,38 +94,40 @@ class ULogTranslator:
             "vehicle_gps_position": lambda m: self._gps(m, "vehicle_gps_position"),
             "sensor_gps": lambda m: self._gps(m, "sensor_gps"),
             "sensor_combined": self._sensors,
-            "vehicle_magnetometer": lambda m: magnetic(numbered(IMU, m.number), _vector(m, "magnetometer_ga")),
+            "vehicle_magnetometer": lambda m: magnetic_field(
+                numbered_label(IMU, m.number), _vector(m, "magnetometer_ga")
+            ),
             "vehicle_air_data": _air,
             "battery_status": _battery,
             "distance_sensor": self._distance,
             "airspeed_validated": _airspeed,
             "vehicle_status": self._status,
-            TEXT: lambda m: [(AUTOPILOT, entry(m.level, "PX4", m.text))],
+            TEXT: lambda m: [(AUTOPILOT, log_entry(m.level, "PX4", m.text))],
             PARAMETER: lambda m: self._parameters.add(m.key, m.value),
             DROPOUT: self._dropout,
         }
 
     @property
-    def kinds(self) -> frozenset[str]:
+    def record_names(self) -> frozenset[str]:
         """Names of the records that are translated."""
         return frozenset(self._handlers)
 
-    def hear(self, record: Record) -> Iterator[tuple[str, imc.Message]]:
+    def translate(self, record: LogRecord) -> Iterator[tuple[str, imc.Message]]:
         """A record in IMC: labels of entities, and messages with their time in s since 1970 UTC.
 
         Without a GPS, times count from the start of the autopilot. Raises AttributeError if it lacks a field.
         """
         self._time = record.time
         time = record.time + (self._flight.start or 0.0)
-        said = self._handlers[record.name](SimpleNamespace(**record.values, number=record.instance))
+        messages = self._handlers[record.name](SimpleNamespace(**record.values, number=record.instance))
         waiting = self._parameters.flush() if record.name != PARAMETER else ()
-        yield from stamped([*waiting, *said], time, record.time)
+        yield from with_times([*waiting, *messages], time, record.time)
 
     def finish(self, time: float) -> Iterator[tuple[str, imc.Message]]:
         """What is left at the end of the log."""
-        yield from stamped(self._parameters.flush(), time, self._time)
+        yield from with_times(self._parameters.flush(), time, self._time)
 
-    def _attitude(self, m: Any) -> Said:
+    def _attitude(self, m: Any) -> TranslatedMessages:
         if m.number:
             return
         attitude = _euler(*_vector(m, "q", 4))
@@ -138,20 +140,20 @@ class ULogTranslator:
         age = self._time - since
         north, east, down = (speed * (age if 0.0 <= age <= LONGEST_EXTRAPOLATION else 0.0) for speed in self._velocity)
         where = displace(*place, north, east, down)
-        yield NAVIGATION, state(where, attitude, self._velocity, self._rates, self._depth, self._altitude)
+        yield NAVIGATION, estimated_state(where, attitude, self._velocity, self._rates, self._depth, self._altitude)
 
-    def _angular_velocity(self, m: Any) -> Said:
+    def _angular_velocity(self, m: Any) -> TranslatedMessages:
         self._rates = _vector(m, "xyz")
         return ()
 
-    def _global_position(self, m: Any) -> Said:
+    def _global_position(self, m: Any) -> TranslatedMessages:
         if m.number == 0 and getattr(m, "lat_lon_valid", True):
             self._place = self._time, (math.radians(m.lat), math.radians(m.lon), m.alt)
         if hasattr(m, "vel_n"):  # before PX4 1.12
             self._velocity = (m.vel_n, m.vel_e, m.vel_d)
         return ()
 
-    def _local_position(self, m: Any) -> Said:
+    def _local_position(self, m: Any) -> TranslatedMessages:
         if m.number:
             return ()
         if m.v_xy_valid and m.v_z_valid:
@@ -162,14 +164,14 @@ class ULogTranslator:
             self._depth = max(0.0, m.z)
         return ()
 
-    def _gps(self, m: Any, name: str) -> Said:
+    def _gps(self, m: Any, name: str) -> TranslatedMessages:
         """Newer files have the receivers as sensor_gps, and both together as vehicle_gps_position: one is enough."""
         self._gps_name = self._gps_name or name
         if name != self._gps_name:
             return
         old = hasattr(m, "lat")  # before PX4 1.14: 1e-7 degrees and mm
         ellipsoid = m.alt_ellipsoid / 1e3 if old else m.altitude_ellipsoid_m
-        fix = Fix(
+        fix = GpsReading(
             m.fix_type,
             m.lat / 1e7 if old else m.latitude_deg,
             m.lon / 1e7 if old else m.longitude_deg,
@@ -183,20 +185,20 @@ class ULogTranslator:
             hacc=_known(m.eph),
             vacc=_known(m.epv),
         )
-        yield numbered(GPS, m.number), fix.message()
+        yield numbered_label(GPS, m.number), fix.message()
 
-    def _sensors(self, m: Any) -> Said:
-        yield from sensed(IMU, _vector(m, "gyro_rad"), _vector(m, "accelerometer_m_s2"))
+    def _sensors(self, m: Any) -> TranslatedMessages:
+        yield from imu_messages(IMU, _vector(m, "gyro_rad"), _vector(m, "accelerometer_m_s2"))
         if hasattr(m, "magnetometer_ga[0]"):
-            yield from magnetic(IMU, _vector(m, "magnetometer_ga"))
+            yield from magnetic_field(IMU, _vector(m, "magnetometer_ga"))
 
-    def _distance(self, m: Any) -> Said:
+    def _distance(self, m: Any) -> TranslatedMessages:
         valid = m.min_distance < m.current_distance < m.max_distance and getattr(m, "signal_quality", -1) != 0
         if m.orientation == DOWN:
             self._altitude = m.current_distance if valid else -1.0
-        return distance(m.current_distance, valid)
+        return range_message(m.current_distance, valid)
 
-    def _status(self, m: Any) -> Said:
+    def _status(self, m: Any) -> TranslatedMessages:
         levels = imc.AutopilotMode.Autonomy
         level = levels.MANUAL if m.nav_state in BY_HAND else levels.ASSISTED if m.nav_state in ASSISTED else levels.AUTO
         mode = imc.AutopilotMode(autonomy=level, mode=MODES.get(m.nav_state, f"Mode({m.nav_state})"))
@@ -206,27 +208,29 @@ class ULogTranslator:
         armed = m.arming_state == ARMED
         if armed != self._armed:
             self._armed = armed
-            yield AUTOPILOT, entry(6, "PX4", "armed" if armed else "disarmed")
+            yield AUTOPILOT, log_entry(6, "PX4", "armed" if armed else "disarmed")
 
-    def _dropout(self, m: Any) -> Said:
+    def _dropout(self, m: Any) -> TranslatedMessages:
         self.dropped += m.ms / 1e3
         return ()
 
 
-def _air(m: Any) -> Said:
+def _air(m: Any) -> TranslatedMessages:
     celsius = m.ambient_temperature if hasattr(m, "ambient_temperature") else m.baro_temp_celcius
-    return pressure(numbered(PRESSURE, m.number), m.baro_pressure_pa / 100.0, celsius)
+    return pressure_messages(numbered_label(PRESSURE, m.number), m.baro_pressure_pa / 100.0, celsius)
 
 
-def _battery(m: Any) -> Said:
+def _battery(m: Any) -> TranslatedMessages:
     if not getattr(m, "connected", True):
         return ()
     amperes, rest = (value if value >= 0.0 else None for value in (m.current_a, m.remaining))
     percent = rest * 100.0 if rest is not None else None
-    return supply(numbered(BATTERIES, m.number), m.voltage_v if m.voltage_v > 0.0 else None, amperes, percent)
+    return battery_messages(
+        numbered_label(BATTERIES, m.number), m.voltage_v if m.voltage_v > 0.0 else None, amperes, percent
+    )
 
 
-def _airspeed(m: Any) -> Said:
+def _airspeed(m: Any) -> TranslatedMessages:
     if math.isfinite(m.indicated_airspeed_m_s):
         yield AUTOPILOT, imc.IndicatedSpeed(value=m.indicated_airspeed_m_s)
 

@@ -5,7 +5,17 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Protocol
 
-from mavlink import AUTOPILOT_NONE, GROUND_STATION, Dialect, Fields, Received, Signing, StreamSplitter, encode, split
+from mavlink import (
+    AUTOPILOT_NONE,
+    GROUND_STATION,
+    Dialect,
+    Fields,
+    ReceivedMessage,
+    Signing,
+    StreamSplitter,
+    encode,
+    split,
+)
 from tasks.control.autopilot.kinds import PX4
 from tasks.control.autopilot.orders import ACCEPTED, Orders
 
@@ -80,13 +90,13 @@ class Connection:
         """Whether an autopilot has been heard."""
         return self.autopilot >= 0
 
-    def hear(self, data: bytes, now: float) -> Iterator[Received]:
+    def hear(self, data: bytes, now: float) -> Iterator[ReceivedMessage]:
         """The messages of the autopilot in what has arrived."""
         messages, damages = self._split(data)
         self.counts["damaged"] += damages
         source = getattr(data, "source", None)
         for message in messages:
-            fault = self._signing.fault(message) if self._signing is not None else ""
+            fault = self._signing.reject_reason(message) if self._signing is not None else ""
             if fault:
                 self.counts[fault] += 1
             elif not self._admits(message) or self._is_elsewhere(source, now):
@@ -97,7 +107,7 @@ class Connection:
                 self._port.reply_to(data)
                 yield message
 
-    def _admits(self, message: Received) -> bool:
+    def _admits(self, message: ReceivedMessage) -> bool:
         """Whether a message is the autopilot's own; the first HEARTBEAT of one decides who that is."""
         if message.component != self.component or (self.system != NOBODY and message.system != self.system):
             return False
@@ -113,7 +123,7 @@ class Connection:
     def _is_elsewhere(self, source: object, now: float) -> bool:
         return None not in (source, self._source) and source != self._source and now - self._source_at <= FAITH
 
-    def _look_at(self, message: Received) -> None:
+    def _look_at(self, message: ReceivedMessage) -> None:
         """Tell of others with ids that must be unique."""
         if message.name == "HEARTBEAT" and message.system == self._own and not self.met and not self._warned:
             self._warned.add(NOBODY)
@@ -126,7 +136,7 @@ class Connection:
             self._warned.add(message.component)
             self._warn(f"{who[message.component]} the same MAVLink system id, {self.system}: give it another one")
 
-    def is_for_us(self, reply: Received) -> bool:
+    def is_for_us(self, reply: ReceivedMessage) -> bool:
         """Whether an answer is ours; older autopilots leave its target open."""
         to = reply.values["target_system"], reply.values["target_component"]
         return to in ((self.system, COMPONENT), (NOBODY, NOBODY))

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 import imc
-from mavlink import Dialect, Received
+from mavlink import Dialect, ReceivedMessage
 from mavlink.translate import AutopilotTranslator
 from tasks.control.autopilot.clock import RemoteClock
 from tasks.control.autopilot.connection import ESSENTIAL
@@ -62,7 +62,7 @@ class Hearing:
         """What the autopilot has said of late that may be a reason; "" if it has said nothing."""
         return self._text if now - self._text_at <= RECENT else ""
 
-    def take(self, message: Received, now: float) -> Iterator[tuple[str, imc.Message]]:
+    def take(self, message: ReceivedMessage, now: float) -> Iterator[tuple[str, imc.Message]]:
         """What a message says, each with the label of its entity, and the time of the measurement in its header."""
         name, values = message.name, message.values
         if name == "GLOBAL_POSITION_INT" and not self._note_place(values):
@@ -72,7 +72,7 @@ class Hearing:
             return  # what is ahead is no altitude
         if name == "STATUSTEXT" and values["severity"] <= LOUD and not values["chunk_seq"]:
             self._text, self._text_at = values["text"].decode(errors="replace"), now
-        if name not in self._translator.kinds:
+        if name not in self._translator.message_names:
             return
         time, count = now, values.get("time_boot_ms")
         if count is not None:
@@ -80,7 +80,7 @@ class Hearing:
             time = self.clock.time(count / 1e3, now)
         if name == "ATTITUDE":  # a better comparison of the clocks does not set states back
             time = self._latest = max(time, min(now, self._latest + LEAST_STEP))
-        for label, said in self._translator.hear(message, time):
+        for label, said in self._translator.translate(message, time):
             if isinstance(said, SILENT_KINDS):
                 continue
             if not is_sound(said):

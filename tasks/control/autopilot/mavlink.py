@@ -6,7 +6,7 @@ from pathlib import Path
 
 import imc
 from autonomy.control import EnabledLoops
-from mavlink import ARMED, Fields, Received, Signing, SigningTime, load_dialect, read_key, system_of
+from mavlink import ARMED, Fields, ReceivedMessage, Signing, SigningTime, load_dialect, read_key, system_of
 from mavlink.translate import ENTITIES
 from runtime import ParameterError, State, Task, consume, expect, param, periodic
 from runtime.vehicle import general_number
@@ -132,7 +132,7 @@ class MAVLink(Task):
         for message in self.connection.hear(data, self.now):
             self._take(message)
 
-    def _take(self, message: Received) -> None:
+    def _take(self, message: ReceivedMessage) -> None:
         name, values = message.name, message.values
         if name == "HEARTBEAT":
             self.note_beat(values)
@@ -173,7 +173,7 @@ class MAVLink(Task):
         if before != (pilot.mode, pilot.armed):
             self._act()
 
-    def _translate(self, message: Received) -> None:
+    def _translate(self, message: ReceivedMessage) -> None:
         restarts = self._hearing.restarts
         for label, said in self._hearing.take(message, self.now):
             entity = self.entity if label == ENTITIES[0] else self._parts.get(label)

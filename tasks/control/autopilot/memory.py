@@ -7,7 +7,7 @@ from enum import Enum, auto
 from typing import Any
 
 from mavlink import Fields
-from mavlink.missions import Command, Item, MissionResult
+from mavlink.missions import Item, MissionCommand, MissionResult
 
 PATIENCE, TRIES = 1.5, 5  # s without an answer, after which the last message is sent again; how often
 RECALLED = 1.0  # s between two requests to go on at another item
@@ -15,11 +15,11 @@ SAME_HEIGHT = 0.02  # m; ArduPilot keeps centimeters
 PLACES = {5: 0, 6: 3, 11: 10}  # MAV_FRAME of integers -> the one that older autopilots return
 WHOLE, EXACT = 0.51, 0.01  # ArduPilot keeps times and radii as whole numbers
 COMPARED: Mapping[int, Mapping[str, float]] = {
-    Command.NAV_WAYPOINT: {"param1": WHOLE},
-    Command.NAV_LOITER_TIME: {"param1": WHOLE},
-    Command.NAV_LOITER_TURNS: {"param1": WHOLE, "param3": WHOLE},
-    Command.NAV_DELAY: {"param1": WHOLE},
-    Command.DO_CHANGE_SPEED: {"param2": EXACT},
+    MissionCommand.NAV_WAYPOINT: {"param1": WHOLE},
+    MissionCommand.NAV_LOITER_TIME: {"param1": WHOLE},
+    MissionCommand.NAV_LOITER_TURNS: {"param1": WHOLE, "param3": WHOLE},
+    MissionCommand.NAV_DELAY: {"param1": WHOLE},
+    MissionCommand.DO_CHANGE_SPEED: {"param2": EXACT},
 }
 """The parameters on which the way depends, and how far they may differ; autopilots do not keep the others."""
 UNKNOWN_TOTAL = 0xFFFF

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import imc
 from autonomy.plans import main_sequence
 from imc.coordinates import maneuver_corners
-from mavlink.missions import Command, Item
+from mavlink.missions import Item, MissionCommand
 from support.wgs84 import displace, displacement
 from tasks.control.autopilot.kinds import Body
 from tasks.control.autopilot.leg import Leg, Whereabouts, height_above_home
@@ -64,7 +64,7 @@ class Writer:
             raise ValueError(remarks[0])
         self._place = self.at.lat, self.at.lon
         if not self.body.px4:
-            self.put(Command.NAV_WAYPOINT, self._place, self.at.amsl - self.at.above_home, frame=GLOBAL)
+            self.put(MissionCommand.NAV_WAYPOINT, self._place, self.at.amsl - self.at.above_home, frame=GLOBAL)
         for node in chain:
             teller = TOLD.get(type(node.data))
             try:
@@ -78,18 +78,18 @@ class Writer:
     def land(self, lat: float, lon: float) -> list[Item]:
         """A plane's landing alone."""
         if not self.body.px4:
-            self.put(Command.NAV_WAYPOINT, (lat, lon), self.at.amsl - self.at.above_home, frame=GLOBAL)
+            self.put(MissionCommand.NAV_WAYPOINT, (lat, lon), self.at.amsl - self.at.above_home, frame=GLOBAL)
         self.approach_to(lat, lon)
         return self.items
 
     def put(
-        self, command: Command, place: tuple[float, float], height: float, *numbers: float, frame: int = RELATIVE
+        self, command: MissionCommand, place: tuple[float, float], height: float, *numbers: float, frame: int = RELATIVE
     ) -> None:
         one, two, three, four, *_ = (*numbers, 0.0, 0.0, 0.0, 0.0)
         lat, lon = map(degrees_e7, place)
         self.items.append(Item(frame, int(command), 0, 1, one, two, three, four, lat, lon, height))
 
-    def command(self, command: Command, *numbers: float) -> None:
+    def command(self, command: MissionCommand, *numbers: float) -> None:
         """An item without a place."""
         one, two, three, four, *_ = (*numbers, 0.0, 0.0, 0.0, 0.0)
         self.items.append(Item(NO_PLACE, int(command), 0, 1, one, two, three, four))
@@ -105,9 +105,11 @@ class Writer:
             raise ValueError("the speed for an autopilot must be in m/s, and more than 0")
         if maneuver.speed != self._speed:
             self._speed = maneuver.speed
-            self.command(Command.DO_CHANGE_SPEED, AIR_SPEED if self.body.roams else GROUND_SPEED, maneuver.speed, -1.0)
+            self.command(
+                MissionCommand.DO_CHANGE_SPEED, AIR_SPEED if self.body.roams else GROUND_SPEED, maneuver.speed, -1.0
+            )
 
-    def go(self, maneuver: Any, *numbers: float, command: Command = Command.NAV_WAYPOINT) -> None:
+    def go(self, maneuver: Any, *numbers: float, command: MissionCommand = MissionCommand.NAV_WAYPOINT) -> None:
         """An item at the place of a maneuver."""
         self.hasten(maneuver)
         self._place = maneuver.lat, maneuver.lon
@@ -117,34 +119,34 @@ class Writer:
         self.hasten(maneuver)
         for north, east, up in offsets:
             self._place = displace(maneuver.lat, maneuver.lon, 0.0, north, east)[:2]
-            self.put(Command.NAV_WAYPOINT, self._place, self.height(maneuver, up))
+            self.put(MissionCommand.NAV_WAYPOINT, self._place, self.height(maneuver, up))
 
     def approach_to(self, lat: float, lon: float) -> None:
         """Down to the height of the approach in circles, then straight on to the ground."""
         final = self.approach
-        for part, command in ((1.0, Command.NAV_LOITER_TO_ALT), (PASSING, Command.NAV_WAYPOINT)):
+        for part, command in ((1.0, MissionCommand.NAV_LOITER_TO_ALT), (PASSING, MissionCommand.NAV_WAYPOINT)):
             back = -part * final.length
             place = displace(lat, lon, 0.0, back * math.cos(final.course), back * math.sin(final.course))[:2]
-            numbers = (TO_ALT_TOWARDS_NEXT,) if command is Command.NAV_LOITER_TO_ALT else ()
+            numbers = (TO_ALT_TOWARDS_NEXT,) if command is MissionCommand.NAV_LOITER_TO_ALT else ()
             self.put(command, place, part * final.height, *numbers)
-        self.put(Command.NAV_LAND, (lat, lon), 0.0)
+        self.put(MissionCommand.NAV_LAND, (lat, lon), 0.0)
 
     def take_off(self, takeoff: imc.Takeoff) -> None:
-        self.put(Command.NAV_TAKEOFF, self._place, self.height(takeoff), STEEP if self.body.roams else 0.0)
+        self.put(MissionCommand.NAV_TAKEOFF, self._place, self.height(takeoff), STEEP if self.body.roams else 0.0)
 
     def touch_down(self, land: imc.Land) -> None:
         lat, lon = (land.lat, land.lon) if (land.lat, land.lon) != (0.0, 0.0) else self._place
         if self.body.roams:
             self.approach_to(lat, lon)
         else:
-            self.put(Command.NAV_LAND, (lat, lon), 0.0)
+            self.put(MissionCommand.NAV_LAND, (lat, lon), 0.0)
 
     def stay(self, station: Any) -> None:
         """Hover, or circle if it cannot."""
         if station.duration:
-            self.go(station, station.duration + LONGER, command=Command.NAV_LOITER_TIME)
+            self.go(station, station.duration + LONGER, command=MissionCommand.NAV_LOITER_TIME)
         else:
-            self.go(station, command=Command.NAV_LOITER_UNLIM)
+            self.go(station, command=MissionCommand.NAV_LOITER_UNLIM)
 
     def circle(self, loiter: imc.Loiter) -> None:
         forms, body = imc.Loiter.Type, self.body
@@ -159,19 +161,19 @@ class Writer:
         if not loiter.duration and not body.roams:
             raise ValueError("a circle without end is not known in missions of this vehicle")
         if not loiter.duration:
-            self.go(loiter, 0.0, 0.0, radius, command=Command.NAV_LOITER_UNLIM)
+            self.go(loiter, 0.0, 0.0, radius, command=MissionCommand.NAV_LOITER_UNLIM)
         elif body.px4 or not loiter.radius:
-            self.go(loiter, loiter.duration + LONGER, 0.0, radius, command=Command.NAV_LOITER_TIME)
+            self.go(loiter, loiter.duration + LONGER, 0.0, radius, command=MissionCommand.NAV_LOITER_TIME)
         else:
             turns = math.ceil(loiter.duration * loiter.speed / (math.tau * loiter.radius)) + 1
             if turns > MOST_TURNS:
                 raise ValueError(f"{turns} turns are more than {MOST_TURNS}")
-            self.go(loiter, float(turns), 0.0, radius, command=Command.NAV_LOITER_TURNS)
+            self.go(loiter, float(turns), 0.0, radius, command=MissionCommand.NAV_LOITER_TURNS)
 
     def wait(self, idle: imc.IdleManeuver) -> None:
         if not idle.duration or self.body.roams:
             raise ValueError("a plane cannot wait" if self.body.roams else "a wait without end is no item")
-        self.command(Command.NAV_DELAY, idle.duration + LONGER, -1.0, -1.0, -1.0)
+        self.command(MissionCommand.NAV_DELAY, idle.duration + LONGER, -1.0, -1.0, -1.0)
 
 
 TOLD: Mapping[type[Any], Callable[[Writer, Any], None]] = {
@@ -190,19 +192,19 @@ TOLD: Mapping[type[Any], Callable[[Writer, Any], None]] = {
 
 ARRIVALS = frozenset(
     {
-        Command.NAV_WAYPOINT,
-        Command.NAV_LOITER_UNLIM,
-        Command.NAV_LOITER_TIME,
-        Command.NAV_LOITER_TURNS,
-        Command.NAV_TAKEOFF,
-        Command.NAV_LAND,
+        MissionCommand.NAV_WAYPOINT,
+        MissionCommand.NAV_LOITER_UNLIM,
+        MissionCommand.NAV_LOITER_TIME,
+        MissionCommand.NAV_LOITER_TURNS,
+        MissionCommand.NAV_TAKEOFF,
+        MissionCommand.NAV_LAND,
     }
 )
 
 
 def item_of(leg: Leg, items: Sequence[Item], begin: int) -> int | None:
     """The number of the item that leads along a leg, at `begin` or later; None if there is none."""
-    wanted = Command.NAV_TAKEOFF if leg.takes_off else Command.NAV_LAND if leg.lands else None
+    wanted = MissionCommand.NAV_TAKEOFF if leg.takes_off else MissionCommand.NAV_LAND if leg.lands else None
     for number, item in enumerate(items[begin:], begin):
         if item.command not in ARRIVALS or (wanted is not None and item.command != wanted):
             continue
@@ -214,12 +216,12 @@ def item_of(leg: Leg, items: Sequence[Item], begin: int) -> int | None:
 
 def first_of(items: Sequence[Item], item: int) -> int:
     """The first of the items without a place that belong to an item: they set the speed, or lead to the landing."""
-    land = items[item].command == Command.NAV_LAND
+    land = items[item].command == MissionCommand.NAV_LAND
     while item > 0 and (items[item - 1].frame == NO_PLACE or (land and _leads_down(items, item))):
         item -= 1
     return item
 
 
 def _leads_down(items: Sequence[Item], item: int) -> bool:
-    to_alt = Command.NAV_LOITER_TO_ALT
+    to_alt = MissionCommand.NAV_LOITER_TO_ALT
     return any(each.command == to_alt for each in items[max(0, item - 2) : item])

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from mavlink import Received, statustext
+from mavlink import ReceivedMessage, statustext
 from tasks.transports.mavlink_protocol import inquiries
 from tasks.transports.mavlink_protocol.cameras import Camera
 from tasks.transports.mavlink_protocol.commands import obey
@@ -21,7 +21,7 @@ FILES = "FILE_TRANSFER_PROTOCOL"
 UNSUPPORTED = Reply(Result.UNSUPPORTED)
 
 
-def hearers(session: Session, message: Received) -> list[Session]:
+def hearers(session: Session, message: ReceivedMessage) -> list[Session]:
     """The components that a message is for; an order to all is only for those who know it, a file for the first."""
     found = [p for p in (session, *session.cameras) if addressed(message, session.autopilot.system, p.component)]
     if message.name == FILES:
@@ -31,7 +31,7 @@ def hearers(session: Session, message: Received) -> list[Session]:
     return [part for part in found[1:] if _knows(part, message)] or found[:1]
 
 
-def serve_camera(session: Session, message: Received, now: float) -> None:
+def serve_camera(session: Session, message: ReceivedMessage, now: float) -> None:
     """Answer a message to the camera of a session; ignore it if it needs no answer."""
     service, camera = SERVICES.get(message.name), session.camera
     if service is not None and camera is not None:
@@ -68,7 +68,7 @@ def acknowledge_setting(session: Session, setting: Setting, result: int) -> None
     session.send("PARAM_EXT_ACK", {**fields, "param_result": result})
 
 
-def _knows(session: Session, message: Received) -> bool:
+def _knows(session: Session, message: ReceivedMessage) -> bool:
     """Whether an order that all get is meant for a camera."""
     command, first = message.values["command"], message.values["param1"]
     if command != REQUEST_MESSAGE:
@@ -77,27 +77,27 @@ def _knows(session: Session, message: Received) -> bool:
     return definition is not None and definition.name in session.streams and definition.name not in STREAMS
 
 
-def _order(session: Session, camera: Camera, message: Received, now: float) -> None:
+def _order(session: Session, camera: Camera, message: ReceivedMessage, now: float) -> None:
     obey(session, message, now, COMMANDS)
 
 
-def _file(session: Session, camera: Camera, message: Received, now: float) -> None:
+def _file(session: Session, camera: Camera, message: ReceivedMessage, now: float) -> None:
     """The vehicle's files: MAVSDK asks the camera itself for its definition."""
     session.autopilot.transfers.hear(session, message, now)
 
 
-def _list(session: Session, camera: Camera, message: Received, now: float) -> None:
+def _list(session: Session, camera: Camera, message: ReceivedMessage, now: float) -> None:
     session.send_all([partial(show_setting, session, setting) for setting in camera.settings], now)
 
 
-def _read(session: Session, camera: Camera, message: Received, now: float) -> None:
+def _read(session: Session, camera: Camera, message: ReceivedMessage, now: float) -> None:
     index, name = message.values["param_index"], message.values["param_id"]
     setting = camera.settings.named(name) if index == -1 else camera.settings.at(index)
     if setting is not None:
         show_setting(session, setting)
 
 
-def _set(session: Session, camera: Camera, message: Received, now: float) -> None:
+def _set(session: Session, camera: Camera, message: ReceivedMessage, now: float) -> None:
     values = message.values
     setting = camera.settings.named(values["param_id"])
     if setting is None:
@@ -113,7 +113,7 @@ def _set(session: Session, camera: Camera, message: Received, now: float) -> Non
     camera.change(setting, wanted, session, now)
 
 
-def _raw_value(message: Received) -> bytes:
+def _raw_value(message: ReceivedMessage) -> bytes:
     """The value in PARAM_EXT_SET, with the zeros in it."""
     start = 2 + 16  # target and name
     return message.payload[start : start + 128]
@@ -184,7 +184,7 @@ COMMANDS = {
     **CAMERA_COMMANDS,
 }
 
-SERVICES: Mapping[str, Callable[[Session, Camera, Received, float], None]] = {
+SERVICES: Mapping[str, Callable[[Session, Camera, ReceivedMessage, float], None]] = {
     "COMMAND_LONG": _order,
     "COMMAND_INT": _order,
     "PARAM_EXT_REQUEST_LIST": _list,

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from mavlink import Fields, Flavour
+from mavlink import Fields, Flavor
 from mavlink.translate import cameras_from_imc, from_imc
 from tasks.transports.mavlink_protocol.camera_definition import version_of
 from tasks.transports.mavlink_protocol.streams import Built, Stream
@@ -80,7 +80,7 @@ def camera_streams(camera: "Camera") -> Mapping[str, Stream]:
     """What a camera says, by name of the message."""
 
     def stream(name: str, rate: float, sources: str, build: Build) -> Stream:
-        def made(system: MavlinkSystem, flavour: Flavour, now: float) -> Built:
+        def made(system: MavlinkSystem, flavour: Flavor, now: float) -> Built:
             return build(camera, system, now)
 
         return Stream(name, rate, 0, sources, made)

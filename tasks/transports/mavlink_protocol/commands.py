@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink import Received, statustext
+from mavlink import ReceivedMessage, statustext
 from tasks.transports.mavlink_protocol import inquiries, steering
 from tasks.transports.mavlink_protocol.orders import REPEATED, Dialogue, Order, Reply, Result, order_of
 from tasks.transports.mavlink_protocol.session import Session
@@ -12,7 +12,7 @@ Command = Callable[[Session, Order, float], Reply | None]
 COMMANDS: Mapping[int, Command] = {**inquiries.COMMANDS, **steering.COMMANDS}
 
 
-def obey(session: Session, message: Received, now: float, commands: Mapping[int, Command] = COMMANDS) -> None:
+def obey(session: Session, message: ReceivedMessage, now: float, commands: Mapping[int, Command] = COMMANDS) -> None:
     """Carry out COMMAND_LONG or COMMAND_INT, acknowledge it, and send the reason if it is refused.
 
     An order that takes time is acknowledged when the vehicle has answered, and before that as in progress if that
@@ -56,7 +56,7 @@ def look_after(session: Session, now: float) -> float | None:
     return min((d.impatient for d in waiting if d.impatient < math.inf), default=None)
 
 
-def acknowledge(session: Session, message: Received, reply: Reply, now: float) -> None:
+def acknowledge(session: Session, message: ReceivedMessage, reply: Reply, now: float) -> None:
     progress = 255 if reply.result is Result.IN_PROGRESS else 0
     session.answer(message, "COMMAND_ACK", command=message.values["command"], result=reply.result, progress=progress)
     if reply.reason:

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Sequence
 
 import imc
-from mavlink import FLAVOURS
-from mavlink.missions import BadItem, Command, Item, MissionResult, plan_of
+from mavlink import FLAVORS
+from mavlink.missions import BadItem, Item, MissionCommand, MissionResult, plan_of
 from tasks.transports.mavlink_protocol.helm import Outcome, Then, chain
 from tasks.transports.mavlink_protocol.orders import DONE, Finish, Reply, Result
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
@@ -34,13 +34,18 @@ def go(
     if not _given(place):
         place = found[1].lat, found[1].lon
     frame, z = _level(system, frame, z, found[1].relative)
-    there = _item(Command.NAV_WAYPOINT, frame, place, z)
-    stay = there._replace(command=Command.NAV_LOITER_UNLIM)
+    there = _item(MissionCommand.NAV_WAYPOINT, frame, place, z)
+    stay = there._replace(command=MissionCommand.NAV_LOITER_UNLIM)
     return _send(system, "goto", [*_speed(speed), there, stay], finish, now, _closely(system))
 
 
 def execute(
-    system: MavlinkSystem, command: Command, order: Sequence[float], frame: int | None, finish: Finish, now: float
+    system: MavlinkSystem,
+    command: MissionCommand,
+    order: Sequence[float],
+    frame: int | None,
+    finish: Finish,
+    now: float,
 ) -> Reply | None:
     """Carry out an item that a station sends as an order: a stay of some time or turns. `order` has its parameters."""
     found = system.place()
@@ -74,7 +79,7 @@ def return_home(system: MavlinkSystem, finish: Finish, now: float) -> Reply | No
     if system.home is None:
         return Reply(Result.TEMPORARILY_REJECTED, "Home is not known yet")
     home = system.home.lat, system.home.lon
-    command = Command.NAV_LOITER_UNLIM if system.kind.afloat else Command.NAV_RETURN_TO_LAUNCH
+    command = MissionCommand.NAV_LOITER_UNLIM if system.kind.afloat else MissionCommand.NAV_RETURN_TO_LAUNCH
     return _send(system, "return", [_item(command, RELATIVE, home, 0.0)], finish, now, _closely(system))
 
 
@@ -85,7 +90,7 @@ def take_off(system: MavlinkSystem, frame: int | None, z: float, finish: Finish,
     if not math.isfinite(z):
         frame, z = RELATIVE, system.takeoff_altitude()
     frame = RELATIVE if frame is None else frame
-    return _send(system, "takeoff", [_item(Command.NAV_TAKEOFF, frame, (0.0, 0.0), z)], finish, now)
+    return _send(system, "takeoff", [_item(MissionCommand.NAV_TAKEOFF, frame, (0.0, 0.0), z)], finish, now)
 
 
 def land(system: MavlinkSystem, place: Place, finish: Finish, now: float) -> Reply | None:
@@ -93,7 +98,7 @@ def land(system: MavlinkSystem, place: Place, finish: Finish, now: float) -> Rep
     if system.place() is None:
         return NOWHERE
     given = place if _given(place) and place != (0.0, 0.0) else (0.0, 0.0)
-    return _send(system, "land", [_item(Command.NAV_LAND, RELATIVE, given, 0.0)], finish, now)
+    return _send(system, "land", [_item(MissionCommand.NAV_LAND, RELATIVE, given, 0.0)], finish, now)
 
 
 def orbit(
@@ -113,7 +118,10 @@ def orbit(
         place = found[1].lat, found[1].lon
     radius = radius if math.isfinite(radius) and radius else settings.radius
     frame, z = _level(system, *level, found[1].relative)
-    items = [*_speed(speed), _item(Command.NAV_LOITER_TURNS, frame, place, z)._replace(param1=1.0, param3=radius)]
+    items = [
+        *_speed(speed),
+        _item(MissionCommand.NAV_LOITER_TURNS, frame, place, z)._replace(param1=1.0, param3=radius),
+    ]
 
     def forever(plan: imc.PlanSpecification) -> imc.PlanSpecification:
         *before, last = plan.maneuvers
@@ -143,7 +151,7 @@ def _send(
 ) -> Reply | None:
     """Start a plan of items; the order is answered when the vehicle has accepted or refused it."""
     try:
-        plan = plan_of(items, FLAVOURS["generic"], system.mission_settings(name)).plan
+        plan = plan_of(items, FLAVORS["generic"], system.mission_settings(name)).plan
     except BadItem as bad:
         return Reply(RESULTS.get(bad.result, Result.DENIED), f"{name.capitalize()} denied: {bad.reason}")
     system.helm.start(change(plan), _judge(name, finish), now)
@@ -173,14 +181,14 @@ def _judge(name: str, finish: Finish) -> Then:
     return judge
 
 
-def _item(command: Command, frame: int, place: Place, z: float) -> Item:
+def _item(command: MissionCommand, frame: int, place: Place, z: float) -> Item:
     lat, lon = (round(math.degrees(angle) * DEGREES) for angle in place)
     return Item(frame, command, x=lat, y=lon, z=z)
 
 
 def _speed(speed: float) -> list[Item]:
     """An item that sets a speed, if one is given."""
-    return [Item(RELATIVE, Command.DO_CHANGE_SPEED, param2=speed)] if speed > 0.0 else []
+    return [Item(RELATIVE, MissionCommand.DO_CHANGE_SPEED, param2=speed)] if speed > 0.0 else []
 
 
 def _level(system: MavlinkSystem, frame: int | None, z: float, present: float) -> tuple[int, float]:

@@ -6,7 +6,7 @@ from typing import get_args
 
 import imc
 from imc.discovery import Service
-from mavlink import KINDS, SYSTEMS, Received, statustext
+from mavlink import KINDS, SYSTEMS, ReceivedMessage, statustext
 from mavlink.missions import first_item
 from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
@@ -193,7 +193,7 @@ class GroundLinks(Task):
     def sessions(self) -> list[Session]:
         return self.network.sessions()
 
-    def take(self, link: Link, peer: Peer, message: Received) -> None:
+    def take(self, link: Link, peer: Peer, message: ReceivedMessage) -> None:
         """Obey a message that is for this vehicle."""
         self.twins.hear(message, name_of(peer), self.now)
         session = link.session(peer)
@@ -210,7 +210,7 @@ class GroundLinks(Task):
         else:
             self.obey(session, message, parts)
 
-    def obey(self, session: Session, message: Received, parts: Sequence[Session] = ()) -> None:
+    def obey(self, session: Session, message: ReceivedMessage, parts: Sequence[Session] = ()) -> None:
         """Let the autopilot, or the components of `parts`, answer a message."""
         self.stations.hear(message, self.now)
         session.hear(message, self.now)

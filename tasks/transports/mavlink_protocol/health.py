@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable
 
 import imc
-from mavlink import CRITICAL, EMERGENCY, STANDBY, STATUS, moving
+from mavlink import CRITICAL, EMERGENCY, STANDBY, STATUS, is_moving
 from runtime.task import Entity, State
 
 OpMode = imc.VehicleState.OpMode
@@ -36,7 +36,7 @@ class Health:
                 self.aborted, self._aborted_at = True, now
             case imc.VehicleState():
                 self.abandoned = False
-                over = moving(message) or now - self._aborted_at > EMERGENCY_LASTS
+                over = is_moving(message) or now - self._aborted_at > EMERGENCY_LASTS
                 self.aborted = self.aborted and (lands or message.op_mode == OpMode.ERROR or not over)
             case _:
                 pass

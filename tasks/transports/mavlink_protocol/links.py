@@ -5,8 +5,9 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from mavlink import UNSIGNED, Received, Signing, StreamSplitter, split, statustext
+from mavlink import UNSIGNED, ReceivedMessage, Signing, StreamSplitter, split
 from runtime.devices import DeviceOwner
+from support.rate_limit import TokenBucket
 from tasks.transports.mavlink_protocol.keys import Keys
 from tasks.transports.mavlink_protocol.routes import Route
 from tasks.transports.mavlink_protocol.session import DATAGRAM_BURST, DATAGRAMS_PER_SECOND, Session
@@ -36,7 +37,7 @@ class Host(DeviceOwner, Protocol):
         """A session with a new peer."""
         ...
 
-    def take(self, link: "Link", peer: Peer, message: Received) -> None:
+    def take(self, link: "Link", peer: Peer, message: ReceivedMessage) -> None:
         """Obey a message."""
         ...
 
@@ -60,7 +61,7 @@ class Link:
         self._host = host
         self._warned = False
         self._named: set[str] = set()
-        self._strangers = statustext.Tap(DATAGRAMS_PER_SECOND / host.speed, DATAGRAM_BURST, 0.0)
+        self._strangers = TokenBucket(DATAGRAMS_PER_SECOND / host.speed, DATAGRAM_BURST, 0.0)
 
     def open(self) -> None:
         """Open it; if that fails, the reason is logged once, and it may be called again."""
@@ -108,23 +109,23 @@ class Link:
         """
         session = self.sessions.get(peer)
         tap = self._strangers if session is None else session.admit
-        if not tap.take(self._host.now, max(1.0, len(data) / LARGE)):
+        if not tap.try_acquire(self._host.now, max(1.0, len(data) / LARGE)):
             self._drop(peer, 1)
             return None
         found, damages = split(data, self._host.autopilot.dialect) if splitter is None else splitter.feed(data)
         self.counts["malformed"] += damages + (not data)
         return self.accept(peer, found, tap)
 
-    def accept(self, peer: Peer, messages: list[Received], tap: statustext.Tap) -> int:
+    def accept(self, peer: Peer, messages: list[ReceivedMessage], tap: TokenBucket) -> int:
         """Obey messages, except those that are not signed as they should be; returns how many there were."""
         good = 0
         for place, message in enumerate(messages):
             if not self.reaches(peer):
                 break  # it went while it was answered
-            if place and not tap.take(self._host.now):
+            if place and not tap.try_acquire(self._host.now):
                 self._drop(peer, len(messages) - place)
                 break
-            fault = self.signing.fault(message) if self.signing is not None else ""
+            fault = self.signing.reject_reason(message) if self.signing is not None else ""
             if fault and not (self.route.open and fault == UNSIGNED):
                 self.counts[fault] += 1
                 continue

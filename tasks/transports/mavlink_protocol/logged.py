@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import imc
 from imc.discovery import Services
 from imc.lsf import Log
-from mavlink import KINDS, Flavour, Mode, mode_number, system_of
+from mavlink import KINDS, Flavor, Mode, mode_number, system_of
 from mavlink.translate import from_imc
 from runtime.logs import SystemNames
 from runtime.profile import read_sections
@@ -219,7 +219,7 @@ class LoggedSystem(MavlinkSystem):
         name = self._mode_name
         return MODES.get(name, Mode.TELEOPERATION) if name else super().mode
 
-    def custom_mode(self, flavour: Flavour) -> int:
+    def custom_mode(self, flavour: Flavor) -> int:
         number = mode_number(self._mode_name, self.kind.type, flavour, self.dialect.enumerations)
         return super().custom_mode(flavour) if number is None else number
 

@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 import imc
-from mavlink import Mode, Received, statustext
+from mavlink import Mode, ReceivedMessage, statustext
 
 if TYPE_CHECKING:
     from tasks.transports.mavlink_protocol.session import Session
@@ -18,7 +18,7 @@ RANGE = 127  # of RemoteActions
 STRANGER = "Another ground station steers"
 
 
-def steer_by_axes(session: "Session", message: Received, now: float) -> None:
+def steer_by_axes(session: "Session", message: ReceivedMessage, now: float) -> None:
     """MANUAL_CONTROL: x is thrust; r turns, of boats also y; z around 500, or s, is the pitch of an AUV."""
     values = message.values
     x, y, r = (_share(values[name] / FULL) if values[name] != UNUSED else 0.0 for name in "xyr")
@@ -29,7 +29,7 @@ def steer_by_axes(session: "Session", message: Received, now: float) -> None:
     _send(session, message, thrust=x, turn=turn, pitch=pitch, now=now)
 
 
-def steer_by_channels(session: "Session", message: Received, now: float) -> None:
+def steer_by_channels(session: "Session", message: ReceivedMessage, now: float) -> None:
     """RC_CHANNELS_OVERRIDE as ArduSub and ArduRover read it: 5 thrust, 4 turn, 3 pitch; of boats 3 thrust, 1 turn."""
 
     def channel(number: int) -> float:
@@ -42,7 +42,9 @@ def steer_by_channels(session: "Session", message: Received, now: float) -> None
         _send(session, message, thrust=channel(3), turn=channel(1), pitch=0.0, now=now)
 
 
-def _send(session: "Session", message: Received, *, thrust: float, turn: float, pitch: float, now: float) -> None:
+def _send(
+    session: "Session", message: ReceivedMessage, *, thrust: float, turn: float, pitch: float, now: float
+) -> None:
     system = session.autopilot
     if system.mode is not Mode.TELEOPERATION or system.errand != "steered":
         return

@@ -5,11 +5,11 @@ from enum import IntEnum
 
 import imc
 from autonomy.plans import remaining_plan
-from mavlink import FLAVOURS, Flavour
+from mavlink import FLAVORS, Flavor
 from mavlink.missions import (
+    ConversionContext,
     Item,
-    Settings,
-    Table,
+    ItemMap,
     area_of,
     fence_of,
     first_item,
@@ -48,7 +48,7 @@ class Mission:
     def __init__(
         self,
         helm: Helm,
-        settings: Callable[[], Settings],
+        settings: Callable[[], ConversionContext],
         limits: Callable[[], imc.OperationalLimits | None],
         publish: Callable[[imc.Message], object],
         reach: Callable[[Sequence[int]], object],
@@ -63,14 +63,14 @@ class Mission:
         self._reach = reach
         self._items: list[Item] = []
         self._home: Item | None = None
-        self._table = Table()
+        self._table = ItemMap()
         self._maneuver = ""
         self._next: str | None = None
         self._fetched = ""
         self._phase = Phase.BLOCKED
         self._is_old = False  # the vehicle still flies what was the mission before
 
-    def listed(self, flavour: Flavour) -> list[Item]:
+    def listed(self, flavour: Flavor) -> list[Item]:
         """The items for stations of a flavor, as they were uploaded."""
         home = self._home or home_item(self._settings().home)
         return ([home] * first_item(flavour) if self.plan is not None else []) + self._items
@@ -80,11 +80,11 @@ class Mission:
         limits = self._limits()
         return [] if limits is None else fence_of(limits)
 
-    def id(self, flavour: Flavour) -> int:
+    def id(self, flavour: Flavor) -> int:
         """The opaque id, 0 for no mission."""
         return opaque_id(self.listed(flavour)) if self.plan is not None else 0
 
-    def take(self, items: Sequence[Item], flavour: Flavour, then: Then, now: float) -> None:
+    def take(self, items: Sequence[Item], flavour: Flavor, then: Then, now: float) -> None:
         """Make uploaded items the mission, once the database has its plan. Raises BadItem."""
         first = first_item(flavour)
         if not items[first:]:
@@ -94,7 +94,7 @@ class Mission:
 
         def adopt(outcome: Outcome) -> None:
             if outcome.done:
-                self._replace(converted.plan, list(items[first:]), converted.table.moved(-first))
+                self._replace(converted.plan, list(items[first:]), converted.item_map.renumbered(-first))
                 self._home = items[0] if first else None
             then(outcome)
 
@@ -205,37 +205,37 @@ class Mission:
     def _fetch(self, plan_id: str, now: float, *, changed: bool = False) -> None:
         def adopt(outcome: Outcome) -> None:
             if isinstance(outcome.arg, imc.PlanSpecification) and outcome.arg != self.plan:
-                listing = items_of(outcome.arg, FLAVOURS["generic"], self._settings())
-                (self._replace if changed else self._adopt)(outcome.arg, listing.items, listing.table)
+                listing = items_of(outcome.arg, FLAVORS["generic"], self._settings())
+                (self._replace if changed else self._adopt)(outcome.arg, listing.items, listing.item_map)
 
         self._helm.fetch(plan_id, adopt, now)
 
     def _is_ours(self, plan_id: str) -> bool:
         return self.plan is not None and plan_id in (self.plan.plan_id, self.plan.plan_id + REST)
 
-    def _replace(self, plan: imc.PlanSpecification, items: list[Item], table: Table) -> None:
+    def _replace(self, plan: imc.PlanSpecification, items: list[Item], table: ItemMap) -> None:
         """Take another mission, also while the vehicle flies the one before: it goes on with that until it is told."""
         flies = self.state is MissionState.ACTIVE or self._is_old
         self._adopt(plan, items, table)
         self._is_old = flies
 
-    def _adopt(self, plan: imc.PlanSpecification, items: list[Item], table: Table) -> None:
+    def _adopt(self, plan: imc.PlanSpecification, items: list[Item], table: ItemMap) -> None:
         self._forget()
         self.plan, self._items, self._table = plan, items, table
         self.state = MissionState.NOT_STARTED
 
     def _forget(self) -> None:
-        self.plan, self._items, self._table, self._home = None, [], Table(), None
+        self.plan, self._items, self._table, self._home = None, [], ItemMap(), None
         self.state, self.current, self._maneuver, self._next = MissionState.NO_MISSION, 0, "", None
 
     def _follow(self, maneuver: str) -> None:
         if not maneuver or maneuver == self._maneuver:
             return
-        over = [*self._table.done(self._maneuver), *self._table.begun(maneuver)]
+        over = [*self._table.items_done(self._maneuver), *self._table.items_begun(maneuver)]
         self._maneuver = maneuver
         if over:
             self._reach(over)
-        at = self._table.current(maneuver)
+        at = self._table.current_item(maneuver)
         self.current = self.current if at is None else at
 
     def _interrupt(self) -> None:
@@ -252,7 +252,7 @@ class Mission:
 
     def _end(self, plan: imc.PlanControlState) -> None:
         if plan.last_outcome == Ended.SUCCESS:
-            over = self._table.done(self._maneuver)
+            over = self._table.items_done(self._maneuver)
             self.state, self._maneuver, self._next = MissionState.COMPLETE, "", None
             if over:
                 self._reach(over)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
-from mavlink import Received, statustext
+from mavlink import ReceivedMessage, statustext
 from mavlink.missions import MOST_ITEMS, BadItem, Item, MissionResult, MissionType, first_item
 from tasks.transports.mavlink_protocol.helm import Outcome
 from tasks.transports.mavlink_protocol.mission import Mission
@@ -17,7 +17,7 @@ RETRIES = 5
 REMEMBERED = 10.0  # s in which the last item again means that the answer was lost; stations try for 7.5 s
 ECHOES, ECHO_PERIOD = 2, 0.5  # s
 Asker = tuple[int, int]
-Service = Callable[["Session", Received, float], None]
+Service = Callable[["Session", ReceivedMessage, float], None]
 STORED = (MissionType.MISSION, MissionType.FENCE)
 
 
@@ -26,7 +26,7 @@ class Upload:
     """Items on their way from a station: `items` has those before `end` that are known already or have come."""
 
     session: "Session"
-    message: Received
+    message: ReceivedMessage
     kind: int
     items: list[Item]
     begin: int
@@ -116,7 +116,7 @@ class MissionTransfer:
             return self.mission.listed(session.flavour)
         return self.mission.fence() if kind == MissionType.FENCE else ()
 
-    def _serve(self, service: Service, session: "Session", message: Received, now: float) -> None:
+    def _serve(self, service: Service, session: "Session", message: ReceivedMessage, now: float) -> None:
         """A station that goes on has got its answer, and could take an echo for the next one."""
         echo = self._echo
         if echo is not None and (echo.upload.session, echo.upload.asker) == (
@@ -126,7 +126,7 @@ class MissionTransfer:
             self._echo = None
         service(session, message, now)
 
-    def _list(self, session: "Session", message: Received, now: float) -> None:
+    def _list(self, session: "Session", message: ReceivedMessage, now: float) -> None:
         kind = message.values["mission_type"]
         if kind not in (*STORED, MissionType.RALLY):
             acknowledge(session, message, MissionResult.UNSUPPORTED)
@@ -135,7 +135,7 @@ class MissionTransfer:
         id = self.mission.id(session.flavour) if kind == MissionType.MISSION else 0
         session.answer(message, "MISSION_COUNT", count=count, mission_type=kind, opaque_id=id)
 
-    def _request(self, session: "Session", message: Received, now: float) -> None:
+    def _request(self, session: "Session", message: ReceivedMessage, now: float) -> None:
         kind: int = message.values["mission_type"]
         seq: int = message.values["seq"]
         items = self.listed(kind, session)
@@ -148,7 +148,7 @@ class MissionTransfer:
         else:
             session.answer(message, "MISSION_ITEM_INT", **item.fields(seq))
 
-    def _count(self, session: "Session", message: Received, now: float) -> None:
+    def _count(self, session: "Session", message: ReceivedMessage, now: float) -> None:
         """A station wants to upload; the same one may begin again at any time."""
         kind, count = message.values["mission_type"], message.values["count"]
         if kind not in STORED:
@@ -162,7 +162,7 @@ class MissionTransfer:
         else:
             self._begin(Upload(session, message, kind, [], 0, count, now), now)
 
-    def _write_part(self, session: "Session", message: Received, now: float) -> None:
+    def _write_part(self, session: "Session", message: ReceivedMessage, now: float) -> None:
         """A station replaces some of the items."""
         kind, begin, end = (message.values[name] for name in ("mission_type", "start_index", "end_index"))
         items = list(self.listed(kind, session))
@@ -177,7 +177,7 @@ class MissionTransfer:
             upload = Upload(session, message, kind, items[:begin], begin, end + 1, now, tail=items[end + 1 :])
             self._begin(upload, now)
 
-    def _item(self, session: "Session", message: Received, now: float) -> None:
+    def _item(self, session: "Session", message: ReceivedMessage, now: float) -> None:
         kind, seq, asker = message.values["mission_type"], message.values["seq"], (message.system, message.component)
         upload = self._uploads.get(kind)
         if upload is None or upload.session is not session or upload.asker != asker:
@@ -206,7 +206,7 @@ class MissionTransfer:
         upload.tries = 0
         self._go_on(upload, now)
 
-    def _acknowledged(self, session: "Session", message: Received, now: float) -> None:
+    def _acknowledged(self, session: "Session", message: ReceivedMessage, now: float) -> None:
         """A station that sends an error ends its upload; acknowledgments of downloads need no answer."""
         upload = self._uploads.get(message.values["mission_type"])
         asker = message.system, message.component
@@ -214,7 +214,7 @@ class MissionTransfer:
         if mine and message.values["type"] != MissionResult.ACCEPTED:
             del self._uploads[message.values["mission_type"]]
 
-    def _clear(self, session: "Session", message: Received, now: float) -> None:
+    def _clear(self, session: "Session", message: ReceivedMessage, now: float) -> None:
         kind = message.values["mission_type"]
         if kind not in (*STORED, MissionType.RALLY, MissionType.ALL):
             acknowledge(session, message, MissionResult.UNSUPPORTED)
@@ -229,7 +229,7 @@ class MissionTransfer:
         else:
             acknowledge(session, message, MissionResult.ACCEPTED)
 
-    def _set_current(self, session: "Session", message: Received, now: float) -> None:
+    def _set_current(self, session: "Session", message: ReceivedMessage, now: float) -> None:
         """The older form of MAV_CMD_DO_SET_MISSION_CURRENT, which has no acknowledgment."""
         seq = message.values["seq"]
 
@@ -241,7 +241,7 @@ class MissionTransfer:
             session.say(statustext.WARNING, f"No item from {seq} on moves the vehicle", now)
         session.send_now("MISSION_CURRENT", now)
 
-    def _is_busy(self, session: "Session", message: Received, kind: int) -> bool:
+    def _is_busy(self, session: "Session", message: ReceivedMessage, kind: int) -> bool:
         upload = self._uploads.get(kind)
         if upload is None:
             return False
@@ -311,6 +311,6 @@ def number_of(seq: int, session: "Session") -> int:
     return max(0, seq - first_item(session.flavour)) if seq >= 0 else seq
 
 
-def acknowledge(session: "Session", message: Received, result: int, id: int = 0) -> None:
+def acknowledge(session: "Session", message: ReceivedMessage, result: int, id: int = 0) -> None:
     kind = message.values["mission_type"]
     session.answer(message, "MISSION_ACK", type=result, mission_type=kind, opaque_id=id)

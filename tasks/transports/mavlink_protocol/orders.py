@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
-from mavlink import Received
+from mavlink import ReceivedMessage
 
 REPEATED = 10.0  # s in which the same order again means that the answer was lost
 TAKEOFF = 22  # MAV_CMD_NAV_TAKEOFF, which would be denied in the air; MAVSDK repeats it without counting
@@ -59,7 +59,7 @@ class Order(NamedTuple):
         return math.radians(self.params[4] * scale), math.radians(self.params[5] * scale)
 
 
-def order_of(message: Received, finish: Finish) -> Order:
+def order_of(message: ReceivedMessage, finish: Finish) -> Order:
     """The order in COMMAND_LONG or COMMAND_INT."""
     values = message.values
     whole = message.name == "COMMAND_INT"
@@ -79,13 +79,13 @@ class Dialogue:
     Only one that is not finished at `impatient` is told to be in progress: MAVSDK takes that for "busy" in many cases.
     """
 
-    message: Received
+    message: ReceivedMessage
     until: float
     impatient: float
     number: int
     reply: Reply | None = None
 
-    def repeats(self, message: Received, number: int, now: float) -> bool:
+    def repeats(self, message: ReceivedMessage, number: int, now: float) -> bool:
         """Whether a message gives the same order again; `number` is that of the last order of all."""
         if _meaning(message) != _meaning(self.message):
             return False
@@ -97,7 +97,7 @@ class Dialogue:
         return again and self.number == number and now < self.until
 
 
-def _meaning(message: Received) -> tuple[object, ...]:
+def _meaning(message: ReceivedMessage) -> tuple[object, ...]:
     """What an order says, bit by bit, without the count of its repetitions."""
     values = {**message.values, "confirmation": 0}
     return message.name, message.definition.pack(values)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mavlink import Flavour
+from mavlink import Flavor
 from runtime import Task
 from runtime.task import Parameter
 from tasks.transports.mavlink_protocol.names import identifiers
@@ -47,13 +47,13 @@ class ParameterEntry:
             return self.parameter.choices.index(value)
         return value if self.type == REAL32 else max(LOWEST, min(HIGHEST, int(value)))
 
-    def encoded(self, flavour: Flavour) -> bytes:
+    def encoded(self, flavour: Flavor) -> bytes:
         """The four bytes of PARAM_VALUE.param_value: an integer's own bytes, or the float nearest to it."""
         if self.type == INT32 and flavour.bytewise:
             return struct.pack("<i", self.value)
         return np.float32(self.value).astype("<f4").tobytes()
 
-    def text(self, raw: bytes, kind: int, flavour: Flavour) -> str:
+    def text(self, raw: bytes, kind: int, flavour: Flavor) -> str:
         """The four bytes of PARAM_SET.param_value, of type `kind`, as written in a profile. Raises Refusal."""
         if flavour.bytewise and kind != self.type:
             raise Refusal(TYPE_MISMATCH, f"type {kind} instead of {self.type}")

@@ -3,17 +3,17 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from mavlink import Received, statustext
+from mavlink import ReceivedMessage, statustext
 from mavlink.missions import MissionResult
 from tasks.transports.mavlink_protocol.mission_transfer import acknowledge
 
 if TYPE_CHECKING:
     from tasks.transports.mavlink_protocol.session import Session
 
-Refuse = Callable[["Session", Received], object]
+Refuse = Callable[["Session", ReceivedMessage], object]
 
 
-def refuse(session: "Session", message: Received, now: float) -> bool:
+def refuse(session: "Session", message: ReceivedMessage, now: float) -> bool:
     """Whether a message is an order that is refused now; orders by COMMAND_LONG and COMMAND_INT are none here."""
     reason, answer = session.autopilot.refusal, REFUSED.get(message.name)
     if not reason or (answer is None and message.name not in STEERING):
@@ -25,11 +25,11 @@ def refuse(session: "Session", message: Received, now: float) -> bool:
     return True
 
 
-def _deny(session: "Session", message: Received) -> None:
+def _deny(session: "Session", message: ReceivedMessage) -> None:
     acknowledge(session, message, MissionResult.DENIED)
 
 
-def _only_tell(session: "Session", message: Received) -> None:
+def _only_tell(session: "Session", message: ReceivedMessage) -> None:
     pass  # these have no answer but a text
 
 

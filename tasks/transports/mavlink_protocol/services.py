@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink import Mode, Received, statustext
+from mavlink import Mode, ReceivedMessage, statustext
 from mavlink.missions import BadItem, Item, MissionResult
 from tasks.transports.mavlink_protocol.commands import obey
 from tasks.transports.mavlink_protocol.errands import NO_PLACE, go
@@ -22,7 +22,7 @@ ARM = 400  # MAV_CMD_COMPONENT_ARM_DISARM
 GUIDED, ALTITUDE_ONLY = 2, 3  # field current of an item that is an order
 
 
-def serve(session: Session, message: Received, now: float) -> None:
+def serve(session: Session, message: ReceivedMessage, now: float) -> None:
     """Answer a message that is addressed to the vehicle; ignore it if it needs no answer."""
     if refuse(session, message, now):
         return
@@ -33,7 +33,7 @@ def serve(session: Session, message: Received, now: float) -> None:
         service(session, message, now)
 
 
-def _go(session: Session, message: Received, now: float) -> None:
+def _go(session: Session, message: ReceivedMessage, now: float) -> None:
     """Go to an item, or only to its altitude: Mission Planner and MAVProxy send a vehicle in this way."""
 
     def finish(reply: Reply) -> None:
@@ -55,17 +55,17 @@ def _go(session: Session, message: Received, now: float) -> None:
         finish(reply)
 
 
-def _ping(session: Session, message: Received, now: float) -> None:
+def _ping(session: Session, message: ReceivedMessage, now: float) -> None:
     if message.values["target_system"] == 0:
         session.answer(message, "PING", time_usec=message.values["time_usec"], seq=message.values["seq"])
 
 
-def _timesync(session: Session, message: Received, now: float) -> None:
+def _timesync(session: Session, message: ReceivedMessage, now: float) -> None:
     if message.values["tc1"] == 0:
         session.answer(message, "TIMESYNC", tc1=round(now * 1e9), ts1=message.values["ts1"])
 
 
-def _set_mode(session: Session, message: Received, now: float) -> None:
+def _set_mode(session: Session, message: ReceivedMessage, now: float) -> None:
     def finish(reply: Reply) -> None:
         if reply.result is not Result.ACCEPTED:
             session.say(statustext.WARNING, reply.reason, now)
@@ -77,7 +77,7 @@ def _set_mode(session: Session, message: Received, now: float) -> None:
         finish(reply)
 
 
-def _request_data_stream(session: Session, message: Received, now: float) -> None:
+def _request_data_stream(session: Session, message: ReceivedMessage, now: float) -> None:
     values = message.values
     group, rate = values["req_stream_id"], values["req_message_rate"] if values["start_stop"] else 0
     for name, stream in STREAMS.items():
@@ -85,11 +85,11 @@ def _request_data_stream(session: Session, message: Received, now: float) -> Non
             session.set_period(name, 1.0 / rate if rate else 0.0)
 
 
-def _parameter_list(session: Session, message: Received, now: float) -> None:
+def _parameter_list(session: Session, message: ReceivedMessage, now: float) -> None:
     session.list_parameters(now)
 
 
-def _read_parameter(session: Session, message: Received, now: float) -> None:
+def _read_parameter(session: Session, message: ReceivedMessage, now: float) -> None:
     index, name = message.values["param_index"], message.values["param_id"]
     table = session.autopilot.parameters
     entry = table.named(name) if index == -1 else table.at(index)
@@ -99,7 +99,7 @@ def _read_parameter(session: Session, message: Received, now: float) -> None:
         session.answer(message, "PARAM_ERROR", param_id=name, param_index=index, error=DOES_NOT_EXIST)
 
 
-def _set_parameter(session: Session, message: Received, now: float) -> None:
+def _set_parameter(session: Session, message: ReceivedMessage, now: float) -> None:
     name = message.values["param_id"]
     entry = session.autopilot.parameters.named(name)
     if entry is None:
@@ -119,7 +119,7 @@ def _plain(entry: ParameterEntry) -> str:
     return f"{entry.task.entity.label}, {entry.parameter.name}"
 
 
-def _manual_control(session: Session, message: Received, now: float) -> None:
+def _manual_control(session: Session, message: ReceivedMessage, now: float) -> None:
     """The axes steer; the buttons do what the profile says, in each mode."""
     system, values = session.autopilot, message.values
     if values["target"] not in (0, system.system):
@@ -148,19 +148,19 @@ def _manual_control(session: Session, message: Received, now: float) -> None:
     system.switches.press((id(session), message.system, message.component), pressed, now, act)
 
 
-def _target(session: Session, message: Received, now: float) -> None:
+def _target(session: Session, message: ReceivedMessage, now: float) -> None:
     session.autopilot.target.hear(session, message, now)
 
 
-def _transfer(session: Session, message: Received, now: float) -> None:
+def _transfer(session: Session, message: ReceivedMessage, now: float) -> None:
     session.autopilot.transfers.hear(session, message, now)
 
 
-def _erase_logs(session: Session, message: Received, now: float) -> None:
+def _erase_logs(session: Session, message: ReceivedMessage, now: float) -> None:
     session.say(statustext.WARNING, "Logs are not erased by ground stations", now)
 
 
-SERVICES: Mapping[str, Callable[[Session, Received, float], None]] = {
+SERVICES: Mapping[str, Callable[[Session, ReceivedMessage, float], None]] = {
     "PING": _ping,
     "TIMESYNC": _timesync,
     "COMMAND_LONG": obey,

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from mavlink import Fields, Flavour, Received, encode, statustext
+from mavlink import Fields, Flavor, ReceivedMessage, encode, statustext
+from support.rate_limit import TokenBucket
 from tasks.transports.mavlink_protocol.cameras import Camera
 from tasks.transports.mavlink_protocol.orders import Dialogue
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry
@@ -45,7 +46,7 @@ class Session:
     def __init__(
         self,
         autopilot: MavlinkSystem,
-        flavour: Flavour,
+        flavour: Flavor,
         transmit: Callable[[bytes], object],
         now: float,
         speed: float = 1.0,
@@ -68,7 +69,7 @@ class Session:
         self.heard_at = now
         self.contact = False
         self.receipts = Receipts(speed)
-        self.admit = statustext.Tap(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
+        self.admit = TokenBucket(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
         self.patience = (LOW_PATIENCE if low else PATIENCE) * speed
         self.speed = speed
         self._transmit = transmit
@@ -77,7 +78,7 @@ class Session:
         self._periods: dict[str, float] = {}
         self._due: dict[str, float] = {}
         self.dialogues: dict[tuple[int, int, int], Dialogue] = {}
-        self.readers: dict[Asker, Received] = {}
+        self.readers: dict[Asker, ReceivedMessage] = {}
         self.last_capture = 0
         self._listing: list[Callable[[], object]] = []
         self._listing_due = now
@@ -85,11 +86,11 @@ class Session:
         self._reading_due = now
         self._reading_period = max(FILE_PERIOD, AT_ONCE * PART / (SHARE * line)) * speed
         rate, burst = (LOW_CHUNKS_PER_SECOND, LOW_CHUNK_BURST) if low else (TEXTS_PER_SECOND, TEXT_BURST)
-        self._texts = statustext.Tap(rate / speed, burst, now)
+        self._texts = TokenBucket(rate / speed, burst, now)
         self._text_number = 0
         self._last_text = (now, "")
 
-    def hear(self, message: Received, now: float) -> None:
+    def hear(self, message: ReceivedMessage, now: float) -> None:
         """Note the sender; a station that is new, or was silent, gets the latest notices."""
         self.heard_at = now
         for camera in self.cameras:
@@ -115,7 +116,7 @@ class Session:
         definition = self.autopilot.dialect.by_name[name]
         self._send_payload(name, definition.pack(fields))
 
-    def answer(self, asker: Received, name: str, **fields: Any) -> None:
+    def answer(self, asker: ReceivedMessage, name: str, **fields: Any) -> None:
         """Send a message to the component that has sent another."""
         self.send(name, {"target_system": asker.system, "target_component": asker.component, **fields})
 
@@ -151,7 +152,7 @@ class Session:
         again = words == self._last_text[1] and now - self._last_text[0] < self.speed
         if self.contact and not again:
             chunks = self._chunks(severity, words)
-            if self._texts.take(now, len(chunks) if self.low else 1.0):
+            if self._texts.try_acquire(now, len(chunks) if self.low else 1.0):
                 self._last_text = (now, words)
                 self._say(chunks)
 
@@ -215,7 +216,7 @@ class Session:
         self._transmit(encode(definition, payload, next(self._sequence), system, self.component, self._sign))
 
 
-def addressed(message: Received, system: int, component: int = COMPONENT) -> bool:
+def addressed(message: ReceivedMessage, system: int, component: int = COMPONENT) -> bool:
     """Whether a message is for a component: sent to it, to all, or without a target, and not by itself."""
     values = message.values
     to_us = values.get("target_system", 0) in (0, system) and values.get("target_component", 0) in (0, component)

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, moving, positions
-from mavlink.missions import Command, first_item
+from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, is_moving, positions
+from mavlink.missions import MissionCommand, first_item
 from support import wgs84
 from tasks.transports.mavlink_protocol.errands import (
     GLOBAL,
@@ -43,7 +43,7 @@ def set_mode(session: Session, mode: Mode, number: int, finish: Finish, now: flo
         case Mode.HOLD | Mode.GUIDED:
             system.hold(now, lambda _: finish(DONE))
             mode = Mode.HOLD  # in ArduPilot's GUIDED mode a vehicle holds until it gets a place
-        case Mode.MANUAL if (system.errand or not moving(system.figures.vehicle)) and not system.aloft:
+        case Mode.MANUAL if (system.errand or not is_moving(system.figures.vehicle)) and not system.aloft:
             if system.errand:
                 system.helm.stop(now)
             system.held = False
@@ -92,7 +92,7 @@ def _arm(session: Session, order: Order, now: float) -> Reply:
         return Reply(Result.DENIED, f"Arming denied: {system.obstacle}")
     if not wish and system.aloft:
         return Reply(Result.DENIED, "Disarming denied: the vehicle is in the air")
-    if not wish and moving(system.figures.vehicle):
+    if not wish and is_moving(system.figures.vehicle):
         if not force and system.mode is not Mode.HOLD:
             return Reply(Result.DENIED, "Disarming denied: the vehicle is executing a maneuver")
         system.helm.stop(now)
@@ -164,7 +164,7 @@ def _waypoint(session: Session, order: Order, now: float) -> Reply | None:
 
 def _loiter(session: Session, order: Order, now: float) -> Reply | None:
     params = [*order.params[:4], *order.place, order.params[6]]
-    return execute(session.autopilot, Command(order.command), params, order.frame, order.finish, now)
+    return execute(session.autopilot, MissionCommand(order.command), params, order.frame, order.finish, now)
 
 
 def _set_relay(session: Session, order: Order, now: float) -> Reply:

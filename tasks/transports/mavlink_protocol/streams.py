@@ -6,7 +6,7 @@ from typing import NamedTuple
 from zlib import crc32
 
 import imc
-from mavlink import ARMED, CUSTOM_MODE, Fields, Flavour, Mode
+from mavlink import ARMED, CUSTOM_MODE, Fields, Flavor, Mode
 from mavlink.missions import first_item, opaque_id
 from mavlink.translate import from_imc, sensors_from_imc
 from support import wgs84
@@ -31,11 +31,11 @@ class Stream(NamedTuple):
     rate: float | str
     group: int
     sources: str
-    build: Callable[[MavlinkSystem, Flavour, float], Built]
+    build: Callable[[MavlinkSystem, Flavor, float], Built]
     low: float = 0.0
     numbered: str = ""
 
-    def instances(self, system: MavlinkSystem, flavour: Flavour, now: float, number: int = 0) -> Sequence[Fields]:
+    def instances(self, system: MavlinkSystem, flavour: Flavor, now: float, number: int = 0) -> Sequence[Fields]:
         """The fields of all messages that can be sent now, or of the one with a number (from 1)."""
         built = self.build(system, flavour, now)
         found = () if built is None else (built,) if isinstance(built, Mapping) else built
@@ -44,7 +44,7 @@ class Stream(NamedTuple):
         return found
 
 
-def _heartbeat(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
+def _heartbeat(system: MavlinkSystem, flavour: Flavor, now: float) -> Fields:
     mode = system.mode
     armed = ARMED if system.armed_or_moving else 0
     return {
@@ -57,7 +57,7 @@ def _heartbeat(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
     }
 
 
-def _sys_status(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
+def _sys_status(system: MavlinkSystem, _: Flavor, now: float) -> Fields:
     bits = _sensors(system)
     load = value_of(system.figures.latest(imc.CpuUsage))
     return from_imc.system_status(bits, load, system.figures.voltage, system.figures.current, system.figures.fuel)
@@ -66,49 +66,49 @@ def _sys_status(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
 def _sensors(system: MavlinkSystem) -> tuple[int, int]:
     """The bits of what the vehicle has, and of what is well."""
     states = [(entity.label, entity.state) for entity in system.entities() if entity.stateful]
-    return from_imc.sensors(states, located=system.located, fenced=system.is_inside, ready=not system.obstacle)
+    return from_imc.sensor_bits(states, located=system.located, fenced=system.is_inside, ready=not system.obstacle)
 
 
-def _system_time(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
+def _system_time(system: MavlinkSystem, _: Flavor, now: float) -> Fields:
     return {"time_unix_usec": round(system.utc(now) * 1e6), "time_boot_ms": from_imc.boot_ms(now, system.boot)}
 
 
-def _gps_raw(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _gps_raw(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     fix = system.figures.latest(imc.GpsFix)
     return sensors_from_imc.gps_raw(fix, system.last_fix, system.undulation) if fix is not None else None
 
 
-def _attitude(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _attitude(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     state = system.figures.state
     return from_imc.attitude(state, system.time(state)) if state is not None else None
 
 
-def _attitude_quaternion(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _attitude_quaternion(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     state = system.figures.state
     return sensors_from_imc.attitude_quaternion(state, system.time(state)) if state is not None else None
 
 
-def _global_position(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _global_position(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     found = system.place()
     return from_imc.global_position(*found, system.time(found[0])) if found else None
 
 
-def _local_position(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _local_position(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     found = system.place()
     return from_imc.local_position(*found, system.home, system.time(found[0])) if found and system.home else None
 
 
-def _hud(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _hud(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     found = system.place()
     return from_imc.hud(*found, system.figures.airspeed, system.figures.throttle) if found else None
 
 
-def _altitude(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _altitude(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     found = system.place()
     return sensors_from_imc.altitude(*found, system.home) if found and system.home else None
 
 
-def _mission_current(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
+def _mission_current(system: MavlinkSystem, flavour: Flavor, now: float) -> Fields:
     mission, zero = system.mission, first_item(flavour)
     exists = mission.plan is not None
     return {
@@ -121,7 +121,7 @@ def _mission_current(system: MavlinkSystem, flavour: Flavour, now: float) -> Fie
     }
 
 
-def _path_control(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields | None:
+def _path_control(system: MavlinkSystem, flavour: Flavor, now: float) -> Fields | None:
     path, found = system.figures.latest(imc.PathControlState), system.place()
     if path is None or found is None:
         return None
@@ -136,7 +136,7 @@ def _path_control(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields
     return sensors_from_imc.path_control(path, state, bearing, (path.z, 0.0))
 
 
-def _batteries(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields]:
+def _batteries(system: MavlinkSystem, _: Flavor, now: float) -> Sequence[Fields]:
     """One for each entity that measures a voltage; those of batteries, if there are any."""
     figures = system.figures
     voltages, currents = figures.by_label(imc.Voltage), figures.by_label(imc.Current)
@@ -154,7 +154,7 @@ def _batteries(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields
     ]
 
 
-def _extended_state(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
+def _extended_state(system: MavlinkSystem, _: Flavor, now: float) -> Fields:
     medium = system.figures.latest(imc.VehicleMedium)
     if system.kind.afloat or system.figures.motors is None:
         return from_imc.extended_state(None if medium is None else medium.medium, system.armed_or_moving)
@@ -164,11 +164,11 @@ def _extended_state(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
     return from_imc.flying_state(system.figures.motors, rises=rises, lands=lands)
 
 
-def _air_pressure(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _air_pressure(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     return _pressure(system, now, deep=False)
 
 
-def _water_pressure(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _water_pressure(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     return _pressure(system, now, deep=True)
 
 
@@ -182,7 +182,7 @@ def _pressure(system: MavlinkSystem, now: float, *, deep: bool) -> Fields | None
     return sensors_from_imc.pressure(latest.value, warm, from_imc.boot_ms(now, system.boot))
 
 
-def _distances(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields]:
+def _distances(system: MavlinkSystem, _: Flavor, now: float) -> Sequence[Fields]:
     """The altitude above the bottom or ground, and what is ahead."""
     state, time = system.figures.state, from_imc.boot_ms(now, system.boot)
     found = [sensors_from_imc.distance(state.alt, sensors_from_imc.DOWN, 0, time)] if state is not None else []
@@ -197,32 +197,32 @@ def _inertial(system: MavlinkSystem) -> list[imc.Message | None]:
     return [figures.latest(imc.Acceleration), figures.latest(imc.AngularVelocity), figures.latest(imc.MagneticField)]
 
 
-def _raw_imu(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _raw_imu(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     return sensors_from_imc.raw_imu(_inertial(system), now)
 
 
-def _highres_imu(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _highres_imu(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     return sensors_from_imc.highres_imu(_inertial(system), now)
 
 
-def _estimator(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _estimator(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     uncertainty = system.figures.latest(imc.NavigationUncertainty)
     if uncertainty is None:
         return None
     return sensors_from_imc.estimator_status(uncertainty, located=system.located, time=now)
 
 
-def _water_depth(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _water_depth(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     found = system.place()
     return sensors_from_imc.water_depth(*found, system.time(found[0])) if found and system.kind.afloat else None
 
 
-def _named_values(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields]:
+def _named_values(system: MavlinkSystem, _: Flavor, now: float) -> Sequence[Fields]:
     found = (value.fields(system.figures, now, system.boot) for value in system.named_values)
     return [fields for fields in found if fields is not None]
 
 
-def _modes(system: MavlinkSystem, flavour: Flavour, now: float) -> Sequence[Fields]:
+def _modes(system: MavlinkSystem, flavour: Flavor, now: float) -> Sequence[Fields]:
     modes = flavour.modes(system.kind)
     return [
         {
@@ -237,17 +237,17 @@ def _modes(system: MavlinkSystem, flavour: Flavour, now: float) -> Sequence[Fiel
     ]
 
 
-def _modes_monitor(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
+def _modes_monitor(system: MavlinkSystem, flavour: Flavor, now: float) -> Fields:
     """A checksum instead of a count: it also differs after a restart with other modes."""
     return {"seq": crc32(repr(_modes(system, flavour, now)).encode()) & 0xFF}
 
 
-def _current_mode(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
+def _current_mode(system: MavlinkSystem, flavour: Flavor, now: float) -> Fields:
     number, intended = system.custom_mode(flavour), system.intended_mode(flavour)
     return {"standard_mode": system.mode.standard, "custom_mode": number, "intended_custom_mode": intended}
 
 
-def _high_latency(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
+def _high_latency(system: MavlinkSystem, flavour: Flavor, now: float) -> Fields:
     state, place = system.place() or (None, None)
     measured = sensors_from_imc.high_latency(
         state, place, system.figures.airspeed, system.figures.throttle, system.figures.fuel
@@ -258,13 +258,13 @@ def _high_latency(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields
         "type": system.kind.type,
         "autopilot": flavour.autopilot,
         "custom_mode": number if number <= 0xFFFF else number >> 16,  # PX4's modes are in the upper half
-        "failure_flags": from_imc.failures(_sensors(system)),
+        "failure_flags": from_imc.failure_bits(_sensors(system)),
         "wp_num": _mission_current(system, flavour, now)["seq"],
         **measured,
     }
 
 
-def _version(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
+def _version(system: MavlinkSystem, flavour: Flavor, now: float) -> Fields:
     return {
         "capabilities": flavour.capabilities(system.kind),
         "flight_sw_version": flavour.software_version,
@@ -273,20 +273,20 @@ def _version(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
     }
 
 
-def _metadata(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
+def _metadata(system: MavlinkSystem, flavour: Flavor, now: float) -> Fields:
     about = system.metadata
     return {"time_boot_ms": from_imc.boot_ms(now, system.boot), "file_crc": about.crc, "uri": about.uri.encode()}
 
 
-def _protocol(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
+def _protocol(system: MavlinkSystem, flavour: Flavor, now: float) -> Fields:
     return {"version": 200, "min_version": 100, "max_version": 200}
 
 
-def _home(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _home(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     return from_imc.home_position(system.home, now) if system.home else None
 
 
-def _origin(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
+def _origin(system: MavlinkSystem, _: Flavor, now: float) -> Fields | None:
     return from_imc.global_origin(system.home, now) if system.home else None
 
 

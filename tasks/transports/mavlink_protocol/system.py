@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import imc
-from mavlink import Dialect, Flavour, Kind, Mode, mode_of, moving, positions, statustext
-from mavlink.missions import Settings
+from mavlink import Dialect, Flavor, Mode, VehicleKind, is_moving, mode_of, positions, statustext
+from mavlink.missions import ConversionContext
 from mavlink.translate import from_imc, sensors_from_imc
 from runtime.task import Entity
 from tasks.transports.mavlink_protocol.figures import Figures
@@ -61,7 +61,7 @@ class MavlinkSystem:
         name: str,
         system: int,
         imc_id: int,
-        kind: Kind,
+        kind: VehicleKind,
         boot: float,
         undulation: float,
         rates: Callable[[], Mapping[str, float]],
@@ -143,7 +143,7 @@ class MavlinkSystem:
             case imc.PlanControlState():
                 self.mission.hear(message, now)
             case imc.VehicleState():
-                self.held = self.held and not moving(message)
+                self.held = self.held and not is_moving(message)
             case imc.ArmingState(state=state) if state != imc.ArmingState.State.ARMED:
                 self.armed = self.armed and not ran
             case _:
@@ -160,7 +160,7 @@ class MavlinkSystem:
         """
         vehicle = self.figures.vehicle
         able = vehicle is not None and vehicle.op_mode in WORKING
-        holds = self.mode is Mode.HOLD and moving(vehicle)
+        holds = self.mode is Mode.HOLD and is_moving(vehicle)
         self.held = True
         if not able or holds or not (self.armed_or_moving or self._is_submerged):
             then(Outcome(True))
@@ -226,9 +226,9 @@ class MavlinkSystem:
         """The speed of what ground stations ask for, in m/s."""
         return min(self.chosen_speed or self._speed(), self.limits.fastest)
 
-    def mission_settings(self, name: str = "mavlink") -> Settings:
+    def mission_settings(self, name: str = "mavlink") -> ConversionContext:
         """The vehicle for which missions and orders become plans; `name` is the plan's."""
-        return Settings(
+        return ConversionContext(
             self.kind,
             self.home,
             speed=self.speed,
@@ -280,12 +280,12 @@ class MavlinkSystem:
     def errand(self) -> str:
         """What a ground station has asked for and the vehicle does, by a single order; empty if nothing."""
         plan = self.figures.plan
-        return plan.plan_id if plan is not None and plan.plan_id in ERRANDS and moving(self.figures.vehicle) else ""
+        return plan.plan_id if plan is not None and plan.plan_id in ERRANDS and is_moving(self.figures.vehicle) else ""
 
     @property
     def armed_or_moving(self) -> bool:
         """Whether it is armed over MAVLink, moving for any other reason, or has running motors."""
-        return self.armed or moving(self.figures.vehicle) or bool(self.figures.motors)
+        return self.armed or is_moving(self.figures.vehicle) or bool(self.figures.motors)
 
     @property
     def aloft(self) -> bool:
@@ -297,7 +297,7 @@ class MavlinkSystem:
         """Why the vehicle cannot be armed; empty if it can."""
         return self.health.obstacle(self.figures.vehicle)
 
-    def place(self) -> tuple[imc.EstimatedState, positions.Position] | None:
+    def place(self) -> tuple[imc.EstimatedState, positions.GlobalPosition] | None:
         """The present estimate and its position; None if it is missing, old or impossible, or never was aligned."""
         state = self.figures.state if self.health.aligned else None
         place = self.position(state) if state is not None else None
@@ -314,29 +314,29 @@ class MavlinkSystem:
         found = self.place()
         return None if found is None else self.limits.holds(found[1].lat, found[1].lon)
 
-    def position(self, state: imc.EstimatedState) -> positions.Position | None:
+    def position(self, state: imc.EstimatedState) -> positions.GlobalPosition | None:
         """The position in an estimate; None if it is impossible, or home is unknown."""
         if self.home is None:
             return None
-        return positions.place_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
+        return positions.position_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
 
     def remember(self, severity: int, words: str) -> None:
         """Keep a notice for ground stations that connect later."""
         self.notices.append((severity, words))
 
-    def choose_number(self, flavour: Flavour, mode: Mode, number: int) -> None:
+    def choose_number(self, flavour: Flavor, mode: Mode, number: int) -> None:
         """Remember which of a mode's numbers a ground station has chosen: it expects to see that one."""
         self._chosen = mode, number, flavour.name
         self.chosen = flavour.mode(self.kind, number) if number >= 0 else mode
 
-    def custom_mode(self, flavour: Flavour) -> int:
+    def custom_mode(self, flavour: Flavor) -> int:
         """The number of the present mode in a flavor."""
         mode, number, name = self._chosen
         if (mode, name) == (self.mode, flavour.name) and number >= 0:
             return number
         return flavour.custom_mode(self.kind, self.mode)
 
-    def intended_mode(self, flavour: Flavour) -> int:
+    def intended_mode(self, flavour: Flavor) -> int:
         """The number of the mode that people want: the present one, unless the vehicle has left it by itself."""
         mode, orders = self.interrupted
         return flavour.custom_mode(self.kind, mode) if orders == self.orders else self.custom_mode(flavour)

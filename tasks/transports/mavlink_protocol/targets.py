@@ -4,8 +4,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import imc
-from mavlink import Mode, Received, positions, statustext
-from mavlink.missions import MissionResult, Refusal
+from mavlink import Mode, ReceivedMessage, positions, statustext
+from mavlink.missions import MissionError, MissionResult
 from support import wgs84
 from tasks.transports.mavlink_protocol.helm import Outcome, chain
 from tasks.transports.mavlink_protocol.orders import DONE, Finish, Reply, Result
@@ -38,14 +38,14 @@ class Target:
         self._streams = self._steers = False
         self._level: tuple[float, float] = (-math.inf, 0.0)  # when a course was last given, and its altitude
 
-    def hear(self, session: "Session", message: Received, now: float) -> None:
+    def hear(self, session: "Session", message: ReceivedMessage, now: float) -> None:
         """Take a target; the vehicle follows it if it is in guided or offboard mode."""
         try:
             if message.name == "SET_ATTITUDE_TARGET":
                 self._reference, self._steers = self._course(message.values, now), True
             else:
                 self._reference, self._steers = self._reference_of(message), False
-        except Refusal as refusal:
+        except MissionError as refusal:
             session.say(statustext.WARNING, f"Target refused: {refusal}", now)
             return
         self._heard = now
@@ -122,21 +122,21 @@ class Target:
             self._told = now
             self._system.publish(self._reference.replace(dst=self._system.imc_id))
 
-    def _reference_of(self, message: Received) -> imc.Reference:
+    def _reference_of(self, message: ReceivedMessage) -> imc.Reference:
         """The reference of a target. Raises Refusal."""
         system, values = self._system, message.values
         settings, found = system.mission_settings(), system.place()
         if values["type_mask"] & NO_POSITION:
-            raise Refusal(MissionResult.INVALID, "only positions are followed, no velocities or accelerations")
+            raise MissionError(MissionResult.INVALID, "only positions are followed, no velocities or accelerations")
         if found is None:
-            raise Refusal(MissionResult.ERROR, "the position is unknown")
+            raise MissionError(MissionResult.ERROR, "the position is unknown")
         if message.name == "SET_POSITION_TARGET_LOCAL_NED":
             lat, lon, frame, z = self._local(values, *found)
         else:
             lat, lon = (math.radians(values[name] * 1e-7) for name in ("lat_int", "lon_int"))
             frame, z = values["coordinate_frame"], values["alt"]
         if not (abs(lat) <= math.pi / 2 and abs(lon) <= math.pi and math.isfinite(z)):
-            raise Refusal(MissionResult.INVALID, "the position is not on earth")
+            raise MissionError(MissionResult.INVALID, "the position is not on earth")
         speed = 0.0
         if not values["type_mask"] & NO_VELOCITY:
             speed = math.hypot(values["vx"], values["vy"], values["vz"])
@@ -147,22 +147,24 @@ class Target:
         system = self._system
         settings, found = system.mission_settings(), system.place()
         if not settings.kind.afloat:
-            raise Refusal(MissionResult.UNSUPPORTED, "an aircraft does not follow attitudes here: send it to a place")
+            raise MissionError(
+                MissionResult.UNSUPPORTED, "an aircraft does not follow attitudes here: send it to a place"
+            )
         if values["type_mask"] & NO_ATTITUDE:
-            raise Refusal(MissionResult.INVALID, "only headings are followed, no rates alone")
+            raise MissionError(MissionResult.INVALID, "only headings are followed, no rates alone")
         w, x, y, z = values["q"]
         size, thrust = w * w + x * x + y * y + z * z, values["thrust"]
         if not 0.5 < size < 2.0:
-            raise Refusal(MissionResult.INVALID, "the attitude is no rotation")
+            raise MissionError(MissionResult.INVALID, "the attitude is no rotation")
         if found is None:
-            raise Refusal(MissionResult.ERROR, "the position is unknown")
+            raise MissionError(MissionResult.ERROR, "the position is unknown")
         place = found[1]
         began, altitude = self._level
         self._level = now, (altitude if now - began <= SILENCE else place.relative)
         speed, way = 0.0, AHEAD
         if not values["type_mask"] & NO_THROTTLE:
             if not 0.0 <= thrust <= 1.0:
-                raise Refusal(MissionResult.INVALID, f"a thrust of {thrust:g} is not within 0 to 1")
+                raise MissionError(MissionResult.INVALID, f"a thrust of {thrust:g} is not within 0 to 1")
             fastest = settings.fastest if math.isfinite(settings.fastest) else system.speed
             speed, way = thrust * fastest, AHEAD if thrust else 0.0
         heading = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
@@ -175,7 +177,7 @@ class Target:
         level = settings.level(frame, z)
         speed = system.speed if speed == 0.0 else speed
         if not 0.0 < speed <= settings.fastest:
-            raise Refusal(MissionResult.INVALID, f"{speed:g} m/s is no speed of the vehicle")
+            raise MissionError(MissionResult.INVALID, f"{speed:g} m/s is no speed of the vehicle")
         return imc.Reference(
             flags=Has.LOCATION | Has.SPEED | Has.Z | Has.DIRECT,
             lat=lat,
@@ -185,18 +187,18 @@ class Target:
         )
 
     def _local(
-        self, values: dict[str, Any], state: imc.EstimatedState, place: positions.Position
+        self, values: dict[str, Any], state: imc.EstimatedState, place: positions.GlobalPosition
     ) -> tuple[float, float, int, float]:
         """Latitude, longitude, frame and altitude of a target in meters from home or from the vehicle."""
         north, east, down, kind = (values[name] for name in ("x", "y", "z", "coordinate_frame"))
         home = self._system.home
         if not all(map(math.isfinite, (north, east, down))) or home is None:
-            raise Refusal(MissionResult.INVALID, "the position is not a number")
+            raise MissionError(MissionResult.INVALID, "the position is not a number")
         if kind in (BODY, BODY_OFFSET):
             c, s = math.cos(state.psi), math.sin(state.psi)
             north, east = c * north - s * east, s * north + c * east
         elif kind not in (LOCAL, LOCAL_OFFSET):
-            raise Refusal(MissionResult.UNSUPPORTED_FRAME, f"frame {kind} has no meaning for a target")
+            raise MissionError(MissionResult.UNSUPPORTED_FRAME, f"frame {kind} has no meaning for a target")
         if kind == LOCAL:
             lat, lon, _ = wgs84.displace(home.lat, home.lon, 0.0, north, east)
             return lat, lon, RELATIVE, -down

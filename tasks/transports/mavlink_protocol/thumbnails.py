@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
-from mavlink import Received, statustext
+from mavlink import ReceivedMessage, statustext
 from tasks.transports.mavlink_protocol.cameras import Camera
 from tasks.transports.mavlink_protocol.session import Session
 
@@ -39,7 +39,7 @@ class Studio:
         self._offload = offload
         self._busy = False
 
-    def hear(self, session: Session, message: Received, now: float) -> None:
+    def hear(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """Answer DATA_TRANSMISSION_HANDSHAKE, which names no component: the first camera with pictures does."""
         part = next((p for p in session.cameras if p.camera is not None and p.camera.takes_pictures), None)
         values = message.values

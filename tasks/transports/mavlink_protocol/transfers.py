@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from mavlink import Received
+from mavlink import ReceivedMessage
 from mavlink.missions import first_item
 from tasks.transports.mavlink_protocol.file_tree import FileTree
 from tasks.transports.mavlink_protocol.files import FileServer
@@ -24,7 +24,7 @@ class Transfers:
         self._files = FileServer(tree)
         self._logs = LogServer(tree, LOGS.encode())
 
-    def hear(self, session: "Session", message: Received, now: float) -> None:
+    def hear(self, session: "Session", message: ReceivedMessage, now: float) -> None:
         """Answer a request for a file or log, or begin to."""
         asker = id(session), message.system, message.component
         if message.name == "FILE_TRANSFER_PROTOCOL":

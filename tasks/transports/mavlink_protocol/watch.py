@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from mavlink import GROUND_STATION, Received
+from mavlink import GROUND_STATION, ReceivedMessage
 from tasks.transports.mavlink_protocol.errands import NO_PLACE, ignored, land, return_home
 from tasks.transports.mavlink_protocol.mission import MissionState
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
@@ -23,7 +23,7 @@ class Watch:
         self._system = system
         self._heard_at: float | None = None
 
-    def hear(self, message: Received, now: float) -> None:
+    def hear(self, message: ReceivedMessage, now: float) -> None:
         """Take a message: the heartbeats of stations count, and what is sent to this vehicle alone."""
         values = message.values
         beat = message.name == "HEARTBEAT" and values["type"] == GROUND_STATION

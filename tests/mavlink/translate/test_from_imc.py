@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import imc
 from mavlink import load_dialect
-from mavlink.positions import degrees_e7, home_of, place_of
+from mavlink.positions import degrees_e7, home_of, position_of
 from mavlink.translate import from_imc
 
 DIALECT = load_dialect()
@@ -21,7 +21,7 @@ ANY_STATE = st.builds(imc.EstimatedState, **dict.fromkeys(FIGURES, ANY))
 
 def located(state, *, afloat=True, home=None, undulation=0.0):
     home = home or home_of(state, afloat=afloat, undulation=undulation)
-    return home, home and place_of(state, home, afloat=afloat, undulation=undulation)
+    return home, home and position_of(state, home, afloat=afloat, undulation=undulation)
 
 
 def everything(state, afloat=True):
@@ -126,12 +126,15 @@ def test_time_since_boot_wraps():
 
 
 def test_system_status_says_what_is_unknown():
-    bits = from_imc.sensors([("IMU", State.NORMAL), ("DVL", State.ERROR)], located=True, fenced=None, ready=False)
+    bits = from_imc.sensor_bits([("IMU", State.NORMAL), ("DVL", State.ERROR)], located=True, fenced=None, ready=False)
     assert (bits[0] & from_imc.GEOFENCE, bits[1] & from_imc.GEOFENCE) == (0, from_imc.GEOFENCE), "no fence, no breach"
-    out = from_imc.sensors([], located=True, fenced=False, ready=True)
+    out = from_imc.sensor_bits([], located=True, fenced=False, ready=True)
     assert out[0] & ~out[1] == from_imc.GEOFENCE
-    assert from_imc.failures(out) == 2048
-    assert from_imc.failures(from_imc.sensors([("IMU", State.ERROR)], located=False, fenced=None, ready=True)) == 25
+    assert from_imc.failure_bits(out) == 2048
+    assert (
+        from_imc.failure_bits(from_imc.sensor_bits([("IMU", State.ERROR)], located=False, fenced=None, ready=True))
+        == 25
+    )
     unknown = from_imc.system_status(bits, math.nan, math.nan, math.nan, math.nan)
     assert unknown["voltage_battery"] == 0xFFFF
     assert (unknown["current_battery"], unknown["battery_remaining"]) == (-1, -1)

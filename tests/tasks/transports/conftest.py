@@ -5,7 +5,7 @@ import math
 import pytest
 
 import imc
-from mavlink import FLAVOURS, KINDS, encode, load_dialect, split
+from mavlink import FLAVORS, KINDS, encode, load_dialect, split
 from runtime import Task, param
 from runtime.testing import simulate
 from tasks.transports.mavlink_protocol.parameters import ParameterTable
@@ -54,7 +54,7 @@ class Desk:
             say=lambda severity, words: self.session.say(severity, words, self.now),
             speed=lambda: 1.2,
         )
-        self.session = Session(self.autopilot, FLAVOURS[flavour], self.frames.append, BOOT)
+        self.session = Session(self.autopilot, FLAVORS[flavour], self.frames.append, BOOT)
         self.now = BOOT
 
     def steer(self, request):

@@ -3,7 +3,7 @@
 import math
 
 import imc
-from mavlink import FLAVOURS, encode, load_dialect, split
+from mavlink import FLAVORS, encode, load_dialect, split
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import Session
 
@@ -34,7 +34,7 @@ class Console:
 
     def __init__(self, desk, flavour="px4", system=255):
         self.desk, self.system, self.frames = desk, system, []
-        self.session = Session(desk.autopilot, FLAVOURS[flavour], self.frames.append, desk.now)
+        self.session = Session(desk.autopilot, FLAVORS[flavour], self.frames.append, desk.now)
         self.session.contact = True
 
     def say(self, name, **fields):

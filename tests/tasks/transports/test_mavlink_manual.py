@@ -6,7 +6,7 @@ import pytest
 
 import imc
 from imc import coordinates
-from mavlink import FLAVOURS, encode, load_dialect, split
+from mavlink import FLAVORS, encode, load_dialect, split
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import Session
 from tests.tasks.transports.test_mavlink_vehicles import Commanded
@@ -19,7 +19,7 @@ class Helmsman:
 
     def __init__(self, flown, flavour="ardupilot", system=255):
         self.flown, self.system, self.frames = flown, system, []
-        self.session = Session(flown.link.autopilot, FLAVOURS[flavour], self.frames.append, flown.link.now)
+        self.session = Session(flown.link.autopilot, FLAVORS[flavour], self.frames.append, flown.link.now)
         self.session.contact = True
         self.mine = flown.link.autopilot.system
 

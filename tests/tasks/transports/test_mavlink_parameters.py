@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mavlink import FLAVOURS
+from mavlink import FLAVORS
 from runtime import Task, param
 from runtime.testing import simulate
 from tasks.transports.mavlink_protocol.names import identifiers
@@ -21,7 +21,7 @@ from tasks.transports.mavlink_protocol.parameters import (
     Refusal,
 )
 
-PX4, ARDUPILOT = FLAVOURS["px4"], FLAVOURS["ardupilot"]
+PX4, ARDUPILOT = FLAVORS["px4"], FLAVORS["ardupilot"]
 WORDS = st.text(max_size=40)
 
 

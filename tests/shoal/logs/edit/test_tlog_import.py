@@ -18,7 +18,7 @@ from support import wgs84
 
 TLOG = Path(__file__).parents[3] / "data" / "logs" / "ardusub.tlog"
 DIALECT = load_dialect()
-KINDS = AutopilotTranslator(DIALECT).kinds
+KINDS = AutopilotTranslator(DIALECT).message_names
 
 # What pymavlink 2.4.49's mavlogfile finds in the file from system 1, component 1.
 FRAMES = {"ATTITUDE": 81, "GLOBAL_POSITION_INT": 16, "HEARTBEAT": 5, "GPS_RAW_INT": 11, "SYS_STATUS": 11}

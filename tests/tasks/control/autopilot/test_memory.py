@@ -5,7 +5,7 @@ import math
 import pytest
 
 import imc
-from mavlink.missions import Command, Item, MissionResult
+from mavlink.missions import Item, MissionCommand, MissionResult
 from shoal.missions import parse_plan
 from support.wgs84 import displace, displacement
 from tasks.control.autopilot.kinds import ARDUPILOT, PX4, body_of
@@ -15,7 +15,7 @@ from tasks.control.autopilot.mission import Approach, Writer, approach, first_of
 
 HERE = Whereabouts(math.radians(41.185), math.radians(-8.7062), amsl=40.0, above_home=10.0, psi=1.0)
 FINAL = Approach(400.0, 30.0, math.radians(90.0))
-ITEMS = [Item(6, Command.NAV_WAYPOINT, x=411850000 + n, y=-87062000, z=float(n)) for n in range(3)]
+ITEMS = [Item(6, MissionCommand.NAV_WAYPOINT, x=411850000 + n, y=-87062000, z=float(n)) for n in range(3)]
 
 
 def write(text, kind=2, autopilot=ARDUPILOT, **more):
@@ -24,7 +24,7 @@ def write(text, kind=2, autopilot=ARDUPILOT, **more):
 
 
 def commands(items):
-    return [Command(item.command).name.removeprefix("NAV_") for item in items]
+    return [MissionCommand(item.command).name.removeprefix("NAV_") for item in items]
 
 
 class Talk:
@@ -128,9 +128,9 @@ def test_another_mission_read_back_is_no_mission(changed, words):
 
 
 def test_what_autopilots_round_is_the_same():
-    ours = Item(6, Command.NAV_WAYPOINT, param1=10.4, param2=3.0, param4=math.nan, x=5, y=6, z=12.3456)
+    ours = Item(6, MissionCommand.NAV_WAYPOINT, param1=10.4, param2=3.0, param4=math.nan, x=5, y=6, z=12.3456)
     assert not difference_of(ours, ours._replace(frame=3, param1=10.0, param2=0.0, param4=0.0, z=12.35))
-    speed = Item(2, Command.DO_CHANGE_SPEED, param1=1.0, param2=1.5)
+    speed = Item(2, MissionCommand.DO_CHANGE_SPEED, param1=1.0, param2=1.5)
     assert difference_of(speed, speed._replace(param2=1.9)) == "param2"
 
 
@@ -244,4 +244,4 @@ def test_a_leg_finds_its_item():
     assert found is not None
     assert item_of(leg(20), items, found + 1) == found + 2
     assert item_of(leg(5), items, 1) is None
-    assert items[item_of(leg(7, flags=imc.DesiredPath.Flags.TAKEOFF), items, 1)].command == Command.NAV_TAKEOFF
+    assert items[item_of(leg(7, flags=imc.DesiredPath.Flags.TAKEOFF), items, 1)].command == MissionCommand.NAV_TAKEOFF
