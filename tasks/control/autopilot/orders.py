@@ -11,7 +11,7 @@ RESULTS = ("accepted", "temporarily rejected", "denied", "unsupported", "not car
            "accepted only as COMMAND_LONG", "accepted only as COMMAND_INT", "refused for its frame")  # fmt: skip
 PATIENCE, LONG_PATIENCE, TRIES = 1.0, 10.0, 6  # s, s while it is in progress
 MOST = 64
-SILENT = -1  # the result of a command that was never acknowledged
+SILENT, DROPPED = -1, -2  # the results of commands that were never acknowledged, or never sent
 
 Then = Callable[[int], object]
 
@@ -20,6 +20,8 @@ def in_words(result: int) -> str:
     """A MAV_RESULT for people."""
     if result == SILENT:
         return "not acknowledged"
+    if result == DROPPED:
+        return f"not sent: {MOST} other commands wait"
     return RESULTS[result] if result < len(RESULTS) else f"answered with {result}"
 
 
@@ -51,10 +53,9 @@ class Orders:
         return self._current is not None
 
     def give(self, message: str, fields: Fields, then: Then, now: float, *, urgent: bool = False) -> None:
-        """Send a command as soon as those before it are settled."""
+        """Send a command as soon as those before it are settled; if too many wait, the last of them is DROPPED."""
         order = Order(message, fields, then, urgent)
-        if len(self._waiting) >= MOST:
-            self._waiting.pop()
+        dropped = self._waiting.pop() if len(self._waiting) >= MOST else None
         if urgent:
             if self._current is not None and not self._current.urgent:
                 self._current.tries = 0
@@ -64,6 +65,8 @@ class Orders:
         else:
             self._waiting.append(order)
         self.look_after(now)
+        if dropped is not None:
+            dropped.then(DROPPED)
 
     def forget(self, *, urgent: bool = True) -> None:
         """Drop all commands, since who should acknowledge them is not there any more; or only those not urgent."""

@@ -9,7 +9,7 @@ from support.wgs84 import displace, displacement
 from tasks.control.autopilot.address import parse_place
 from tasks.control.autopilot.clock import RemoteClock
 from tasks.control.autopilot.leg import Leg, Reach, Whereabouts, height_above_home
-from tasks.control.autopilot.orders import SILENT, Orders
+from tasks.control.autopilot.orders import DROPPED, MOST, SILENT, Orders, in_words
 
 HERE = Whereabouts(lat=0.7188, lon=-0.1519, amsl=40.0, above_home=10.0)
 Units = imc.ZUnits
@@ -88,6 +88,22 @@ def test_a_command_without_an_answer_is_given_up_and_urgent_ones_overtake():
         line.orders.look_after(tenth / 10.0)
     assert line.results == [(3, SILENT)]
     assert [command for command, _ in line.sent] == [1, *[3] * 6, 1, 1]
+
+
+@pytest.mark.parametrize("urgent", [False, True])
+def test_a_command_that_is_dropped_since_too_many_wait_is_answered_with_the_reason(urgent):
+    line = Line()
+    for command in range(MOST + 1):  # the first is sent, the others wait
+        line.give(command, 0.0)
+    assert line.results == []
+    line.give(1000, 0.0, urgent=urgent)
+    assert line.results == [(MOST, DROPPED)]
+    assert in_words(DROPPED) == "not sent: 64 other commands wait"
+    for command in (0, *range(1, MOST), 1000) if not urgent else (1000, *range(MOST)):
+        line.orders.hear(command, 0, 1.0)
+    assert [command for command, result in line.results if result == 0].count(1000) == 1
+    assert len(line.results) == MOST + 2
+    assert not line.orders.busy
 
 
 def test_the_clock_of_the_autopilot():
