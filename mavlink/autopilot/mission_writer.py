@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 import imc
 from autonomy.plans import main_sequence
 from imc.coordinates import maneuver_corners
+from mavlink.autopilot.leg import Leg, ReportedPosition, height_above_home
+from mavlink.autopilot.setpoints import AIR_SPEED, GLOBAL, GROUND_SPEED, RELATIVE, degrees_e7
+from mavlink.autopilot.vehicle_modes import SteeredVehicle
 from mavlink.missions import Item, MissionCommand
 from support.wgs84 import displace, displacement
-from tasks.control.autopilot.kinds import Body
-from tasks.control.autopilot.leg import Leg, Whereabouts, height_above_home
-from tasks.control.autopilot.targets import AIR_SPEED, GLOBAL, GROUND_SPEED, RELATIVE, degrees_e7
 
 NO_PLACE = 2  # MAV_FRAME of an item that has none
-LONGER = 10.0  # s by which the autopilot's times are longer: Shoal goes on first while it lives
+EXTRA_TIME = 10.0  # s by which the autopilot's times are longer: Shoal goes on first while it lives
 MOST_TURNS = 200
 STEEP = 15.0  # °; a plane's pitch as it takes off
 SAME_PLACE = 1.0  # m
@@ -24,7 +24,7 @@ TO_ALT_TOWARDS_NEXT = 1.0
 WINDLESS = 1.0  # m/s
 
 
-class Approach(NamedTuple):
+class LandingApproach(NamedTuple):
     """How a plane lands: length (m) and height (m) of the final leg, and its course (rad)."""
 
     length: float
@@ -32,27 +32,31 @@ class Approach(NamedTuple):
     course: float
 
 
-def approach(
-    length: float, height: float, course: float | None, wind: imc.EstimatedStreamVelocity | None, at: Whereabouts
-) -> Approach:
+def landing_approach(
+    length: float,
+    height: float,
+    course: float | None,
+    wind: imc.EstimatedStreamVelocity | None,
+    position: ReportedPosition,
+) -> LandingApproach:
     """The approach on a course (rad); without one against the wind, and straight on if there is none."""
     if course is None:
         blows = wind is not None and math.hypot(wind.x, wind.y) > WINDLESS
-        course = math.atan2(-wind.y, -wind.x) if wind is not None and blows else at.psi
-    return Approach(length, height, course)
+        course = math.atan2(-wind.y, -wind.x) if wind is not None and blows else position.psi
+    return LandingApproach(length, height, course)
 
 
 @dataclass(slots=True)
-class Writer:
+class MissionWriter:
     """Makes items of the maneuvers of one plan. Raises ValueError for what no item says.
 
     `undulation` (m) is that of the geoid, `at` where the vehicle is as the plan begins.
     """
 
-    body: Body
-    at: Whereabouts
+    vehicle: SteeredVehicle
+    position: ReportedPosition
     undulation: float
-    approach: Approach
+    approach: LandingApproach
     items: list[Item] = field(default_factory=list[Item])
     _speed: float = 0.0
     _place: tuple[float, float] = (0.0, 0.0)
@@ -62,11 +66,13 @@ class Writer:
         chain, remarks = main_sequence(plan)
         if remarks:
             raise ValueError(remarks[0])
-        self._place = self.at.lat, self.at.lon
-        if not self.body.px4:
-            self.put(MissionCommand.NAV_WAYPOINT, self._place, self.at.amsl - self.at.above_home, frame=GLOBAL)
+        self._place = self.position.lat, self.position.lon
+        if not self.vehicle.px4:
+            self.add_item(
+                MissionCommand.NAV_WAYPOINT, self._place, self.position.amsl - self.position.above_home, frame=GLOBAL
+            )
         for node in chain:
-            teller = TOLD.get(type(node.data))
+            teller = WRITERS.get(type(node.data))
             try:
                 if teller is None:
                     raise ValueError(f"an autopilot does not know {type(node.data).__name__}")
@@ -75,21 +81,23 @@ class Writer:
                 raise ValueError(f"{node.maneuver_id}: {error}") from None
         return self.items
 
-    def land(self, lat: float, lon: float) -> list[Item]:
+    def write_landing(self, lat: float, lon: float) -> list[Item]:
         """A plane's landing alone."""
-        if not self.body.px4:
-            self.put(MissionCommand.NAV_WAYPOINT, (lat, lon), self.at.amsl - self.at.above_home, frame=GLOBAL)
-        self.approach_to(lat, lon)
+        if not self.vehicle.px4:
+            self.add_item(
+                MissionCommand.NAV_WAYPOINT, (lat, lon), self.position.amsl - self.position.above_home, frame=GLOBAL
+            )
+        self.add_approach(lat, lon)
         return self.items
 
-    def put(
+    def add_item(
         self, command: MissionCommand, place: tuple[float, float], height: float, *numbers: float, frame: int = RELATIVE
     ) -> None:
         one, two, three, four, *_ = (*numbers, 0.0, 0.0, 0.0, 0.0)
         lat, lon = map(degrees_e7, place)
         self.items.append(Item(frame, int(command), 0, 1, one, two, three, four, lat, lon, height))
 
-    def command(self, command: MissionCommand, *numbers: float) -> None:
+    def add_command(self, command: MissionCommand, *numbers: float) -> None:
         """An item without a place."""
         one, two, three, four, *_ = (*numbers, 0.0, 0.0, 0.0, 0.0)
         self.items.append(Item(NO_PLACE, int(command), 0, 1, one, two, three, four))
@@ -97,96 +105,100 @@ class Writer:
     def height(self, maneuver: Any, more: float = 0.0) -> float:
         """Above home (m)."""
         path = imc.DesiredPath(end_z=maneuver.z + more, end_z_units=maneuver.z_units)
-        body = self.body
-        return height_above_home(path, self.at, self.undulation, flies=body.flies, dives=body.dives)
+        vehicle = self.vehicle
+        return height_above_home(path, self.position, self.undulation, flies=vehicle.flies, dives=vehicle.dives)
 
-    def hasten(self, maneuver: Any) -> None:
+    def set_speed(self, maneuver: Any) -> None:
         if maneuver.speed_units != imc.SpeedUnits.METERS_PS or not maneuver.speed > 0.0:
             raise ValueError("the speed for an autopilot must be in m/s, and more than 0")
         if maneuver.speed != self._speed:
             self._speed = maneuver.speed
-            self.command(
-                MissionCommand.DO_CHANGE_SPEED, AIR_SPEED if self.body.roams else GROUND_SPEED, maneuver.speed, -1.0
+            self.add_command(
+                MissionCommand.DO_CHANGE_SPEED, AIR_SPEED if self.vehicle.roams else GROUND_SPEED, maneuver.speed, -1.0
             )
 
-    def go(self, maneuver: Any, *numbers: float, command: MissionCommand = MissionCommand.NAV_WAYPOINT) -> None:
+    def add_waypoint(
+        self, maneuver: Any, *numbers: float, command: MissionCommand = MissionCommand.NAV_WAYPOINT
+    ) -> None:
         """An item at the place of a maneuver."""
-        self.hasten(maneuver)
+        self.set_speed(maneuver)
         self._place = maneuver.lat, maneuver.lon
-        self.put(command, self._place, self.height(maneuver), *numbers)
+        self.add_item(command, self._place, self.height(maneuver), *numbers)
 
-    def pass_points(self, maneuver: Any, offsets: Sequence[tuple[float, float, float]]) -> None:
-        self.hasten(maneuver)
+    def add_points(self, maneuver: Any, offsets: Sequence[tuple[float, float, float]]) -> None:
+        self.set_speed(maneuver)
         for north, east, up in offsets:
             self._place = displace(maneuver.lat, maneuver.lon, 0.0, north, east)[:2]
-            self.put(MissionCommand.NAV_WAYPOINT, self._place, self.height(maneuver, up))
+            self.add_item(MissionCommand.NAV_WAYPOINT, self._place, self.height(maneuver, up))
 
-    def approach_to(self, lat: float, lon: float) -> None:
+    def add_approach(self, lat: float, lon: float) -> None:
         """Down to the height of the approach in circles, then straight on to the ground."""
         final = self.approach
         for part, command in ((1.0, MissionCommand.NAV_LOITER_TO_ALT), (PASSING, MissionCommand.NAV_WAYPOINT)):
             back = -part * final.length
             place = displace(lat, lon, 0.0, back * math.cos(final.course), back * math.sin(final.course))[:2]
             numbers = (TO_ALT_TOWARDS_NEXT,) if command is MissionCommand.NAV_LOITER_TO_ALT else ()
-            self.put(command, place, part * final.height, *numbers)
-        self.put(MissionCommand.NAV_LAND, (lat, lon), 0.0)
+            self.add_item(command, place, part * final.height, *numbers)
+        self.add_item(MissionCommand.NAV_LAND, (lat, lon), 0.0)
 
-    def take_off(self, takeoff: imc.Takeoff) -> None:
-        self.put(MissionCommand.NAV_TAKEOFF, self._place, self.height(takeoff), STEEP if self.body.roams else 0.0)
+    def add_takeoff(self, takeoff: imc.Takeoff) -> None:
+        self.add_item(
+            MissionCommand.NAV_TAKEOFF, self._place, self.height(takeoff), STEEP if self.vehicle.roams else 0.0
+        )
 
-    def touch_down(self, land: imc.Land) -> None:
+    def add_landing(self, land: imc.Land) -> None:
         lat, lon = (land.lat, land.lon) if (land.lat, land.lon) != (0.0, 0.0) else self._place
-        if self.body.roams:
-            self.approach_to(lat, lon)
+        if self.vehicle.roams:
+            self.add_approach(lat, lon)
         else:
-            self.put(MissionCommand.NAV_LAND, (lat, lon), 0.0)
+            self.add_item(MissionCommand.NAV_LAND, (lat, lon), 0.0)
 
-    def stay(self, station: Any) -> None:
+    def add_stay(self, station: Any) -> None:
         """Hover, or circle if it cannot."""
         if station.duration:
-            self.go(station, station.duration + LONGER, command=MissionCommand.NAV_LOITER_TIME)
+            self.add_waypoint(station, station.duration + EXTRA_TIME, command=MissionCommand.NAV_LOITER_TIME)
         else:
-            self.go(station, command=MissionCommand.NAV_LOITER_UNLIM)
+            self.add_waypoint(station, command=MissionCommand.NAV_LOITER_UNLIM)
 
-    def circle(self, loiter: imc.Loiter) -> None:
-        forms, body = imc.Loiter.Type, self.body
+    def add_circle(self, loiter: imc.Loiter) -> None:
+        forms, vehicle = imc.Loiter.Type, self.vehicle
         if loiter.type == forms.EIGHT:
             raise ValueError("an autopilot does not know figures of eight")
-        if loiter.type == forms.HOVER and not body.roams:
-            self.stay(loiter)
+        if loiter.type == forms.HOVER and not vehicle.roams:
+            self.add_stay(loiter)
             return
         radius = -loiter.radius if loiter.direction == imc.Loiter.Direction.CCLOCKW else loiter.radius
-        if body.px4 and not body.roams:
+        if vehicle.px4 and not vehicle.roams:
             raise ValueError("PX4 has no circles in missions of this vehicle")
-        if not loiter.duration and not body.roams:
+        if not loiter.duration and not vehicle.roams:
             raise ValueError("a circle without end is not known in missions of this vehicle")
         if not loiter.duration:
-            self.go(loiter, 0.0, 0.0, radius, command=MissionCommand.NAV_LOITER_UNLIM)
-        elif body.px4 or not loiter.radius:
-            self.go(loiter, loiter.duration + LONGER, 0.0, radius, command=MissionCommand.NAV_LOITER_TIME)
+            self.add_waypoint(loiter, 0.0, 0.0, radius, command=MissionCommand.NAV_LOITER_UNLIM)
+        elif vehicle.px4 or not loiter.radius:
+            self.add_waypoint(loiter, loiter.duration + EXTRA_TIME, 0.0, radius, command=MissionCommand.NAV_LOITER_TIME)
         else:
             turns = math.ceil(loiter.duration * loiter.speed / (math.tau * loiter.radius)) + 1
             if turns > MOST_TURNS:
                 raise ValueError(f"{turns} turns are more than {MOST_TURNS}")
-            self.go(loiter, float(turns), 0.0, radius, command=MissionCommand.NAV_LOITER_TURNS)
+            self.add_waypoint(loiter, float(turns), 0.0, radius, command=MissionCommand.NAV_LOITER_TURNS)
 
-    def wait(self, idle: imc.IdleManeuver) -> None:
-        if not idle.duration or self.body.roams:
-            raise ValueError("a plane cannot wait" if self.body.roams else "a wait without end is no item")
-        self.command(MissionCommand.NAV_DELAY, idle.duration + LONGER, -1.0, -1.0, -1.0)
+    def add_wait(self, idle: imc.IdleManeuver) -> None:
+        if not idle.duration or self.vehicle.roams:
+            raise ValueError("a plane cannot wait" if self.vehicle.roams else "a wait without end is no item")
+        self.add_command(MissionCommand.NAV_DELAY, idle.duration + EXTRA_TIME, -1.0, -1.0, -1.0)
 
 
-TOLD: Mapping[type[Any], Callable[[Writer, Any], None]] = {
-    imc.Goto: Writer.go,
-    imc.StationKeeping: Writer.stay,
-    imc.Loiter: Writer.circle,
-    imc.FollowPath: lambda w, path: w.pass_points(
+WRITERS: Mapping[type[Any], Callable[[MissionWriter, Any], None]] = {
+    imc.Goto: MissionWriter.add_waypoint,
+    imc.StationKeeping: MissionWriter.add_stay,
+    imc.Loiter: MissionWriter.add_circle,
+    imc.FollowPath: lambda w, path: w.add_points(
         path, [(p.x, p.y, p.z) for p in path.points if isinstance(p, imc.PathPoint)]
     ),
-    imc.Rows: lambda w, area: w.pass_points(area, [(north, east, 0.0) for north, east in maneuver_corners(area)]),
-    imc.Takeoff: Writer.take_off,
-    imc.Land: Writer.touch_down,
-    imc.IdleManeuver: Writer.wait,
+    imc.Rows: lambda w, area: w.add_points(area, [(north, east, 0.0) for north, east in maneuver_corners(area)]),
+    imc.Takeoff: MissionWriter.add_takeoff,
+    imc.Land: MissionWriter.add_landing,
+    imc.IdleManeuver: MissionWriter.add_wait,
 }
 """How each maneuver becomes items."""
 
@@ -202,7 +214,7 @@ ARRIVALS = frozenset(
 )
 
 
-def item_of(leg: Leg, items: Sequence[Item], begin: int) -> int | None:
+def find_item(leg: Leg, items: Sequence[Item], begin: int) -> int | None:
     """The number of the item that leads along a leg, at `begin` or later; None if there is none."""
     wanted = MissionCommand.NAV_TAKEOFF if leg.takes_off else MissionCommand.NAV_LAND if leg.lands else None
     for number, item in enumerate(items[begin:], begin):
@@ -214,7 +226,7 @@ def item_of(leg: Leg, items: Sequence[Item], begin: int) -> int | None:
     return None
 
 
-def first_of(items: Sequence[Item], item: int) -> int:
+def first_item_of(items: Sequence[Item], item: int) -> int:
     """The first of the items without a place that belong to an item: they set the speed, or lead to the landing."""
     land = items[item].command == MissionCommand.NAV_LAND
     while item > 0 and (items[item - 1].frame == NO_PLACE or (land and _leads_down(items, item))):

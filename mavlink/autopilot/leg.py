@@ -27,7 +27,7 @@ ON_CIRCLE = 2.0  # m, or a quarter of the radius
 
 
 @dataclass(frozen=True, slots=True)
-class Whereabouts:
+class ReportedPosition:
     """Where an autopilot says it is: position (rad), heights (m) above the sea and above home, motion (m/s, rad)."""
 
     lat: float
@@ -41,14 +41,16 @@ class Whereabouts:
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
+class ArrivalTolerance:
     """What counts as an arrival: horizontal and vertical distance (m) from the end."""
 
     horizontal: float
     vertical: float
 
 
-def height_above_home(path: imc.DesiredPath, at: Whereabouts, undulation: float, *, flies: bool, dives: bool) -> float:
+def height_above_home(
+    path: imc.DesiredPath, at: ReportedPosition, undulation: float, *, flies: bool, dives: bool
+) -> float:
     """The height (m) above home at the end of a path. Raises ValueError if this vehicle cannot go there."""
     if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
         return at.above_home
@@ -69,7 +71,7 @@ class Leg:
     Raises ValueError if the path cannot be followed.
     """
 
-    def __init__(self, path: imc.DesiredPath, at: Whereabouts, height: float) -> None:
+    def __init__(self, path: imc.DesiredPath, at: ReportedPosition, height: float) -> None:
         if not is_valid_path(path):
             raise ValueError("the desired path has an invalid position or number")
         if path.speed_units != imc.SpeedUnits.METERS_PS or path.speed <= 0.0:
@@ -87,16 +89,19 @@ class Leg:
         if self._track.length > LONGEST:
             raise ValueError(f"the desired path is longer than {LONGEST / 1000:g} km")
 
-    def advance(self, at: Whereabouts, reach: Reach) -> bool:
+    def advance(self, at: ReportedPosition, tolerance: ArrivalTolerance) -> bool:
         """Take where the vehicle is; True if it has just arrived at the end, or on the circle."""
         before = self.near, self.loitering
         off, away = abs(self.height - at.above_home), self._away(at)
         if self.radius:
             self.loitering = self.loitering or (
-                abs(away - self.radius) < max(ON_CIRCLE, 0.25 * self.radius) and off < max(ON_CIRCLE, reach.vertical)
+                abs(away - self.radius) < max(ON_CIRCLE, 0.25 * self.radius)
+                and off < max(ON_CIRCLE, tolerance.vertical)
             )
         else:
-            self.arrived = self.arrived or (off <= reach.vertical and (self.takes_off or away <= reach.horizontal))
+            self.arrived = self.arrived or (
+                off <= tolerance.vertical and (self.takes_off or away <= tolerance.horizontal)
+            )
             self.near = self.near or (self.arrived and not self.lands)
         return before != (self.near, self.loitering)
 
@@ -107,7 +112,7 @@ class Leg:
         self.near = not self.lands and not self.radius
         return before != self.near
 
-    def target(self, at: Whereabouts, lead: float = LEAD) -> tuple[float, float]:
+    def target(self, at: ReportedPosition, lead: float = LEAD) -> tuple[float, float]:
         """Where to send the vehicle now (rad): the end, or a point on the circle that is `lead` s ahead.
 
         The point is farther out than the circle: who always heads for it moves on the circle itself.
@@ -119,7 +124,7 @@ class Leg:
         angle, out = math.atan2(east, north) + self.side * turn, self.radius / math.cos(turn)
         return displace(self.lat, self.lon, 0.0, out * math.cos(angle), out * math.sin(angle))[:2]
 
-    def ahead(self, at: Whereabouts, lead: float) -> tuple[float, float]:
+    def ahead(self, at: ReportedPosition, lead: float) -> tuple[float, float]:
         """A point on the line to the end (rad), or on the circle, that is `lead` s ahead, or the end itself.
 
         Who is always sent there goes at the speed of the leg, if it approaches by 1/lead of the distance each second.
@@ -133,7 +138,7 @@ class Leg:
         north, east = along * math.cos(track.bearing), along * math.sin(track.bearing)
         return displace(*self._origin, 0.0, north, east)[:2]
 
-    def progress(self, at: Whereabouts) -> PathProgress:
+    def progress(self, at: ReportedPosition) -> PathProgress:
         """How far the vehicle has come; a climb counts as distance."""
         speed, course = math.hypot(at.vx, at.vy), math.atan2(at.vy, at.vx)
         where = progress(self._track, self._offset(at.lat, at.lon), speed, course, at.psi)
@@ -152,7 +157,7 @@ class Leg:
             vy=where.vy,
         )
 
-    def report(self, at: Whereabouts) -> imc.PathControlState:
+    def report(self, at: ReportedPosition) -> imc.PathControlState:
         """The state of the path."""
         where, path = self.progress(at), self.path
         flags = path.flags & KEPT_FLAGS
@@ -182,7 +187,7 @@ class Leg:
             eta=min(UNKNOWN_ETA, round(left / max(SLOWEST, self.speed))),
         )
 
-    def _away(self, at: Whereabouts) -> float:
+    def _away(self, at: ReportedPosition) -> float:
         return math.hypot(*displacement(at.lat, at.lon, 0.0, self.lat, self.lon, 0.0)[:2])
 
     def _offset(self, lat: float, lon: float) -> tuple[float, float]:

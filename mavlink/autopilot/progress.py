@@ -4,13 +4,13 @@ import math
 
 import imc
 from autonomy.guidance import AlongTrack, DivergenceMonitor
-from tasks.control.autopilot.leg import Leg, Reach, Whereabouts
+from mavlink.autopilot.leg import ArrivalTolerance, Leg, ReportedPosition
 
 REPORTS = 1.0  # s
 STUCK = AlongTrack(20.0, 0.05, 0.0)
 
 
-class Progress:
+class LegProgress:
     """Judges a leg with each new state; `error` is why it has to be given up, "" if it need not be."""
 
     def __init__(self) -> None:
@@ -18,19 +18,19 @@ class Progress:
         self._divergence = DivergenceMonitor(STUCK, None)
         self._reported = -math.inf
 
-    def begin(self, now: float) -> None:
+    def restart(self, now: float) -> None:
         """There is a new leg."""
         self.error, self._reported = "", -math.inf
         self._divergence.restart(now)
 
-    def look(
-        self, leg: Leg, at: Whereabouts, reach: Reach, now: float, *, done: bool, waits: bool
+    def update(
+        self, leg: Leg, at: ReportedPosition, tolerance: ArrivalTolerance, now: float, *, done: bool, waits: bool
     ) -> tuple[bool, imc.PathControlState | None]:
         """Whether it has just arrived, and the report that is due.
 
         done: the autopilot says that it has arrived. waits: it has not been told yet to go, or circles on its way down.
         """
-        arrived = leg.advance(at, reach)
+        arrived = leg.advance(at, tolerance)
         if done:
             arrived = leg.finish() or arrived
         where = leg.progress(at)

@@ -9,7 +9,7 @@ BEHIND = 10.0  # s by which it may be behind the time that has passed, on a slow
 FORGETS = 1e-4  # s/s; how fast a short delay is forgotten, since clocks drift
 
 
-class RemoteClock:
+class BootClock:
     """Converts times since the start of an autopilot to s since 1970 UTC.
 
     Until the autopilot answers TIMESYNC, the fastest message tells the difference of the clocks.
@@ -24,7 +24,7 @@ class RemoteClock:
         self._offset: float | None = None
         self._round = math.inf
 
-    def hear(self, count: float, now: float) -> bool:
+    def update(self, count: float, now: float) -> bool:
         """Take a count (s) that has arrived `now`; True if the autopilot has started anew."""
         anew = count < self._last - BACKWARDS or now - count > self._fastest + BEHIND
         if anew:
@@ -34,7 +34,7 @@ class RemoteClock:
         self._fastest, self._fastest_at = min(fastest, now - count), now
         return anew
 
-    def compare(self, asked: float, count: float, now: float) -> None:
+    def synchronize(self, asked: float, count: float, now: float) -> None:
         """Take an answer to TIMESYNC: asked at one time (s), answered at the remote count (s), arrived `now`."""
         took = now - asked
         if not 0.0 <= took <= SLOWEST_ROUND or took > 2.0 * self._round + 0.01:

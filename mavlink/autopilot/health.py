@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Mapping
 
-from runtime import State
+import imc
 
+State = imc.EntityState.State
 NAVIGATION = "Navigation"
 CRITICAL = (5, 6, 8)  # MAV_STATE: critical, emergency, flight termination
 HEALTH: Mapping[str, int] = {
@@ -18,14 +19,14 @@ HEALTH: Mapping[str, int] = {
 Show = Callable[[str, State, str], object]
 
 
-def in_words(name: str, *, armed: bool, critical: bool, counts: Mapping[str, int]) -> tuple[State, str]:
+def describe_health(name: str, *, armed: bool, critical: bool, counts: Mapping[str, int]) -> tuple[State, str]:
     """State and description of an autopilot: what it steers, and how many messages of each kind had no effect."""
     words = "".join(f", {count} {what}" for what, count in sorted(counts.items()) if count)
     words = f"{name}, {'armed' if armed else 'disarmed'}{words}"
     return (State.ERROR, f"reports a critical state: {words}") if critical else (State.NORMAL, words)
 
 
-class Health:
+class SensorHealth:
     """Shows the states of entities: what the autopilot says of them, and that it does not.
 
     Navigation is NORMAL only while there are states of it: `navigate` says so.
@@ -36,25 +37,25 @@ class Health:
         self._navigation = State.NORMAL, "active"
         self._told = False
 
-    def hear(self, values: Mapping[str, int]) -> None:
+    def receive(self, values: Mapping[str, int]) -> None:
         """Take SYS_STATUS."""
         self._told = True
         for label in HEALTH:
-            state, words = health_of(label, values)
+            state, words = sensor_state(label, values)
             if label == NAVIGATION:
                 self._navigation = (state, words) if state is State.ERROR else (State.NORMAL, "active")
             if label != NAVIGATION or state is State.ERROR:
                 self._show(label, state, words)
 
-    def navigate(self) -> None:
+    def on_state(self) -> None:
         """There is a new state."""
         self._show(NAVIGATION, *self._navigation)
 
-    def miss(self, names: list[str], seconds: float) -> None:
+    def on_states_missing(self, names: list[str], seconds: float) -> None:
         """Messages without which there is no state have not come."""
         self._show(NAVIGATION, State.ERROR, f"no {' and no '.join(names)} for {seconds:g} s")
 
-    def forget(self) -> None:
+    def expire(self) -> None:
         """SYS_STATUS does not come any more: what it said is not true any more."""
         if self._told:
             self._told = False
@@ -63,7 +64,7 @@ class Health:
                     self._show(label, State.ERROR, "the autopilot does not tell its health")
 
 
-def health_of(label: str, values: Mapping[str, int]) -> tuple[State, str]:
+def sensor_state(label: str, values: Mapping[str, int]) -> tuple[State, str]:
     """State and description of an entity."""
     prefix = "onboard_control_sensors"
     used = HEALTH[label] & values[f"{prefix}_present"] & values[f"{prefix}_enabled"]

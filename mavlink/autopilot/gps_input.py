@@ -4,8 +4,8 @@ import math
 
 import imc
 from mavlink import Fields
-from tasks.control.autopilot.hearing import is_sound
-from tasks.control.autopilot.targets import degrees_e7
+from mavlink.autopilot.setpoints import degrees_e7
+from mavlink.autopilot.telemetry import is_valid
 
 Validity = imc.GpsFix.Validity
 NO_FIX, FIX_3D = 1, 3  # GPS_FIX_TYPE
@@ -20,12 +20,12 @@ LEAP_SECONDS = 18  # GPS time - UTC since 2017
 WEEK = 604800  # s
 
 
-def is_usable(fix: imc.GpsFix) -> bool:
+def is_usable_fix(fix: imc.GpsFix) -> bool:
     """Whether a fix has no number that is none, and is on Earth."""
-    return is_sound(fix) and fix.sog >= 0.0
+    return is_valid(fix) and fix.sog >= 0.0
 
 
-def gps_input(fix: imc.GpsFix, undulation: float, now: float) -> Fields:
+def gps_input_fields(fix: imc.GpsFix, undulation: float, now: float) -> Fields:
     """GPS_INPUT with a fix; `undulation` (m) is that of the geoid. Speeds are those of the fix, never vertical."""
     valid = fix.validity
     ignored = NO_VERTICAL_SPEED | NO_SPEED_ACCURACY
@@ -57,7 +57,7 @@ def gps_input(fix: imc.GpsFix, undulation: float, now: float) -> Fields:
     }
 
 
-def fix_of(usbl: imc.UsblFixExtended, undulation: float) -> imc.GpsFix:
+def usbl_fix(usbl: imc.UsblFixExtended, undulation: float) -> imc.GpsFix:
     """What a USBL measures as a fix; its depth is below the sea, where heights are those of the geoid."""
     return imc.GpsFix(
         validity=Validity.VALID_POS | (Validity.VALID_HACC if usbl.accuracy > 0.0 else 0),

@@ -11,7 +11,7 @@ PX4_AUTO, PX4_ORBIT, PX4_OFFBOARD = 4 * PX4_MAIN, 3 * PX4_MAIN + PX4_SUB, 6 * PX
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class SteeredVehicle:
     """What an autopilot steers, and the numbers (`custom_mode`) of its modes; None for those that it lacks.
 
     `mission` is the mode in which it carries out the mission in its memory, `instead` that for a hold that is refused.
@@ -47,15 +47,17 @@ class Body:
         return self.hold if self.px4 else self.guided
 
 
-COPTER = Body("copter", guided=4, hold=17, back=6, mission=3, land=9, instead=9, flies=True)
-FIXED_WING = Body("plane", guided=15, hold=12, back=11, mission=10, takeoff=13, flies=True, targets=False, roams=True)
-CAR = Body("rover", guided=15, hold=4, back=11, mission=10)
-VESSEL = Body("boat", guided=15, hold=5, back=11, mission=10, instead=4)  # LOITER: in HOLD it drifts
-SUB = Body("submarine", guided=4, hold=16, back=9, mission=3, instead=2)  # it comes up where it is
+COPTER = SteeredVehicle("copter", guided=4, hold=17, back=6, mission=3, land=9, instead=9, flies=True)
+FIXED_WING = SteeredVehicle(
+    "plane", guided=15, hold=12, back=11, mission=10, takeoff=13, flies=True, targets=False, roams=True
+)
+CAR = SteeredVehicle("rover", guided=15, hold=4, back=11, mission=10)
+VESSEL = SteeredVehicle("boat", guided=15, hold=5, back=11, mission=10, instead=4)  # LOITER: in HOLD it drifts
+SUB = SteeredVehicle("submarine", guided=4, hold=16, back=9, mission=3, instead=2)  # it comes up where it is
 
 
-def body_of(autopilot: int, kind: int, *, offboard: bool = False) -> Body | None:
-    """The body with this MAV_AUTOPILOT and MAV_TYPE; None if Shoal cannot steer it.
+def steered_vehicle(autopilot: int, kind: int, *, offboard: bool = False) -> SteeredVehicle | None:
+    """The vehicle with this MAV_AUTOPILOT and MAV_TYPE; None if Shoal cannot steer it.
 
     `offboard`: lead PX4 by setpoints; planes have no such mode for positions.
     """
@@ -67,9 +69,9 @@ def body_of(autopilot: int, kind: int, *, offboard: bool = False) -> Body | None
     return found and replace(found, kind=kind)
 
 
-def _px4(kind: int, *, offboard: bool) -> Body:
+def _px4(kind: int, *, offboard: bool) -> SteeredVehicle:
     flies, hold = kind in COPTERS or kind == PLANE, PX4_AUTO + 3 * PX4_SUB
-    return Body(
+    return SteeredVehicle(
         "PX4",
         guided=PX4_OFFBOARD if offboard else hold,
         hold=hold,

@@ -16,7 +16,7 @@ FASTEST_BAUD = 4_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class AutopilotAddress:
     """Where an autopilot is: host and port of a socket, or device and baud rate of a serial port.
 
     `key` is the file with the key of a link whose messages are signed, else empty.
@@ -30,7 +30,7 @@ class Place:
     key: str = ""
 
 
-def parse_place(text: str) -> Place:
+def parse_address(text: str) -> AutopilotAddress:
     """Parses the address of an autopilot. Raises ValueError with the reason."""
     scheme, colon, _ = text.strip().partition("://")
     if not colon:
@@ -45,14 +45,14 @@ def parse_place(text: str) -> Place:
             raise ValueError(f"{text!r} names no device, such as serial:///dev/ttyAMA0")
         if not (baud.isascii() and baud.isdecimal() and 0 < int(baud) <= FASTEST_BAUD):
             raise ValueError(f"{text!r}: {baud!r} is not a baud rate")
-        return Place("serial", device=parts.path, baud=int(baud), key=key)
+        return AutopilotAddress("serial", device=parts.path, baud=int(baud), key=key)
     try:
         host, port = parts.hostname, parts.port
     except ValueError:
         host, port = None, None
     if not host or not port or parts.path:
         raise ValueError(f"{text!r} is not {scheme}://HOST:PORT, with a port from 1 to 65535")
-    return Place(scheme, host, port, key=key)
+    return AutopilotAddress(scheme, host, port, key=key)
 
 
 def _options(text: str, query: str, known: tuple[str, ...]) -> dict[str, str]:
@@ -66,13 +66,13 @@ def _options(text: str, query: str, known: tuple[str, ...]) -> dict[str, str]:
     return options
 
 
-def open_device(task: Task, place: Place, hear: Callable[[bytes], object]) -> Device:
+def open_device(task: Task, address: AutopilotAddress, receive: Callable[[bytes], object]) -> Device:
     """The device of a task at a place; `hear` takes what arrives."""
-    if place.scheme == "serial":
-        return task.serial(place.device, place.baud, frames=hear)
-    if place.scheme == "tcpout":
-        return task.tcp(place.host, place.port, frames=hear)
-    if place.scheme == "udpout":
-        own = "::" if ":" in place.host else "0.0.0.0"
-        return task.udp(0, frames=hear, address=own, to=(place.host, place.port))
-    return task.udp(place.port, frames=hear, address=place.host)
+    if address.scheme == "serial":
+        return task.serial(address.device, address.baud, frames=receive)
+    if address.scheme == "tcpout":
+        return task.tcp(address.host, address.port, frames=receive)
+    if address.scheme == "udpout":
+        own = "::" if ":" in address.host else "0.0.0.0"
+        return task.udp(0, frames=receive, address=own, to=(address.host, address.port))
+    return task.udp(address.port, frames=receive, address=address.host)
