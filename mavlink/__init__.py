@@ -1,34 +1,34 @@
-"""MAVLink without sockets: messages, frames, .tlog files, and conversion to and from IMC."""
+"""MAVLink without sockets: messages, frames, signatures, modes, and the logs of ground stations and autopilots."""
 
-from mavlink import cameras, dataflash, from_dataflash, from_imc, from_ulog, instruments, text, ulog
+from mavlink import dataflash, positions, statustext, ulog
 from mavlink.dialect import Dialect, Fields, load_dialect
-from mavlink.dialogues import DialogueTranslator
-from mavlink.frames import LONGEST_DATAGRAM, Received, StreamSplitter, encode, split
-from mavlink.from_imc import SYSTEMS, system_of
+from mavlink.frames import LONGEST_DATAGRAM, ReceivedMessage, StreamSplitter, encode, split
 from mavlink.link_url import SERIAL, LinkUrl, parse_link_url
-from mavlink.meanings import ENTITIES, Flight
+from mavlink.log_records import LogRecord
 from mavlink.modes import (
     ARMED,
+    AUTOPILOT_NONE,
     CRITICAL,
     CUSTOM_MODE,
     EMERGENCY,
-    FLAVOURS,
+    FLAVORS,
+    GROUND_STATION,
     KINDS,
     STANDARD_MODES,
     STANDBY,
     STATUS,
-    Flavour,
-    Kind,
+    Flavor,
     Mode,
+    VehicleKind,
+    is_moving,
     mode_number,
     mode_of,
-    moving,
 )
-from mavlink.records import Record
+from mavlink.positions import Home
 from mavlink.signing import UNSIGNED, Signing, SigningTime, parse_key, read_key
-from mavlink.text import chunks
-from mavlink.tlog import Recorded, Tlog
-from mavlink.to_imc import AUTOPILOT_NONE, GROUND_STATION, AutopilotTranslator
+from mavlink.statustext import chunks
+from mavlink.system_ids import SYSTEMS, system_of
+from mavlink.tlog import RecordedMessage, Tlog
 
 __all__ = [
     "ARMED",
@@ -36,8 +36,7 @@ __all__ = [
     "CRITICAL",
     "CUSTOM_MODE",
     "EMERGENCY",
-    "ENTITIES",
-    "FLAVOURS",
+    "FLAVORS",
     "GROUND_STATION",
     "KINDS",
     "LONGEST_DATAGRAM",
@@ -47,39 +46,33 @@ __all__ = [
     "STATUS",
     "SYSTEMS",
     "UNSIGNED",
-    "AutopilotTranslator",
     "Dialect",
-    "DialogueTranslator",
     "Fields",
-    "Flavour",
-    "Flight",
-    "Kind",
+    "Flavor",
+    "Home",
     "LinkUrl",
+    "LogRecord",
     "Mode",
-    "Received",
-    "Record",
-    "Recorded",
+    "ReceivedMessage",
+    "RecordedMessage",
     "Signing",
     "SigningTime",
     "StreamSplitter",
     "Tlog",
-    "cameras",
+    "VehicleKind",
     "chunks",
     "dataflash",
     "encode",
-    "from_dataflash",
-    "from_imc",
-    "from_ulog",
-    "instruments",
+    "is_moving",
     "load_dialect",
     "mode_number",
     "mode_of",
-    "moving",
     "parse_key",
     "parse_link_url",
+    "positions",
     "read_key",
     "split",
+    "statustext",
     "system_of",
-    "text",
     "ulog",
 ]

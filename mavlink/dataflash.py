@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mavlink.records import Chain, Clock, Record
+from mavlink.log_records import LogRecord, RecordScanner, RecordTimes
 
 HEAD = b"\xa3\x95"
 HEADER = len(HEAD) + 1
@@ -62,17 +62,17 @@ class DataFlash:
         self.position = self.lost = self.records = 0
         self.first_lost = -1
 
-    def read(self, names: frozenset[str]) -> Iterator[Record]:
+    def read(self, names: frozenset[str]) -> Iterator[LogRecord]:
         """The records with these names, in the order of the file; damage is skipped and counted."""
         if not self.size:
             return
         with self.path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
             yield from self._records(data, names)
 
-    def _records(self, data: mmap.mmap, names: frozenset[str]) -> Iterator[Record]:
-        clock, damaged = Clock(), 0
+    def _records(self, data: mmap.mmap, names: frozenset[str]) -> Iterator[LogRecord]:
+        clock, damaged = RecordTimes(), 0
         definitions = _Definitions(data)
-        chain = Chain(data, 0, definitions)
+        chain = RecordScanner(data, 0, definitions)
         while (start := chain.next()) >= 0:
             self._note(chain, damaged)
             kind = definitions.formats[data[start + 2]]
@@ -80,14 +80,14 @@ class DataFlash:
                 continue
             values = kind.unpack(data[start + HEADER : chain.position])
             time = _time(values, clock)
-            if clock.admits(time):
-                yield Record(time, kind.name, values)
+            if clock.accepts(time):
+                yield LogRecord(time, kind.name, values)
             else:
                 damaged += kind.length
                 chain.damage(start)
         self._note(chain, damaged)
 
-    def _note(self, chain: Chain, damaged: int) -> None:
+    def _note(self, chain: RecordScanner, damaged: int) -> None:
         self.position, self.lost, self.records = chain.position, chain.lost + damaged, chain.records
         self.first_lost = chain.first_lost
 
@@ -116,7 +116,7 @@ class _Definitions:
         return declared is not None
 
 
-def _time(values: dict[str, Any], clock: Clock) -> float:
+def _time(values: dict[str, Any], clock: RecordTimes) -> float:
     """Seconds since the start; those of the record before it if this one has none."""
     if "TimeUS" in values:
         return values["TimeUS"] / 1e6

@@ -9,7 +9,7 @@ from functools import cached_property
 from operator import itemgetter
 from typing import Any
 
-from mavlink.additions import EXTENSIONS, MESSAGES, ExtraMessage
+from mavlink.extra_messages import EXTENSIONS, MESSAGES, ExtraMessage
 
 Value = int | float | bytes | Sequence[int] | Sequence[float]
 Fields = Mapping[str, Value]
@@ -20,7 +20,7 @@ UNSUITABLE = (KeyError, TypeError, struct.error, OverflowError)
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class WireField:
     """A field in wire order: `kind` is its struct character ("s" for text), `length` its number of items, 0 for one."""
 
     name: str
@@ -35,7 +35,7 @@ class Definition:
     id: int
     name: str
     crc_extra: int
-    fields: tuple[Field, ...]
+    fields: tuple[WireField, ...]
 
     @cached_property
     def layout(self) -> struct.Struct:
@@ -101,7 +101,7 @@ class Definition:
         exec(compile("\n".join(lines), f"<mavlink {self.name}>", "exec"), space)
         return space["unpack"]
 
-    def _places(self) -> Iterator[tuple[Field, str]]:
+    def _places(self) -> Iterator[tuple[WireField, str]]:
         """Each field, and the Python expression that takes it from `items`."""
         place = 0
         for field in self.fields:
@@ -145,14 +145,16 @@ def _names(name: str, values: Any) -> dict[int, str]:
 
 def _definition(message: Any) -> Definition:
     kinds = _kinds(message.unpacker.format)
-    fields = [Field(name, kind, length) for name, (kind, length) in zip(message.ordered_fieldnames, kinds, strict=True)]
+    fields = [
+        WireField(name, kind, length) for name, (kind, length) in zip(message.ordered_fieldnames, kinds, strict=True)
+    ]
     present = {field.name for field in fields}
-    newer = (Field(name, kind) for name, kind in EXTENSIONS.get(message.msgname, ()) if name not in present)
+    newer = (WireField(name, kind) for name, kind in EXTENSIONS.get(message.msgname, ()) if name not in present)
     return Definition(message.id, message.msgname, message.crc_extra, (*fields, *newer))
 
 
 def _addition(message: ExtraMessage) -> Definition:
-    fields = tuple(Field(name, kind, length) for name, kind, length in message.wire_fields)
+    fields = tuple(WireField(name, kind, length) for name, kind, length in message.wire_fields)
     return Definition(message.id, message.name, message.crc_extra, fields)
 
 

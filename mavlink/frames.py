@@ -23,7 +23,7 @@ _magic = re.compile(b"[\xfd\xfe]").search
 _crc = crc16.mcrf4xx
 
 
-class Received:
+class ReceivedMessage:
     """A received message.
 
     sequence: the sender's count. content: the payload as it came, without the zeros that were cut from its end.
@@ -80,7 +80,7 @@ def encode(
     return frame + sign(frame) if sign is not None else frame
 
 
-def split(datagram: bytes, dialect: Dialect) -> tuple[list[Received], int]:
+def split(datagram: bytes, dialect: Dialect) -> tuple[list[ReceivedMessage], int]:
     """The messages in a datagram, and the number of damaged stretches.
 
     No state is kept between datagrams, and a damaged frame does not hide a good one after it. Frames of messages that
@@ -108,16 +108,16 @@ class StreamSplitter:
         """How many bytes are kept."""
         return len(self._kept)
 
-    def feed(self, data: bytes) -> tuple[list[Received], int]:
+    def feed(self, data: bytes) -> tuple[list[ReceivedMessage], int]:
         """The messages that are complete, and the number of damaged stretches that have begun."""
         data = self._kept + data
         return self._take(data, _scan(data, self._dialect, whole=False, damaged=self._damaged))
 
-    def give_up(self) -> tuple[list[Received], int]:
+    def flush(self) -> tuple[list[ReceivedMessage], int]:
         """No longer wait for the end of a frame: the messages in what is kept, which is all that may be damaged."""
         return self._take(self._kept, _scan(self._kept, self._dialect, whole=True, damaged=self._damaged))
 
-    def _take(self, data: bytes, scan: "_Scan") -> tuple[list[Received], int]:
+    def _take(self, data: bytes, scan: "_Scan") -> tuple[list[ReceivedMessage], int]:
         self._kept, self._damaged = data[scan.end :], scan.damaged
         self.passed += scan.end
         return scan.found, scan.damages
@@ -126,7 +126,7 @@ class StreamSplitter:
 class _Scan(NamedTuple):
     """What was found in a buffer: messages, damaged stretches, where the rest begins, whether damage precedes it."""
 
-    found: list[Received]
+    found: list[ReceivedMessage]
     damages: int
     end: int
     damaged: bool
@@ -134,7 +134,7 @@ class _Scan(NamedTuple):
 
 def _scan(data: bytes, dialect: Dialect, *, whole: bool, damaged: bool = False) -> _Scan:
     """The messages in a buffer, which ends with a frame if it is `whole`, else perhaps in an unfinished one."""
-    found: list[Received] = []
+    found: list[ReceivedMessage] = []
     by_id, size = dialect.by_id, len(data)
     place = damages = 0
     while place < size:
@@ -161,7 +161,7 @@ def _scan(data: bytes, dialect: Dialect, *, whole: bool, damaged: bool = False) 
     return _Scan(found, damages, place, damaged)
 
 
-def frame_at(data: bytes, start: int, by_id: Mapping[int, Definition]) -> tuple[int, Received | None]:
+def frame_at(data: bytes, start: int, by_id: Mapping[int, Definition]) -> tuple[int, ReceivedMessage | None]:
     """Where the frame that begins at `start` ends, and its message.
 
     An end of 0 means that there is none; one behind `data` that it is not complete. Without a message its checksum
@@ -185,7 +185,7 @@ def frame_at(data: bytes, start: int, by_id: Mapping[int, Definition]) -> tuple[
         return end, None
     if _crc(data[start + 1 : checksum] + definition.salt) != data[checksum] | data[checksum + 1] << 8:
         return 0, None
-    message = Received(definition, system, component, sequence, data[payload:checksum])
+    message = ReceivedMessage(definition, system, component, sequence, data[payload:checksum])
     if flags:
         message.signature, message.signed = data[after:end], data[start:after]
     return end, message

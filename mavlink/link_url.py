@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ipaddress import ip_address
 
 from imc.discovery import LOOPBACK
-from mavlink.modes import FLAVOURS, Flavour
+from mavlink.modes import FLAVORS, Flavor
 from support.text import with_suggestion
 
 PORTS: Mapping[str, int] = {"udpin": 14550, "udpout": 14550, "udpbcast": 14550, "tcpin": 5760, "tcpout": 5760}
@@ -18,7 +18,7 @@ LISTENERS = ("udpin", "tcpin")
 BAUD = 57600
 LOW_SPEED = 200.0  # bytes/s that a link with low rates is taken for
 CHOICES: Mapping[str, tuple[str, ...]] = {
-    "flavour": tuple(FLAVOURS),
+    "flavour": tuple(FLAVORS),
     "rates": ("normal", "low"),
     "unsigned": ("drop", "accept"),
 }
@@ -44,7 +44,7 @@ class LinkUrl:
     scheme: str
     host: str
     port: int
-    flavor: Flavour
+    flavor: Flavor
     low: bool = False
     key: str = ""
     accepts_unsigned: bool = False
@@ -109,8 +109,8 @@ def _older(text: str) -> LinkUrl | None:
     if len(parts) != 4 or "//" in text or parts[0] not in ("udpin", "udpout"):
         return None
     scheme, host, port, flavour = parts
-    if flavour not in FLAVOURS:
-        raise ValueError(with_suggestion(f"{flavour!r} is not a flavor", flavour, FLAVOURS))
+    if flavour not in FLAVORS:
+        raise ValueError(with_suggestion(f"{flavour!r} is not a flavor", flavour, FLAVORS))
     return _route(text, scheme, _host(scheme, host), _port(port), {"flavour": flavour})
 
 
@@ -133,7 +133,7 @@ def _route(text: str, scheme: str, host: str, port: int, options: Mapping[str, s
         scheme,
         host,
         port,
-        FLAVOURS[options.get("flavour", "ardupilot")],
+        FLAVORS[options.get("flavour", "ardupilot")],
         low=options.get("rates") == "low",
         key=options.get("key", ""),
         accepts_unsigned=options.get("unsigned") == "accept",

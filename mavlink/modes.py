@@ -43,7 +43,7 @@ class Mode(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class VehicleKind:
     """A kind of vehicle: its MAV_TYPE, ArduPilot's name of its firmware, the numbers of its modes there.
 
     The first number of a mode is the one reported. `afloat`: home is at the water's surface.
@@ -72,8 +72,8 @@ COPTER: Mapping[Mode, tuple[int, ...]] = {
     Mode.LAND: (9,),
 }
 
-KINDS: Mapping[str, Kind] = {
-    "submarine": Kind(
+KINDS: Mapping[str, VehicleKind] = {
+    "submarine": VehicleKind(
         12,
         "ArduSub",
         {
@@ -87,7 +87,7 @@ KINDS: Mapping[str, Kind] = {
         },
         afloat=True,
     ),
-    "boat": Kind(
+    "boat": VehicleKind(
         11,
         "ArduRover",
         {
@@ -101,7 +101,7 @@ KINDS: Mapping[str, Kind] = {
         },
         afloat=True,
     ),
-    "plane": Kind(
+    "plane": VehicleKind(
         1,
         "ArduPlane",
         {
@@ -114,8 +114,8 @@ KINDS: Mapping[str, Kind] = {
             Mode.RETURN: (11,),
         },
     ),
-    "copter": Kind(2, "ArduCopter", COPTER),
-    "hexacopter": Kind(13, "ArduCopter", COPTER),
+    "copter": VehicleKind(2, "ArduCopter", COPTER),
+    "hexacopter": VehicleKind(13, "ArduCopter", COPTER),
 }
 
 # PX4: main mode << 16 | sub mode << 24
@@ -131,7 +131,8 @@ PX4_MODES: Mapping[Mode, tuple[int, ...]] = {
     Mode.LAND: (4 << 16 | 6 << 24,),
 }
 
-ARDUPILOT, PX4 = 3, 12  # MAV_AUTOPILOT
+ARDUPILOT, AUTOPILOT_NONE, PX4 = 3, 8, 12  # MAV_AUTOPILOT
+GROUND_STATION = 6  # MAV_TYPE
 PX4_NAMES: Mapping[tuple[int, int], str] = {
     (1, 0): "MANUAL",
     (2, 0): "ALTCTL",
@@ -187,7 +188,7 @@ STANDARD_MODES: Mapping[int, Mode] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Flavour:
+class Flavor:
     """The autopilot that a link reports: it determines the numbers of modes and the encoding of parameters.
 
     `version` is the reported firmware version: major, minor, patch.
@@ -198,7 +199,7 @@ class Flavour:
     bytewise: bool
     version: tuple[int, int, int]
 
-    def capabilities(self, kind: Kind) -> int:
+    def capabilities(self, kind: VehicleKind) -> int:
         """MAV_PROTOCOL_CAPABILITY of a kind of vehicle."""
         usual = MISSION_INT | COMMAND_INT | FTP | MAVLINK2 | FENCE | POSITION_TARGETS
         return usual | (PARAM_BYTEWISE if self.bytewise else PARAM_C_CAST) | (ATTITUDE_TARGETS if kind.afloat else 0)
@@ -208,12 +209,12 @@ class Flavour:
         major, minor, patch = self.version
         return major << 24 | minor << 16 | patch << 8 | 255
 
-    def custom_mode(self, kind: Kind, mode: Mode) -> int:
+    def custom_mode(self, kind: VehicleKind, mode: Mode) -> int:
         """The number of a mode."""
         modes = self._modes(kind)
         return modes.get(mode, modes[Mode.MANUAL])[0]
 
-    def modes(self, kind: Kind) -> list[tuple[Mode, int]]:
+    def modes(self, kind: VehicleKind) -> list[tuple[Mode, int]]:
         """The modes of a kind of vehicle and the numbers that HEARTBEAT shows; of those with one number, the first."""
         found: dict[int, Mode] = {}
         for mode, numbers in self._modes(kind).items():
@@ -221,7 +222,7 @@ class Flavour:
                 found.setdefault(numbers[0], mode)
         return [(mode, number) for number, mode in found.items()]
 
-    def mode(self, kind: Kind, custom_mode: int) -> Mode:
+    def mode(self, kind: VehicleKind, custom_mode: int) -> Mode:
         """The mode with a number."""
         return next((mode for mode, numbers in self._modes(kind).items() if custom_mode in numbers), Mode.OTHER)
 
@@ -229,19 +230,19 @@ class Flavour:
         """The number of the mode that MAV_CMD_DO_SET_MODE asks for."""
         return main if self.name == "ardupilot" else main << 16 | sub << 24
 
-    def banner(self, kind: Kind) -> str:
+    def banner(self, kind: VehicleKind) -> str:
         """The first line that consoles expect."""
         firmware = {"ardupilot": kind.firmware, "px4": "PX4"}.get(self.name, "Shoal")
         return f"{firmware} V{'.'.join(map(str, self.version))} (Shoal)"
 
-    def _modes(self, kind: Kind) -> Mapping[Mode, tuple[int, ...]]:
+    def _modes(self, kind: VehicleKind) -> Mapping[Mode, tuple[int, ...]]:
         return kind.modes if self.name == "ardupilot" else PX4_MODES
 
 
-FLAVOURS: Mapping[str, Flavour] = {
-    "ardupilot": Flavour("ardupilot", 3, False, (4, 1, 0)),
-    "px4": Flavour("px4", 12, True, (1, 14, 0)),
-    "generic": Flavour("generic", 0, True, (1, 0, 0)),
+FLAVORS: Mapping[str, Flavor] = {
+    "ardupilot": Flavor("ardupilot", 3, False, (4, 1, 0)),
+    "px4": Flavor("px4", 12, True, (1, 14, 0)),
+    "generic": Flavor("generic", 0, True, (1, 0, 0)),
 }
 
 STATUS: Mapping[int, int] = {
@@ -275,23 +276,23 @@ def mode_name(base: int, custom: int, kind: int, autopilot: int, enumerations: M
     return name or f"Mode({custom})"
 
 
-def mode_number(name: str, kind: int, flavour: Flavour, enumerations: Mapping[str, Mapping[int, str]]) -> int | None:
+def mode_number(name: str, kind: int, flavor: Flavor, enumerations: Mapping[str, Mapping[int, str]]) -> int | None:
     """The number of a mode with a name that `mode_name` gives; None if an autopilot of the flavor has no such mode."""
-    if flavour.autopilot != ARDUPILOT:
+    if flavor.autopilot != ARDUPILOT:
         return next((main << 16 | sub << 24 for (main, sub), known in PX4_NAMES.items() if known == name), None)
     group = ARDUPILOT_MODES.get(kind, "")
     names = {number: known for (of, number), known in GROUND_STATION_NAMES.items() if of == group}
     return next((number for number, known in {**enumerations.get(group, {}), **names}.items() if known == name), None)
 
 
-def moving(vehicle: imc.VehicleState | None) -> bool:
+def is_moving(vehicle: imc.VehicleState | None) -> bool:
     """Whether the vehicle executes a maneuver or is steered, whoever asked for it."""
     return vehicle is not None and vehicle.op_mode in (OpMode.MANEUVER, OpMode.EXTERNAL)
 
 
 def mode_of(vehicle: imc.VehicleState | None, plan: imc.PlanControlState | None, *, aloft: bool = False) -> Mode:
     """The mode of a vehicle with these states; one that is `aloft` holds if nothing else is asked for."""
-    if vehicle is None or not moving(vehicle):
+    if vehicle is None or not is_moving(vehicle):
         return Mode.HOLD if aloft else Mode.MANUAL
     if vehicle.op_mode == OpMode.EXTERNAL or vehicle.maneuver_type == imc.Teleoperation.ID:
         return Mode.TELEOPERATION

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 
-from mavlink.frames import Received
+from mavlink.frames import ReceivedMessage
 
 EPOCH = 1420070400  # 2015-01-01 UTC, in s since 1970
 TICK = 1e-5  # s
@@ -69,7 +69,7 @@ class SigningTime:
         self.latest = min(max(self.latest + 1, self.now), LATEST)
         return self.latest
 
-    def follow(self, time: int) -> None:
+    def advance_to(self, time: int) -> None:
         """Do not stay behind a time that somebody with the key has signed."""
         self.latest = max(self.latest, min(time, END))
 
@@ -95,7 +95,7 @@ class Signing:
 
         return sign
 
-    def fault(self, message: Received) -> str:
+    def reject_reason(self, message: ReceivedMessage) -> str:
         """Why a message is not accepted: UNSIGNED, FORGED or REPLAYED; empty if it is. Its time is then noted."""
         signature = message.signature
         if not signature:
@@ -109,7 +109,7 @@ class Signing:
         if time <= self._streams.get(stream, oldest) or not self._has_room(stream, oldest):
             return REPLAYED
         self._streams[stream] = time
-        self._time.follow(time)
+        self._time.advance_to(time)
         return ""
 
     def _has_room(self, stream: tuple[int, int, int], oldest: int) -> bool:

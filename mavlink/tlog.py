@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from mavlink.dialect import Dialect
-from mavlink.frames import LONGEST_HEADER, MAGICS, Received, frame_at
+from mavlink.frames import LONGEST_HEADER, MAGICS, ReceivedMessage, frame_at
 
 CHUNK = 1 << 20
 TIME = 8
@@ -19,11 +19,11 @@ RECORD = re.compile(rb"\x00[\x03-\x0e].{6}[\xfd\xfe]", re.DOTALL)
 """How a time from EARLIEST to LATEST and a frame after it begin: Python looks at no other byte, which would be slow."""
 
 
-class Recorded(NamedTuple):
+class RecordedMessage(NamedTuple):
     """A message, and when the recorder received it, in s since 1970 UTC."""
 
     time: float
-    message: Received
+    message: ReceivedMessage
 
 
 class Tlog:
@@ -43,13 +43,13 @@ class Tlog:
         self.unknown = 0
         self._dialect = dialect
 
-    def read(self, names: frozenset[str]) -> Iterator[Recorded]:
+    def read(self, names: frozenset[str]) -> Iterator[RecordedMessage]:
         """The messages with these names, in the order of the file; damage is skipped and counted."""
         for time, message in self._frames():
             if message is not None and message.name in names:
-                yield Recorded(time / 1e6, message)
+                yield RecordedMessage(time / 1e6, message)
 
-    def _frames(self) -> Iterator[tuple[int, Received | None]]:
+    def _frames(self) -> Iterator[tuple[int, ReceivedMessage | None]]:
         """Time in µs and message of each frame; None if the dialect lacks it."""
         buffer, position = b"", 0
         with self.path.open("rb") as file:
@@ -85,7 +85,7 @@ class Tlog:
             if self.first_lost < 0:
                 self.first_lost = self.position - len(buffer) + start
 
-    def _record_at(self, buffer: bytes, position: int) -> tuple[int, Received | None]:
+    def _record_at(self, buffer: bytes, position: int) -> tuple[int, ReceivedMessage | None]:
         """End and message of the record at `position`; the end is 0 if there is none, see `frame_at`."""
         if position + TIME >= len(buffer) or not _is_time(buffer, position):
             return 0, None

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from mavlink.records import Chain, Clock, Record
+from mavlink.log_records import LogRecord, RecordScanner, RecordTimes
 
 MAGIC = b"ULog\x01\x12\x35"
 BEGIN = struct.Struct("<7sBQ")  # magic, version, µs at the start
@@ -55,7 +55,7 @@ class ULog:
         self.position = self.lost = self.records = 0
         self.first_lost = -1
 
-    def read(self, names: frozenset[str]) -> Iterator[Record]:
+    def read(self, names: frozenset[str]) -> Iterator[LogRecord]:
         """The records with these names, in the order of the file; damage is skipped and counted. Raises BadULog."""
         if self.size < BEGIN.size:
             raise BadULog(f"{self.path}: the file ends in its first {BEGIN.size} bytes")
@@ -64,11 +64,11 @@ class ULog:
                 raise BadULog(f"{self.path}: does not begin as a ULog file does")
             yield from self._records(data, names)
 
-    def _records(self, data: mmap.mmap, names: frozenset[str]) -> Iterator[Record]:
-        clock, damaged = Clock(), 0
-        clock.admits(BEGIN.unpack(data[: BEGIN.size])[2] / 1e6)
+    def _records(self, data: mmap.mmap, names: frozenset[str]) -> Iterator[LogRecord]:
+        clock, damaged = RecordTimes(), 0
+        clock.accepts(BEGIN.unpack(data[: BEGIN.size])[2] / 1e6)
         definitions = _Definitions(data)
-        chain = Chain(data, BEGIN.size, definitions)
+        chain = RecordScanner(data, BEGIN.size, definitions)
         while (start := chain.next()) >= 0:
             self._note(chain, damaged)
             kind, content = data[start + 2 : start + 3], data[start + HEAD.size : chain.position]
@@ -84,14 +84,14 @@ class ULog:
                 time, name, values, instance = found
             else:
                 continue
-            if clock.admits(time):
-                yield Record(time, name, values, instance)
+            if clock.accepts(time):
+                yield LogRecord(time, name, values, instance)
             else:
                 damaged += chain.position - start
                 chain.damage(start)
         self._note(chain, damaged)
 
-    def _note(self, chain: Chain, damaged: int) -> None:
+    def _note(self, chain: RecordScanner, damaged: int) -> None:
         self.position, self.lost, self.records = chain.position, chain.lost + damaged, chain.records
         self.first_lost = chain.first_lost
 
@@ -172,14 +172,14 @@ class _Definitions:
                     yield found
 
 
-def _other(kind: bytes, content: bytes, now: float) -> Record | None:
+def _other(kind: bytes, content: bytes, now: float) -> LogRecord | None:
     """A message that belongs to no topic; None if it is damaged, or not of use."""
     if kind in (b"L", b"C"):
         words = content[9:] if kind == b"L" else content[11:]
         (time,) = struct.unpack_from("<Q", content, 1 if kind == b"L" else 3)
-        return Record(time / 1e6, TEXT, {"level": content[0] - ord("0"), "text": words.decode("utf-8", "replace")})
+        return LogRecord(time / 1e6, TEXT, {"level": content[0] - ord("0"), "text": words.decode("utf-8", "replace")})
     if kind == b"O":
-        return Record(now, DROPOUT, {"ms": content[0] | content[1] << 8})
+        return LogRecord(now, DROPOUT, {"ms": content[0] | content[1] << 8})
     if kind not in (b"P", b"I"):
         return None
     name = re.fullmatch(r"(\w+)(?:\[\d+\])? (\w+)", content[1 : 1 + content[0]].decode("utf-8", "replace"))
@@ -187,8 +187,8 @@ def _other(kind: bytes, content: bytes, now: float) -> Record | None:
     if name is None:
         return None
     if name[1] == "char":
-        return Record(now, kind.decode(), {"key": name[2], "value": value.decode("utf-8", "replace")})
+        return LogRecord(now, kind.decode(), {"key": name[2], "value": value.decode("utf-8", "replace")})
     letter = STRUCTS.get(name[1], "")
     if not letter or len(value) != struct.calcsize("<" + letter):
         return None
-    return Record(now, kind.decode(), {"key": name[2], "value": struct.unpack("<" + letter, value)[0]})
+    return LogRecord(now, kind.decode(), {"key": name[2], "value": struct.unpack("<" + letter, value)[0]})

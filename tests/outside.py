@@ -1,6 +1,7 @@
 """What tests need of the world outside them: to wait for it, ports that nobody uses, processes, how busy it is."""
 
 import contextlib
+import errno
 import os
 import socket
 import time
@@ -15,6 +16,12 @@ ALONE = tuple(
 )
 """Settings of a vehicle in real time that must hear nobody on this computer, where other tests run."""
 ALONE_WORDS = tuple(word for setting in ALONE for word in ("--set", setting))
+
+# What this system says: the words are its own.
+NO_FILE, NO_FOLDER = os.strerror(errno.ENOENT), os.strerror(errno.ENOTDIR)
+NO_SPACE, TOO_LARGE = os.strerror(errno.ENOSPC), os.strerror(errno.EFBIG)
+REFUSED, IN_USE = os.strerror(errno.ECONNREFUSED), os.strerror(errno.EADDRINUSE)
+TIMED_OUT, FILE_EXISTS = os.strerror(errno.ETIMEDOUT), os.strerror(errno.EEXIST)
 
 T = TypeVar("T")
 

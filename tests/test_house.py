@@ -1,12 +1,14 @@
-"""The rules of the house that import-linter cannot check: faces, names, and who knows what."""
+"""The rules of the house that import-linter cannot check: faces, names, cycles, and who knows what."""
 
 import ast
 import importlib
 import pkgutil
 import re
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from types import FunctionType
 
+import grimp
 import pytest
 
 from runtime.vehicle import all_tasks
@@ -191,3 +193,123 @@ def test_what_vehicles_compute_does_not_depend_on_the_version_of_python(trees):
             if called in UNSTABLE and not of_integers:
                 wrong.append(f"{path}:{node.lineno}: {called} gives other results elsewhere; use {UNSTABLE[called]}")
     assert not wrong
+
+
+TWICE = set(
+    re.findall(
+        r"\w+",
+        """
+    Approach Batch Beam Body Camera Circle Clock Condition Connection Detections Device Field Finding
+    FisheyeCamera GPS Item Kind Leg Legs Line Link MAVLink Navigation Option Order Parameters Picture Port Pose
+    Rays Reach Record Recording RemoteOperation Shot Sighting Speed Spot Table Track Vehicle View Watch
+    Whereabouts
+    """,
+    )
+)
+"""Names of classes that still exist twice; take out those that do not any more."""
+
+
+def test_no_two_classes_have_the_same_name(trees):
+    """Except tasks, whose names are those of sections, IMC's messages, and the notebook, whose names are given."""
+    tasks = {(cls.__module__, cls.__name__) for cls in TASKS.values()}
+    places = {}
+    for path in SOURCES:
+        if path.name == "messages.py" or path.is_relative_to(ROOT / "world" / "notebook"):
+            continue
+        for node in trees[path].body:
+            if isinstance(node, ast.ClassDef) and node.name[0] != "_" and (module_of(path), node.name) not in tasks:
+                places.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
+    assert not {name: found for name, found in places.items() if len(found) > 1 and name not in TWICE}
+
+
+SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is there
+    "tasks.transports.imc_links": (
+        ("announce", "discovery", "ftp", "logging", "udp", "tcp.client", "tcp.server"),
+        "sockets, peers and packets of all transports of IMC",
+    ),
+    "tasks.control.remote_actions": (
+        ("asv.remote_operation", "auv.remote_operation"),
+        "how an operator steers by RemoteActions",
+    ),
+    "tasks.control.asv.boat_control": (
+        ("conventional.heading", "conventional.speed", "heading_and_speed"),
+        "loops, references and supervision of all boats",
+    ),
+    "tasks.maneuver.maneuver_task": (("goto", "loiter", "rows", "yo_yo"), "how each maneuver begins, reports and ends"),
+    "tasks.maneuver.circle_timer": (("loiter", "station"), "circles around a place"),
+    "tasks.maneuver.survey_rows": (("rows", "rows_coverage"), "rows that cover an area"),
+    "tasks.maneuver.hover": (("loiter", "station_keeping"), "staying at a place in the air"),
+    "tasks.maneuver.spiral": (("elevator", "pop_up", "scheduled_goto"), "changes of depth on the spot"),
+    "tasks.maneuver.station_control": (("pop_up", "station_keeping"), "staying at a place in the water"),
+    "tasks.simulators.powered_device": (("motor", "servos", "uav", "vsim"), "what a battery does to actuators"),
+    "tasks.simulators.fixed_steps": (("uav", "vsim"), "the steps in which bodies move"),
+    "tasks.vision.airsim_api": (("airsim",), "the simulator's remote procedure calls"),
+    "tasks.vision.cameras": (
+        ("airsim", "camera", "device", "fisheye_camera", "recording"),
+        "mounting, calibration, rendering and files of all cameras",
+    ),
+    "tasks.transports.mavlink_links": (("mavlink", "mavlink_replay"), "sockets, serial lines and files of MAVLink"),
+    "tasks.transports.replayed_log": (("mavlink_replay", "replay"), "a log that is played"),
+    "tasks.simulated_world": (
+        ("simulators.dvl", "simulators.imu", "vision.fisheye_camera"),
+        "the one world of a vehicle",
+    ),
+    "tasks.pose_history": (("simulators.mug_detection_camera", "vision.airsim"), "where a vehicle is for its cameras"),
+}
+UNSORTED = {  # folders and modules that do not fit yet; take out those that do
+    "tasks.control.autopilot",
+    *(f"tasks.plan.{part}" for part in ("actions", "duplicate_requests", "execution", "replies", "requests", "store")),
+    *(f"tasks.transports.{part}" for part in ("ftp_server", "log_folder", "log_series")),
+    *("tasks.sensors.gnss_parser", "tasks.supervisors.maneuver_launcher"),
+}
+
+
+def test_each_module_of_tasks_is_the_task_that_its_path_names_or_tells_whom_it_serves():
+    modules = {module_of(path) for path in SOURCES if path.is_relative_to(ROOT / "tasks") and path.stem != "__init__"}
+    tasks = {cls.__module__ for cls in TASKS.values()}
+    known = {*tasks, *SHARED, *UNSORTED}  # and what is in a folder with such a name
+    assert not {one for one in modules if not any(one == each or one.startswith(f"{each}.") for each in known)}
+
+
+def test_what_tasks_share_has_those_users(trees):
+    for shared, (users, _) in SHARED.items():
+        beside = shared.rpartition(".")[0]
+        for user in users:
+            tree = trees[ROOT / Path(*f"{beside}.{user}".split(".")).with_suffix(".py")]
+            told = {found for module, names in imports(tree) for found in (module, *(f"{module}.{n}" for n in names))}
+            assert any(each == shared or each.startswith(f"{shared}.") for each in told), (
+                f"{user} does not use {shared}"
+            )
+
+
+CIRCLES = {  # imports that close a circle, and why; all but one are for types only, and not made when a program runs
+    "imc.message -> imc.dict_codec": "methods of each message, imported when they are called",
+    "imc.compiler -> imc.message": "it compiles functions for messages, which need them to exist",
+    "imc.schema.classes -> imc.schema.schema": "a class knows the schema that it was made for",
+    "runtime.task.activation -> runtime.task.task": "a part of a task knows its task",
+    "runtime.task.handlers -> runtime.task.task": "a part of a task knows its task",
+    "runtime.task.logbook -> runtime.task.task": "a part of a task knows its task",
+    "runtime.task.script -> runtime.task.task": "a part of a task knows its task",
+    "runtime.task.task -> runtime.vehicle": "a task knows its vehicle",
+    "runtime.task.devices -> runtime.vehicle": "a task knows its vehicle",
+    "runtime.vehicle.fleet -> runtime.vehicle.vehicle": "a fleet joins vehicles, and a vehicle knows its fleet",
+    "runtime.vehicle.parameter_service -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
+    "runtime.vehicle.realtime_lag -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
+    "runtime.vehicle.sibling_processes -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
+    "runtime.vehicle.vehicle -> runtime.snapshot": "it holds the journals of its run, for whoever saves it",
+    "shoal.scenarios.run_context -> shoal.scenarios.links": "it holds the channels of links, which are made for a stage",
+}
+
+
+def test_modules_import_each_other_in_a_circle_only_where_there_is_a_reason():
+    graph = grimp.build_graph(*PACKAGES, cache_dir=None)
+    imported = {
+        module: {
+            found for found in graph.find_modules_directly_imported_by(module) if f"{module} -> {found}" not in CIRCLES
+        }
+        for module in graph.modules
+    }
+    try:
+        TopologicalSorter(imported).prepare()
+    except CycleError as error:
+        pytest.fail(f"a circle of imports: {' imports '.join(reversed(error.args[1]))}")

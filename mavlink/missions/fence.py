@@ -5,17 +5,17 @@ from collections.abc import Sequence
 from operator import mul
 
 import imc
-from mavlink.from_imc import degrees_e7
-from mavlink.missions.codes import (
+from mavlink.missions.enums import (
     FENCE_COMMANDS,
     GLOBAL,
     POSITIONS,
-    Command,
+    MissionCommand,
+    MissionError,
     MissionResult,
     MissionType,
-    Refusal,
 )
 from mavlink.missions.item import DEGREES, Item, to_float32
+from mavlink.positions import degrees_e7
 from support.wgs84 import displace, displacement
 
 CORNERS = 4
@@ -41,12 +41,12 @@ def area_of(items: Sequence[Item], limits: imc.OperationalLimits | None = None) 
         for seq, item in enumerate(items):
             _check(item)
             if seq >= CORNERS:
-                raise Refusal(MissionResult.NO_SPACE, f"is corner {seq + 1}; {ADVICE}")
+                raise MissionError(MissionResult.NO_SPACE, f"is corner {seq + 1}; {ADVICE}")
         if len(items) < CORNERS:
-            raise Refusal(MissionResult.INVALID, f"is the last of {len(items)} corners; {ADVICE}")
+            raise MissionError(MissionResult.INVALID, f"is the last of {len(items)} corners; {ADVICE}")
         return _rectangle(items, limits)
-    except Refusal as refusal:
-        raise refusal.of(seq, items[seq].command) from None
+    except MissionError as error:
+        raise error.for_item(seq, items[seq].command) from None
 
 
 def fence_of(limits: imc.OperationalLimits) -> list[Item]:
@@ -60,7 +60,7 @@ def fence_of(limits: imc.OperationalLimits) -> list[Item]:
         items.append(
             Item(
                 GLOBAL,
-                Command.NAV_FENCE_POLYGON_VERTEX_INCLUSION,
+                MissionCommand.NAV_FENCE_POLYGON_VERTEX_INCLUSION,
                 param1=float(CORNERS),
                 x=degrees_e7(lat),
                 y=degrees_e7(lon),
@@ -81,26 +81,28 @@ def inside(limits: imc.OperationalLimits, lat: float, lon: float, margin: float 
 
 
 def _check(item: Item) -> None:
-    if item.command == Command.NAV_RALLY_POINT or item.mission_type == MissionType.RALLY:
-        raise Refusal(MissionResult.UNSUPPORTED, "rally points are not supported")
+    if item.command == MissionCommand.NAV_RALLY_POINT or item.mission_type == MissionType.RALLY:
+        raise MissionError(MissionResult.UNSUPPORTED, "rally points are not supported")
     if item.mission_type != MissionType.FENCE or item.command not in FENCE_COMMANDS:
-        raise Refusal(MissionResult.UNSUPPORTED, "is not part of a fence")
-    if item.command == Command.NAV_FENCE_RETURN_POINT:
-        raise Refusal(MissionResult.UNSUPPORTED, "the vehicle returns to no point of a fence")
-    if item.command != Command.NAV_FENCE_POLYGON_VERTEX_INCLUSION:
-        raise Refusal(MissionResult.UNSUPPORTED, ADVICE)
+        raise MissionError(MissionResult.UNSUPPORTED, "is not part of a fence")
+    if item.command == MissionCommand.NAV_FENCE_RETURN_POINT:
+        raise MissionError(MissionResult.UNSUPPORTED, "the vehicle returns to no point of a fence")
+    if item.command != MissionCommand.NAV_FENCE_POLYGON_VERTEX_INCLUSION:
+        raise MissionError(MissionResult.UNSUPPORTED, ADVICE)
     if item.frame not in POSITIONS:
-        raise Refusal(MissionResult.UNSUPPORTED_FRAME, f"frame {item.frame} has no meaning for a fence")
+        raise MissionError(MissionResult.UNSUPPORTED_FRAME, f"frame {item.frame} has no meaning for a fence")
     if item.param1 != CORNERS:
-        raise Refusal(MissionResult.INVALID_PARAM1, f"its polygon has {item.param1:g} corners; {ADVICE}")
+        raise MissionError(MissionResult.INVALID_PARAM1, f"its polygon has {item.param1:g} corners; {ADVICE}")
     if abs(item.x) > 90 * DEGREES:
-        raise Refusal(MissionResult.INVALID_PARAM5_X, f"latitude {item.x} is out of range; it counts 1e-7 degrees")
+        raise MissionError(MissionResult.INVALID_PARAM5_X, f"latitude {item.x} is out of range; it counts 1e-7 degrees")
     if abs(item.y) > 180 * DEGREES:
-        raise Refusal(MissionResult.INVALID_PARAM6_Y, f"longitude {item.y} is out of range; it counts 1e-7 degrees")
+        raise MissionError(
+            MissionResult.INVALID_PARAM6_Y, f"longitude {item.y} is out of range; it counts 1e-7 degrees"
+        )
 
 
 def _rectangle(items: Sequence[Item], limits: imc.OperationalLimits) -> imc.OperationalLimits:
-    """The limits with the rectangle that is nearest to four corners. Raises Refusal if that is not near."""
+    """The limits with the rectangle that is nearest to four corners. Raises MissionError if that is not near."""
     places = [(math.radians(item.x / DEGREES), math.radians(item.y / DEGREES)) for item in items]
     lat, lon = places[0]
     for _ in range(2):  # the first center is that of a map around a corner
@@ -111,13 +113,13 @@ def _rectangle(items: Sequence[Item], limits: imc.OperationalLimits) -> imc.Oper
     ahead, right = _axis(corners, (-0.5, 0.5, 0.5, -0.5)), _axis(corners, (-0.5, -0.5, 0.5, 0.5))
     length, width = math.hypot(*ahead), math.hypot(*right)
     if min(length, width) < SMALLEST:
-        raise Refusal(MissionResult.INVALID, f"a fence of {length:.1f} m by {width:.1f} m is too small")
+        raise MissionError(MissionResult.INVALID, f"a fence of {length:.1f} m by {width:.1f} m is too small")
     side = math.copysign(1.0, ahead[0] * right[1] - ahead[1] * right[0])
     # The least squares of all corners: of a narrow fence the long sides know the direction.
     bearing = math.atan2(length * ahead[1] - side * width * right[0], length * ahead[0] + side * width * right[1])
     off = max(map(math.dist, corners, _corners(bearing, length, side * width)))
     if off > max(TOLERANCE, PART * math.hypot(length, width)):
-        raise Refusal(MissionResult.INVALID, f"the polygon is off a rectangle by {off:.1f} m; {ADVICE}")
+        raise MissionError(MissionResult.INVALID, f"the polygon is off a rectangle by {off:.1f} m; {ADVICE}")
     return limits.replace(
         mask=limits.mask | AREA,
         lat=lat,

@@ -5,18 +5,18 @@ from typing import NamedTuple
 
 import imc
 from autonomy.plans import main_sequence
-from mavlink.from_imc import Home, degrees_e7
-from mavlink.missions.codes import GLOBAL, BadItem, Command
+from mavlink.missions.conversion_context import ConversionContext
+from mavlink.missions.enums import GLOBAL, BadItem, MissionCommand
 from mavlink.missions.item import Item, first_item, to_float32
-from mavlink.missions.lister import Lister
-from mavlink.missions.losses import losses
-from mavlink.missions.settings import Settings
-from mavlink.missions.table import Table
+from mavlink.missions.item_builder import ItemBuilder
+from mavlink.missions.item_map import ItemMap
+from mavlink.missions.lossiness import losses
 from mavlink.missions.to_plan import MOST_ITEMS, plan_of
-from mavlink.modes import Flavour
+from mavlink.modes import Flavor
+from mavlink.positions import Home, degrees_e7
 
 
-class Listing(NamedTuple):
+class ConvertedMission(NamedTuple):
     """A plan as items. `remarks` say what they cannot; without any, `plan_of` makes the same plan of them.
 
     The names of maneuvers do not count, nor do fields that no maneuver of Shoal uses, such as timeouts.
@@ -24,39 +24,39 @@ class Listing(NamedTuple):
 
     items: list[Item]
     remarks: list[str]
-    table: Table
+    item_map: ItemMap
 
 
-def items_of(plan: imc.PlanSpecification, flavour: Flavour, settings: Settings) -> Listing:
+def items_of(plan: imc.PlanSpecification, flavor: Flavor, context: ConversionContext) -> ConvertedMission:
     """Any plan, whoever wrote it, as a mission for a console of this flavor. Raises nothing."""
-    plan, first = _as_received(plan), first_item(flavour)
+    plan, first = _as_received(plan), first_item(flavor)
     chain, remarks = main_sequence(plan)
-    lister = Lister(settings, unset=0.0 if first else math.nan)
+    builder = ItemBuilder(context, unset=0.0 if first else math.nan)
     taken = 0
-    while taken < len(chain) and len(lister.items) < MOST_ITEMS:
-        taken += lister.take(chain[taken:])
-    items, steps = [home_item(settings.home)] * first + lister.items, [()] * first + lister.steps
+    while taken < len(chain) and len(builder.items) < MOST_ITEMS:
+        taken += builder.add_first(chain[taken:])
+    items, steps = [home_item(context.home)] * first + builder.items, [()] * first + builder.steps
     if taken < len(chain) or len(items) > MOST_ITEMS:
         remarks.append(f"only the first {MOST_ITEMS} items are shown")
-    table = Table(tuple(steps[:MOST_ITEMS]), first)
+    item_map = ItemMap(tuple(steps[:MOST_ITEMS]), first)
     items = items[:MOST_ITEMS]
-    remarks += lister.remarks
-    if any(table.steps):
+    remarks += builder.remarks
+    if any(item_map.steps):
         try:
-            remarks += losses(chain, table, items, plan_of(items, flavour, settings), settings)
+            remarks += losses(chain, item_map, items, plan_of(items, flavor, context), context)
         except BadItem as bad:
             remarks.append(f"the vehicle would not accept this mission: {bad}")
     if plan.start_actions or plan.end_actions:
         remarks.append("what the plan sets as it begins and ends is not shown")
-    return Listing(items, remarks, table)
+    return ConvertedMission(items, remarks, item_map)
 
 
 def home_item(home: Home | None) -> Item:
     """Item 0 of ArduPilot's missions; without a home it has no position."""
     if home is None:
-        return Item(GLOBAL, Command.NAV_WAYPOINT)
+        return Item(GLOBAL, MissionCommand.NAV_WAYPOINT)
     lat, lon = degrees_e7(home.lat), degrees_e7(home.lon)
-    return Item(GLOBAL, Command.NAV_WAYPOINT, x=lat, y=lon, z=to_float32(home.altitude))
+    return Item(GLOBAL, MissionCommand.NAV_WAYPOINT, x=lat, y=lon, z=to_float32(home.altitude))
 
 
 def _as_received(plan: imc.PlanSpecification) -> imc.PlanSpecification:

@@ -7,22 +7,22 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from mavlink.dialect import Fields
-from mavlink.missions.codes import Command, MissionResult, MissionType, Refusal
-from mavlink.modes import Flavour
+from mavlink.missions.enums import MissionCommand, MissionError, MissionResult, MissionType
+from mavlink.modes import Flavor
 
 LAYOUT = struct.Struct("<ffffIIfHBBBB")
 DEGREES = 1e7  # parts of a degree in x and y
 WITHOUT_POSITION = frozenset(
     {
-        Command.NAV_RETURN_TO_LAUNCH,
-        Command.NAV_DELAY,
-        Command.CONDITION_DELAY,
-        Command.DO_CHANGE_SPEED,
-        Command.DO_SET_CAM_TRIGG_DIST,
-        Command.IMAGE_START_CAPTURE,
-        Command.IMAGE_STOP_CAPTURE,
-        Command.VIDEO_START_CAPTURE,
-        Command.VIDEO_STOP_CAPTURE,
+        MissionCommand.NAV_RETURN_TO_LAUNCH,
+        MissionCommand.NAV_DELAY,
+        MissionCommand.CONDITION_DELAY,
+        MissionCommand.DO_CHANGE_SPEED,
+        MissionCommand.DO_SET_CAM_TRIGG_DIST,
+        MissionCommand.IMAGE_START_CAPTURE,
+        MissionCommand.IMAGE_STOP_CAPTURE,
+        MissionCommand.VIDEO_START_CAPTURE,
+        MissionCommand.VIDEO_STOP_CAPTURE,
     }
 )
 ARDUPILOT = 3  # MAV_AUTOPILOT
@@ -64,7 +64,7 @@ class Item(NamedTuple):
             if factor == 1.0 and math.isnan(value):
                 value = 0.0  # not given
             if not abs(value) < 2.0**31:
-                raise Refusal(result, f"{name} {values[name]:g} is no number of degrees").of(
+                raise MissionError(result, f"{name} {values[name]:g} is no number of degrees").for_item(
                     values["seq"], values["command"]
                 )
             whole[name] = round(value)
@@ -103,6 +103,6 @@ def opaque_id(items: Iterable[Item]) -> int:
     return zlib.crc32(b"".join(item._replace(current=0).pack() for item in items)) or 1
 
 
-def first_item(flavour: Flavour) -> int:
+def first_item(flavor: Flavor) -> int:
     """The number of the first item that is flown: item 0 of ArduPilot is home."""
-    return 1 if flavour.autopilot == ARDUPILOT else 0
+    return 1 if flavor.autopilot == ARDUPILOT else 0

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from functools import partial
 
 import imc
-from mavlink import Dialect, Mode, Received, cameras, split, text
+from mavlink import Dialect, Mode, ReceivedMessage, split, statustext
 from mavlink.missions import first_item
+from mavlink.translate import cameras_from_imc
 from mavlink.vehicle.camera import (
     CameraBroadcast,
     CameraComponent,
@@ -94,7 +95,7 @@ class VehicleEndpoint:
         self.parameters = ParameterTable(equipment.parameters)
         self.cameras = [
             CameraComponent(component, view, model, port, equipment.pictures)
-            for component, view in zip(cameras.COMPONENTS, equipment.cameras, strict=False)
+            for component, view in zip(cameras_from_imc.COMPONENTS, equipment.cameras, strict=False)
         ]
         model.camera = next((camera.label for camera in self.cameras if camera.takes_pictures), "")
         self.id_conflicts = IdConflicts(
@@ -165,9 +166,9 @@ class VehicleEndpoint:
         if session in self.sessions:
             self.sessions.remove(session)
 
-    def receive(self, session: Session, data: bytes | Received, now: float) -> Mapping[str, int]:
+    def receive(self, session: Session, data: bytes | ReceivedMessage, now: float) -> Mapping[str, int]:
         """Answer a datagram or a message; returns how many messages were ignored, by reason."""
-        if isinstance(data, Received):
+        if isinstance(data, ReceivedMessage):
             fault = self._receive(session, data, now)
             return {fault: 1} if fault else {}
         found, damages = split(data, self.dialect)
@@ -177,7 +178,7 @@ class VehicleEndpoint:
                 ignored[fault] = ignored.get(fault, 0) + 1
         return {fault: count for fault, count in ignored.items() if count}
 
-    def _receive(self, session: Session, message: Received, now: float) -> str:
+    def _receive(self, session: Session, message: ReceivedMessage, now: float) -> str:
         self._now = self._poll_due = now
         session.received.receive(message)
         parts = addressed_sessions(session, message)
@@ -190,14 +191,14 @@ class VehicleEndpoint:
         if message.name == "DATA_TRANSMISSION_HANDSHAKE":
             self._images.receive(session, message, now)
         if message.name == "SETUP_SIGNING":
-            session.send_statustext(text.WARNING, "No keys over the air: give the link a key file", now)
+            session.send_statustext(statustext.WARNING, "No keys over the air: give the link a key file", now)
         elif not (session.low and message.name == "REQUEST_DATA_STREAM"):  # stations ask for all at 4 Hz, unasked
             for part in parts:
                 self.dispatch(part, message, now)
             self.show_changes(now)
         return ""
 
-    def dispatch(self, session: Session, message: Received, now: float) -> None:
+    def dispatch(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """Let a component answer a message; most need no answer."""
         component = session.source.component
         handler = self._handlers[component].get(message.name)
@@ -213,8 +214,8 @@ class VehicleEndpoint:
         self._now = now
         match message:
             case imc.LogBookEntry():
-                severity = text.SEVERITY.get(message.type, text.INFO)
-                if severity != text.DEBUG:
+                severity = statustext.SEVERITY.get(message.type, statustext.INFO)
+                if severity != statustext.DEBUG:
                     self.send_statustext(severity, message.text, now)
             case imc.Event() | imc.EstimatedMugState():
                 self._broadcast.update(message, label, now)
@@ -223,7 +224,7 @@ class VehicleEndpoint:
                 self._parameter_server.update(message)
             case imc.Abort():
                 self.update_state(message, label, now)
-                self.send_statustext(text.EMERGENCY, "Abort", now)
+                self.send_statustext(statustext.EMERGENCY, "Abort", now)
             case _:
                 self.update_state(message, label, now)
                 if isinstance(message, CHANGES):

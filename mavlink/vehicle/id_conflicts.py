@@ -5,7 +5,7 @@ from itertools import islice
 
 import imc
 from imc.discovery import Services, displayable_name
-from mavlink import AUTOPILOT_NONE, GROUND_STATION, Received, system_of
+from mavlink import AUTOPILOT_NONE, GROUND_STATION, ReceivedMessage, system_of
 
 MOST = 16
 FRESH = 30.0  # s that a twin is told after it was heard
@@ -22,7 +22,7 @@ class IdConflicts:
         self._warn = warn
         self._heard: dict[str, float] = {}
 
-    def receive(self, message: Received, sender: str, now: float) -> None:
+    def receive(self, message: ReceivedMessage, sender: str, now: float) -> None:
         """Take a frame; another component of the same vehicle, such as a companion computer, has its id with right."""
         if message.system != self._system:
             return
@@ -57,6 +57,6 @@ class IdConflicts:
         return f"MAVLink id {self._system} is also that of {who}: set System Id"
 
 
-def _is_vehicle_or_station(message: Received) -> bool:
+def _is_vehicle_or_station(message: ReceivedMessage) -> bool:
     values = message.values
     return values["type"] == GROUND_STATION or values["autopilot"] != AUTOPILOT_NONE

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import imc
-from mavlink import Flavour, Kind, Mode, from_imc, instruments, mode_of, moving
-from mavlink.missions import Settings
+from mavlink import Flavor, Mode, VehicleKind, is_moving, mode_of, positions
+from mavlink.missions import ConversionContext
+from mavlink.translate import from_imc, sensors_from_imc
 from mavlink.vehicle.arming_checks import ArmingChecks
 from mavlink.vehicle.latest_values import LatestValues
 from mavlink.vehicle.ports import EntityView, VehicleOptions, VehiclePort
@@ -33,7 +34,7 @@ class VehicleIdentity:
 
     name: str
     system: int
-    kind: Kind
+    kind: VehicleKind
     boot: float
     undulation: float = 0.0
 
@@ -66,7 +67,7 @@ class VehicleModel:
         self.latest = LatestValues(lambda: [entity.label for entity in self.entities()])
         self.limits = VehicleLimits(self.latest, port.limit)
         self.health = ArmingChecks(entities)
-        self.home: from_imc.Home | None = None
+        self.home: positions.Home | None = None
         self.last_fix: imc.GpsFix | None = None
         self.armed = False
         self.held = False
@@ -89,12 +90,12 @@ class VehicleModel:
             case imc.EstimatedState() if self.health.aligned and (
                 self.home is None or self.home.lat == self.home.lon == 0.0
             ):
-                home = from_imc.home_of(message, afloat=self.kind.afloat, undulation=self.undulation)
+                home = positions.home_of(message, afloat=self.kind.afloat, undulation=self.undulation)
                 self.home = home or self.home
-            case imc.GpsFix() if instruments.has_position(message):
+            case imc.GpsFix() if sensors_from_imc.has_position(message):
                 self.last_fix = message
             case imc.VehicleState():
-                self.held = self.held and not moving(message)
+                self.held = self.held and not is_moving(message)
             case imc.ArmingState(state=state) if state != imc.ArmingState.State.ARMED:
                 self.armed = self.armed and not ran
             case _:
@@ -137,9 +138,9 @@ class VehicleModel:
         """The speed of what ground stations ask for, in m/s."""
         return min(self.chosen_speed or self.options.hold_speed, self.limits.max_speed)
 
-    def conversion_settings(self, name: str = "mavlink") -> Settings:
+    def conversion_settings(self, name: str = "mavlink") -> ConversionContext:
         """The vehicle for which missions and orders become plans; `name` is the plan's."""
-        return Settings(
+        return ConversionContext(
             self.kind,
             self.home,
             speed=self.speed,
@@ -188,12 +189,14 @@ class VehicleModel:
     def guided_plan(self) -> str:
         """What a ground station has asked for and the vehicle does, by a single order; empty if nothing."""
         plan = self.latest.plan
-        return plan.plan_id if plan is not None and plan.plan_id in GUIDED_PLANS and moving(self.latest.vehicle) else ""
+        return (
+            plan.plan_id if plan is not None and plan.plan_id in GUIDED_PLANS and is_moving(self.latest.vehicle) else ""
+        )
 
     @property
     def armed_or_moving(self) -> bool:
         """Whether it is armed over MAVLink, moving for any other reason, or has running motors."""
-        return self.armed or moving(self.latest.vehicle) or bool(self.latest.motors_running)
+        return self.armed or is_moving(self.latest.vehicle) or bool(self.latest.motors_running)
 
     @property
     def airborne(self) -> bool:
@@ -205,7 +208,7 @@ class VehicleModel:
         """Why the vehicle cannot be armed; empty if it can."""
         return self.health.prearm_failure(self.latest.vehicle)
 
-    def place(self) -> tuple[imc.EstimatedState, from_imc.Position] | None:
+    def place(self) -> tuple[imc.EstimatedState, positions.GlobalPosition] | None:
         """The present estimate and its position; None if it is missing, old or impossible, or never was aligned."""
         state = self.latest.state if self.health.aligned else None
         place = self.position(state) if state is not None else None
@@ -222,25 +225,25 @@ class VehicleModel:
         found = self.place()
         return None if found is None else self.limits.contains(found[1].lat, found[1].lon)
 
-    def position(self, state: imc.EstimatedState) -> from_imc.Position | None:
+    def position(self, state: imc.EstimatedState) -> positions.GlobalPosition | None:
         """The position in an estimate; None if it is impossible, or home is unknown."""
         if self.home is None:
             return None
-        return from_imc.place_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
+        return positions.position_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
 
-    def choose_mode(self, flavor: Flavour, mode: Mode, number: int) -> None:
+    def choose_mode(self, flavor: Flavor, mode: Mode, number: int) -> None:
         """Remember which of a mode's numbers a ground station has chosen: it expects to see that one."""
         self._chosen_number = mode, number, flavor.name
         self.chosen_mode = flavor.mode(self.kind, number) if number >= 0 else mode
 
-    def custom_mode(self, flavor: Flavour) -> int:
+    def custom_mode(self, flavor: Flavor) -> int:
         """The number of the present mode in a flavor."""
         mode, number, name = self._chosen_number
         if (mode, name) == (self.mode, flavor.name) and number >= 0:
             return number
         return flavor.custom_mode(self.kind, self.mode)
 
-    def intended_mode(self, flavor: Flavour) -> int:
+    def intended_mode(self, flavor: Flavor) -> int:
         """The number of the mode that people want: the present one, unless the vehicle has left it by itself."""
         mode, count = self.interrupted
         return flavor.custom_mode(self.kind, mode) if count == self.command_count else self.custom_mode(flavor)

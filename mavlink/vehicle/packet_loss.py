@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from mavlink import Received
+from mavlink import ReceivedMessage
 
 LATE = 128  # a number so far ahead, of 256, is one that is behind: a datagram was overtaken
 MOST_SENDERS = 16
@@ -63,7 +63,7 @@ class SequenceTracker:
         self._orders: deque[tuple[float, tuple[object, ...]]] = deque(maxlen=MOST_COPIED)
         self._copy_time = COPY_TIME * speed
 
-    def is_copy(self, message: Received, now: float) -> bool:
+    def is_copy(self, message: ReceivedMessage, now: float) -> bool:
         """Whether the network has doubled a datagram with an order; who repeats an order counts on."""
         if message.name not in ONCE:
             return False
@@ -73,7 +73,7 @@ class SequenceTracker:
         self._orders.append((now, what))
         return False
 
-    def receive(self, message: Received) -> None:
+    def receive(self, message: ReceivedMessage) -> None:
         place = message.system, message.component
         sender = self._senders.get(place)
         if sender is not None:

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Mapping
 
-from mavlink import Received
+from mavlink import ReceivedMessage
 from mavlink.vehicle.session import Session
 
-Handler = Callable[[Session, Received, float], None]
+Handler = Callable[[Session, ReceivedMessage, float], None]
 """Answers a message of a session at a time."""
 
 

@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from mavlink import Dialect, Fields, Flavour, Received, encode, text
+from mavlink import Dialect, Fields, Flavor, ReceivedMessage, encode, statustext
 from mavlink.vehicle.packet_loss import SequenceTracker
+from support.rate_limit import TokenBucket
 
 HEARTBEAT_PERIOD = 1.0
 LIST_PERIOD = 0.005
@@ -47,7 +48,7 @@ class MessageSource(Protocol):
 
     def offers(self, name: str) -> bool: ...
 
-    def fields(self, name: str, flavor: Flavour, now: float, number: int = 0) -> Sequence[Fields]:
+    def fields(self, name: str, flavor: Flavor, now: float, number: int = 0) -> Sequence[Fields]:
         """Of all messages with an offered name that can be sent now, or of the one with a number (from 1)."""
         ...
 
@@ -60,7 +61,7 @@ class LinkTraits:
     whether it gets few of them unless it asks for more. sign: makes the signatures of frames.
     """
 
-    flavor: Flavour
+    flavor: Flavor
     speed: float = 1.0
     line: float = math.inf
     low: bool = False
@@ -90,7 +91,7 @@ class Session:
         self.last_heard = now
         self.contact = False
         self.received = SequenceTracker(speed)
-        self.bucket = text.Tap(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
+        self.bucket = TokenBucket(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
         self.retry_period = (LOW_PATIENCE if self.low else PATIENCE) * speed
         self._transmit = transmit
         self._sign = traits.sign
@@ -104,7 +105,7 @@ class Session:
         self._file_due = now
         self._file_period = max(FILE_PERIOD, PACKETS_AT_ONCE * PART / (SHARE * line)) * speed
         rate, burst = (LOW_CHUNKS_PER_SECOND, LOW_CHUNK_BURST) if self.low else (TEXTS_PER_SECOND, TEXT_BURST)
-        self._texts = text.Tap(rate / speed, burst, now)
+        self._texts = TokenBucket(rate / speed, burst, now)
         self._text_number = 0
         self._last_text = (now, "")
 
@@ -136,7 +137,7 @@ class Session:
         definition, source = self.source.dialect.by_name[name], self.source
         self._transmit(encode(definition, payload, next(self._sequence), source.system, source.component, self._sign))
 
-    def reply(self, asker: Received, name: str, **fields: Any) -> None:
+    def reply(self, asker: ReceivedMessage, name: str, **fields: Any) -> None:
         """Send a message to the component that has sent another."""
         self.send(name, {"target_system": asker.system, "target_component": asker.component, **fields})
 
@@ -161,7 +162,7 @@ class Session:
         again = words == self._last_text[1] and now - self._last_text[0] < self.speed
         if self.contact and not again:
             chunks = self._chunks(severity, words)
-            if self._texts.take(now, len(chunks) if self.low else 1.0):
+            if self._texts.try_acquire(now, len(chunks) if self.low else 1.0):
                 self._last_text = (now, words)
                 self._send_chunks(chunks)
 
@@ -207,14 +208,14 @@ class Session:
 
     def _chunks(self, severity: int, words: str) -> list[Fields]:
         self._text_number = self._text_number % 0xFFFF + 1
-        return text.chunks(severity, words, self._text_number)
+        return statustext.chunks(severity, words, self._text_number)
 
     def _send_chunks(self, chunks: list[Fields]) -> None:
         for fields in chunks:
             self.send("STATUSTEXT", fields)
 
 
-def is_addressed(message: Received, system: int, component: int = 1) -> bool:
+def is_addressed(message: ReceivedMessage, system: int, component: int = 1) -> bool:
     """Whether a message is for a component: sent to it, to all, or without a target, and not by itself."""
     values = message.values
     to_us = values.get("target_system", 0) in (0, system) and values.get("target_component", 0) in (0, component)

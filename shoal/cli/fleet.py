@@ -129,10 +129,10 @@ def _run(config: FleetConfig, duration: float | None) -> int:
                 if children and now - began >= config.stagger * len(supervisor.processes):
                     supervisor.processes.append(children.pop(0))
                 for child, words in supervisor.poll():
-                    display.tell(f"{child.name} {words}")
+                    display.print_event(f"{child.name} {words}")
                 for vehicle, words in monitor.new_errors():
                     if vehicle in names:
-                        display.tell(f"{vehicle} {words}")
+                        display.print_event(f"{vehicle} {words}")
                 if supervisor.is_over and not children:
                     break
                 if now - asked >= (ASK_PERIOD if display.is_live else LINE_PERIOD):
@@ -170,7 +170,7 @@ class _Display:
         if self._live is not None:
             self._live.stop()
 
-    def tell(self, words: str) -> None:
+    def print_event(self, words: str) -> None:
         self._console.print(Text(printable(f"{time.strftime('%H:%M:%S', time.gmtime())} {words}")), soft_wrap=True)
 
     def down(
@@ -187,7 +187,7 @@ class _Display:
         again = [vehicle.name for vehicle in self._config.vehicles if vehicle.name in failing.difference(down)]
         words += [f"down: {', '.join(down)}"] if down else []
         words += [f"restarted lately: {', '.join(again)}"] if again else []
-        self.tell(", ".join(words))
+        self.print_event(", ".join(words))
 
     def show(self, alive: set[str], summaries: dict[str, VehicleSummary], supervisor: Supervisor) -> None:
         if self._live is not None:
@@ -202,7 +202,7 @@ class _Display:
         for kind in dict.fromkeys(filter(None, states.values())):
             words.append(f"{kind}: {', '.join(name for name, state in states.items() if state == kind)}")
         words += [f"with errors: {', '.join(erring)}"] if erring else []
-        self.tell(f"STATUS  {'; '.join(words)}")
+        self.print_event(f"STATUS  {'; '.join(words)}")
 
     def _state(self, name: str, alive: set[str], summaries: dict[str, VehicleSummary]) -> str:
         """What keeps a vehicle (name as in keys) from running; "" if nothing."""

@@ -55,7 +55,9 @@ def ls(watch: bool, duration: float | None, connection: dict[str, Any], as_json:
         network.listen(None, KINDS)
         if watch:
             await (
-                _draw(network, duration) if Console().is_terminal and not as_json else _tell(network, duration, as_json)
+                _draw(network, duration)
+                if Console().is_terminal and not as_json
+                else _print_changes(network, duration, as_json)
             )
             return
         await _gather(network, duration)
@@ -137,7 +139,7 @@ async def _draw(network: Network, duration: float | None) -> None:
             await network.wait_for_change(REFRESH)
 
 
-async def _tell(network: Network, duration: float | None, as_json: bool) -> None:
+async def _print_changes(network: Network, duration: float | None, as_json: bool) -> None:
     """A line when a vehicle appears, changes its state or its troubles, or is gone."""
     before: dict[str, str] = {}
     began = time.monotonic()

@@ -180,7 +180,7 @@ def task(name: str) -> None:
     cls, module = _names(name)
     _write(Path(f"{module}.py"), TASK.format(title=cls, cls=cls))
     _write(Path(f"test_{module}.py"), TASK_TEST.format(cls=cls, module=module))
-    _tell_use(cls, module)
+    _print_usage(cls, module)
     click.echo(f'          shoal run lauv-noptilus-1 -p Simulation --set "{module}.{cls}:Enabled=Always"')
 
 
@@ -191,7 +191,7 @@ def driver(name: str) -> None:
     cls, module = _names(name)
     _write(Path(f"{module}.py"), DRIVER.format(title=cls, cls=cls))
     _write(Path(f"test_{module}.py"), DRIVER_TEST.format(cls=cls, module=module))
-    _tell_use(cls, module)
+    _print_usage(cls, module)
     settings = f'--set "{module}.{cls}:Enabled=Always" --set "{module}.{cls}:Serial Port - Device=/dev/ttyUSB0"'
     click.echo(f"          shoal run lauv-noptilus-1 -p Hardware {settings}")
 
@@ -207,7 +207,7 @@ def _names(name: str) -> tuple[str, str]:
     return cls, module
 
 
-def _tell_use(cls: str, module: str) -> None:
+def _print_usage(cls: str, module: str) -> None:
     click.echo(f"\nTest it:  python -m pytest test_{module}.py   (pip install pytest)")
     click.echo(f"Use it:   [{module}.{cls}] with `Enabled = Always` in a profile of this folder, or for one run:")
 

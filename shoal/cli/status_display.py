@@ -71,7 +71,7 @@ class StatusDisplay:
     def __enter__(self) -> "StatusDisplay":
         if self._console.is_terminal:
             self._live = Live(self._panel(), console=self._console, auto_refresh=False, transient=False)
-            with self._while_somebody_looks():
+            with self._ignoring_closed_terminal():
                 self._live.start()
         self._tick()
         return self
@@ -80,7 +80,7 @@ class StatusDisplay:
         if self._live is not None:
             self._counted = (0, *self._began)
             self._refresh()
-            with self._while_somebody_looks():
+            with self._ignoring_closed_terminal():
                 self._live.stop()
             self._live = None
 
@@ -95,7 +95,7 @@ class StatusDisplay:
         if self.folder:
             parts.append(f"log in {self.folder}")
         troubled = [entity for entity in self.vehicle.entities if entity.stateful and entity.state in TROUBLE]
-        return "\n".join([", ".join(parts), *(map(_plight, troubled) if not self._console.is_terminal else ())])
+        return "\n".join([", ".join(parts), *(map(_trouble_line, troubled) if not self._console.is_terminal else ())])
 
     def _tick(self) -> None:
         if self._live is None and time.monotonic() >= self._next_line:
@@ -120,7 +120,7 @@ class StatusDisplay:
             self._speed = (now - at) / (real - then)
         self._counted = (self.vehicle.bus.delivered, real, now)
         if self._live is not None and not self._left:
-            with self._while_somebody_looks():
+            with self._ignoring_closed_terminal():
                 self._live.update(self._panel(), refresh=True)
 
     def _panel(self) -> Panel:
@@ -178,7 +178,7 @@ class StatusDisplay:
         for entity in stateful:
             if entity.state is not State.NORMAL:
                 color = "yellow" if entity.state in (State.BOOT, State.FAULT) else "red"
-                text.append(f"\n{_plight(entity)}", style=color)
+                text.append(f"\n{_trouble_line(entity)}", style=color)
         return text
 
     def _on_estimated_state(self, state: imc.EstimatedState) -> None:
@@ -224,11 +224,11 @@ class StatusDisplay:
 
     def _print(self, line: Text) -> None:
         if not self._left:
-            with self._while_somebody_looks():
+            with self._ignoring_closed_terminal():
                 self._console.print(line)
 
     @contextmanager
-    def _while_somebody_looks(self) -> Generator[None]:
+    def _ignoring_closed_terminal(self) -> Generator[None]:
         """Let the vehicle go on if the terminal or the reader of the pipe is gone; rich raises SystemExit then."""
         try:
             yield
@@ -236,7 +236,7 @@ class StatusDisplay:
             self._left = True
 
 
-def _plight(entity: Entity) -> str:
+def _trouble_line(entity: Entity) -> str:
     return printable(f"{entity.label}: {entity.state.name} {entity.description}")
 
 

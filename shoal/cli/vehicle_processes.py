@@ -9,7 +9,7 @@ from runtime.profile import MAIN
 from runtime.vehicle import Vehicle
 from shoal.fleet import ManagedProcess, Supervisor
 
-WATCH_PERIOD = 0.25  # s
+POLL_PERIOD = 0.25  # s
 
 
 def select_process(process: str | None, others: list[str], over_zenoh: bool) -> str | None:
@@ -46,23 +46,23 @@ def sibling_process(name: str) -> ManagedProcess:
 def supervise(vehicle: Vehicle, supervisor: Supervisor) -> None:
     """Start the other processes of the vehicle, and again those that end."""
 
-    def look() -> None:
+    def poll() -> None:
         for process, words in supervisor.poll():
             (vehicle.daemon.log.error if process.failures else vehicle.daemon.log.info)(
                 f"process {process.name} {words}"
             )
-        vehicle.kernel.after(WATCH_PERIOD, look)
+        vehicle.kernel.after(POLL_PERIOD, poll)
 
-    vehicle.kernel.soon(look)
+    vehicle.kernel.soon(poll)
 
 
 def stop_with_parent(vehicle: Vehicle, parent: int) -> None:
     """Stop the vehicle when the process that has started it is gone, however it ended."""
 
-    def look() -> None:
+    def poll() -> None:
         if os.getppid() != parent:
             vehicle.stop()
         else:
-            vehicle.kernel.after(WATCH_PERIOD, look)
+            vehicle.kernel.after(POLL_PERIOD, poll)
 
-    vehicle.kernel.soon(look)
+    vehicle.kernel.soon(poll)

@@ -3,14 +3,13 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from tasks.simulated_world import world_of
-
 import imc
 from runtime.kernel import SECOND
 from runtime.vehicle import Vehicle
 from shoal.scenarios.expression_functions import WorldBottom
 from shoal.scenarios.operands import MessageSelector
 from support.text import with_suggestion
+from tasks.simulated_world import world_of
 
 OnMessage = Callable[[float], object]
 """Called with the time since the start of the run (s)."""

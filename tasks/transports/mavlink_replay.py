@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import cast
 
 import imc
-from mavlink import KINDS, load_dialect, text
+from mavlink import KINDS, load_dialect, statustext
 from mavlink.vehicle import CHANGES, ShownMessages, VehicleEquipment, VehicleIdentity
 from runtime import State, consume, param, periodic
 from tasks.transports.mavlink_links.disk_folders import DiskFolders
@@ -197,4 +197,4 @@ class MAVLinkReplay(GroundLinks):
         """Take an Abort of the log."""
         if self._identity is not None and self._identity.imc_id in (abort.src, abort.dst):
             self.logged.update_state(abort, "", self._player.elapsed)
-            self.logged.send_statustext(text.EMERGENCY, "Abort", self.now)
+            self.logged.send_statustext(statustext.EMERGENCY, "Abort", self.now)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as upstream
 
 from mavlink import StreamSplitter, encode, load_dialect, split
-from mavlink.additions import MESSAGES, ExtraMessage
+from mavlink.extra_messages import MESSAGES, ExtraMessage
 
 DIALECT = load_dialect()
 
@@ -183,9 +183,9 @@ def test_a_frame_whose_end_never_comes_is_given_up():
     splitter = StreamSplitter(DIALECT)
     assert splitter.feed(b"noise\xfd\xff\x00\x00" + good + good) == ([], 1)
     assert (splitter.passed, splitter.waiting) == (5, 4 + 2 * len(good))
-    found, damages = splitter.give_up()
+    found, damages = splitter.flush()
     assert ([m.name for m in found], damages, splitter.waiting) == (["PING", "PING"], 0, 0)
-    assert splitter.give_up() == ([], 0)
+    assert splitter.flush() == ([], 0)
     assert [m.name for m in splitter.feed(good)[0]] == ["PING"]
 
 

@@ -39,7 +39,7 @@ def received(frame):
 
 
 def faults(ours, *frames):
-    return [ours.fault(received(frame)) for frame in frames]
+    return [ours.reject_reason(received(frame)) for frame in frames]
 
 
 def test_pymavlink_accepts_our_signatures_and_we_accept_its():
@@ -113,7 +113,7 @@ def test_times_grow_also_if_the_clock_was_never_set():
     time = SigningTime(lambda: 0.0, latest=TICKS)
     assert [time.next(), time.next()] == [TICKS + 1, TICKS + 2]
     assert SigningTime(lambda: 0.0).next() == 1
-    time.follow(TICKS + BEHIND)
+    time.advance_to(TICKS + BEHIND)
     assert time.next() == TICKS + BEHIND + 1
     followed = SigningTime(lambda: NOW)
     assert (followed.next(), followed.next()) == (TICKS, TICKS + 1)

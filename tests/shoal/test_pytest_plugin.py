@@ -13,6 +13,7 @@ import pytest
 
 from shoal.campaigns import SCENARIO_SUFFIX
 from shoal.campaigns.results.store import JOURNAL, TABLE
+from tests.outside import NO_FILE
 from tests.shoal.campaigns.examples import FLAT, NAME, TROUBLE, scenario, trouble
 
 ROOT = Path(__file__).parents[2]
@@ -134,5 +135,5 @@ def test_fixtures_run_scenarios_and_vehicles(tmp_path):
     write(tmp_path, dive=scenario(), test_own=TEST)
     done = run(tmp_path, "test_own.py", "-rf")
     assert "1 failed, 4 passed" in done.stdout, done.stdout
-    assert "ScenarioFailed: nothere.scenario.yaml: No such file or directory" in done.stdout
+    assert f"ScenarioFailed: nothere.scenario.yaml: {NO_FILE}" in done.stdout
     assert not (tmp_path / "log").exists()

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import imc
-from mavlink import text
+from mavlink import statustext
 from mavlink.vehicle.camera.component import TAKEN, CameraComponent, PendingChange
 from mavlink.vehicle.camera.service import acknowledge_parameter, send_image_captured, send_parameter
 from mavlink.vehicle.model import VehicleModel
@@ -62,7 +62,7 @@ class CameraBroadcast:
         if len(self._detected) >= DETECTIONS:
             self._detected.clear()
         self._detected[mug.id] = now
-        self._send_statustext(text.NOTICE, f"DETECT MUG {mug.id} " + self._place(mug.x, mug.y))
+        self._send_statustext(statustext.NOTICE, f"DETECT MUG {mug.id} " + self._place(mug.x, mug.y))
 
     def _place(self, north: float, east: float) -> str:
         """Latitude and longitude (degrees) of a point at an offset (m) from the vehicle; the offset if unknown."""

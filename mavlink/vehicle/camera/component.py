@@ -7,7 +7,8 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import imc
-from mavlink import CRITICAL, STANDBY, Fields, cameras, from_imc
+from mavlink import CRITICAL, STANDBY, Fields
+from mavlink.translate import cameras_from_imc, from_imc
 from mavlink.vehicle.camera.definition import definition
 from mavlink.vehicle.model import SAVE_IMAGES, VehicleModel
 from mavlink.vehicle.parameters import ExtendedParameter, ExtendedParameterTable
@@ -60,8 +61,8 @@ class CameraComponent:
         self._entity = view.entity
         self._port = port
         self._left = 0.0
-        self._pictures: deque[cameras.Picture] = deque(maxlen=REMEMBERED)
-        self._found: dict[int, cameras.Detection] = {}
+        self._pictures: deque[cameras_from_imc.Picture] = deque(maxlen=REMEMBERED)
+        self._found: dict[int, cameras_from_imc.Detection] = {}
 
     @property
     def label(self) -> str:
@@ -106,8 +107,8 @@ class CameraComponent:
     @property
     def flags(self) -> int:
         """CAMERA_CAP_FLAGS."""
-        can = cameras.CAPTURES * self.takes_pictures | cameras.STREAMS * bool(self.video)
-        return can | cameras.DETECTS * self.detects
+        can = cameras_from_imc.CAPTURES * self.takes_pictures | cameras_from_imc.STREAMS * bool(self.video)
+        return can | cameras_from_imc.DETECTS * self.detects
 
     @property
     def status(self) -> int:
@@ -115,13 +116,13 @@ class CameraComponent:
         state = self._entity.state
         if state in (State.ERROR, State.FAILURE):
             return CRITICAL
-        return cameras.ACTIVE if state == State.NORMAL else STANDBY
+        return cameras_from_imc.ACTIVE if state == State.NORMAL else STANDBY
 
     @property
     def image_status(self) -> int:
         if self.saves_all or self._left > 1.0:
-            return cameras.SERIES
-        return cameras.ONE if self._left else cameras.IDLE
+            return cameras_from_imc.SERIES
+        return cameras_from_imc.ONE if self._left else cameras_from_imc.IDLE
 
     @property
     def image_interval(self) -> float:
@@ -130,7 +131,7 @@ class CameraComponent:
 
     def video_fields(self) -> Fields:
         rate, angle = self._value("Frame Rate") or 0.0, self._value("Field of View") or 0.0
-        return cameras.video(self.label, self.video, rate, self.resolution, angle)
+        return cameras_from_imc.video(self.label, self.video, rate, self.resolution, angle)
 
     def start_capture(self, count: int, interval: float) -> None:
         """Ask for `count` pictures, `interval` s apart; 0: until they are stopped."""
@@ -172,7 +173,7 @@ class CameraComponent:
         roll, pitch, yaw = map(math.radians, angles)
         if place is None or not all(map(math.isfinite, (time, roll, pitch, yaw))):
             return None
-        self._pictures.append(cameras.Picture(given.get("file", ""), time, place, (roll, pitch, yaw)))
+        self._pictures.append(cameras_from_imc.Picture(given.get("file", ""), time, place, (roll, pitch, yaw)))
         self.taken += 1
         self._left = max(0.0, self._left - 1.0)
         return self.taken - 1
@@ -184,7 +185,7 @@ class CameraComponent:
             return None
         picture = self._pictures[index - oldest]
         url = f"mftp://[;comp=1]/logs/{picture.file}"
-        return cameras.image_captured(picture, index, url, from_imc.boot_ms(picture.time, self.model.boot))
+        return cameras_from_imc.image_captured(picture, index, url, from_imc.boot_ms(picture.time, self.model.boot))
 
     @property
     def latest_file(self) -> str:
@@ -207,14 +208,14 @@ class CameraComponent:
         self._found.pop(mug.id, None)
         while len(self._found) >= MOST_OBJECTS:
             del self._found[next(iter(self._found))]
-        self._found[mug.id] = cameras.Detection(mug.id, lat, lon, here.altitude - below, distance, now)
+        self._found[mug.id] = cameras_from_imc.Detection(mug.id, lat, lon, here.altitude - below, distance, now)
 
-    def tracked(self, now: float) -> cameras.Detection | None:
+    def tracked(self, now: float) -> cameras_from_imc.Detection | None:
         """What was detected last, while that is not long ago."""
         latest = next(reversed(self._found.values()), None)
         return latest if latest is not None and now - latest.time < ACTIVE else None
 
-    def map_markers(self, now: float) -> Iterable[cameras.Detection]:
+    def map_markers(self, now: float) -> Iterable[cameras_from_imc.Detection]:
         """What is shown on maps."""
         return (
             [found for found in self._found.values() if now - found.time < LASTING]

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from xml.etree import ElementTree
 from zlib import crc32
 
-from mavlink import cameras
+from mavlink.translate import cameras_from_imc
 from mavlink.vehicle.parameters import INT32, REAL32, ExtendedParameter
 
 TYPES: Mapping[int, str] = {INT32: "int32", REAL32: "float"}
@@ -20,7 +20,7 @@ def definition(label: str, parameters: Iterable[ExtendedParameter]) -> bytes:
     described = ElementTree.Element("parameters")
     for setting in parameters:
         described.append(_parameter(setting))
-    about = [("model", label), ("vendor", cameras.VENDOR)]
+    about = [("model", label), ("vendor", cameras_from_imc.VENDOR)]
     root = ElementTree.Element("mavlinkcamera")
     top = ElementTree.SubElement(root, "definition", version=str(_version(ElementTree.tostring(described))))
     for name, text in about:

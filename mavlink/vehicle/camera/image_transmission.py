@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from functools import partial
 
-from mavlink import Received, text
+from mavlink import ReceivedMessage, statustext
 from mavlink.vehicle.camera.component import CameraComponent
 from mavlink.vehicle.ports import Thumbnail
 from mavlink.vehicle.session import Session
@@ -21,7 +21,7 @@ class ImageTransmission:
         self._cameras: Mapping[int, CameraComponent] = {camera.component: camera for camera in cameras}
         self._busy = False
 
-    def receive(self, session: Session, message: Received, now: float) -> None:
+    def receive(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """Answer DATA_TRANSMISSION_HANDSHAKE, which names no component: the first camera with pictures does."""
         found = ((part, self._cameras[part.source.component]) for part in session.cameras)
         part, camera = next(((part, camera) for part, camera in found if camera.takes_pictures), (None, None))
@@ -30,7 +30,7 @@ class ImageTransmission:
             return
         file = camera.latest_file
         if not file:
-            part.send_statustext(text.WARNING, f"{camera.label} has taken no picture yet", now)
+            part.send_statustext(statustext.WARNING, f"{camera.label} has taken no picture yet", now)
             return
         quality = min(values["jpg_quality"] or QUALITY, BEST)
         self._busy = True
@@ -39,7 +39,7 @@ class ImageTransmission:
     def _send(self, part: Session, camera: CameraComponent, quality: int, now: float, made: Thumbnail) -> None:
         self._busy = False
         if not made.jpeg:
-            part.send_statustext(text.WARNING, f"{camera.label}: the picture cannot be read", now)
+            part.send_statustext(statustext.WARNING, f"{camera.label}: the picture cannot be read", now)
             return
         pieces = [made.jpeg[start : start + PIECE] for start in range(0, len(made.jpeg), PIECE)]
         about = {"type": JPEG, "size": len(made.jpeg), "width": made.width, "height": made.height}

@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from weakref import WeakKeyDictionary
 
-from mavlink import Received, text
+from mavlink import ReceivedMessage, statustext
 from mavlink.vehicle.camera.component import CameraComponent
 from mavlink.vehicle.command import (
     DONE,
@@ -62,18 +62,18 @@ class CameraService(MavlinkService):
     def forget(self, session: Session) -> None:
         self._commands.forget(session)
 
-    def _list(self, session: Session, message: Received, now: float) -> None:
+    def _list(self, session: Session, message: ReceivedMessage, now: float) -> None:
         camera = self._camera
         session.send_list([partial(send_parameter, session, camera, each) for each in camera.parameters], now)
 
-    def _read(self, session: Session, message: Received, now: float) -> None:
+    def _read(self, session: Session, message: ReceivedMessage, now: float) -> None:
         index, name = message.values["param_index"], message.values["param_id"]
         table = self._camera.parameters
         parameter = table.named(name) if index == -1 else table.at(index)
         if parameter is not None:
             send_parameter(session, self._camera, parameter)
 
-    def _set(self, session: Session, message: Received, now: float) -> None:
+    def _set(self, session: Session, message: ReceivedMessage, now: float) -> None:
         values = message.values
         parameter = self._camera.parameters.named(values["param_id"])
         if parameter is None:
@@ -84,7 +84,9 @@ class CameraService(MavlinkService):
             wanted = parameter.wanted(_raw_value(message), values["param_type"])
         except ValueError as error:
             acknowledge_parameter(session, parameter, REFUSED)
-            session.send_statustext(text.WARNING, f"{self._camera.label}, {parameter.parameter.name}: {error}", now)
+            session.send_statustext(
+                statustext.WARNING, f"{self._camera.label}, {parameter.parameter.name}: {error}", now
+            )
             return
         self._camera.change(parameter, wanted, session, now)
 
@@ -122,7 +124,7 @@ class CameraService(MavlinkService):
         return DONE if only_pictures else CommandResult(MavResult.DENIED, "The camera only takes pictures")
 
 
-def addressed_sessions(session: Session, message: Received) -> list[Session]:
+def addressed_sessions(session: Session, message: ReceivedMessage) -> list[Session]:
     """The components that a message is for; an order to all is only for those who know it, a file for the first."""
     parts = (session, *session.cameras)
     found = [part for part in parts if is_addressed(message, part.source.system, part.source.component)]
@@ -161,7 +163,7 @@ def acknowledge_parameter(session: Session, parameter: ExtendedParameter, result
     session.send("PARAM_EXT_ACK", {**fields, "param_result": result})
 
 
-def _knows(session: Session, part: Session, message: Received) -> bool:
+def _knows(session: Session, part: Session, message: ReceivedMessage) -> bool:
     """Whether an order that all get is meant for a camera."""
     command, first = message.values["command"], message.values["param1"]
     if command != REQUEST_MESSAGE:
@@ -172,7 +174,7 @@ def _knows(session: Session, part: Session, message: Received) -> bool:
     return part.source.offers(definition.name) and not session.source.offers(definition.name)
 
 
-def _raw_value(message: Received) -> bytes:
+def _raw_value(message: ReceivedMessage) -> bytes:
     """The value in PARAM_EXT_SET, with the zeros in it."""
     start = 2 + 16  # target and name
     return message.payload[start : start + 128]

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from mavlink import Dialect, Fields, Flavour, cameras, from_imc
+from mavlink import Dialect, Fields, Flavor
+from mavlink.translate import cameras_from_imc, from_imc
 from mavlink.vehicle.camera.component import CameraComponent
 from mavlink.vehicle.camera.definition import version_of
 
@@ -11,26 +12,26 @@ Build = Callable[[CameraComponent, float], Built]
 
 
 def _heartbeat(camera: CameraComponent, now: float) -> Fields:
-    return cameras.heartbeat(camera.status)
+    return cameras_from_imc.heartbeat(camera.status)
 
 
 def _information(camera: CameraComponent, now: float) -> Fields:
     time = from_imc.boot_ms(now, camera.model.boot)
     described = f"mftp://[;comp=1]/{camera.definition_file}", version_of(camera.definition)
-    return cameras.information(camera.label, camera.resolution, camera.flags, described, time)
+    return cameras_from_imc.information(camera.label, camera.resolution, camera.flags, described, time)
 
 
 def _settings(camera: CameraComponent, now: float) -> Fields:
-    return cameras.settings(from_imc.boot_ms(now, camera.model.boot))
+    return cameras_from_imc.settings(from_imc.boot_ms(now, camera.model.boot))
 
 
 def _storage(camera: CameraComponent, now: float) -> Fields:
-    return cameras.storage(*camera.pictures.usage(), from_imc.boot_ms(now, camera.model.boot))
+    return cameras_from_imc.storage(*camera.pictures.usage(), from_imc.boot_ms(now, camera.model.boot))
 
 
 def _capture_status(camera: CameraComponent, now: float) -> Fields:
     time, free = from_imc.boot_ms(now, camera.model.boot), camera.pictures.usage()[2]
-    return cameras.capture_status(camera.image_status, camera.image_interval, camera.taken, free, time)
+    return cameras_from_imc.capture_status(camera.image_status, camera.image_interval, camera.taken, free, time)
 
 
 def _captured(camera: CameraComponent, now: float) -> Fields | None:
@@ -43,11 +44,14 @@ def _video(camera: CameraComponent, now: float) -> Fields | None:
 
 def _geo_status(camera: CameraComponent, now: float) -> Fields | None:
     found = camera.tracked(now)
-    return cameras.geo_status(found) if found is not None else None
+    return cameras_from_imc.geo_status(found) if found is not None else None
 
 
 def _markers(camera: CameraComponent, now: float) -> Sequence[Fields]:
-    return [cameras.marker(found, f"MUG {found.number}", camera.model.system, now) for found in camera.map_markers(now)]
+    return [
+        cameras_from_imc.marker(found, f"MUG {found.number}", camera.model.system, now)
+        for found in camera.map_markers(now)
+    ]
 
 
 PICTURES: Sequence[tuple[str, float, str, Build]] = (
@@ -90,6 +94,6 @@ class CameraTelemetry:
     def offers(self, name: str) -> bool:
         return name in self._builds
 
-    def fields(self, name: str, flavor: Flavour, now: float, number: int = 0) -> Sequence[Fields]:
+    def fields(self, name: str, flavor: Flavor, now: float, number: int = 0) -> Sequence[Fields]:
         built = self._builds[name](self.camera, now)
         return () if built is None else (built,) if isinstance(built, Mapping) else built

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Collection, Mapping
 from weakref import WeakKeyDictionary
 
-from mavlink import Received, text
+from mavlink import ReceivedMessage, statustext
 from mavlink.vehicle.command.request import (
     REPEATED,
     CommandRequest,
@@ -41,7 +41,7 @@ class CommandService(MavlinkService):
     def handlers(self) -> Mapping[str, Handler]:
         return {"COMMAND_LONG": self.receive, "COMMAND_INT": self.receive}
 
-    def receive(self, session: Session, message: Received, now: float) -> None:
+    def receive(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """Carry out a command, acknowledge it, and send the reason if it is refused.
 
         An order that takes time is acknowledged when the vehicle has answered, and before that as in progress if that
@@ -96,9 +96,9 @@ class CommandService(MavlinkService):
         return CommandResult(MavResult.UNSUPPORTED) if command is None else command(session, order, now)
 
 
-def acknowledge(session: Session, message: Received, reply: CommandResult, now: float) -> None:
+def acknowledge(session: Session, message: ReceivedMessage, reply: CommandResult, now: float) -> None:
     """Send COMMAND_ACK, and the reason to people."""
     progress = 255 if reply.result is MavResult.IN_PROGRESS else 0
     session.reply(message, "COMMAND_ACK", command=message.values["command"], result=reply.result, progress=progress)
     if reply.reason:
-        session.send_statustext(text.WARNING, reply.reason, now)
+        session.send_statustext(statustext.WARNING, reply.reason, now)

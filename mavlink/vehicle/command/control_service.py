@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from mavlink import Mode, Received, text
+from mavlink import Mode, ReceivedMessage, statustext
 from mavlink.missions import BadItem, Item, MissionResult
 from mavlink.vehicle.command.guided_commands import NO_PLACE, go_to
 from mavlink.vehicle.command.manual_control import ManualControl
@@ -38,14 +38,14 @@ class ControlService(MavlinkService):
     def tick(self, now: float) -> None:
         self._targets.offboard.tick(now)
 
-    def go_to_item(self, session: Session, message: Received, now: float) -> None:
+    def go_to_item(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """Go to an item, or only to its altitude: Mission Planner and MAVProxy send a vehicle in this way."""
 
         def finish(reply: CommandResult) -> None:
             done = reply.result is MavResult.ACCEPTED
             acknowledge(session, message, MissionResult.ACCEPTED if done else MissionResult.ERROR)
             if reply.reason:
-                session.send_statustext(text.WARNING, reply.reason, now)
+                session.send_statustext(statustext.WARNING, reply.reason, now)
 
         try:
             item = (Item.of_legacy if message.name == "MISSION_ITEM" else Item.of)(message.values)
@@ -60,10 +60,10 @@ class ControlService(MavlinkService):
         if reply is not None:
             finish(reply)
 
-    def _set_mode(self, session: Session, message: Received, now: float) -> None:
+    def _set_mode(self, session: Session, message: ReceivedMessage, now: float) -> None:
         def finish(reply: CommandResult) -> None:
             if reply.result is not MavResult.ACCEPTED:
-                session.send_statustext(text.WARNING, reply.reason, now)
+                session.send_statustext(statustext.WARNING, reply.reason, now)
 
         model = self._targets.control.model
         model.command_count += 1
@@ -72,7 +72,7 @@ class ControlService(MavlinkService):
         if reply is not None:
             finish(reply)
 
-    def _manual_control(self, session: Session, message: Received, now: float) -> None:
+    def _manual_control(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """The axes steer; the buttons do what the profile says, in each mode."""
         targets, values = self._targets, message.values
         control = targets.control
@@ -83,7 +83,7 @@ class ControlService(MavlinkService):
         def act(action: str) -> None:
             def finish(reply: CommandResult) -> None:
                 if reply.reason:
-                    session.send_statustext(text.WARNING, reply.reason, now)
+                    session.send_statustext(statustext.WARNING, reply.reason, now)
 
             control.model.command_count += 1
             if action == "abort":
@@ -102,7 +102,7 @@ class ControlService(MavlinkService):
         targets.relays.press_buttons((session, message.system, message.component), pressed, now, act)
 
 
-def is_guided_item(message: Received) -> bool:
+def is_guided_item(message: ReceivedMessage) -> bool:
     """Whether an item is an order to go there instead of a part of a mission."""
     names = "MISSION_ITEM", "MISSION_ITEM_INT"
     return message.name in names and message.values["current"] in (GUIDED, ALTITUDE_ONLY)

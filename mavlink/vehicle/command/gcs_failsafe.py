@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from mavlink import GROUND_STATION, Received
+from mavlink import GROUND_STATION, ReceivedMessage
 from mavlink.vehicle.command.guided_commands import NO_PLACE, discard_result, land, return_home
 from mavlink.vehicle.command.vehicle_control import VehicleControl
 from mavlink.vehicle.mission import MissionState
@@ -23,7 +23,7 @@ class GcsFailsafe:
         self._control = control
         self._heard_at: float | None = None
 
-    def receive(self, message: Received, now: float) -> None:
+    def receive(self, message: ReceivedMessage, now: float) -> None:
         """Take a message: the heartbeats of stations count, and what is sent to this vehicle alone."""
         values = message.values
         beat = message.name == "HEARTBEAT" and values["type"] == GROUND_STATION

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Sequence
 
 import imc
-from mavlink import FLAVOURS
-from mavlink.missions import BadItem, Command, Item, MissionResult, plan_of
+from mavlink import FLAVORS
+from mavlink.missions import BadItem, Item, MissionCommand, MissionResult, plan_of
 from mavlink.vehicle.command.request import DONE, CommandResult, Finish, MavResult
 from mavlink.vehicle.command.vehicle_control import VehicleControl
 from mavlink.vehicle.mission import OnReply, PlanReply, sequential_plan
@@ -34,13 +34,18 @@ def go_to(
     if not _given(place):
         place = found[1].lat, found[1].lon
     frame, z = _level(control, frame, z, found[1].relative)
-    there = _item(Command.NAV_WAYPOINT, frame, place, z)
-    stay = there._replace(command=Command.NAV_LOITER_UNLIM)
+    there = _item(MissionCommand.NAV_WAYPOINT, frame, place, z)
+    stay = there._replace(command=MissionCommand.NAV_LOITER_UNLIM)
     return _send(control, "goto", [*_speed(speed), there, stay], finish, now, _closely(control))
 
 
 def execute_item(
-    control: VehicleControl, command: Command, order: Sequence[float], frame: int | None, finish: Finish, now: float
+    control: VehicleControl,
+    command: MissionCommand,
+    order: Sequence[float],
+    frame: int | None,
+    finish: Finish,
+    now: float,
 ) -> CommandResult | None:
     """Carry out an item that a station sends as an order: a stay of some time or turns. `order` has its parameters."""
     found = control.model.place()
@@ -78,7 +83,7 @@ def return_home(control: VehicleControl, finish: Finish, now: float) -> CommandR
     if control.model.home is None:
         return CommandResult(MavResult.TEMPORARILY_REJECTED, "Home is not known yet")
     home = control.model.home.lat, control.model.home.lon
-    command = Command.NAV_LOITER_UNLIM if control.model.kind.afloat else Command.NAV_RETURN_TO_LAUNCH
+    command = MissionCommand.NAV_LOITER_UNLIM if control.model.kind.afloat else MissionCommand.NAV_RETURN_TO_LAUNCH
     return _send(control, "return", [_item(command, RELATIVE, home, 0.0)], finish, now, _closely(control))
 
 
@@ -89,7 +94,7 @@ def take_off(control: VehicleControl, frame: int | None, z: float, finish: Finis
     if not math.isfinite(z):
         frame, z = RELATIVE, control.model.options.takeoff_altitude
     frame = RELATIVE if frame is None else frame
-    return _send(control, "takeoff", [_item(Command.NAV_TAKEOFF, frame, (0.0, 0.0), z)], finish, now)
+    return _send(control, "takeoff", [_item(MissionCommand.NAV_TAKEOFF, frame, (0.0, 0.0), z)], finish, now)
 
 
 def land(control: VehicleControl, place: LatLon, finish: Finish, now: float) -> CommandResult | None:
@@ -97,7 +102,7 @@ def land(control: VehicleControl, place: LatLon, finish: Finish, now: float) -> 
     if control.model.place() is None:
         return POSITION_UNKNOWN
     given = place if _given(place) and place != (0.0, 0.0) else (0.0, 0.0)
-    return _send(control, "land", [_item(Command.NAV_LAND, RELATIVE, given, 0.0)], finish, now)
+    return _send(control, "land", [_item(MissionCommand.NAV_LAND, RELATIVE, given, 0.0)], finish, now)
 
 
 def orbit(
@@ -117,7 +122,10 @@ def orbit(
         place = found[1].lat, found[1].lon
     radius = radius if math.isfinite(radius) and radius else settings.radius
     frame, z = _level(control, *level, found[1].relative)
-    items = [*_speed(speed), _item(Command.NAV_LOITER_TURNS, frame, place, z)._replace(param1=1.0, param3=radius)]
+    items = [
+        *_speed(speed),
+        _item(MissionCommand.NAV_LOITER_TURNS, frame, place, z)._replace(param1=1.0, param3=radius),
+    ]
 
     def forever(plan: imc.PlanSpecification) -> imc.PlanSpecification:
         *before, last = plan.maneuvers
@@ -147,7 +155,7 @@ def _send(
 ) -> CommandResult | None:
     """Start a plan of items; the order is answered when the vehicle has accepted or refused it."""
     try:
-        plan = plan_of(items, FLAVOURS["generic"], control.model.conversion_settings(name)).plan
+        plan = plan_of(items, FLAVORS["generic"], control.model.conversion_settings(name)).plan
     except BadItem as bad:
         return CommandResult(RESULTS.get(bad.result, MavResult.DENIED), f"{name.capitalize()} denied: {bad.reason}")
     control.plans.start(change(plan), _judge(name, finish), now)
@@ -177,14 +185,14 @@ def _judge(name: str, finish: Finish) -> OnReply:
     return judge
 
 
-def _item(command: Command, frame: int, place: LatLon, z: float) -> Item:
+def _item(command: MissionCommand, frame: int, place: LatLon, z: float) -> Item:
     lat, lon = (round(math.degrees(angle) * DEGREES) for angle in place)
     return Item(frame, command, x=lat, y=lon, z=z)
 
 
 def _speed(speed: float) -> list[Item]:
     """An item that sets a speed, if one is given."""
-    return [Item(RELATIVE, Command.DO_CHANGE_SPEED, param2=speed)] if speed > 0.0 else []
+    return [Item(RELATIVE, MissionCommand.DO_CHANGE_SPEED, param2=speed)] if speed > 0.0 else []
 
 
 def _level(control: VehicleControl, frame: int | None, z: float, present: float) -> tuple[int, float]:

@@ -3,7 +3,7 @@
 import math
 
 import imc
-from mavlink import Mode, Received, text
+from mavlink import Mode, ReceivedMessage, statustext
 from mavlink.vehicle.command.vehicle_control import VehicleControl
 from mavlink.vehicle.session import Session
 
@@ -25,7 +25,7 @@ class ManualControl:
         self._operator: tuple[Session, int, int] | None = None
         self._steered_at = -math.inf
 
-    def steer_by_axes(self, session: Session, message: Received, now: float) -> None:
+    def steer_by_axes(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """MANUAL_CONTROL: x is thrust; r turns, of boats also y; z around 500, or s, is the pitch of an AUV."""
         values = message.values
         x, y, r = (_share(values[name] / FULL) if values[name] != UNUSED else 0.0 for name in "xyr")
@@ -35,7 +35,7 @@ class ManualControl:
         turn = r if r or self._control.model.dives else y
         self._steer(session, message, thrust=x, turn=turn, pitch=pitch, now=now)
 
-    def steer_by_channels(self, session: Session, message: Received, now: float) -> None:
+    def steer_by_channels(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """RC_CHANNELS_OVERRIDE as ArduSub and ArduRover read it.
 
         5 is thrust, 4 turn, 3 pitch; of boats 3 is thrust and 1 turn.
@@ -51,13 +51,13 @@ class ManualControl:
             self._steer(session, message, thrust=channel(3), turn=channel(1), pitch=0.0, now=now)
 
     def _steer(
-        self, session: Session, message: Received, *, thrust: float, turn: float, pitch: float, now: float
+        self, session: Session, message: ReceivedMessage, *, thrust: float, turn: float, pitch: float, now: float
     ) -> None:
         model = self._control.model
         if model.mode is not Mode.TELEOPERATION or model.guided_plan != "steered":
             return
         if not self._may_steer((session, message.system, message.component), now):
-            session.send_statustext(text.WARNING, STRANGER, now)
+            session.send_statustext(statustext.WARNING, STRANGER, now)
             return
         axes = {"Heading": turn, "Thrust": thrust} | ({"Pitch": pitch} if model.dives else {})
         actions = ";".join(f"{name}={round(share * RANGE)}" for name, share in axes.items())

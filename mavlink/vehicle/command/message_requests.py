@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink import Kind, text
+from mavlink import VehicleKind, statustext
 from mavlink.vehicle.command.request import DONE, CommandRequest, CommandResult, MavResult
 from mavlink.vehicle.session import HEARTBEAT_PERIOD, Session
 
@@ -64,11 +64,11 @@ COMMANDS: Mapping[int, Callable[[Session, CommandRequest, float], CommandResult]
 }
 
 
-def banner_command(kind: Kind) -> Callable[[Session, CommandRequest, float], CommandResult]:
+def banner_command(kind: VehicleKind) -> Callable[[Session, CommandRequest, float], CommandResult]:
     """MAV_CMD_DO_SEND_BANNER of a kind of vehicle: the name and version of the firmware as a text."""
 
     def send_banner(session: Session, order: CommandRequest, now: float) -> CommandResult:
-        session.send_statustext(text.INFO, session.flavor.banner(kind), now)
+        session.send_statustext(statustext.INFO, session.flavor.banner(kind), now)
         return DONE
 
     return send_banner

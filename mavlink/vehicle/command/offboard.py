@@ -4,8 +4,8 @@ import math
 from typing import Any
 
 import imc
-from mavlink import Mode, Received, from_imc, text
-from mavlink.missions import MissionResult, Refusal
+from mavlink import Mode, ReceivedMessage, positions, statustext
+from mavlink.missions import MissionError, MissionResult
 from mavlink.vehicle.command.request import DONE, CommandResult, Finish, MavResult
 from mavlink.vehicle.command.vehicle_control import VehicleControl
 from mavlink.vehicle.mission import PlanReply, sequential_plan
@@ -36,15 +36,15 @@ class OffboardTarget:
         self._streams = self._steers = False
         self._level: tuple[float, float] = (-math.inf, 0.0)  # when a course was last given, and its altitude
 
-    def receive(self, session: Session, message: Received, now: float) -> None:
+    def receive(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """Take a target; the vehicle follows it if it is in guided or offboard mode."""
         try:
             if message.name == "SET_ATTITUDE_TARGET":
                 self._reference, self._steers = self._course(message.values, now), True
             else:
                 self._reference, self._steers = self._reference_of(message), False
-        except Refusal as refusal:
-            session.send_statustext(text.WARNING, f"Target refused: {refusal}", now)
+        except MissionError as refusal:
+            session.send_statustext(statustext.WARNING, f"Target refused: {refusal}", now)
             return
         self._received_at = now
         control = self._control
@@ -55,7 +55,8 @@ class OffboardTarget:
                 self._publish(now)
         elif control.model.chosen_mode is Mode.GUIDED and control.model.mode in (Mode.HOLD, Mode.GUIDED):
             self.follow(
-                lambda reply: session.send_statustext(text.WARNING, reply.reason, now) if reply.reason else None, now
+                lambda reply: session.send_statustext(statustext.WARNING, reply.reason, now) if reply.reason else None,
+                now,
             )
 
     def _fly(self, reference: imc.Reference, session: Session, now: float) -> None:
@@ -69,7 +70,7 @@ class OffboardTarget:
             return
         if now - self._published_at < RESTED:
             session.send_statustext(
-                text.WARNING, f"An aircraft takes a target every {RESTED:g} s, and follows no stream", now
+                statustext.WARNING, f"An aircraft takes a target every {RESTED:g} s, and follows no stream", now
             )
             return
         self._published_at = now
@@ -89,7 +90,7 @@ class OffboardTarget:
 
         def judge(outcome: PlanReply) -> None:
             if not outcome.done:
-                session.send_statustext(text.WARNING, f"Cannot go there: {outcome.reason}", now)
+                session.send_statustext(statustext.WARNING, f"Cannot go there: {outcome.reason}", now)
 
         control.plans.start(sequential_plan("goto", [leg, stay]), judge, now)
 
@@ -116,7 +117,7 @@ class OffboardTarget:
         if control.model.guided_plan != "follow":
             return
         if (self._streams or self._steers) and now - self._received_at > SILENCE:
-            control.send_statustext(text.WARNING, "No more targets: holding")
+            control.send_statustext(statustext.WARNING, "No more targets: holding")
             control.hold(now)
         elif now - self._published_at >= AGAIN:
             self._publish(now)
@@ -126,21 +127,21 @@ class OffboardTarget:
             self._published_at = now
             self._control.publish(self._reference)
 
-    def _reference_of(self, message: Received) -> imc.Reference:
-        """The reference of a target. Raises Refusal."""
+    def _reference_of(self, message: ReceivedMessage) -> imc.Reference:
+        """The reference of a target. Raises MissionError."""
         control, values = self._control, message.values
         settings, found = control.model.conversion_settings(), control.model.place()
         if values["type_mask"] & NO_POSITION:
-            raise Refusal(MissionResult.INVALID, "only positions are followed, no velocities or accelerations")
+            raise MissionError(MissionResult.INVALID, "only positions are followed, no velocities or accelerations")
         if found is None:
-            raise Refusal(MissionResult.ERROR, "the position is unknown")
+            raise MissionError(MissionResult.ERROR, "the position is unknown")
         if message.name == "SET_POSITION_TARGET_LOCAL_NED":
             lat, lon, frame, z = self._local(values, *found)
         else:
             lat, lon = (math.radians(values[name] * 1e-7) for name in ("lat_int", "lon_int"))
             frame, z = values["coordinate_frame"], values["alt"]
         if not (abs(lat) <= math.pi / 2 and abs(lon) <= math.pi and math.isfinite(z)):
-            raise Refusal(MissionResult.INVALID, "the position is not on earth")
+            raise MissionError(MissionResult.INVALID, "the position is not on earth")
         speed = 0.0
         if not values["type_mask"] & NO_VELOCITY:
             speed = math.hypot(values["vx"], values["vy"], values["vz"])
@@ -151,22 +152,24 @@ class OffboardTarget:
         control = self._control
         settings, found = control.model.conversion_settings(), control.model.place()
         if not settings.kind.afloat:
-            raise Refusal(MissionResult.UNSUPPORTED, "an aircraft does not follow attitudes here: send it to a place")
+            raise MissionError(
+                MissionResult.UNSUPPORTED, "an aircraft does not follow attitudes here: send it to a place"
+            )
         if values["type_mask"] & NO_ATTITUDE:
-            raise Refusal(MissionResult.INVALID, "only headings are followed, no rates alone")
+            raise MissionError(MissionResult.INVALID, "only headings are followed, no rates alone")
         w, x, y, z = values["q"]
         size, thrust = w * w + x * x + y * y + z * z, values["thrust"]
         if not 0.5 < size < 2.0:
-            raise Refusal(MissionResult.INVALID, "the attitude is no rotation")
+            raise MissionError(MissionResult.INVALID, "the attitude is no rotation")
         if found is None:
-            raise Refusal(MissionResult.ERROR, "the position is unknown")
+            raise MissionError(MissionResult.ERROR, "the position is unknown")
         place = found[1]
         began, altitude = self._level
         self._level = now, (altitude if now - began <= SILENCE else place.relative)
         speed, way = 0.0, AHEAD
         if not values["type_mask"] & NO_THROTTLE:
             if not 0.0 <= thrust <= 1.0:
-                raise Refusal(MissionResult.INVALID, f"a thrust of {thrust:g} is not within 0 to 1")
+                raise MissionError(MissionResult.INVALID, f"a thrust of {thrust:g} is not within 0 to 1")
             fastest = settings.fastest if math.isfinite(settings.fastest) else control.model.speed
             speed, way = thrust * fastest, AHEAD if thrust else 0.0
         heading = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
@@ -174,12 +177,12 @@ class OffboardTarget:
         return self._to(lat, lon, RELATIVE, min(0.0, self._level[1]), speed)
 
     def _to(self, lat: float, lon: float, frame: int, z: float, speed: float) -> imc.Reference:
-        """The reference of a place; a speed of 0 is the usual one. Raises Refusal."""
+        """The reference of a place; a speed of 0 is the usual one. Raises MissionError."""
         control, settings = self._control, self._control.model.conversion_settings()
         level = settings.level(frame, z)
         speed = control.model.speed if speed == 0.0 else speed
         if not 0.0 < speed <= settings.fastest:
-            raise Refusal(MissionResult.INVALID, f"{speed:g} m/s is no speed of the vehicle")
+            raise MissionError(MissionResult.INVALID, f"{speed:g} m/s is no speed of the vehicle")
         return imc.Reference(
             flags=Has.LOCATION | Has.SPEED | Has.Z | Has.DIRECT,
             lat=lat,
@@ -189,18 +192,18 @@ class OffboardTarget:
         )
 
     def _local(
-        self, values: dict[str, Any], state: imc.EstimatedState, place: from_imc.Position
+        self, values: dict[str, Any], state: imc.EstimatedState, place: positions.GlobalPosition
     ) -> tuple[float, float, int, float]:
         """Latitude, longitude, frame and altitude of a target in meters from home or from the vehicle."""
         north, east, down, kind = (values[name] for name in ("x", "y", "z", "coordinate_frame"))
         home = self._control.model.home
         if not all(map(math.isfinite, (north, east, down))) or home is None:
-            raise Refusal(MissionResult.INVALID, "the position is not a number")
+            raise MissionError(MissionResult.INVALID, "the position is not a number")
         if kind in (BODY, BODY_OFFSET):
             c, s = math.cos(state.psi), math.sin(state.psi)
             north, east = c * north - s * east, s * north + c * east
         elif kind not in (LOCAL, LOCAL_OFFSET):
-            raise Refusal(MissionResult.UNSUPPORTED_FRAME, f"frame {kind} has no meaning for a target")
+            raise MissionError(MissionResult.UNSUPPORTED_FRAME, f"frame {kind} has no meaning for a target")
         if kind == LOCAL:
             lat, lon, _ = wgs84.displace(home.lat, home.lon, 0.0, north, east)
             return lat, lon, RELATIVE, -down

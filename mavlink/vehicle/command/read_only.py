@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Mapping
 
-from mavlink import Received, text
+from mavlink import ReceivedMessage, statustext
 from mavlink.missions import MissionResult
 from mavlink.vehicle.mission import acknowledge
 from mavlink.vehicle.session import Session
 
 
-def refuse(session: Session, message: Received, reason: str, now: float) -> bool:
+def refuse(session: Session, message: ReceivedMessage, reason: str, now: float) -> bool:
     """Whether a message is an order that is refused now; orders by COMMAND_LONG and COMMAND_INT are none here."""
     answer = REFUSED.get(message.name)
     if not reason or (answer is None and message.name not in STEERING):
@@ -16,20 +16,20 @@ def refuse(session: Session, message: Received, reason: str, now: float) -> bool
     if answer is None:
         return True  # a stick is sent many times a second: the refused mode was told
     answer(session, message)
-    session.send_statustext(text.WARNING, reason, now)
+    session.send_statustext(statustext.WARNING, reason, now)
     return True
 
 
-def _deny(session: Session, message: Received) -> None:
+def _deny(session: Session, message: ReceivedMessage) -> None:
     acknowledge(session, message, MissionResult.DENIED)
 
 
-def _only_text(session: Session, message: Received) -> None:
+def _only_text(session: Session, message: ReceivedMessage) -> None:
     pass  # these have no answer but a text
 
 
 STEERING = frozenset(("MANUAL_CONTROL", "RC_CHANNELS_OVERRIDE"))
-REFUSED: Mapping[str, Callable[[Session, Received], object]] = {
+REFUSED: Mapping[str, Callable[[Session, ReceivedMessage], object]] = {
     **dict.fromkeys(("MISSION_COUNT", "MISSION_WRITE_PARTIAL_LIST", "MISSION_CLEAR_ALL"), _deny),
     **dict.fromkeys(("SET_MODE", "MISSION_SET_CURRENT", "SET_ATTITUDE_TARGET"), _only_text),
     **dict.fromkeys(("SET_POSITION_TARGET_GLOBAL_INT", "SET_POSITION_TARGET_LOCAL_NED"), _only_text),

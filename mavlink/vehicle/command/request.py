@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
-from mavlink import Received
+from mavlink import ReceivedMessage
 
 REPEATED = 10.0  # s in which the same order again means that the answer was lost
 TAKEOFF = 22  # MAV_CMD_NAV_TAKEOFF, which would be denied in the air; MAVSDK repeats it without counting
@@ -59,7 +59,7 @@ class CommandRequest(NamedTuple):
         return math.radians(self.params[4] * scale), math.radians(self.params[5] * scale)
 
 
-def parse_command(message: Received, finish: Finish) -> CommandRequest:
+def parse_command(message: ReceivedMessage, finish: Finish) -> CommandRequest:
     """The order in COMMAND_LONG or COMMAND_INT."""
     values = message.values
     whole = message.name == "COMMAND_INT"
@@ -79,13 +79,13 @@ class PendingCommand:
     Only one that is not finished at `impatient` is told to be in progress: MAVSDK takes that for "busy" in many cases.
     """
 
-    message: Received
+    message: ReceivedMessage
     until: float
     progress_due: float
     number: int
     reply: CommandResult | None = None
 
-    def is_repeated_by(self, message: Received, number: int, now: float) -> bool:
+    def is_repeated_by(self, message: ReceivedMessage, number: int, now: float) -> bool:
         """Whether a message gives the same order again; `number` is that of the last order of all."""
         if _meaning(message) != _meaning(self.message):
             return False
@@ -97,7 +97,7 @@ class PendingCommand:
         return again and self.number == number and now < self.until
 
 
-def _meaning(message: Received) -> tuple[object, ...]:
+def _meaning(message: ReceivedMessage) -> tuple[object, ...]:
     """What an order says, bit by bit, without the count of its repetitions."""
     values = {**message.values, "confirmation": 0}
     return message.name, message.definition.pack(values)

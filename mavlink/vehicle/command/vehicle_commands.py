@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, from_imc, moving
-from mavlink.missions import Command, first_item
+from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, is_moving, positions
+from mavlink.missions import MissionCommand, first_item
 from mavlink.vehicle.command.guided_commands import (
     GLOBAL,
     NO_PLACE,
@@ -56,7 +56,7 @@ def set_mode(
             control.hold(now, lambda _: finish(DONE))
             mode = Mode.HOLD  # in ArduPilot's GUIDED mode a vehicle holds until it gets a place
         case Mode.MANUAL if (
-            control.model.guided_plan or not moving(control.model.latest.vehicle)
+            control.model.guided_plan or not is_moving(control.model.latest.vehicle)
         ) and not control.model.airborne:
             if control.model.guided_plan:
                 control.plans.stop(now)
@@ -106,7 +106,7 @@ def _arm(targets: CommandTargets, session: Session, order: CommandRequest, now: 
         return CommandResult(MavResult.DENIED, f"Arming denied: {control.model.prearm_failure}")
     if not wish and control.model.airborne:
         return CommandResult(MavResult.DENIED, "Disarming denied: the vehicle is in the air")
-    if not wish and moving(control.model.latest.vehicle):
+    if not wish and is_moving(control.model.latest.vehicle):
         if not force and control.model.mode is not Mode.HOLD:
             return CommandResult(MavResult.DENIED, "Disarming denied: the vehicle is executing a maneuver")
         control.plans.stop(now)
@@ -182,7 +182,7 @@ def _waypoint(targets: CommandTargets, session: Session, order: CommandRequest, 
 
 def _loiter(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
     params = [*order.params[:4], *order.place, order.params[6]]
-    return execute_item(targets.control, Command(order.command), params, order.frame, order.finish, now)
+    return execute_item(targets.control, MissionCommand(order.command), params, order.frame, order.finish, now)
 
 
 def _set_relay(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult:
@@ -252,7 +252,7 @@ def _set_home(targets: CommandTargets, session: Session, order: CommandRequest, 
         altitude += here.altitude - here.relative
     elif order.frame is not None and order.frame not in GLOBAL_FRAMES:
         return CommandResult(MavResult.UNSUPPORTED_FRAME, f"Home denied: frame {order.frame} has no meaning for it")
-    home = from_imc.home_at(lat, lon, altitude, afloat=control.model.kind.afloat, undulation=control.model.undulation)
+    home = positions.home_at(lat, lon, altitude, afloat=control.model.kind.afloat, undulation=control.model.undulation)
     if home is None:
         return CommandResult(MavResult.DENIED, "Home denied: it has no latitude, longitude and altitude on earth")
     away = math.hypot(*wgs84.displacement(here.lat, here.lon, 0.0, lat, lon, 0.0))

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import imc
-from mavlink import Mode, moving, text
+from mavlink import Mode, is_moving, statustext
 from mavlink.vehicle.arming_checks import WORKING
 from mavlink.vehicle.mission import MissionStore, OnReply, PlanClient, PlanReply, sequential_plan
 from mavlink.vehicle.model import VehicleModel
@@ -43,7 +43,7 @@ class VehicleControl:
         model = self.model
         vehicle = model.latest.vehicle
         able = vehicle is not None and vehicle.op_mode in WORKING
-        holds = model.mode is Mode.HOLD and moving(vehicle)
+        holds = model.mode is Mode.HOLD and is_moving(vehicle)
         model.held = True
         if not able or holds or not (model.armed_or_moving or model.is_submerged):
             then(PlanReply(True))
@@ -53,7 +53,7 @@ class VehicleControl:
             if outcome.done:
                 then(outcome)
             else:
-                self.send_statustext(text.WARNING, f"Cannot hold, stopping: {outcome.reason}")
+                self.send_statustext(statustext.WARNING, f"Cannot hold, stopping: {outcome.reason}")
                 self.plans.stop(now, then)
 
         station = model.station()
@@ -67,4 +67,4 @@ class VehicleControl:
         abort = imc.Abort(dst=self._port.imc_id)
         self._port.publish(abort)
         self.model.update(abort, "", now)  # a task does not hear itself
-        self.send_statustext(text.EMERGENCY, "Abort")
+        self.send_statustext(statustext.EMERGENCY, "Abort")

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from functools import partial
 from weakref import WeakKeyDictionary
 
-from mavlink import Received, text
+from mavlink import ReceivedMessage, statustext
 from mavlink.missions import first_item
 from mavlink.vehicle.files.ftp_server import FtpServer
 from mavlink.vehicle.files.log_server import LogServer
@@ -22,14 +22,14 @@ class FileAndLogTransfer(MavlinkService):
     def __init__(self, files: VirtualFiles) -> None:
         self._files = FtpServer(files)
         self._logs = LogServer(files, LOGS)
-        self._readers: WeakKeyDictionary[Session, dict[tuple[int, int], Received]] = WeakKeyDictionary()
+        self._readers: WeakKeyDictionary[Session, dict[tuple[int, int], ReceivedMessage]] = WeakKeyDictionary()
 
     @property
     def handlers(self) -> Mapping[str, Handler]:
         requests = ("FILE_TRANSFER_PROTOCOL", "LOG_REQUEST_LIST", "LOG_REQUEST_DATA", "LOG_REQUEST_END")
         return {**dict.fromkeys(requests, self.receive), "LOG_ERASE": self._erase}
 
-    def receive(self, session: Session, message: Received, now: float) -> None:
+    def receive(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """Answer a request for a file or log, or begin to."""
         asker = session, message.system, message.component
         if message.name == "FILE_TRANSFER_PROTOCOL":
@@ -70,8 +70,8 @@ class FileAndLogTransfer(MavlinkService):
                 del readers[reader]
         return bool(readers)
 
-    def _erase(self, session: Session, message: Received, now: float) -> None:
-        session.send_statustext(text.WARNING, "Logs are not erased by ground stations", now)
+    def _erase(self, session: Session, message: ReceivedMessage, now: float) -> None:
+        session.send_statustext(statustext.WARNING, "Logs are not erased by ground stations", now)
 
     def _is_busy(self, asker: Asker) -> bool:
         return self._files.is_busy(asker) or self._logs.is_busy(asker)

@@ -5,10 +5,10 @@ from enum import IntEnum
 
 import imc
 from autonomy.plans import remaining_plan
-from mavlink import FLAVOURS, Flavour
+from mavlink import FLAVORS, Flavor
 from mavlink.missions import (
     Item,
-    Table,
+    ItemMap,
     area_of,
     fence_of,
     first_item,
@@ -60,14 +60,14 @@ class MissionStore:
         self._reach = reach
         self._items: list[Item] = []
         self._home: Item | None = None
-        self._table = Table()
+        self._item_map = ItemMap()
         self._maneuver = ""
         self._next: str | None = None
         self._fetched = ""
         self._phase = Phase.BLOCKED
         self._is_old = False  # the vehicle still flies what was the mission before
 
-    def items(self, flavor: Flavour) -> list[Item]:
+    def items(self, flavor: Flavor) -> list[Item]:
         """The items for stations of a flavor, as they were uploaded."""
         home = self._home or home_item(self._settings().home)
         return ([home] * first_item(flavor) if self.plan is not None else []) + self._items
@@ -77,11 +77,11 @@ class MissionStore:
         limits = self._limits.message
         return [] if limits is None else fence_of(limits)
 
-    def id(self, flavor: Flavour) -> int:
+    def id(self, flavor: Flavor) -> int:
         """The opaque id, 0 for no mission."""
         return opaque_id(self.items(flavor)) if self.plan is not None else 0
 
-    def put_items(self, items: Sequence[Item], flavor: Flavour, then: OnReply, now: float) -> None:
+    def put_items(self, items: Sequence[Item], flavor: Flavor, then: OnReply, now: float) -> None:
         """Make uploaded items the mission, once the database has its plan. Raises BadItem."""
         first = first_item(flavor)
         if not items[first:]:
@@ -91,7 +91,7 @@ class MissionStore:
 
         def adopt(outcome: PlanReply) -> None:
             if outcome.done:
-                self._replace(converted.plan, list(items[first:]), converted.table.moved(-first))
+                self._replace(converted.plan, list(items[first:]), converted.item_map.renumbered(-first))
                 self._home = items[0] if first else None
             then(outcome)
 
@@ -118,7 +118,7 @@ class MissionStore:
         if number is None and self.state is MissionState.ACTIVE:
             then(PlanReply(True))
             return
-        maneuver = self._next if number is None else self._table.maneuver_at(number)
+        maneuver = self._next if number is None else self._item_map.maneuver_at(number)
         plan = self.plan
         if number is not None and maneuver is None:
             then(PlanReply(False, f"no item from {number} on moves the vehicle"))
@@ -135,7 +135,7 @@ class MissionStore:
 
     def set_current(self, number: int, then: OnReply, now: float) -> bool:
         """Go on at an item: now, or when the mission is started; False if from there on no item moves the vehicle."""
-        maneuver = self._table.maneuver_at(number) if 0 <= number < len(self._items) else None
+        maneuver = self._item_map.maneuver_at(number) if 0 <= number < len(self._items) else None
         if self.plan is None or maneuver is None:
             return False
         if self.state is MissionState.ACTIVE:
@@ -206,37 +206,37 @@ class MissionStore:
     def _fetch(self, plan_id: str, now: float, *, changed: bool = False) -> None:
         def adopt(outcome: PlanReply) -> None:
             if isinstance(outcome.arg, imc.PlanSpecification) and outcome.arg != self.plan:
-                listing = items_of(outcome.arg, FLAVOURS["generic"], self._settings())
-                (self._replace if changed else self._adopt)(outcome.arg, listing.items, listing.table)
+                listing = items_of(outcome.arg, FLAVORS["generic"], self._settings())
+                (self._replace if changed else self._adopt)(outcome.arg, listing.items, listing.item_map)
 
         self._plans.fetch(plan_id, adopt, now)
 
     def _is_ours(self, plan_id: str) -> bool:
         return self.plan is not None and plan_id in (self.plan.plan_id, self.plan.plan_id + REST_SUFFIX)
 
-    def _replace(self, plan: imc.PlanSpecification, items: list[Item], table: Table) -> None:
+    def _replace(self, plan: imc.PlanSpecification, items: list[Item], table: ItemMap) -> None:
         """Take another mission, also while the vehicle flies the one before: it goes on with that until it is told."""
         flies = self.state is MissionState.ACTIVE or self._is_old
         self._adopt(plan, items, table)
         self._is_old = flies
 
-    def _adopt(self, plan: imc.PlanSpecification, items: list[Item], table: Table) -> None:
+    def _adopt(self, plan: imc.PlanSpecification, items: list[Item], table: ItemMap) -> None:
         self._forget()
-        self.plan, self._items, self._table = plan, items, table
+        self.plan, self._items, self._item_map = plan, items, table
         self.state = MissionState.NOT_STARTED
 
     def _forget(self) -> None:
-        self.plan, self._items, self._table, self._home = None, [], Table(), None
+        self.plan, self._items, self._item_map, self._home = None, [], ItemMap(), None
         self.state, self.current, self._maneuver, self._next = MissionState.NO_MISSION, 0, "", None
 
     def _follow(self, maneuver: str) -> None:
         if not maneuver or maneuver == self._maneuver:
             return
-        over = [*self._table.done(self._maneuver), *self._table.begun(maneuver)]
+        over = [*self._item_map.items_done(self._maneuver), *self._item_map.items_begun(maneuver)]
         self._maneuver = maneuver
         if over:
             self._reach(over)
-        at = self._table.current(maneuver)
+        at = self._item_map.current_item(maneuver)
         self.current = self.current if at is None else at
 
     def _interrupt(self) -> None:
@@ -253,7 +253,7 @@ class MissionStore:
 
     def _end(self, plan: imc.PlanControlState) -> None:
         if plan.last_outcome == Ended.SUCCESS:
-            over = self._table.done(self._maneuver)
+            over = self._item_map.items_done(self._maneuver)
             self.state, self._maneuver, self._next = MissionState.COMPLETE, "", None
             if over:
                 self._reach(over)

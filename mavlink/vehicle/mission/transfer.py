@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from mavlink import Received, text
+from mavlink import ReceivedMessage, statustext
 from mavlink.missions import MOST_ITEMS, BadItem, Item, MissionResult, MissionType, first_item
 from mavlink.vehicle.mission.plan_client import PlanReply
 from mavlink.vehicle.mission.store import MissionStore
@@ -23,7 +23,7 @@ class Upload:
     """Items on their way from a station: `items` has those before `end` that are known already or have come."""
 
     session: Session
-    message: Received
+    message: ReceivedMessage
     kind: int
     items: list[Item]
     begin: int
@@ -101,7 +101,7 @@ class MissionTransfer(MavlinkService):
             if upload.tries > RETRIES:
                 self._finish(upload, MissionResult.OPERATION_CANCELLED, now)
                 upload.session.send_statustext(
-                    text.WARNING, f"Mission upload ended: item {len(upload.items)} did not come", now
+                    statustext.WARNING, f"Mission upload ended: item {len(upload.items)} did not come", now
                 )
             else:
                 self._ask(upload, now)
@@ -117,7 +117,7 @@ class MissionTransfer(MavlinkService):
             return self.mission.items(session.flavor)
         return self.mission.fence() if kind == MissionType.FENCE else ()
 
-    def _serve(self, handler: Handler, session: Session, message: Received, now: float) -> None:
+    def _serve(self, handler: Handler, session: Session, message: ReceivedMessage, now: float) -> None:
         """A station that goes on has got its answer, and could take an echo for the next one."""
         echo = self._echo
         if echo is not None and (echo.upload.session, echo.upload.asker) == (
@@ -127,7 +127,7 @@ class MissionTransfer(MavlinkService):
             self._echo = None
         handler(session, message, now)
 
-    def _list(self, session: Session, message: Received, now: float) -> None:
+    def _list(self, session: Session, message: ReceivedMessage, now: float) -> None:
         kind = message.values["mission_type"]
         if kind not in (*STORED, MissionType.RALLY):
             acknowledge(session, message, MissionResult.UNSUPPORTED)
@@ -136,7 +136,7 @@ class MissionTransfer(MavlinkService):
         id = self.mission.id(session.flavor) if kind == MissionType.MISSION else 0
         session.reply(message, "MISSION_COUNT", count=count, mission_type=kind, opaque_id=id)
 
-    def _request(self, session: Session, message: Received, now: float) -> None:
+    def _request(self, session: Session, message: ReceivedMessage, now: float) -> None:
         kind: int = message.values["mission_type"]
         seq: int = message.values["seq"]
         items = self.items(kind, session)
@@ -149,7 +149,7 @@ class MissionTransfer(MavlinkService):
         else:
             session.reply(message, "MISSION_ITEM_INT", **item.fields(seq))
 
-    def _count(self, session: Session, message: Received, now: float) -> None:
+    def _count(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """A station wants to upload; the same one may begin again at any time."""
         kind, count = message.values["mission_type"], message.values["count"]
         if kind not in STORED:
@@ -159,11 +159,11 @@ class MissionTransfer(MavlinkService):
             acknowledge(session, message, MissionResult.DENIED)
         elif count > MOST_ITEMS:
             acknowledge(session, message, MissionResult.NO_SPACE)
-            session.send_statustext(text.WARNING, f"A mission has at most {MOST_ITEMS} items, not {count}", now)
+            session.send_statustext(statustext.WARNING, f"A mission has at most {MOST_ITEMS} items, not {count}", now)
         else:
             self._begin(Upload(session, message, kind, [], 0, count, now), now)
 
-    def _write_part(self, session: Session, message: Received, now: float) -> None:
+    def _write_part(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """A station replaces some of the items."""
         kind, begin, end = (message.values[name] for name in ("mission_type", "start_index", "end_index"))
         items = list(self.items(kind, session))
@@ -178,7 +178,7 @@ class MissionTransfer(MavlinkService):
             upload = Upload(session, message, kind, items[:begin], begin, end + 1, now, tail=items[end + 1 :])
             self._begin(upload, now)
 
-    def _item(self, session: Session, message: Received, now: float) -> None:
+    def _item(self, session: Session, message: ReceivedMessage, now: float) -> None:
         kind, seq, asker = message.values["mission_type"], message.values["seq"], (message.system, message.component)
         upload = self._uploads.get(kind)
         if upload is None or upload.session is not session or upload.asker != asker:
@@ -207,7 +207,7 @@ class MissionTransfer(MavlinkService):
         upload.tries = 0
         self._continue(upload, now)
 
-    def _acknowledged(self, session: Session, message: Received, now: float) -> None:
+    def _acknowledged(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """A station that sends an error ends its upload; acknowledgments of downloads need no answer."""
         upload = self._uploads.get(message.values["mission_type"])
         asker = message.system, message.component
@@ -215,7 +215,7 @@ class MissionTransfer(MavlinkService):
         if mine and message.values["type"] != MissionResult.ACCEPTED:
             del self._uploads[message.values["mission_type"]]
 
-    def _clear(self, session: Session, message: Received, now: float) -> None:
+    def _clear(self, session: Session, message: ReceivedMessage, now: float) -> None:
         kind = message.values["mission_type"]
         if kind not in (*STORED, MissionType.RALLY, MissionType.ALL):
             acknowledge(session, message, MissionResult.UNSUPPORTED)
@@ -230,19 +230,19 @@ class MissionTransfer(MavlinkService):
         else:
             acknowledge(session, message, MissionResult.ACCEPTED)
 
-    def _set_current(self, session: Session, message: Received, now: float) -> None:
+    def _set_current(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """The older form of MAV_CMD_DO_SET_MISSION_CURRENT, which has no acknowledgment."""
         seq = message.values["seq"]
 
         def judge(outcome: PlanReply) -> None:
             if not outcome.done:
-                session.send_statustext(text.WARNING, f"Cannot go on at item {seq}: {outcome.reason}", now)
+                session.send_statustext(statustext.WARNING, f"Cannot go on at item {seq}: {outcome.reason}", now)
 
         if not self.mission.set_current(number_of(seq, session), judge, now):
-            session.send_statustext(text.WARNING, f"No item from {seq} on moves the vehicle", now)
+            session.send_statustext(statustext.WARNING, f"No item from {seq} on moves the vehicle", now)
         session.send_now("MISSION_CURRENT", now)
 
-    def _is_busy(self, session: Session, message: Received, kind: int) -> bool:
+    def _is_busy(self, session: Session, message: ReceivedMessage, kind: int) -> bool:
         upload = self._uploads.get(kind)
         if upload is None:
             return False
@@ -271,7 +271,7 @@ class MissionTransfer(MavlinkService):
 
     def _stored(self, upload: Upload, outcome: PlanReply, now: float) -> None:
         self._finish(upload, MissionResult.ACCEPTED if outcome.done else MissionResult.ERROR, now)
-        say = partial(upload.session.send_statustext, text.WARNING, now=now)
+        say = partial(upload.session.send_statustext, statustext.WARNING, now=now)
         if not outcome.done:
             say(f"Mission refused: {outcome.reason}")
         elif self.mission.is_obsolete:
@@ -286,7 +286,7 @@ class MissionTransfer(MavlinkService):
 
     def _refuse(self, upload: Upload, bad: BadItem, now: float) -> None:
         self._finish(upload, bad.result, now)
-        upload.session.send_statustext(text.WARNING, f"Mission refused: {bad}", now)
+        upload.session.send_statustext(statustext.WARNING, f"Mission refused: {bad}", now)
 
     def _finish(self, upload: Upload, result: int, now: float) -> None:
         if self._uploads.get(upload.kind) is not upload:
@@ -312,7 +312,7 @@ def number_of(seq: int, session: Session) -> int:
     return max(0, seq - first_item(session.flavor)) if seq >= 0 else seq
 
 
-def acknowledge(session: Session, message: Received, result: int, id: int = 0) -> None:
+def acknowledge(session: Session, message: ReceivedMessage, result: int, id: int = 0) -> None:
     """Send MISSION_ACK."""
     kind = message.values["mission_type"]
     session.reply(message, "MISSION_ACK", type=result, mission_type=kind, opaque_id=id)

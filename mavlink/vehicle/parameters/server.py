@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
 import imc
-from mavlink import Received, text
+from mavlink import ReceivedMessage, statustext
 from mavlink.vehicle.parameters.table import DOES_NOT_EXIST, ParameterEntry, ParameterRefusal, ParameterTable
 from mavlink.vehicle.ports import VehiclePort
 from mavlink.vehicle.service import Handler, MavlinkService
@@ -62,10 +62,10 @@ class ParameterServer(MavlinkService):
         # As bytes: those of an integer may be a signaling NaN, which packing as a float would change.
         session.send_payload("PARAM_VALUE", entry.encoded(session.flavor) + payload[4:])
 
-    def _list(self, session: Session, message: Received, now: float) -> None:
+    def _list(self, session: Session, message: ReceivedMessage, now: float) -> None:
         session.send_list([partial(self._send, session, entry) for entry in self._table], now)
 
-    def _read(self, session: Session, message: Received, now: float) -> None:
+    def _read(self, session: Session, message: ReceivedMessage, now: float) -> None:
         index, name = message.values["param_index"], message.values["param_id"]
         entry = self._table.named(name) if index == -1 else self._table.at(index)
         if entry is not None:
@@ -73,7 +73,7 @@ class ParameterServer(MavlinkService):
         else:
             session.reply(message, "PARAM_ERROR", param_id=name, param_index=index, error=DOES_NOT_EXIST)
 
-    def _set(self, session: Session, message: Received, now: float) -> None:
+    def _set(self, session: Session, message: ReceivedMessage, now: float) -> None:
         name = message.values["param_id"]
         entry = self._table.named(name)
         if entry is None:
@@ -84,7 +84,7 @@ class ParameterServer(MavlinkService):
         except ParameterRefusal as refusal:
             session.reply(message, "PARAM_ERROR", param_id=name, param_index=entry.index, error=refusal.code)
             self._send(session, entry)
-            session.send_statustext(text.WARNING, f"{entry.view.label}, {entry.parameter.name}: {refusal}", now)
+            session.send_statustext(statustext.WARNING, f"{entry.view.label}, {entry.parameter.name}: {refusal}", now)
             return
         self._port.set_parameter(entry.view.label, entry.parameter.name, wanted)
         self._pending.setdefault(entry.id, (now + SET_TIMEOUT, entry))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mavlink import Flavour
+from mavlink import Flavor
 from mavlink.vehicle.parameters.names import parameter_ids
 from mavlink.vehicle.ports import ParameterDeclaration, ParameterView
 
@@ -49,13 +49,13 @@ class ParameterEntry:
             return self.parameter.choices.index(value)
         return value if self.type == REAL32 else max(LOWEST, min(HIGHEST, int(value)))
 
-    def encoded(self, flavor: Flavour) -> bytes:
+    def encoded(self, flavor: Flavor) -> bytes:
         """The four bytes of PARAM_VALUE.param_value: an integer's own bytes, or the float nearest to it."""
         if self.type == INT32 and flavor.bytewise:
             return struct.pack("<i", self.value)
         return np.float32(self.value).astype("<f4").tobytes()
 
-    def text(self, raw: bytes, kind: int, flavor: Flavour) -> str:
+    def text(self, raw: bytes, kind: int, flavor: Flavor) -> str:
         """The four bytes of PARAM_SET.param_value, of type `kind`, as written in a profile. Raises ParameterRefusal."""
         if flavor.bytewise and kind != self.type:
             raise ParameterRefusal(TYPE_MISMATCH, f"type {kind} instead of {self.type}")

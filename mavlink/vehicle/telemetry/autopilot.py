@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from mavlink import Dialect, Fields, Flavour, Received
+from mavlink import Dialect, Fields, Flavor, ReceivedMessage
 from mavlink.vehicle.model import AUTOPILOT
 from mavlink.vehicle.service import Handler, MavlinkService
 from mavlink.vehicle.session import Session
@@ -33,7 +33,7 @@ class AutopilotTelemetry:
     def offers(self, name: str) -> bool:
         return name in STREAMS
 
-    def fields(self, name: str, flavor: Flavour, now: float, number: int = 0) -> Sequence[Fields]:
+    def fields(self, name: str, flavor: Flavor, now: float, number: int = 0) -> Sequence[Fields]:
         return STREAMS[name].instances(self.sources, flavor, now, number)
 
 
@@ -44,7 +44,7 @@ class StreamService(MavlinkService):
     def handlers(self) -> Mapping[str, Handler]:
         return {"REQUEST_DATA_STREAM": self._request}
 
-    def _request(self, session: Session, message: Received, now: float) -> None:
+    def _request(self, session: Session, message: ReceivedMessage, now: float) -> None:
         values = message.values
         group, rate = values["req_stream_id"], values["req_message_rate"] if values["start_stop"] else 0
         for name, stream in STREAMS.items():

@@ -3,54 +3,55 @@
 import math
 
 import imc
-from mavlink import Fields, Flavour, from_imc, instruments
+from mavlink import Fields, Flavor
+from mavlink.translate import from_imc, sensors_from_imc
 from mavlink.vehicle.telemetry.sources import TelemetrySources
 from support import wgs84
 
 
-def gps_raw(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def gps_raw(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     fix = model.latest.get(imc.GpsFix)
-    return instruments.gps_raw(fix, model.last_fix, model.undulation) if fix is not None else None
+    return sensors_from_imc.gps_raw(fix, model.last_fix, model.undulation) if fix is not None else None
 
 
-def attitude(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def attitude(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     state = model.latest.state
     return from_imc.attitude(state, model.time(state)) if state is not None else None
 
 
-def attitude_quaternion(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def attitude_quaternion(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     state = model.latest.state
-    return instruments.attitude_quaternion(state, model.time(state)) if state is not None else None
+    return sensors_from_imc.attitude_quaternion(state, model.time(state)) if state is not None else None
 
 
-def global_position(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def global_position(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     found = model.place()
     return from_imc.global_position(*found, model.time(found[0])) if found else None
 
 
-def local_position(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def local_position(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     found = model.place()
     return from_imc.local_position(*found, model.home, model.time(found[0])) if found and model.home else None
 
 
-def vfr_hud(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def vfr_hud(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     found = model.place()
     return from_imc.hud(*found, model.latest.airspeed, model.latest.throttle) if found else None
 
 
-def altitude(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def altitude(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     found = model.place()
-    return instruments.altitude(*found, model.home) if found and model.home else None
+    return sensors_from_imc.altitude(*found, model.home) if found and model.home else None
 
 
-def path_control(sources: TelemetrySources, flavor: Flavour, now: float) -> Fields | None:
+def path_control(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields | None:
     model = sources.model
     path, found = model.latest.get(imc.PathControlState), model.place()
     if path is None or found is None:
@@ -63,28 +64,28 @@ def path_control(sources: TelemetrySources, flavor: Flavour, now: float) -> Fiel
     if not all(map(math.isfinite, (north, east, path.course_error, path.y, state.phi, state.theta, state.psi))):
         return None
     bearing = math.atan2(east, north), math.hypot(north, east)
-    return instruments.path_control(path, state, bearing, (path.z, 0.0))
+    return sensors_from_imc.path_control(path, state, bearing, (path.z, 0.0))
 
 
-def estimator_status(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def estimator_status(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     uncertainty = model.latest.get(imc.NavigationUncertainty)
     if uncertainty is None:
         return None
-    return instruments.estimator_status(uncertainty, located=model.located, time=now)
+    return sensors_from_imc.estimator_status(uncertainty, located=model.located, time=now)
 
 
-def water_depth(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def water_depth(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     found = model.place()
-    return instruments.water_depth(*found, model.time(found[0])) if found and model.kind.afloat else None
+    return sensors_from_imc.water_depth(*found, model.time(found[0])) if found and model.kind.afloat else None
 
 
-def home_position(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def home_position(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     return from_imc.home_position(model.home, now) if model.home else None
 
 
-def global_origin(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def global_origin(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     return from_imc.global_origin(model.home, now) if model.home else None

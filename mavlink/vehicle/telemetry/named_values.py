@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import imc
 from imc.schema import message_named
-from mavlink import Fields, instruments
+from mavlink import Fields
+from mavlink.translate import sensors_from_imc
 from mavlink.vehicle.latest_values import LatestValues
 
 LONGEST = 10  # bytes of a name
@@ -27,7 +28,7 @@ class NamedValue(NamedTuple):
         found = values.by_entity(self.kind)
         message = found.get(self.label) if self.label else next(reversed(found.values()), None)
         value = float(getattr(message, self.field)) if message is not None else math.nan
-        return instruments.named_value(self.name, value, now, boot) if math.isfinite(value) else None
+        return sensors_from_imc.named_value(self.name, value, now, boot) if math.isfinite(value) else None
 
 
 def parse_named_value(text: str) -> NamedValue:

@@ -4,14 +4,15 @@ import math
 from collections.abc import Sequence
 
 import imc
-from mavlink import Fields, Flavour, from_imc, instruments
+from mavlink import Fields, Flavor
+from mavlink.translate import from_imc, sensors_from_imc
 from mavlink.vehicle.latest_values import value_of
 from mavlink.vehicle.telemetry.sources import TelemetrySources
 
 MOST_BATTERIES = 16
 
 
-def batteries(sources: TelemetrySources, _: Flavour, now: float) -> Sequence[Fields]:
+def batteries(sources: TelemetrySources, _: Flavor, now: float) -> Sequence[Fields]:
     """One for each entity that measures a voltage; those of batteries, if there are any."""
     model = sources.model
     values = model.latest
@@ -19,7 +20,7 @@ def batteries(sources: TelemetrySources, _: Flavour, now: float) -> Sequence[Fie
     temperatures = values.by_entity(imc.Temperature)
     labels = sorted(label for label in voltages if model.latest.is_battery(label))[:MOST_BATTERIES]
     return [
-        instruments.battery(
+        sensors_from_imc.battery(
             number,
             voltages[label].value,
             value_of(currents.get(label)),
@@ -30,11 +31,11 @@ def batteries(sources: TelemetrySources, _: Flavour, now: float) -> Sequence[Fie
     ]
 
 
-def air_pressure(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def air_pressure(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     return _pressure(sources, now, deep=False)
 
 
-def water_pressure(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
+def water_pressure(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     return _pressure(sources, now, deep=True)
 
 
@@ -46,17 +47,17 @@ def _pressure(sources: TelemetrySources, now: float, *, deep: bool) -> Fields | 
         return None
     label, latest = found[-1]
     warm = value_of(model.latest.by_entity(imc.Temperature).get(label))
-    return instruments.pressure(latest.value, warm, from_imc.boot_ms(now, model.boot))
+    return sensors_from_imc.pressure(latest.value, warm, from_imc.boot_ms(now, model.boot))
 
 
-def distance_sensors(sources: TelemetrySources, _: Flavour, now: float) -> Sequence[Fields]:
+def distance_sensors(sources: TelemetrySources, _: Flavor, now: float) -> Sequence[Fields]:
     """The altitude above the bottom or ground, and what is ahead."""
     model = sources.model
     state, time = model.latest.state, from_imc.boot_ms(now, model.boot)
-    found = [instruments.distance(state.alt, instruments.DOWN, 0, time)] if state is not None else []
+    found = [sensors_from_imc.distance(state.alt, sensors_from_imc.DOWN, 0, time)] if state is not None else []
     ahead = [m for label, m in model.latest.by_entity(imc.Distance).items() if "Echo Sounder" in label]
     valid = [m.value for m in ahead if m.validity == imc.Distance.Validity.VALID]
-    found += [instruments.distance(value, instruments.FORWARD, 1, time) for value in valid[-1:]]
+    found += [sensors_from_imc.distance(value, sensors_from_imc.FORWARD, 1, time) for value in valid[-1:]]
     return [fields for fields in found if fields is not None]
 
 
@@ -65,9 +66,9 @@ def _inertial(sources: TelemetrySources) -> list[imc.Message | None]:
     return [values.get(imc.Acceleration), values.get(imc.AngularVelocity), values.get(imc.MagneticField)]
 
 
-def raw_imu(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
-    return instruments.raw_imu(_inertial(sources), now)
+def raw_imu(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
+    return sensors_from_imc.raw_imu(_inertial(sources), now)
 
 
-def highres_imu(sources: TelemetrySources, _: Flavour, now: float) -> Fields | None:
-    return instruments.highres_imu(_inertial(sources), now)
+def highres_imu(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
+    return sensors_from_imc.highres_imu(_inertial(sources), now)

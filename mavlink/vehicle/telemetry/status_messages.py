@@ -4,15 +4,16 @@ from collections.abc import Sequence
 from zlib import crc32
 
 import imc
-from mavlink import ARMED, CUSTOM_MODE, Fields, Flavour, Mode, from_imc, instruments
+from mavlink import ARMED, CUSTOM_MODE, Fields, Flavor, Mode
 from mavlink.missions import first_item, opaque_id
+from mavlink.translate import from_imc, sensors_from_imc
 from mavlink.vehicle.latest_values import value_of
 from mavlink.vehicle.telemetry.sources import TelemetrySources
 
 NO_MISSION = 0xFFFF
 
 
-def heartbeat(sources: TelemetrySources, flavor: Flavour, now: float) -> Fields:
+def heartbeat(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
     model = sources.model
     mode = model.mode
     armed = ARMED if model.armed_or_moving else 0
@@ -26,7 +27,7 @@ def heartbeat(sources: TelemetrySources, flavor: Flavour, now: float) -> Fields:
     }
 
 
-def sys_status(sources: TelemetrySources, _: Flavour, now: float) -> Fields:
+def sys_status(sources: TelemetrySources, _: Flavor, now: float) -> Fields:
     model = sources.model
     bits = _sensors(sources)
     load = value_of(model.latest.get(imc.CpuUsage))
@@ -37,10 +38,12 @@ def _sensors(sources: TelemetrySources) -> tuple[int, int]:
     """The bits of what the vehicle has, and of what is well."""
     model = sources.model
     states = [(entity.label, entity.state) for entity in model.entities() if entity.stateful]
-    return from_imc.sensors(states, located=model.located, fenced=model.inside_fence, ready=not model.prearm_failure)
+    return from_imc.sensor_bits(
+        states, located=model.located, fenced=model.inside_fence, ready=not model.prearm_failure
+    )
 
 
-def system_time(sources: TelemetrySources, _: Flavour, now: float) -> Fields:
+def system_time(sources: TelemetrySources, _: Flavor, now: float) -> Fields:
     model = sources.model
     return {
         "time_unix_usec": round(model.utc(now) * 1e6),
@@ -48,7 +51,7 @@ def system_time(sources: TelemetrySources, _: Flavour, now: float) -> Fields:
     }
 
 
-def mission_current(sources: TelemetrySources, flavor: Flavour, now: float) -> Fields:
+def mission_current(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
     mission, zero = sources.mission, first_item(flavor)
     exists = mission.plan is not None
     return {
@@ -61,7 +64,7 @@ def mission_current(sources: TelemetrySources, flavor: Flavour, now: float) -> F
     }
 
 
-def extended_state(sources: TelemetrySources, _: Flavour, now: float) -> Fields:
+def extended_state(sources: TelemetrySources, _: Flavor, now: float) -> Fields:
     model = sources.model
     medium = model.latest.get(imc.VehicleMedium)
     if model.kind.afloat or model.latest.motors_running is None:
@@ -72,13 +75,13 @@ def extended_state(sources: TelemetrySources, _: Flavour, now: float) -> Fields:
     return from_imc.flying_state(model.latest.motors_running, rises=rises, lands=lands)
 
 
-def named_values(sources: TelemetrySources, _: Flavour, now: float) -> Sequence[Fields]:
+def named_values(sources: TelemetrySources, _: Flavor, now: float) -> Sequence[Fields]:
     model = sources.model
     found = (value.fields(model.latest, now, model.boot) for value in sources.named_values)
     return [fields for fields in found if fields is not None]
 
 
-def available_modes(sources: TelemetrySources, flavor: Flavour, now: float) -> Sequence[Fields]:
+def available_modes(sources: TelemetrySources, flavor: Flavor, now: float) -> Sequence[Fields]:
     model = sources.model
     modes = flavor.modes(model.kind)
     return [
@@ -94,34 +97,36 @@ def available_modes(sources: TelemetrySources, flavor: Flavour, now: float) -> S
     ]
 
 
-def modes_monitor(sources: TelemetrySources, flavor: Flavour, now: float) -> Fields:
+def modes_monitor(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
     """A checksum instead of a count: it also differs after a restart with other modes."""
     return {"seq": crc32(repr(available_modes(sources, flavor, now)).encode()) & 0xFF}
 
 
-def current_mode(sources: TelemetrySources, flavor: Flavour, now: float) -> Fields:
+def current_mode(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
     model = sources.model
     number, intended = model.custom_mode(flavor), model.intended_mode(flavor)
     return {"standard_mode": model.mode.standard, "custom_mode": number, "intended_custom_mode": intended}
 
 
-def high_latency(sources: TelemetrySources, flavor: Flavour, now: float) -> Fields:
+def high_latency(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
     model = sources.model
     state, place = model.place() or (None, None)
-    measured = instruments.high_latency(state, place, model.latest.airspeed, model.latest.throttle, model.latest.fuel)
+    measured = sensors_from_imc.high_latency(
+        state, place, model.latest.airspeed, model.latest.throttle, model.latest.fuel
+    )
     number = model.custom_mode(flavor)
     return {
         "timestamp": from_imc.boot_ms(now, model.boot),
         "type": model.kind.type,
         "autopilot": flavor.autopilot,
         "custom_mode": number if number <= 0xFFFF else number >> 16,  # PX4's modes are in the upper half
-        "failure_flags": from_imc.failures(_sensors(sources)),
+        "failure_flags": from_imc.failure_bits(_sensors(sources)),
         "wp_num": mission_current(sources, flavor, now)["seq"],
         **measured,
     }
 
 
-def autopilot_version(sources: TelemetrySources, flavor: Flavour, now: float) -> Fields:
+def autopilot_version(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
     model = sources.model
     return {
         "capabilities": flavor.capabilities(model.kind),
@@ -131,10 +136,10 @@ def autopilot_version(sources: TelemetrySources, flavor: Flavour, now: float) ->
     }
 
 
-def component_metadata(sources: TelemetrySources, flavor: Flavour, now: float) -> Fields:
+def component_metadata(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
     about = sources.metadata
     return {"time_boot_ms": from_imc.boot_ms(now, sources.model.boot), "file_crc": about.crc, "uri": about.uri.encode()}
 
 
-def protocol_version(sources: TelemetrySources, flavor: Flavour, now: float) -> Fields:
+def protocol_version(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
     return {"version": 200, "min_version": 100, "max_version": 200}

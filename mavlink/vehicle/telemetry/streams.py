@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-from mavlink import Fields, Flavour
+from mavlink import Fields, Flavor
 from mavlink.vehicle.telemetry import motion_messages as motion
 from mavlink.vehicle.telemetry import sensor_messages as sensors
 from mavlink.vehicle.telemetry import status_messages as status
@@ -25,11 +25,11 @@ class MessageStream(NamedTuple):
     rate: float | str
     group: int
     sources: str
-    build: Callable[[TelemetrySources, Flavour, float], Built]
+    build: Callable[[TelemetrySources, Flavor, float], Built]
     low: float = 0.0
     numbered: str = ""
 
-    def instances(self, sources: TelemetrySources, flavor: Flavour, now: float, number: int = 0) -> Sequence[Fields]:
+    def instances(self, sources: TelemetrySources, flavor: Flavor, now: float, number: int = 0) -> Sequence[Fields]:
         """The fields of all messages that can be sent now, or of the one with a number (from 1)."""
         built = self.build(sources, flavor, now)
         found = () if built is None else (built,) if isinstance(built, Mapping) else built

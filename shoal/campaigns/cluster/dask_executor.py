@@ -212,7 +212,7 @@ class DaskExecutor:
         try:
             there = self._client.scheduler_info()["workers"]
         except Exception as error:
-            raise self._gone(one_line(error)) from None
+            raise self._scheduler_lost(one_line(error)) from None
         for at in [at for at in self._workers if at not in there]:
             self._drop(at)
         self._refused = {at: why for at, why in self._refused.items() if at in there}
@@ -280,9 +280,9 @@ class DaskExecutor:
 
     def _check(self) -> None:
         if self._client.status != "running":
-            raise self._gone("the connection is lost")
+            raise self._scheduler_lost("the connection is lost")
 
-    def _gone(self, why: str) -> OSError:
+    def _scheduler_lost(self, why: str) -> OSError:
         return OSError(f"the scheduler at {self._address} has gone away: {why}; what is done stays")
 
 

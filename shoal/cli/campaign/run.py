@@ -107,7 +107,7 @@ def run(
                     wall_limit=wall_limit,
                     shard=shard,
                     on=on or "",
-                    on_progress=bar.tell,
+                    on_progress=bar.show,
                     on_notice=bar.note,
                 )
         except KeyboardInterrupt:
@@ -150,7 +150,7 @@ class _Bar:
     def note(self, words: str) -> None:
         self.progress.console.print(f"note: {printable(words)}", markup=False, highlight=False, soft_wrap=True)
 
-    def tell(self, data: CampaignResults) -> None:
+    def show(self, data: CampaignResults) -> None:
         now = time.monotonic()
         if self._is_first and data.rows:
             done = format_count(len(data.rows), "run was", "runs were")

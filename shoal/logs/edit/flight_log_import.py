@@ -6,7 +6,8 @@ from typing import Protocol
 
 import imc
 from imc.lsf import ReportProgress
-from mavlink import Flight, Record, dataflash, from_dataflash, from_ulog, load_dialect, ulog
+from mavlink import LogRecord, dataflash, load_dialect, ulog
+from mavlink.translate import DataFlashTranslator, LoggedFlight, ULogTranslator, survey_dataflash, survey_ulog
 from shoal.logs.edit.imported_log import (
     CONVERSION_ERRORS,
     ImportReport,
@@ -25,13 +26,13 @@ class _FlightLog(Protocol):
     first_lost: int
     records: int
 
-    def read(self, names: frozenset[str]) -> Iterator[Record]: ...
+    def read(self, names: frozenset[str]) -> Iterator[LogRecord]: ...
 
 
 class _Translator(Protocol):
     @property
-    def kinds(self) -> frozenset[str]: ...
-    def hear(self, record: Record) -> Iterator[tuple[str, imc.Message]]: ...
+    def record_names(self) -> frozenset[str]: ...
+    def translate(self, record: LogRecord) -> Iterator[tuple[str, imc.Message]]: ...
     def finish(self, time: float) -> Iterator[tuple[str, imc.Message]]: ...
 
 
@@ -44,16 +45,16 @@ def import_dataflash(
     the autopilot, and a note says so. Raises NothingToImport, OSError.
     """
     log = dataflash.DataFlash(path)
-    flight = from_dataflash.survey(log)
-    translator = from_dataflash.DataFlashTranslator(flight, load_dialect().enumerations)
+    flight = survey_dataflash(log)
+    translator = DataFlashTranslator(flight, load_dialect().enumerations)
     return _import(log, flight, translator, folder, system, progress)
 
 
 def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportProgress = lambda _: None) -> ImportReport:
     """The same for a ULog file of PX4. Raises BadULog too."""
     log = ulog.ULog(path)
-    flight = from_ulog.survey(log)
-    translator = from_ulog.ULogTranslator(flight)
+    flight = survey_ulog(log)
+    translator = ULogTranslator(flight)
     done = _import(log, flight, translator, folder, system, progress)
     if translator.dropped:
         done.notes.append(f"{path}: the autopilot missed {translator.dropped:.1f} s of its own log")
@@ -61,18 +62,18 @@ def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportProg
 
 
 def _import(
-    log: _FlightLog, flight: Flight, translator: _Translator, folder: Path, system: str, progress: ReportProgress
+    log: _FlightLog, flight: LoggedFlight, translator: _Translator, folder: Path, system: str, progress: ReportProgress
 ) -> ImportReport:
     writer = open_writer(folder)
     skipped = SkippedRecords()
     last = 0.0
     try:
         vehicle = SystemLogWriter(writer, system or f"mavlink-{flight.system}", log.path.stem)
-        for count, record in enumerate(log.read(translator.kinds)):
+        for count, record in enumerate(log.read(translator.record_names)):
             time = record.time + (flight.start or 0.0)
             vehicle.write_preamble(time, flight.system_type, flight.system)
             try:
-                vehicle.write(translator.hear(record))
+                vehicle.write(translator.translate(record))
             except CONVERSION_ERRORS:
                 skipped.count(record.name, time)
             last = time

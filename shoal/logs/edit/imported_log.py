@@ -10,7 +10,7 @@ import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from imc.discovery import Service
 from imc.lsf import LsfWriter, packed_schema
-from mavlink import ENTITIES
+from mavlink.translate import ENTITIES
 from runtime.profile import derived_id, load_profile, own_etc
 
 

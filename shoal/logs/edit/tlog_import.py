@@ -4,16 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from imc.lsf import ReportProgress
-from mavlink import (
-    AUTOPILOT_NONE,
-    GROUND_STATION,
-    AutopilotTranslator,
-    Dialect,
-    DialogueTranslator,
-    Received,
-    Tlog,
-    load_dialect,
-)
+from mavlink import AUTOPILOT_NONE, GROUND_STATION, Dialect, ReceivedMessage, Tlog, load_dialect
+from mavlink.translate import AutopilotTranslator, TransactionTranslator
 from shoal.logs.edit.imported_log import (
     CONVERSION_ERRORS,
     ImportReport,
@@ -31,16 +23,16 @@ class _ImportedSystem:
     number: int
     log: SystemLogWriter
     translator: AutopilotTranslator
-    dialogues: DialogueTranslator
+    transactions: TransactionTranslator
     skipped: SkippedRecords
 
-    def receive(self, message: Received, time: float) -> None:
+    def translate(self, message: ReceivedMessage, time: float) -> None:
         self.log.write_preamble(time, self.translator.system_type, self.number)
-        for translator in (self.translator, self.dialogues):
-            ours = translator is self.dialogues or message.component == AUTOPILOT
-            if ours and message.name in translator.kinds:
+        for translator in (self.translator, self.transactions):
+            ours = translator is self.transactions or message.component == AUTOPILOT
+            if ours and message.name in translator.message_names:
                 try:
-                    self.log.write(translator.hear(message, time))
+                    self.log.write(translator.translate(message, time))
                 except CONVERSION_ERRORS:
                     self.skipped.count(message.name, time)
 
@@ -62,24 +54,26 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportProg
         systems: dict[int, _ImportedSystem] = {}
         for number, (kind, autopilot) in kinds.items():
             name = system if system and not systems else f"mavlink-{number}"
-            dialogues = DialogueTranslator(dialect, number, kind, autopilot)
+            transactions = TransactionTranslator(dialect, number, kind, autopilot)
             translator = AutopilotTranslator(dialect, kind)
             systems[number] = _ImportedSystem(
-                number, SystemLogWriter(writer, name, path.stem), translator, dialogues, skipped
+                number, SystemLogWriter(writer, name, path.stem), translator, transactions, skipped
             )
-        wanted = frozenset[str]().union(*(heard.translator.kinds | heard.dialogues.kinds for heard in systems.values()))
+        wanted = frozenset[str]().union(
+            *(heard.translator.message_names | heard.transactions.message_names for heard in systems.values())
+        )
         for number, (time, message) in enumerate(tlog.read(wanted)):
             heard = systems.get(message.system)
             if heard is not None and message.component == AUTOPILOT:
-                heard.receive(message, time)
+                heard.translate(message, time)
                 last = time
             asked = systems.get(message.values.get("target_system", 0)) if heard is None else None
             if asked is not None and asked.log.count:  # a station has told it something
-                asked.receive(message, time)
+                asked.translate(message, time)
             if number % 1000 == 0:
                 progress(tlog.position / tlog.size)
         for heard in systems.values():
-            heard.log.write(heard.dialogues.finish(last))
+            heard.log.write(heard.transactions.finish(last))
             heard.log.stop(last)
     finally:
         writer.close()

@@ -6,22 +6,36 @@ from pathlib import Path
 
 import imc
 from autonomy.control import EnabledLoops
-from mavlink import ARMED, ENTITIES, Fields, Received, Signing, SigningTime, load_dialect, read_key, system_of
+from mavlink import ARMED, Fields, ReceivedMessage, Signing, SigningTime, load_dialect, read_key, system_of
+from mavlink.autopilot import (
+    CRITICAL,
+    NAVIGATION,
+    PX4,
+    ArrivalTolerance,
+    AutopilotConnection,
+    GuidedGoal,
+    Leg,
+    LegProgress,
+    MissionClient,
+    MissionMap,
+    MissionWriter,
+    ModeController,
+    OnResult,
+    SensorHealth,
+    Telemetry,
+    describe_health,
+    gps_input_fields,
+    height_above_home,
+    is_usable_fix,
+    landing_approach,
+    message_rates,
+    steered_vehicle,
+    usbl_fix,
+)
+from mavlink.translate import ENTITIES
 from runtime import ParameterError, State, Task, consume, expect, param, periodic
 from runtime.vehicle import general_number
-from tasks.control.autopilot.address import open_device, parse_place
-from tasks.control.autopilot.aiding import fix_of, gps_input, is_usable
-from tasks.control.autopilot.connection import Connection, rates_of
-from tasks.control.autopilot.health import CRITICAL, NAVIGATION, Health, in_words
-from tasks.control.autopilot.hearing import Hearing
-from tasks.control.autopilot.kinds import PX4, body_of
-from tasks.control.autopilot.leg import Leg, Reach, height_above_home
-from tasks.control.autopilot.memory import Memory
-from tasks.control.autopilot.mission import Writer, approach
-from tasks.control.autopilot.orders import Then
-from tasks.control.autopilot.pilot import Errand, Pilot
-from tasks.control.autopilot.planbook import PlanBook
-from tasks.control.autopilot.progress import Progress
+from tasks.control.autopilot.device import open_device, parse_address
 
 Loops = imc.CLoopsMask
 Status = imc.ArmingState.State
@@ -92,8 +106,8 @@ class MAVLink(Task):
 
     def configure(self) -> None:
         try:
-            self._place = parse_place(self.address)
-            self._key = read_key(Path(self._place.key).expanduser()) if self._place.key else b""
+            self._where = parse_address(self.address)
+            self._key = read_key(Path(self._where.key).expanduser()) if self._where.key else b""
         except (ValueError, OSError, RuntimeError) as error:
             raise ParameterError("Address", str(error)) from None
         self._parts = {label: self.reserve(label) for label in (PATH_CONTROL, *ENTITIES[1:])}
@@ -101,117 +115,121 @@ class MAVLink(Task):
 
     def start(self) -> None:
         dialect = load_dialect()
-        self._hearing = Hearing(dialect, self.geoid_undulation, STALE * self.input_timeout)
-        self._condition = Health(self._mark)
+        self._telemetry = Telemetry(dialect, self.geoid_undulation, STALE * self.input_timeout)
+        self._sensors = SensorHealth(self._show)
         self._loops = EnabledLoops(Loops.PATH)
         self._limit = math.inf
         self._beaten = self._asked = -math.inf
         self._lost = self._critical = False
         self._wind: imc.EstimatedStreamVelocity | None = None
-        self._progress = Progress()
-        self.device = open_device(self, self._place, self.hear)
-        self.connection = Connection(
+        self._progress = LegProgress()
+        self.device = open_device(self, self._where, self.receive)
+        self.connection = AutopilotConnection(
             dialect,
             self.device,
             self.log.warning,
             self.autopilot_id,
             own=system_of(self.system),
-            datagrams=self._place.scheme.startswith("udp"),
+            datagrams=self._where.scheme.startswith("udp"),
             signing=Signing(self._key, SigningTime(lambda: self.now)) if self._key else None,
         )
-        memory = Memory(self.connection.send)
-        self._book = PlanBook(memory, uploads=self.uploads)
-        self.pilot = Pilot(
-            self._command, self.connection.send, self.log.warning, lambda: self._hearing.why(self.now), memory
+        missions = MissionClient(self.connection.send)
+        self._mission_map = MissionMap(missions, uploads=self.uploads)
+        self.controller = ModeController(
+            self._send_command,
+            self.connection.send,
+            self.log.warning,
+            lambda: self._telemetry.reason(self.now),
+            missions,
         )
         self.set_entity_state(State.BOOT, f"waiting for an autopilot at {self.address}")
 
-    def hear(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """Take bytes from the autopilot, and from whoever else is on the link."""
-        for message in self.connection.hear(data, self.now):
-            self._take(message)
+        for message in self.connection.receive(data, self.now):
+            self._dispatch(message)
 
-    def _take(self, message: Received) -> None:
+    def _dispatch(self, message: ReceivedMessage) -> None:
         name, values = message.name, message.values
         if name == "HEARTBEAT":
             self.note_beat(values)
         elif name == "COMMAND_ACK":
             if self.connection.is_for_us(message):
-                self.connection.orders.hear(values["command"], values["result"], self.now)
+                self.connection.commands.receive(values["command"], values["result"], self.now)
         elif name == "TIMESYNC":
-            if values["tc1"] > 0 and self.connection.asked_time(values["ts1"]):
-                self._hearing.clock.compare(values["ts1"] / 1e9, values["tc1"] / 1e9, self.now)
+            if values["tc1"] > 0 and self.connection.is_our_timesync(values["ts1"]):
+                self._telemetry.clock.synchronize(values["ts1"] / 1e9, values["tc1"] / 1e9, self.now)
         elif name == "EXTENDED_SYS_STATE":
-            self.pilot.landed_state = values["landed_state"]
+            self.controller.landed_state = values["landed_state"]
         elif name == "SYS_STATUS":
-            self._condition.hear(values)
+            self._sensors.receive(values)
         elif name.startswith("MISSION_") and ("target_system" not in values or self.connection.is_for_us(message)):
-            self.pilot.memory.hear(name, values, self.now)
+            self.controller.missions.receive(name, values, self.now)
         self._translate(message)
 
     @expect(every="input_timeout")
     def note_beat(self, values: Mapping[str, int]) -> None:
         """Take a HEARTBEAT: mode and arming."""
-        pilot, first = self.pilot, self._beaten == -math.inf
+        controller, first = self.controller, self._beaten == -math.inf
         if first:
             offboard = self.px4_guidance == "offboard"
-            pilot.body = body_of(values["autopilot"], values["type"], offboard=offboard)
-            pilot.memory.first = 0 if values["autopilot"] == PX4 else 1
-            self._hearing.meet(values["type"], flies=pilot.body is not None and pilot.body.flies)
-            self.log.info(f"the autopilot is {self.connection.system}: {pilot.body.name if pilot.body else 'unknown'}")
-        before = pilot.mode, pilot.armed
+            vehicle = controller.vehicle = steered_vehicle(values["autopilot"], values["type"], offboard=offboard)
+            controller.missions.first = 0 if values["autopilot"] == PX4 else 1
+            self._telemetry.set_vehicle(values["type"], flies=vehicle is not None and vehicle.flies)
+            self.log.info(f"the autopilot is {self.connection.system}: {vehicle.name if vehicle else 'unknown'}")
+        before = controller.mode, controller.armed
         self._beaten = self.now
-        pilot.mode, pilot.armed = values["custom_mode"], bool(values["base_mode"] & ARMED)
+        controller.mode, controller.armed = values["custom_mode"], bool(values["base_mode"] & ARMED)
         self._critical = values["system_status"] in CRITICAL
         if first or self._lost:
             self._lost = False
-            pilot.meet(pilot.mode, pilot.armed, self.now)
-            self.connection.compare_clocks(self.now_ns)
-            self._ask()
-        self.publish(imc.ArmingState(state=Status.ARMED if pilot.armed else Status.DISARMED))
-        if before != (pilot.mode, pilot.armed):
-            self._act()
+            controller.on_connected(controller.mode, controller.armed, self.now)
+            self.connection.send_timesync(self.now_ns)
+            self._request_messages()
+        self.publish(imc.ArmingState(state=Status.ARMED if controller.armed else Status.DISARMED))
+        if before != (controller.mode, controller.armed):
+            self._control()
 
-    def _translate(self, message: Received) -> None:
-        restarts = self._hearing.restarts
-        for label, said in self._hearing.take(message, self.now):
+    def _translate(self, message: ReceivedMessage) -> None:
+        restarts = self._telemetry.restarts
+        for label, said in self._telemetry.receive(message, self.now):
             entity = self.entity if label == ENTITIES[0] else self._parts.get(label)
             if entity is None:
                 continue
             self.publish(said, keep_time=True, entity=entity)
             if isinstance(said, imc.EstimatedState):
-                self._condition.navigate()
+                self._sensors.on_state()
                 self._steer()
             elif isinstance(said, imc.EstimatedStreamVelocity):
                 self._wind = said
-        if self._hearing.restarts > restarts:
+        if self._telemetry.restarts > restarts:
             self.log.warning("the autopilot has started anew")
-            self._book.forget()
-            self._ask()
-        if doubt := self._hearing.doubt():
+            self._mission_map.reset()
+            self._request_messages()
+        if doubt := self._telemetry.geoid_warning():
             self.log.warning(doubt)
 
     def _steer(self) -> None:
         """See how far the vehicle has come."""
-        pilot, at = self.pilot, self._hearing.at
-        pilot.at = at
-        leg = pilot.leg
+        controller, at = self.controller, self._telemetry.position
+        controller.position = at
+        leg = controller.leg
         if leg is None or at is None:
             return
-        reach = Reach(self.near_radius, self.height_tolerance)
-        done = leg.item is not None and pilot.memory.is_past(leg.item)
-        arrived, report = self._progress.look(leg, at, reach, self.now, done=done, waits=pilot.waits)
+        reach = ArrivalTolerance(self.near_radius, self.height_tolerance)
+        done = leg.item is not None and controller.missions.is_past(leg.item)
+        arrived, report = self._progress.update(leg, at, reach, self.now, done=done, waits=controller.is_waiting)
         if self._progress.error:
-            pilot.refuse(self._progress.error)
+            controller.fail(self._progress.error)
         if arrived:
-            self._act()
+            self._control()
         if report is not None:
             self.publish(report)
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
         if self._loops.receive(loops) and not self._loops.mask:
-            self.pilot.release(self.now)
+            self.controller.release(self.now)
 
     @consume
     def limit(self, limits: imc.OperationalLimits) -> None:
@@ -221,38 +239,38 @@ class MAVLink(Task):
     @consume
     def begin(self, path: imc.DesiredPath) -> None:
         """Follow a path."""
-        pilot = self.pilot
+        controller = self.controller
         if not self._loops.mask:
             return
-        if pilot.body is None or pilot.at is None:
-            pilot.refuse("the autopilot is unknown, or its position is")
+        if controller.vehicle is None or controller.position is None:
+            controller.fail("the autopilot is unknown, or its position is")
             return
-        body, at = pilot.body, pilot.at
+        vehicle, at = controller.vehicle, controller.position
         try:
-            height = height_above_home(path, at, self.geoid_undulation, flies=body.flies, dives=body.dives)
+            height = height_above_home(path, at, self.geoid_undulation, flies=vehicle.flies, dives=vehicle.dives)
             leg = Leg(path, at, min(height, self._highest, self._limit))
-            self._book.find(leg, self._writer, self.now, roams=body.roams)
-            pilot.follow(leg, self.now)
+            self._mission_map.assign_item(leg, self._writer, self.now, roams=vehicle.roams)
+            controller.follow(leg, self.now)
         except ValueError as error:
-            pilot.refuse(str(error))
+            controller.fail(str(error))
             return
-        self._progress.begin(self.now)
+        self._progress.restart(self.now)
         self.publish(imc.DesiredSpeed(value=path.speed, speed_units=path.speed_units))
         self.publish(imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
 
     @consume
     def remember(self, plan: imc.PlanSpecification) -> None:
         """Put the plan that begins into the autopilot's memory."""
-        self._book.begin(plan, self._writer, self.now)
+        self._mission_map.upload_plan(plan, self._writer, self.now)
 
-    def _writer(self) -> Writer:
+    def _writer(self) -> MissionWriter:
         """Makes missions. Raises ValueError without a position."""
-        pilot = self.pilot
-        if pilot.body is None or pilot.at is None:
+        controller = self.controller
+        if controller.vehicle is None or controller.position is None:
             raise ValueError("the autopilot is unknown, or its position is")
         course = math.radians(self.landing_course) if self.landing_course >= 0.0 else None
-        final = approach(self.approach_length, self.approach_height, course, self._wind, pilot.at)
-        return Writer(pilot.body, pilot.at, self.geoid_undulation, final)
+        final = landing_approach(self.approach_length, self.approach_height, course, self._wind, controller.position)
+        return MissionWriter(controller.vehicle, controller.position, self.geoid_undulation, final)
 
     @consume
     def aid(self, fix: imc.GpsFix) -> None:
@@ -264,87 +282,87 @@ class MAVLink(Task):
     def aid_from_afar(self, fix: imc.UsblFixExtended) -> None:
         """Give it what a ship's USBL says of this vehicle."""
         if self.aiding_entity == USBL and fix.target == self.system_name:
-            self._aid(fix_of(fix, self.geoid_undulation))
+            self._aid(usbl_fix(fix, self.geoid_undulation))
 
     def _aid(self, fix: imc.GpsFix) -> None:
-        if self.connection.met and not self._lost and is_usable(fix):
-            self.connection.send("GPS_INPUT", gps_input(fix, self.geoid_undulation, self.now))
+        if self.connection.is_connected and not self._lost and is_usable_fix(fix):
+            self.connection.send("GPS_INPUT", gps_input_fields(fix, self.geoid_undulation, self.now))
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
         """End the flight; but one of the vehicle itself does not interrupt a pilot whom Shoal does not lead."""
-        if self.addressed(abort) and not (abort.src == self.system and self.pilot.errand is Errand.NONE):
+        if self.addressed(abort) and not (abort.src == self.system and self.controller.goal is GuidedGoal.NONE):
             self._loops.mask = 0
-            self.pilot.end(self.ending, self.now)
-            self._act()
+            self.controller.end_flight(self.ending, self.now)
+            self._control()
 
     @periodic(TICK)
     def work(self) -> None:
         """Do what is due, and judge how the autopilot is."""
-        self.connection.orders.look_after(self.now)
-        self.pilot.memory.look_after(self.now)
-        pilot = self.pilot
-        if self.connection.met and not self._lost and self.now - self._beaten > self.input_timeout:
-            self._lose()
-        idles = pilot.errand is Errand.HOLD and pilot.body is not None and pilot.body.flies and pilot.armed
-        if idles and 0.0 < self.idle_timeout < self.now - pilot.since:
+        self.connection.commands.tick(self.now)
+        self.controller.missions.tick(self.now)
+        controller, vehicle = self.controller, self.controller.vehicle
+        if self.connection.is_connected and not self._lost and self.now - self._beaten > self.input_timeout:
+            self._on_silence()
+        idles = controller.goal is GuidedGoal.HOLD and vehicle is not None and vehicle.flies and controller.armed
+        if idles and 0.0 < self.idle_timeout < self.now - controller.since:
             self.log.warning(f"no maneuver for {self.idle_timeout:g} s: {self.ending}")
-            pilot.end(self.ending, self.now)
-        self._act()
+            controller.end_flight(self.ending, self.now)
+        self._control()
 
     @periodic(1.0)
     def beat(self) -> None:
         """Tell that Shoal is there, compare the clocks, and ask again for what does not come."""
-        self.connection.beat()
-        if not self.connection.met or self._lost:
+        self.connection.send_heartbeat()
+        if not self.connection.is_connected or self._lost:
             return
-        self.connection.compare_clocks(self.now_ns)
-        if self._hearing.silent("SYS_STATUS", self.now, FORGOTTEN):
-            self._condition.forget()
-        missing = self._hearing.missing(self.now)
+        self.connection.send_timesync(self.now_ns)
+        if self._telemetry.is_silent("SYS_STATUS", self.now, FORGOTTEN):
+            self._sensors.expire()
+        missing = self._telemetry.missing(self.now)
         late = self.now - self._asked > REPEAT
         if missing and late:
-            self._ask()
+            self._request_messages()
         if missing:
-            self.pilot.at = None  # where it was is no place to steer from
+            self.controller.position = None  # where it was is no place to steer from
         if missing and (late or self._parts[NAVIGATION].state is State.NORMAL):
-            self._condition.miss(missing, self._hearing.patience)
+            self._sensors.on_states_missing(missing, self._telemetry.patience)
 
-    def _act(self) -> None:
-        """Let the pilot do what is next, and show how it is going."""
-        if self.connection.met and not self._lost:
-            self.pilot.step(self.now)
-            error = self.pilot.error
-            self._mark(PATH_CONTROL, State.ERROR if error else State.NORMAL, error or self.pilot.errand.name.lower())
+    def _control(self) -> None:
+        """Let the controller do what is next, and show how it is going."""
+        if self.connection.is_connected and not self._lost:
+            self.controller.tick(self.now)
+            error = self.controller.error
+            self._show(PATH_CONTROL, State.ERROR if error else State.NORMAL, error or self.controller.goal.name.lower())
             if self.device.is_open:
                 self.set_entity_state(*self._described())
 
     def _described(self) -> tuple[State, str]:
-        pilot, counts = self.pilot, {**self.connection.counts, "unsound": self._hearing.unsound}
-        name = pilot.body.name if pilot.body is not None else "unknown, cannot be steered"
-        return in_words(name, armed=pilot.armed, critical=self._critical, counts=counts)
+        controller, counts = self.controller, {**self.connection.counts, "unsound": self._telemetry.invalid}
+        name = controller.vehicle.name if controller.vehicle is not None else "unknown, cannot be steered"
+        return describe_health(name, armed=controller.armed, critical=self._critical, counts=counts)
 
-    def _lose(self) -> None:
+    def _on_silence(self) -> None:
         """The autopilot has fallen silent."""
         self._lost = True
-        self.pilot.lose(self.now)
-        self.connection.orders.forget()
-        self._book.forget()
+        self.controller.on_silence(self.now)
+        self.connection.commands.cancel()
+        self._mission_map.reset()
         words = f"no HEARTBEAT of the autopilot for {self.input_timeout:g} s"
         self.log.error(words)
         self.set_entity_state(State.ERROR, words)
         for label, entity in self._parts.items():
             if entity.stateful:
-                self._mark(label, State.ERROR, "the autopilot is silent")
+                self._show(label, State.ERROR, "the autopilot is silent")
 
-    def _ask(self) -> None:
+    def _request_messages(self) -> None:
         """Ask the autopilot for its messages."""
         self._asked = self.now
-        rates = rates_of(self.connection.autopilot, self.attitude_rate, self.position_rate, self.sensor_rate)
-        self.connection.ask_for(rates, self.now)
+        rates = message_rates(self.connection.autopilot, self.attitude_rate, self.position_rate, self.sensor_rate)
+        self.connection.request_messages(rates, self.now)
 
-    def _mark(self, label: str, state: State, words: str) -> None:
+    def _show(self, label: str, state: State, words: str) -> None:
         self.set_entity_state(state, words, entity=self._parts[label])
 
-    def _command(self, message: str, fields: Fields, then: Then) -> None:
-        self.connection.orders.give(message, fields, then, self.now, urgent=True)
+    def _send_command(self, message: str, fields: Fields, then: OnResult) -> None:
+        self.connection.commands.send(message, fields, then, self.now, urgent=True)

@@ -6,7 +6,7 @@ from typing import get_args
 
 import imc
 from imc.discovery import Service
-from mavlink import KINDS, SYSTEMS, Received
+from mavlink import KINDS, SYSTEMS, ReceivedMessage
 from mavlink.vehicle import SOON, LinkTraits, Session, ShownMessages, VehicleEndpoint
 from mavlink.vehicle.camera import parse_video
 from mavlink.vehicle.command import ACTIONS, parse_button, parse_light
@@ -172,7 +172,7 @@ class GroundLinks(Task):
         except ValueError:
             return math.inf
 
-    def receive(self, link: Link, peer: Peer, message: Received) -> None:
+    def receive(self, link: Link, peer: Peer, message: ReceivedMessage) -> None:
         """Let the vehicle answer a message of a peer."""
         self.endpoint.id_conflicts.receive(message, peer_name(peer), self.now)
         session = link.open_session(peer)

@@ -5,9 +5,10 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from mavlink import UNSIGNED, LinkUrl, Received, Signing, StreamSplitter, split, text
+from mavlink import UNSIGNED, LinkUrl, ReceivedMessage, Signing, StreamSplitter, split
 from mavlink.vehicle import DATAGRAM_BURST, DATAGRAMS_PER_SECOND, Session, VehicleEndpoint
 from runtime.devices import DeviceOwner
+from support.rate_limit import TokenBucket
 from tasks.transports.mavlink_links.signing_keys import SigningKeys
 
 Peer = tuple[Any, ...]
@@ -34,7 +35,7 @@ class LinkHost(DeviceOwner, Protocol):
         """A session with a new peer."""
         ...
 
-    def receive(self, link: "Link", peer: Peer, message: Received) -> None:
+    def receive(self, link: "Link", peer: Peer, message: ReceivedMessage) -> None:
         """Obey a message."""
         ...
 
@@ -58,7 +59,7 @@ class Link:
         self._host = host
         self._warned = False
         self._named: set[str] = set()
-        self._strangers = text.Tap(DATAGRAMS_PER_SECOND / host.speed, DATAGRAM_BURST, 0.0)
+        self._strangers = TokenBucket(DATAGRAMS_PER_SECOND / host.speed, DATAGRAM_BURST, 0.0)
 
     def open(self) -> None:
         """Open it; if that fails, the reason is logged once, and it may be called again."""
@@ -106,23 +107,23 @@ class Link:
         """
         session = self.sessions.get(peer)
         tap = self._strangers if session is None else session.bucket
-        if not tap.take(self._host.now, max(1.0, len(data) / LARGE)):
+        if not tap.try_acquire(self._host.now, max(1.0, len(data) / LARGE)):
             self._drop(peer, 1)
             return None
         found, damages = split(data, self._host.endpoint.dialect) if splitter is None else splitter.feed(data)
         self.counts["malformed"] += damages + (not data)
         return self.accept(peer, found, tap)
 
-    def accept(self, peer: Peer, messages: list[Received], tap: text.Tap) -> int:
+    def accept(self, peer: Peer, messages: list[ReceivedMessage], tap: TokenBucket) -> int:
         """Obey messages, except those that are not signed as they should be; returns how many there were."""
         good = 0
         for place, message in enumerate(messages):
             if not self.reaches(peer):
                 break  # it went while it was answered
-            if place and not tap.take(self._host.now):
+            if place and not tap.try_acquire(self._host.now):
                 self._drop(peer, len(messages) - place)
                 break
-            fault = self.signing.fault(message) if self.signing is not None else ""
+            fault = self.signing.reject_reason(message) if self.signing is not None else ""
             if fault and not (self.url.accepts_unsigned and fault == UNSIGNED):
                 self.counts[fault] += 1
                 continue

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import imc
 from imc.discovery import Services
 from imc.lsf import Log
-from mavlink import KINDS, Dialect, Flavour, Mode, from_imc, mode_number, system_of
+from mavlink import KINDS, Dialect, Flavor, Mode, mode_number, system_of
+from mavlink.translate import from_imc
 from mavlink.vehicle import (
     GUIDED_PLANS,
     VehicleEndpoint,
@@ -222,7 +223,7 @@ class LoggedVehicle(VehicleModel):
         name = self._mode_name
         return MODES.get(name, Mode.TELEOPERATION) if name else super().mode
 
-    def custom_mode(self, flavor: Flavour) -> int:
+    def custom_mode(self, flavor: Flavor) -> int:
         number = mode_number(self._mode_name, self.kind.type, flavor, self._enumerations)
         return super().custom_mode(flavor) if number is None else number
 

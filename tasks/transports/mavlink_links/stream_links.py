@@ -90,7 +90,7 @@ class StreamConnection:
     def tick(self) -> None:
         """Give up a frame that was not continued since the last call."""
         if self._splitter.waiting and self._splitter.passed == self._passed:
-            messages, damages = self._splitter.give_up()
+            messages, damages = self._splitter.flush()
             self._link.counts["malformed"] += damages
             self._link.accept(self._peer, messages, self._link.sessions[self._peer].bucket)
         self._passed = self._splitter.passed

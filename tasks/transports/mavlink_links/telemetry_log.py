@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import imc
-from mavlink import Dialect, Flavour, Received, encode, split
+from mavlink import Dialect, Flavor, ReceivedMessage, encode, split
 
 MIB = 1 << 20
 MOST_WAITING = 8 * MIB  # bytes of a file that wait while the disk refuses them
@@ -31,7 +31,7 @@ class TelemetryLogs:
         self._trouble = ""
 
     def sending(
-        self, flavor: Flavour, transmit: Callable[[bytes], object], now: Callable[[], float]
+        self, flavor: Flavor, transmit: Callable[[bytes], object], now: Callable[[], float]
     ) -> Callable[[bytes], object]:
         """A `transmit` that also records what it sends."""
 
@@ -45,7 +45,7 @@ class TelemetryLogs:
 
         return send
 
-    def receive(self, flavor: Flavour, message: Received, now: float) -> None:
+    def receive(self, flavor: Flavor, message: ReceivedMessage, now: float) -> None:
         """Record a received message."""
         if message.name != SECRET:
             parts = message.definition, message.payload, message.sequence, message.system, message.component
@@ -89,7 +89,7 @@ class TelemetryLogs:
         self.enter(None)
         self._stopped = True
 
-    def _add(self, flavor: Flavour, frame: bytes, now: float) -> None:
+    def _add(self, flavor: Flavor, frame: bytes, now: float) -> None:
         if self._stopped:
             return
         file = self._files.get(flavor.name)

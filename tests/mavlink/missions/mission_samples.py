@@ -7,24 +7,24 @@ from dataclasses import replace
 from hypothesis import strategies as st
 
 import imc
-from mavlink import FLAVOURS, KINDS
-from mavlink.from_imc import Home, degrees_e7
-from mavlink.missions import COMMANDS, Command, Item, MissionType, Settings, plan_of
+from mavlink import FLAVORS, KINDS
+from mavlink.missions import COMMANDS, ConversionContext, Item, MissionCommand, MissionType, plan_of
+from mavlink.positions import Home, degrees_e7
 
-C = Command
-PX4, ARDUPILOT = FLAVOURS["px4"], FLAVOURS["ardupilot"]
+C = MissionCommand
+PX4, ARDUPILOT = FLAVORS["px4"], FLAVORS["ardupilot"]
 NAN = math.nan
 LAT, LON = math.radians(41.185) + 3e-10, math.radians(-8.7062) - 3e-10  # between the positions that items have
 GROUND = 84.6  # m above the ellipsoid
 SEA = Home(LAT, LON, GROUND, 0.0)
 FIELD = Home(LAT, LON, GROUND, 30.0)  # m above mean sea level
-SUBMARINE = Settings(
+SUBMARINE = ConversionContext(
     KINDS["submarine"], SEA, speed=1.2, z=1.0, deepest=49.0, fastest=2.0, tightest=10.0, camera="Fisheye Camera",
     switch="Save Images",
 )  # fmt: skip
-BOAT = Settings(KINDS["boat"], SEA, speed=1.5, camera="Fisheye Camera", switch="Save Images")
-COPTER = Settings(KINDS["hexacopter"], FIELD, speed=5.0, z=10.0, highest=120.0, fastest=12.0, tightest=3.0)
-PLANE = Settings(KINDS["plane"], FIELD, speed=15.0, z=50.0)
+BOAT = ConversionContext(KINDS["boat"], SEA, speed=1.5, camera="Fisheye Camera", switch="Save Images")
+COPTER = ConversionContext(KINDS["hexacopter"], FIELD, speed=5.0, z=10.0, highest=120.0, fastest=12.0, tightest=3.0)
+PLANE = ConversionContext(KINDS["plane"], FIELD, speed=15.0, z=50.0)
 VEHICLES = {"submarine": SUBMARINE, "boat": BOAT, "copter": COPTER, "plane": PLANE}
 X, Y = degrees_e7(LAT), degrees_e7(LON)
 RELATIVE, ABSOLUTE, TERRAIN, BARE = 6, 5, 11, 2  # frames
@@ -42,12 +42,12 @@ def bare(command, *numbers):
 
 
 def waypoint(north, east=0, z=0.0, *numbers, frame=RELATIVE):
-    return item(Command.NAV_WAYPOINT, north, east, z, *numbers, frame=frame)
+    return item(MissionCommand.NAV_WAYPOINT, north, east, z, *numbers, frame=frame)
 
 
-def maneuvers(items, settings=SUBMARINE, flavour=PX4):
+def maneuvers(items, settings=SUBMARINE, flavor=PX4):
     """The maneuvers of a mission by name."""
-    return {m.maneuver_id: m.data for m in plan_of(items, flavour, settings).plan.maneuvers}
+    return {m.maneuver_id: m.data for m in plan_of(items, flavor, settings).plan.maneuvers}
 
 
 def nameless(plan):
@@ -149,4 +149,4 @@ def without_home(settings):
 
 def fence_corner(x, y, **fields):
     given = {"param1": 4.0, "mission_type": int(MissionType.FENCE), **fields}
-    return Item(0, int(given.pop("command", Command.NAV_FENCE_POLYGON_VERTEX_INCLUSION)), x=x, y=y, **given)
+    return Item(0, int(given.pop("command", MissionCommand.NAV_FENCE_POLYGON_VERTEX_INCLUSION)), x=x, y=y, **given)

@@ -8,13 +8,13 @@ import pytest
 from mission_samples import BOAT, COPTER, PLANE, PX4, SUBMARINE, item, waypoint
 
 import imc
-from mavlink.missions import COMMANDS, LISTED, MOST_ITEMS, BadItem, Command, MissionResult, items_of, plan_of
+from mavlink.missions import COMMANDS, MANEUVERS, MOST_ITEMS, BadItem, MissionCommand, MissionResult, items_of, plan_of
 
 PAGE = (Path(__file__).parents[3] / "docs/mavlink-missions.md").read_text()
 CRAFT = [replace(craft, camera="Camera", aloft=True) for craft in (SUBMARINE, BOAT, COPTER, PLANE)]
 NUMBERS = {
-    Command.NAV_LOITER_TIME: (5,), Command.NAV_LOITER_TURNS: (5,), Command.NAV_DELAY: (5,),
-    Command.CONDITION_DELAY: (5,), Command.DO_CHANGE_SPEED: (1, 1, -1),
+    MissionCommand.NAV_LOITER_TIME: (5,), MissionCommand.NAV_LOITER_TURNS: (5,), MissionCommand.NAV_DELAY: (5,),
+    MissionCommand.CONDITION_DELAY: (5,), MissionCommand.DO_CHANGE_SPEED: (1, 1, -1),
 }  # fmt: skip
 VARIANTS = {"": {}, "with a hold time": {"param1": 5.0}, "with a negative radius": {"param3": -20.0}}
 
@@ -37,7 +37,7 @@ def first_table():
 def made(command, variant, craft):
     """What the table should say."""
     z = 20.0 if craft.flies else 0.0
-    number = Command[command]
+    number = MissionCommand[command]
     sample = item(number, 20, 0, z, *NUMBERS.get(number, ()))
     if variant == "as the first item":
         before, craft = [], replace(craft, aloft=False)
@@ -57,7 +57,7 @@ def test_items_become_the_maneuvers_of_the_table(command, variant, cells):
 
 
 def test_all_commands_are_in_the_table():
-    assert {command for command, *_ in first_table()} == {Command(number).name for number in COMMANDS}
+    assert {command for command, *_ in first_table()} == {MissionCommand(number).name for number in COMMANDS}
 
 
 def test_frames_are_those_of_the_table():
@@ -88,7 +88,7 @@ SAMPLES = {
 def test_maneuvers_become_the_items_of_the_table():
     rows = table("maneuver")
     documented = {name for first, _ in rows for name in re.findall(r"`(\w+)`", first)}
-    assert documented == {kind.__name__ for kind in LISTED}
+    assert documented == {kind.__name__ for kind in MANEUVERS}
     for names, items in rows:
         for name in re.findall(r"`(\w+)`", names) or ["ScheduledGoto"]:
             kind = imc.builtin()[name]
@@ -96,7 +96,7 @@ def test_maneuvers_become_the_items_of_the_table():
             data = kind(**{k: v for k, v in {**PLACE, **SAMPLES.get(name, {})}.items() if k in fields})
             plan = imc.PlanSpecification(start_man_id="m", maneuvers=(imc.PlanManeuver(maneuver_id="m", data=data),))
             found = items_of(plan, PX4, SUBMARINE).items
-            assert {Command(each.command).name for each in found} == {re.findall(r"`(\w+)`", items)[0]}
+            assert {MissionCommand(each.command).name for each in found} == {re.findall(r"`(\w+)`", items)[0]}
 
 
 def test_results_and_numbers_are_those_of_the_code():

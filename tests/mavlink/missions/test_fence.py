@@ -10,7 +10,7 @@ from mission_samples import GARBAGE, LAT, LON, NAN, X, Y, fence_corner, packed
 
 import imc
 from autonomy.plans import PlanBounds, PlanGraph, PlanNode, area_violations
-from mavlink.missions import BadItem, Command, MissionResult, area_of, fence_of
+from mavlink.missions import BadItem, MissionCommand, MissionResult, area_of, fence_of
 from support.wgs84 import displace, displacement
 
 R = MissionResult
@@ -111,15 +111,15 @@ VERTEX = "NAV_FENCE_POLYGON_VERTEX_INCLUSION"
         ([*SQUARE[:3], SQUARE[3]._replace(y=-1_810_000_000)], 3, R.INVALID_PARAM6_Y,
          f"({VERTEX}): longitude -1810000000 is out of range; it counts 1e-7 degrees"),
         ([SQUARE[0]._replace(frame=1)], 0, R.UNSUPPORTED_FRAME, f"({VERTEX}): frame 1 has no meaning for a fence"),
-        ([fence_corner(X, Y, command=Command.NAV_FENCE_RETURN_POINT)], 0, R.UNSUPPORTED,
+        ([fence_corner(X, Y, command=MissionCommand.NAV_FENCE_RETURN_POINT)], 0, R.UNSUPPORTED,
          "(NAV_FENCE_RETURN_POINT): the vehicle returns to no point of a fence"),
-        ([fence_corner(X, Y, command=Command.NAV_FENCE_POLYGON_VERTEX_EXCLUSION)], 0, R.UNSUPPORTED,
+        ([fence_corner(X, Y, command=MissionCommand.NAV_FENCE_POLYGON_VERTEX_EXCLUSION)], 0, R.UNSUPPORTED,
          f"(NAV_FENCE_POLYGON_VERTEX_EXCLUSION): {ADVICE}"),
-        ([fence_corner(X, Y, command=Command.NAV_FENCE_CIRCLE_INCLUSION)], 0, R.UNSUPPORTED,
+        ([fence_corner(X, Y, command=MissionCommand.NAV_FENCE_CIRCLE_INCLUSION)], 0, R.UNSUPPORTED,
          f"(NAV_FENCE_CIRCLE_INCLUSION): {ADVICE}"),
-        ([fence_corner(X, Y, command=Command.NAV_RALLY_POINT, mission_type=2)], 0, R.UNSUPPORTED,
+        ([fence_corner(X, Y, command=MissionCommand.NAV_RALLY_POINT, mission_type=2)], 0, R.UNSUPPORTED,
          "(NAV_RALLY_POINT): rally points are not supported"),
-        ([fence_corner(X, Y, command=Command.NAV_WAYPOINT)], 0, R.UNSUPPORTED,
+        ([fence_corner(X, Y, command=MissionCommand.NAV_WAYPOINT)], 0, R.UNSUPPORTED,
          "(NAV_WAYPOINT): is not part of a fence"),
         ([fence_corner(X, Y, mission_type=0)], 0, R.UNSUPPORTED, f"({VERTEX}): is not part of a fence"),
     ],

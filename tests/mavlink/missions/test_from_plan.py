@@ -29,12 +29,12 @@ from mission_samples import (
 )
 
 import imc
-from mavlink.missions import MOST_ITEMS, BadItem, Command, Item, first_item, home_item, items_of, plan_of
+from mavlink.missions import MOST_ITEMS, BadItem, Item, MissionCommand, first_item, home_item, items_of, plan_of
 from support.wgs84 import displace
 
-C = Command
+C = MissionCommand
 DEPTH, ALTITUDE, HEIGHT = imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE, imc.ZUnits.HEIGHT
-FLAVOURS = st.sampled_from((PX4, ARDUPILOT))
+FLAVORS = st.sampled_from((PX4, ARDUPILOT))
 
 
 def plan(*maneuvers, transitions=None, **fields):
@@ -57,10 +57,10 @@ def leg(north=0.0, east=0.0, z=2.0, **fields):
     return {**place, "z": z, "z_units": DEPTH, "speed": 1.25, **fields}
 
 
-def listed(specification, settings=SUBMARINE, flavour=PX4):
+def listed(specification, settings=SUBMARINE, flavor=PX4):
     """Commands and remarks of a plan."""
-    found = items_of(specification, flavour, settings)
-    return [Command(each.command).name for each in found.items], found.remarks
+    found = items_of(specification, flavor, settings)
+    return [MissionCommand(each.command).name for each in found.items], found.remarks
 
 
 # What both can say
@@ -131,28 +131,28 @@ def for_ardupilot(items, craft):
 
 @pytest.mark.parametrize("vehicle", ["submarine", "boat", "copter", "plane"])
 @settings(max_examples=40)
-@given(st.data(), FLAVOURS)
-def test_missions_come_back_bit_by_bit(vehicle, data, flavour):
+@given(st.data(), FLAVORS)
+def test_missions_come_back_bit_by_bit(vehicle, data, flavor):
     craft = replace(VEHICLES[vehicle], speed=1.25)
     items = data.draw(canonical(craft))
-    if first_item(flavour):
+    if first_item(flavor):
         items = for_ardupilot(items, craft)
-    made, table = plan_of(items, flavour, craft)
-    again = items_of(made, flavour, craft)
+    made, table = plan_of(items, flavor, craft)
+    again = items_of(made, flavor, craft)
     assert again.remarks == []
     assert packed(again.items) == packed(items)
-    assert again.table == table
-    assert plan_of(again.items, flavour, craft).plan == made
+    assert again.item_map == table
+    assert plan_of(again.items, flavor, craft).plan == made
 
 
 @settings(max_examples=100)
-@given(st.data(), st.sampled_from(sorted(VEHICLES)), FLAVOURS, FLAVOURS)
-def test_the_plan_of_any_mission_comes_back_the_same(data, vehicle, flavour, other):
+@given(st.data(), st.sampled_from(sorted(VEHICLES)), FLAVORS, FLAVORS)
+def test_the_plan_of_any_mission_comes_back_the_same(data, vehicle, flavor, other):
     """Whatever a console wrote, another one gets a mission that flies the same plan."""
     craft = VEHICLES[vehicle]
     items = data.draw(usual_missions(craft))
     try:
-        made, _ = plan_of(items, flavour, craft)
+        made, _ = plan_of(items, flavor, craft)
     except BadItem:
         return
     again = items_of(made, other, craft)
@@ -236,7 +236,7 @@ def test_paths_and_rows_go_through_their_points():
     lat, lon, _ = displace(PATH.lat, PATH.lon, 0.0, 10.0, 10.0)
     assert (items[1].x, items[1].y) == (round(math.degrees(lat) * 1e7), round(math.degrees(lon) * 1e7))
     assert [each.z for each in items] == [-2.0, -3.0, -2.0]
-    assert (table.items_of("m0"), table.current("m0", 1), table.done("m0")) == ((0, 1), 1, (0, 1))
+    assert (table.items_of("m0"), table.current_item("m0", 1), table.items_done("m0")) == ((0, 1), 1, (0, 1))
     found = items_of(plan(ROWS.replace(width=10_000.0)), PX4, craft)
     assert len(found.items) == MOST_ITEMS
     assert f"only the first {MOST_ITEMS} items are shown" in found.remarks
@@ -323,17 +323,17 @@ def anything(draw):
     st.lists(anything(), max_size=4),
     st.none() | st.lists(st.tuples(NAMES, NAMES, st.sampled_from(("", "no"))), max_size=4),
     st.sampled_from(sorted(VEHICLES)),
-    FLAVOURS,
+    FLAVORS,
 )  # fmt: skip
-def test_any_plan_is_listed(maneuvers, transitions, vehicle, flavour):
+def test_any_plan_is_listed(maneuvers, transitions, vehicle, flavor):
     """Nothing is raised, and what is not remarked comes back."""
     craft = VEHICLES[vehicle]
-    items, remarks, table = items_of(plan(*maneuvers, transitions=transitions), flavour, craft)
+    items, remarks, table = items_of(plan(*maneuvers, transitions=transitions), flavor, craft)
     assert len(table.steps) == len(items)
     for each in items:
         assert max(2 * abs(each.x), abs(each.y)) <= 1_800_000_000
     if not remarks:
-        again, _ = plan_of(items, flavour, craft)
+        again, _ = plan_of(items, flavor, craft)
         assert [type(m.data) for m in again.maneuvers] == [type(m) for m in maneuvers[: len(again.maneuvers)]]
 
 

@@ -10,7 +10,7 @@ from mission_samples import GARBAGE, X, Y, waypoint
 from pymavlink.dialects.v20 import ardupilotmega
 
 from mavlink import load_dialect
-from mavlink.missions import BadItem, Command, Item, MissionResult, MissionType, opaque_id
+from mavlink.missions import BadItem, Item, MissionCommand, MissionResult, MissionType, opaque_id
 
 DIALECT = load_dialect()
 SENT, LEGACY = DIALECT.by_name["MISSION_ITEM_INT"], DIALECT.by_name["MISSION_ITEM"]
@@ -21,7 +21,7 @@ def test_commands_results_and_types_are_those_of_mavlink():
         return {value: entry.name.removeprefix(prefix) for value, entry in ardupilotmega.enums[enumeration].items()}
 
     for ours, names in (
-        (Command, theirs("MAV_CMD", "MAV_CMD_")),
+        (MissionCommand, theirs("MAV_CMD", "MAV_CMD_")),
         (MissionResult, theirs("MAV_MISSION_RESULT", "MAV_MISSION_")),
         (MissionType, theirs("MAV_MISSION_TYPE", "MAV_MISSION_TYPE_")),
     ):

@@ -28,19 +28,19 @@ from mission_samples import (
 )
 
 import imc
-from mavlink.missions import MOST_ITEMS, BadItem, Command, Item, MissionResult, plan_of
+from mavlink.missions import MOST_ITEMS, BadItem, Item, MissionCommand, MissionResult, plan_of
 
-C, R = Command, MissionResult
+C, R = MissionCommand, MissionResult
 AREA = imc.OperationalLimits(
     mask=imc.OpLimitsMask.AREA, lat=BOAT.home.lat, lon=BOAT.home.lon, length=200.0, width=100.0
 )
 DEPTH, ALTITUDE, HEIGHT, NONE = imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE, imc.ZUnits.HEIGHT, imc.ZUnits.NONE
 
 
-def refusal(items, settings=SUBMARINE, flavour=PX4):
+def refusal(items, settings=SUBMARINE, flavor=PX4):
     """Number, result and reason of the refusal of a mission."""
     with pytest.raises(BadItem) as caught:
-        plan_of(items, flavour, settings)
+        plan_of(items, flavor, settings)
     return caught.value.seq, caught.value.result, str(caught.value)
 
 
@@ -174,19 +174,19 @@ def test_a_mission_may_be_as_long_as_its_plan_fits_a_message():
 
 @settings(max_examples=100)
 @given(st.lists(GARBAGE, max_size=3), st.sampled_from(sorted(VEHICLES)), st.sampled_from((PX4, ARDUPILOT)))
-def test_any_items_are_a_plan_or_refused(items, vehicle, flavour):
-    convert(items, vehicle, flavour)
+def test_any_items_are_a_plan_or_refused(items, vehicle, flavor):
+    convert(items, vehicle, flavor)
 
 
 @settings(max_examples=100)
 @given(st.data(), st.sampled_from(sorted(VEHICLES)), st.sampled_from((PX4, ARDUPILOT)))
-def test_usual_missions_with_a_wrong_item_are_a_plan_or_refused(data, vehicle, flavour):
+def test_usual_missions_with_a_wrong_item_are_a_plan_or_refused(data, vehicle, flavor):
     items = data.draw(usual_missions(VEHICLES[vehicle]))
     items.insert(data.draw(st.integers(0, len(items))), data.draw(GARBAGE))
-    convert(items, vehicle, flavour)
+    convert(items, vehicle, flavor)
 
 
-@given(FLOATS, FLOATS, FLOATS, FLOATS, FLOATS, st.sampled_from([int(c) for c in Command]))
+@given(FLOATS, FLOATS, FLOATS, FLOATS, FLOATS, st.sampled_from([int(c) for c in MissionCommand]))
 def test_any_numbers_are_a_plan_or_refused(p1, p2, p3, p4, z, command):
     convert([item(command, 1, 1, z, p1, p2, p3, p4)], "submarine", PX4)
 
@@ -196,10 +196,10 @@ def test_huge_numbers_are_refused(fields):
     assert refusal([waypoint(1)._replace(**fields)])[0] == 0
 
 
-def convert(items, vehicle, flavour):
+def convert(items, vehicle, flavor):
     refused = None
     try:
-        plan, table = plan_of(items, flavour, VEHICLES[vehicle])
+        plan, table = plan_of(items, flavor, VEHICLES[vehicle])
     except BadItem as bad:
         refused = bad
     if refused is not None:

@@ -4,9 +4,9 @@ from mission_samples import BOAT, COPTER, PX4, SUBMARINE, bare, item, maneuvers,
 
 import imc
 from autonomy.plans import parse_graph, remaining_plan
-from mavlink.missions import Command, plan_of
+from mavlink.missions import MissionCommand, plan_of
 
-C = Command
+C = MissionCommand
 ALL = {imc.builtin()[name].ID for name in imc.builtin().allowed_messages("Maneuver")}
 
 

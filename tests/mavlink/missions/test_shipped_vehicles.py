@@ -22,14 +22,14 @@ from mission_samples import (
 
 import imc
 from autonomy.plans import Preflight, parse_graph, remaining_plan
-from mavlink.missions import COMMANDS, BadItem, Command, home_item, items_of, plan_of
+from mavlink.missions import COMMANDS, BadItem, MissionCommand, home_item, items_of, plan_of
 from runtime.vehicle import general_number
 from shoal import fly
 from shoal.missions import parse_plan, prepare
 from tasks.maneuver import Maneuver
 from tasks.plan.actions import unknown_settings
 
-C = Command
+C = MissionCommand
 PROFILES = {"lauv-noptilus-1": SUBMARINE, "otter": BOAT, "caravel": BOAT, "hexa-00": COPTER}
 CAMERA = {C.IMAGE_STOP_CAPTURE, C.VIDEO_START_CAPTURE, C.VIDEO_STOP_CAPTURE, C.DO_SET_CAM_TRIGG_DIST}
 SEABED = 8.0  # m below the vehicle
@@ -56,11 +56,11 @@ def shipped(request, tmp_path_factory):
 
 
 @settings(max_examples=30)
-@given(data=st.data(), flavour=st.sampled_from((PX4, ARDUPILOT)))
-def test_what_is_accepted_can_be_started(shipped, data, flavour):
+@given(data=st.data(), flavor=st.sampled_from((PX4, ARDUPILOT)))
+def test_what_is_accepted_can_be_started(shipped, data, flavor):
     craft = shipped[0]
     items = data.draw(usual_missions(craft))
-    start(shipped, [*[home_item(craft.home)] * (flavour is ARDUPILOT), *items], flavour)
+    start(shipped, [*[home_item(craft.home)] * (flavor is ARDUPILOT), *items], flavor)
 
 
 @pytest.mark.parametrize("command", sorted(set(COMMANDS) - CAMERA))
@@ -73,11 +73,11 @@ def test_what_is_accepted_of_extreme_numbers_can_be_started(shipped, command):
             start(shipped, [odd, waypoint(10, 0, z)] if command == C.DO_CHANGE_SPEED else [odd], PX4)
 
 
-def start(shipped, items, flavour):
+def start(shipped, items, flavor):
     """Have the plan engine check a mission, if it is accepted."""
     craft, preflight, known = shipped
     try:
-        plan, _ = plan_of(items, flavour, craft)
+        plan, _ = plan_of(items, flavor, craft)
     except BadItem:
         return
     home, altitude = craft.home, 0.0 if craft.flies else SEABED
@@ -85,8 +85,8 @@ def start(shipped, items, flavour):
     preflight.check(plan, known, state, None, 0.0)
 
 
-def flown(items, craft, profile, flavour=PX4):
-    plan, table = plan_of(items, flavour, craft)
+def flown(items, craft, profile, flavor=PX4):
+    plan, table = plan_of(items, flavor, craft)
     report = fly(plan, profile, limit=1500)
     assert report.completed, report.reason
     assert report.maneuvers == [name for ids in table.steps for name in ids]

@@ -5,7 +5,7 @@ import math
 from types import MappingProxyType
 
 import imc
-from mavlink import FLAVOURS, KINDS, encode, load_dialect, split
+from mavlink import FLAVORS, KINDS, encode, load_dialect, split
 from mavlink.vehicle import (
     FileEntry,
     LinkTraits,
@@ -123,7 +123,7 @@ class Desk:
         model = VehicleModel(identity, self, self.options, lambda: [self.lamp])
         equipment = VehicleEquipment(numbers, files or Folder(), Pictures())
         self.endpoint = VehicleEndpoint(DIALECT, model, self, equipment, warn=self.warnings.append)
-        self.traits = LinkTraits(FLAVOURS[flavour])
+        self.traits = LinkTraits(FLAVORS[flavour])
         self.session = self.endpoint.connect(self.traits, self.frames.append, BOOT)
 
     def limit(self, option):
@@ -207,6 +207,6 @@ class Desk:
 
 def open_session(endpoint, flavour, transmit, now):
     """The session of a station that hears nothing but what is sent to it alone."""
-    session = endpoint.connect(LinkTraits(FLAVOURS[flavour]), transmit, now)
+    session = endpoint.connect(LinkTraits(FLAVORS[flavour]), transmit, now)
     endpoint.sessions.remove(session)
     return session

@@ -5,7 +5,7 @@ import struct
 import pytest
 
 import imc
-from mavlink.missions import Command
+from mavlink.missions import MissionCommand
 from tests.mavlink.vehicle.desk import Desk, Folder
 
 ACCEPTED = 0
@@ -91,7 +91,7 @@ def test_a_mission_goes_up_and_comes_down_again(desk):
             **OURS,
             "seq": n,
             "frame": 6,
-            "command": Command.NAV_WAYPOINT,
+            "command": MissionCommand.NAV_WAYPOINT,
             "x": 401_000_000 + n,
             "y": -86_000_000,
             "z": -2.0,

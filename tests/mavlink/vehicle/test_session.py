@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import imc
-from mavlink import FLAVOURS, chunks, encode, load_dialect, split
+from mavlink import FLAVORS, chunks, encode, load_dialect, split
 from mavlink.vehicle.session import is_addressed
 from mavlink.vehicle.telemetry.streams import STREAMS
 
@@ -50,7 +50,7 @@ def test_sequence_numbers_count_all_frames_of_the_session(desk):
     assert numbers == [i % 256 for i in range(numbers[0], numbers[0] + 300)]
 
 
-@pytest.mark.parametrize("flavour", FLAVOURS)
+@pytest.mark.parametrize("flavour", FLAVORS)
 def test_heartbeat(open_desk, flavour):
     desk = open_desk(flavour)
     desk.session.send_now("HEARTBEAT", desk.now)
@@ -236,7 +236,7 @@ def test_chunks_join_to_the_text(words):
 
 
 @settings(max_examples=200)
-@given(st.sampled_from(sorted(DIALECT.by_name)), st.binary(max_size=255), st.sampled_from(sorted(FLAVOURS)))
+@given(st.sampled_from(sorted(DIALECT.by_name)), st.binary(max_size=255), st.sampled_from(sorted(FLAVORS)))
 def test_no_message_raises(open_desk, name, payload, flavour):
     desk = open_desk(flavour)
     definition = DIALECT.by_name[name]

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from runtime import Script, State
+from tests.outside import NO_FILE
 from tests.runtime.devices.sounder import depths, played, sounder_of, states, until
 
 
@@ -73,13 +74,13 @@ def test_a_cable_is_missing_plugged_unplugged_and_plugged_again(cable: Cable) ->
     run = played(script, port=str(cable.path))
     assert depths(run) == [1.5, 2.5, 3.5]  # and not 5, which may be the end of 1.5
     named = f"{cable.path}: "
-    assert states(run)[0] == (State.ERROR, named + "No such file or directory")
+    assert states(run)[0] == (State.ERROR, named + NO_FILE)
     assert (State.ERROR, named + "no data for 0.6 s") in states(run)
     assert states(run)[-1] == (State.NORMAL, "active")
     assert [text for text in run.log if "ttyTEST" in text and "unplugged" not in text] == [
-        named + "No such file or directory",
+        named + NO_FILE,
         f"{cable.path} sends again",
-        *([named + "No such file or directory"] if run.log.count(named + "No such file or directory") > 1 else []),
+        *([named + NO_FILE] if run.log.count(named + NO_FILE) > 1 else []),
         f"{cable.path} sends again",
     ]
     assert named + "unplugged" in run.log

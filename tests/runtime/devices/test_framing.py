@@ -128,6 +128,6 @@ def test_datagrams_stay_as_they_are() -> None:
 
 @pytest.mark.parametrize("text", ["nan", "-inf", "1e999", "1_5", "1,5", ""])
 def test_what_is_no_number_of_a_device_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match=r"number|float"):
+    with pytest.raises(ValueError):
         parse_number(text)
     assert parse_number(" -1.5e1 ") == -15.0

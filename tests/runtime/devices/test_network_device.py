@@ -6,7 +6,7 @@ import pytest
 
 from runtime import Script, State
 from runtime.devices.addresses import KEEPALIVE, Datagram, UdpSocket
-from tests.outside import free_port
+from tests.outside import REFUSED, TIMED_OUT, free_port
 from tests.runtime.devices.sounder import depths, played, sounder_of, states, until
 
 
@@ -31,7 +31,7 @@ def test_a_tcp_server_that_comes_late_goes_and_comes_back() -> None:
 
     run = played(script, kind="tcp", port="localhost", number=number)
     assert depths(run) == pytest.approx([1.0, 1.1])
-    assert states(run)[0] == (State.ERROR, f"tcp://localhost:{number}: Connection refused")
+    assert states(run)[0] == (State.ERROR, f"tcp://localhost:{number}: {REFUSED}")
     assert f"tcp://localhost:{number}: the other side has closed the connection" in run.log
 
 
@@ -72,10 +72,10 @@ def test_a_tcp_server_that_takes_nothing_any_more_is_given_up(monkeypatch: pytes
             await until(script, lambda: task.sounder.is_open)
             while task.sounder.is_open and task.sounder.write(b"x" * 50_000):
                 await script.sleep(0.02)
-            await until(script, lambda: "timed out" in task.entity.description)
+            await until(script, lambda: TIMED_OUT in task.entity.description)
 
         run = played(script, kind="tcp", port="127.0.0.1", number=server.getsockname()[1])
-    assert any("timed out" in line for line in run.log)
+    assert any(TIMED_OUT in line for line in run.log)
 
 
 def test_datagrams_are_pieces_and_are_answered() -> None:

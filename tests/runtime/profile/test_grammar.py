@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from runtime.profile import Config, read_config
+from tests.outside import NO_FILE
 
 
 def read(folder: Path, text: str | bytes, **others: str) -> Config:
@@ -85,11 +86,11 @@ def test_grammar(tmp_path: Path, case: str) -> None:
 
 
 SILENT = {
-    "missing include": ("[Include no.ini]\n[A]\nX=1", "1: warning: no.ini cannot be read: No such file"),
-    "missing require": ("\n[Require no.ini]\n[A]", "2: error: no.ini cannot be read: No such file"),
+    "missing include": ("[Include no.ini]\n[A]\nX=1", f"1: warning: no.ini cannot be read: {NO_FILE}"),
+    "missing require": ("\n[Require no.ini]\n[A]", f"2: error: no.ini cannot be read: {NO_FILE}"),
     "absolute path": (
         "[Require /no.ini]",
-        "1: error: no.ini cannot be read: No such file or directory, and it is required (the path is "
+        f"1: error: no.ini cannot be read: {NO_FILE}, and it is required (the path is "
         "relative to the folder of this file)",
     ),
     "folder": ("[Include .]", "1: warning: . cannot be read: it is a folder"),

@@ -1,6 +1,5 @@
 """Tasks in time: ticks, offloaded work, restarts, and times to the nanosecond."""
 
-import math
 import threading
 import time
 
@@ -60,15 +59,19 @@ def test_offloaded_work_arrives_after_its_latency_on_a_virtual_clock():
     assert run.task.threads[0] is not threading.main_thread()
 
 
+def fail():
+    raise ValueError("no thought")
+
+
 @pytest.mark.parametrize("clock", [None, WallClock()])
 def test_an_error_in_offloaded_work_is_the_tasks_error(clock):
     class Thinker(Task):
         """Fails to think."""
 
         def start(self):
-            self.offload(math.sqrt, -1.0, then=print)
+            self.offload(fail, then=print)
 
-    with pytest.raises(ValueError, match=r"math domain|nonnegative"):
+    with pytest.raises(ValueError, match="no thought"):
         simulate(Thinker, seconds=1.0, clock=clock)
 
 

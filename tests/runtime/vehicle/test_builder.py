@@ -7,6 +7,7 @@ from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build, check_profile, find_task
 from support.diagnostics import ProfileError
+from tests.outside import FILE_EXISTS
 
 
 def made(tmp_path, text, selected=("Simulation",), **more):
@@ -154,7 +155,7 @@ def test_what_prevents_that_parameters_are_saved_is_told_without_numbers_of_erro
     vehicle.kernel.after(1.0, vehicle.task("Simulators.GPS").publish, imc.SaveEntityParameters(name="GPS"))
     vehicle.run(2.0)
     vehicle.close()
-    assert f"parameters of GPS not saved: {tmp_path / 'db'}: File exists" in told
+    assert f"parameters of GPS not saved: {tmp_path / 'db'}: {FILE_EXISTS}" in told
 
 
 @pytest.mark.parametrize("value", ["a;b", "a\nb", "x" * 70_000, "a#b", "a|b"])

@@ -21,7 +21,7 @@ from shoal.campaigns.results import append_log as journal_module
 from shoal.campaigns.results.append_log import AppendLog, AppendLogInUse, read_append_log
 from shoal.campaigns.results.store import ResultsError, open_results
 from shoal.campaigns.studies.study import load_study
-from tests.outside import until
+from tests.outside import NO_SPACE, until
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 
 ROOT = Path(__file__).parents[3]
@@ -194,7 +194,7 @@ def test_a_full_disk_is_an_error_and_what_was_done_stays(tmp_path, monkeypatch):
         return real(file, part)
 
     monkeypatch.setattr(journal_module.os, "write", write)
-    with pytest.raises(OSError, match=r"No space left on device: .*runs\.journal"):
+    with pytest.raises(OSError, match=rf"{NO_SPACE}: .*runs\.journal"):
         do(study, folder)
     monkeypatch.undo()
     had = open_results(folder)
@@ -218,7 +218,7 @@ class Cramped(StandInRuns):
 
 def test_a_run_whose_log_has_no_room_is_done_again(tmp_path):
     study, folder = write_study(tmp_path, STUDY + "logs: all\n"), tmp_path / "runs"
-    with pytest.raises(OSError, match=r"No space left on device: .*000005"):
+    with pytest.raises(OSError, match=rf"{NO_SPACE}: .*000005"):
         do(study, folder, make=Cramped)
     assert sorted(open_results(folder).rows) == list(range(5))
     data = do(study, folder)

@@ -13,6 +13,7 @@ from runtime.vehicle import build
 from shoal.cli import main
 from support.durations import parse_duration
 from tasks.transports.mavlink_links.vehicle_views import task_parameters
+from tests.outside import NO_FILE
 
 
 @pytest.fixture
@@ -100,7 +101,7 @@ def test_check_tries_the_keys_of_links_and_nobody_shows_them(shoal, tmp_path):
     )
     result = shoal("check", "mine", "-p", "Kinematic")
     start = "mine.ini:3: warning: [Transports.MAVLink] Links: "
-    assert f"{start}tcpin://: the key {tmp_path}/none cannot be used: No such file or directory" in result.output
+    assert f"{start}tcpin://: the key {tmp_path}/none cannot be used: {NO_FILE}" in result.output
     assert f"{start}'udpin://?key=...': 'key' is the path of a file that holds the key, not the key" in result.output
     assert result.output.count("Links") == 2
     assert raw not in result.output

@@ -11,7 +11,7 @@ from click.testing import CliRunner, Result
 import imc
 from shoal.cli import main
 from shoal.network.system_table import NetworkSystem
-from tests.outside import until
+from tests.outside import NO_FILE, until
 from tests.shoal.network.running import running
 from tests.shoal.network.station import OWN, Station, discovery_ports, living
 
@@ -99,4 +99,4 @@ def test_errors_are_those_of_all_entities(tmp_path: Path) -> None:
         until(lambda: "GPS" in json.loads(run(main, ["ls", "--json"]).stdout or "[{}]")[0].get("errors", ()))
         found = json.loads(run(main, ["link", "--for", "1s", "--json"]).stdout)
     texts = [finding["text"] for finding in found["findings"]]
-    assert "GPS is not well: /dev/no-gps: No such file or directory" in texts
+    assert f"GPS is not well: /dev/no-gps: {NO_FILE}" in texts

@@ -11,6 +11,7 @@ import pytest
 
 from shoal import fly
 from shoal.missions import load_plan, parse_plan, prepare
+from tests.outside import NO_FILE, TOO_LARGE
 from tests.shoal.cli.installed import SHOAL, shoal
 
 RECORDED = Path(__file__).parents[2] / "data" / "plans" / "three_gotos.json"
@@ -34,7 +35,7 @@ def test_a_log_that_does_not_fit_on_the_disk_is_said_and_is_no_success(tmp_path)
     full = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (20_000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, preexec_fn=full)
     assert (done.returncode, json.loads(done.stdout)["outcome"]) == (1, "SUCCESS")
-    lack = r"the log is not complete: \d+\.\d MiB of messages are not on the disk: File too large"
+    lack = rf"the log is not complete: \d+\.\d MiB of messages are not on the disk: {TOO_LARGE}"
     assert re.search(lack, done.stderr)
 
 
@@ -57,7 +58,7 @@ def test_without_a_folder_for_it_a_vehicle_has_no_log(tmp_path):
 
 def test_files_that_cannot_be_read(tmp_path):
     status, _, error = mission("lauv-noptilus-1", tmp_path / "none.yaml", cwd=tmp_path)
-    assert (status, error) == (2, f"Error: {tmp_path / 'none.yaml'}: No such file or directory\n")
+    assert (status, error) == (2, f"Error: {tmp_path / 'none.yaml'}: {NO_FILE}\n")
     (tmp_path / "plan.yaml").write_text(SHORT)
     wrong = ("--set", "General:Absolute Maximum Depth=deep")
     status, _, error = mission("lauv-noptilus-1", "plan.yaml", *wrong, cwd=tmp_path)

@@ -13,7 +13,7 @@ import pyte
 import pytest
 
 import imc
-from tests.outside import ALONE_WORDS
+from tests.outside import ALONE_WORDS, TOO_LARGE
 from tests.shoal.cli.installed import SHOAL, shoal
 
 VIRTUAL = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", "virtual"]
@@ -184,7 +184,7 @@ def test_a_terminal_shows_the_vehicle(tmp_path):
         ),
         (["run"], "name a profile"),
         (["rnu"], "Did you mean run?"),
-        (["replay", "nowhere"], "does not exist"),
+        (["replay", "nowhere"], "nowhere"),
     ],
 )
 def test_what_cannot_be_is_said_in_one_line_and_nothing_runs(tmp_path, arguments, words):
@@ -227,8 +227,8 @@ def test_what_a_profile_asks_for_in_vain_is_told(tmp_path):
 def test_a_log_that_cannot_be_written_is_told_at_the_end(tmp_path):
     command = ["bash", "-c", 'ulimit -f 0; exec "$@"', "-", *SHOAL, *VIRTUAL, "--for", "2s"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert done.stdout.splitlines()[-1].startswith("Logger: FAILURE File too large")
-    assert "MiB of messages are not on the disk: File too large" in done.stdout
+    assert done.stdout.splitlines()[-1].startswith(f"Logger: FAILURE {TOO_LARGE}")
+    assert f"MiB of messages are not on the disk: {TOO_LARGE}" in done.stdout
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from shoal.cli import main
 from shoal.cli.service import quote_for_systemd
+from tests.outside import NO_FILE
 
 
 @pytest.fixture(autouse=True)
@@ -174,7 +175,7 @@ def test_logs_elsewhere_are_writable(folder: Path) -> None:
         (["otter", "-p", "Simulation", "--set", "Simulators.GPS:HACC=high"], "'high' is not a number"),
         (["otter", "-p", "Simulation", "--user", "root; rm"], "not the name of a user"),
         (["otter", "-p", "Simulation", "--log-dir", "log"], "log is not absolute"),
-        (["otter", "-p", "Simulation", "-o", "missing/unit"], "missing/unit: No such file or directory"),
+        (["otter", "-p", "Simulation", "-o", "missing/unit"], f"missing/unit: {NO_FILE}"),
     ],
 )
 def test_mistakes_write_nothing(folder: Path, words: list[str], said: str) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from shoal.scenarios import load_document
-from tests.outside import children, until
+from tests.outside import NO_FILE, children, until
 from tests.shoal.campaigns.examples import FLAT, NAME, TROUBLE, scenario, trouble
 from tests.shoal.cli.installed import ENVIRONMENT, SHOAL, shoal
 
@@ -124,7 +124,7 @@ def test_a_file_that_cannot_be_read_is_one_line_and_the_others_run(write):
     assert "a.scenario.yaml:" in told["a"][1]
     assert "'nothere'" in told["b"][1]
     assert re.search(r"c\.scenario\.yaml:5: .*deep", told["c"][1])
-    assert "No such file" in told["e"][1]
+    assert NO_FILE in told["e"][1]
     assert told["f"][1] == "f.scenario.yaml: a scenario is a file"
     assert re.match(r"g\.scenario\.yaml:\d+: there is no task 'Control.Path'", told["g"][1])
     assert "1 passed, 1 failed, 6 not readable" in out

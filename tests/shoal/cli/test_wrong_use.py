@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from runtime import Script, Task
 from runtime.testing import simulate
 from shoal.cli import main
+from tests.outside import NO_FILE, NO_FOLDER
 
 RUN = "run lauv-noptilus-1 -p Kinematic --clock virtual --for 6s --snapshot-every 3s"
 PLAN = "plan: p\norigin: 41.185°, -8.7062°\nmaneuvers:\n  - goto: {north: 5}\n"
@@ -52,7 +53,7 @@ MISTAKES = [
         "otter has nothing to run in mode Hardware besides Supervisors.Equipment, Transports.",
     ),
     ("run lauv-noptilus-1 -p Simlation", "unknown mode 'Simlation' (did you mean 'Simulation'?)"),
-    ("run otter -d nodir", "Directory 'nodir' does not exist"),
+    ("run otter -d nodir", "'nodir'"),
     ("run otter --vehicle=", "it is empty"),
     ("run otter --for soon", "'soon' is not a duration"),
     ("run otter --clock slow", "slow"),
@@ -71,11 +72,11 @@ MISTAKES = [
     ("run otter --set Generl:Seed=1", "there is no section [Generl] (did you mean 'General'?)"),
     ("run otter -p Simulation --set Simulators.GPS:HACC=high", "'high' is not a number"),
     ("run otter -p Simulation --log-dir rubbish", "no log can be written to rubbish/otter"),
-    ("run --from-snapshot nothere", "does not exist"),
-    ("run --from-snapshot log", "File 'log' is a directory"),
+    ("run --from-snapshot nothere", "'nothere'"),
+    ("run --from-snapshot log", "'log'"),
     ("run --from-snapshot rubbish", "not a valid snapshot"),
     (f"run --from-snapshot {LOG}/State-3.msgpack --set Foo:Bar=1", "the vehicle has no task 'Foo'"),
-    ("mission otter nothere.yaml", "nothere.yaml: No such file or directory"),
+    ("mission otter nothere.yaml", f"nothere.yaml: {NO_FILE}"),
     ("mission otter /dev/zero", "/dev/zero: larger than 4 MiB"),
     ("fleet /dev/zero", "/dev/zero: larger than 4 MiB"),
     ("run otter -p Simulation --clock 1e-9x", "no such clock: '1e-9x'"),
@@ -103,7 +104,7 @@ MISTAKES = [
     ("rewind log --at 4", "log: no log in the folder"),
     (f"resim {LOG} -t Foo", "there is no task 'Foo'"),
     (f"resim {LOG} -t GPS --set Foo:Bar=1", "Foo"),
-    (f"resim {LOG} -t GPS -o rubbish/out", "rubbish/out: Not a directory"),
+    (f"resim {LOG} -t GPS -o rubbish/out", f"rubbish/out: {NO_FOLDER}"),
     ("resim rubbish -t GPS", "rubbish: the log has no messages"),
     ("log inf", "no such command: inf. Did you mean info?"),
     ("log info nothere", "nothere: no such log"),
@@ -112,14 +113,14 @@ MISTAKES = [
     ("log diff rubbish rubbish", "rubbish: there is no message in this log"),
     (f"log diff {LOG} nothere", "nothere: no such log"),
     ("log doctor nothere", "nothere: no such log"),
-    (f"log cut {LOG} rubbish/out", "Not a directory"),
+    (f"log cut {LOG} rubbish/out", NO_FOLDER),
     (f"log cut {LOG} out -m Volt", "did you mean"),
     (f"log cut {LOG} out --from 9 --to 3", "--to must be after --from"),
     (f"log merge {LOG} nothere -o out", "nothere: no such log"),
     (f"log export {LOG} out.xyz", "unknown ending '.xyz'"),
-    (f"log report {LOG} -o rubbish/page.html", "Not a directory"),
+    (f"log report {LOG} -o rubbish/page.html", NO_FOLDER),
     ("log import rubbish out", "rubbish: not an MCAP, .tlog, .BIN or .ulg file"),
-    ("log import nothere out", "nothere: No such file or directory"),
+    ("log import nothere out", f"nothere: {NO_FILE}"),
     ("log import /dev/zero out", "/dev/zero: not a regular file"),
     ("log import pipe out", "pipe: not a regular file"),
     ("log info /dev/zero", "/dev/zero: not a regular file"),

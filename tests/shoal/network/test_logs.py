@@ -62,7 +62,7 @@ def test_a_name_that_is_not_utf_8_is_an_error_of_the_server() -> None:
 
         threading.Thread(target=serve, daemon=True).start()
         place = Endpoint(*control.getsockname())
-        with pytest.raises(NetworkError, match=re.escape(f"the server of logs at {place}: 'utf-8' codec")):
+        with pytest.raises(NetworkError, match=re.escape(f"the server of logs at {place}: ")):
             list_logs([place])
 
 

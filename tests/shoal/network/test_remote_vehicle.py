@@ -15,6 +15,7 @@ import pytest
 import imc
 import shoal
 from shoal.network import AsyncRemoteVehicle, NetworkLink, NoAnswer, Refused, RemoteVehicle, VehicleLost, make_network
+from tests.outside import TOO_LARGE
 from tests.shoal.network.running import Running, running
 
 NAME = "lauv-noptilus-1"
@@ -229,7 +230,7 @@ def test_a_log_that_does_not_fit_on_our_disk_is_no_fault_of_the_server(
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
     try:
-        with pytest.raises(OSError, match=f"File too large: '{tmp_path}/"):
+        with pytest.raises(OSError, match=f"{TOO_LARGE}: '{tmp_path}/"):
             vehicle.log.fetch(log, tmp_path)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)

@@ -18,6 +18,7 @@ from runtime.vehicle import build, find_task
 from shoal import fly
 from shoal.cli import main
 from shoal.rerun import ResimulationError, RewoundRun, TimestampResolver, resimulate
+from tests.outside import NO_FOLDER
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
 MIXER = "tests.shoal.rerun.interplay.Mixer"
@@ -340,4 +341,4 @@ def test_place_that_cannot_be_written_is_named(log: imc.Log, tmp_path: Path) -> 
     (tmp_path / "file").write_bytes(b"")
     out = str(tmp_path / "file" / "out")
     said = CliRunner().invoke(main, ["resim", str(log.path.parent), "--task", "GPS", "--out", out])
-    assert (said.exit_code, said.output.strip()) == (2, f"Error: {out}: Not a directory")
+    assert (said.exit_code, said.output.strip()) == (2, f"Error: {out}: {NO_FOLDER}")

@@ -5,6 +5,7 @@ import re
 import pytest
 
 from shoal.scenarios import ScenarioFileError, load_document, run
+from tests.outside import NO_FILE
 
 OTTER = "vehicle: {profile: otter}\n"
 PAIR = "vehicles: {a: {profile: otter}, b: {profile: otter}}\nlinks: [{between: [a, b], name: x}]\n"
@@ -43,7 +44,7 @@ PAIR = "vehicles: {a: {profile: otter}, b: {profile: otter}}\nlinks: [{between: 
         ("vehicle:\n  profile: otter\n  start: {level: 120 %}", 3, "Initial Level: 120 is above the maximum"),
         ("vehicle:\n  profile: otter\n  start: {level: 12 m}", 3, "should be in %"),
         ("vehicle:\n  profile: otter\n  start: {time: yesterday}", 3, "is not a date and time"),
-        ("vehicle:\n  profile: otter\n  plan: none.yaml", 3, "No such file"),
+        ("vehicle:\n  profile: otter\n  plan: none.yaml", 3, NO_FILE),
         ("vehicle:\n  profile: otter\n  plan:\n    maneuvers:\n      - got: {}", 5, "there is no maneuver 'got'"),
         (OTTER + "world: {curent: {north: 3}}", 2, "(did you mean 'current'?)"),
         (OTTER + "world: {current: {north: 3 kn}}", 2, "'3 kn' is not a number with a unit"),

@@ -20,7 +20,7 @@ import imc
 from runtime import State
 from runtime.testing import START, Run, simulate
 from tasks.sensors.gps import GPS
-from tests.outside import ALONE_WORDS
+from tests.outside import ALONE_WORDS, NO_FILE
 
 DATA = Path(__file__).parents[2] / "data" / "sensors" / "gps.nmea"
 LINES = DATA.read_bytes().splitlines(keepends=True)
@@ -257,7 +257,7 @@ def test_a_vehicle_without_its_receiver_runs_and_names_it(tmp_path: Path) -> Non
     run = hardware(tmp_path, tmp_path / "ttyNONE", "--for", "1s")
     output = run.communicate(timeout=60)[0]
     assert run.returncode == 0, output
-    assert f"GPS: ERROR {tmp_path}/ttyNONE: No such file or directory" in output
+    assert f"GPS: ERROR {tmp_path}/ttyNONE: {NO_FILE}" in output
     assert "Traceback" not in output
 
 

@@ -8,6 +8,7 @@ from runtime.testing import simulate
 from runtime.vehicle import Vehicle
 from tasks.monitors.operational_limits import OperationalLimits as Monitor
 from tasks.transports.cache import Cache
+from tests.outside import NO_SPACE
 
 CONSOLE, VEHICLE = 0x4000, 0x001A
 LIMITS = imc.OperationalLimits(mask=imc.OpLimitsMask.MAX_DEPTH, max_depth=7.0)
@@ -108,7 +109,7 @@ def test_a_full_disk_is_told_with_the_file_that_did_not_fit(tmp_path):
     folder.mkdir(parents=True)
     (folder / "OperationalLimits.part").symlink_to("/dev/full")
     _, log = live(tmp_path, LIMITS, seconds=1.3)
-    expected = f"the cache cannot be written: {folder}/OperationalLimits.part: No space left on device"
+    expected = f"the cache cannot be written: {folder}/OperationalLimits.part: {NO_SPACE}"
     assert expected in log
 
 

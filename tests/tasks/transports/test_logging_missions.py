@@ -21,6 +21,7 @@ from runtime.vehicle import Vehicle
 from shoal.missions import Mission, Report, fly, parse_plan, prepare
 from tasks.plan.db import DB
 from tasks.transports import logging
+from tests.outside import TOO_LARGE
 
 Op = imc.LoggingControl.Op
 Phase = imc.PlanControlState.State
@@ -94,7 +95,7 @@ def test_a_full_disk_ends_no_plan_and_loses_nothing(tmp_path: Path, profile: str
     for kind in (imc.SimulatedState, imc.EstimatedState, imc.PlanControlState, imc.PlanSpecification):
         assert found[kind.__name__] == expected[kind.__name__] > 0
     assert all(log.losses == [] for log in logs(tmp_path))
-    assert any("cannot be recorded: File too large" in text for text in texts(tmp_path))
+    assert any(f"cannot be recorded: {TOO_LARGE}" in text for text in texts(tmp_path))
     assert any("messages are recorded again; 0 were lost" in text for text in texts(tmp_path))
 
 
@@ -289,7 +290,7 @@ def test_a_full_disk_leaves_out_a_snapshot_and_the_plan_goes_on(tmp_path: Path) 
         vehicle.tap(imc.Heartbeat, watch)
         mission = Mission(vehicle, FLOATING)
         assert mission.fly(200.0, snapshot_every=5.0).completed
-    assert [error.strerror for error in mission.unsaved] == ["File too large", "File too large"]
+    assert [error.strerror for error in mission.unsaved] == [TOO_LARGE, TOO_LARGE]
     assert [path.name for path in tmp_path.rglob("State*")] == ["State-15.msgpack"]
 
 

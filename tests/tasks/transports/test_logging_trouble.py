@@ -17,6 +17,7 @@ from runtime import Script, State
 from runtime.testing import simulate
 from tasks.transports.log_series import LogSeries
 from tasks.transports.logging import Logging
+from tests.outside import NO_FILE
 from tests.tasks.transports.logs_of_tests import Whistle, only_log, read_by_imcpy, unpacked
 
 
@@ -95,7 +96,7 @@ def test_no_folder_can_be_made_where_no_such_file_is_the_answer(tmp_path: Path) 
         script=disturb(lambda: None, disk.unlink),
     )
     assert [state for state, _ in states(run)] == [State.FAILURE, State.NORMAL]
-    assert "No such file or directory" in states(run)[0][1]
+    assert NO_FILE in states(run)[0][1]
     assert only_log(disk / "log").counts()["Temperature"] == 200
     assert any("recorded again; 0 were lost" in text for text in run.log)
 

@@ -12,7 +12,7 @@ from runtime import State
 from runtime.kernel import ScaledClock, WallClock
 from runtime.testing import simulate
 from tasks.transports.mavlink import MAVLink
-from tests.outside import free_port, free_ports
+from tests.outside import IN_USE, free_port, free_ports
 from tests.tasks.transports.mavlink_station import HOST, STATE, Station, Winch, mavlink, sail
 
 
@@ -34,7 +34,7 @@ def test_port_in_use_is_an_error_until_it_is_free():
         await control.sleep(2.0)
         entity = mavlink(control).entity
         assert entity.state is State.ERROR
-        assert f"udpin:{HOST}:{port}:px4: Address already in use by another vehicle or program" in entity.description
+        assert f"udpin:{HOST}:{port}:px4: {IN_USE} by another vehicle or program" in entity.description
         taken.close()
         await control.sleep(2.0)
         assert entity.state is State.NORMAL

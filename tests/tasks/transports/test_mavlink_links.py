@@ -6,7 +6,7 @@ import struct
 
 from runtime import State
 from runtime.kernel import ScaledClock, WallClock
-from tests.outside import free_port
+from tests.outside import REFUSED, free_port
 from tests.tasks.transports.mavlink_station import (
     FAST,
     HOST,
@@ -269,6 +269,6 @@ def test_a_tcp_server_comes_late_goes_and_comes_back():
 
     port = tcp_port()
     run = sail(script, f"tcpout://localhost:{port}", clock=ScaledClock(FAST))
-    refused = [line for line in run.log if "Connection refused" in line]
-    assert refused[0] == f"tcpout://localhost:{port}: Connection refused"
+    refused = [line for line in run.log if REFUSED in line]
+    assert refused[0] == f"tcpout://localhost:{port}: {REFUSED}"
     assert len(refused) == 1

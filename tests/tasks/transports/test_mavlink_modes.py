@@ -2,7 +2,7 @@
 
 import pytest
 
-from mavlink import CUSTOM_MODE, FLAVOURS, KINDS, encode, load_dialect, split
+from mavlink import CUSTOM_MODE, FLAVORS, KINDS, encode, load_dialect, split
 from tests.mavlink.vehicle.desk import open_session
 from tests.tasks.transports.mavlink_station import deliver
 from tests.tasks.transports.test_mavlink_vehicles import Commanded
@@ -50,7 +50,7 @@ def flown(tmp_path):
     made.vehicle.close()
 
 
-@pytest.mark.parametrize("flavour", FLAVOURS)
+@pytest.mark.parametrize("flavour", FLAVORS)
 def test_modes_are_listed_once_all_or_one_and_the_last_one_ends_the_list(flown, flavour):
     station = Watcher(flown, flavour)
     assert station.order(REQUEST, AVAILABLE_MODES, 0) == ACCEPTED
@@ -74,7 +74,7 @@ def test_only_an_aircraft_is_not_steered_by_hand():
         assert hidden == ([] if kind.afloat else ["TELEOPERATION"]), name
 
 
-@pytest.mark.parametrize("flavour", FLAVOURS)
+@pytest.mark.parametrize("flavour", FLAVORS)
 def test_the_monitor_is_streamed_and_stays_the_same_while_the_modes_do(flown, flavour):
     station = Watcher(flown, flavour)
     for _ in range(40):
@@ -93,7 +93,7 @@ def test_the_monitor_is_streamed_and_stays_the_same_while_the_modes_do(flown, fl
 @pytest.mark.parametrize("flavour", ["ardupilot", "px4"])
 def test_current_mode_is_that_of_the_heartbeat_at_once(flown, flavour):
     station = Watcher(flown, flavour)
-    number = FLAVOURS[flavour].custom_mode(KINDS["submarine"], flown.link.endpoint.model.mode)
+    number = FLAVORS[flavour].custom_mode(KINDS["submarine"], flown.link.endpoint.model.mode)
     main, sub = (number, 0) if flavour == "ardupilot" else (4, 5)
     wanted = {"ardupilot": 9, "px4": 4 << 16 | 5 << 24}[flavour]
     station.say("HEARTBEAT", type=6)

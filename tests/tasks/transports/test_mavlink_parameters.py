@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mavlink import FLAVOURS
+from mavlink import FLAVORS
 from mavlink.vehicle.parameters.names import parameter_ids
 from mavlink.vehicle.parameters.table import (
     INT32,
@@ -22,7 +22,7 @@ from runtime import Task, param
 from runtime.testing import simulate
 from tasks.transports.mavlink_links.vehicle_views import task_parameters
 
-PX4, ARDUPILOT = FLAVOURS["px4"], FLAVOURS["ardupilot"]
+PX4, ARDUPILOT = FLAVORS["px4"], FLAVORS["ardupilot"]
 WORDS = st.text(max_size=40)
 
 

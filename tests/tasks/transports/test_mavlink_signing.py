@@ -13,7 +13,7 @@ from runtime.kernel import ScaledClock, WallClock
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from tasks.transports.mavlink import MAVLink
-from tests.outside import free_port
+from tests.outside import NO_FILE, free_port
 from tests.tasks.transports.mavlink_station import DIALECT, HOST, Station, mavlink, sail, tcp_port, told, until
 
 WORDS = "sardines in oil"
@@ -204,7 +204,7 @@ def test_a_key_that_cannot_be_used_keeps_the_link_closed_until_it_can(key):
         task = mavlink(control)
         reason = f"udpin://{HOST}:{port}: the key {key} cannot be used: "
         for words, prepare in (
-            ("No such file or directory", key.unlink),
+            (NO_FILE, key.unlink),
             ("it is no file", key.mkdir),
             ("it holds neither 32 bytes", lambda: (key.rmdir(), key.write_bytes(b"\n"))),
         ):

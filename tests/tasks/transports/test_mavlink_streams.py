@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import imc
-from mavlink import FLAVOURS, Flavour, load_dialect
+from mavlink import FLAVORS, Flavor, load_dialect
 from mavlink.vehicle.telemetry.named_values import parse_named_value
 from mavlink.vehicle.telemetry.streams import STREAMS
 from shoal.missions import parse_plan
@@ -45,7 +45,7 @@ def said(request, tmp_path_factory):
     flown.vehicle.start()
     flown.vehicle.kernel.after(15.0, flown.begin, parse_plan(PLANS[request.param]))
     flown.vehicle.run(60.0)
-    sources, flavour = flown.link.endpoint.telemetry.sources, FLAVOURS["ardupilot"]
+    sources, flavour = flown.link.endpoint.telemetry.sources, FLAVORS["ardupilot"]
     found = {}
     for name, stream in STREAMS.items():
         definition = DIALECT.by_name[name]
@@ -113,7 +113,7 @@ def test_silent_sensors_are_not_repeated(said):
     try:
         model.latest._found = {kind: dict(found) for kind, found in kept.items()}
         model.forget_old(flown.link.now + 11.0)
-        names = {name for name, s in STREAMS.items() if s.instances(sources, FLAVOURS["px4"], flown.link.now)}
+        names = {name for name, s in STREAMS.items() if s.instances(sources, FLAVORS["px4"], flown.link.now)}
     finally:
         model.latest._found = kept
         model.health.supervisor_silent = False
@@ -127,8 +127,8 @@ def test_silent_sensors_are_not_repeated(said):
     }
 
 
-@pytest.mark.parametrize("flavour", FLAVOURS.values())
-def test_no_stream_raises_without_a_vehicle(desk, flavour: Flavour):
+@pytest.mark.parametrize("flavour", FLAVORS.values())
+def test_no_stream_raises_without_a_vehicle(desk, flavour: Flavor):
     for stream in STREAMS.values():
         stream.instances(desk.endpoint.telemetry.sources, flavour, desk.now)
     desk.locate(lat=math.nan, phi=math.inf, alt=-1.0, psi=math.nan)
@@ -166,7 +166,7 @@ def test_named_values_are_any_numbers_of_the_bus(tmp_path):
     flown.vehicle.start()
     flown.vehicle.run(30.0)
     sources = flown.link.endpoint.telemetry.sources
-    found = STREAMS["NAMED_VALUE_FLOAT"].instances(sources, FLAVOURS["px4"], flown.link.now)
+    found = STREAMS["NAMED_VALUE_FLOAT"].instances(sources, FLAVORS["px4"], flown.link.now)
     flown.vehicle.close()
     named = {fields["name"]: fields["value"] for fields in found}
     assert set(named) == {b"SoundSpeed", b"warmth", b"drift", b"Rpm"}

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from mavlink import system_of
-from mavlink.missions import Command
+from mavlink.missions import MissionCommand
 from mavlink.vehicle.files.ftp_messages import FtpErrorCode, FtpOpcode, checksum
 from shoal.missions import prepare
 from tests.outside import free_port
@@ -25,7 +25,14 @@ LAT, LON = 411_850_000, -87_062_000
 
 
 def waypoint(number, **fields):
-    fields = {"frame": 6, "command": Command.NAV_WAYPOINT, "autocontinue": 1, "param4": math.nan, "z": -2.0, **fields}
+    fields = {
+        "frame": 6,
+        "command": MissionCommand.NAV_WAYPOINT,
+        "autocontinue": 1,
+        "param4": math.nan,
+        "z": -2.0,
+        **fields,
+    }
     return {"x": LAT + 900 * number, "y": LON + 700 * number, **fields}
 
 

@@ -8,7 +8,7 @@ from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 import imc
-from mavlink import FLAVOURS, Tlog, encode, load_dialect, split
+from mavlink import FLAVORS, Tlog, encode, load_dialect, split
 from runtime.kernel import parse_clock
 from runtime.profile import load_profile
 from runtime.testing import simulate
@@ -20,7 +20,7 @@ from tasks.transports.mavlink_links.telemetry_log import MOST_WAITING, Telemetry
 from tests.outside import free_ports
 from tests.tasks.transports.mavlink_station import DIALECT, HOST, STATE, Station
 
-SIGNED, ARDUPILOT = 0x01, FLAVOURS["ardupilot"]
+SIGNED, ARDUPILOT = 0x01, FLAVORS["ardupilot"]
 Op = imc.LoggingControl.Op
 
 

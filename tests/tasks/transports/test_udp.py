@@ -9,6 +9,7 @@ import pytest
 import imc
 from imc.discovery import Service, Services
 from tasks.transports.imc_links.peer_table import MOST_PEERS
+from tests.outside import REFUSED
 from tests.tasks.transports.imc_station import Station, afloat
 
 OWN = 0x001A
@@ -176,7 +177,7 @@ def test_a_console_that_has_ended_is_no_longer_in_contact(vessel):
     assert 0x4204 not in [peer.system for peer, _ in vessel.udp.peers.contacts(time.time())]
     other = Station(vessel, system=0x4205).join()
     assert other.get(imc.EulerAngles)
-    assert not vessel.udp.unsent["not sent (Connection refused)"]
+    assert not vessel.udp.unsent[f"not sent ({REFUSED})"]
 
 
 def test_nothing_comes_back_and_nothing_is_forwarded_to_others(vessel):

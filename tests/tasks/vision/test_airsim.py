@@ -18,6 +18,7 @@ from runtime.testing import simulate
 from support.pose import Pose
 from tasks.vision.airsim import AirSim
 from tasks.vision.airsim_api.rpc_messages import Extent
+from tests.outside import REFUSED
 from tests.tasks.vision.airsim_standin import SETTINGS, StandIn, colors
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
@@ -148,9 +149,9 @@ def test_an_absent_server_is_named_and_asked_again_more_and_more_rarely():
     run = simulate(AirSim, feed, seconds=30.0, port=port, frame_rate=10.0)
     entity = run.task.entity
     assert entity.state is State.ERROR
-    assert entity.description == f"127.0.0.1:{port}: Connection refused ({run.task.failed} failed)"
+    assert entity.description == f"127.0.0.1:{port}: {REFUSED} ({run.task.failed} failed)"
     assert 7 <= run.task.failed <= 9
-    assert len([text for text in run.log if "Connection refused" in text]) == 1
+    assert len([text for text in run.log if REFUSED in text]) == 1
 
 
 def garbage(method, answer):
@@ -203,16 +204,16 @@ NOWHERE = {"x_val": math.nan, "y_val": 0.0, "z_val": 0.0}
         (lost, "4 pictures instead of 5"),
         (lambda m, a: a + b"\x00" if m == "simGetImages" else a, "simGetImages: 1 bytes after the answer"),
         (lambda m, a: msgspec.msgpack.encode([1, 99, None, 1]), "an answer of kind 1 to request 99 instead of 1"),
-        (lambda m, a: msgspec.msgpack.encode([1, 1, None, "one"]), "Expected `int`, got `str`"),
+        (lambda m, a: msgspec.msgpack.encode([1, 1, None, "one"]), "not understood: "),
         (lambda m, a: msgspec.msgpack.encode("\u00e4" * 9), "not understood"),
         (changed(width=0, message="no such camera"), "fisheye_right: a picture of 0 x 64 px: no such camera"),
         (changed(width=10**9, height=10**9), "fisheye_right: a picture of 1000000000 x"),
-        (changed(width="64"), "Expected `int`, got `str`"),
+        (changed(width="64"), "not understood: "),
         (changed(camera_position=NOWHERE), "a pose that is none"),
         (changed(camera_position={**NOWHERE, "x_val": 1e300}), "a pose that is none"),
-        (changed(image_data_uint8=png(30000, 30000)), "fisheye_right: a damaged PNG: Image size"),
+        (changed(image_data_uint8=png(30000, 30000)), "fisheye_right: a damaged PNG: "),
         (changed(image_data_uint8=png(64, 64)), "fisheye_right: a damaged PNG: "),
-        (lambda m, a: b"\x94\x01\x01" + b"\x91" * 9999 + b"\xc0" * 2, "not understood: maximum recursion"),
+        (lambda m, a: b"\x94\x01\x01" + b"\x91" * 9999 + b"\xc0" * 2, "not understood: "),
         (changed(time_stamp=1), "s apart"),
         (changed(width=32, height=128), "the views are not squares of one size: fisheye_down 64 x 64"),
         (lambda m, a: b"\xdf\xff\xff\xff\xff" * 3, "no answer within 1 s"),

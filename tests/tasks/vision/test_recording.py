@@ -18,6 +18,7 @@ from tasks.vision.cameras.camera_records import write_cameras
 from tasks.vision.cameras.image_files import Reel, read_picture
 from tasks.vision.cameras.image_writer import photo_name, write_picture
 from tasks.vision.recording import Recording
+from tests.outside import NO_FILE
 from world.optics import FisheyeCamera, PinholeCamera, preset_lens
 
 NS = 1_403_636_579_763_555_584
@@ -180,7 +181,7 @@ def test_what_is_missing_or_broken_is_named_counted_and_left_out(tmp_path):
     assert shown(run) == [(0, 0.0), (4, 0.4)]
     assert run.task.failed == 7
     said = "\n".join(run.log)
-    assert f"left out: {NS + 10**8}.png: No such file or directory" in said
+    assert f"left out: {NS + 10**8}.png: {NO_FILE}" in said
     assert f"left out: {NS + 2 * 10**8}.png: " in said
     assert f"left out: {NS + 3 * 10**8}.png: " in said
     assert "data.csv, line 7: 'yesterday,1.png' is not a time and a file" in said
@@ -219,7 +220,7 @@ def test_thousands_of_broken_pictures_are_no_livelock(tmp_path):
 
 @pytest.mark.parametrize(
     ("source", "said"),
-    [("nowhere", "nowhere: No such file or directory"), ("empty", "empty: no pictures with times")],
+    [("nowhere", f"nowhere: {NO_FILE}"), ("empty", "empty: no pictures with times")],
 )
 def test_sources_that_are_none(source, said, tmp_path):
     (tmp_path / "empty").mkdir()
@@ -232,7 +233,7 @@ def test_sources_that_are_none(source, said, tmp_path):
     ("options", "said"),
     [
         ({"source": ""}, "is not set"),
-        ({"source": "x", "calibration": "nowhere.yaml"}, "No such file"),
+        ({"source": "x", "calibration": "nowhere.yaml"}, NO_FILE),
         ({"source": __file__, "times": "As Recorded"}, "does not tell when"),
     ],
 )

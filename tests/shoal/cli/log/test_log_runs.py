@@ -11,6 +11,7 @@ from click.testing import CliRunner, Result
 
 import imc
 from shoal.cli import main
+from tests.outside import TOO_LARGE
 
 PLAN = "plan: box\norigin: 41.185°, -8.7062°\nspeed: 1.2 m/s\nmaneuvers:\n  - goto: {north: 8, depth: 0}\n"
 
@@ -153,7 +154,7 @@ def full(monkeypatch: pytest.MonkeyPatch) -> Generator[None]:
 
 
 TLOG = Path(__file__).parents[3] / "data" / "logs" / "ardusub.tlog"
-TOO_LARGE = [
+FILLING = [
     ("log report LOG -o OUT/page.html", "OUT/page.html"),
     ("log info --run LOG", f"{tempfile.gettempdir()}/shoal-"),
     ("log cut LOG OUT/part", "OUT/part"),
@@ -169,7 +170,7 @@ TOO_LARGE = [
 
 
 @pytest.mark.usefixtures("full")
-@pytest.mark.parametrize(("words", "file"), TOO_LARGE, ids=[words for words, _ in TOO_LARGE])
+@pytest.mark.parametrize(("words", "file"), FILLING, ids=[words for words, _ in FILLING])
 def test_a_file_that_cannot_be_written_is_named(words: str, file: str, day: Path, tmp_path: Path) -> None:
     log = next(day.glob("*_box"))
     places = {"LOG": log, "OUT": tmp_path, "DIVE": TLOG}
@@ -177,7 +178,7 @@ def test_a_file_that_cannot_be_written_is_named(words: str, file: str, day: Path
         words = words.replace(name, str(path))
     done = shoal(*words.split())
     error = done.output.strip().splitlines()[-1]
-    assert (done.exit_code, "File too large" in error) == (2, True), done.output
+    assert (done.exit_code, TOO_LARGE in error) == (2, True), done.output
     assert error.startswith(f"Error: {file.replace('OUT', str(tmp_path))}")
 
 
@@ -185,4 +186,4 @@ def test_a_file_that_cannot_be_written_is_named(words: str, file: str, day: Path
 def test_a_replay_names_the_file_that_it_could_not_record(day: Path, tmp_path: Path) -> None:
     done = shoal("replay", day / "000000", "--clock", "virtual", "--log-dir", tmp_path)
     assert done.exit_code == 1
-    assert f"not on the disk: File too large: {tmp_path}/replay/" in done.output
+    assert f"not on the disk: {TOO_LARGE}: {tmp_path}/replay/" in done.output

@@ -16,6 +16,7 @@ from runtime.kernel import VirtualClock
 from runtime.profile import load_profile, read_config
 from runtime.vehicle import build
 from shoal.cli import main
+from tests.outside import TOO_LARGE
 
 BELOW = """
 [Vision.FisheyeCamera/Below{rate}]
@@ -241,5 +242,5 @@ def test_a_full_disk_leaves_nothing_behind(shoal, run, tmp_path, processes, size
         done = shoal(log, "out", "--camera", ini, processes=processes)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    assert (done.exit_code, "out: " in done.output, "File too large" in done.output) == (2, True, True), done.output
+    assert (done.exit_code, "out: " in done.output, TOO_LARGE in done.output) == (2, True, True), done.output
     assert not list(tmp_path.iterdir())

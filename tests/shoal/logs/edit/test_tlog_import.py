@@ -10,14 +10,15 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 import imc
-from mavlink import AutopilotTranslator, Tlog, load_dialect
+from mavlink import Tlog, load_dialect
+from mavlink.translate import AutopilotTranslator
 from shoal.logs.edit.imported_log import NothingToImport
 from shoal.logs.edit.tlog_import import import_tlog
 from support import wgs84
 
 TLOG = Path(__file__).parents[3] / "data" / "logs" / "ardusub.tlog"
 DIALECT = load_dialect()
-KINDS = AutopilotTranslator(DIALECT).kinds
+KINDS = AutopilotTranslator(DIALECT).message_names
 
 # What pymavlink 2.4.49's mavlogfile finds in the file from system 1, component 1.
 FRAMES = {"ATTITUDE": 81, "GLOBAL_POSITION_INT": 16, "HEARTBEAT": 5, "GPS_RAW_INT": 11, "SYS_STATUS": 11}

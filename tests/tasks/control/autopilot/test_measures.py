@@ -8,24 +8,11 @@ import pytest
 import imc
 from runtime import State
 from runtime.testing import simulate
-from support.wgs84 import displacement
-from tasks.control.autopilot.aiding import GPS_EPOCH, fix_of, gps_input
-from tasks.control.autopilot.kinds import ARDUPILOT, PX4, body_of
-from tasks.control.autopilot.leg import Leg, Whereabouts
 from tasks.control.autopilot.mavlink import MAVLink
-from tasks.control.autopilot.memory import Memory
-from tasks.control.autopilot.pilot import TARGET, WARM_UP, Pilot
-from tasks.control.autopilot.targets import one_command, target
 from tests.tasks.control.autopilot.test_messages import BEAT, SERIAL, at, frame, heard, sent
 
-HERE = Whereabouts(0.7188, -0.1519, amsl=40.0, above_home=10.0)
 GPS = {"fix_type": 3, "lat": 411850000, "lon": -87062000, "alt": 40000, "eph": 90, "epv": 120}
 DOWN = {"min_distance": 10, "max_distance": 4000, "current_distance": 523, "orientation": 25}
-
-
-def path(**values):
-    usual = {"end_lat": HERE.lat, "end_lon": HERE.lon, "speed": 3.0, "speed_units": imc.SpeedUnits.METERS_PS}
-    return imc.DesiredPath(**{**usual, **values})
 
 
 @pytest.mark.parametrize(("ellipsoid", "height"), [(0, 94.6), (94000, 94.0)])
@@ -106,155 +93,7 @@ def test_a_stamp_for_another_program_says_nothing_of_the_clock():
     reply = frame("TIMESYNC", tc1=999_000_000_000, ts1=1)
     run = heard(at(0.0), (0.1, reply), at(1.0))
     assert [state.timestamp for state in run.of(imc.EstimatedState)][-1] == pytest.approx(run.task.now, abs=1.1)
-    assert run.task._hearing.clock._offset is None
-
-
-def test_arduplane_gets_its_side_apart_from_the_radius_and_px4_with_it():
-    leg = Leg(path(lradius=70.0, flags=imc.DesiredPath.Flags.CCLOCKW), HERE, 50.0)
-    plane, px4 = (one_command(body_of(kind, 1), leg, HERE).fields for kind in (ARDUPILOT, PX4))
-    assert (plane["param3"], plane["param4"], plane["z"]) == (70.0, 1.0, 80.0)
-    assert px4["param3"] == -70.0
-    assert math.isnan(px4["param4"])
-
-
-def test_offboard_setpoints_move_ahead_at_the_speed_of_the_leg():
-    body = body_of(PX4, 2, offboard=True)
-    leg = Leg(path(end_lat=HERE.lat + 100.0 / 6.37e6, speed=4.0), HERE, 10.0)
-    north = 0.0
-    for _ in range(100):  # PX4 approaches by 0.95/s of the distance
-        lat = HERE.lat + north / 6.3596e6
-        fields = target(body, leg, Whereabouts(lat, HERE.lon, 40.0, 10.0))
-        away = displacement(lat, HERE.lon, 0.0, math.radians(fields["lat_int"] / 1e7), HERE.lon, 0.0)[0]
-        north += 0.1 * 0.95 * away
-    assert north == pytest.approx(40.0, rel=0.02)
-    here = target(body, None, HERE)
-    assert (here["lat_int"], here["alt"]) == (round(math.degrees(HERE.lat) * 1e7), 10.0)
-
-
-class Deaf:
-    """A pilot whose autopilot acknowledges, or refuses, and does nothing; `said` has times and what was sent."""
-
-    def __init__(self, body, result=0):
-        self.now, self.said, self.words = 0.0, [], []
-        memory = Memory(self.send)
-        self.pilot = Pilot(self.give(result), self.send, self.words.append, lambda: "", memory)
-        self.pilot.body, self.pilot.armed, self.pilot.at = body, True, HERE
-        self.pilot.mode = body.hold
-
-    def send(self, name, fields):
-        self.said.append((self.now, name, fields))
-
-    def give(self, result):
-        def give(message, fields, then):
-            self.said.append((self.now, message, fields))
-            then(result)
-
-        return give
-
-    def run(self, seconds):
-        for _ in range(round(5 * seconds)):
-            self.pilot.step(self.now)
-            self.now += 0.2
-
-
-def test_setpoints_stream_before_offboard_and_on_until_it_has_left_it():
-    line = Deaf(body_of(PX4, 2, offboard=True))
-    line.pilot.follow(Leg(path(), HERE, 10.0), 0.0)
-    line.run(1.6)
-    asked = next(time for time, name, _ in line.said if name == "COMMAND_LONG")
-    before = [time for time, name, _ in line.said if name == TARGET and time < asked]
-    assert asked >= WARM_UP
-    assert len(before) >= 5
-    line.pilot.mode = line.pilot.body.guided
-    line.run(1.0)
-    line.pilot.release(line.now)
-    line.run(1.0)
-    times = [time for time, name, _ in line.said if name == TARGET]
-    assert max(b - a for a, b in pairwise(times)) < 0.5
-    assert times[-1] > line.now - 0.5
-    line.pilot.mode = line.pilot.body.hold
-    line.run(1.0)
-    assert line.said[-1][0] < line.now - 0.5
-
-
-@pytest.mark.parametrize(("kind", "hold", "instead"), [(2, 17, 9), (11, 5, 4), (12, 16, 2)])
-def test_a_hold_that_is_refused_gives_way_to_one_that_needs_no_position(kind, hold, instead):
-    line = Deaf(body_of(ARDUPILOT, kind), result=4)
-    line.pilot.mode = 3
-    line.pilot.release(0.0)
-    line.run(12.0)
-    asked = [fields["param2"] for _, _, fields in line.said]
-    assert asked[:4] == [hold] * 3 + [instead]
-    assert line.words
-
-
-class Remembered:
-    """A mission that is in the autopilot's memory already."""
-
-    busy, ready, error = False, True, ""
-    items, current = ("home", "there", "back"), 1
-
-    def recall(self, start, now):
-        return True
-
-
-def test_orders_that_took_several_tries_leave_the_next_ones_theirs():
-    """On a bad line, HEARTBEAT may show only after the third time that it is armed."""
-    rover = body_of(ARDUPILOT, 10)
-    line = Deaf(rover)
-    line.pilot.memory, line.pilot.armed, line.pilot.mode = Remembered(), False, rover.ready
-    leg = Leg(path(), HERE, 0.0)
-    leg.item = 1
-    line.pilot.follow(leg, 0.0)
-    line.run(4.0)
-    line.pilot.armed = True
-    before = len(line.said)
-    line.run(4.6)
-    assert [fields["command"] for _, _, fields in line.said] == [400] * 3 + [176] * 3
-    assert (before, line.pilot.error) == (3, "")
-    line.run(2.0)
-    assert line.pilot.error == "the mode was accepted, but did not come"
-
-
-@pytest.mark.parametrize(("current", "mode", "waits"), [(2, "hold", True), (1, "hold", False), (2, "guided", False)])
-def test_a_mission_that_is_left_at_its_last_item_may_be_over(current, mode, waits):
-    """Whatever told so was lost, or comes after the mode in which autopilots are then."""
-    rover = body_of(ARDUPILOT, 10)
-    line = Deaf(rover)
-    line.pilot.memory, line.pilot.mode = Remembered(), rover.mission
-    line.pilot.memory.current = current
-    leg = Leg(path(), HERE, 0.0)
-    leg.item = 2
-    line.pilot.follow(leg, 0.0)
-    line.run(1.0)
-    line.pilot.mode = getattr(rover, mode)
-    line.run(2.0)
-    assert (line.pilot.error == "") is waits
-    line.run(2.0)
-    assert line.pilot.error.startswith("a pilot or a failsafe has chosen another mode")
-    assert line.said == []
-
-
-def fix(**values):
-    good = imc.GpsFix.Validity.VALID_POS | imc.GpsFix.Validity.VALID_HDOP
-    return imc.GpsFix(**{"validity": good, "lat": 0.7, "lon": -0.15, "height": 52.6, "hdop": 1.5, **values})
-
-
-def test_a_position_of_shoal_becomes_the_gps_of_the_autopilot():
-    said = gps_input(fix(), 54.6, GPS_EPOCH + 604800.0 + 100.0)
-    assert (said["lat"], said["lon"]) == (round(math.degrees(0.7) * 1e7), round(math.degrees(-0.15) * 1e7))
-    assert said["alt"] == pytest.approx(-2.0)
-    assert (said["fix_type"], said["hdop"], said["ignore_flags"]) == (3, 1.5, 4 | 8 | 16 | 32 | 128)
-    assert (said["time_week"], said["time_week_ms"]) == (1, 118_000)
-    flags = imc.GpsFix.Validity
-    moving = gps_input(
-        fix(validity=flags.VALID_POS | flags.VALID_SOG | flags.VALID_COG, sog=2.0, cog=math.pi), 0.0, 2e9
-    )
-    assert (moving["vn"], moving["ve"]) == pytest.approx((-2.0, 0.0), abs=1e-9)
-    assert moving["ignore_flags"] & 8 == 0
-    assert gps_input(fix(validity=0), 0.0, 2e9)["fix_type"] == 1
-    under = fix_of(imc.UsblFixExtended(lat=0.7, lon=-0.15, z=12.0, z_units=imc.ZUnits.DEPTH, accuracy=2.0), 54.6)
-    assert (under.height, under.hacc) == pytest.approx((42.6, 2.0))
+    assert run.task._telemetry.clock._offset is None
 
 
 def test_usbl_fixes_of_this_vehicle_go_to_the_autopilot_and_others_do_not():
@@ -274,18 +113,6 @@ def test_a_critical_state_of_the_autopilot_is_an_error():
     task = heard(at(0.0), (1.0, critical)).task
     assert task.entity.state is State.ERROR
     assert task.entity.description.startswith("reports a critical state: copter, disarmed")
-
-
-def test_a_hold_after_a_plan_does_not_fight_a_failsafe_that_the_leg_has_not_noticed():
-    line = Deaf(body_of(ARDUPILOT, 2))
-    line.pilot.mode = 4
-    line.pilot.follow(Leg(path(), HERE, 10.0), 0.0)
-    line.run(1.0)
-    line.pilot.mode = 6  # RTL, in the same HEARTBEAT that says critical
-    line.pilot.release(line.now)
-    line.said.clear()
-    line.run(5.0)
-    assert not line.said
 
 
 def test_a_long_text_comes_whole_whatever_its_letters():
@@ -314,4 +141,4 @@ def test_states_go_forward_when_the_clocks_are_compared_better():
     times = [state.timestamp for state in run.of(imc.EstimatedState)]
     assert len(times) > 30
     assert min(b - a for a, b in pairwise(times)) > 0.0
-    assert run.task._hearing.clock._offset is not None
+    assert run.task._telemetry.clock._offset is not None

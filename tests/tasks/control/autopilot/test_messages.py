@@ -130,13 +130,13 @@ def test_the_first_autopilot_stays_and_others_are_foreign():
 def test_an_attitude_that_is_no_number_is_left_out(wrong):
     run = heard(at(0.0), (0.1, frame("ATTITUDE", time_boot_ms=100100, **wrong)), at(1.0))
     assert len(run.of(imc.EstimatedState)) == 2
-    assert run.task._hearing.unsound > 0
+    assert run.task._telemetry.invalid > 0
 
 
 def test_a_place_off_the_earth_is_left_out():
     run = heard(at(0.0), at(1.0, lat=1_000_000_000), at(1.5, lon=2_000_000_000))
     assert {round(math.degrees(state.lat), 4) for state in run.of(imc.EstimatedState)} == {41.185}
-    assert run.task._hearing.unsound == 2
+    assert run.task._telemetry.invalid == 2
 
 
 def test_an_old_position_is_none():
@@ -208,6 +208,6 @@ def test_a_copter_that_the_task_led_before_it_was_restarted_holds():
 def test_what_this_vehicle_tells_ground_stations_is_not_its_autopilot():
     own = frame("HEARTBEAT", system=0x1A, **BEAT)
     run = heard((0.0, own), (1.0, own))
-    assert not run.task.connection.met
+    assert not run.task.connection.is_connected
     assert sum("this vehicle's own MAVLink id" in words for words in run.log) == 1
-    assert heard((0.0, own), autopilot_id=0x1A).task.connection.met
+    assert heard((0.0, own), autopilot_id=0x1A).task.connection.is_connected

@@ -12,6 +12,7 @@ from runtime.networks import interfaces
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL, announcement, external_services, local_services
 from tasks.transports.imc_links.recvmmsg import best_way, one_by_one
 from tasks.transports.imc_links.sockets import announce_sockets, announcer, bound
+from tests.outside import IN_USE
 
 
 @pytest.fixture
@@ -24,11 +25,11 @@ def test_the_port_of_announcements_is_shared_with_nobody(port):
     with contextlib.ExitStack() as stack:
         for each in announce_sockets("127.0.0.1", port):
             stack.enter_context(each)
-        with pytest.raises(OSError, match="in use"):
+        with pytest.raises(OSError, match=IN_USE):
             announce_sockets("127.0.0.1", port)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
             other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            with pytest.raises(OSError, match="in use"):
+            with pytest.raises(OSError, match=IN_USE):
                 other.bind(("", port))
 
 

@@ -7,6 +7,7 @@ import imc
 from runtime import State
 from runtime.kernel import ScaledClock
 from tasks.transports.tcp.client import Client
+from tests.outside import REFUSED
 from tests.tasks.transports.tcp.peers import HOST, VEHICLE, Peer, packet, run, until
 
 
@@ -43,7 +44,7 @@ def test_the_client_waits_longer_each_time_and_says_so_once():
 
     async def test(script, task, depths):
         await until(script, lambda: task.pause >= 4.0)
-        assert "Connection refused" in task.trouble
+        assert REFUSED in task.trouble
 
     log = run(test, Client, server_port=port).log
     assert sum("not connected" in line for line in log) == 1

@@ -1,0 +1,57 @@
+"""The side of a companion computer: leads an autopilot by MAVLink, without sockets, clocks or threads.
+
+Bytes and messages go in by `receive`, with the time (s); frames come out through the port or the function that each
+part is given. `tick` does what is due, at `next_deadline` or in a fixed rhythm.
+"""
+
+from mavlink.autopilot.boot_clock import BootClock
+from mavlink.autopilot.command_client import ACCEPTED, DROPPED, SILENT, CommandClient, OnResult, result_text
+from mavlink.autopilot.connection import AutopilotConnection, FramePort, message_rates
+from mavlink.autopilot.gps_input import gps_input_fields, is_usable_fix, usbl_fix
+from mavlink.autopilot.health import CRITICAL, NAVIGATION, SensorHealth, describe_health
+from mavlink.autopilot.leg import ArrivalTolerance, Leg, ReportedPosition, height_above_home
+from mavlink.autopilot.mission_client import MissionClient, MissionPhase
+from mavlink.autopilot.mission_map import MissionMap
+from mavlink.autopilot.mission_writer import LandingApproach, MissionWriter, landing_approach
+from mavlink.autopilot.mode_controller import GuidedGoal, ModeController
+from mavlink.autopilot.progress import LegProgress
+from mavlink.autopilot.telemetry import Telemetry
+from mavlink.autopilot.vehicle_modes import ARDUPILOT, PX4, SteeredVehicle, steered_vehicle
+
+__all__ = [
+    "ACCEPTED",
+    "ARDUPILOT",
+    "CRITICAL",
+    "DROPPED",
+    "NAVIGATION",
+    "PX4",
+    "SILENT",
+    "ArrivalTolerance",
+    "AutopilotConnection",
+    "BootClock",
+    "CommandClient",
+    "FramePort",
+    "GuidedGoal",
+    "LandingApproach",
+    "Leg",
+    "LegProgress",
+    "MissionClient",
+    "MissionMap",
+    "MissionPhase",
+    "MissionWriter",
+    "ModeController",
+    "OnResult",
+    "ReportedPosition",
+    "SensorHealth",
+    "SteeredVehicle",
+    "Telemetry",
+    "describe_health",
+    "gps_input_fields",
+    "height_above_home",
+    "is_usable_fix",
+    "landing_approach",
+    "message_rates",
+    "result_text",
+    "steered_vehicle",
+    "usbl_fix",
+]

@@ -1,0 +1,194 @@
+"""One path for an autopilot: where it leads, how far the vehicle has come, and the point to send it to."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import imc
+from autonomy.guidance import PathProgress, Track, is_valid_path, progress
+from support.rotations import wrap
+from support.wgs84 import displace, displacement
+
+Flags = imc.DesiredPath.Flags
+Reached = imc.PathControlState.Flags
+Units = imc.ZUnits
+WHERE: Mapping[int, str] = {
+    Units.DEPTH: "a depth",
+    Units.ALTITUDE: "an altitude above the bottom",
+    Units.HEIGHT: "a height",
+}
+KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
+LONGEST = 25000.0  # m
+UNKNOWN_ETA = 0xFFFF
+SLOWEST = 0.2  # m/s; least speed for an ETA and for a course
+LEAD = 2.0  # s that the target is ahead on a circle
+LARGEST_LEAD = math.radians(40.0)
+ON_CIRCLE = 2.0  # m, or a quarter of the radius
+
+
+@dataclass(frozen=True, slots=True)
+class ReportedPosition:
+    """Where an autopilot says it is: position (rad), heights (m) above the sea and above home, motion (m/s, rad)."""
+
+    lat: float
+    lon: float
+    amsl: float
+    above_home: float
+    vx: float = 0.0
+    vy: float = 0.0
+    vz: float = 0.0
+    psi: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ArrivalTolerance:
+    """What counts as an arrival: horizontal and vertical distance (m) from the end."""
+
+    horizontal: float
+    vertical: float
+
+
+def height_above_home(
+    path: imc.DesiredPath, at: ReportedPosition, undulation: float, *, flies: bool, dives: bool
+) -> float:
+    """The height (m) above home at the end of a path. Raises ValueError if this vehicle cannot go there."""
+    if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
+        return at.above_home
+    if path.end_z_units == Units.HEIGHT and flies:
+        return path.end_z - undulation - at.amsl + at.above_home
+    if path.end_z_units == Units.ALTITUDE and flies:
+        return path.end_z
+    if path.end_z_units != Units.DEPTH or flies:
+        raise ValueError(f"this autopilot cannot go to {WHERE.get(path.end_z_units, 'this kind of z')}")
+    if path.end_z > 0.0 and not dives:
+        raise ValueError("this vehicle cannot dive")
+    return -path.end_z
+
+
+class Leg:
+    """A path from where the vehicle is to its end, or to a circle around it; `height` is above home (m).
+
+    Raises ValueError if the path cannot be followed.
+    """
+
+    def __init__(self, path: imc.DesiredPath, at: ReportedPosition, height: float) -> None:
+        if not is_valid_path(path):
+            raise ValueError("the desired path has an invalid position or number")
+        if path.speed_units != imc.SpeedUnits.METERS_PS or path.speed <= 0.0:
+            raise ValueError("the speed for an autopilot must be in m/s, and more than 0")
+        here = path.flags & Flags.TAKEOFF or (path.flags & Flags.LOITER_CURR and path.lradius > 0.0)
+        self.lat, self.lon = (at.lat, at.lon) if here else (path.end_lat, path.end_lon)
+        self.path, self.height, self.speed = path, height, path.speed
+        self.takes_off, self.lands = bool(path.flags & Flags.TAKEOFF), bool(path.flags & Flags.LAND)
+        self.radius, self.side = max(0.0, path.lradius), -1 if path.flags & Flags.CCLOCKW else 1
+        self.near = self.loitering = self.arrived = False
+        self.item: int | None = None  # of the mission in the autopilot's memory
+        self.start = 0  # the item to begin with, for those that come before it
+        self._origin = at.lat, at.lon
+        self._track = Track((0.0, 0.0), self._offset(self.lat, self.lon))
+        if self._track.length > LONGEST:
+            raise ValueError(f"the desired path is longer than {LONGEST / 1000:g} km")
+
+    def advance(self, at: ReportedPosition, tolerance: ArrivalTolerance) -> bool:
+        """Take where the vehicle is; True if it has just arrived at the end, or on the circle."""
+        before = self.near, self.loitering
+        off, away = abs(self.height - at.above_home), self._away(at)
+        if self.radius:
+            self.loitering = self.loitering or (
+                abs(away - self.radius) < max(ON_CIRCLE, 0.25 * self.radius)
+                and off < max(ON_CIRCLE, tolerance.vertical)
+            )
+        else:
+            self.arrived = self.arrived or (
+                off <= tolerance.vertical and (self.takes_off or away <= tolerance.horizontal)
+            )
+            self.near = self.near or (self.arrived and not self.lands)
+        return before != (self.near, self.loitering)
+
+    def finish(self) -> bool:
+        """The autopilot itself says that it has arrived; True if that is new."""
+        before = self.near
+        self.arrived = True
+        self.near = not self.lands and not self.radius
+        return before != self.near
+
+    def target(self, at: ReportedPosition, lead: float = LEAD) -> tuple[float, float]:
+        """Where to send the vehicle now (rad): the end, or a point on the circle that is `lead` s ahead.
+
+        The point is farther out than the circle: who always heads for it moves on the circle itself.
+        """
+        if not self.radius:
+            return self.lat, self.lon
+        turn = min(LARGEST_LEAD, lead * self.speed / self.radius)
+        north, east, _ = displacement(self.lat, self.lon, 0.0, at.lat, at.lon, 0.0)
+        angle, out = math.atan2(east, north) + self.side * turn, self.radius / math.cos(turn)
+        return displace(self.lat, self.lon, 0.0, out * math.cos(angle), out * math.sin(angle))[:2]
+
+    def ahead(self, at: ReportedPosition, lead: float) -> tuple[float, float]:
+        """A point on the line to the end (rad), or on the circle, that is `lead` s ahead, or the end itself.
+
+        Who is always sent there goes at the speed of the leg, if it approaches by 1/lead of the distance each second.
+        """
+        if self.radius:
+            return self.target(at, lead)
+        track = self._track
+        along = progress(track, self._offset(at.lat, at.lon), 0.0, 0.0, 0.0).x + lead * self.speed
+        if along >= track.length:
+            return self.lat, self.lon
+        north, east = along * math.cos(track.bearing), along * math.sin(track.bearing)
+        return displace(*self._origin, 0.0, north, east)[:2]
+
+    def progress(self, at: ReportedPosition) -> PathProgress:
+        """How far the vehicle has come; a climb counts as distance."""
+        speed, course = math.hypot(at.vx, at.vy), math.atan2(at.vy, at.vx)
+        where = progress(self._track, self._offset(at.lat, at.lon), speed, course, at.psi)
+        climb = abs(self.height - at.above_home)
+        left = abs(self._away(at) - self.radius) if self.radius else math.hypot(where.left, climb)
+        return PathProgress(
+            x=where.x,
+            y=self._away(at) - self.radius if self.loitering else where.y,
+            left=left,
+            range=where.range,
+            line_of_sight=where.line_of_sight,
+            speed=speed,
+            course=course,
+            psi=at.psi,
+            vx=where.vx,
+            vy=where.vy,
+        )
+
+    def report(self, at: ReportedPosition) -> imc.PathControlState:
+        """The state of the path."""
+        where, path = self.progress(at), self.path
+        flags = path.flags & KEPT_FLAGS
+        flags |= Reached.NEAR if self.near else 0
+        flags |= Reached.LOITERING if self.loitering else 0
+        left = 0.0 if self.near or self.loitering else where.left
+        off = at.above_home - self.height  # as a depth error, positive if the end is deeper
+        return imc.PathControlState(
+            path_ref=path.path_ref,
+            start_lat=self._origin[0],
+            start_lon=self._origin[1],
+            start_z=path.start_z,
+            start_z_units=path.start_z_units,
+            end_lat=self.lat,
+            end_lon=self.lon,
+            end_z=path.end_z,
+            end_z_units=path.end_z_units,
+            lradius=path.lradius,
+            flags=flags,
+            x=left,
+            y=where.y,
+            z=off,
+            vx=where.vx,
+            vy=where.vy,
+            vz=at.vz,
+            course_error=wrap(where.line_of_sight - where.course) if where.speed > SLOWEST else 0.0,
+            eta=min(UNKNOWN_ETA, round(left / max(SLOWEST, self.speed))),
+        )
+
+    def _away(self, at: ReportedPosition) -> float:
+        return math.hypot(*displacement(at.lat, at.lon, 0.0, self.lat, self.lon, 0.0)[:2])
+
+    def _offset(self, lat: float, lon: float) -> tuple[float, float]:
+        return displacement(*self._origin, 0.0, lat, lon, 0.0)[:2]

@@ -1,0 +1,344 @@
+"""Decides what an autopilot is told: its mode, whether it is armed, where it goes."""
+
+import math
+from collections.abc import Callable, Sequence
+from enum import Enum, auto
+
+from mavlink import Fields
+from mavlink.autopilot.command_client import ACCEPTED, result_text
+from mavlink.autopilot.leg import Leg, ReportedPosition
+from mavlink.autopilot.mission_client import MissionClient
+from mavlink.autopilot.setpoints import CommandMessage, command_message, leg_command, position_target, speed_command
+from mavlink.autopilot.vehicle_modes import SteeredVehicle
+
+SET_MODE, ARM, TAKEOFF, MISSION_START = 176, 400, 22, 300  # MAV_CMD
+CUSTOM_MODE = 1
+RETRY, TRIES = 1.5, 3  # s
+AIRBORNE = 1.0  # m above home; higher, it is in the air
+PLANE_AIRBORNE = 15.0  # m; higher, a plane has taken off
+POSITION_TARGET = "SET_POSITION_TARGET_GLOBAL_INT"
+IN_AIR = 2  # MAV_LANDED_STATE
+LATE = 3.0  # s in which an autopilot tells again how far it has come with its mission
+WARM_UP = 1.0  # s of setpoints before PX4 is asked to follow them
+
+SendCommand = Callable[[str, Fields, Callable[[int], object]], object]
+
+
+class GuidedGoal(Enum):
+    """What the controller has to do; ENDS is what follows an Abort, or a long time without a maneuver."""
+
+    NONE = auto()
+    HOLD = auto()
+    ENDS = auto()
+    GO = auto()
+    TAKE_OFF = auto()
+    LAND = auto()
+
+
+LEADING = (GuidedGoal.GO, GuidedGoal.TAKE_OFF, GuidedGoal.LAND)
+
+
+class ModeController:
+    """Leads an autopilot step by step: mode, arming, speed and target, each confirmed before the next.
+
+    What the autopilot says counts: a command is done when HEARTBEAT shows it. A mode that changes after it was reached
+    is the will of a person or a failsafe, and is not fought.
+
+    send_command: sends a command, and calls with its result. send: sends a message. warn: tells people. reason: what
+    the autopilot has said last, or "". missions: the mission that the autopilot keeps.
+    """
+
+    def __init__(
+        self,
+        send_command: SendCommand,
+        send: Callable[[str, Fields], object],
+        warn: Callable[[str], object],
+        reason: Callable[[], str],
+        missions: MissionClient,
+    ) -> None:
+        self._send_command, self._send_message = send_command, send
+        self._warn, self._reason, self.missions = warn, reason, missions
+        self.vehicle: SteeredVehicle | None = None
+        self.mode, self.armed, self.landed_state = -1, False, 0
+        self.position: ReportedPosition | None = None
+        self.leg: Leg | None = None
+        self.error = ""
+        self.goal = GuidedGoal.NONE
+        self.since = -math.inf
+        self._ending, self._number = "hold", 0
+        self._lost_in: int | None = None
+        self._begin(GuidedGoal.NONE, -math.inf)
+
+    @property
+    def is_leading(self) -> bool:
+        return self.goal in LEADING
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether no progress is expected: the mission is being written, or a plane circles down to its landing."""
+        return self.missions.busy or (self.goal is GuidedGoal.LAND and self.vehicle is not None and self.vehicle.roams)
+
+    def follow(self, leg: Leg, now: float) -> None:
+        """Carry out a leg."""
+        self.leg, self.error = leg, ""
+        self._begin(GuidedGoal.TAKE_OFF if leg.takes_off else GuidedGoal.LAND if leg.lands else GuidedGoal.GO, now)
+
+    def release(self, now: float) -> None:
+        """Hold where it is; unless somebody else has taken over."""
+        self.leg, self.error = None, ""
+        taken, self._is_taken_over = self._is_taken_over or self._is_overridden(), False
+        if not taken and self.goal is not GuidedGoal.ENDS:
+            self._begin(GuidedGoal.HOLD, now)
+
+    def _is_overridden(self) -> bool:
+        """Whether somebody has chosen another mode than that which was reached, and the leg has not noticed yet."""
+        vehicle = self.vehicle
+        if vehicle is None or not self.is_leading or self._reached is None:
+            return False
+        return self.mode not in (self._reached, vehicle.hold, vehicle.land, vehicle.takeoff, vehicle.orbit)
+
+    def end_flight(self, ending: str, now: float) -> None:
+        """End in the mode `ending`: hold, return, land or disarm."""
+        self.leg, self._ending = None, ending
+        self._begin(GuidedGoal.ENDS, now)
+
+    def on_silence(self, now: float) -> None:
+        """The autopilot has fallen silent: the leg is over, and it has to hold when it is back."""
+        self.leg, self.position = None, None
+        if self.goal is not GuidedGoal.NONE:
+            self._begin(self.goal if self.goal is GuidedGoal.ENDS else GuidedGoal.HOLD, now)
+        self._lost_in, self.mode = self.mode, -1
+
+    def on_connected(self, mode: int, armed: bool, now: float) -> None:
+        """The autopilot is heard, for the first time or again.
+
+        In another mode than before somebody else leads it. One that flies in GUIDED was led by this task before a
+        restart.
+        """
+        before, self._lost_in = self._lost_in, None
+        if before is not None and before != mode:
+            self._begin(GuidedGoal.NONE, now)
+        vehicle = self.vehicle
+        if before is None and vehicle is not None and armed and mode == vehicle.guided and mode != vehicle.hold:
+            self._begin(GuidedGoal.HOLD, now)
+
+    def fail(self, reason: str) -> None:
+        """Something cannot be done: the plan must end."""
+        self.error, self.leg = reason, None
+        self._begin(GuidedGoal.NONE, -math.inf)
+
+    def tick(self, now: float) -> None:
+        """Do what is next."""
+        vehicle = self.vehicle
+        if vehicle is None or self.mode < 0:
+            return
+        if vehicle.offboard:
+            self._stream(vehicle, now)
+        if self._asked or now < self._due:
+            return
+        if self.goal in (GuidedGoal.HOLD, GuidedGoal.ENDS):
+            self._hold_or_end(vehicle, now)
+        elif self.leg is not None and self.position is not None:
+            self._follow_leg(vehicle, self.leg, self.position, now)
+
+    def _begin(self, goal: GuidedGoal, now: float) -> None:
+        self.goal, self.since = goal, now
+        self._sent = self._sped = self._asked = self._is_taken_over = self._had_arms = self._yields = False
+        self._reached: int | None = None
+        self._streams_since = self._left = math.inf
+        self._tries, self._due = 0, -math.inf
+        self._asked_for: tuple[float, ...] = ()
+        self._number += 1
+
+    def _hold_or_end(self, vehicle: SteeredVehicle, now: float) -> None:
+        """Reach the mode of a goal without a leg."""
+        if not self.armed:
+            self._begin(GuidedGoal.NONE, now)
+            return
+        if self.goal is GuidedGoal.HOLD:
+            wanted = self._hold(vehicle)
+        elif self._ending == "disarm" and not vehicle.flies:
+            self._arm(now, 0)
+            return
+        else:
+            ways = {"return": vehicle.back, "land": vehicle.land, "disarm": vehicle.land}
+            wanted = ways.get(self._ending) or (vehicle.back if self._ending == "land" and vehicle.flies else None)
+            wanted = wanted or self._hold(vehicle)
+        if self._reached is not None and self.mode != wanted:
+            self._warn("another mode was chosen: Shoal does not steer now")
+            self._begin(GuidedGoal.NONE, now)
+            return
+        self._enter_mode(now, wanted)
+
+    def _hold(self, vehicle: SteeredVehicle) -> int:
+        """The mode that holds; another one once it has been refused, as without a position."""
+        if self._tries >= TRIES and vehicle.instead is not None and not self._yields:
+            self._yields, self._tries = True, 0
+        return vehicle.instead if self._yields and vehicle.instead is not None else vehicle.hold
+
+    def _follow_leg(self, vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition, now: float) -> None:
+        if self.goal is GuidedGoal.LAND and not self.armed:
+            leg.near = True
+        elif leg.item is not None:
+            self._fly_mission(vehicle, leg, now)
+        elif self.goal is GuidedGoal.TAKE_OFF and not self._is_airborne(vehicle, at):
+            self._take_off(vehicle, leg, at, now)
+        elif self.goal is GuidedGoal.LAND and leg.arrived:
+            self._land(vehicle, now)
+        elif vehicle.flies and not self.armed:
+            self.fail("on the ground: take off first")
+        elif vehicle.offboard and self.mode != vehicle.guided and now - self._streams_since < WARM_UP:
+            return
+        elif self._enter_mode(now, vehicle.guided, *self._other_modes(vehicle, leg)) and (
+            vehicle.flies or self._arm(now, 1)
+        ):
+            self._go_to(vehicle, leg, at, now)
+
+    def _fly_mission(self, vehicle: SteeredVehicle, leg: Leg, now: float) -> None:
+        """Let the autopilot carry out the mission in its memory from a leg on; it goes on to the next by itself."""
+        missions, starts = self.missions, self.goal is GuidedGoal.TAKE_OFF
+        if leg.near or missions.busy:
+            return
+        if not missions.ready:
+            self.fail(missions.error or "another mission was put into the autopilot")
+        elif vehicle.flies and not self.armed and not starts:
+            self.fail(f"it was disarmed{self._with_reason()}" if self._had_arms else "on the ground: take off first")
+        elif not missions.head_for(leg.start, now):
+            return
+        elif not self.armed and not vehicle.roams:  # ArduPilot's copters are not armed in AUTO
+            if self._enter_mode(now, vehicle.mission if vehicle.px4 else vehicle.ready):
+                self._arm(now, 1)
+        elif self._may_be_over(vehicle, now):
+            return
+        elif self._enter_mode(now, vehicle.mission) and self._arm(now, 1) and starts and not self._sent:
+            self._command(command_message("the mission", MISSION_START, (0.0, 0.0)))
+
+    def _may_be_over(self, vehicle: SteeredVehicle, now: float) -> bool:
+        """Whether it has left the mission at its last item just now: that it has done it may not be told yet, or lost.
+
+        Autopilots hold or return by themselves after a mission.
+        """
+        left = self._reached == vehicle.mission and self.mode in (vehicle.hold, vehicle.back)
+        if not left or self.missions.current < len(self.missions.items) - 1:
+            self._left = math.inf
+            return False
+        self._left = min(self._left, now)
+        return now - self._left < LATE
+
+    def _stream(self, vehicle: SteeredVehicle, now: float) -> None:
+        """Send setpoints while PX4 is led, or still follows them: it takes an end of the stream for a failure."""
+        led = self.is_leading and self.leg is not None and self.leg.item is None
+        if self.position is None or not (led or self.mode == vehicle.guided):
+            self._streams_since = math.inf
+            return
+        self._streams_since = min(self._streams_since, now)
+        self._send_message(POSITION_TARGET, position_target(vehicle, self.leg if led else None, self.position))
+
+    def _other_modes(self, vehicle: SteeredVehicle, leg: Leg) -> Sequence[int]:
+        """Other modes in which the leg may be: those into which the autopilot goes by itself."""
+        after = [vehicle.takeoff] if self.goal is GuidedGoal.TAKE_OFF and self._sent else []
+        around = [vehicle.orbit] if leg.radius and self._sent else []
+        return [mode for mode in (*after, *around) if mode is not None]
+
+    def _is_airborne(self, vehicle: SteeredVehicle, at: ReportedPosition) -> bool:
+        """Whether a takeoff needs no command of its own: it is in the air already, and did not take off just now."""
+        if not self.armed:
+            return False
+        if vehicle.roams:
+            return at.above_home > PLANE_AIRBORNE
+        return not self._sent and (at.above_home > AIRBORNE or self.landed_state == IN_AIR)
+
+    def _take_off(self, vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition, now: float) -> None:
+        if self._sent and not self.armed:
+            self.fail(f"it did not take off{self._with_reason()}")
+            return
+        if vehicle.roams and not vehicle.px4 and vehicle.takeoff is not None:
+            if self._enter_mode(now, vehicle.takeoff):
+                self._arm(now, 1)
+            return
+        also = [mode for mode in (vehicle.takeoff,) if mode is not None] if self._sent else []
+        if not self._enter_mode(now, vehicle.ready, *also) or not self._arm(now, 1) or self._sent:
+            return
+        height = at.amsl - at.above_home + leg.height if vehicle.px4 else leg.height
+        place = (math.nan, math.nan, math.nan) if vehicle.px4 else (0.0, 0.0, 0.0)
+        self._command(command_message("a takeoff", TAKEOFF, (0.0, 0.0, 0.0, *place, height)))
+
+    def _land(self, vehicle: SteeredVehicle, now: float) -> None:
+        if vehicle.land is None:
+            self.fail(f"a {vehicle.name} cannot land on command")
+        else:
+            self._enter_mode(now, vehicle.land)
+
+    def _go_to(self, vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition, now: float) -> None:
+        if not self._sped and (vehicle.targets or vehicle.roams) and not vehicle.offboard:
+            self._sped = True
+            self._send(speed_command(vehicle, leg.speed), final=False, aloud=True)
+            if not vehicle.targets:
+                return
+        if vehicle.targets:
+            if not vehicle.offboard:
+                self._send_message(POSITION_TARGET, position_target(vehicle, leg, at))
+        elif not self._sent:
+            self._command(leg_command(vehicle, leg, at))
+
+    def _enter_mode(self, now: float, wanted: int, *also: int) -> bool:
+        """Whether it is in the wanted mode; asks for it, if not."""
+        if self.mode == wanted or self.mode in also:
+            if self._reached != wanted:
+                self._reached, self._tries = wanted, 0
+            return True
+        if self._reached == wanted and self.is_leading:
+            self.fail("a pilot or a failsafe has chosen another mode: Shoal does not steer now")
+            self._is_taken_over = True
+            return False
+        main, sub = (wanted >> 16 & 0xFF, wanted >> 24) if wanted > 0xFFFF else (wanted, 0)
+        self._request("the mode", SET_MODE, (float(CUSTOM_MODE), float(main), float(sub)), now)
+        return False
+
+    def _arm(self, now: float, wanted: int) -> bool:
+        """Whether it is armed, or disarmed, as wanted; asks for it, if not."""
+        if self.armed == bool(wanted):
+            self._had_arms = True
+            return True
+        if self._had_arms and self.is_leading:
+            self.fail(f"it was disarmed{self._with_reason()}")
+        else:
+            self._request("arming" if wanted else "disarming", ARM, (float(wanted),), now)
+        return False
+
+    def _request(self, what: str, number: int, values: Sequence[float], now: float) -> None:
+        """Give a command until HEARTBEAT shows its effect; a leg is given up when that takes too long."""
+        if self._asked_for != (number, *values):
+            self._asked_for, self._tries = (number, *values), 0
+        if self._tries >= TRIES and self.is_leading:
+            self.fail(f"{what} was accepted, but did not come{self._with_reason()}")
+            return
+        self._tries += 1
+        self._due = now + RETRY
+        self._send(command_message(what, number, values), final=self._tries == TRIES)
+
+    def _command(self, command: CommandMessage) -> None:
+        """Give a command once; a leg that the autopilot refuses is given up."""
+        self._sent = True
+        self._send(command, final=True)
+
+    def _send(self, command: CommandMessage, *, final: bool, aloud: bool = False) -> None:
+        self._asked, number = True, self._number
+
+        def settle(result: int) -> None:
+            if number != self._number:  # about a goal that is over
+                return
+            self._asked = False
+            if result == ACCEPTED:
+                return
+            reason = f"{command.what} was {result_text(result)}{self._with_reason()}"
+            if final and self.is_leading:
+                self.fail(reason)
+            elif final or aloud:
+                self._warn(reason)
+
+        self._send_command(command.message, command.fields, settle)
+
+    def _with_reason(self) -> str:
+        text = self._reason()
+        return f": {text}" if text else ""

@@ -1,0 +1,135 @@
+"""What an autopilot measures, as messages of IMC at the times of its measurements."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+import imc
+from mavlink import Dialect, ReceivedMessage
+from mavlink.autopilot.boot_clock import BootClock
+from mavlink.autopilot.connection import ESSENTIAL
+from mavlink.autopilot.leg import ReportedPosition
+from mavlink.translate import AutopilotTranslator
+
+LARGEST_LAT, LARGEST_LON = 900_000_000, 1_800_000_000  # 1e-7 °
+SILENT_KINDS = (imc.Heartbeat,)  # the daemon has one of its own
+DOWN = 25  # orientation of what measures distances
+STATE = "EstimatedState"
+WARNING = 4  # MAV_SEVERITY: warnings, and worse
+RECENT = 5.0  # s; a text so recent may say why a command was refused
+FIX_3D = 3  # GPS_FIX_TYPE
+LEAST_STEP = 1e-3  # s between two states
+GEOID_ERROR = 5.0  # m
+
+
+class Telemetry:
+    """Translates what an autopilot says; leaves out what is no number, no place on Earth, or older than it seems.
+
+    undulation: height of the geoid above the ellipsoid (m). patience: s after which a position is too old. unsound: how
+    many messages were left out. at: where the vehicle is, once it is known. flies: whether it is an aircraft. restarts:
+    how often the autopilot has begun anew.
+    """
+
+    def __init__(self, dialect: Dialect, undulation: float, patience: float) -> None:
+        self.clock = BootClock()
+        self.patience = patience
+        self.undulation = undulation
+        self.invalid = self.restarts = 0
+        self.position: ReportedPosition | None = None
+        self.flies = False
+        self._geoid = math.nan  # as the autopilot's GPS tells it
+        self._warned = False
+        self._text, self._text_at = "", -math.inf
+        self._translator = AutopilotTranslator(dialect)
+        self._received_at: dict[str, float] = {}
+        self._above_sea = 0.0  # of home
+        self._latest = -math.inf  # time of a state
+
+    def set_vehicle(self, kind: int, *, flies: bool) -> None:
+        """An autopilot of this MAV_TYPE is heard."""
+        self._translator.type, self.flies = kind, flies
+
+    def is_silent(self, name: str, now: float, patience: float = 0.0) -> bool:
+        """Whether a message has not come for some time (s), by default that after which a position is too old."""
+        return now - self._received_at.get(name, -math.inf) > (patience or self.patience)
+
+    def missing(self, now: float) -> list[str]:
+        """What does not come, so that there are no states; empty if there are."""
+        if not self.is_silent(STATE, now):
+            return []
+        return [name for name in ESSENTIAL if self.is_silent(name, now)] or ["position"]
+
+    def reason(self, now: float) -> str:
+        """What the autopilot has said of late that may be a reason; "" if it has said nothing."""
+        return self._text if now - self._text_at <= RECENT else ""
+
+    def receive(self, message: ReceivedMessage, now: float) -> Iterator[tuple[str, imc.Message]]:
+        """What a message says, each with the label of its entity, and the time of the measurement in its header."""
+        name, values = message.name, message.values
+        if name == "GLOBAL_POSITION_INT" and not self._note_place(values):
+            return
+        self._received_at[name] = now
+        if name == "DISTANCE_SENSOR" and values["orientation"] != DOWN:
+            return  # what is ahead is no altitude
+        if name == "STATUSTEXT" and values["severity"] <= WARNING and not values["chunk_seq"]:
+            self._text, self._text_at = values["text"].decode(errors="replace"), now
+        if name not in self._translator.message_names:
+            return
+        time, count = now, values.get("time_boot_ms")
+        if count is not None:
+            self.restarts += self.clock.update(count / 1e3, now)
+            time = self.clock.time(count / 1e3, now)
+        if name == "ATTITUDE":  # a better comparison of the clocks does not set states back
+            time = self._latest = max(time, min(now, self._latest + LEAST_STEP))
+        for label, said in self._translator.translate(message, time):
+            if isinstance(said, SILENT_KINDS):
+                continue
+            if not is_valid(said):
+                self.invalid += 1
+            elif isinstance(said, imc.GpsFix):
+                yield label, self._above_ellipsoid(said, values)
+            elif not isinstance(said, imc.EstimatedState):
+                yield label, said
+            elif not self.is_silent("GLOBAL_POSITION_INT", now):
+                self._received_at[STATE] = now
+                yield label, self._placed(said)
+
+    def _note_place(self, values: Mapping[str, int]) -> bool:
+        if abs(values["lat"]) > LARGEST_LAT or abs(values["lon"]) > LARGEST_LON:
+            self.invalid += 1
+            return False
+        self._above_sea = (values["alt"] - values["relative_alt"]) / 1e3
+        return True
+
+    def _above_ellipsoid(self, fix: imc.GpsFix, values: Mapping[str, int]) -> imc.GpsFix:
+        """The fix with a height above the ellipsoid; older receivers tell only that above the sea."""
+        if not values["alt_ellipsoid"]:
+            return fix.replace(height=fix.height + self.undulation)
+        if values["fix_type"] >= FIX_3D:
+            self._geoid = (values["alt_ellipsoid"] - values["alt"]) / 1e3
+        return fix
+
+    def geoid_warning(self) -> str:
+        """What is wrong with the undulation, once; "" if it may be right."""
+        if self._warned or not abs(self._geoid - self.undulation) > GEOID_ERROR:
+            return ""
+        self._warned = True
+        wrong = f"Geoid Undulation is {self.undulation:g} m, but the autopilot's GPS says {self._geoid:.1f} m"
+        return f"{wrong}: heights above the ellipsoid are wrong by the difference"
+
+    def _placed(self, state: imc.EstimatedState) -> imc.EstimatedState:
+        """The state with the heights of Shoal: above the ellipsoid, and for an aircraft above the start."""
+        amsl, above = state.height, state.height - self._above_sea
+        self.position = ReportedPosition(state.lat, state.lon, amsl, above, state.vx, state.vy, state.vz, state.psi)
+        if self.flies and state.alt < 0.0:
+            state = state.replace(alt=max(0.0, above))
+        return state.replace(height=amsl + self.undulation)
+
+
+def is_valid(message: imc.Message) -> bool:
+    """Whether all numbers of a message are finite, and its position is on Earth."""
+    for item in imc.fields(type(message)):
+        value = getattr(message, item.name)
+        if isinstance(value, float) and not math.isfinite(value):
+            return False
+    lat, lon = getattr(message, "lat", 0.0), getattr(message, "lon", 0.0)
+    return abs(lat) <= 0.5 * math.pi and abs(lon) <= math.pi
