@@ -297,7 +297,7 @@ CIRCLES = {  # imports that close a circle, and why; all but one are for types o
     "runtime.vehicle.realtime_lag -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
     "runtime.vehicle.sibling_processes -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
     "runtime.vehicle.vehicle -> runtime.snapshot": "it holds the journals of its run, for whoever saves it",
-    "shoal.scenarios.run_context -> shoal.scenarios.links": "it holds the channels of links, which are made for a stage",
+    "shoal.scenarios.run_context -> shoal.scenarios.links": "it holds the channels of links, which are made for a run",
 }
 
 
