@@ -236,7 +236,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
         "loops, references and supervision of all boats",
     ),
     "tasks.maneuver.maneuver_task": (("goto", "loiter", "rows", "yo_yo"), "how each maneuver begins, reports and ends"),
-    "tasks.maneuver.circle_timer": (("loiter", "station"), "circles around a place"),
+    "tasks.maneuver.circle_timer": (("loiter", "station_control"), "circles around a place"),
     "tasks.maneuver.survey_rows": (("rows", "rows_coverage"), "rows that cover an area"),
     "tasks.maneuver.hover": (("loiter", "station_keeping"), "staying at a place in the air"),
     "tasks.maneuver.spiral": (("elevator", "pop_up", "scheduled_goto"), "changes of depth on the spot"),

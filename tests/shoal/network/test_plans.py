@@ -16,16 +16,16 @@ class Told:
     def __init__(self, answered: float, *reports: imc.PlanControlState) -> None:
         self.console, self.reports, self.answered = SimpleNamespace(id=CONSOLE), list(reports), answered
 
-    def check(self, _: object) -> None: ...
+    def check_is_there(self, _: object) -> None: ...
 
-    def number(self) -> int:
+    def next_request_id(self) -> int:
         return 7
 
-    async def ask(self, _: object, request: imc.PlanControl, __: object, answer: Any) -> Any:
+    async def request(self, _: object, request: imc.PlanControl, __: object, answer: Any) -> Any:
         kind = imc.PlanControl.Type.SUCCESS
         return answer(request.replace(type=kind, src=ID, dst=CONSOLE, timestamp=self.answered))
 
-    async def next(self, *_: object) -> imc.PlanControlState:
+    async def next_message(self, *_: object) -> imc.PlanControlState:
         return self.reports.pop(0)
 
 
@@ -35,7 +35,7 @@ def report(plan: str, timestamp: float) -> imc.PlanControlState:
 
 def stopped(last: imc.PlanControlState, *reports: imc.PlanControlState, answered: float = 5.0) -> imc.PlanControlState:
     """The status after a stop that was answered at a time (s)."""
-    plans = AsyncRemotePlans(Told(answered, *reports), SimpleNamespace(id=ID, age=0.1, last_of=lambda _: last))
+    plans = AsyncRemotePlans(Told(answered, *reports), SimpleNamespace(id=ID, age=0.1, latest_message=lambda _: last))
 
     async def act() -> imc.PlanControlState:
         await plans.stop()
