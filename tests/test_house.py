@@ -199,10 +199,7 @@ TWICE = set(
     re.findall(
         r"\w+",
         """
-    Approach Batch Beam Body Camera Circle Clock Condition Connection Detections Device Field Finding
-    FisheyeCamera GPS Item Kind Leg Legs Line Link MAVLink Navigation Option Order Parameters Picture Port Pose
-    Rays Reach Record Recording RemoteOperation Shot Sighting Speed Spot Table Track Vehicle View Watch
-    Whereabouts
+    Beam Circle Device Item Legs Line Option Picture Pose Rays Shot Track View
     """,
     )
 )

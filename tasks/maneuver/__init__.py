@@ -1,5 +1,5 @@
 """Maneuvers: the steps of a plan, one task each."""
 
-from tasks.maneuver.maneuver_task import Completed, Leg, Maneuver, ManeuverError
+from tasks.maneuver.maneuver_task import Completed, Maneuver, ManeuverError, PathEnd
 
-__all__ = ["Completed", "Leg", "Maneuver", "ManeuverError"]
+__all__ = ["Completed", "Maneuver", "ManeuverError", "PathEnd"]

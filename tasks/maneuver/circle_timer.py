@@ -3,12 +3,12 @@
 import math
 
 import imc
-from tasks.maneuver.maneuver_task import Completed, Leg, Maneuver, PathState
+from tasks.maneuver.maneuver_task import Completed, Maneuver, PathEnd, PathState
 
 ON_CIRCLE = 5.0  # m, or a quarter of the radius; no vehicle keeps a circle more exactly in a current
 
 
-class Circling:
+class CircleTimer:
     """Waits while a maneuver circles for `seconds`, counted from the arrival on the circle; 0 is forever.
 
     ManeuverDone ends it if the maneuver subscribes to that, as StationKeeping does and Loiter does not.
@@ -19,10 +19,10 @@ class Circling:
         self._seconds = float(seconds) or math.inf
         self._end = self._nearest = self._off = math.inf
 
-    async def over(self) -> bool:
+    async def wait(self) -> bool:
         """Wait for the next message and report the time left; True if the time is over."""
         maneuver = self._maneuver
-        event = await maneuver.event()
+        event = await maneuver.next_message()
         if isinstance(event, imc.ManeuverDone):
             raise Completed
         path = maneuver.path
@@ -33,17 +33,17 @@ class Circling:
                 self._end = min(self._end, maneuver.now + self._seconds)
                 maneuver.report(self._end - maneuver.now)
             elif self._end == math.inf:
-                maneuver.tell(after=self._seconds)
+                maneuver.report_time_left(after=self._seconds)
             else:
                 maneuver.report(self._end - maneuver.now)
         return maneuver.now >= self._end
 
-    def judge(self, leg: Leg, radius: float) -> None:
+    def check_reached(self, leg: PathEnd, radius: float) -> None:
         """Say aloud if the circle was never reached, or the depth or altitude of `leg`.
 
         As in DUNE the time begins inside the circle, too; it may be over before the vehicle gets to a large one.
         """
         if max(ON_CIRCLE, 0.25 * radius) < abs(self._off) < math.inf:
-            self._maneuver.miss(f"radius {radius + self._off:.0f} m instead of {radius:g} m")
+            self._maneuver.report_missed(f"radius {radius + self._off:.0f} m instead of {radius:g} m")
         if math.isfinite(self._nearest):
-            self._maneuver.judge(leg, self._nearest)
+            self._maneuver.check_depth(leg, self._nearest)

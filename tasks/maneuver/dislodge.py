@@ -17,7 +17,7 @@ class Dislodge(Maneuver):
     """
 
     loops = Loops.SPEED | Loops.PITCH
-    hears = (imc.EstimatedState,)
+    subscribed = (imc.EstimatedState,)
 
     attempts: int = param(5, "1", "Number of attempts.", minimum=1, maximum=1000)
     bursts: int = param(5, "1", "Bursts per attempt.", minimum=1, maximum=1000)
@@ -27,7 +27,7 @@ class Dislodge(Maneuver):
     pitch: float = param(15.0, "°", "Pitch while going ahead.", minimum=0, maximum=45)
 
     async def execute(self, dislodge: imc.Dislodge) -> None:
-        began = (await self.located()).depth
+        began = (await self.wait_for_state()).depth
         end = self.now + dislodge.timeout if dislodge.timeout else math.inf
         backward = dislodge.direction == Direction.BACKWARD
         for attempt in range(self.attempts):
@@ -52,7 +52,7 @@ class Dislodge(Maneuver):
         told = self.now
         self.report()
         while self.now < until:
-            await self.event()
+            await self.next_message()
             depth = self.state.depth if self.state is not None else began
             if depth <= max(SURFACE, began - self.minimum_distance):
                 return True

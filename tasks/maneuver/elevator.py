@@ -4,14 +4,14 @@ import math
 
 import imc
 from runtime import param
-from tasks.maneuver.maneuver_task import Leg, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Maneuver, PathEnd, PathFlags
 from tasks.maneuver.spiral import spiral
 
 
 class Elevator(Maneuver):
     """Goes to a point, or stays where it is, and spirals from one depth or altitude to another."""
 
-    hears = (imc.PathControlState, imc.EstimatedState, imc.DesiredZ)
+    subscribed = (imc.PathControlState, imc.EstimatedState, imc.DesiredZ)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
     vertical_monitor: bool = param(True, "", "Fail if the depth does not change.", name="VMonitor")
@@ -22,7 +22,7 @@ class Elevator(Maneuver):
 
     async def execute(self, elevator: imc.Elevator) -> None:
         e, here = elevator, elevator.flags & imc.Elevator.Flags.CURR_POS
-        leg = Leg(e.lat, e.lon, e.end_z, e.end_z_units, e.speed, e.speed_units)
+        leg = PathEnd(e.lat, e.lon, e.end_z, e.end_z_units, e.speed, e.speed_units)
         if not here:
             await self.follow(leg._replace(z=e.start_z, z_units=e.start_z_units))
         await spiral(

@@ -2,7 +2,7 @@
 
 import imc
 from support.wgs84 import displace
-from tasks.maneuver.maneuver_task import Leg, Maneuver, ManeuverError
+from tasks.maneuver.maneuver_task import Maneuver, ManeuverError, PathEnd
 
 
 class FollowPath(Maneuver):
@@ -12,7 +12,7 @@ class FollowPath(Maneuver):
         points = [point for point in path.points if isinstance(point, imc.PathPoint)]
         if not points:
             raise ManeuverError("path has no points")
-        leg = Leg.of(path)
+        leg = PathEnd.of(path)
         for number, point in enumerate(points):
             lat, lon, _ = displace(path.lat, path.lon, 0.0, point.x, point.y)
             await self.follow(leg._replace(lat=lat, lon=lon, z=path.z + point.z), info=f"waypoint={number}")

@@ -3,10 +3,10 @@
 import math
 
 import imc
-from tasks.maneuver.maneuver_task import Completed, Leg, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Completed, Maneuver, PathEnd, PathFlags
 
 
-async def hover(maneuver: Maneuver, leg: Leg, seconds: float) -> None:
+async def hover(maneuver: Maneuver, leg: PathEnd, seconds: float) -> None:
     """Go to the end of `leg` and stay there under path control for `seconds` from the arrival; 0 is forever.
 
     ManeuverDone ends it if the maneuver subscribes to that, as StationKeeping does and Loiter does not.
@@ -14,13 +14,13 @@ async def hover(maneuver: Maneuver, leg: Leg, seconds: float) -> None:
     maneuver.steer(leg, flags=PathFlags.DIRECT)
     end = math.inf
     while maneuver.now < end:
-        event = await maneuver.event()
+        event = await maneuver.next_message()
         if isinstance(event, imc.ManeuverDone):
             raise Completed
         if event is not maneuver.path:
             continue
         if not maneuver.near:
-            maneuver.tell(after=seconds or math.inf)
+            maneuver.report_time_left(after=seconds or math.inf)
             continue
         if end == math.inf and seconds:
             end = maneuver.now + seconds

@@ -8,12 +8,12 @@ class Idle(Maneuver):
     """Disables all control loops; a duration of 0 lasts until another maneuver begins."""
 
     loops = 0
-    hears = ()
+    subscribed = ()
 
     async def execute(self, idle: imc.IdleManeuver) -> None:
         if idle.duration == 0:
             self.report()
-            await self.event()
+            await self.next_message()
         for left in range(idle.duration, 0, -1):
             self.report(left)
             await self.sleep(1.0)

@@ -2,7 +2,7 @@
 
 import imc
 from imc.coordinates import absolute
-from tasks.maneuver.maneuver_task import Leg, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Maneuver, PathEnd, PathFlags
 
 NOWHERE = (0.0, 0.0)
 
@@ -13,11 +13,11 @@ class Land(Maneuver):
     Without a position (latitude and longitude 0) it lands where it is; without a height it keeps its own on the way.
     """
 
-    hears = (imc.PathControlState, imc.EstimatedState)
+    subscribed = (imc.PathControlState, imc.EstimatedState)
 
     async def execute(self, land: imc.Land) -> None:
-        leg = Leg.of(land)
+        leg = PathEnd.of(land)
         if (leg.lat, leg.lon) == NOWHERE:
-            lat, lon, _ = absolute(await self.located())
+            lat, lon, _ = absolute(await self.wait_for_state())
             leg = leg._replace(lat=lat, lon=lon, z_units=imc.ZUnits.NONE)
         await self.follow(leg, flags=PathFlags.LAND, judged=False)

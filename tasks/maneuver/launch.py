@@ -1,7 +1,7 @@
 """Goes to a point once the vehicle is in the water."""
 
 import imc
-from tasks.maneuver.maneuver_task import Leg, Loops, Maneuver
+from tasks.maneuver.maneuver_task import Loops, Maneuver, PathEnd
 
 Medium = imc.VehicleMedium.Medium
 
@@ -10,13 +10,13 @@ class Launch(Maneuver):
     """Waits without control until the vehicle is in the water, then goes to a point."""
 
     loops = None
-    hears = (imc.PathControlState, imc.VehicleMedium)
+    subscribed = (imc.PathControlState, imc.VehicleMedium)
 
     async def execute(self, launch: imc.Launch) -> None:
         medium = Medium.UNKNOWN
         while medium not in (Medium.WATER, Medium.UNDERWATER):
-            event = await self.event()
+            event = await self.next_message()
             if isinstance(event, imc.VehicleMedium):
                 medium = event.medium
         self.control(Loops.PATH)
-        await self.follow(Leg.of(launch))
+        await self.follow(PathEnd.of(launch))

@@ -5,9 +5,9 @@ import math
 import imc
 from runtime import param
 from support.wgs84 import displace
-from tasks.maneuver.circle_timer import Circling
+from tasks.maneuver.circle_timer import CircleTimer
 from tasks.maneuver.hover import hover
-from tasks.maneuver.maneuver_task import Leg, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Maneuver, PathEnd, PathFlags
 
 Form = imc.Loiter.Type
 Direction = imc.Loiter.Direction
@@ -19,37 +19,39 @@ class Loiter(Maneuver):
     The type EIGHT is a figure of eight, all others are circles. A vehicle that can hover does so for the type HOVER.
     """
 
-    hears = (imc.PathControlState, imc.EstimatedState)
+    subscribed = (imc.PathControlState, imc.EstimatedState)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
     hovers: bool = param(False, "", "Whether the vehicle can hover.", editable=False)
 
     async def execute(self, loiter: imc.Loiter) -> None:
         if self.hovers and loiter.type == Form.HOVER:
-            await hover(self, Leg.of(loiter), loiter.duration)
+            await hover(self, PathEnd.of(loiter), loiter.duration)
             return
-        circling = Circling(self, loiter.duration)
+        circling = CircleTimer(self, loiter.duration)
         radius = max(loiter.radius, self.minimum_radius)
         counter = PathFlags.CCLOCKW if loiter.direction == Direction.CCLOCKW else 0
         if loiter.type != Form.EIGHT:
-            self.steer(Leg.of(loiter), radius=radius, flags=counter)
-            while not await circling.over():
+            self.steer(PathEnd.of(loiter), radius=radius, flags=counter)
+            while not await circling.wait():
                 pass
         side, over = 1.0, loiter.type != Form.EIGHT
         while not over:
             over = await self._half_eight(circling, loiter, radius, side, counter)
             side, counter = -side, counter ^ PathFlags.CCLOCKW
-        circling.judge(Leg.of(loiter), radius)
+        circling.check_reached(PathEnd.of(loiter), radius)
 
-    async def _half_eight(self, circling: Circling, loiter: imc.Loiter, radius: float, side: float, flags: int) -> bool:
+    async def _half_eight(
+        self, circling: CircleTimer, loiter: imc.Loiter, radius: float, side: float, flags: int
+    ) -> bool:
         """One circle of an eight: around its outer side, then until abeam of its center. True if the time is over."""
         north, east = side * math.cos(loiter.bearing), side * math.sin(loiter.bearing)
         reach = 0.5 * loiter.length
         lat, lon, _ = displace(loiter.lat, loiter.lon, 0.0, reach * north, reach * east)
-        self.steer(Leg.of(loiter)._replace(lat=lat, lon=lon), radius=radius, flags=flags)
+        self.steer(PathEnd.of(loiter)._replace(lat=lat, lon=lon), radius=radius, flags=flags)
         outside = False
         while True:
-            if await circling.over():
+            if await circling.wait():
                 return True
             if self.state is not None:
                 to_north, to_east = self.offset(lat, lon)

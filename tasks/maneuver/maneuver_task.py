@@ -34,7 +34,7 @@ class Completed(Exception):
     """Raised anywhere inside `execute`: the maneuver is done."""
 
 
-class Leg(NamedTuple):
+class PathEnd(NamedTuple):
     """The end of a path (rad, rad, m) and its speed, with the units of IMC."""
 
     lat: float
@@ -45,7 +45,7 @@ class Leg(NamedTuple):
     speed_units: int
 
     @classmethod
-    def of(cls, maneuver: Any) -> "Leg":
+    def of(cls, maneuver: Any) -> "PathEnd":
         """From the fields of a maneuver that has them all."""
         return cls(*(getattr(maneuver, name) for name in cls._fields))
 
@@ -54,13 +54,14 @@ class Maneuver(Task):
     """A maneuver: its message starts `execute`, and it is done when `execute` returns.
 
     The annotation of the argument is the message that starts the maneuver and registers it; a CustomManeuver must name
-    the class. `loops` are the control loops enabled at the start, None if `execute` enables them itself. `event`
-    delivers the messages in `hears` from the own system and those in `hears_others` from any system.
+    the class. `loops` are the control loops enabled at the start, None if `execute` enables them itself.
+    `next_message` delivers the messages in `subscribed` from the own system and those in `subscribed_from_others` from
+    any system.
     """
 
     loops: ClassVar[int | None] = Loops.PATH
-    hears: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState,)
-    hears_others: ClassVar[tuple[type[imc.Message], ...]] = ()
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState,)
+    subscribed_from_others: ClassVar[tuple[type[imc.Message], ...]] = ()
 
     path: imc.PathControlState | None = None
     state: imc.EstimatedState | None = None
@@ -96,27 +97,27 @@ class Maneuver(Task):
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def halt(self, _: imc.StopManeuver) -> None:
+    def on_stop_maneuver(self, _: imc.StopManeuver) -> None:
         if self._script is not None and not self._script.done:
             self._script.cancel()
             self.set_entity_state(State.NORMAL, "idle")
             self._say(Phase.STOPPED)
 
     @periodic(1.0)
-    def go_on(self) -> None:
+    def repeat_report(self) -> None:
         """Repeat the last report if there is no new one: silence counts as a failure."""
         if self._said.state == Phase.EXECUTING and self.now - self._said_at >= SILENCE:
             self._say(Phase.EXECUTING, self._said.eta, self._said.info)
 
     @consume
-    def watch_loops(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         """Only the first message of a scope counts: the maneuver sends it, controllers add theirs later."""
         if loops.scope_ref > self._scope:
             self._scope = loops.scope_ref
             self._enabled = loops.mask if loops.enable else 0
 
     @consume
-    def watch_path(self, path: imc.DesiredPath) -> None:
+    def on_desired_path(self, path: imc.DesiredPath) -> None:
         self._path_ref = max(self._path_ref, path.path_ref)
 
     @property
@@ -133,7 +134,7 @@ class Maneuver(Task):
             self._loop(imc.ControlLoops.Enable.ENABLE, loops)
         self._enabled = loops
 
-    def steer(self, leg: Leg, *, radius: float = 0.0, flags: int = 0) -> None:
+    def steer(self, leg: PathEnd, *, radius: float = 0.0, flags: int = 0) -> None:
         """Start a path to the end of `leg`, or around it with a loitering `radius` (m)."""
         self._path_ref += 1
         self.path = None
@@ -152,20 +153,20 @@ class Maneuver(Task):
         )
 
     async def follow(
-        self, leg: Leg, *, flags: int = 0, info: str = "", after: float = 0.0, judged: bool = True
+        self, leg: PathEnd, *, flags: int = 0, info: str = "", after: float = 0.0, judged: bool = True
     ) -> None:
         """Steer to the end of `leg` until near; `after` is the time the maneuver takes from there (s).
 
-        A leg that is `judged` must end at its depth, else `judge` says so.
+        A leg that is `judged` must end at its depth, else `check_depth` says so.
         """
         self.steer(leg, flags=flags)
         while not self.near:
-            if isinstance(await self.event(), imc.PathControlState):
-                self.tell(after, info)
+            if isinstance(await self.next_message(), imc.PathControlState):
+                self.report_time_left(after, info)
         if judged and self.path is not None:
-            self.judge(leg, self.path.z)
+            self.check_depth(leg, self.path.z)
 
-    def judge(self, leg: Leg, error: float) -> None:
+    def check_depth(self, leg: PathEnd, error: float) -> None:
         """Say aloud if the vehicle is not at the depth or altitude of `leg` at its end; `error` is what is missing (m).
 
         The maneuver goes on as in DUNE: a leg may be too short to dive, or the water too shallow. The text is in the
@@ -174,14 +175,14 @@ class Maneuver(Task):
         name = VERTICAL.get(leg.z_units)
         if name is None or abs(error) <= SHORT:
             return
-        self.miss(f"{name} {leg.z - error:.1f} m instead of {leg.z:g} m")
+        self.report_missed(f"{name} {leg.z - error:.1f} m instead of {leg.z:g} m")
 
-    def miss(self, text: str) -> None:
+    def report_missed(self, text: str) -> None:
         """Say aloud that the maneuver goes on without something that it was to do."""
         self.log.warning(text)
         self._missed.append(text)
 
-    def tell(self, after: float = 0.0, info: str = "") -> None:
+    def report_time_left(self, after: float = 0.0, info: str = "") -> None:
         """Report the time left on the path plus `after` (s); nothing at its end, which ends or changes something."""
         if self.path is not None and not self.near:
             self.report(UNKNOWN_ETA if self.path.eta == UNKNOWN_ETA else self.path.eta + after, info)
@@ -190,7 +191,7 @@ class Maneuver(Task):
         """Report that the maneuver continues, with the time left (s)."""
         self._say(Phase.EXECUTING, max(0, math.ceil(eta)) if eta < UNKNOWN_ETA else UNKNOWN_ETA, info)
 
-    async def event(self, timeout: float | None = None) -> imc.Message:
+    async def next_message(self, timeout: float | None = None) -> imc.Message:
         """The next message; `path` and `state` are updated from it. Raises TimeoutError after `timeout` (s)."""
         while True:
             message = await self._inbox.next(timeout)
@@ -202,10 +203,10 @@ class Maneuver(Task):
                 self.path = message
             return message
 
-    async def located(self) -> imc.EstimatedState:
+    async def wait_for_state(self) -> imc.EstimatedState:
         """Where the vehicle is; waits for the first EstimatedState of the maneuver."""
         while self.state is None:
-            await self.event()
+            await self.next_message()
         return self.state
 
     async def sleep(self, seconds: float) -> None:
@@ -221,7 +222,7 @@ class Maneuver(Task):
         north, east, _ = displacement(own_lat, own_lon, 0.0, lat, lon, 0.0)
         return north, east
 
-    def range_to(self, leg: Leg) -> float:
+    def range_to(self, leg: PathEnd) -> float:
         """Horizontal distance (m) from the vehicle to the end of `leg`."""
         return math.hypot(*self.offset(leg.lat, leg.lon))
 
@@ -252,11 +253,11 @@ class Maneuver(Task):
                 return
             raise
         self.set_entity_state(State.NORMAL, "idle")
-        self._say(Phase.DONE, info=summary(self._missed) or DONE)
+        self._say(Phase.DONE, info=missed_depths_text(self._missed) or DONE)
 
     def _listen(self, script: Script) -> Inbox:
-        inbox = script.listen(*self.hears)
-        inbox.add(*self.hears_others, others=True)
+        inbox = script.listen(*self.subscribed)
+        inbox.add(*self.subscribed_from_others, others=True)
         return inbox
 
     def _loop(self, enable: int, mask: int) -> None:
@@ -268,7 +269,7 @@ class Maneuver(Task):
         self.publish(self._said)
 
 
-def summary(missed: Sequence[str]) -> str:
+def missed_depths_text(missed: Sequence[str]) -> str:
     """The first of the depths that were missed, and how many more there were; empty if there were none."""
     if len(missed) < 2:
         return "".join(missed)

@@ -6,7 +6,7 @@ import imc
 from imc.coordinates import absolute
 from runtime import param
 from support.wgs84 import displacement
-from tasks.maneuver.maneuver_task import Leg, Loops, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Loops, Maneuver, PathEnd, PathFlags
 from tasks.maneuver.spiral import spiral
 from tasks.maneuver.station_control import keep_station
 
@@ -21,7 +21,7 @@ class PopUp(Maneuver):
     them it waits until a good fix confirms the navigation, for its duration at most; 0 is no limit.
     """
 
-    hears = (imc.PathControlState, imc.EstimatedState, imc.VehicleMedium, imc.GpsFix, imc.DesiredZ)
+    subscribed = (imc.PathControlState, imc.EstimatedState, imc.VehicleMedium, imc.GpsFix, imc.DesiredZ)
 
     elevator_radius: float = param(15.0, "m", "Smallest radius of the spirals.", minimum=1)
     station_radius: float = param(
@@ -36,7 +36,7 @@ class PopUp(Maneuver):
     )
 
     async def execute(self, popup: imc.PopUp) -> None:
-        leg = Leg.of(popup)
+        leg = PathEnd.of(popup)
         radius = max(popup.radius, self.elevator_radius)
         if not popup.flags & Flags.CURR_POS:
             await self.follow(leg, after=popup.duration)
@@ -45,10 +45,10 @@ class PopUp(Maneuver):
         self.control(0)
         medium = None
         while medium != Water:
-            event = await self.event()
+            event = await self.next_message()
             medium = event.medium if isinstance(event, imc.VehicleMedium) else medium
         if popup.flags & (Flags.STATION_KEEP | Flags.WAIT_AT_SURFACE):
-            lat, lon, _ = absolute(await self.located())
+            lat, lon, _ = absolute(await self.wait_for_state())
             station = surface._replace(lat=lat, lon=lon)
             await keep_station(self, station, max(self.station_radius, radius), max(1.0, popup.duration))
         else:
@@ -56,14 +56,14 @@ class PopUp(Maneuver):
         self.control(Loops.PATH)
         await self._spiral(leg, radius)
 
-    async def _spiral(self, leg: Leg, radius: float, after: float = 0.0) -> None:
+    async def _spiral(self, leg: PathEnd, radius: float, after: float = 0.0) -> None:
         flags, slowest, patience = PathFlags.LOITER_CURR, self.slowest, self.patience
         await spiral(self, leg, radius, flags=flags, after=after, slowest=slowest, patience=patience)
 
     async def _until_fixed(self, end: float) -> None:
         """Drift until a fix confirms where the vehicle is, at most until `end`."""
         while self.now < end:
-            event = await self.event()
+            event = await self.next_message()
             if isinstance(event, imc.GpsFix) and self._confirms(event):
                 return
             if isinstance(event, imc.VehicleMedium):

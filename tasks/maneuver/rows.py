@@ -2,11 +2,11 @@
 
 import imc
 from tasks.maneuver.maneuver_task import Maneuver
-from tasks.maneuver.survey_rows import cover
+from tasks.maneuver.survey_rows import follow_rows
 
 
 class Rows(Maneuver):
     """Goes along rows at a given spacing; done at the end of the last."""
 
     async def execute(self, area: imc.Rows) -> None:
-        await cover(self, area)
+        await follow_rows(self, area)

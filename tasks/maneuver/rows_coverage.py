@@ -6,8 +6,8 @@ from collections import deque
 import imc
 from imc.coordinates import swath_width
 from runtime import param
-from tasks.maneuver.maneuver_task import Leg, Maneuver
-from tasks.maneuver.survey_rows import cover
+from tasks.maneuver.maneuver_task import Maneuver, PathEnd
+from tasks.maneuver.survey_rows import follow_rows
 
 
 class RowsCoverage(Maneuver):
@@ -17,7 +17,7 @@ class RowsCoverage(Maneuver):
     altitude of the row before.
     """
 
-    hears = (imc.PathControlState, imc.EstimatedState)
+    subscribed = (imc.PathControlState, imc.EstimatedState)
 
     samples: int = param(
         40,
@@ -35,14 +35,14 @@ class RowsCoverage(Maneuver):
             return swath_width(area.angaperture, self._lowest, area.overlap) if seen else math.inf
 
         self._forget()
-        await cover(self, area, narrowest)
+        await follow_rows(self, area, narrowest)
 
-    def steer(self, leg: Leg, *, radius: float = 0.0, flags: int = 0) -> None:
+    def steer(self, leg: PathEnd, *, radius: float = 0.0, flags: int = 0) -> None:
         self._forget()
         super().steer(leg, radius=radius, flags=flags)
 
-    async def event(self, timeout: float | None = None) -> imc.Message:
-        message = await super().event(timeout)
+    async def next_message(self, timeout: float | None = None) -> imc.Message:
+        message = await super().next_message(timeout)
         if isinstance(message, imc.EstimatedState) and message.alt > self.minimum_altitude:
             self._altitudes.append(message.alt)
             if len(self._altitudes) == self.samples:

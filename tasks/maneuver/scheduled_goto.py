@@ -4,7 +4,7 @@ import math
 
 import imc
 from runtime import ParameterError, param
-from tasks.maneuver.maneuver_task import Completed, Leg, Maneuver, ManeuverError
+from tasks.maneuver.maneuver_task import Completed, Maneuver, ManeuverError, PathEnd
 from tasks.maneuver.spiral import CLIMB, vertical_error
 
 Late = imc.ScheduledGoto.Delayed
@@ -17,7 +17,7 @@ class ScheduledGoto(Maneuver):
     It travels at one depth and goes to the other shortly before the end.
     """
 
-    hears = (imc.PathControlState, imc.EstimatedState)
+    subscribed = (imc.PathControlState, imc.EstimatedState)
 
     minimum_speed: float = param(0.7, "m/s", "Slowest speed.", minimum=0.1)
     maximum_speed: float = param(1.6, "m/s", "Fastest speed.", minimum=0.1)
@@ -27,15 +27,15 @@ class ScheduledGoto(Maneuver):
             raise ParameterError("Minimum Speed", "is above the Maximum Speed")
 
     async def execute(self, goto: imc.ScheduledGoto) -> None:
-        await self.located()
-        end = Leg(goto.lat, goto.lon, goto.z, goto.z_units, 0.0, imc.SpeedUnits.METERS_PS)
+        await self.wait_for_state()
+        end = PathEnd(goto.lat, goto.lon, goto.z, goto.z_units, 0.0, imc.SpeedUnits.METERS_PS)
         speed, chosen = self._speed(goto, end), self.now
         self.steer(end._replace(z=goto.travel_z, z_units=goto.travel_z_units, speed=speed))
         travelling = True
         while not self.near:
-            event = await self.event()
+            event = await self.next_message()
             if event is self.path:
-                self.tell()
+                self.report_time_left()
             if self.state is None or self.path is None:
                 continue
             if self.now - chosen >= REVISION:
@@ -45,7 +45,7 @@ class ScheduledGoto(Maneuver):
                 travelling = False
                 self.publish(imc.DesiredZ(value=goto.z, z_units=goto.z_units))
 
-    def _speed(self, goto: imc.ScheduledGoto, end: Leg) -> float:
+    def _speed(self, goto: imc.ScheduledGoto, end: PathEnd) -> float:
         left = goto.arrival_time - self.now
         needed = self.range_to(end) / left if left > 0.0 else math.inf
         if needed > self.maximum_speed:

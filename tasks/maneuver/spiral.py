@@ -3,13 +3,13 @@
 import math
 
 import imc
-from tasks.maneuver.maneuver_task import Leg, Maneuver, ManeuverError, PathState
+from tasks.maneuver.maneuver_task import Maneuver, ManeuverError, PathEnd, PathState
 
 NEAR_ENOUGH = 0.3  # m
 CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed
 
 
-def vertical_error(state: imc.EstimatedState, leg: Leg) -> float:
+def vertical_error(state: imc.EstimatedState, leg: PathEnd) -> float:
     """How much deeper (m) the end of `leg` is; 0 if the altitude is unknown or `leg` has no depth or altitude."""
     if leg.z_units == imc.ZUnits.DEPTH:
         return leg.z - state.depth
@@ -20,7 +20,7 @@ def vertical_error(state: imc.EstimatedState, leg: Leg) -> float:
 
 async def spiral(
     maneuver: Maneuver,
-    leg: Leg,
+    leg: PathEnd,
     radius: float,
     *,
     flags: int = 0,
@@ -34,11 +34,11 @@ async def spiral(
     holds the vehicle off the bottom, or the water is too shallow for an altitude, it is done; the maneuver says so. To
     know it, the maneuver must hear DesiredZ.
     """
-    state = await maneuver.located()
+    state = await maneuver.wait_for_state()
     maneuver.steer(leg, radius=radius, flags=flags)
     mark, marked, held = vertical_error(state, leg), maneuver.now, False
     while True:
-        event = await maneuver.event()
+        event = await maneuver.next_message()
         if isinstance(event, imc.DesiredZ):
             held = event.z_units != leg.z_units or abs(event.value - leg.z) > NEAR_ENOUGH
         if maneuver.state is None:
@@ -48,13 +48,13 @@ async def spiral(
         if abs(error) <= NEAR_ENOUGH:
             return
         if event is maneuver.path:
-            maneuver.tell(after + abs(error) / (max(0.1, leg.speed) * CLIMB))
+            maneuver.report_time_left(after + abs(error) / (max(0.1, leg.speed) * CLIMB))
         if maneuver.path is None or not maneuver.path.flags & PathState.LOITERING:
             mark, marked = error, maneuver.now
         elif maneuver.now - marked >= patience:
             if abs(mark) - abs(error) < slowest * patience:
                 if held:
-                    maneuver.judge(leg, error if leg.z_units == imc.ZUnits.DEPTH else -error)
+                    maneuver.check_depth(leg, error if leg.z_units == imc.ZUnits.DEPTH else -error)
                     return
                 raise ManeuverError(f"vertical speed is below {slowest:g} m/s")
             mark, marked = error, maneuver.now

@@ -4,14 +4,14 @@ import math
 from typing import NamedTuple
 
 import imc
-from tasks.maneuver.circle_timer import Circling
-from tasks.maneuver.maneuver_task import SHORT, VERTICAL, Completed, Leg, Loops, Maneuver, PathFlags
+from tasks.maneuver.circle_timer import CircleTimer
+from tasks.maneuver.maneuver_task import SHORT, VERTICAL, Completed, Loops, Maneuver, PathEnd, PathFlags
 
 REVISION = 1.0  # s between two updates of the speed
 PASSED = 3.0  # s for a new path after the end of one outside a small circle; the controller waits 5 s
 
 
-class Approach(NamedTuple):
+class ApproachSpeed(NamedTuple):
     """How a vehicle that coasts slows down near a point: deceleration (m/s²), 0 for none, and least speed (m/s)."""
 
     deceleration: float = 0.0
@@ -22,11 +22,11 @@ class Approach(NamedTuple):
         return min(wanted, max(self.slowest, math.sqrt(2.0 * self.deceleration * distance)))
 
 
-AT_ONCE = Approach()
+AT_ONCE = ApproachSpeed()
 
 
 async def keep_station(
-    maneuver: Maneuver, leg: Leg, radius: float, seconds: float, approach: Approach = AT_ONCE
+    maneuver: Maneuver, leg: PathEnd, radius: float, seconds: float, approach: ApproachSpeed = AT_ONCE
 ) -> None:
     """Stay within `radius` (m) of the end of `leg` for `seconds` from the first arrival; 0 is forever.
 
@@ -34,14 +34,14 @@ async def keep_station(
     lowers a speed in m/s on the way. Under water it would float up, since fins need speed: it stays on the circle, at
     its depth or altitude, for `seconds` from the arrival there. ManeuverDone ends it.
     """
-    await maneuver.located()
+    await maneuver.wait_for_state()
     if leg.z_units in VERTICAL and leg.z > SHORT:
         maneuver.control(Loops.PATH)
         maneuver.steer(leg, radius=radius)
-        circling = Circling(maneuver, seconds)
-        while not await circling.over():
+        circling = CircleTimer(maneuver, seconds)
+        while not await circling.wait():
             pass
-        circling.judge(leg, radius)
+        circling.check_reached(leg, radius)
         return
     end, arrived, told, chosen = math.inf, False, -math.inf, -math.inf
 
@@ -55,12 +55,12 @@ async def keep_station(
     async def wait() -> bool:
         """Wait for the next message and report the time left; True if the time is over."""
         nonlocal told
-        event = await maneuver.event()
+        event = await maneuver.next_message()
         if isinstance(event, imc.ManeuverDone):
             raise Completed
         if seconds and not arrived:
             if event is maneuver.path:
-                maneuver.tell(after=seconds)
+                maneuver.report_time_left(after=seconds)
         elif maneuver.now - told >= 1.0:
             told = maneuver.now
             maneuver.report(end - maneuver.now if seconds else math.inf)

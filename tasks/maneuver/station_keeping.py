@@ -6,8 +6,8 @@ import imc
 from imc.tuple_list import parse_tuple_list
 from runtime import param
 from tasks.maneuver.hover import hover
-from tasks.maneuver.maneuver_task import Leg, Loops, Maneuver
-from tasks.maneuver.station_control import Approach, keep_station
+from tasks.maneuver.maneuver_task import Loops, Maneuver, PathEnd
+from tasks.maneuver.station_control import ApproachSpeed, keep_station
 
 
 class StationKeeping(Maneuver):
@@ -17,8 +17,8 @@ class StationKeeping(Maneuver):
     """
 
     loops = None
-    hears = (imc.PathControlState, imc.EstimatedState)
-    hears_others = (imc.ManeuverDone,)
+    subscribed = (imc.PathControlState, imc.EstimatedState)
+    subscribed_from_others = (imc.ManeuverDone,)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
     deceleration: float = param(
@@ -37,7 +37,7 @@ class StationKeeping(Maneuver):
     )
     hovers: bool = param(False, "", "Whether the vehicle can hover.", editable=False)
 
-    def tightest(self, station: imc.StationKeeping) -> float:
+    def smallest_radius(self, station: imc.StationKeeping) -> float:
         """The smallest radius of a station (m)."""
         try:
             own = float(parse_tuple_list(station.custom)["Minimum Radius"])
@@ -48,8 +48,8 @@ class StationKeeping(Maneuver):
     async def execute(self, station: imc.StationKeeping) -> None:
         if self.hovers:
             self.control(Loops.PATH)
-            await hover(self, Leg.of(station), station.duration)
+            await hover(self, PathEnd.of(station), station.duration)
             return
-        radius = max(station.radius, self.tightest(station))
-        approach = Approach(self.deceleration, self.slowest)
-        await keep_station(self, Leg.of(station), radius, station.duration, approach)
+        radius = max(station.radius, self.smallest_radius(station))
+        approach = ApproachSpeed(self.deceleration, self.slowest)
+        await keep_station(self, PathEnd.of(station), radius, station.duration, approach)

@@ -5,16 +5,16 @@ from collections.abc import Callable
 import imc
 from imc.coordinates import maneuver_corners
 from support.wgs84 import displace
-from tasks.maneuver.maneuver_task import Leg, Maneuver, ManeuverError
+from tasks.maneuver.maneuver_task import Maneuver, ManeuverError, PathEnd
 
 APPROACH = 2  # corners before the first row
 
 
-async def cover(
+async def follow_rows(
     maneuver: Maneuver, area: imc.Rows | imc.RowsCoverage, swath: Callable[[], float] | None = None
 ) -> None:
     """Go along all rows, at most `swath()` m apart. Raises ManeuverError if the rows are invalid."""
-    leg = Leg.of(area)
+    leg = PathEnd.of(area)
     try:
         for number, (north, east) in enumerate(maneuver_corners(area, swath)):
             lat, lon, _ = displace(area.lat, area.lon, 0.0, north, east)

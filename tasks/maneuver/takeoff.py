@@ -1,11 +1,11 @@
 """Leaves the ground."""
 
 import imc
-from tasks.maneuver.maneuver_task import Leg, Maneuver, PathFlags
+from tasks.maneuver.maneuver_task import Maneuver, PathEnd, PathFlags
 
 
 class Takeoff(Maneuver):
     """Climbs straight up to a height or an altitude, from the ground or in the air."""
 
     async def execute(self, takeoff: imc.Takeoff) -> None:
-        await self.follow(Leg.of(takeoff), flags=PathFlags.TAKEOFF)
+        await self.follow(PathEnd.of(takeoff), flags=PathFlags.TAKEOFF)

@@ -10,14 +10,14 @@ class Teleoperation(Maneuver):
     """Enables remote operation until TeleoperationDone or the action Exit, from the `src` in `custom` if given."""
 
     loops = Loops.TELEOPERATION
-    hears = ()
-    hears_others = (imc.TeleoperationDone, imc.RemoteActions)
+    subscribed = ()
+    subscribed_from_others = (imc.TeleoperationDone, imc.RemoteActions)
 
     async def execute(self, teleoperation: imc.Teleoperation) -> None:
         self.report()
         operator = read_integer(teleoperation.custom, "src")
         while True:
-            event = await self.event()
+            event = await self.next_message()
             if event.dst not in (self.system, UNKNOWN_SYSTEM) or operator not in (None, event.src):
                 continue
             if isinstance(event, imc.TeleoperationDone):

@@ -7,7 +7,7 @@ import imc
 from autonomy.limits import YOYO_ALTITUDE_MARGIN, YOYO_MARGIN, OperatingLimits
 from runtime import param
 from runtime.vehicle import general_number
-from tasks.maneuver.maneuver_task import Leg, Loops, Maneuver, ManeuverError, PathFlags
+from tasks.maneuver.maneuver_task import Loops, Maneuver, ManeuverError, PathEnd, PathFlags
 
 TOLERANCE = 0.2  # m
 SURFACE = 0.3  # m
@@ -27,7 +27,7 @@ class YoYo(Maneuver):
     """
 
     loops = Loops.PATH | Loops.PITCH
-    hears = (imc.PathControlState, imc.EstimatedState)
+    subscribed = (imc.PathControlState, imc.EstimatedState)
 
     maximum_pitch_variation: float = param(10.0, "°", "Largest step of the pitch.", minimum=0.1, maximum=90)
     minimum_altitude: float = param(
@@ -46,11 +46,11 @@ class YoYo(Maneuver):
         self._dived, self._deeper = -math.inf, self.now
         self._sounded = self.now
         self._short = math.inf
-        self.steer(Leg.of(yoyo), flags=PathFlags.NO_Z)
+        self.steer(PathEnd.of(yoyo), flags=PathFlags.NO_Z)
         while not self.near:
-            event = await self.event()
+            event = await self.next_message()
             if event is self.path:
-                self.tell()
+                self.report_time_left()
             elif self.state is not None:
                 self._direction = self._turn(yoyo, self.state)
                 self._tilt(self._direction * yoyo.pitch)
@@ -59,7 +59,7 @@ class YoYo(Maneuver):
         if math.isfinite(self._short):
             short, up = max(0.0, self._short), yoyo.z_units == imc.ZUnits.ALTITUDE
             lower = max(0.0, yoyo.z - yoyo.amplitude) if up else yoyo.z + yoyo.amplitude
-            self.judge(Leg.of(yoyo)._replace(z=lower), -short if up else short)
+            self.check_depth(PathEnd.of(yoyo)._replace(z=lower), -short if up else short)
 
     def _turn(self, yoyo: imc.YoYo, state: imc.EstimatedState) -> int:
         """Where to go from here: UP, DOWN or LEVEL. Raises ManeuverError if the altitude stays unknown."""

@@ -45,7 +45,7 @@ class Entities(Task):
         return [] if simulated else self.default_monitoring_hardware
 
     @consume
-    def hear(self, report: imc.EntityState) -> None:
+    def on_entity_state(self, report: imc.EntityState) -> None:
         label = self.vehicle.entities.label(self.system, report.src_ent)
         if label not in self._states:
             return
@@ -54,7 +54,7 @@ class Entities(Task):
             self._change(label, Condition(report.state), report.description)
 
     @periodic(1.0)
-    def tell(self) -> None:
+    def publish_state(self) -> None:
         """Publish the state of all entities, once a second."""
         for label, heard in self._heard.items():
             if self.now - heard > self.report_timeout:

@@ -40,12 +40,12 @@ class FuelLevel(Task):
             self.set_entity_state(State.FAULT, "the profile has no Battery Capacity")
 
     @consume
-    def measure_voltage(self, voltage: imc.Voltage) -> None:
+    def on_voltage(self, voltage: imc.Voltage) -> None:
         if self._is_battery(voltage):
             self._voltage = voltage.value
 
     @consume
-    def heed(self, battery: imc.EntityState) -> None:
+    def on_battery_state(self, battery: imc.EntityState) -> None:
         """Believe a battery that says that it is low: it may know better than the sum of what it gave."""
         if not self._is_battery(battery):
             return
@@ -53,10 +53,10 @@ class FuelLevel(Task):
         self._most = BELOW * self.error_level if low else 100.0
         self._complaint = f"{self.entity_label_batteries}: {battery.description}"
         if self._most != before:
-            self.tell()
+            self.publish_level()
 
     @consume
-    def measure_current(self, current: imc.Current) -> None:
+    def on_current(self, current: imc.Current) -> None:
         """Subtract the energy used since the last sample."""
         if not self._is_battery(current):
             return
@@ -65,10 +65,10 @@ class FuelLevel(Task):
             self._energy = min(self._capacity, max(0.0, self._energy - drawn))
         first, self._sampled = self._sampled is None, self.now_ns
         if first:
-            self.tell()
+            self.publish_level()
 
     @periodic("execution_frequency")
-    def tell(self) -> None:
+    def publish_level(self) -> None:
         if not self._capacity or self._sampled is None:
             return
         if (self.now_ns - self._sampled) * 1e-9 > self.battery_timeout:

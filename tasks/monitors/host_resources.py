@@ -44,7 +44,7 @@ class HostResources(Task):
             if len(self._loads) == self.samples and min(self._loads) >= self.maximum_cpu:
                 troubles.append(f"the processor is busy: {load:.0f} %")
         try:
-            usage = shutil.disk_usage(existing(self.vehicle.log_root))
+            usage = shutil.disk_usage(innermost_existing_folder(self.vehicle.log_root))
         except OSError as error:
             troubles.append(f"{self.vehicle.log_root}: {error.strerror}")
         else:
@@ -67,6 +67,6 @@ def processor_times() -> tuple[float, float]:
         return mine.elapsed * (os.cpu_count() or 1), mine.elapsed * (os.cpu_count() or 1) - mine.user - mine.system
 
 
-def existing(path: Path) -> Path:
+def innermost_existing_folder(path: Path) -> Path:
     """The path, or the innermost folder above it that exists."""
     return next((place for place in (path, *path.absolute().parents) if place.exists()), path)

@@ -40,16 +40,16 @@ class Medium(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     @consume
-    def locate(self, state: imc.EstimatedState) -> None:
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
         self._state = state
 
     @consume
-    def fix(self, fix: imc.GpsFix) -> None:
+    def on_gps_fix(self, fix: imc.GpsFix) -> None:
         if fix.validity & imc.GpsFix.Validity.VALID_POS:
             self._fix = self.now
 
     @consume
-    def feel(self, sample: imc.SoundSpeed | imc.Salinity) -> None:
+    def on_water_sample(self, sample: imc.SoundSpeed | imc.Salinity) -> None:
         """Ignore negative values, which mean that the sensor has no sample."""
         if sample.value < 0.0:
             return
@@ -57,7 +57,7 @@ class Medium(Task):
         self._wet, self._wet_data = sample.value > limit, self.now
 
     @periodic("execution_frequency")
-    def tell(self) -> None:
+    def publish_medium(self) -> None:
         if self.active:
             self.publish(imc.VehicleMedium(medium=self._medium()))
 

@@ -100,11 +100,11 @@ class OperationalLimits(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     @consume
-    def locate(self, state: imc.EstimatedState) -> None:
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
         self._state = state
 
     @consume(others=True)
-    def change(self, limits: imc.OperationalLimits) -> None:
+    def on_operational_limits(self, limits: imc.OperationalLimits) -> None:
         """Take and publish new limits; refuse them if a value is not finite."""
         if not self.concerns(limits):
             return
@@ -118,7 +118,7 @@ class OperationalLimits(Task):
         self.publish(self._limits)
 
     @consume(others=True)
-    def tell(self, request: imc.GetOperationalLimits) -> None:
+    def on_get_operational_limits(self, request: imc.GetOperationalLimits) -> None:
         if request.dst in (self.system, UNKNOWN_SYSTEM):
             self.reply(request, self._limits)
 

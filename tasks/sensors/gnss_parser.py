@@ -31,7 +31,7 @@ def ubx_size(head: bytes) -> int | None:
 KINDS = {b"$": line_size(LONGEST_SENTENCE), UBX: ubx_size}
 
 
-def undamaged(frame: bytes) -> bool:
+def has_valid_checksum(frame: bytes) -> bool:
     """Whether the checksum of a sentence or UBX frame is right."""
     if frame.startswith(UBX):
         first = second = 0
@@ -46,12 +46,12 @@ def undamaged(frame: bytes) -> bool:
     return bool(star) and rest.upper() == b"%02X" % check
 
 
-def wanted(sentence: bytes) -> bool:
+def is_relevant_sentence(sentence: bytes) -> bool:
     """Whether a sentence has fields of GpsFix."""
     return sentence[3:7] in WANTED or sentence.startswith(b"$PUBX,00,")
 
 
-class Epochs:
+class FixAssembler:
     """Joins the sentences of one moment to one GpsFix.
 
     `last` is the sentence that ends a moment, such as GPRMC or PUBX. Otherwise it is learned: the last one that the two
@@ -66,13 +66,13 @@ class Epochs:
         self._before: list[str] = []
         self._fields: dict[str, Any] | None = None
 
-    def take(self, sentence: Any, now: float) -> list[imc.GpsFix]:
+    def add(self, sentence: Any, now: float) -> list[imc.GpsFix]:
         """The fixes that a sentence, parsed by pynmeagps, completes. `now` (s) is when it arrived.
 
         Raises ValueError for values that cannot be.
         """
         kind, found = str(sentence.identity), list[imc.GpsFix]()
-        values = read(kind, sentence)
+        values = sentence_fields(kind, sentence)
         at = values.get("utc_time")
         again = kind in self._kinds and not kind.endswith("GSA")
         if again or (at is not None and self._time is not None and at != self._time):
@@ -105,7 +105,7 @@ def _merge(fields: dict[str, Any], values: Mapping[str, Any]) -> None:
         fields["type"] = kind
 
 
-def read(kind: str, sentence: Any) -> dict[str, Any]:
+def sentence_fields(kind: str, sentence: Any) -> dict[str, Any]:
     """The fields of GpsFix that one sentence has. Raises ValueError for values that cannot be."""
     found: dict[str, Any] = {"validity": 0}
     if isinstance(at := getattr(sentence, "time", ""), time):
@@ -207,7 +207,7 @@ def _course(degrees: float | None) -> float | None:
     return None if degrees is None else math.remainder(math.radians(degrees), math.tau)
 
 
-def fix_of(pvt: Any, dop: Any | None) -> imc.GpsFix:
+def fix_from_ubx(pvt: Any, dop: Any | None) -> imc.GpsFix:
     """The fix of a UBX NAV-PVT, parsed by pyubx2, and of the last NAV-DOP. Raises ValueError for impossible values."""
     if not hasattr(pvt, "numSV"):
         raise ValueError("a poll request, not a fix")

@@ -6,7 +6,15 @@ from typing import Any
 import imc
 from runtime import State, Task, expect, param
 from runtime.devices import FrameSplitter
-from tasks.sensors.gnss_parser import KINDS, LONGEST_UBX, UBX, Epochs, fix_of, undamaged, wanted
+from tasks.sensors.gnss_parser import (
+    KINDS,
+    LONGEST_UBX,
+    UBX,
+    FixAssembler,
+    fix_from_ubx,
+    has_valid_checksum,
+    is_relevant_sentence,
+)
 
 UBX_FIRST = 5.0  # s after a UBX fix, in which NMEA fixes are left out: a receiver may send both
 NAV_PVT, NAV_DOP = b"\x01\x07", b"\x01\x04"
@@ -34,26 +42,26 @@ class GPS(Task):
     )
 
     def start(self) -> None:
-        self.epochs = Epochs(self.sentence_order[-1] if self.sentence_order else "")
+        self.epochs = FixAssembler(self.sentence_order[-1] if self.sentence_order else "")
         self.dilution: Any = None  # the last NAV-DOP
         self.ubx_at = -UBX_FIRST
-        split = FrameSplitter(KINDS, valid=undamaged, longest=LONGEST_UBX)
+        split = FrameSplitter(KINDS, valid=has_valid_checksum, longest=LONGEST_UBX)
         self.receiver = self.serial(self.port, self.baud, frames=self.hear, split=split)
 
     def hear(self, frame: bytes) -> None:
         if frame.startswith(UBX):
             self.hear_ubx(frame)
-        elif wanted(frame) and self.now - self.ubx_at >= UBX_FIRST:
-            for fix in self.epochs.take(parsed_sentence(frame), self.now):
+        elif is_relevant_sentence(frame) and self.now - self.ubx_at >= UBX_FIRST:
+            for fix in self.epochs.add(parse_sentence(frame), self.now):
                 self.report(fix)
 
     def hear_ubx(self, frame: bytes) -> None:
         kind = frame[2:4]
         if kind == NAV_DOP:
-            self.dilution = parsed_ubx(frame)
+            self.dilution = parse_ubx(frame)
         elif kind == NAV_PVT:
             self.ubx_at = self.now
-            self.report(fix_of(parsed_ubx(frame), self.dilution).replace(timestamp=self.now))
+            self.report(fix_from_ubx(parse_ubx(frame), self.dilution).replace(timestamp=self.now))
 
     @expect(every="input_timeout")
     def report(self, fix: imc.GpsFix) -> None:
@@ -64,7 +72,7 @@ class GPS(Task):
         self.set_entity_state(State.NORMAL, words + (f"; {bad} bad sentences" if bad else ""))
 
 
-def parsed_sentence(frame: bytes) -> Any:
+def parse_sentence(frame: bytes) -> Any:
     """An NMEA sentence, parsed by pynmeagps. Raises ValueError."""
     try:
         sentence = import_module("pynmeagps").NMEAReader.parse(frame)
@@ -75,7 +83,7 @@ def parsed_sentence(frame: bytes) -> Any:
     return sentence
 
 
-def parsed_ubx(frame: bytes) -> Any:
+def parse_ubx(frame: bytes) -> Any:
     """A UBX message, parsed by pyubx2. Raises ValueError."""
     try:
         return import_module("pyubx2").UBXReader.parse(frame)

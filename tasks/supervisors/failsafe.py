@@ -65,17 +65,17 @@ class Failsafe(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     @consume
-    def watch_loops(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if loops.scope_ref >= self._scope:
             self._scope = loops.scope_ref
             self._loops = self._loops | loops.mask if loops.enable else self._loops & ~loops.mask
 
     @consume
-    def limit(self, limits: imc.OperationalLimits) -> None:
+    def on_operational_limits(self, limits: imc.OperationalLimits) -> None:
         self._limit = (self._own.tightened(limits) if limits.max_depth >= 0.0 else self._own).deepest
 
     @consume
-    def sound(self, depth: imc.Depth) -> None:
+    def on_depth(self, depth: imc.Depth) -> None:
         """Compare the measured depth itself with the limit: navigation may be wrong or silent."""
         self._depth = depth.value
         deep = depth.value > self._limit + self.depth_margin
@@ -84,7 +84,7 @@ class Failsafe(Task):
         self._sensor = self.vehicle.entities.label(depth.src, depth.src_ent)
 
     @consume(others=True)
-    def abort(self, abort: imc.Abort) -> None:
+    def on_abort(self, abort: imc.Abort) -> None:
         """Obey, whether or not the supervisor does."""
         if self.addressed(abort):
             self._neutralize()
@@ -101,7 +101,7 @@ class Failsafe(Task):
             self._rise()
 
     @periodic(1.0)
-    def beat(self) -> None:
+    def publish_heartbeat(self) -> None:
         self.publish(imc.Heartbeat())
 
     def _hear(self, message: imc.Message) -> None:

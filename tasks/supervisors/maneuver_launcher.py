@@ -10,10 +10,10 @@ from runtime.kernel import Timer
 Phase = imc.ManeuverControlState.State
 
 
-class Starter:
+class ManeuverLauncher:
     """Publishes StopManeuver and maneuvers for a task, each after the answer to the last.
 
-    Pass every ManeuverControlState to `heard`. A maneuver that nobody answers within `timeout` (s) is dropped and
+    Pass every ManeuverControlState to `on_maneuver_state`. A maneuver that nobody answers within `timeout` (s) is dropped and
     passed to `unanswered`.
     """
 
@@ -45,11 +45,11 @@ class Starter:
         """Treat a stray maneuver as started here, so that it is stopped before the next."""
         self._running = True
 
-    def lose(self) -> None:
+    def on_ended(self) -> None:
         """The maneuver started here no longer runs and need not be stopped."""
         self._running = False
 
-    def heard(self, report: imc.ManeuverControlState) -> bool:
+    def on_maneuver_state(self, report: imc.ManeuverControlState) -> bool:
         """Handle a report; returns whether it is from the maneuver started last, not from one being stopped."""
         if report.state == Phase.EXECUTING:
             if self._pending is None or isinstance(self._pending, imc.StopManeuver):

@@ -3,7 +3,7 @@
 import imc
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
-from tasks.supervisors.maneuver_launcher import Starter
+from tasks.supervisors.maneuver_launcher import ManeuverLauncher
 
 Mode = imc.VehicleState.OpMode
 Command = imc.VehicleCommand.Command
@@ -50,11 +50,11 @@ class Vehicle(Task):
         self._last_error, self._last_error_time = "", -1.0
         self._waiting: Timer | None = None
         self._executor, self._reported = NOBODY, self.now
-        self._starter = Starter(self, self.maneuver_handling_timeout, self._unanswered)
+        self._starter = ManeuverLauncher(self, self.maneuver_handling_timeout, self._unanswered)
         self.set_entity_state(State.NORMAL, "active")
 
     @periodic("execution_frequency")
-    def tell(self) -> None:
+    def publish_state(self) -> None:
         if self._mode is Mode.SERVICE and self._loops and self.now - self._loops_since > EXTERNAL_AFTER:
             if self.allows_external_control:
                 self._enter(Mode.EXTERNAL)
@@ -69,12 +69,12 @@ class Vehicle(Task):
         self._publish_state()
 
     @consume
-    def hear_failsafe(self, beat: imc.Heartbeat) -> None:
+    def on_failsafe_heartbeat(self, beat: imc.Heartbeat) -> None:
         if self.vehicle.entities.label(self.system, beat.src_ent) == self.failsafe_label:
             self._missed_beats = 0
 
     @consume
-    def monitor(self, entities: imc.EntityMonitoringState) -> None:
+    def on_monitoring_state(self, entities: imc.EntityMonitoringState) -> None:
         """Leave BOOT and ERROR when all entities are well; go to ERROR when one is not."""
         broken = [name for name in entities.cnames.split(",") if name]
         broken += [self.failsafe_label] if self._lost_failsafe and self.failsafe_label not in broken else []
@@ -91,18 +91,18 @@ class Vehicle(Task):
             self._reset(Mode.ERROR)
 
     @consume
-    def watch_entities(self, entity: imc.EntityState) -> None:
+    def on_entity_state(self, entity: imc.EntityState) -> None:
         """Fail the maneuver if its task fails: the restarted task does not continue it. Remember what entities say."""
         if entity.state in BROKEN:
             self._complaints[entity.src_ent] = entity.description
         else:
             self._complaints.pop(entity.src_ent, None)
         if entity.state == imc.EntityState.State.FAILURE and entity.src_ent == self._executor and self._is_executing():
-            self._starter.lose()
+            self._starter.on_ended()
             self._fail(f"its task has failed: {entity.description}")
 
     @consume
-    def watch_loops(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if loops.scope_ref < self._scope:
             return
         self._scope = loops.scope_ref
@@ -114,7 +114,7 @@ class Vehicle(Task):
             self._enter(Mode.SERVICE)
 
     @consume(others=True)
-    def abort(self, abort: imc.Abort) -> None:
+    def on_abort(self, abort: imc.Abort) -> None:
         """Stop everything in any mode, on request of any system, unless the Abort is addressed to another one."""
         if not self.addressed(abort):
             return
@@ -128,14 +128,14 @@ class Vehicle(Task):
         self.publish(imc.Aborted())
 
     @consume
-    def watch_plans(self, answer: imc.PlanControl) -> None:
+    def on_plan_control(self, answer: imc.PlanControl) -> None:
         """Remember whether the started plan ignores errors; a refused request changes nothing."""
         kind = imc.PlanControl
         if answer.type == kind.Type.SUCCESS and answer.op == kind.Op.START:
             self._ignore_errors = bool(answer.flags & kind.Flags.IGNORE_ERRORS)
 
     @consume(others=True)
-    def obey(self, request: imc.VehicleCommand) -> None:
+    def on_vehicle_command(self, request: imc.VehicleCommand) -> None:
         if request.type != imc.VehicleCommand.Type.REQUEST or not self.concerns(request):
             return
         if request.command == Command.EXEC_MANEUVER:
@@ -154,14 +154,14 @@ class Vehicle(Task):
             self._answer(request, f"no such command: {request.command}", failed=True)
 
     @consume
-    def follow(self, report: imc.ManeuverControlState) -> None:
+    def on_maneuver_state(self, report: imc.ManeuverControlState) -> None:
         """Take the state of the maneuver; stop one that still runs from before a restart of this task."""
         if self._mode in (Mode.BOOT, Mode.SERVICE, Mode.ERROR) and self._starter.is_stray(report):
             self.log.error("stopping a maneuver that was not started here")
             self._starter.adopt()
             self._reset(self._mode)
             return
-        if not self._starter.heard(report) or self._mode not in (Mode.MANEUVER, Mode.CALIBRATION):
+        if not self._starter.on_maneuver_state(report) or self._mode not in (Mode.MANEUVER, Mode.CALIBRATION):
             return
         self._executor, self._reported = report.src_ent, self.now
         if report.state == Phase.EXECUTING:

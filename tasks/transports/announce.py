@@ -20,10 +20,10 @@ from runtime.networks import EVERYWHERE, Interface, interfaces, is_local
 from tasks.transports.imc_links.announcement import (
     SYSTEM_TYPES,
     announcement,
+    expand_any_transport,
     external_services,
     local_services,
     own_messages,
-    spread,
 )
 from tasks.transports.imc_links.sockets import announcer, network_address, network_after, network_time
 
@@ -173,7 +173,7 @@ class Announce(Task):
     def message(self, services: Iterable[Service]) -> imc.Announce:
         uid = round(self.vehicle.start_time * 1e9)
         schema = self.vehicle.bus.messages
-        known = (*spread(services), *of_messages(own_messages(schema)))
+        known = (*expand_any_transport(services), *of_messages(own_messages(schema)))
         text = str(Services.of(known, uid=uid, version="shoal", imc=schema.version))
         return announcement(self.system_name, self.system_type, self.state, text).replace(dst=0)
 

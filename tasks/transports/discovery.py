@@ -8,11 +8,11 @@ from imc.discovery import MULTICAST, PERIOD, PORTS, Services, displayable_name
 from runtime import State, Task, param, periodic
 from runtime.networks import is_local
 from tasks.transports.imc_links import peer_table
-from tasks.transports.imc_links.datagram_reader import Reader
-from tasks.transports.imc_links.duplicate_filter import Recent
-from tasks.transports.imc_links.peer_table import Drops, Peer
+from tasks.transports.imc_links.datagram_reader import DatagramReader
+from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
+from tasks.transports.imc_links.peer_table import DropCounts, Peer
 from tasks.transports.imc_links.recvmmsg import Datagram
-from tasks.transports.imc_links.shared_discovery import Follower, Leader
+from tasks.transports.imc_links.shared_discovery import DiscoveryFollower, DiscoveryLeader
 from tasks.transports.imc_links.sockets import announce_sockets, network_address, network_after, network_time
 
 FORGOTTEN = 4.5 * PERIOD  # s after which a system is no longer within range
@@ -29,7 +29,7 @@ NOT_AN_ANNOUNCE = "no Announce"
 
 
 @dataclass(slots=True)
-class Sighting:
+class SystemSighting:
     """A system as it announced itself: its name, its run (`uid`), where from, and when first and last (s)."""
 
     name: str
@@ -70,15 +70,15 @@ class Discovery(Task):
         self.place = network_address(self, self.address)
 
     def start(self) -> None:
-        self.reader: Reader | None = None
-        self.leader: Leader | None = None
-        self.follower: Follower | None = None
+        self.reader: DatagramReader | None = None
+        self.leader: DiscoveryLeader | None = None
+        self.follower: DiscoveryFollower | None = None
         self.port = self.refusals = 0
         self.trouble = ""
-        self.drops = Drops()
-        self.recent = Recent(REMEMBERED)
+        self.drops = DropCounts()
+        self.recent = DuplicateFilter(REMEMBERED)
         self.senders: dict[str, Peer] = {}
-        self.seen: dict[int, list[Sighting]] = {}
+        self.seen: dict[int, list[SystemSighting]] = {}
         self.clashes: dict[str, float] = {}
         self.open()
         network_after(self, PULSE, self.keep_listening)
@@ -93,7 +93,7 @@ class Discovery(Task):
         ports = ",".join(map(str, self.ports))
         name = f"{self.place}-{self.multicast_address}-{ports}"
         try:
-            self.leader = Leader(self, name)
+            self.leader = DiscoveryLeader(self, name)
         except FileExistsError:
             self.follow(name)
         except OSError:
@@ -105,7 +105,7 @@ class Discovery(Task):
 
     def follow(self, name: str) -> None:
         try:
-            self.follower = Follower(self, name, self.take_one, self.lose_leader)
+            self.follower = DiscoveryFollower(self, name, self.on_packet, self.lose_leader)
         except PermissionError:
             self.listen()  # somebody else's program: do not rely on it
         except OSError:
@@ -122,7 +122,7 @@ class Discovery(Task):
                 continue
             if why:
                 self.log.warning(f"{why}: listens itself, at port {port}")
-            self.port, self.reader, self.trouble = port, Reader(self, sockets, self.take), ""
+            self.port, self.reader, self.trouble = port, DatagramReader(self, sockets, self.on_datagrams), ""
             return True
         reason = f"{why}; {reason}" if why else reason
         if reason != self.trouble:
@@ -153,29 +153,29 @@ class Discovery(Task):
         if self.leader is not None:
             self.leader.pulse()
         elif self.follower is not None:
-            self.judge(self.follower)
+            self.check_leader(self.follower)
         elif self.reader is None:
             self.open()
 
-    def judge(self, leader: Follower) -> None:
+    def check_leader(self, leader: DiscoveryFollower) -> None:
         """Follow no longer if the leader is silent, except where there is no port left."""
-        if leader.count() > LONGEST_SILENCE:
+        if leader.count_silence() > LONGEST_SILENCE:
             if self.listen("the vehicle that listens for all is silent"):
                 leader.close()
                 self.follower = None
         elif leader.welcome:
             self.trouble, self.refusals = "", 0
 
-    def take(self, datagrams: list[Datagram]) -> None:
+    def on_datagrams(self, datagrams: list[Datagram]) -> None:
         for packet, address, _ in datagrams:
-            self.take_one(packet, address)
+            self.on_packet(packet, address)
 
-    def take_one(self, packet: bytes, address: str) -> None:
+    def on_packet(self, packet: bytes, address: str) -> None:
         """Put an Announce on the bus, unless it came before or is this vehicle's own."""
-        if not self.admits(address):
+        if not self.try_acquire(address):
             self.drop(peer_table.TOO_FAST, address)
             return
-        if self.recent.has(packet):
+        if self.recent.is_duplicate(packet):
             return
         try:
             message = self.vehicle.bus.decode(packet)
@@ -186,7 +186,7 @@ class Discovery(Task):
             self.drop(NOT_AN_ANNOUNCE, address, type(message).__name__)
             return
         if self.leader is not None:
-            self.leader.tell(address, packet)
+            self.leader.forward(address, packet)
         services, name = Services.parse(message.services), displayable_name(message.sys_name)
         if message.src == self.system:
             if services.uid != str(round(self.vehicle.start_time * 1e9)):
@@ -194,20 +194,20 @@ class Discovery(Task):
             return
         if name == self.vehicle.name:
             self.report(f"the name {name} of this vehicle", f"0x{message.src:04X} at {address}")
-        self.sight(message.src, name, services.uid, address)
+        self.record_sighting(message.src, name, services.uid, address)
         if not self.vehicle.bus.reaches(message.src):
             self.relay(packet)
 
-    def admits(self, address: str) -> bool:
+    def try_acquire(self, address: str) -> bool:
         """Whether an address may send one more."""
         sender = self.senders.get(address)
         if sender is None:
             if len(self.senders) >= MOST_SENDERS:
                 del self.senders[next(iter(self.senders))]
             sender = self.senders[address] = Peer(UNKNOWN_SYSTEM, address)
-        return sender.admits(network_time(self), LOCAL_RATE if is_local(address) else RATE)
+        return sender.try_acquire(network_time(self), LOCAL_RATE if is_local(address) else RATE)
 
-    def sight(self, system: int, name: str, uid: str, address: str) -> None:
+    def record_sighting(self, system: int, name: str, uid: str, address: str) -> None:
         """Remember who uses an id; two that use it by turns are two systems, one after the other a restart."""
         if system not in self.seen and len(self.seen) >= MOST_SYSTEMS:
             del self.seen[min(self.seen, key=lambda each: max(s.last for s in self.seen[each]))]
@@ -216,7 +216,7 @@ class Discovery(Task):
         if found is None:
             if not runs:
                 self.log.info(f"new system within range: {name} (0x{system:04X}) at {address}")
-            found = Sighting(name, uid, address, network_time(self), network_time(self))
+            found = SystemSighting(name, uid, address, network_time(self), network_time(self))
             runs.append(found)
             del runs[:-MOST_RUNS]
         found.last, found.address = network_time(self), address
@@ -241,7 +241,7 @@ class Discovery(Task):
     @periodic(1.0)
     def survey(self) -> None:
         """Forget who is out of range, and report who is within."""
-        self.drops.forget(network_time(self))
+        self.drops.merge_inactive(network_time(self))
         since = network_time(self) - FORGOTTEN
         for system, runs in list(self.seen.items()):
             runs[:] = [run for run in runs if run.last > since]

@@ -24,7 +24,7 @@ class Fragments(Task):
         self._named: set[tuple[int, str]] = set()
 
     @consume(others=True)
-    def take(self, part: imc.MessagePart) -> None:
+    def on_message_part(self, part: imc.MessagePart) -> None:
         if part.src == self.system or not self.addressed(part):
             return
         try:

@@ -5,7 +5,7 @@ from pathlib import Path
 from imc.discovery import Service
 from runtime import State, Task, param, periodic
 from tasks.transports.ftp_server import FTPServer
-from tasks.transports.imc_links.port_search import tell_opened
+from tasks.transports.imc_links.port_search import report_opened
 from tasks.transports.imc_links.sockets import network_address
 
 RETRY = 5.0  # s
@@ -96,7 +96,7 @@ class FTP(Task):
         self.accompany(self._server.run)
         service = Service("ftp", self.place, self.port)
         may = "read and remove" if self.allow_deletion else "read"
-        tell_opened(self, service, self.control_port, f"whoever reaches it can {may} the logs")
+        report_opened(self, service, self.control_port, f"whoever reaches it can {may} the logs")
         self.report()
 
     def _note(self, text: str) -> None:

@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from tasks.transports.imc_links.port_search import listener
+from tasks.transports.imc_links.port_search import listening_socket
 
 MOST_SESSIONS, MOST_OF_ONE = 12, 8  # in all, and from one address
 MOST_ANSWERS, UNREAD = 256, 1 << 14  # answers, and bytes of them in the socket, that a client leaves unread
@@ -50,7 +50,7 @@ class FTPServer:
         self.in_use, self.tell = in_use, tell
         self._stop, self._stopped = socket.socketpair()
         self._loop: Any = import_module("pyftpdlib.ioloop").IOLoop()
-        self._listener = listener(address, port, TRIES)
+        self._listener = listening_socket(address, port, TRIES)
         self.port: int = self._listener.getsockname()[1]
         self._acceptor: Any = import_module("pyftpdlib.servers").FTPServer(
             self._listener, _session(self, timeout), ioloop=self._loop

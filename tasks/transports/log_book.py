@@ -27,11 +27,11 @@ class LogBook(Task):
         self._entries = deque(kept, self.maximum_entries)
 
     @consume
-    def keep(self, entry: imc.LogBookEntry) -> None:
+    def on_log_book_entry(self, entry: imc.LogBookEntry) -> None:
         self._entries.append(entry)
 
     @consume(others=True)
-    def serve(self, request: imc.LogBookControl) -> None:
+    def on_log_book_control(self, request: imc.LogBookControl) -> None:
         if request.command == Command.REPLY or not self.concerns(request):
             return
         if request.command == Command.CLEAR:
@@ -41,10 +41,10 @@ class LogBook(Task):
             found = [entry for entry in self._entries if entry.htime >= request.htime]
             if request.command == Command.GET_ERR:
                 found = [entry for entry in found if entry.type in ERRORS]
-            self.reply(request, imc.LogBookControl(command=Command.REPLY, htime=self.now, msg=latest(found)))
+            self.reply(request, imc.LogBookControl(command=Command.REPLY, htime=self.now, msg=fit_into_reply(found)))
 
 
-def latest(entries: list[imc.LogBookEntry]) -> tuple[imc.LogBookEntry, ...]:
+def fit_into_reply(entries: list[imc.LogBookEntry]) -> tuple[imc.LogBookEntry, ...]:
     """The latest entries that fit into a reply, oldest first."""
     left = LONGEST_REPLY
 

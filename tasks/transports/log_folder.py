@@ -114,14 +114,14 @@ def synchronize(file: int) -> OSError | None:
         os.close(file)
 
 
-def line_of(entry: imc.LogBookEntry) -> bytes:
+def log_line(entry: imc.LogBookEntry) -> bytes:
     """A line of Output.txt."""
     kind = next((kind.name for kind in imc.LogBookEntry.Type if kind == entry.type), str(entry.type))
-    line = f"{utc(entry.timestamp)} {kind:8} [{entry.context}] {' '.join(entry.text.split())}\n"
+    line = f"{utc_text(entry.timestamp)} {kind:8} [{entry.context}] {' '.join(entry.text.split())}\n"
     return line.encode(errors="surrogateescape")
 
 
-def utc(time: float) -> str:
+def utc_text(time: float) -> str:
     """A time (s since 1970 UTC) as text."""
     try:
         return datetime.fromtimestamp(time, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

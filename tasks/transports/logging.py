@@ -11,7 +11,7 @@ from runtime import Entity, State, Task, consume, param
 from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
 from tasks.transports.imc_links.announcement import SYSTEM_TYPES, announcement
-from tasks.transports.log_folder import LogFolder, LogRemovedError, clean_label, line_of, synchronize, utc
+from tasks.transports.log_folder import LogFolder, LogRemovedError, clean_label, log_line, synchronize, utc_text
 from tasks.transports.log_series import LogSeries
 
 MIB = 1 << 20
@@ -100,7 +100,7 @@ class Logging(Task):
         waiting = (
             f"{self._logs.waiting / MIB:.1f} MiB of messages are not on the disk" if self._logs.waiting_logs else ""
         )
-        lost = f"{self._lost} messages were lost, from {utc(self._lost_since)} on" if self._lost else ""
+        lost = f"{self._lost} messages were lost, from {utc_text(self._lost_since)} on" if self._lost else ""
         if trouble := ", ".join(words for words in (waiting, lost) if words):
             self.lost = f"{trouble}: {self._trouble}"
             self.log.error(self.lost)
@@ -129,31 +129,31 @@ class Logging(Task):
             self._restart(self._label)
 
     @consume
-    def note(self, entry: imc.LogBookEntry) -> None:
+    def on_log_book_entry(self, entry: imc.LogBookEntry) -> None:
         """Append a line to the console log."""
         log = self._logs.current
         if log is None or self._full:
             return
         try:
-            log.text.write(line_of(entry))
+            log.text.write(log_line(entry))
         except OSError as error:
             self._fail(error)
 
     @consume
-    def locate(self, state: imc.EstimatedState) -> None:
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
         self._state = state
 
     @consume
-    def keep_plan(self, plan: imc.PlanSpecification) -> None:
+    def on_plan(self, plan: imc.PlanSpecification) -> None:
         if plan.src_ent != self.entity.id:
             self._plan = plan
 
     @consume
-    def follow_plan(self, state: imc.PlanControlState) -> None:
+    def on_plan_state(self, state: imc.PlanControlState) -> None:
         self._flying = state.state in (Phase.INITIALIZING, Phase.EXECUTING)
 
     @consume(others=True)
-    def control(self, request: imc.LoggingControl) -> None:
+    def on_logging_control(self, request: imc.LoggingControl) -> None:
         """Start a new log, stop, or reply with the name of the log, as requested by the own system or an operator."""
         if not self.concerns(request):
             return
@@ -310,7 +310,7 @@ class Logging(Task):
 
     def _recover(self) -> None:
         if self._trouble:
-            since = f", from {utc(self._lost_since)} on" if self._lost else ""
+            since = f", from {utc_text(self._lost_since)} on" if self._lost else ""
             self.log.warning(f"messages are recorded again; {self._lost} were lost{since}")
             if self._lost:
                 self.lost = f"{self._lost} messages were lost{since}: {self._trouble}"

@@ -13,7 +13,7 @@ from tasks.transports.mavlink_links.ground_task import GroundLinks
 from tasks.transports.mavlink_links.logged_vehicle import LoggedEndpoint, LoggedIdentity, LoggedVehicle, identify
 from tasks.transports.mavlink_links.pictures import DiskPictures
 from tasks.transports.mavlink_links.vehicle_views import task_parameters
-from tasks.transports.replayed_log import Passed, Player
+from tasks.transports.replayed_log import LogPlayer, SkippedPackets
 
 AS_LOGGED = "as logged"
 PLAYER = "Transports.Replay"
@@ -69,8 +69,8 @@ class MAVLinkReplay(GroundLinks):
             self.set_entity_state(State.ERROR, f"there is no task {PLAYER}")
             return
         self._dialect = load_dialect()  # now, since that takes a while
-        self._player = cast(Player, player)
-        self._player.follow(self._land)
+        self._player = cast(LogPlayer, player)
+        self._player.add_follower(self._land)
         self.set_entity_state(State.NORMAL, "no log yet")
 
     def stop(self) -> None:
@@ -80,7 +80,7 @@ class MAVLinkReplay(GroundLinks):
                 self.poll_timer.cancel()
             super().stop()
 
-    def _land(self, path: Path, passed: Passed) -> None:
+    def _land(self, path: Path, passed: SkippedPackets) -> None:
         """Show what the log says of the time before a jump; a log that is new has another vehicle."""
         self._turn += 1
         turn = self._turn
@@ -97,7 +97,7 @@ class MAVLinkReplay(GroundLinks):
         self.stop()
         self.offload(identify, path, self.shown_system, then=begin)
 
-    def _begin(self, path: Path, identity: LoggedIdentity | str, passed: Passed) -> None:
+    def _begin(self, path: Path, identity: LoggedIdentity | str, passed: SkippedPackets) -> None:
         if isinstance(identity, str):
             self.log.error(identity)
             self.set_entity_state(State.ERROR, identity)
@@ -135,7 +135,7 @@ class MAVLinkReplay(GroundLinks):
         )
         return LoggedEndpoint(self._dialect, model, port, equipment, self.log.warning)
 
-    def _show(self, passed: Passed) -> None:
+    def _show(self, passed: SkippedPackets) -> None:
         self.logged.restart()
         for due in passed.packets:
             message = imc.decode(due.packet)

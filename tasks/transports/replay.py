@@ -8,14 +8,14 @@ from runtime import ParameterError, State, Task, Timer, consume, param, periodic
 from runtime.kernel import SECOND
 from support.file_errors import describe_os_error
 from tasks.transports.replayed_log import (
-    Due,
     LogTime,
-    Opened,
-    Passed,
-    Recording,
+    OpenedLog,
+    ReplayedLog,
+    ReplayedPacket,
     ReplaySelection,
-    go_to,
-    open_recording,
+    SkippedPackets,
+    open_log,
+    seek_log,
 )
 
 BATCH = 200  # packets per call, so that other tasks can run while a replay is late
@@ -53,8 +53,8 @@ class Replay(Task):
     longest_pause: float = param(3600.0, "s", "A longer pause counts as a step of the log's clock.", minimum=0.0)
     exit_at_end: bool = param(False, "", "Stop the vehicle when the log has been played.")
 
-    _followers: tuple[Callable[[Path, Passed], object], ...] = ()
-    _recording: Recording | None = None
+    _followers: tuple[Callable[[Path, SkippedPackets], object], ...] = ()
+    _recording: ReplayedLog | None = None
     _paused_at: int | None = None
 
     def configure(self) -> None:
@@ -76,8 +76,8 @@ class Replay(Task):
 
     def start(self) -> None:
         self._path: Path | None = Path(self.load_at_start) if self.load_at_start else None
-        self._packets: Iterator[Due] = iter(())
-        self._next: Due | None = None
+        self._packets: Iterator[ReplayedPacket] = iter(())
+        self._next: ReplayedPacket | None = None
         self._timer: Timer | None = None
         self._loading = self._played = self._malformed = 0
         self._base = 0.0
@@ -100,7 +100,7 @@ class Replay(Task):
     def paused(self) -> bool:
         return self._paused_at is not None
 
-    def follow(self, follower: Callable[[Path, Passed], object]) -> None:
+    def add_follower(self, follower: Callable[[Path, SkippedPackets], object]) -> None:
         """Call `follower(path, passed)` when a log begins, and after each jump in it, before its next packet."""
         self._followers += (follower,)
 
@@ -130,13 +130,13 @@ class Replay(Task):
         if self._paused_at is None and self._recording is not None:
             self._paused_at = self.now_ns
             self._cancel()
-            self.tell()
+            self.report_position()
 
     def resume(self) -> None:
         if self._paused_at is not None:
             self._begin_ns += self.now_ns - self._paused_at
             self._paused_at = None
-            self.tell()
+            self.report_position()
             if not self._seeking:
                 self._play()
 
@@ -146,7 +146,7 @@ class Replay(Task):
             self._cancel()
             self._seeking = True
             self._loading += 1
-            self.offload(go_to, self._recording, place, then=self._landing(place))
+            self.offload(seek_log, self._recording, place, then=self._landing(place))
 
     def skip(self, seconds: float) -> None:
         """Jump by `seconds` of the log, forward or (negative) back."""
@@ -154,7 +154,7 @@ class Replay(Task):
             self.seek(LogTime(max(0.0, self.elapsed + seconds)))
 
     @periodic(1.0)
-    def tell(self) -> None:
+    def report_position(self) -> None:
         """Report the present time in the log."""
         if self._recording is not None:
             doing = "playing" if self._paused_at is None else "paused in"
@@ -167,14 +167,14 @@ class Replay(Task):
         self._path = path
         self.set_entity_state(State.BOOT, f"opening {path.name}")
         arguments = path, self._choice, self._entities, self.longest_pause, self._from
-        self.offload(open_recording, *arguments, then=self._landing(self._from))
+        self.offload(open_log, *arguments, then=self._landing(self._from))
 
-    def _landing(self, place: LogTime) -> "Callable[[Opened | str], None]":
+    def _landing(self, place: LogTime) -> "Callable[[OpenedLog | str], None]":
         """A callback that continues at `place`, unless a newer request came meanwhile."""
         turn = self._loading
         return lambda opened: self._land(opened, place) if turn == self._loading else None
 
-    def _land(self, opened: Opened | str, place: LogTime) -> None:
+    def _land(self, opened: OpenedLog | str, place: LogTime) -> None:
         if isinstance(opened, str):
             self._leave()
             self._refuse(opened)
@@ -196,7 +196,7 @@ class Replay(Task):
         self._continue_from(place.elapsed(self._next.origin) if self._next is not None else 0.0)
         for follow in self._followers:
             follow(recording.log.path, passed)
-        self.tell()
+        self.report_position()
         if self._paused_at is None:
             self._play()
 
@@ -230,7 +230,7 @@ class Replay(Task):
             self._next = None
         self._timer = self.after(BREATH, self._play)
 
-    def _emit(self, due: Due) -> None:
+    def _emit(self, due: ReplayedPacket) -> None:
         packet = due.packet
         if not self.keep_time:
             since = imc.header(packet).timestamp - due.origin - self._base

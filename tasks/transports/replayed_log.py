@@ -56,7 +56,7 @@ class Timeline:
         return self.elapsed
 
 
-class Due(NamedTuple):
+class ReplayedPacket(NamedTuple):
     """A packet, when it is due (s since the start of the log), and when the log started (s since 1970 UTC)."""
 
     elapsed: float
@@ -64,17 +64,17 @@ class Due(NamedTuple):
     packet: bytes
 
 
-class Passed(NamedTuple):
+class SkippedPackets(NamedTuple):
     """What the owner of a log was and did at a place of it: packets that a jump has passed, in their order.
 
     These are the last one of each message and entity, and the first estimate. time: of the log, s since its start.
     """
 
     time: float
-    packets: list[Due]
+    packets: list[ReplayedPacket]
 
 
-class Player(Protocol):
+class LogPlayer(Protocol):
     """A task that plays a log, as others see it."""
 
     @property
@@ -82,7 +82,7 @@ class Player(Protocol):
         """The present time in the log (s)."""
         ...
 
-    def follow(self, follower: Callable[[Path, Passed], object]) -> None:
+    def add_follower(self, follower: Callable[[Path, SkippedPackets], object]) -> None:
         """Call `follower(path, passed)` when a log begins, and after each jump in it, before its next packet."""
 
 
@@ -120,7 +120,7 @@ class ReplaySelection:
     end: LogTime | None = None
 
 
-class Recording:
+class ReplayedLog:
     """The packets of a log that can be replayed here.
 
     A packet whose id is another message here than in the log, or has another layout, is skipped and counted in
@@ -133,7 +133,7 @@ class Recording:
         self.log = log
         self.timeline = Timeline(longest_pause)
         self.foreign: Counter[str] = Counter()
-        self._passed: dict[tuple[int, ...], Due] = {}
+        self._passed: dict[tuple[int, ...], ReplayedPacket] = {}
         self._end = choice.end or LogTime(math.inf)
         self._longest_pause = longest_pause
         self._types = find_types(choice.messages, log.schema)
@@ -152,14 +152,14 @@ class Recording:
         self.missing = [label for label, here in entities.items() if here not in self.entities.values()]
         self._translating = bool(entities)
 
-    def __iter__(self) -> Iterator[Due]:
+    def __iter__(self) -> Iterator[ReplayedPacket]:
         return self.play()
 
-    def play(self, begin: LogTime | None = None) -> Iterator[Due]:
+    def play(self, begin: LogTime | None = None) -> Iterator[ReplayedPacket]:
         """The packets from `begin` on; each call reads the log from the start."""
         self.timeline = timeline = Timeline(self._longest_pause)
         self.foreign.clear()
-        passed = self._passed = dict[tuple[int, ...], Due]()
+        passed = self._passed = dict[tuple[int, ...], ReplayedPacket]()
         owner, led, end = self.owner, self._led, self._end
         reached = begin is None
         for _, packet in self.log.packets():
@@ -170,7 +170,7 @@ class Recording:
             elapsed, origin = timeline.elapsed, timeline.origin
             if begin is not None and not reached:
                 if not elapsed >= begin.elapsed(origin):
-                    key, due = (header.id, header.src, header.src_ent), Due(elapsed, origin, packet)
+                    key, due = (header.id, header.src, header.src_ent), ReplayedPacket(elapsed, origin, packet)
                     passed.pop(key, None)  # the latest is the last
                     passed[key] = due
                     if header.id == imc.EstimatedState.ID:
@@ -180,15 +180,15 @@ class Recording:
             if elapsed >= end.elapsed(origin):
                 return
             if (shown := self._shown(packet, header)) is not None:
-                yield Due(elapsed, origin, shown)
+                yield ReplayedPacket(elapsed, origin, shown)
 
-    def passed(self, place: LogTime) -> Passed:
+    def skipped_by_jump(self, place: LogTime) -> SkippedPackets:
         """What the jump to a place has passed, once the first packet from there on was taken."""
         due, self._passed = list(self._passed.values()), {}
         wanted = [(one, self._shown(one.packet, imc.header(one.packet), told=False)) for one in due]
         packets = [one._replace(packet=packet) for one, packet in wanted if packet is not None]
         origin = self.timeline.origin
-        return Passed(self.timeline.elapsed if math.isnan(origin) else place.elapsed(origin), packets)
+        return SkippedPackets(self.timeline.elapsed if math.isnan(origin) else place.elapsed(origin), packets)
 
     def _shown(self, packet: bytes, header: imc.Header, *, told: bool = True) -> bytes | None:
         """The packet as it is played, None if it is not; one that cannot be is counted if it is `told`."""
@@ -260,33 +260,33 @@ class Recording:
         return imc.with_header(packet, src_ent=src_ent, dst_ent=dst_ent)
 
 
-class Opened(NamedTuple):
+class OpenedLog(NamedTuple):
     """A log at a place: the packets from there on, the first one of them, and what came before."""
 
-    recording: Recording
-    packets: Iterator[Due]
-    first: Due | None
-    passed: Passed
+    recording: ReplayedLog
+    packets: Iterator[ReplayedPacket]
+    first: ReplayedPacket | None
+    passed: SkippedPackets
 
 
-def open_recording(
+def open_log(
     path: Path, choice: ReplaySelection, entities: dict[str, int], longest_pause: float, place: LogTime
-) -> Opened | str:
+) -> OpenedLog | str:
     """The recording at `path`, or why it cannot be played."""
     try:
-        return go_to(Recording(Log(path), choice, entities, longest_pause), place)
+        return seek_log(ReplayedLog(Log(path), choice, entities, longest_pause), place)
     except OSError as error:
         return f"{path}: {error.strerror or error}"
     except ValueError as error:
         return str(error)
 
 
-def go_to(recording: Recording, place: LogTime) -> Opened | str:
+def seek_log(recording: ReplayedLog, place: LogTime) -> OpenedLog | str:
     """The recording from `place` on, or why it cannot be read."""
     packets = recording.play(place)
     try:
         first = next(packets, None)
-        return Opened(recording, packets, first, recording.passed(place))
+        return OpenedLog(recording, packets, first, recording.skipped_by_jump(place))
     except OSError as error:
         return describe_os_error(error)
 

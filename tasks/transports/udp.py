@@ -10,15 +10,23 @@ from imc.schema import message_named
 from runtime import State, consume, param, periodic
 from runtime.networks import enable_refusals, refused_destinations
 from runtime.profile import split_list
-from tasks.transports.imc_links.console_acl import REPORTS, Consoles
-from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, Gate, sender
-from tasks.transports.imc_links.datagram_reader import Reader
-from tasks.transports.imc_links.duplicate_filter import Recent
-from tasks.transports.imc_links.link_task import Carrier, given
+from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
+from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, DatagramFilter, sender_text
+from tasks.transports.imc_links.datagram_reader import DatagramReader
+from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
+from tasks.transports.imc_links.link_task import LinkTask, read_option
 from tasks.transports.imc_links.message_list import MessageList, parse_rate
-from tasks.transports.imc_links.peer_table import MALFORMED, MOST_PEERS, ON_THE_BUS, UNKNOWN, Drops, Peer, Peers
-from tasks.transports.imc_links.port_search import ports_from, tell_opened
-from tasks.transports.imc_links.radio_range import Reach
+from tasks.transports.imc_links.peer_table import (
+    MALFORMED,
+    MOST_PEERS,
+    ON_THE_BUS,
+    UNKNOWN,
+    DropCounts,
+    Peer,
+    PeerTable,
+)
+from tasks.transports.imc_links.port_search import candidate_ports, report_opened
+from tasks.transports.imc_links.radio_range import RadioRange
 from tasks.transports.imc_links.recvmmsg import Datagram
 from tasks.transports.imc_links.sockets import bound, network_address, network_time, send
 
@@ -51,7 +59,7 @@ def parse_peer_rate(item: str) -> tuple[str, str]:
     return name.strip(), rate
 
 
-class UDP(Carrier):
+class UDP(LinkTask):
     """Exchanges IMC packets with systems that announce themselves, and with static destinations.
 
     A system gets packets as soon as it has announced itself and sent one, until it is silent for `Contact Timeout`; it
@@ -117,21 +125,23 @@ class UDP(Carrier):
     def configure(self) -> None:
         id_of = self.vehicle.systems.id
         self.place = network_address(self, self.address)
-        self.commanders = given("Consoles", lambda: Consoles(self.consoles, id_of))
-        self.static = given("Static Destinations", lambda: [parse_endpoint(item) for item in self.static_destinations])
+        self.commanders = read_option("Consoles", lambda: ConsoleAcl(self.consoles, id_of))
+        self.static = read_option(
+            "Static Destinations", lambda: [parse_endpoint(item) for item in self.static_destinations]
+        )
         own: dict[int, list[str]] = {}
-        for name, rate in given("Peer Rates", lambda: [parse_peer_rate(item) for item in self.peer_rates]):
-            (system,) = given("Peer Rates", lambda name=name: Consoles([name], id_of).listed)
+        for name, rate in read_option("Peer Rates", lambda: [parse_peer_rate(item) for item in self.peer_rates]):
+            (system,) = read_option("Peer Rates", lambda name=name: ConsoleAcl([name], id_of).listed)
             own.setdefault(system, []).append(rate)
         self.lists: dict[int, MessageList] = {}
         for system, rates in own.items():
             names = [*self.transports, *(parse_rate(rate)[0] for rate in rates)]
             self.lists[system] = self.message_list(names, [*self.rate_limiters, *rates])
         if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
-            self.peers, self.positions = Peers(), Reach()
+            self.peers, self.positions = PeerTable(), RadioRange()
         self.peers.timeout, self.peers.kept = self.contact_timeout, self.commanders.listed
-        self.peers.called = given("Call Systems", lambda: Consoles(self.call_systems, id_of).listed)
-        self.gate = Gate(
+        self.peers.called = read_option("Call Systems", lambda: ConsoleAcl(self.call_systems, id_of).listed)
+        self.gate = DatagramFilter(
             self.system,
             self.peers,
             self.commanders,
@@ -139,23 +149,23 @@ class UDP(Carrier):
             ignore_filter=self.ignore_filter,
             rate=self.maximum_rate,
         )
-        self.reach: Reach | None = None
+        self.reach: RadioRange | None = None
         if self.communication_range and "Simulation" in split_list(
             self.vehicle.profile.value("General", "Selected", "")
         ):
             schema = self.vehicle.bus.messages
             always = [schema[name].ID for name in self.always_transmitted_messages if name in schema]
             self.reach = self.positions
-            self.reach.limit(self.communication_range, self.underwater_communications, always)
+            self.reach.set_limits(self.communication_range, self.underwater_communications, always)
         super().configure()
 
     def start(self) -> None:
-        self.drops, self.unsent = Drops(), Drops()
+        self.drops, self.unsent = DropCounts(), DropCounts()
         self.taken = self.missed = self.port = 0
-        self.forwarded = Recent(REPEATS)  # two vehicles that forward would send a packet for ever
+        self.forwarded = DuplicateFilter(REPEATS)  # two vehicles that forward would send a packet for ever
         self.groups: list[tuple[MessageList, list[tuple[int, Endpoint]]]] = []
         self.socket: socket | None = None
-        self.reader: Reader | None = None
+        self.reader: DatagramReader | None = None
         self.trouble = ""
         super().start()
         self.open()
@@ -178,12 +188,12 @@ class UDP(Carrier):
             if endpoint not in known:
                 groups.setdefault(UNKNOWN_SYSTEM, []).append((UNKNOWN_SYSTEM, endpoint))
         self.groups = [(self.lists.get(system, self.messages), places) for system, places in groups.items()]
-        self.listen(bool(groups))
+        self.set_subscriptions(bool(groups))
 
     def open(self) -> None:
         """Listen, at the first port that is free; if that fails, the reason is logged once."""
         trouble = ""
-        for port in ports_from(self.local_port, PORTS_TRIED):
+        for port in candidate_ports(self.local_port, PORTS_TRIED):
             try:
                 self.socket = bound(self.place, port)
             except OSError as error:
@@ -191,9 +201,9 @@ class UDP(Carrier):
                 continue
             self.trouble, self.port = "", self.socket.getsockname()[1]
             enable_refusals(self.socket)
-            self.reader = Reader(self, [self.socket], self.take, self.part)
+            self.reader = DatagramReader(self, [self.socket], self.on_datagrams, self.remove_silent_peers)
             service = Service("imc+udp", self.place, self.port)
-            tell_opened(self, service, self.local_port, self.commanders.risk, announced=self.announce_service)
+            report_opened(self, service, self.local_port, self.commanders.risk, announced=self.announce_service)
             self.refresh()
             return
         if trouble != self.trouble:
@@ -201,36 +211,36 @@ class UDP(Carrier):
         self.trouble = trouble
 
     @consume(others=True)
-    def meet(self, other: imc.Announce) -> None:
+    def on_announce(self, other: imc.Announce) -> None:
         """Take up a system, or where it is now."""
         if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM) or self.vehicle.bus.reaches(other.src):
             return
-        peer = self.peers.announce(other.src, other.sys_name, Services.parse(other.services), network_time(self))
-        self.positions.sight(other)
+        peer = self.peers.on_announce(other.src, other.sys_name, Services.parse(other.services), network_time(self))
+        self.positions.on_announce(other)
         if peer is None:
             if self.drops.add("announced beyond the systems in contact", f"0x{other.src:04X}"):
                 self.log.warning(f"{MOST_PEERS} systems are in contact: there is no room for 0x{other.src:04X}")
         elif self.peers.in_contact(peer, network_time(self)):
             self.refresh()
 
-    def take(self, datagrams: list[Datagram]) -> None:
+    def on_datagrams(self, datagrams: list[Datagram]) -> None:
         """Put packets on the bus, if they may come from where they come."""
-        bus, judge, reach, now = self.vehicle.bus, self.gate.judge, self.reach, network_time(self)
+        bus, judge, reach, now = self.vehicle.bus, self.gate.evaluate, self.reach, network_time(self)
         decode, publish, forwards, taken = bus.decode_first, bus.publish, not self.local_messages_only, 0
         before, place = None, ""  # whose packet came before, and from where
         for datagram, address, port in datagrams:
             try:
                 peer = judge(datagram, address, port, now)
                 if isinstance(peer, str):
-                    peer = self.turn_away(datagram, address, port, peer)
+                    peer = self.on_rejected(datagram, address, port, peer)
                     if peer is None:
                         continue
-                if reach is not None and not reach.has(peer.system, imc.packet_id(datagram)):
+                if reach is not None and not reach.reaches(peer.system, imc.packet_id(datagram)):
                     self.drops.add(OUT_OF_RANGE, peer.name)
                     continue
                 message, packet = decode(datagram)
             except imc.DecodeError as error:
-                self.drop(MALFORMED, sender(datagram, address), error.reason)
+                self.drop(MALFORMED, sender_text(datagram, address), error.reason)
                 continue
             publish(message, packet, self)
             kind = message.ID
@@ -238,26 +248,26 @@ class UDP(Carrier):
             if kind not in REPORTS:
                 peer.commands = True
             if forwards:
-                self.carry(message, packet)
+                self.transmit(message, packet)
             if peer is before and address is place and kind != ANNOUNCE:
                 continue  # most packets of a burst need no more than this
             before, place = peer, address
             if isinstance(message, imc.Announce):
-                self.meet(message)
+                self.on_announce(message)
             peer.heard, peer.taken = now, True
-            if peer.sees == address:
-                peer.there = now
-            elif not peer.stays(address, now):
+            if peer.source == address:
+                peer.last_from_source = now
+            elif not peer.is_multihomed(address, now):
                 self.follow(peer, address, now)
         self.taken += taken
 
     def follow(self, peer: Peer, address: str, now: float) -> None:
         """Send to where a system is now; a new place is greeted, but not so often that it could be a nuisance there."""
-        new = address not in peer.places
-        peer.settle(address, now)
+        new = address not in peer.sources
+        peer.set_source(address, now)
         self.refresh()
-        if now - peer.greeted >= BREAK:
-            peer.greeted = now
+        if now - peer.answered_at >= BREAK:
+            peer.answered_at = now
             self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
             if new:
                 self.greet(peer)
@@ -266,28 +276,28 @@ class UDP(Carrier):
         """Tell a system that has come the last states, which it would have to wait for."""
         if self.dynamic_nodes and peer.endpoint is not None:
             for packet in self.last_states(self.lists.get(peer.system, self.messages)):
-                if self.reach is None or self.reach.has(peer.system, imc.packet_id(packet)):
+                if self.reach is None or self.reach.reaches(peer.system, imc.packet_id(packet)):
                     self.post(packet, peer.endpoint)
 
-    def keep(self, state: imc.Message, packet: bytes) -> None:
-        super().keep(state, packet)
+    def keep_state(self, state: imc.Message, packet: bytes) -> None:
+        super().keep_state(state, packet)
         if isinstance(state, imc.EstimatedState):
-            self.positions.locate(state)
+            self.positions.on_own_state(state)
 
-    def turn_away(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
+    def on_rejected(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
         """Drop a packet, unless it is the Announce that makes its system a peer."""
         if reason is UNKNOWN and self.vehicle.bus.reaches(imc.packet_source(packet)):
-            self.drops.add(ON_THE_BUS, sender(packet, address))
+            self.drops.add(ON_THE_BUS, sender_text(packet, address))
             return None
-        if self.gate.greets(packet, reason, network_time(self)):
+        if self.gate.is_useful_announce(packet, reason, network_time(self)):
             announce = self.vehicle.bus.decode(packet)
             if isinstance(announce, imc.Announce):
-                self.meet(announce)
-                peer = self.gate.judge(packet, address, port, network_time(self))
+                self.on_announce(announce)
+                peer = self.gate.evaluate(packet, address, port, network_time(self))
                 if isinstance(peer, Peer):
                     return peer
                 reason = peer
-        self.drop(reason, sender(packet, address), WHY.get(reason, ""))
+        self.drop(reason, sender_text(packet, address), WHY.get(reason, ""))
         return None
 
     def drop(self, reason: str, who: str, why: str) -> None:
@@ -296,18 +306,18 @@ class UDP(Carrier):
             tell = self.log.info if reason is UNKNOWN else self.log.warning
             tell(f"packet from {who} dropped: {reason}" + (f" ({why})" if why else ""))
 
-    def kinds(self) -> Iterable[type[imc.Message]]:
+    def sent_types(self) -> Iterable[type[imc.Message]]:
         return dict.fromkeys(kind for messages in (self.messages, *self.lists.values()) for kind in messages.types)
 
-    def carry(self, message: imc.Message, packet: bytes) -> None:
+    def transmit(self, message: imc.Message, packet: bytes) -> None:
         source, now = message.src, network_time(self)
-        if self.socket is None or (source != self.system and self.forwarded.has(packet)):
+        if self.socket is None or (source != self.system and self.forwarded.is_duplicate(packet)):
             return
         for messages, places in self.groups:
             if not messages.passes(message, now):
                 continue
             for system, endpoint in places:
-                if system != source and (self.reach is None or self.reach.has(system, message.ID)):
+                if system != source and (self.reach is None or self.reach.reaches(system, message.ID)):
                     self.post(packet, endpoint)
 
     def post(self, packet: bytes, endpoint: Endpoint) -> None:
@@ -320,16 +330,16 @@ class UDP(Carrier):
             if self.unsent.add(f"not sent ({why})", str(endpoint)):
                 self.log.warning(f"packets cannot be sent to {endpoint}: {why}")
 
-    def part(self) -> None:
+    def remove_silent_peers(self) -> None:
         """End the contact with those whose programs have ended: their computers refuse what is sent there."""
         assert self.socket is not None
         for place in set(map(Endpoint._make, refused_destinations(self.socket))):
-            for peer in self.peers.refuse(place, network_time(self)):
+            for peer in self.peers.on_port_unreachable(place, network_time(self)):
                 self.log.info(f"lost contact with {peer.name} (0x{peer.system:04X}): nobody listens at {place}")
                 self.refresh()
 
     @periodic(1.0)
-    def look_after_peers(self) -> None:
+    def tick(self) -> None:
         """Forget who is silent, and report who is in contact and what was dropped."""
         if self.reader is None:
             self.open()
@@ -337,9 +347,9 @@ class UDP(Carrier):
             if not self.missed:
                 self.log.warning("packets come faster than they can be read: some are lost")
             self.missed = missed
-        self.drops.forget(network_time(self))
-        self.unsent.forget(network_time(self))
-        moved, lost = self.peers.dismiss(self.vehicle.bus.reaches), self.peers.forget(network_time(self))
+        self.drops.merge_inactive(network_time(self))
+        self.unsent.merge_inactive(network_time(self))
+        moved, lost = self.peers.remove_reached(self.vehicle.bus.reaches), self.peers.remove_silent(network_time(self))
         for peer in moved:
             self.log.info(f"{peer.name} (0x{peer.system:04X}) is on the zenoh bus, and no longer in contact over UDP")
         for peer in lost:

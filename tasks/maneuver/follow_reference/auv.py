@@ -3,7 +3,7 @@
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime import param
-from tasks.maneuver.maneuver_task import Completed, Leg, Loops, Maneuver, ManeuverError, PathFlags
+from tasks.maneuver.maneuver_task import Completed, Loops, Maneuver, ManeuverError, PathEnd, PathFlags
 from tasks.maneuver.spiral import vertical_error
 
 Has = imc.Reference.Flags
@@ -20,8 +20,8 @@ class AUV(Maneuver):
     A speed of 0 stops the vehicle. The flag MANDONE ends the maneuver; no Reference for the timeout is an error.
     """
 
-    hears = (imc.PathControlState, imc.EstimatedState)
-    hears_others = (imc.Reference,)
+    subscribed = (imc.PathControlState, imc.EstimatedState)
+    subscribed_from_others = (imc.Reference,)
     loops = 0
 
     default_speed: float = param(1.2, "-", "Speed if a reference has none.", minimum=0)
@@ -38,7 +38,7 @@ class AUV(Maneuver):
         heard = self.now
         self._tell(0)
         while True:
-            event = await self.event()
+            event = await self.next_message()
             if isinstance(event, imc.Reference) and self._obeys(event):
                 if event.flags & Has.MANDONE:
                     raise Completed
@@ -61,14 +61,14 @@ class AUV(Maneuver):
 
     async def _accept(self, reference: imc.Reference) -> None:
         """Follow a new reference; a missing location stays, a missing speed or z is the default."""
-        state = await self.located()
+        state = await self.wait_for_state()
         before = self._leg
         self._reference, self._doing = reference, Doing.WAIT
         speed, z = reference.speed, reference.z
         lat, lon = reference.lat, reference.lon
         if not reference.flags & Has.LOCATION:
             lat, lon = (before.lat, before.lon) if before else imc.coordinates.absolute(state)[:2]
-        leg = Leg(
+        leg = PathEnd(
             lat, lon, self.default_z, UNITS[self.default_z_units], self.default_speed, SPEEDS[self.default_speed_units]
         )
         if reference.flags & Has.SPEED and isinstance(speed, imc.DesiredSpeed):
@@ -100,7 +100,7 @@ class AUV(Maneuver):
             self._begin_doing(leg, doing)
         self._tell((Near.XY_NEAR if near else 0) | (Near.Z_NEAR if deep else 0) or Near.FAR)
 
-    def _begin_doing(self, leg: Leg, doing: Doing) -> None:
+    def _begin_doing(self, leg: PathEnd, doing: Doing) -> None:
         self.control(0 if doing is Doing.HOVER else Loops.PATH)
         if doing is Doing.GOTO:
             self.steer(leg, flags=PathFlags.DIRECT if self._reference.flags & Has.DIRECT else 0)

@@ -34,7 +34,7 @@ def own_messages(schema: imc.Schema) -> dict[int, str]:
     return {kind.ID: imc.signature(kind) for kind in own}
 
 
-def spread(services: Iterable[Service]) -> list[Service]:
+def expand_any_transport(services: Iterable[Service]) -> list[Service]:
     """With each imc+any://NAME, as it is said for all transports, at each of them: imc+udp://127.0.0.1:6002/NAME."""
     each = list(services)
     transports = [service for service in each if service.scheme in ("imc+udp", "imc+tcp")]

@@ -17,7 +17,7 @@ REPORTS = frozenset(
 """What any announced system may send, because no task obeys it: other vehicles report where they are."""
 
 
-class Consoles:
+class ConsoleAcl:
     """The systems that may command; without any listed, all may.
 
     An item is the name or the id of a system, and may say from where: `ccu-lsts-1-1`, `0x4101@10.0.0.5`.
@@ -35,7 +35,7 @@ class Consoles:
                 check_address(address)
             self.listed.setdefault(_system(name, id_of), set()).add(address)
 
-    def allow(self, system: int, address: str, kind: int) -> bool:
+    def allows(self, system: int, address: str, kind: int) -> bool:
         """Whether to take a message, given the id of its type, from a system at an address."""
         if not self.listed or kind in REPORTS:
             return True

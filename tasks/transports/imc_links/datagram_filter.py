@@ -6,8 +6,8 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
 from imc.layout import LITTLE_ENDIAN, SMALLEST_PACKET
-from tasks.transports.imc_links.console_acl import Consoles
-from tasks.transports.imc_links.peer_table import ELSEWHERE, MALFORMED, UNKNOWN, Peer, Peers
+from tasks.transports.imc_links.console_acl import ConsoleAcl
+from tasks.transports.imc_links.peer_table import ELSEWHERE, MALFORMED, UNKNOWN, Peer, PeerTable
 
 SPOOFED = "sent as this vehicle"
 NOT_LISTED = "command of a console that is not listed"
@@ -16,7 +16,7 @@ ANNOUNCE, ABORT = imc.Announce.ID, imc.Abort.ID
 STRANGERS = 20.0  # Announces, and as many Aborts, per second of all systems that are unknown yet
 
 
-class Gate:
+class DatagramFilter:
     """Judges datagrams by their first bytes, before they are decoded.
 
     `system` is the id of this vehicle: what claims to be from it is spoofed. Systems at an endpoint of `static` need
@@ -26,8 +26,8 @@ class Gate:
     def __init__(
         self,
         system: int,
-        peers: Peers,
-        consoles: Consoles,
+        peers: PeerTable,
+        consoles: ConsoleAcl,
         *,
         static: Collection[Endpoint] = (),
         ignore_filter: bool = False,
@@ -43,15 +43,15 @@ class Gate:
         self._rate = rate
         self._strangers, self._helpers = Peer(UNKNOWN_SYSTEM, ""), Peer(UNKNOWN_SYSTEM, "")
 
-    def judge(self, packet: bytes, address: str, port: int, now: float) -> Peer | str:
+    def evaluate(self, packet: bytes, address: str, port: int, now: float) -> Peer | str:
         """The peer that a datagram is from; else the reason to drop it."""
         if len(packet) < SMALLEST_PACKET:
             return MALFORMED
         # As imc.packet_source says; a call of it takes a fifth of the time that most packets need here.
         source = packet[14] | packet[15] << 8 if packet[0] == LITTLE_ENDIAN else packet[14] << 8 | packet[15]
         peer = self._by_id.get(source)
-        if peer is not None and peer.sees == address and peer.filled == now and peer.left >= 1.0 and self._open:
-            peer.left -= 1.0  # most packets of a burst need no more than this
+        if peer is not None and peer.source == address and peer.tokens_at == now and peer.tokens >= 1.0 and self._open:
+            peer.tokens -= 1.0  # most packets of a burst need no more than this
             return peer
         if packet[:2] not in STARTS:
             return MALFORMED
@@ -59,36 +59,36 @@ class Gate:
             return SPOOFED
         peer = self._peers.sender(source, address, now, self._rate)
         if peer is UNKNOWN:
-            peer = self._meet(source, address, port, now)
-            if peer is UNKNOWN and self._helps(packet, now):
-                peer = Peer(source, f"0x{source:04X}", sees=address)
+            peer = self._add_peer(source, address, port, now)
+            if peer is UNKNOWN and self._is_strangers_abort(packet, now):
+                peer = Peer(source, f"0x{source:04X}", source=address)
         if not self._open and isinstance(peer, Peer):
-            return peer if self._consoles.allow(source, address, imc.packet_id(packet)) else NOT_LISTED
+            return peer if self._consoles.allows(source, address, imc.packet_id(packet)) else NOT_LISTED
         return peer
 
-    def greets(self, packet: bytes, reason: str, now: float) -> bool:
+    def is_useful_announce(self, packet: bytes, reason: str, now: float) -> bool:
         """Whether a datagram that was not taken may be the Announce that makes its sender known, or known there."""
         if reason not in (UNKNOWN, ELSEWHERE):
             return False
-        return imc.packet_id(packet) == ANNOUNCE and self._strangers.admits(now, STRANGERS)
+        return imc.packet_id(packet) == ANNOUNCE and self._strangers.try_acquire(now, STRANGERS)
 
-    def _helps(self, packet: bytes, now: float) -> bool:
+    def _is_strangers_abort(self, packet: bytes, now: float) -> bool:
         """Whether a stranger's datagram is an Abort for this vehicle: who needs it may find no room to announce."""
         wanted = imc.packet_id(packet) == ABORT and imc.header(packet).dst == self._system
-        return wanted and self._helpers.admits(now, STRANGERS)
+        return wanted and self._helpers.try_acquire(now, STRANGERS)
 
-    def _meet(self, source: int, address: str, port: int, now: float) -> Peer | str:
+    def _add_peer(self, source: int, address: str, port: int, now: float) -> Peer | str:
         if (address, port) in self._static:
             services = Services.of([Service("imc+udp", address, port)])
         elif self._ignore_filter:
             services = Services()
         else:
             return UNKNOWN
-        peer = self._peers.announce(source, f"0x{source:04X}", services, now)
+        peer = self._peers.on_announce(source, f"0x{source:04X}", services, now)
         return UNKNOWN if peer is None else peer
 
 
-def sender(packet: bytes, address: str) -> str:
+def sender_text(packet: bytes, address: str) -> str:
     """Who sent a datagram, for people; what is no packet names nobody."""
     is_packet = len(packet) >= SMALLEST_PACKET and packet[:2] in STARTS
     return f"0x{imc.packet_source(packet):04X} at {address}" if is_packet else address

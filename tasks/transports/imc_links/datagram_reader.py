@@ -5,7 +5,7 @@ import struct
 from collections.abc import Callable, Sequence
 
 from runtime import Task
-from tasks.transports.imc_links.recvmmsg import AT_ONCE, Datagram, best_way
+from tasks.transports.imc_links.recvmmsg import AT_ONCE, Datagram, make_datagram_reader
 from tasks.transports.imc_links.sockets import network_after
 
 ROUNDS = 4  # of AT_ONCE datagrams, with handlers and timers between them
@@ -13,7 +13,7 @@ PAUSE = 0.002  # s, after so many rounds, for the other tasks
 SO_MEMINFO, MEMINFO = 55, struct.Struct("9I")  # of Linux; the last number counts what found no room in the buffer
 
 
-class Reader:
+class DatagramReader:
     """Calls `take` with the datagrams that arrive at the sockets, until it is closed.
 
     If a socket has none to read, `failed` is called: a packet from there was refused.
@@ -28,7 +28,7 @@ class Reader:
     ):
         self._task = task
         self._take, self._failed = take, failed
-        self._datagrams = best_way()
+        self._datagrams = make_datagram_reader()
         self._full = dict.fromkeys(sockets, 0)  # readings in a row that found as many as they could
         self._readings = {each: lambda each=each: self._read(each) for each in sockets}
         for each, reading in self._readings.items():

@@ -3,14 +3,14 @@
 from zlib import crc32
 
 
-class Recent:
+class DuplicateFilter:
     """Remembers the last packets, so many of them, by their checksums."""
 
     def __init__(self, most: int):
         self._most = most
         self._seen: dict[tuple[int, int], None] = {}
 
-    def has(self, packet: bytes) -> bool:
+    def is_duplicate(self, packet: bytes) -> bool:
         """Whether a packet was asked for before; it is remembered."""
         key = crc32(packet), len(packet)
         if key in self._seen:

@@ -13,8 +13,8 @@ from support.text import corrected_spelling, quoted, suggestion
 from tasks.transports.imc_links.custom_filters import parse_custom
 from tasks.transports.imc_links.message_list import (
     MessageList,
-    known_entities,
-    known_rate,
+    check_entities,
+    check_rate,
     parse_entities,
     parse_rate,
 )
@@ -25,7 +25,7 @@ STATES = (imc.Announce, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState,
 """What somebody who has just come is told at once, if it is listed; some come only every 10 s."""
 
 
-def given(option: str, make: Callable[[], T]) -> T:
+def read_option(option: str, make: Callable[[], T]) -> T:
     """What `make` reads from an option. Raises ParameterError."""
     try:
         return make()
@@ -33,8 +33,8 @@ def given(option: str, make: Callable[[], T]) -> T:
         raise ParameterError(option, str(error)) from None
 
 
-class Carrier(Task):
-    """Sends listed messages of the bus to peers. Subclasses say how in `carry`, and when with `listen`.
+class LinkTask(Task):
+    """Sends listed messages of the bus to peers. Subclasses say how in `transmit`, and when with `set_subscriptions`.
 
     While nobody listens it only keeps the last states. What a subclass puts on the bus with `relay` does not come back
     to it.
@@ -44,10 +44,10 @@ class Carrier(Task):
 
     transports: list[str] = param([], "", "Names of the messages to send.", usable=message_named)
     rate_limiters: list[str] = param(
-        [], "", "Most messages per second and entity that are sent, MESSAGE:HZ.", usable=known_rate
+        [], "", "Most messages per second and entity that are sent, MESSAGE:HZ.", usable=check_rate
     )
     filtered_entities: list[str] = param(
-        [], "", "Entities whose messages are sent, MESSAGE:LABEL+LABEL; those of others are not.", usable=known_entities
+        [], "", "Entities whose messages are sent, MESSAGE:LABEL+LABEL; those of others are not.", usable=check_entities
     )
     custom_filters: list[str] = param(
         [],
@@ -64,18 +64,18 @@ class Carrier(Task):
     def configure(self) -> None:
         self.messages = self.message_list(self.transports, self.rate_limiters)
         if getattr(self, "subscriptions", None) is not None:
-            self.listen(False)
+            self.set_subscriptions(False)
             self.refresh()
 
     def refresh(self) -> None:
-        """Call `listen`, according to whether there is somebody to send to; called when the parameters have changed."""
+        """Call `set_subscriptions`, according to whether there is somebody to send to; called when the parameters have changed."""
 
     def message_list(self, names: Iterable[str], rates: Iterable[str]) -> MessageList:
         """A list with the entity filters of this task. Raises ParameterError."""
         rates, entities, custom = list(rates), self.filtered_entities, self.custom_filters
-        given("Rate Limiters", lambda: [parse_rate(item) for item in rates if item.strip()])
-        given("Filtered Entities", lambda: [parse_entities(item) for item in entities if item.strip()])
-        given("Custom Filters", lambda: [parse_custom(item) for item in custom if item.strip()])
+        read_option("Rate Limiters", lambda: [parse_rate(item) for item in rates if item.strip()])
+        read_option("Filtered Entities", lambda: [parse_entities(item) for item in entities if item.strip()])
+        read_option("Custom Filters", lambda: [parse_custom(item) for item in custom if item.strip()])
         schema, label = self.vehicle.bus.messages, self.vehicle.entities.label
         return MessageList(names, rates, entities, custom, schema=schema, label=label)
 
@@ -103,32 +103,32 @@ class Carrier(Task):
         self.subscriptions: list[Subscription] = []
         self.states: dict[tuple[type, int], tuple[imc.Message, bytes]] = {}
         for kind in STATES:
-            self.vehicle.bus.subscribe(Subscription(kind, self.keep, self, packets=True))
+            self.vehicle.bus.subscribe(Subscription(kind, self.keep_state, self, packets=True))
         if self.messages.unknown:
             self.log.warning(f"no such message: {', '.join(self.messages.unknown)}")
 
-    def keep(self, state: imc.Message, packet: bytes) -> None:
+    def keep_state(self, state: imc.Message, packet: bytes) -> None:
         self.states[type(state), state.src_ent] = state, packet
 
     def last_states(self, messages: MessageList) -> Iterator[bytes]:
         """The packets with the last states, as far as they are listed; first the name of the vehicle."""
         kept = sorted(self.states.values(), key=lambda kept: kept[0].ID != imc.Announce.ID)
-        return (packet for state, packet in kept if messages.concerns(state))
+        return (packet for state, packet in kept if messages.is_listed(state))
 
-    def listen(self, wanted: bool) -> None:
-        """Have the bus call `carry` with each message of the list, or no longer."""
+    def set_subscriptions(self, wanted: bool) -> None:
+        """Have the bus call `transmit` with each message of the list, or no longer."""
         if wanted == bool(self.subscriptions):
             return
         for subscription in self.subscriptions:
             self.vehicle.bus.remove(subscription)
-        kinds, others = self.kinds() if wanted else (), not self.local_messages_only
-        self.subscriptions = [Subscription(kind, self.carry, self, others=others, packets=True) for kind in kinds]
+        kinds, others = self.sent_types() if wanted else (), not self.local_messages_only
+        self.subscriptions = [Subscription(kind, self.transmit, self, others=others, packets=True) for kind in kinds]
         for subscription in self.subscriptions:
             self.vehicle.bus.subscribe(subscription)
 
-    def kinds(self) -> Iterable[type[imc.Message]]:
+    def sent_types(self) -> Iterable[type[imc.Message]]:
         """The types of messages to send."""
         return self.messages.types
 
-    def carry(self, message: imc.Message, packet: bytes) -> None:
+    def transmit(self, message: imc.Message, packet: bytes) -> None:
         """Send a message of the list, if its filters pass, to those who want it; a subclass says how."""

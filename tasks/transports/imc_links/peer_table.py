@@ -30,8 +30,9 @@ ON_THE_BUS = "came over zenoh, too"
 class Peer:
     """A system that has announced itself: `addresses` are its ports by address, and when they were announced (s).
 
-    `sees` is where its datagrams come from, None before the first; `heard` is when the last one came, `there` when the
-    last one came from `sees` (s). `places` are the addresses that it was seen at, `greeted` is when it was greeted (s).
+    `source` is where its datagrams come from, None before the first; `heard` is when the last one came,
+    `last_from_source` when the last one came from `source` (s). `sources` are the addresses that it was seen at,
+    `answered_at` is when it was greeted (s).
     `taken` is whether a packet of it has reached the bus, `commands` whether it has sent more than reports.
     """
 
@@ -40,50 +41,50 @@ class Peer:
     uid: str = ""
     addresses: dict[str, tuple[int, float]] = field(default_factory=dict[str, tuple[int, float]])
     announced: float = -math.inf
-    sees: str | None = None
+    source: str | None = None
     heard: float = -math.inf
-    there: float = -math.inf
-    places: dict[str, None] = field(default_factory=dict[str, None])
-    greeted: float = -math.inf
+    last_from_source: float = -math.inf
+    sources: dict[str, None] = field(default_factory=dict[str, None])
+    answered_at: float = -math.inf
     taken: bool = False
     commands: bool = False
-    left: float = math.inf  # datagrams that it may still send at once
-    filled: float = 0.0  # when `left` was brought up to date (s)
+    tokens: float = math.inf  # datagrams that it may still send at once
+    tokens_at: float = 0.0  # when `tokens` was brought up to date (s)
 
     @property
     def endpoint(self) -> Endpoint | None:
         """Where to send: where its datagrams come from, or else what it announced first; at the announced port."""
-        here = self.addresses.get(self.sees) if self.sees else None
+        here = self.addresses.get(self.source) if self.source else None
         if here is None:
             here = next((place for place in self.addresses.values() if place[0]), None)
         if here is None or not here[0]:
             return None
-        address = self.sees or next(each for each, place in self.addresses.items() if place is here)
+        address = self.source or next(each for each, place in self.addresses.items() if place is here)
         return Endpoint(address, here[0])
 
-    def stays(self, address: str, now: float) -> bool:
+    def is_multihomed(self, address: str, now: float) -> bool:
         """Whether it is still at another address that it sends from by turns, rather than now at this one."""
-        return address in self.places and now - self.there < STAY
+        return address in self.sources and now - self.last_from_source < STAY
 
-    def settle(self, address: str, now: float) -> None:
+    def set_source(self, address: str, now: float) -> None:
         """Note that it is at an address now."""
-        self.sees, self.there = address, now
-        self.places[address] = None
-        if len(self.places) > MOST_ADDRESSES:
-            del self.places[next(iter(self.places))]
+        self.source, self.last_from_source = address, now
+        self.sources[address] = None
+        if len(self.sources) > MOST_ADDRESSES:
+            del self.sources[next(iter(self.sources))]
 
-    def admits(self, now: float, rate: float) -> bool:
+    def try_acquire(self, now: float, rate: float) -> bool:
         """Whether it may send one more datagram; it may send `rate` per second, and as many at once after a pause."""
-        if now != self.filled:
-            self.left = min(rate, self.left + max(0.0, now - self.filled) * rate)
-            self.filled = now
-        if self.left < 1.0:
+        if now != self.tokens_at:
+            self.tokens = min(rate, self.tokens + max(0.0, now - self.tokens_at) * rate)
+            self.tokens_at = now
+        if self.tokens < 1.0:
             return False
-        self.left -= 1.0
+        self.tokens -= 1.0
         return True
 
 
-class Peers:
+class PeerTable:
     """The peers of one vehicle, at most 64. If there are more, another one gives way: one that is not in contact, or of
     an address with more than its share, or that never commanded, or the longest silent; none in `kept` or `called`.
 
@@ -108,15 +109,15 @@ class Peers:
     def find(self, system: int) -> Peer | None:
         return self.by_id.get(system)
 
-    def announce(self, system: int, name: str, services: Services, now: float) -> Peer | None:
+    def on_announce(self, system: int, name: str, services: Services, now: float) -> Peer | None:
         """Take an Announce: where the system is. None if there is no room for one more."""
         peer = self.by_id.get(system)
         if peer is None:
             if len(self.by_id) >= MOST_PEERS and not self._make_room(now):
                 return None
-            peer = self.by_id[system] = Peer(system, displayable_name(name), filled=now)
+            peer = self.by_id[system] = Peer(system, displayable_name(name), tokens_at=now)
         if services.uid and services.uid != peer.uid:  # it has started again, maybe elsewhere
-            peer.uid, peer.addresses, peer.places = services.uid, {}, {}
+            peer.uid, peer.addresses, peer.sources = services.uid, {}, {}
         peer.name, peer.announced = displayable_name(name), now
         for address in dict.fromkeys(service.address for service in services.each if _is_host(service.address)):
             peer.addresses.setdefault(address, (0, now))
@@ -135,7 +136,7 @@ class Peers:
             return UNKNOWN
         if peer.addresses and address not in peer.addresses and not address.startswith("127."):
             return ELSEWHERE
-        return peer if peer.admits(now, rate) else TOO_FAST
+        return peer if peer.try_acquire(now, rate) else TOO_FAST
 
     def contacts(self, now: float) -> list[tuple[Peer, Endpoint]]:
         """The peers that are in contact and can be sent to, and where."""
@@ -143,35 +144,35 @@ class Peers:
         return [(peer, endpoint) for peer, endpoint in each if endpoint is not None]
 
     def in_contact(self, peer: Peer, now: float) -> bool:
-        return peer.system in self.called or (peer.sees is not None and now - peer.heard <= self.timeout)
+        return peer.system in self.called or (peer.source is not None and now - peer.heard <= self.timeout)
 
-    def forget(self, now: float) -> list[Peer]:
+    def remove_silent(self, now: float) -> list[Peer]:
         """Forget those who neither announced nor sent anything for long; returns those whose contact was lost."""
-        lost = [peer for peer in self.by_id.values() if peer.sees is not None and not self.in_contact(peer, now)]
+        lost = [peer for peer in self.by_id.values() if peer.source is not None and not self.in_contact(peer, now)]
         self._part(lost)
         silent = [
             system
             for system, peer in self.by_id.items()
-            if peer.sees is None and now - peer.announced > (MISSED if peer.taken else KEPT)
+            if peer.source is None and now - peer.announced > (MISSED if peer.taken else KEPT)
         ]
         for system in silent:
             del self.by_id[system]
         gone, self._gone = self._gone, []
         return gone + lost
 
-    def refuse(self, place: Endpoint, now: float) -> list[Peer]:
+    def on_port_unreachable(self, place: Endpoint, now: float) -> list[Peer]:
         """Nobody listens at a place any more; returns the silent peers there, who are no longer in contact."""
         each = self.by_id.values()
-        lost = [p for p in each if p.sees is not None and p.endpoint == place and now - p.heard > QUIET]
+        lost = [p for p in each if p.source is not None and p.endpoint == place and now - p.heard > QUIET]
         self._part(lost)
         return lost
 
     def _part(self, lost: Iterable[Peer]) -> None:
         for peer in lost:
-            peer.sees = None
-            peer.places.clear()
+            peer.source = None
+            peer.sources.clear()
 
-    def dismiss(self, reached: Callable[[int], bool]) -> list[Peer]:
+    def remove_reached(self, reached: Callable[[int], bool]) -> list[Peer]:
         """Forget the systems that are reached by another way; returns them."""
         moved = [peer for system, peer in self.by_id.items() if reached(system)]
         for peer in moved:
@@ -183,12 +184,12 @@ class Peers:
         spare = [p for p in self.by_id.values() if p.system not in self.kept and p.system not in self.called]
         if not spare:
             return False
-        count = Counter(peer.sees for peer in spare)
+        count = Counter(peer.source for peer in spare)
 
         def worth(peer: Peer) -> tuple[bool, bool, bool, float]:
             if not self.in_contact(peer, now):
                 return False, False, False, peer.announced
-            return True, count[peer.sees] <= SHARE, peer.commands, peer.heard
+            return True, count[peer.source] <= SHARE, peer.commands, peer.heard
 
         least = min(spare, key=worth)
         if self.in_contact(least, now):
@@ -197,7 +198,7 @@ class Peers:
         return True
 
 
-class Drops:
+class DropCounts:
     """How many datagrams were dropped, by reason and sender; senders beyond the first 64 of a reason share a name.
 
     `forget(now)`, called now and then, makes room: senders of which nothing was dropped for 300 s lose their names.
@@ -216,7 +217,7 @@ class Drops:
         self._active.add((reason, sender))
         return senders[sender] == 1
 
-    def forget(self, now: float) -> None:
+    def merge_inactive(self, now: float) -> None:
         """Make room for new names."""
         if now - self._forgot < NAMED:
             return

@@ -9,14 +9,14 @@ from runtime.networks import is_local
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
 
 
-def ports_from(first: int, tries: int) -> list[int]:
+def candidate_ports(first: int, tries: int) -> list[int]:
     """The ports to try, in order: some from the first on, then 0, which is any. A first one of 0 is any at once."""
     return [*range(first, min(first + tries, 65536)), 0] if first else [0]
 
 
-def listener(address: str, first: int, tries: int) -> socket.socket:
+def listening_socket(address: str, first: int, tries: int) -> socket.socket:
     """A TCP socket that listens at the first free one of `ports_from`. Raises OSError."""
-    for port in ports_from(first, tries):
+    for port in candidate_ports(first, tries):
         opened = socket.socket()
         try:
             opened.setblocking(False)
@@ -31,7 +31,7 @@ def listener(address: str, first: int, tries: int) -> socket.socket:
     raise AssertionError("port 0 is tried last")
 
 
-def tell_opened(task: Task, service: Service, wanted: int, risk: str, *, announced: bool = True) -> None:
+def report_opened(task: Task, service: Service, wanted: int, risk: str, *, announced: bool = True) -> None:
     """Tell where a task listens: a port other than the wanted one, and the risk if others reach it. Announce it."""
     local = is_local(service.address)
     if not local:

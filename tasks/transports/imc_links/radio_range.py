@@ -12,7 +12,7 @@ UNDER_WATER = 0.5  # m of depth from which no radio wave gets out
 MOST_SYSTEMS = 256
 
 
-class Reach:
+class RadioRange:
     """Who is near enough, by the position of the vehicle and those that others announce; who announces none is not.
 
     Messages with an id of `always` reach everybody, and so do all to places without a system. So does an Announce: it
@@ -20,27 +20,27 @@ class Reach:
     """
 
     def __init__(self, distance: float = math.inf, under_water: bool = True, always: Collection[int] = ()):
-        self.limit(distance, under_water, always)
+        self.set_limits(distance, under_water, always)
         self._own: imc.EstimatedState | None = None
         self._others: dict[int, imc.Announce] = {}
 
-    def limit(self, distance: float, under_water: bool, always: Collection[int]) -> None:
+    def set_limits(self, distance: float, under_water: bool, always: Collection[int]) -> None:
         """Change the limits; the positions stay."""
         self._distance, self._under_water = distance, under_water
         self._always = frozenset((*always, imc.Announce.ID))
         self._near: dict[int, bool] = {}
 
-    def locate(self, state: imc.EstimatedState) -> None:
+    def on_own_state(self, state: imc.EstimatedState) -> None:
         self._own = state
         self._near.clear()
 
-    def sight(self, other: imc.Announce) -> None:
+    def on_announce(self, other: imc.Announce) -> None:
         if len(self._others) >= MOST_SYSTEMS and other.src not in self._others:
             del self._others[next(iter(self._others))]
         self._others[other.src] = other
         self._near.pop(other.src, None)
 
-    def has(self, system: int, message: int) -> bool:
+    def reaches(self, system: int, message: int) -> bool:
         """Whether a message with this id gets to a system, or from there."""
         if message in self._always or system == UNKNOWN_SYSTEM:
             return True

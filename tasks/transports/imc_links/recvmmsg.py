@@ -34,7 +34,7 @@ class _Message(ctypes.Structure):
     _fields_ = (("header", _Header), ("length", ctypes.c_uint))
 
 
-class Batch:
+class DatagramBatch:
     """Memory for many datagrams, for recvmmsg(2). Raises AttributeError where that does not exist."""
 
     def __init__(self) -> None:
@@ -79,7 +79,7 @@ class Batch:
         return sender
 
 
-def one_by_one(readable: socket.socket) -> list[Datagram]:
+def read_one_by_one(readable: socket.socket) -> list[Datagram]:
     """The datagrams that wait at a socket, AT_ONCE at most, where there is no recvmmsg."""
     found: list[Datagram] = []
     for _ in range(AT_ONCE):
@@ -93,9 +93,9 @@ def one_by_one(readable: socket.socket) -> list[Datagram]:
     return found
 
 
-def best_way() -> Callable[[socket.socket], list[Datagram]]:
+def make_datagram_reader() -> Callable[[socket.socket], list[Datagram]]:
     """How to read datagrams here."""
     try:
-        return Batch().read
+        return DatagramBatch().read
     except (AttributeError, OSError):
-        return one_by_one
+        return read_one_by_one

@@ -21,7 +21,7 @@ ROOT = 0
 CREDENTIALS = struct.Struct("3i")  # process, user, group
 
 
-class Leader:
+class DiscoveryLeader:
     """Hands on what it hears; one who calls `pulse` once a second shows the followers that it lives.
 
     Raises FileExistsError if another one leads, OSError where it is not possible.
@@ -42,7 +42,7 @@ class Leader:
             raise
         task.watch(self._listener, self._accept)
 
-    def tell(self, address: str, packet: bytes) -> None:
+    def forward(self, address: str, packet: bytes) -> None:
         """Hand on a packet from an address; a follower that does not read misses it, one that is gone is forgotten."""
         words = socket.inet_aton(address) + packet
         for follower in list(self._followers):
@@ -55,7 +55,7 @@ class Leader:
                 follower.close()
 
     def pulse(self) -> None:
-        self.tell(NOWHERE, b"")
+        self.forward(NOWHERE, b"")
 
     def close(self) -> None:
         self._closed = True
@@ -84,7 +84,7 @@ class Leader:
             self._task.watch(self._listener, self._accept)
 
 
-class Follower:
+class DiscoveryFollower:
     """Calls `take` with packets and their addresses, until nobody leads any more: then `ended`, once.
 
     `welcome` is whether the leader has said anything, `silence` how often `count` was called since it did. Raises
@@ -108,7 +108,7 @@ class Follower:
             raise
         task.watch(self._socket, self._read)
 
-    def count(self) -> int:
+    def count_silence(self) -> int:
         """Count one more period of silence; a vehicle that was stopped itself counts none for that."""
         self.silence += 1
         return self.silence

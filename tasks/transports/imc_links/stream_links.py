@@ -8,11 +8,11 @@ from contextlib import suppress
 import imc
 from runtime import param, periodic
 from runtime.kernel import Timer
-from tasks.transports.imc_links.console_acl import REPORTS, Consoles
+from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
 from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED
-from tasks.transports.imc_links.duplicate_filter import Recent
-from tasks.transports.imc_links.link_task import Carrier, given
-from tasks.transports.imc_links.peer_table import MALFORMED, ON_THE_BUS, Drops
+from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
+from tasks.transports.imc_links.link_task import LinkTask, read_option
+from tasks.transports.imc_links.peer_table import MALFORMED, ON_THE_BUS, DropCounts
 from tasks.transports.imc_links.sockets import network_after, network_time
 
 READ_SIZE = 4096  # bytes taken from a connection at a time
@@ -26,7 +26,7 @@ REPEATS = 1024  # forwarded packets that are remembered
 ALIVE = {"TCP_KEEPIDLE": 15, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3, "TCP_USER_TIMEOUT": 30_000}  # s, s, probes, ms
 
 
-class Stream:
+class PacketStream:
     """One connection: a peer at `address`, called `name` in the log book."""
 
     def __init__(self, opened: socket.socket, address: str, name: str, now: float):
@@ -73,13 +73,13 @@ class Stream:
                 self.socket.shutdown(socket.SHUT_WR)
         return True
 
-    def spend(self, cost: float, rate: float, now: float) -> float:
+    def acquire(self, cost: float, rate: float, now: float) -> float:
         """The time (s) until the peer may send more, which has cost so much; it may `rate` per second."""
         self.left = min(rate, self.left + max(0.0, now - self.filled) * rate) - cost
         self.filled = now
         return max(0.0, -self.left / rate)
 
-    def belongs(self, system: int) -> None:
+    def add_system(self, system: int) -> None:
         """Note that packets of a system come by this connection."""
         self.systems[system] = None
         self.systems.move_to_end(system)
@@ -87,8 +87,8 @@ class Stream:
             self.systems.popitem(last=False)
 
 
-class StreamCarrier(Carrier):
-    """Exchanges packets by connections; a subclass makes them, and calls `adopt` with each."""
+class StreamLinkTask(LinkTask):
+    """Exchanges packets by connections; a subclass makes them, and calls `add_stream` with each."""
 
     maximum_rate: float = param(
         2000.0, "Hz", "Most packets per second that are taken from a connection.", minimum=10, editable=False
@@ -101,14 +101,14 @@ class StreamCarrier(Carrier):
     )
 
     def configure(self) -> None:
-        self.commanders = given("Consoles", lambda: Consoles(self.consoles, self.vehicle.systems.id))
+        self.commanders = read_option("Consoles", lambda: ConsoleAcl(self.consoles, self.vehicle.systems.id))
         super().configure()
 
     def start(self) -> None:
-        self.streams: list[Stream] = []
-        self.drops = Drops()
+        self.streams: list[PacketStream] = []
+        self.drops = DropCounts()
         self.taken = 0
-        self.forwarded = Recent(REPEATS)
+        self.forwarded = DuplicateFilter(REPEATS)
         self.flushing: Timer | None = None
         super().start()
 
@@ -119,16 +119,16 @@ class StreamCarrier(Carrier):
         self.streams = []
 
     def refresh(self) -> None:
-        self.listen(bool(self.streams))
+        self.set_subscriptions(bool(self.streams))
 
-    def adopt(self, stream: Stream) -> None:
+    def add_stream(self, stream: PacketStream) -> None:
         self.streams.append(stream)
         self.watch(stream.socket, lambda: self.receive(stream))
         self.refresh()
         stream.waiting += b"".join(self.last_states(self.messages))
         self.flush_soon()
 
-    def lose(self, stream: Stream, why: str, *, warn: bool = True) -> None:
+    def close_stream(self, stream: PacketStream, why: str, *, warn: bool = True) -> None:
         """End a connection, and say why."""
         if stream not in self.streams:
             return
@@ -138,37 +138,37 @@ class StreamCarrier(Carrier):
         self.refresh()
         if warn:
             self.log.warning(f"connection with {stream.name} ended: {why}")
-        self.lost(stream, why)
+        self.on_closed(stream, why)
 
-    def lost(self, stream: Stream, why: str) -> None:
+    def on_closed(self, stream: PacketStream, why: str) -> None:
         """Called when a connection has ended."""
 
-    def receive(self, stream: Stream) -> None:
+    def receive(self, stream: PacketStream) -> None:
         """Take what has arrived; a peer that sends too much has to wait."""
         try:
             packets = stream.read()
         except OSError as error:
-            self.lose(stream, error.strerror or str(error), warn=stream.taken > 0)
+            self.close_stream(stream, error.strerror or str(error), warn=stream.taken > 0)
             return
         ended = packets is None
         for packet in stream.parser.close_packets() if packets is None else packets:
-            self.take(stream, packet)
-        rubbish = self.note_rubbish(stream)
+            self.publish_packet(stream, packet)
+        rubbish = self.count_rubbish(stream)
         stream.rubbish = rubbish + (0 if packets else stream.rubbish)
-        self.await_rest(stream)
+        self.check_unfinished(stream)
         if ended and stream.deaf is not None and stream.deaf.errno != errno.EPIPE:
-            self.lose(stream, stream.deaf.strerror or str(stream.deaf), warn=stream.taken > 0)
+            self.close_stream(stream, stream.deaf.strerror or str(stream.deaf), warn=stream.taken > 0)
         elif ended:
-            self.lose(stream, "the peer has closed it", warn=False)
+            self.close_stream(stream, "the peer has closed it", warn=False)
         elif stream.rubbish > LONGEST_RUBBISH:
-            self.lose(stream, "it sends no IMC")
+            self.close_stream(stream, "it sends no IMC")
         else:
-            pause = stream.spend(len(packets or ()) + rubbish / RUBBISH, self.maximum_rate, network_time(self))
+            pause = stream.acquire(len(packets or ()) + rubbish / RUBBISH, self.maximum_rate, network_time(self))
             if pause and stream in self.streams:
                 self.unwatch(stream.socket)
-                network_after(self, pause, self.go_on, stream)
+                network_after(self, pause, self.resume, stream)
 
-    def note_rubbish(self, stream: Stream) -> int:
+    def count_rubbish(self, stream: PacketStream) -> int:
         """The number of bytes that were no packets since the last time; the first ones of a peer are named."""
         rubbish = stream.parser.lost - stream.lost
         stream.lost += rubbish
@@ -179,28 +179,28 @@ class StreamCarrier(Carrier):
             )
         return rubbish
 
-    def await_rest(self, stream: Stream) -> None:
+    def check_unfinished(self, stream: PacketStream) -> None:
         """Look behind a packet that stays unfinished: a damaged length must not hide an Abort."""
         if not stream.awaited and (start := stream.parser.incomplete_offset) is not None:
             stream.awaited = True
-            network_after(self, LONGEST_UNFINISHED, self.overtake, stream, start)
+            network_after(self, LONGEST_UNFINISHED, self.resync, stream, start)
 
-    def overtake(self, stream: Stream, start: int) -> None:
+    def resync(self, stream: PacketStream, start: int) -> None:
         stream.awaited = False
         if stream not in self.streams:
             return
         if stream.parser.incomplete_offset == start:
             for packet in stream.parser.resync_packets():
-                self.take(stream, packet)
-            self.note_rubbish(stream)
-        self.await_rest(stream)
+                self.publish_packet(stream, packet)
+            self.count_rubbish(stream)
+        self.check_unfinished(stream)
 
-    def go_on(self, stream: Stream) -> None:
+    def resume(self, stream: PacketStream) -> None:
         """Read again from a peer that had to wait."""
         if stream in self.streams:
             self.watch(stream.socket, lambda: self.receive(stream))
 
-    def take(self, stream: Stream, packet: bytes) -> None:
+    def publish_packet(self, stream: PacketStream, packet: bytes) -> None:
         """Put a packet on the bus, if it may come from there."""
         head = imc.header(packet)
         kind = imc.packet_id(packet)
@@ -208,7 +208,7 @@ class StreamCarrier(Carrier):
             self.drops.add(ON_THE_BUS, f"0x{head.src:04X} at {stream.address}")
             return
         reason = SPOOFED if head.src == self.system else ""
-        reason = reason or ("" if self.commanders.allow(head.src, stream.address, kind) else NOT_LISTED)
+        reason = reason or ("" if self.commanders.allows(head.src, stream.address, kind) else NOT_LISTED)
         if reason:
             if self.drops.add(reason, who := f"0x{head.src:04X} at {stream.address}"):
                 self.log.warning(f"packet from {who} dropped: {reason}")
@@ -222,14 +222,14 @@ class StreamCarrier(Carrier):
         self.taken += 1
         stream.taken += 1
         stream.heard, stream.commands = network_time(self), stream.commands or kind not in REPORTS
-        stream.belongs(head.src)
+        stream.add_system(head.src)
         if not self.local_messages_only:
-            self.carry(message, packet)
+            self.transmit(message, packet)
 
-    def carry(self, message: imc.Message, packet: bytes) -> None:
+    def transmit(self, message: imc.Message, packet: bytes) -> None:
         if not self.streams or not self.messages.passes(message, network_time(self)):
             return
-        if message.src != self.system and self.forwarded.has(packet):
+        if message.src != self.system and self.forwarded.is_duplicate(packet):
             return  # two that forward would never end
         for stream in self.streams.copy():
             if stream.deaf is not None or message.src in stream.systems:
@@ -237,7 +237,7 @@ class StreamCarrier(Carrier):
             stream.waiting += packet
             if len(stream.waiting) > LONGEST_WAIT:
                 self.drops.add("connections ended, since they were not read", stream.address)
-                self.lose(stream, f"it leaves {LONGEST_WAIT >> 20} MiB unread")
+                self.close_stream(stream, f"it leaves {LONGEST_WAIT >> 20} MiB unread")
         self.flush_soon()
 
     def flush_soon(self) -> None:
@@ -254,14 +254,14 @@ class StreamCarrier(Carrier):
             self.flushing = network_after(self, RETRY, self.flush)
 
     @periodic(1.0)
-    def look_after(self) -> None:
-        self.drops.forget(network_time(self))
+    def tick(self) -> None:
+        self.drops.merge_inactive(network_time(self))
         self.report()
 
     def report(self) -> None:
         """Set the state of the entity; called once a second."""
 
-    def figures(self) -> str:
+    def statistics_text(self) -> str:
         """What was taken and dropped, for the entity's state."""
         named = ", ".join(stream.name for stream in self.streams[:4])
         more = f" and {len(self.streams) - 4} more" if len(self.streams) > 4 else ""

@@ -9,14 +9,14 @@ from imc.discovery import LOOPBACK
 from runtime import State, param
 from runtime.task import ParameterError
 from tasks.transports.imc_links.sockets import check_address, network_after, network_time
-from tasks.transports.imc_links.stream_links import Stream, StreamCarrier
+from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
 
 LOOK = 0.05  # s between two looks whether a connection is made
 PATIENCE = 5.0  # s for it
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 30.0  # s between two attempts
 
 
-class Client(StreamCarrier):
+class Client(StreamLinkTask):
     """Connects to a server, and exchanges IMC packets with it; connects again, ever more slowly, while that fails."""
 
     server_address: str = param(
@@ -74,7 +74,7 @@ class Client(StreamCarrier):
         opened, self.pending = self.pending, None
         self.trouble = ""
         self.log.info(f"connected with {name}")
-        self.adopt(Stream(opened, self.server_address, name, network_time(self)))
+        self.add_stream(PacketStream(opened, self.server_address, name, network_time(self)))
 
     def fail(self, why: str) -> None:
         """Try again later; the same reason is logged once."""
@@ -88,10 +88,10 @@ class Client(StreamCarrier):
         self.connect_soon(self.pause)
         self.pause = min(LONGEST_PAUSE, 2.0 * self.pause)
 
-    def lost(self, stream: Stream, why: str) -> None:
+    def on_closed(self, stream: PacketStream, why: str) -> None:
         self.pause = FIRST_PAUSE if stream.taken else self.pause
         self.fail(why)
 
     def report(self) -> None:
         state = State.NORMAL if self.streams else State.FAULT
-        self.set_entity_state(state, self.trouble or (self.figures() if self.streams else "connecting"))
+        self.set_entity_state(state, self.trouble or (self.statistics_text() if self.streams else "connecting"))

@@ -5,9 +5,9 @@ from collections import Counter
 
 from imc.discovery import Service
 from runtime import State, param
-from tasks.transports.imc_links.port_search import listener, tell_opened
+from tasks.transports.imc_links.port_search import listening_socket, report_opened
 from tasks.transports.imc_links.sockets import network_address, network_after, network_time
-from tasks.transports.imc_links.stream_links import Stream, StreamCarrier
+from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
 
 PORTS_TRIED = 6  # from Port on, as in DUNE
 AT_ONCE = 8  # connections accepted at a time
@@ -17,7 +17,7 @@ REFUSED = "connections refused, since there were too many"
 GAVE_WAY = "connections ended for others"
 
 
-class Server(StreamCarrier):
+class Server(StreamLinkTask):
     """Exchanges IMC packets with the programs that connect; nobody has to announce itself.
 
     A client that leaves much unread, sends what is no IMC, or has vanished, is cut off. Nothing goes back to its
@@ -64,7 +64,7 @@ class Server(StreamCarrier):
     def open(self) -> None:
         """Listen, at the first port that is free; if that fails, the reason is logged once."""
         try:
-            self.listener = listener(self.place, self.port, PORTS_TRIED)
+            self.listener = listening_socket(self.place, self.port, PORTS_TRIED)
         except OSError as error:
             trouble = f"cannot listen at {self.place}: {error.strerror}"
             if trouble != self.trouble:
@@ -74,7 +74,7 @@ class Server(StreamCarrier):
         self.trouble, self.open_port = "", self.listener.getsockname()[1]
         self.watch(self.listener, self.accept)
         service = Service("imc+tcp", self.place, self.open_port)
-        tell_opened(self, service, self.port, self.commanders.risk, announced=self.announce_service)
+        report_opened(self, service, self.port, self.commanders.risk, announced=self.announce_service)
 
     def accept(self) -> None:
         """Take some connections; if there are more, after a pause."""
@@ -89,7 +89,7 @@ class Server(StreamCarrier):
                     self.log.warning(f"a connection failed: {error.strerror}")
                 break
             if len(self.streams) < self.maximum_connections or self.make_room(address):
-                self.adopt(Stream(opened, address, f"{address}:{port}", network_time(self)))
+                self.add_stream(PacketStream(opened, address, f"{address}:{port}", network_time(self)))
                 continue
             opened.close()
             if self.drops.add(REFUSED, address):
@@ -101,17 +101,17 @@ class Server(StreamCarrier):
         """End the connection that is worth least, so that nobody shuts out an operator by many."""
         now, count = network_time(self), Counter(stream.address for stream in self.streams)
 
-        def is_fair(stream: Stream) -> bool:
+        def is_fair(stream: PacketStream) -> bool:
             return count[stream.address] <= self.maximum_connections // 2
 
-        def worth(stream: Stream) -> tuple[bool, bool, float]:
+        def worth(stream: PacketStream) -> tuple[bool, bool, float]:
             return is_fair(stream), stream.commands, stream.heard
 
         spare = [s for s in self.streams if now - s.heard > IDLE or not (is_fair(s) or s.address == address)]
         if not spare:
             return False
         least = min(spare, key=worth)
-        self.lose(least, "too many are connected", warn=self.drops.add(GAVE_WAY, least.address))
+        self.close_stream(least, "too many are connected", warn=self.drops.add(GAVE_WAY, least.address))
         return True
 
     def go_on_accepting(self) -> None:
@@ -121,5 +121,5 @@ class Server(StreamCarrier):
     def report(self) -> None:
         if self.listener is None:
             self.open()
-        figures = self.trouble or f"port {self.open_port}: {self.figures()}"
+        figures = self.trouble or f"port {self.open_port}: {self.statistics_text()}"
         self.set_entity_state(State.ERROR if self.trouble else State.NORMAL, figures)

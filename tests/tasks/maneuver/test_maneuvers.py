@@ -10,7 +10,7 @@ import imc
 from imc.coordinates import row_pattern
 from runtime import periodic
 from runtime.testing import simulate
-from tasks.maneuver.maneuver_task import summary
+from tasks.maneuver.maneuver_task import missed_depths_text
 
 DONE = ("SUCCESS", "plan completed")
 Medium = imc.VehicleMedium.Medium
@@ -32,10 +32,10 @@ def at(north, east, depth=0.0, speed=1.5, **fields):
 
 
 def test_depths_that_are_missed_are_counted():
-    assert summary([]) == ""
-    assert summary(["depth 1 m"]) == "depth 1 m"
-    assert summary(["depth 1 m", "depth 2 m"]) == "depth 1 m (and once more)"
-    assert summary(["depth 1 m", "depth 2 m", "depth 3 m"]) == "depth 1 m (and 2 more times)"
+    assert missed_depths_text([]) == ""
+    assert missed_depths_text(["depth 1 m"]) == "depth 1 m"
+    assert missed_depths_text(["depth 1 m", "depth 2 m"]) == "depth 1 m (and once more)"
+    assert missed_depths_text(["depth 1 m", "depth 2 m", "depth 3 m"]) == "depth 1 m (and 2 more times)"
 
 
 def test_idle_takes_its_duration():

@@ -9,7 +9,7 @@ import imc
 from runtime import State, Task, consume
 from runtime.testing import simulate
 from tasks.monitors import host_resources
-from tasks.monitors.host_resources import HostResources, existing, processor_times
+from tasks.monitors.host_resources import HostResources, innermost_existing_folder, processor_times
 
 Usage = namedtuple("Usage", "total used free")
 
@@ -75,4 +75,4 @@ def test_the_times_of_this_process_stand_in(monkeypatch):
 
 @pytest.mark.parametrize("name", ["", "a", "a/b/c"])
 def test_a_folder_that_is_not_there_yet_is_on_the_disk_above_it(tmp_path, name):
-    assert existing(tmp_path / name) == tmp_path
+    assert innermost_existing_folder(tmp_path / name) == tmp_path

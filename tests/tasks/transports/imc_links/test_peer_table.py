@@ -4,9 +4,9 @@ import pytest
 
 import imc
 from imc.discovery import Endpoint, Service, Services
-from tasks.transports.imc_links.console_acl import REPORTS, Consoles
-from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED, STRANGERS, Gate, sender
-from tasks.transports.imc_links.duplicate_filter import Recent
+from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
+from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED, STRANGERS, DatagramFilter, sender_text
+from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.peer_table import (
     ELSEWHERE,
     KEPT,
@@ -15,9 +15,9 @@ from tasks.transports.imc_links.peer_table import (
     MOST_PEERS,
     TOO_FAST,
     UNKNOWN,
-    Drops,
+    DropCounts,
     Peer,
-    Peers,
+    PeerTable,
 )
 
 OWN, CONSOLE, NOW = 0x1A, 0x4042, 1e9
@@ -35,13 +35,13 @@ class Scene:
     """A gate and its peers; `sends` judges a packet and takes note of it."""
 
     def __init__(self, *, consoles=(), **options):
-        self.peers = Peers()
-        self.gate = Gate(OWN, self.peers, Consoles(consoles, {"neptus": CONSOLE}.get), **options)
+        self.peers = PeerTable()
+        self.gate = DatagramFilter(OWN, self.peers, ConsoleAcl(consoles, {"neptus": CONSOLE}.get), **options)
 
     def sends(self, data=None, address="10.0.0.7", port=6001, now=NOW):
-        peer = self.gate.judge(packet() if data is None else data, address, port, now)
+        peer = self.gate.evaluate(packet() if data is None else data, address, port, now)
         if isinstance(peer, Peer):
-            peer.sees, peer.heard = address, now
+            peer.source, peer.heard = address, now
         return peer
 
     def targets(self, now=NOW):
@@ -51,7 +51,7 @@ class Scene:
 def test_a_peer_announces_then_sends_then_gets():
     scene = Scene()
     assert scene.sends() == UNKNOWN
-    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
     assert scene.targets() == []
     assert scene.sends(port=50000) is scene.peers.find(CONSOLE)
     assert scene.targets() == [Endpoint("10.0.0.7", 6001)], "not the port that it sent from"
@@ -60,7 +60,7 @@ def test_a_peer_announces_then_sends_then_gets():
 @pytest.mark.parametrize("order", ["little", "big"])
 def test_both_byte_orders_are_judged_alike(order):
     scene = Scene()
-    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
     assert isinstance(scene.sends(packet(order=order)), Peer)
     assert scene.sends(packet(OWN, order=order)) == SPOOFED
     assert scene.sends(packet(0x4043, order=order)) == UNKNOWN
@@ -68,35 +68,35 @@ def test_both_byte_orders_are_judged_alike(order):
 
 def test_another_address_is_refused_until_it_is_announced_and_both_count_for_a_while():
     scene = Scene()
-    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
     assert scene.sends(address="10.0.0.8") == ELSEWHERE
-    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.8", 6001)), NOW + 1)
+    scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.8", 6001)), NOW + 1)
     assert isinstance(scene.sends(address="10.0.0.7"), Peer)
     assert isinstance(scene.sends(address="10.0.0.8"), Peer)
     assert scene.targets() == [Endpoint("10.0.0.8", 6001)]
-    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.8", 6001)), NOW + KEPT)
+    scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.8", 6001)), NOW + KEPT)
     assert scene.sends(address="10.0.0.7", now=NOW + KEPT) == ELSEWHERE
 
 
 def test_a_restarted_system_is_where_it_says_now():
     scene = Scene()
-    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001), uid=1), NOW)
-    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.8", 6001), uid=2), NOW + 1)
+    scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.7", 6001), uid=1), NOW)
+    scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.8", 6001), uid=2), NOW + 1)
     assert scene.sends(address="10.0.0.7") == ELSEWHERE
-    scene.peers.announce(CONSOLE, "ccu", Services(), NOW + 2)  # heard by another way, without a uid
+    scene.peers.on_announce(CONSOLE, "ccu", Services(), NOW + 2)  # heard by another way, without a uid
     assert isinstance(scene.sends(address="10.0.0.8"), Peer)
 
 
 def test_a_sender_on_loopback_is_on_this_computer_whatever_it_announces():
     scene = Scene()
-    scene.peers.announce(CONSOLE, "imcpy", at(("192.0.2.2", 6001)), NOW)
+    scene.peers.on_announce(CONSOLE, "imcpy", at(("192.0.2.2", 6001)), NOW)
     assert isinstance(scene.sends(address="127.0.0.1"), Peer)
     assert scene.targets() == [Endpoint("127.0.0.1", 6001)]
 
 
 def test_a_system_without_an_address_may_send_and_gets_nothing():
     scene = Scene()
-    scene.peers.announce(CONSOLE, "ccu", Services(), NOW)
+    scene.peers.on_announce(CONSOLE, "ccu", Services(), NOW)
     assert isinstance(scene.sends(), Peer)
     assert scene.targets() == []
 
@@ -104,37 +104,37 @@ def test_a_system_without_an_address_may_send_and_gets_nothing():
 def test_a_called_system_gets_packets_before_it_has_sent_one():
     scene = Scene()
     scene.peers.called = [CONSOLE]
-    scene.peers.announce(CONSOLE, "dune", at(("10.0.0.7", 6002), ("10.0.0.8", 6002)), NOW)
+    scene.peers.on_announce(CONSOLE, "dune", at(("10.0.0.7", 6002), ("10.0.0.8", 6002)), NOW)
     assert scene.targets() == [Endpoint("10.0.0.7", 6002)]
 
 
 def test_silence_ends_the_contact_and_later_the_peer():
     scene = Scene()
-    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
     scene.sends()
-    assert scene.peers.forget(NOW + 29) == []
-    assert [peer.name for peer in scene.peers.forget(NOW + 31)] == ["ccu"]
+    assert scene.peers.remove_silent(NOW + 29) == []
+    assert [peer.name for peer in scene.peers.remove_silent(NOW + 31)] == ["ccu"]
     assert scene.targets(NOW + 31) == []
-    scene.peers.forget(NOW + KEPT + 1)
+    scene.peers.remove_silent(NOW + KEPT + 1)
     assert len(scene.peers) == 0
 
 
 def test_who_was_in_contact_is_heard_at_once_after_a_long_cut():
     scene = Scene()
-    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
     scene.sends().taken = True
     for now in (61, 62):
-        scene.peers.forget(NOW + now)
+        scene.peers.remove_silent(NOW + now)
     assert isinstance(scene.sends(now=NOW + 62), Peer), "its next Announce may be 10 s away"
     assert scene.targets(NOW + 62) == [Endpoint("10.0.0.7", 6001)]
-    scene.peers.forget(NOW + 62 + MISSED)
-    scene.peers.forget(NOW + 62 + MISSED)
+    scene.peers.remove_silent(NOW + 62 + MISSED)
+    scene.peers.remove_silent(NOW + 62 + MISSED)
     assert len(scene.peers) == 0
 
 
 def test_the_rate_of_a_peer_is_bounded_and_comes_back():
     scene = Scene(rate=10.0)
-    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
     found = [scene.sends(now=NOW + 1) for _ in range(100)]
     assert sum(isinstance(peer, Peer) for peer in found) == 10
     assert found[-1] == TOO_FAST
@@ -153,13 +153,13 @@ def test_strangers_need_an_announce_unless_the_profile_knows_them():
 @pytest.mark.parametrize("data", [b"", b"\x54\xfe", bytes(21), b"\x55" * 40])
 def test_what_is_no_packet_is_malformed_and_names_no_source(data):
     assert Scene().sends(data) == MALFORMED
-    assert sender(data, "10.0.0.7") == "10.0.0.7"
+    assert sender_text(data, "10.0.0.7") == "10.0.0.7"
 
 
 def test_listed_consoles_command_from_their_addresses_and_others_report():
     scene = Scene(consoles=["neptus@10.0.0.7", "0x4043"])
     for system in (CONSOLE, 0x4043, 0x4044):
-        scene.peers.announce(system, "ccu", at(("10.0.0.7", 6001), ("10.0.0.8", 6001)), NOW)
+        scene.peers.on_announce(system, "ccu", at(("10.0.0.7", 6001), ("10.0.0.8", 6001)), NOW)
     stop = imc.PlanControl(op=imc.PlanControl.Op.STOP)
 
     def obeyed(system, address, message=stop):
@@ -186,31 +186,31 @@ def test_no_task_obeys_what_anybody_may_report():
 )
 def test_a_wrong_console_is_an_error(item, reason):
     with pytest.raises(ValueError, match=reason):
-        Consoles([item], {"neptus": CONSOLE}.get)
+        ConsoleAcl([item], {"neptus": CONSOLE}.get)
 
 
 def test_more_systems_than_there_is_room_for():
-    peers = Peers(kept=[1])
+    peers = PeerTable(kept=[1])
     for system in range(1, 1000):
-        assert peers.announce(system, f"x{system}", Services(), NOW + system)
+        assert peers.on_announce(system, f"x{system}", Services(), NOW + system)
     assert len(peers) == MOST_PEERS
     assert peers.find(1), "a listed console stays"
     assert peers.find(999)
     for peer in peers:
-        peer.sees, peer.heard = "10.0.0.7", NOW + 1000
-    assert peers.announce(2000, "late", Services(), NOW + 1000)
+        peer.source, peer.heard = "10.0.0.7", NOW + 1000
+    assert peers.on_announce(2000, "late", Services(), NOW + 1000)
     assert len(peers) == MOST_PEERS
     assert peers.find(1), "a listed console stays"
-    assert [peer.name for peer in peers.forget(NOW + 1000)] == ["x937"], "who gave way, though in contact"
+    assert [peer.name for peer in peers.remove_silent(NOW + 1000)] == ["x937"], "who gave way, though in contact"
 
 
 def test_nobody_shuts_out_an_operator_by_many_names():
     """First gives way who has more than a share of the places, then who never commanded, then the longest silent."""
-    peers = Peers()
+    peers = PeerTable()
 
     def join(system, address, commands=False):
-        peer = peers.announce(system, "", Services(), NOW)
-        peer.sees, peer.heard, peer.commands = address, NOW + system / 1e3, commands
+        peer = peers.on_announce(system, "", Services(), NOW)
+        peer.source, peer.heard, peer.commands = address, NOW + system / 1e3, commands
 
     join(1, "10.0.0.1", commands=True)
     join(2, "10.0.0.1")
@@ -228,11 +228,11 @@ def test_nobody_shuts_out_an_operator_by_many_names():
 
 def test_a_place_that_refuses_packets_ends_the_contact_of_who_is_silent():
     scene = Scene()
-    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
     scene.sends()
     place = Endpoint("10.0.0.7", 6001)
-    assert scene.peers.refuse(place, NOW + 1) == [], "it sends Heartbeat: its port may only be closed"
-    assert [peer.system for peer in scene.peers.refuse(place, NOW + 3)] == [CONSOLE]
+    assert scene.peers.on_port_unreachable(place, NOW + 1) == [], "it sends Heartbeat: its port may only be closed"
+    assert [peer.system for peer in scene.peers.on_port_unreachable(place, NOW + 3)] == [CONSOLE]
     assert scene.targets(NOW + 3) == []
     assert isinstance(scene.sends(now=NOW + 4), Peer)
     assert scene.targets(NOW + 4) == [place]
@@ -250,7 +250,7 @@ def test_an_abort_for_this_vehicle_needs_no_announce():
 
 
 def test_drops_are_counted_by_sender_and_their_number_is_bounded():
-    drops = Drops()
+    drops = DropCounts()
     assert drops.add("too fast", "a")
     assert not drops.add("too fast", "a")
     assert drops.add("malformed", "a")
@@ -258,21 +258,23 @@ def test_drops_are_counted_by_sender_and_their_number_is_bounded():
         drops.add("too fast", f"b{i}")
     assert len(drops["too fast"]) == 65
     assert str(drops) == "10002 too fast (others: 9937), 1 malformed (a)"
-    assert str(Drops()) == ""
+    assert str(DropCounts()) == ""
 
 
 def test_a_new_sender_is_named_however_many_there_were_long_ago():
-    drops = Drops()
+    drops = DropCounts()
     for i in range(100):
         drops.add("not announced", f"b{i}")
     for now in range(1000):
         drops.add("not announced", "b7")
-        drops.forget(NOW + now)
+        drops.merge_inactive(NOW + now)
     assert drops.add("not announced", "late")
     assert not drops.add("not announced", "b7"), "it goes on"
     assert dict(drops["not announced"]) == {"b7": 1002, "others": 99, "late": 1}
 
 
 def test_recent_packets_are_known_again_and_the_oldest_forgotten():
-    recent = Recent(3)
-    assert [recent.has(data) for data in (b"a", b"b", b"a", b"c", b"d", b"a")] == [False] * 2 + [True] + [False] * 3
+    recent = DuplicateFilter(3)
+    assert [recent.is_duplicate(data) for data in (b"a", b"b", b"a", b"c", b"d", b"a")] == [False] * 2 + [True] + [
+        False
+    ] * 3

@@ -12,7 +12,7 @@ from runtime.kernel import WallClock
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from tasks.transports.imc_links import shared_discovery
-from tasks.transports.imc_links.shared_discovery import Follower, Leader
+from tasks.transports.imc_links.shared_discovery import DiscoveryFollower, DiscoveryLeader
 from tests.outside import until
 
 
@@ -40,14 +40,16 @@ def run(task, condition=lambda: True):
 
 
 def test_all_followers_get_each_packet_and_one_that_goes_is_forgotten(task, name):
-    leader, heard, ended = Leader(task, name), [], []
-    followers = [Follower(task, name, lambda *words: heard.append(words), lambda: ended.append(1)) for _ in range(3)]
+    leader, heard, ended = DiscoveryLeader(task, name), [], []
+    followers = [
+        DiscoveryFollower(task, name, lambda *words: heard.append(words), lambda: ended.append(1)) for _ in range(3)
+    ]
     run(task)
-    leader.tell("10.0.0.7", b"packet")
+    leader.forward("10.0.0.7", b"packet")
     run(task, lambda: len(heard) >= 3)
     assert heard == [(b"packet", "10.0.0.7")] * 3
     followers[0].close()
-    leader.tell("10.0.0.7", b"another")
+    leader.forward("10.0.0.7", b"another")
     run(task, lambda: len(heard) >= 5)
     assert heard[3:] == [(b"another", "10.0.0.7")] * 2
     leader.close()
@@ -57,22 +59,22 @@ def test_all_followers_get_each_packet_and_one_that_goes_is_forgotten(task, name
 
 def test_only_one_leads_and_without_one_nobody_follows(task, name):
     with pytest.raises(ConnectionRefusedError):
-        Follower(task, name, print, print)
-    leader = Leader(task, name)
+        DiscoveryFollower(task, name, print, print)
+    leader = DiscoveryLeader(task, name)
     with pytest.raises(FileExistsError):
-        Leader(task, name)
+        DiscoveryLeader(task, name)
     leader.close()
-    Leader(task, name).close()
+    DiscoveryLeader(task, name).close()
 
 
 def test_a_follower_that_does_not_read_stops_nobody(task, name):
-    leader, heard = Leader(task, name), []
-    deaf = Follower(task, name, print, print)
+    leader, heard = DiscoveryLeader(task, name), []
+    deaf = DiscoveryFollower(task, name, print, print)
     task.vehicle.kernel.unwatch(deaf._socket)
-    Follower(task, name, lambda packet, _: heard.append(packet), print)
+    DiscoveryFollower(task, name, lambda packet, _: heard.append(packet), print)
     run(task)
     for number in range(200):
-        leader.tell("127.0.0.1", bytes(4000) + bytes([number]))
+        leader.forward("127.0.0.1", bytes(4000) + bytes([number]))
         task.vehicle.run(0.001)
     run(task, lambda: len(heard) >= 200)
     assert [packet[-1] for packet in heard] == list(range(200))
@@ -80,14 +82,14 @@ def test_a_follower_that_does_not_read_stops_nobody(task, name):
 
 
 def test_without_file_descriptors_the_leader_waits(task, name, monkeypatch):
-    tries, accept = [], Leader._accept
-    monkeypatch.setattr(Leader, "_accept", lambda leader: (tries.append(1), accept(leader)))
-    Leader(task, name)
-    follower = Follower(task, name, print, print)
+    tries, accept = [], DiscoveryLeader._accept
+    monkeypatch.setattr(DiscoveryLeader, "_accept", lambda leader: (tries.append(1), accept(leader)))
+    DiscoveryLeader(task, name)
+    follower = DiscoveryFollower(task, name, print, print)
     run(task)
     assert follower.welcome
     limits = resource.getrlimit(resource.RLIMIT_NOFILE)
-    surplus = Follower(task, name, print, print)
+    surplus = DiscoveryFollower(task, name, print, print)
     tries.clear()
     os.close(first_free := os.dup(0))
     resource.setrlimit(resource.RLIMIT_NOFILE, (first_free, limits[1]))
@@ -101,26 +103,26 @@ def test_without_file_descriptors_the_leader_waits(task, name, monkeypatch):
 
 
 def test_a_follower_counts_the_silence_since_the_last_sign_of_life(task, name):
-    leader, heard = Leader(task, name), []
-    follower = Follower(task, name, lambda *words: heard.append(words), print)
+    leader, heard = DiscoveryLeader(task, name), []
+    follower = DiscoveryFollower(task, name, lambda *words: heard.append(words), print)
     assert not follower.welcome
     run(task)
     assert follower.welcome
-    assert [follower.count(), follower.count()] == [1, 2]
+    assert [follower.count_silence(), follower.count_silence()] == [1, 2]
     leader.pulse()
     run(task)
-    assert follower.count() == 1
+    assert follower.count_silence() == 1
     assert not heard
 
 
 def test_a_program_of_another_user_is_not_followed(task, name, monkeypatch):
-    Leader(task, name)
+    DiscoveryLeader(task, name)
     place = shared_discovery._place(name)
     monkeypatch.setattr(shared_discovery, "_place", lambda _: place)
     monkeypatch.setattr(os, "getuid", lambda: 4711)
     monkeypatch.setattr(shared_discovery, "ROOT", 4712)
     with pytest.raises(PermissionError):
-        Follower(task, name, print, print)
+        DiscoveryFollower(task, name, print, print)
 
 
 def test_where_there_are_no_such_sockets_that_is_said(task, name, monkeypatch):
@@ -129,4 +131,4 @@ def test_where_there_are_no_such_sockets_that_is_said(task, name, monkeypatch):
 
     monkeypatch.setattr(socket, "socket", refuse)
     with pytest.raises(OSError, match="not supported"):
-        Leader(task, name)
+        DiscoveryLeader(task, name)

@@ -10,7 +10,7 @@ import imc
 from imc.discovery import MULTICAST, Endpoint, Service, Services
 from runtime.networks import interfaces
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL, announcement, external_services, local_services
-from tasks.transports.imc_links.recvmmsg import best_way, one_by_one
+from tasks.transports.imc_links.recvmmsg import make_datagram_reader, read_one_by_one
 from tasks.transports.imc_links.sockets import announce_sockets, announcer, bound
 from tests.outside import IN_USE
 
@@ -41,12 +41,12 @@ def test_an_announcement_to_the_group_on_loopback_arrives(port):
         sender.sendto(b"group", (MULTICAST, port))
         sender.sendto(b"own", ("127.0.0.1", port))
         time.sleep(0.05)
-        assert sorted(d for each in receivers for d, _, _ in one_by_one(each)) == [b"group", b"own"]
+        assert sorted(d for each in receivers for d, _, _ in read_one_by_one(each)) == [b"group", b"own"]
 
 
 def test_every_way_of_reading_gives_the_same_datagrams():
     sent = [bytes([i]) * (i * 500) for i in range(100)] + [b"", bytes(65507)]
-    for read in (best_way(), one_by_one):
+    for read in (make_datagram_reader(), read_one_by_one):
         with bound("127.0.0.1", 0) as receiver, bound("127.0.0.1", 0) as sender:
             found = []
             for data in sent:
