@@ -22,7 +22,7 @@ from mavlink.translate.telemetry_values import (
     NAVIGATION,
     PRESSURE,
     SUBMARINE,
-    GpsReading,
+    GpsMeasurement,
     TranslatedMessages,
     battery_messages,
     estimated_state,
@@ -163,7 +163,7 @@ class AutopilotTranslator:
 
         measured = m.time_usec / 1e6  # since its start, or since 1970
         utc = measured if measured > FIRST_TIME else self._start + measured if measured else self._utc
-        fix = GpsReading(
+        fix = GpsMeasurement(
             m.fix_type,
             m.lat / 1e7,
             m.lon / 1e7,

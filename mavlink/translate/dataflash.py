@@ -22,7 +22,7 @@ from mavlink.translate.telemetry_values import (
     NAVIGATION,
     PRESSURE,
     SUBMARINE,
-    GpsReading,
+    GpsMeasurement,
     LoggedFlight,
     ParameterBatch,
     TranslatedMessages,
@@ -210,7 +210,7 @@ class DataFlashTranslator:
         more = self._accuracy.get(instance)
         geoid = getattr(more, "Und", None)  # ArduPilot's is the height of the ellipsoid above the sea
         fixed = m.Status >= 2
-        fix = GpsReading(
+        fix = GpsMeasurement(
             m.Status,
             m.Lat,
             m.Lng,

@@ -66,7 +66,7 @@ def estimated_state(
 
 
 @dataclass(frozen=True, slots=True)
-class GpsReading:
+class GpsMeasurement:
     """What a GPS says, None where it does not: degrees, m, m/s; `utc` in s since 1970; `fix` as in GPS_RAW_INT."""
 
     fix: int

@@ -19,7 +19,7 @@ from mavlink.translate.telemetry_values import (
     NAVIGATION,
     PRESSURE,
     SUBMARINE,
-    GpsReading,
+    GpsMeasurement,
     LoggedFlight,
     ParameterBatch,
     TranslatedMessages,
@@ -171,7 +171,7 @@ class ULogTranslator:
             return
         old = hasattr(m, "lat")  # before PX4 1.14: 1e-7 degrees and mm
         ellipsoid = m.alt_ellipsoid / 1e3 if old else m.altitude_ellipsoid_m
-        fix = GpsReading(
+        fix = GpsMeasurement(
             m.fix_type,
             m.lat / 1e7 if old else m.latitude_deg,
             m.lon / 1e7 if old else m.longitude_deg,
