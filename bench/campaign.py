@@ -249,7 +249,7 @@ def fly(seed: int) -> Flight:
                 say(imc.Abort())
             elif kind == "flat":
                 if "Simulators.Battery" in names:
-                    vehicle.task("Simulators.Battery").drain(0.0)
+                    vehicle.task("Simulators.Battery").limit_charge(0.0)
             elif kind == "disconnect":
                 vehicle.task(name).disconnect()
             else:

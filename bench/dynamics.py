@@ -32,7 +32,7 @@ def craft(state, **changes: str) -> UnderwaterVehicle:
     section = LAUV | {name.replace("_", " "): text for name, text in changes.items()}
     made = UnderwaterVehicle(read_underwater_model(lambda _, option: section.get(option, ""), "lauv"))
     made.x, made.y, made.z = map(float, state[:3])
-    made.orient(*map(float, state[3:6]))
+    made.set_attitude(*map(float, state[3:6]))
     made.u, made.v, made.w, made.p, made.q, made.r = map(float, state[6:])
     return made
 
@@ -45,8 +45,8 @@ def compare(mission, parts: int, **changes: str) -> None:
     for step, commands in enumerate(mission["commands"]):
         if step:
             for fin in range(4):
-                swimmer.deflect(fin, float(commands[fin]))
-            swimmer.drive(0, float(commands[4]))
+                swimmer.set_deflection(fin, float(commands[fin]))
+            swimmer.set_actuation(0, float(commands[4]))
             for _ in range(parts):
                 swimmer.step(0.01 / parts)
         if step % 100 == 0:

@@ -13,23 +13,23 @@ from functools import partial
 
 import numpy as np
 
-from world.optics import FisheyeCamera, preset_lens
-from world.rendering import Camera, Glider, Standpoint
-from world.rendering.cube_faces import stack
-from world.rendering.remap_table import Lookup
+from world.optics import FisheyeModel, preset_lens
+from world.rendering import Glider, SceneCamera, ScenePose
+from world.rendering.cube_faces import stack_faces
+from world.rendering.remap_table import RemapTable
 from world.rendering.renderer import Renderer
-from world.rendering.resampling import Blend, Nearest, Remap
-from world.rendering.scenes import surroundings
+from world.rendering.resampling import BilinearResampler, NearestResampler, OpencvResampler
+from world.rendering.scenes import make_scene
 
 LONGEST_START = 0.3  # s
 FIRST = "first"  # argument of a process of its own, before the width of its faces
 LEAST_RATIOS = {"nearest": 1.2, "bilinear": 0.2}
 CASES = ((512, 1024, 180.0), (1024, 1024, 180.0), (512, 2048, 180.0), (1024, 2048, 180.0), (512, 1024, 220.0))
 POSES = (
-    ("Seabed", Standpoint(0.0, 0.0, 5.0, 10.0)),
-    ("Seabed", Standpoint(0.0, 0.0, 5.0, 8.0, roll=math.radians(20))),
-    ("Sea Surface", Standpoint(0.0, 0.0, 10.0)),
-    ("Sea Surface", Standpoint(0.0, 0.0, 10.0, roll=math.radians(20))),
+    ("Seabed", ScenePose(0.0, 0.0, 5.0, 10.0)),
+    ("Seabed", ScenePose(0.0, 0.0, 5.0, 8.0, roll=math.radians(20))),
+    ("Sea Surface", ScenePose(0.0, 0.0, 10.0)),
+    ("Sea Surface", ScenePose(0.0, 0.0, 10.0, roll=math.radians(20))),
 )
 
 
@@ -44,11 +44,11 @@ def best(methods: dict[str, Callable[[], object]], rounds: int) -> dict[str, flo
     return times
 
 
-def remap_nearest(lookup: Lookup) -> Callable[[np.ndarray], np.ndarray]:
+def remap_nearest(lookup: RemapTable) -> Callable[[np.ndarray], np.ndarray]:
     """OpenCV's nearest neighbor, with fixed-point maps, its fastest way."""
     import cv2
 
-    floats = Remap(lookup)
+    floats = OpencvResampler(lookup)
     maps = cv2.convertMaps(floats.x, floats.y, cv2.CV_16SC2, nninterpolation=True)
     width = lookup.face_width
     return lambda atlas: cv2.remap(atlas[:-1].view(np.uint8).reshape(-1, width, 4), *maps, cv2.INTER_NEAREST)
@@ -65,11 +65,11 @@ def assembling(rounds: int) -> bool:
     random = np.random.default_rng(1)
     print("faces -> picture, field of view   method            ms    fps   of OpenCV's speed")
     for width, size, fov in CASES:
-        lookup = Lookup(FisheyeCamera.square(preset_lens("equidistant", math.radians(fov)), size), width)
-        atlas = stack(list(random.integers(0, 256, (5, width, width, 4), dtype=np.uint8)))
-        samplers = {"nearest": Nearest(lookup), "bilinear": Blend(lookup)}
+        lookup = RemapTable(FisheyeModel.from_lens(preset_lens("equidistant", math.radians(fov)), size), width)
+        atlas = stack_faces(list(random.integers(0, 256, (5, width, width, 4), dtype=np.uint8)))
+        samplers = {"nearest": NearestResampler(lookup), "bilinear": BilinearResampler(lookup)}
         if with_opencv:
-            samplers |= {"OpenCV nearest": remap_nearest(lookup), "OpenCV bilinear": Remap(lookup)}
+            samplers |= {"OpenCV nearest": remap_nearest(lookup), "OpenCV bilinear": OpencvResampler(lookup)}
         times = best({name: partial(s, atlas) for name, s in samplers.items()}, rounds)
         for name, seconds in times.items():
             ratio = times.get(f"OpenCV {name}", math.nan) / seconds
@@ -80,11 +80,11 @@ def assembling(rounds: int) -> bool:
 
 
 def rendering(rounds: int) -> None:
-    lookup = Lookup(FisheyeCamera.square(preset_lens("equidistant", math.pi), 1024), 512)
+    lookup = RemapTable(FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 1024), 512)
     print("\nfive faces of 512 px, two gliders                 all rows       rows of 180°")
     gliders = Glider(1.0, 0.3), Glider(3.0, -2.0)
     for scene, pose in POSES:
-        around = surroundings(scene, 0.0, 1)
+        around = make_scene(scene, 0.0, 1)
         views = {name: Renderer(around, 512, 5, rows) for name, rows in (("all", ()), ("some", lookup.rows))}
         times = best({name: partial(v.render, pose, gliders) for name, v in views.items()}, rounds)
         columns = "   ".join(f"{t * 1e3:5.1f} ms {1 / t:4.0f} fps" for t in times.values())
@@ -93,18 +93,18 @@ def rendering(rounds: int) -> None:
 
 def in_the_water(rounds: int) -> None:
     """Prints what caustics and marine snow cost a whole picture of 512 px, five faces of 256 px."""
-    optics, pose = FisheyeCamera.square(preset_lens("equidistant", math.pi), 512), Standpoint(0.0, 0.0, 3.0, 6.0)
-    cameras = {"clear": Camera(optics, 256), "with 300 flakes per m³": Camera(optics, 256, snow=300.0)}
-    cameras["with caustics"] = Camera(optics, 256, caustics=1.0)
-    times = best({name: partial(camera.picture, pose) for name, camera in cameras.items()}, rounds)
+    optics, pose = FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 512), ScenePose(0.0, 0.0, 3.0, 6.0)
+    cameras = {"clear": SceneCamera(optics, 256), "with 300 flakes per m³": SceneCamera(optics, 256, marine_snow=300.0)}
+    cameras["with caustics"] = SceneCamera(optics, 256, caustics=1.0)
+    times = best({name: partial(camera.take_picture, pose) for name, camera in cameras.items()}, rounds)
     print("\n" + ", ".join(f"{name} {seconds * 1e3:.1f} ms" for name, seconds in times.items()))
 
 
 def first(face: int) -> float:
     """Processor time from making a camera to its first picture in s; later ones in this process find its textures."""
     start = time.process_time_ns()
-    camera = Camera(FisheyeCamera.square(preset_lens("equidistant", math.pi), 1024), face)
-    camera.picture(Standpoint(0.0, 0.0, 5.0, 8.0, roll=math.radians(20)))
+    camera = SceneCamera(FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 1024), face)
+    camera.take_picture(ScenePose(0.0, 0.0, 5.0, 8.0, roll=math.radians(20)))
     return (time.process_time_ns() - start) / 1e9
 
 

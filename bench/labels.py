@@ -11,16 +11,16 @@ from fisheye import best
 
 from runtime.profile import load_profile
 from world import read_world
-from world.optics import FisheyeCamera, preset_lens
-from world.rendering import Camera, Glider, Standpoint
+from world.optics import FisheyeModel, preset_lens
+from world.rendering import Glider, SceneCamera, ScenePose
 
 LEAST_FPS = 40.0  # five faces of 256 px, a fisheye picture of 512 px, depth and instances
 LEAST_PICTURES = 60.0  # the same without labels, over a bathymetry
 CASES = ((256, 512), (512, 1024))
 GLIDERS = Glider(1.0, 0.3, id=1), Glider(3.0, -2.0, id=2), Glider(-1.5, 2.0, 0.4, 1.0, id=3)
 VIEWS = (
-    ("Seabed", Standpoint(0.0, 0.0, 5.0, 8.0, roll=math.radians(20))),
-    ("Sea Surface", Standpoint(0.0, 0.0, 10.0, roll=math.radians(20))),
+    ("Seabed", ScenePose(0.0, 0.0, 5.0, 8.0, roll=math.radians(20))),
+    ("Sea Surface", ScenePose(0.0, 0.0, 10.0, roll=math.radians(20))),
 )
 
 
@@ -29,12 +29,12 @@ def main() -> int:
     good = True
     print("180°, three gliders         picture    labels   with flow    both, fps   labels / picture")
     for face, size in CASES:
-        optics = FisheyeCamera.square(preset_lens("equidistant", math.pi), size)
+        optics = FisheyeModel.from_lens(preset_lens("equidistant", math.pi), size)
         for scene, pose in VIEWS:
-            camera = Camera(optics, face, scene=scene)
+            camera = SceneCamera(optics, face, scene=scene)
             times = best(
                 {
-                    "picture": partial(camera.picture, pose, GLIDERS),
+                    "picture": partial(camera.take_picture, pose, GLIDERS),
                     "labels": partial(camera.labels, pose, GLIDERS),
                     "flow": partial(camera.labels, pose, GLIDERS, (pose, GLIDERS)),
                 },
@@ -54,16 +54,16 @@ def harbour(rounds: int) -> bool:
     """Prints figures over the bathymetry of a shipped profile; False if pictures, or with labels, are too slow."""
     sea = read_world(load_profile("lauv-noptilus-1").value).seabed
     assert sea is not None
-    optics = FisheyeCamera.square(preset_lens("equidistant", math.pi), 512)
-    pose = Standpoint(20.0, 30.0, sea.depth(20.0, 30.0) - 2.0, 2.0, roll=math.radians(20))
+    optics = FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 512)
+    pose = ScenePose(20.0, 30.0, sea.depth(20.0, 30.0) - 2.0, 2.0, roll=math.radians(20))
     lying = [
-        glider._replace(north=20.0 + glider.north, east=30.0 + glider.east, rise=glider.rise) for glider in GLIDERS
+        glider._replace(north=20.0 + glider.north, east=30.0 + glider.east, height=glider.height) for glider in GLIDERS
     ]
-    plane, relief = Camera(optics, 256), Camera(optics, 256, seabed=sea)
+    plane, relief = SceneCamera(optics, 256), SceneCamera(optics, 256, seabed=sea)
     times = best(
         {
-            "plane": partial(plane.picture, pose, lying),
-            "picture": partial(relief.picture, pose, lying),
+            "plane": partial(plane.take_picture, pose, lying),
+            "picture": partial(relief.take_picture, pose, lying),
             "labels": partial(relief.labels, pose, lying),
         },
         rounds,

@@ -18,8 +18,8 @@ from runtime.vehicle import build
 from shoal.cli.status_display import StatusDisplay
 from support.pose import Pose
 from world import Sun
-from world.optics import DoubleSphereCamera, FisheyeCamera, PinholeCamera, kannala_brandt, preset_lens
-from world.rendering import Board, Camera, Glider, Lamp, Standpoint, chessboard
+from world.optics import DoubleSphereModel, FisheyeModel, PinholeModel, kannala_brandt_lens, preset_lens
+from world.rendering import Board, Glider, Lamp, SceneCamera, ScenePose, chessboard_cells
 
 COMMAND = "shoal run lauv-noptilus-1 -p Simulation --clock 20x"
 SECONDS = 300.0  # of the vehicle
@@ -27,18 +27,18 @@ SIZE, GAP = 396, 28  # px
 MUGS = ((2.5, 1.0), (0.5, -0.5), (-1.5, 2.0))
 WATERS, TILE = ("I", "II", "1C", "3C", "5C"), 150  # Jerlov types; px
 FISHEYES = (
-    ("Seabed", Standpoint(0.0, 0.0, 3.0, depth=8.0, roll=math.radians(38), yaw=math.radians(20))),
-    ("Sea Surface", Standpoint(0.0, 0.0, 7.0, roll=math.radians(-28), pitch=math.radians(8))),
+    ("Seabed", ScenePose(0.0, 0.0, 3.0, depth=8.0, roll=math.radians(38), yaw=math.radians(20))),
+    ("Sea Surface", ScenePose(0.0, 0.0, 7.0, roll=math.radians(-28), pitch=math.radians(8))),
 )
 
 VIEW, CAPTION = 196, 20  # px
-PINHOLE = PinholeCamera(VIEW, VIEW, fx=150.0, fy=150.0, cx=VIEW / 2, cy=VIEW / 2)
+PINHOLE = PinholeModel(VIEW, VIEW, fx=150.0, fy=150.0, cx=VIEW / 2, cy=VIEW / 2)
 MODELS = {
     "pinhole": PINHOLE,
-    "Brown-Conrady": PinholeCamera(VIEW, VIEW, fx=150.0, fy=150.0, cx=VIEW / 2, cy=VIEW / 2, k1=-0.18, k2=0.03),
-    "Kannala-Brandt": FisheyeCamera.square(kannala_brandt((0.03, -0.02, 0.0, 0.0), math.pi), VIEW),
-    "quartic": FisheyeCamera.square(preset_lens("tumvi_195", math.pi), VIEW),
-    "double sphere": DoubleSphereCamera(VIEW, VIEW, fx=75.0, fy=75.0, cx=VIEW / 2, cy=VIEW / 2, xi=-0.2, alpha=0.6),
+    "Brown-Conrady": PinholeModel(VIEW, VIEW, fx=150.0, fy=150.0, cx=VIEW / 2, cy=VIEW / 2, k1=-0.18, k2=0.03),
+    "Kannala-Brandt": FisheyeModel.from_lens(kannala_brandt_lens((0.03, -0.02, 0.0, 0.0), math.pi), VIEW),
+    "quartic": FisheyeModel.from_lens(preset_lens("tumvi_195", math.pi), VIEW),
+    "double sphere": DoubleSphereModel(VIEW, VIEW, fx=75.0, fy=75.0, cx=VIEW / 2, cy=VIEW / 2, xi=-0.2, alpha=0.6),
 }
 DOWN = Pose(theta=math.radians(-90))
 SIGNS = {
@@ -72,11 +72,11 @@ def draw_run(path: Path) -> None:
 
 def draw_fisheye(path: Path) -> None:
     """What the camera of a tilted vehicle sees under water and above it, beside each other."""
-    optics = FisheyeCamera.square(preset_lens("equidistant", math.pi), 2 * SIZE)
+    optics = FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 2 * SIZE)
     sheet = Image.new("RGBA", (2 * SIZE + GAP, SIZE))
     for place, (scene, pose) in enumerate(FISHEYES):
-        camera = Camera(optics, 1024, interpolation="bilinear", scene=scene, mugs=MUGS)
-        picture = Image.fromarray(np.ascontiguousarray(camera.picture(pose)))
+        camera = SceneCamera(optics, 1024, interpolation="bilinear", scene=scene, glider_positions=MUGS)
+        picture = Image.fromarray(np.ascontiguousarray(camera.take_picture(pose)))
         sheet.paste(picture.resize((SIZE, SIZE), Image.Resampling.LANCZOS), (place * (SIZE + GAP), 0))
     sheet.save(path, optimize=True)
 
@@ -86,14 +86,14 @@ def draw_cameras(path: Path) -> None:
     views = [(caption, optics, DOWN, {}) for caption, optics in MODELS.items()]
     views += [(caption, PINHOLE, mount, turned) for caption, (mount, turned) in SIGNS.items()]
     gliders = [Glider(1.0, 0.3, heading=0.3), Glider(-0.8, -0.7, heading=2.4)]
-    board = Board(chessboard(6, 9), cell=0.07, north=0.0, east=0.0)
+    board = Board(chessboard_cells(6, 9), cell_size=0.07, north=0.0, east=0.0)
     step, font = VIEW + 8, ImageFont.load_default(size=13)
     sheet = Image.new("RGB", (len(MODELS) * step - 8, 2 * (VIEW + CAPTION)), "white")
     pen = ImageDraw.Draw(sheet)
     for place, (caption, optics, mount, turned) in enumerate(views):
-        camera = Camera(optics, 1024, faces=6, mount=mount, interpolation="bilinear")
-        here = Standpoint(**{"north": 0.0, "east": 0.0, "height": 2.0, "depth": 5.0, **turned})
-        picture = Image.fromarray(camera.picture(here, gliders, [board]))
+        camera = SceneCamera(optics, 1024, faces=6, mount=mount, interpolation="bilinear")
+        here = ScenePose(**{"north": 0.0, "east": 0.0, "height": 2.0, "depth": 5.0, **turned})
+        picture = Image.fromarray(camera.take_picture(here, gliders, [board]))
         row, column = divmod(place, len(MODELS))
         corner = column * step, row * (VIEW + CAPTION)
         sheet.paste(picture, corner, mask=picture)
@@ -103,14 +103,16 @@ def draw_cameras(path: Path) -> None:
 
 def draw_water(path: Path) -> None:
     """A seabed in waters of Jerlov, by day and at night in the light of two lamps."""
-    optics = FisheyeCamera.square(preset_lens("equidistant", math.radians(150)), 2 * TILE)
+    optics = FisheyeModel.from_lens(preset_lens("equidistant", math.radians(150)), 2 * TILE)
     lamps = tuple(Lamp(Pose(0.5, side, 0.0, 0.0, math.radians(-60)), 3000.0, math.radians(70)) for side in (-0.4, 0.4))
     lights = ((Sun(), ()), (Sun(elevation=math.radians(-30)), lamps))
     sheet = Image.new("RGBA", (len(WATERS) * TILE, len(lights) * TILE))
     for column, water in enumerate(WATERS):
         for row, (sun, lit) in enumerate(lights):
-            camera = Camera(optics, 512, mugs=MUGS, water=water, sun=sun, lamps=lit, interpolation="bilinear")
-            picture = Image.fromarray(camera.picture(Standpoint(0.0, 0.0, 1.8, depth=6.0, pitch=0.2)))
+            camera = SceneCamera(
+                optics, 512, glider_positions=MUGS, water=water, sun=sun, lamps=lit, interpolation="bilinear"
+            )
+            picture = Image.fromarray(camera.take_picture(ScenePose(0.0, 0.0, 1.8, depth=6.0, pitch=0.2)))
             sheet.paste(picture.resize((TILE, TILE), Image.Resampling.LANCZOS), (column * TILE, row * TILE))
     paper = Image.new("RGB", sheet.size, "white")
     paper.paste(sheet, mask=sheet)

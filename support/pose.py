@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from support.rotations import Matrix, Vector, product, rotation, to_ned
+from support.rotations import Matrix, Vector, matrix_product, rotation, to_ned
 
 Floats = NDArray[np.floating[Any]]
 
@@ -25,14 +25,14 @@ class Pose(NamedTuple):
     psi: float = 0.0
 
     @classmethod
-    def of(cls, transform: Floats) -> "Pose":
+    def from_transform(cls, transform: Floats) -> "Pose":
         """That of a frame from which a matrix (4, 4) leads to the outer one."""
         (a, b, c), (d, e, f), (g, h, i) = transform[:3, :3].tolist()
         x, y, z = transform[:3, 3].tolist()
-        return cls(x, y, z, *euler(((a, b, c), (d, e, f), (g, h, i))))
+        return cls(x, y, z, *euler_angles(((a, b, c), (d, e, f), (g, h, i))))
 
     @property
-    def place(self) -> Vector:
+    def position(self) -> Vector:
         return self.x, self.y, self.z
 
     @property
@@ -44,19 +44,19 @@ class Pose(NamedTuple):
     def transform(self) -> Floats:
         """(4, 4), from this frame to the outer one."""
         found = np.eye(4)
-        found[:3, :3], found[:3, 3] = self.rotation, self.place
+        found[:3, :3], found[:3, 3] = self.rotation, self.position
         return found
 
-    def carried(self, inner: "Pose") -> "Pose":
+    def compose(self, inner: "Pose") -> "Pose":
         """The pose in the outer frame of what has the pose `inner` in this one."""
-        x, y, z = to_ned(self.rotation, inner.place)
-        return Pose(self.x + x, self.y + y, self.z + z, *euler(product(self.rotation, inner.rotation)))
+        x, y, z = to_ned(self.rotation, inner.position)
+        return Pose(self.x + x, self.y + y, self.z + z, *euler_angles(matrix_product(self.rotation, inner.rotation)))
 
 
 DOWN = Pose(theta=-math.pi / 2)
 
 
-def euler(r: Matrix) -> Vector:
+def euler_angles(r: Matrix) -> Vector:
     """phi, theta, psi (rad) of a rotation; straight up or down, phi is 0."""
     theta = math.asin(max(-1.0, min(1.0, -r[2][0])))
     if math.hypot(r[0][0], r[1][0]) < 1e-9:

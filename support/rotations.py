@@ -27,10 +27,10 @@ def rotation(phi: float, theta: float, psi: float) -> Matrix:
     )
 
 
-UNTURNED: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def product(a: Matrix, b: Matrix) -> Matrix:
+def matrix_product(a: Matrix, b: Matrix) -> Matrix:
     """The rotation `b`, and then `a`."""
     first, second, third = ((b[0][k], b[1][k], b[2][k]) for k in range(3))
     x, y, z = to_ned(a, first), to_ned(a, second), to_ned(a, third)
@@ -67,7 +67,7 @@ def body_rates(phi: float, theta: float, phi_rate: float, theta_rate: float, psi
     )
 
 
-def turned(angles: Vector, rates: Vector, seconds: float) -> Vector:
+def integrate_body_rates(angles: Vector, rates: Vector, seconds: float) -> Vector:
     """Euler angles (rad) after some moments at body rates p, q, r (rad/s); Fossen 2011, eq. 2.26, one step."""
     (phi, theta, psi), (p, q, r) = angles, rates
     cr, sr, cp = math.cos(phi), math.sin(phi), math.cos(theta)

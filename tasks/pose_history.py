@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import imc
 from support.pose import Pose
-from support.rotations import Vector, turned, wrap
-from tasks.simulated_world import FARTHEST, Chart, is_somewhere
+from support.rotations import Vector, integrate_body_rates, wrap
+from tasks.simulated_world import FARTHEST, WorldFrame, has_valid_pose
 
-KEPT = 5.0  # s of states
+DURATION = 5.0  # s of states
 
 
-class Belief(NamedTuple):
+class PoseEstimate(NamedTuple):
     """m north and east of the world's origin, `down` below the surface, `bottom` that of the seabed; angles in rad.
 
     `bottom` is NaN if the altitude is not known.
@@ -29,27 +29,27 @@ class Belief(NamedTuple):
         return Pose(self.north, self.east, self.down, *self.angles)
 
 
-class Whereabouts:
-    """Remembers EstimatedState for `kept` seconds, in a world with an origin (rad)."""
+class PoseHistory:
+    """Remembers EstimatedState for `duration` seconds, in a world with an origin (rad)."""
 
-    def __init__(self, origin: tuple[float, float] | None, kept: float = KEPT):
-        self.kept = kept
-        self._chart = Chart(origin)
-        self._states: deque[tuple[imc.EstimatedState, Belief]] = deque()
+    def __init__(self, origin: tuple[float, float] | None, duration: float = DURATION):
+        self.duration = duration
+        self._chart = WorldFrame(origin)
+        self._states: deque[tuple[imc.EstimatedState, PoseEstimate]] = deque()
 
-    def follow(self, state: imc.EstimatedState) -> str:
+    def add(self, state: imc.EstimatedState) -> str:
         """Take the next state; returns what is wrong with it, if anything is. After a jump back, it is the first."""
-        if not is_somewhere(state):
+        if not has_valid_pose(state):
             return "no position or attitude"
         fault = ""
         if self._states and state.timestamp < self._states[-1][0].timestamp:
             self._states.clear()
             fault = "time goes backwards"
-        north, east = self._chart.place(state)
+        north, east = self._chart.position(state)
         bottom = state.z + state.alt if 0.0 < state.alt < math.inf else math.nan
-        belief = Belief(north, east, state.z, bottom, (state.phi, state.theta, state.psi))
+        belief = PoseEstimate(north, east, state.z, bottom, (state.phi, state.theta, state.psi))
         self._states.append((state, belief))
-        while state.timestamp - self._states[0][0].timestamp > self.kept:
+        while state.timestamp - self._states[0][0].timestamp > self.duration:
             self._states.popleft()
         return fault
 
@@ -57,12 +57,12 @@ class Whereabouts:
     def latest(self) -> imc.EstimatedState | None:
         return self._states[-1][0] if self._states else None
 
-    def pose(self, time: float, oldest: float) -> Pose | None:
-        """Where the vehicle believed to be at a time, like `at`; None where that tells why it is not known."""
-        belief = self.at(time, oldest)
+    def pose_at(self, time: float, oldest: float) -> Pose | None:
+        """Where the vehicle believed to be at a time, like `estimate_at`; None where that tells why it is not known."""
+        belief = self.estimate_at(time, oldest)
         return None if isinstance(belief, str) else belief.pose
 
-    def at(self, time: float, oldest: float) -> Belief | str:
+    def estimate_at(self, time: float, oldest: float) -> PoseEstimate | str:
         """The belief of a time (s since 1970), or why there is none; the last state is carried on for `oldest` s."""
         if not self._states:
             return "no EstimatedState"
@@ -78,14 +78,14 @@ class Whereabouts:
         return "older than the states"
 
 
-def _carried(state: imc.EstimatedState, belief: Belief, time: float) -> Belief:
+def _carried(state: imc.EstimatedState, belief: PoseEstimate, time: float) -> PoseEstimate:
     """On from a state by its velocities and rates; those that make no sense count as 0."""
     seconds = time - state.timestamp
     speeds = state.vx, state.vy, state.vz
     north, east, down = speeds if math.hypot(*speeds) < FARTHEST else (0.0, 0.0, 0.0)
     rates = state.p, state.q, state.r
-    angles = turned(belief.angles, rates, seconds) if math.hypot(*rates) < FARTHEST else belief.angles
-    return Belief(
+    angles = integrate_body_rates(belief.angles, rates, seconds) if math.hypot(*rates) < FARTHEST else belief.angles
+    return PoseEstimate(
         belief.north + seconds * north,
         belief.east + seconds * east,
         belief.down + seconds * down,
@@ -94,7 +94,7 @@ def _carried(state: imc.EstimatedState, belief: Belief, time: float) -> Belief:
     )
 
 
-def _between(first: Belief, second: Belief, share: float) -> Belief:
+def _between(first: PoseEstimate, second: PoseEstimate, share: float) -> PoseEstimate:
     north, east, down, bottom = (a + share * (b - a) for a, b in zip(first[:4], second[:4], strict=True))
     phi, theta, psi = (a + share * wrap(b - a) for a, b in zip(first.angles, second.angles, strict=True))
-    return Belief(north, east, down, bottom, (phi, theta, psi))
+    return PoseEstimate(north, east, down, bottom, (phi, theta, psi))

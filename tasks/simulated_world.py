@@ -10,12 +10,12 @@ from runtime import ParameterError, Task
 from support.pose import Pose
 from support.rotations import Vector
 from support.wgs84 import offset
-from world import Spot, World, WorldError, read_world
+from world import ObjectPosition, World, WorldError, read_world
 from world.sensors import BodyMotion
 
 FARTHEST = 1e7  # m; m/s, rad, rad/s: beyond it, a number is no place of a vehicle, and no motion
 FARTHEST_MOUNT = 1000.0  # m forward, right or down of the vehicle, either way: beyond it, a device is not on it
-IMPOSSIBLE = "SimulatedState makes no sense"
+INVALID_TRUTH = "SimulatedState makes no sense"
 
 
 def world_of(task: Task) -> World:
@@ -26,7 +26,7 @@ def world_of(task: Task) -> World:
         raise ParameterError("World", str(error)) from None
 
 
-def check_older(task: Task, *options: str) -> None:
+def check_older_options(task: Task, *options: str) -> None:
     """Refuse values of older options of a task that its world cannot have. Raises ParameterError.
 
     When a value changes while the vehicle runs, the world is read again, so that all tasks see the change.
@@ -54,7 +54,7 @@ def _read(value: Callable[[str, str], str]) -> World:
     return read_world(value, offset)
 
 
-def mount_of(position: Sequence[float], orientation: Sequence[float] = ()) -> Pose:
+def mount_pose(position: Sequence[float], orientation: Sequence[float] = ()) -> Pose:
     """Where a device is in its vehicle, by its options Device Position (m) and Device Orientation (°).
 
     Each has three numbers, or none. Raises ParameterError.
@@ -67,19 +67,19 @@ def mount_of(position: Sequence[float], orientation: Sequence[float] = ()) -> Po
     return Pose(x, y, z, roll, pitch, yaw)
 
 
-def is_somewhere(state: imc.EstimatedState | imc.SimulatedState) -> bool:
+def has_valid_pose(state: imc.EstimatedState | imc.SimulatedState) -> bool:
     """Whether position and attitude are numbers that a vehicle on Earth can have."""
     on_earth = abs(state.lat) <= 0.5 * math.pi and abs(state.lon) <= math.tau
     return on_earth and math.hypot(state.x, state.y, state.z, state.phi, state.theta, state.psi) < FARTHEST
 
 
-def is_possible(truth: imc.SimulatedState) -> bool:
+def is_valid_truth(truth: imc.SimulatedState) -> bool:
     """Whether position, attitude and motion are numbers that a vehicle on Earth can have."""
     motion = truth.u, truth.v, truth.w, truth.p, truth.q, truth.r, truth.svx, truth.svy, truth.svz
-    return is_somewhere(truth) and math.hypot(truth.height, *motion) < FARTHEST
+    return has_valid_pose(truth) and math.hypot(truth.height, *motion) < FARTHEST
 
 
-class Placed(NamedTuple):
+class WorldPose(NamedTuple):
     """A vehicle in the world: m north and east of its origin, m below the surface, Euler angles in rad."""
 
     north: float
@@ -87,12 +87,12 @@ class Placed(NamedTuple):
     down: float
     angles: Vector
 
-    def to(self, spot: Spot) -> tuple[float, float]:
+    def offset_to(self, spot: ObjectPosition) -> tuple[float, float]:
         """North and east (m) from the vehicle to an object."""
         return spot.north - self.north, spot.east - self.east
 
 
-class Chart:
+class WorldFrame:
     """Turns positions of states into places in the world: m from its origin (rad), or from the first state of all."""
 
     def __init__(self, origin: tuple[float, float] | None):
@@ -100,7 +100,7 @@ class Chart:
         self._start = LocalOrigin()
         self._reference, self._offset = NOWHERE, (0.0, 0.0)
 
-    def place(self, state: imc.EstimatedState | imc.SimulatedState) -> tuple[float, float]:
+    def position(self, state: imc.EstimatedState | imc.SimulatedState) -> tuple[float, float]:
         """North and east (m) of the world's origin; the position of the state must be finite."""
         if self._origin is None:
             self._start.update(state)
@@ -111,7 +111,7 @@ class Chart:
         return self._offset[0] + state.x, self._offset[1] + state.y
 
 
-class Truth:
+class TrueState:
     """Follows SimulatedState, and carries it on by its velocities and rates to a moment.
 
     `fault` is what is wrong with the newest one.
@@ -120,20 +120,20 @@ class Truth:
     fault = ""
 
     def __init__(self, origin: tuple[float, float] | None):
-        self._chart = Chart(origin)
+        self._chart = WorldFrame(origin)
         self._state: imc.SimulatedState | None = None
         self._place = (0.0, 0.0)
 
-    def follow(self, state: imc.SimulatedState) -> None:
+    def update(self, state: imc.SimulatedState) -> None:
         """Take the next state; one that makes no sense is passed over."""
-        self.fault = "" if is_possible(state) else IMPOSSIBLE
+        self.fault = "" if is_valid_truth(state) else INVALID_TRUTH
         if not self.fault:
-            self._state, self._place = state, self._chart.place(state)
+            self._state, self._place = state, self._chart.position(state)
 
-    def at(self, now: float, oldest: float) -> Placed | None:
+    def pose_at(self, now: float, oldest: float) -> WorldPose | None:
         """Where the vehicle is at `now` (s since 1970); None without a state of the last `oldest` s."""
         state = self._state
         if state is None or abs(now - state.timestamp) > oldest:  # also of a clock that was set back
             return None
-        (north, east, down), angles = BodyMotion.of(state).moved(now - state.timestamp)
-        return Placed(self._place[0] + north, self._place[1] + east, state.z + down, angles)
+        (north, east, down), angles = BodyMotion.from_state(state).motion_after(now - state.timestamp)
+        return WorldPose(self._place[0] + north, self._place[1] + east, state.z + down, angles)

@@ -2,20 +2,20 @@
 
 from support.pose import DOWN, Pose
 from world.config import SECTIONS, WorldError, read_world
-from world.objects import Spot, Thing, Waypoint, gliders
+from world.objects import ObjectPosition, Waypoint, WorldObject, make_gliders
 from world.sun import Sun
 from world.world import World
 
 __all__ = [
     "DOWN",
     "SECTIONS",
+    "ObjectPosition",
     "Pose",
-    "Spot",
     "Sun",
-    "Thing",
     "Waypoint",
     "World",
     "WorldError",
-    "gliders",
+    "WorldObject",
+    "make_gliders",
     "read_world",
 ]

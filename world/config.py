@@ -5,17 +5,27 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from world.objects import CLASSES, DIAMETER, GLIDER, LENGTH, Place, Thing, Waypoint, gliders, parse_gliders
+from world.objects import (
+    CLASSES,
+    DIAMETER,
+    GLIDER,
+    LENGTH,
+    NorthEast,
+    Waypoint,
+    WorldObject,
+    make_gliders,
+    parse_positions,
+)
 from world.sea import (
-    USUAL_HEIGHT,
+    USUAL_WAVE_HEIGHT,
     WATER_TYPES,
     Bathymetry,
     BathymetryError,
-    Offset,
-    Waves,
+    OffsetFunction,
+    SeaState,
     read_bathymetry,
-    read_reference,
-    visibility,
+    read_bathymetry_reference,
+    water_visibility,
 )
 from world.sun import Sun
 from world.world import World
@@ -32,7 +42,7 @@ class WorldError(ValueError):
     """The section [World], or another one that describes the world, is invalid; the text names section and option."""
 
 
-class Option(NamedTuple):
+class WorldOption(NamedTuple):
     """An option: its unit, what it means, its default, its limits if it is a number, older places that set it.
 
     `lists` is what the sections begin with that its items name.
@@ -47,13 +57,13 @@ class Option(NamedTuple):
     lists: str = ""
 
 
-OPTIONS: Mapping[str, Option] = MappingProxyType(
+OPTIONS: Mapping[str, WorldOption] = MappingProxyType(
     {
-        "Origin": Option("°", "Latitude and longitude from which places count; by default those of [Bathymetry]."),
-        "Sounding Radius": Option(
+        "Origin": WorldOption("°", "Latitude and longitude from which places count; by default those of [Bathymetry]."),
+        "Sounding Radius": WorldOption(
             "m", "Distance within which a sounding is used.", "10", 0.1, older=((ENVIRONMENT, "Sounding Radius"),)
         ),
-        "Out Of Bounds Depth": Option(
+        "Out Of Bounds Depth": WorldOption(
             "m",
             "Depth where no sounding is near.",
             "120",
@@ -61,72 +71,76 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
             DEEPEST,
             ((ENVIRONMENT, "Out Of Bounds Depth"),),
         ),
-        "Tide Level": Option(
+        "Tide Level": WorldOption(
             "m", "Height of the tide above the soundings' datum.", "0", -20.0, 20.0, ((ENVIRONMENT, "Tide Level"),)
         ),
-        "Wave Height": Option(
+        "Wave Height": WorldOption(
             "m",
             "Significant height of the waves in pictures; if it is set, boats feel them.",
-            f"{USUAL_HEIGHT}",
+            f"{USUAL_WAVE_HEIGHT}",
             0.0,
             30.0,
         ),
-        "Wave Direction": Option("°", "Where the waves that boats feel come from, from north.", "0", -360.0, 360.0),
-        "Water Visibility": Option("m", "Distance at which 2 % of the contrast is left in water.", "60", 0.1, 1e6),
-        "Water Type": Option("", f"Instead of a visibility: Jerlov's type of water, {', '.join(WATER_TYPES)}."),
-        "Air Visibility": Option("m", "The same in air.", "20000", 0.1, 1e6),
-        "Marine Snow": Option("1/m³", "Flakes in the water that cameras see.", "0", 0.0, 1e5),
-        "Caustics": Option("1", "Share of sun without clouds that waves gather on the bottom.", "0", 0.0, 1.0),
-        "Sun Azimuth": Option("°", "Where the sun stands, from north.", "0", -360.0, 360.0),
-        "Sun Elevation": Option("°", "How high it stands; negative at night.", "90", -90.0, 90.0),
-        "Gliders": Option(
+        "Wave Direction": WorldOption(
+            "°", "Where the waves that boats feel come from, from north.", "0", -360.0, 360.0
+        ),
+        "Water Visibility": WorldOption("m", "Distance at which 2 % of the contrast is left in water.", "60", 0.1, 1e6),
+        "Water Type": WorldOption("", f"Instead of a visibility: Jerlov's type of water, {', '.join(WATER_TYPES)}."),
+        "Air Visibility": WorldOption("m", "The same in air.", "20000", 0.1, 1e6),
+        "Marine Snow": WorldOption("1/m³", "Flakes in the water that cameras see.", "0", 0.0, 1e5),
+        "Caustics": WorldOption("1", "Share of sun without clouds that waves gather on the bottom.", "0", 0.0, 1.0),
+        "Sun Azimuth": WorldOption("°", "Where the sun stands, from north.", "0", -360.0, 360.0),
+        "Sun Elevation": WorldOption("°", "How high it stands; negative at night.", "90", -90.0, 90.0),
+        "Gliders": WorldOption(
             "m",
             'North and east of each glider (MUG), from the origin: "1.0 0.3, 25 5"; "none" for none; ids from 1.',
             "1.0 0.3",
             older=((MUG_CAMERA, "MUGs"), ("Vision.FisheyeCamera", "MUGs")),
         ),
-        "Gliders Lie On": Option(
+        "Gliders Lie On": WorldOption(
             "", "Seabed, Surface, or Depth for that of Gliders Depth.", "Seabed", older=((MUG_CAMERA, "Target Plane"),)
         ),
-        "Gliders Depth": Option(
+        "Gliders Depth": WorldOption(
             "m", "Depth of the gliders, if they lie on none of both.", "0", 0, DEEPEST, ((MUG_CAMERA, "Target Depth"),)
         ),
-        "Walls": Option(
+        "Walls": WorldOption(
             "m",
             'Walls from bottom to surface: north and east of both ends of each, "0 0 20 0, 20 0 20 30".',
         ),
-        "Objects": Option("", "Names of further objects, each of which has a section [World/NAME].", lists=f"{WORLD}/"),
+        "Objects": WorldOption(
+            "", "Names of further objects, each of which has a section [World/NAME].", lists=f"{WORLD}/"
+        ),
     }
 )
-OBJECT_OPTIONS: Mapping[str, Option] = MappingProxyType(
+OBJECT_OPTIONS: Mapping[str, WorldOption] = MappingProxyType(
     {
-        "Class": Option("", f"What it is: {', '.join(CLASSES)}.", GLIDER),
-        "Id": Option("1", "Its number; by default the next one.", "", 0.0, 255.0),
-        "Position": Option("m", "North and east of the origin."),
-        "Track": Option("s, m", 'Instead of a position: time, north and east of waypoints: "0 1 0.3, 60 20 5".'),
-        "Heading": Option("°", "Where it looks; by default where it goes.", "", -360.0, 360.0),
-        "Lies On": Option("", "Seabed, Surface, or Depth for that of its option Depth.", "Seabed"),
-        "Depth": Option("m", "Its depth, if it lies on none of both.", "0", 0.0, DEEPEST),
-        "Length": Option("m", "Its length.", f"{LENGTH}", 0.01, 1000.0),
-        "Diameter": Option("m", "Its diameter.", f"{DIAMETER}", 0.01, 1000.0),
-        "Squares": Option("1", "Rows and columns of squares, or of tags, of a board.", "6, 9", 1.0, 100.0),
-        "Square Size": Option("m", "Width of a square of a chessboard, or of a tag.", "0.05", 0.001, 10.0),
+        "Class": WorldOption("", f"What it is: {', '.join(CLASSES)}.", GLIDER),
+        "Id": WorldOption("1", "Its number; by default the next one.", "", 0.0, 255.0),
+        "Position": WorldOption("m", "North and east of the origin."),
+        "Track": WorldOption("s, m", 'Instead of a position: time, north and east of waypoints: "0 1 0.3, 60 20 5".'),
+        "Heading": WorldOption("°", "Where it looks; by default where it goes.", "", -360.0, 360.0),
+        "Lies On": WorldOption("", "Seabed, Surface, or Depth for that of its option Depth.", "Seabed"),
+        "Depth": WorldOption("m", "Its depth, if it lies on none of both.", "0", 0.0, DEEPEST),
+        "Length": WorldOption("m", "Its length.", f"{LENGTH}", 0.01, 1000.0),
+        "Diameter": WorldOption("m", "Its diameter.", f"{DIAMETER}", 0.01, 1000.0),
+        "Squares": WorldOption("1", "Rows and columns of squares, or of tags, of a board.", "6, 9", 1.0, 100.0),
+        "Square Size": WorldOption("m", "Width of a square of a chessboard, or of a tag.", "0.05", 0.001, 10.0),
     }
 )
-BATHYMETRY_OPTIONS: Mapping[str, Option] = MappingProxyType(
+BATHYMETRY_OPTIONS: Mapping[str, WorldOption] = MappingProxyType(
     {
-        "Latitude (degrees)": Option("°", "Latitude from which the soundings count."),
-        "Longitude (degrees)": Option("°", "Longitude from which they count."),
-        "Data": Option("m", "Soundings: north, east and depth, one after the other: 1 0 4.5, 4 1 4.4."),
+        "Latitude (degrees)": WorldOption("°", "Latitude from which the soundings count."),
+        "Longitude (degrees)": WorldOption("°", "Longitude from which they count."),
+        "Data": WorldOption("m", "Soundings: north, east and depth, one after the other: 1 0 4.5, 4 1 4.4."),
     }
 )
-FLAT_OPTIONS: Mapping[str, Option] = MappingProxyType({"Bottom Depth": Option("m", "", "-1", -1.0, DEEPEST)})
-SECTIONS: Mapping[str, Mapping[str, Option]] = MappingProxyType(
+FLAT_OPTIONS: Mapping[str, WorldOption] = MappingProxyType({"Bottom Depth": WorldOption("m", "", "-1", -1.0, DEEPEST)})
+SECTIONS: Mapping[str, Mapping[str, WorldOption]] = MappingProxyType(
     {WORLD: OPTIONS, f"{WORLD}/": OBJECT_OPTIONS, "Bathymetry": BATHYMETRY_OPTIONS}
 )
 
 
-def read_world(value: Reader, offset: Offset | None = None) -> World:
+def read_world(value: Reader, offset: OffsetFunction | None = None) -> World:
     """The world of a profile; `value(section, option)` returns its texts. Raises WorldError.
 
     `offset` tells north and east (m) from one latitude and longitude (rad) to another; it is needed only if the origin
@@ -137,7 +151,7 @@ def read_world(value: Reader, offset: Offset | None = None) -> World:
     if given and not (abs(given[0]) <= 90.0 and abs(given[1]) <= 180.0):
         raise section.error("Origin", "is not a latitude and a longitude")
     try:
-        origin = (math.radians(given[0]), math.radians(given[1])) if given else read_reference(value)
+        origin = (math.radians(given[0]), math.radians(given[1])) if given else read_bathymetry_reference(value)
         seabed = _read_seabed(value, section, origin, offset)
     except BathymetryError as error:
         raise WorldError(f"[Bathymetry] {error}") from None
@@ -148,20 +162,22 @@ def read_world(value: Reader, offset: Offset | None = None) -> World:
         origin,
         seabed,
         _read_objects(value, section),
-        Waves(section.number("Wave Height")),
+        SeaState(section.number("Wave Height")),
         Sun(math.radians(section.number("Sun Azimuth")), math.radians(section.number("Sun Elevation"))),
-        visibility(kind) if kind else section.number("Water Visibility"),
+        water_visibility(kind) if kind else section.number("Water Visibility"),
         section.number("Air Visibility"),
         kind,
         walls=_read_walls(section),
         caustics=section.number("Caustics"),
-        snow=section.number("Marine Snow"),
-        felt=section.is_set("Wave Height"),
+        marine_snow=section.number("Marine Snow"),
+        waves_move_boats=section.is_set("Wave Height"),
         wave_bearing=math.radians(section.number("Wave Direction")),
     )
 
 
-def _read_seabed(value: Reader, section: "_Section", origin: Place | None, offset: Offset | None) -> Bathymetry | None:
+def _read_seabed(
+    value: Reader, section: "_Section", origin: NorthEast | None, offset: OffsetFunction | None
+) -> Bathymetry | None:
     """The bottom; None if the profile has neither soundings, nor a depth, nor a sonar that needs one."""
     soundings, own = value("Bathymetry", "Data").strip(", "), section.is_set("Out Of Bounds Depth")
     radius, level = section.number("Sounding Radius"), section.number("Tide Level")
@@ -172,8 +188,8 @@ def _read_seabed(value: Reader, section: "_Section", origin: Place | None, offse
     return read_bathymetry(value, radius, elsewhere, level, origin, offset) if known else None
 
 
-def _read_walls(section: "_Section") -> tuple[tuple[Place, Place], ...]:
-    found: list[tuple[Place, Place]] = []
+def _read_walls(section: "_Section") -> tuple[tuple[NorthEast, NorthEast], ...]:
+    found: list[tuple[NorthEast, NorthEast]] = []
     for text in filter(None, map(str.strip, section.text("Walls").split(","))):
         try:
             a, b, c, d = map(float, text.split())
@@ -185,13 +201,13 @@ def _read_walls(section: "_Section") -> tuple[tuple[Place, Place], ...]:
     return tuple(found)
 
 
-def _read_objects(value: Reader, section: "_Section") -> tuple[Thing, ...]:
+def _read_objects(value: Reader, section: "_Section") -> tuple[WorldObject, ...]:
     text, plane = section.text("Gliders"), section.choice("Gliders Lie On", PLANES)
     try:
-        places = parse_gliders([] if text == "none" else [word.strip() for word in text.split(",")])
+        places = parse_positions([] if text == "none" else [word.strip() for word in text.split(",")])
     except ValueError as error:
         raise section.error("Gliders", f"is wrong: {error}") from None
-    found = list(gliders(places, {"Seabed": None, "Surface": 0.0}.get(plane, section.number("Gliders Depth"))))
+    found = list(make_gliders(places, {"Seabed": None, "Surface": 0.0}.get(plane, section.number("Gliders Depth"))))
     for name in filter(None, map(str.strip, section.text("Objects").split(","))):
         thing = _read_object(_Section(value, f"{WORLD}/{name}", OBJECT_OPTIONS), name, len(found) + 1)
         if thing.id in (other.id for other in found):
@@ -200,7 +216,7 @@ def _read_objects(value: Reader, section: "_Section") -> tuple[Thing, ...]:
     return tuple(found)
 
 
-def _read_object(section: "_Section", name: str, number: int) -> Thing:
+def _read_object(section: "_Section", name: str, number: int) -> WorldObject:
     position, rows = section.numbers("Position", 2), section.text("Track").split(",")
     if bool(position) == any(map(str.strip, rows)):
         raise WorldError(f"[{WORLD}] Objects has {name}, so [{section.name}] must have either Position or Track")
@@ -213,7 +229,7 @@ def _read_object(section: "_Section", name: str, number: int) -> Thing:
     plane = section.choice("Lies On", PLANES)
     heading = math.radians(section.number("Heading")) if section.text("Heading") else None
     try:
-        return Thing(
+        return WorldObject(
             round(section.number("Id")) if section.text("Id") else number,
             tuple(track),
             {"Seabed": None, "Surface": 0.0}.get(plane, section.number("Depth")),
@@ -242,7 +258,7 @@ def _squares(section: "_Section") -> tuple[int, int]:
 class _Section:
     """The texts and numbers of a section, also from the older place of an option. All methods raise WorldError."""
 
-    def __init__(self, value: Reader, name: str, options: Mapping[str, Option]):
+    def __init__(self, value: Reader, name: str, options: Mapping[str, WorldOption]):
         self.name = name
         self._value = value
         self._options = options

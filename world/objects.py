@@ -11,7 +11,7 @@ CLASSES = (GLIDER, CHESSBOARD, APRIL_GRID)
 MOST_TAGS = 96
 LENGTH, DIAMETER = 0.8, 0.16  # m, of a mini underwater glider (MUG)
 
-Place = tuple[float, float]
+NorthEast = tuple[float, float]
 
 
 class Waypoint(NamedTuple):
@@ -22,7 +22,7 @@ class Waypoint(NamedTuple):
     east: float
 
 
-class Spot(NamedTuple):
+class ObjectPosition(NamedTuple):
     """Where an object is: m north and east of the world's origin, `down` m below the surface; heading in rad.
 
     `down` is None on a seabed that the world does not know.
@@ -35,12 +35,12 @@ class Spot(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Thing:
+class WorldObject:
     """An object: its number, its class, its size (m), and its track, which has one waypoint if it lies still.
 
     Its middle is `depth` m below the surface, or on the seabed without a depth. It looks where it goes, or to its
     `heading` (rad). Between waypoints it moves evenly; it waits at the first one, and stays at the last. A board lies
-    flat: `squares` are the rows and columns of its squares or tags, each `square` m wide.
+    flat: `squares` are the rows and columns of its squares or tags, each `square_size` m wide.
     """
 
     id: int
@@ -51,7 +51,7 @@ class Thing:
     length: float = LENGTH
     diameter: float = DIAMETER
     squares: tuple[int, int] = (6, 9)
-    square: float = 0.05
+    square_size: float = 0.05
 
     def __post_init__(self) -> None:
         if self.kind not in CLASSES:
@@ -65,7 +65,7 @@ class Thing:
         if not self.track or any(b.time <= a.time for a, b in pairwise(self.track)):
             raise ValueError("the times of a track must grow")
 
-    def at(self, time: float) -> tuple[float, float, float]:
+    def pose_at(self, time: float) -> tuple[float, float, float]:
         """North and east (m) and heading (rad) at a time (s from the start of the run)."""
         first, last = self.track[0], self.track[-1]
         legs = [leg for leg in pairwise(self.track) if leg[0].time <= time] or list(pairwise(self.track))[:1]
@@ -77,12 +77,12 @@ class Thing:
         return n + share * (to_n - n), e + share * (to_e - e), ahead if self.heading is None else self.heading
 
 
-def gliders(places: Sequence[Place], depth: float | None = None) -> tuple[Thing, ...]:
+def make_gliders(places: Sequence[NorthEast], depth: float | None = None) -> tuple[WorldObject, ...]:
     """Gliders that lie still at places (m north and east), numbered from 1; on the seabed without a depth (m)."""
-    return tuple(Thing(number, (Waypoint(0.0, *place),), depth) for number, place in enumerate(places, start=1))
+    return tuple(WorldObject(number, (Waypoint(0.0, *place),), depth) for number, place in enumerate(places, start=1))
 
 
-def parse_gliders(texts: Sequence[str]) -> tuple[Place, ...]:
+def parse_positions(texts: Sequence[str]) -> tuple[NorthEast, ...]:
     """North and east (m) of each glider: a pair in each text ("1.0 0.3", "25 5"), or all numbers one by one.
 
     Raises ValueError if the numbers are not finite or do not come in pairs.
@@ -94,7 +94,7 @@ def parse_gliders(texts: Sequence[str]) -> tuple[Place, ...]:
     return tuple(_pair(row) for row in rows)
 
 
-def _pair(row: list[str]) -> Place:
+def _pair(row: list[str]) -> NorthEast:
     try:
         north, east = map(float, row)
     except ValueError:

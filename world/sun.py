@@ -28,19 +28,19 @@ class Sun:
         return max(STARLIGHT, BRIGHTNESS * 10.0 ** (min(0.0, self.elevation) / DUSK))
 
     @property
-    def towards(self) -> Vector:
+    def direction(self) -> Vector:
         """Unit vector to the sun (north, east, down); to where it went down, after that."""
         return self._vector(max(0.0, self.elevation))
 
     @property
-    def towards_under_water(self) -> Vector:
+    def direction_under_water(self) -> Vector:
         """Unit vector to where its light comes from under water: higher than the sun, by Snell's law."""
         return self._vector(math.acos(math.cos(max(0.0, self.elevation)) / REFRACTION))
 
     @property
-    def slant(self) -> float:
+    def path_factor_under_water(self) -> float:
         """How much longer than the depth the way of its light under water is."""
-        return -1.0 / self.towards_under_water[2]
+        return -1.0 / self.direction_under_water[2]
 
     def _vector(self, elevation: float) -> Vector:
         level = math.cos(elevation)

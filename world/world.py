@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from world.objects import GLIDER, Place, Spot, Thing
-from world.sea import Bathymetry, Waves, WindSea
+from world.objects import GLIDER, NorthEast, ObjectPosition, WorldObject
+from world.sea import Bathymetry, SeaState, WindSea
 from world.sun import Sun
 
 
@@ -14,42 +14,44 @@ class World:
     `origin` is a latitude and longitude (rad); without it, places count from where a vehicle is first seen. `seabed` is
     None where the bottom is not known. `water_visibility` and `air_visibility` (m) are the distances at which 2 % of
     the contrast is left; `water_type` is one of Jerlov's types, if the water is of one. `walls` are vertical, from one
-    place (m north, east) to another, as high as the water is deep. `snow` is how many flakes are in
-    a cubic meter of water, `caustics` the share of a clear sun that waves gather on the bottom. `felt`: boats ride on
-    the waves, which come from `wave_bearing` (rad from north).
+    place (m north, east) to another, as high as the water is deep. `marine_snow` is how many flakes are in a cubic
+    meter of water, `caustics` the share of a clear sun that waves gather on the bottom. `waves_move_boats`: boats ride
+    on the waves, which come from `wave_bearing` (rad from north).
     """
 
     origin: tuple[float, float] | None = None
     seabed: Bathymetry | None = None
-    objects: tuple[Thing, ...] = ()
-    waves: Waves = field(default_factory=Waves)
+    objects: tuple[WorldObject, ...] = ()
+    waves: SeaState = field(default_factory=SeaState)
     sun: Sun = field(default_factory=Sun)
     water_visibility: float = 60.0
     air_visibility: float = 20e3
     water_type: str = ""
-    walls: tuple[tuple[Place, Place], ...] = ()
-    snow: float = 0.0
+    walls: tuple[tuple[NorthEast, NorthEast], ...] = ()
+    marine_snow: float = 0.0
     caustics: float = 0.0
-    felt: bool = False
+    waves_move_boats: bool = False
     wave_bearing: float = 0.0
 
     @property
-    def gliders(self) -> tuple[Thing, ...]:
+    def gliders(self) -> tuple[WorldObject, ...]:
         return tuple(thing for thing in self.objects if thing.kind == GLIDER)
 
     @property
-    def boards(self) -> tuple[Thing, ...]:
+    def boards(self) -> tuple[WorldObject, ...]:
         return tuple(thing for thing in self.objects if thing.kind != GLIDER)
 
-    def bottom(self, north: float, east: float) -> float | None:
+    def seabed_depth(self, north: float, east: float) -> float | None:
         """Depth (m) of the bottom at a place; None if it is not known."""
         return None if self.seabed is None else self.seabed.depth(north, east)
 
-    def sea(self, seed: int) -> WindSea | None:
+    def wind_sea(self, seed: int) -> WindSea | None:
         """The waves that boats feel in a run; None if they feel none."""
-        return WindSea(self.waves, self.wave_bearing, seed) if self.felt and self.waves.height else None
+        return WindSea(self.waves, self.wave_bearing, seed) if self.waves_move_boats and self.waves.height else None
 
-    def spot(self, thing: Thing, time: float) -> Spot:
+    def object_position(self, thing: WorldObject, time: float) -> ObjectPosition:
         """Where an object is at a time (s from the start of the run)."""
-        north, east, heading = thing.at(time)
-        return Spot(north, east, self.bottom(north, east) if thing.depth is None else thing.depth, heading)
+        north, east, heading = thing.pose_at(time)
+        return ObjectPosition(
+            north, east, self.seabed_depth(north, east) if thing.depth is None else thing.depth, heading
+        )

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from shoal.logs.export import LogSource, export_photo, export_suffix
 from shoal.rendering.label_files import class_name
 from shoal.rendering.logged_exposures import find_exposures
-from tasks.vision.cameras.image_saver import FOLDER
-from world.rendering import Box, Kind, Labels
+from tasks.vision.cameras.image_saver import PHOTOS_FOLDER
+from world.rendering import ImageLabels, ObjectBox, PixelClass
 
 FILE = "annotations.json"
 IMAGES = "images"
-THINGS = (Kind.GLIDER, Kind.BOARD)
+THINGS = (PixelClass.GLIDER, PixelClass.BOARD)
 
 
 class AnnotatedPicture(NamedTuple):
@@ -32,7 +32,7 @@ class AnnotatedPicture(NamedTuple):
     annotations: list[dict[str, Any]]
 
 
-def coco_annotations(labels: Labels) -> list[dict[str, Any]]:
+def coco_annotations(labels: ImageLabels) -> list[dict[str, Any]]:
     """The annotations of the objects of which a pixel is visible, without ids.
 
     `bbox` is left, top, width, height (px); `segmentation` counts pixels in and out of the mask, column by column
@@ -42,7 +42,7 @@ def coco_annotations(labels: Labels) -> list[dict[str, Any]]:
     return [_annotation(labels, box) for box in labels.boxes if box.area]
 
 
-def _annotation(labels: Labels, box: Box) -> dict[str, Any]:
+def _annotation(labels: ImageLabels, box: ObjectBox) -> dict[str, Any]:
     left, top, right, bottom = box.box
     return {
         "category_id": int(box.kind),
@@ -50,7 +50,11 @@ def _annotation(labels: Labels, box: Box) -> dict[str, Any]:
         "area": box.area,
         "iscrowd": 0,
         "segmentation": {"size": list(labels.kinds.shape), "counts": run_lengths(labels.instances == box.instance)},
-        "attributes": {"instance": box.instance, "occluded": round(box.occluded, 6), "cut": round(box.cut, 6)},
+        "attributes": {
+            "instance": box.instance,
+            "occluded": round(box.occluded_share, 6),
+            "cut": round(box.cut_share, 6),
+        },
     }
 
 
@@ -88,10 +92,10 @@ def export_coco(source: LogSource, folder: Path, progress: Callable[[float], obj
     lens that the log does not tell, counts as skipped in `source`. Raises ValueError without any picture, OSError, and
     what find_exposures raises.
     """
-    files = sorted(path for path in (source.log.path.parent / FOLDER).glob("*_*_*.*") if path.is_file())
+    files = sorted(path for path in (source.log.path.parent / PHOTOS_FOLDER).glob("*_*_*.*") if path.is_file())
     if not files:
         raise ValueError(
-            f"{source.log.path}: no pictures beside it in {FOLDER}; shoal log render makes some, with {FILE}"
+            f"{source.log.path}: no pictures beside it in {PHOTOS_FOLDER}; shoal log render makes some, with {FILE}"
         )
     seen = find_exposures(source.log)
     shots = {_key(shot.name): shot for shot in seen.pictures}
@@ -101,9 +105,9 @@ def export_coco(source: LogSource, folder: Path, progress: Callable[[float], obj
     for place, file in enumerate(files, start=1):
         shot = shots.get(_key(file.name))
         if shot is None:
-            source.skipped[f"{FOLDER}/{file.name} is of no camera of the run"] += 1
+            source.skipped[f"{PHOTOS_FOLDER}/{file.name} is of no camera of the run"] += 1
         elif shot.optics_changed:
-            source.skipped[f"{FOLDER}/{file.name} was taken with another lens, which changed unnoticed"] += 1
+            source.skipped[f"{PHOTOS_FOLDER}/{file.name} was taken with another lens, which changed unnoticed"] += 1
         elif source.selection.start <= shot.time < source.selection.end:
             if (data := export_photo(source, file)) is None:
                 continue

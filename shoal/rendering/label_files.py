@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from world.rendering import Box, Kind, Labels
+from world.rendering import ImageLabels, ObjectBox, PixelClass
 
 LABELS = "Labels"
 COMPRESSION = 1  # of 9
 
 
-def write_labels(folder: Path, stem: str, labels: Labels) -> None:
+def write_labels(folder: Path, stem: str, labels: ImageLabels) -> None:
     """Write <stem>.class.png (8 bits), <stem>.instance.png (16 bits) and <stem>.npz to a folder; none has a date.
 
     The npz has `distance` and `depth` (m, float32) and, if there is any, `flow` (px, float32), as in Labels. Raises
@@ -32,14 +32,14 @@ def write_labels(folder: Path, stem: str, labels: Labels) -> None:
 
 def class_numbers() -> dict[str, int]:
     """The numbers of the classes."""
-    return {class_name(kind): int(kind) for kind in Kind}
+    return {class_name(kind): int(kind) for kind in PixelClass}
 
 
-def class_name(kind: Kind) -> str:
+def class_name(kind: PixelClass) -> str:
     return kind.name.lower()
 
 
-def boxes_to_dicts(boxes: Iterable[Box]) -> list[dict[str, Any]]:
+def boxes_to_dicts(boxes: Iterable[ObjectBox]) -> list[dict[str, Any]]:
     """What is told of the objects in a picture; boxes are left, top, right, bottom in px, and null without a pixel."""
     return [
         {
@@ -49,8 +49,8 @@ def boxes_to_dicts(boxes: Iterable[Box]) -> list[dict[str, Any]]:
             "area": box.area,
             "whole_box": list(box.whole_box),
             "whole_area": box.whole_area,
-            "occluded": round(box.occluded, 6),
-            "cut": round(box.cut, 6),
+            "occluded": round(box.occluded_share, 6),
+            "cut": round(box.cut_share, 6),
         }
         for box in boxes
     ]

@@ -35,12 +35,12 @@ from shoal.rerun import (
     tick_rates,
 )
 from tasks.simulated_world import world_of
-from tasks.vision.cameras.camera_records import FILE
-from tasks.vision.cameras.image_saver import FOLDER
+from tasks.vision.cameras.camera_records import CAMERAS_FILE
+from tasks.vision.cameras.image_saver import PHOTOS_FOLDER
 from tasks.vision.cameras.image_writer import write_picture
 from tasks.vision.cameras.rendered_camera import RenderedCamera
-from tasks.vision.cameras.viewpoint import View
-from world.rendering import Board, Camera, Glider, Shutter, Standpoint
+from tasks.vision.cameras.viewpoint import VehicleView
+from world.rendering import Board, Glider, SceneCamera, ScenePose, Shutter
 
 STATE_MESSAGES = (imc.LoggingControl, imc.SimulatedState, imc.EstimatedState)  # what moves a camera and its pictures
 CHANGE = imc.SetEntityParameters  # of a camera during the run; those of plans (Push, Pop) do not change cameras
@@ -62,7 +62,7 @@ class ExposedPicture(NamedTuple):
     name: str
     image_format: str
     shutter_arguments: tuple[Any, ...]
-    standpoint: Standpoint
+    standpoint: ScenePose
     gliders: tuple[Glider, ...]
     boards: tuple[Board, ...] = ()
     camera_number: int = 0
@@ -72,7 +72,7 @@ class ExposedPicture(NamedTuple):
 class CameraVersion(NamedTuple):
     """A camera and its shutter."""
 
-    camera: Camera
+    camera: SceneCamera
     shutter: Shutter
 
 
@@ -164,9 +164,9 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
             vehicle.kernel.run(until=end if about.ends_cleanly and not _has_next_log(log) else end + 1)
         finally:
             vehicle.close()
-        pictures = vehicle.log_root / vehicle.name / name / FOLDER
+        pictures = vehicle.log_root / vehicle.name / name / PHOTOS_FOLDER
         shots = [shot for recorder in recorders for path, shot in recorder.pictures if path.parent == pictures]
-        described = (pictures / FILE).read_bytes() if (pictures / FILE).is_file() else b""
+        described = (pictures / CAMERAS_FILE).read_bytes() if (pictures / CAMERAS_FILE).is_file() else b""
     entities = [recorder.task.entity for recorder in recorders]
     blind = [entity for entity in entities if not any(shot.camera == entity.label for shot in shots)]
     notes += [f"no picture of {entity.label}: {entity.description}" for entity in blind]
@@ -215,7 +215,7 @@ class _ExposureRecorder:
         task = self.task
         if getattr(function, "__self__", None) is task.shutter:
             view = task.viewpoint.view(world_of(task), task.now, task.vehicle.start_time)
-            assert isinstance(view, View)
+            assert isinstance(view, VehicleView)
             result = np.broadcast_to(np.zeros(4, np.uint8), (task.camera.optics.height, task.camera.optics.width, 4))
             if not self.cameras or self.cameras[-1].shutter is not task.shutter:
                 self.cameras.append(CameraVersion(task.camera, task.shutter))

@@ -14,8 +14,8 @@ from shoal.rendering.label_files import LABELS, boxes_to_dicts, class_numbers, w
 from shoal.rendering.logged_exposures import CameraVersion, ExposedPicture, find_exposures
 from shoal.rendering.process_pool import IndexedWork, RenderPool
 from shoal.rerun import ResimulationError
-from tasks.vision.cameras.camera_records import FILE
-from tasks.vision.cameras.image_saver import FOLDER
+from tasks.vision.cameras.camera_records import CAMERAS_FILE
+from tasks.vision.cameras.image_saver import PHOTOS_FOLDER
 from tasks.vision.cameras.image_writer import write_picture
 
 MOST_NOTES = 20
@@ -39,7 +39,7 @@ class LogRenderer:
         shot, after = self.pictures[number]
         camera, shutter = self.cameras[shot.camera][shot.camera_number]
         error = write_picture(
-            self.folder / FOLDER / shot.name, shutter.picture(*shot.shutter_arguments), shot.image_format
+            self.folder / PHOTOS_FOLDER / shot.name, shutter.take_picture(*shot.shutter_arguments), shot.image_format
         )
         if error:
             raise OSError(error)
@@ -89,8 +89,8 @@ def render_log(
         if not seen.pictures:
             raise ResimulationError(f"{log.path}: there is no picture in this log: {'; '.join(seen.notes)}")
         pairs = list(_pairs(seen.pictures))
-        (folder / FOLDER).mkdir(parents=True, exist_ok=True)
-        (folder / FOLDER / FILE).write_bytes(seen.description)
+        (folder / PHOTOS_FOLDER).mkdir(parents=True, exist_ok=True)
+        (folder / PHOTOS_FOLDER / CAMERAS_FILE).write_bytes(seen.description)
         found: dict[str, PictureRecord] = {}
         renderer = LogRenderer(seen.cameras, pairs, folder, labels, flow)
         for picture in pool.run(IndexedWork(renderer.render_picture, len(pairs))):
@@ -100,7 +100,7 @@ def render_log(
     if labels:
         text = json.dumps({"classes": class_numbers(), "pictures": [about for about, _ in told]}, indent=1)
         (folder / f"{LABELS.lower()}.json").write_text(text + "\n")
-        (folder / coco.FILE).write_text(coco.coco_json(_annotated(told)))
+        (folder / coco.CAMERAS_FILE).write_text(coco.coco_json(_annotated(told)))
     counts = {label: sum(shot.camera == label for shot in seen.pictures) for label in sorted(seen.cameras)}
     refused = [f"{about['file']} has no labels: {about['error']}" for about, _ in told if "error" in about]
     return RenderSummary(counts, [*seen.notes, *refused[:MOST_NOTES]])
@@ -108,7 +108,7 @@ def render_log(
 
 def _annotated(pictures: Iterable[PictureRecord]) -> Iterator[coco.AnnotatedPicture]:
     for about, annotations in pictures:
-        file = f"{FOLDER}/{about['file']}"
+        file = f"{PHOTOS_FOLDER}/{about['file']}"
         yield coco.AnnotatedPicture(file, about["time"], about["camera"], about["width"], about["height"], annotations)
 
 

@@ -100,7 +100,7 @@ class DrainBattery(Action):
 
     def begin(self, context: RunContext, duration: float) -> None:
         words = f"battery drained to {self.level:g} %"
-        if not any([battery.drain(self.level) for battery in self._batteries(context)]):
+        if not any([battery.limit_charge(self.level) for battery in self._batteries(context)]):
             words = f"battery not drained to {self.level:g} %: it has less"
             context.warnings.append(f"{self.where}: {words}")
         log_action(context.vehicles[self.vehicle], words)

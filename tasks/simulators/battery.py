@@ -65,7 +65,7 @@ class Battery(Task):
         self._say()
 
     @consume
-    def drive(self, actuation: imc.SetThrusterActuation) -> None:
+    def on_set_thruster_actuation(self, actuation: imc.SetThrusterActuation) -> None:
         if math.isfinite(actuation.value):
             self._advance()
             self._actuations[actuation.id] = max(-1.0, min(1.0, actuation.value))
@@ -82,7 +82,7 @@ class Battery(Task):
         self._advance()
         self.publish(imc.FuelLevel(value=100.0 * self._charge, confidence=100.0))
 
-    def drain(self, level: float) -> bool:
+    def limit_charge(self, level: float) -> bool:
         """Have this charge (%) from now on; False if it has less already."""
         self._advance()
         if self._charge < level / 100.0:

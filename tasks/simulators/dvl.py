@@ -6,9 +6,9 @@ import imc
 from runtime import Entity, State, Task, consume, param, periodic
 from support.pose import Pose
 from support.rotations import Vector, cross, rotation, to_body, to_ned
-from tasks.simulated_world import FARTHEST_MOUNT, IMPOSSIBLE, Chart, is_possible, mount_of, world_of
+from tasks.simulated_world import FARTHEST_MOUNT, INVALID_TRUTH, WorldFrame, is_valid_truth, mount_pose, world_of
 from world import SECTIONS
-from world.sensors import Beam, Echo, janus, listen, to_bottom, velocity_of
+from world.sensors import BeamEcho, SonarBeam, distance_to_bottom, janus_directions, nearest_echo, velocity_from_beams
 
 ALL_VALID = 0x7
 BEAMS = 4
@@ -72,20 +72,20 @@ class DVL(Task):
 
     def configure(self) -> None:
         world_of(self)
-        self._mount = mount_of(self.device_position, self.device_orientation)
-        self._directions = janus(math.radians(self.beam_tilt))
+        self._mount = mount_pose(self.device_position, self.device_orientation)
+        self._directions = janus_directions(math.radians(self.beam_tilt))
         self._ears = [self.reserve(f"{self.entity.label} Beam {n}") for n in range(1, self.beams + 1)]
 
     def start(self) -> None:
-        self._chart = Chart(world_of(self).origin)
+        self._chart = WorldFrame(world_of(self).origin)
         self._truth: imc.SimulatedState | None = None
         self._say(State.BOOT, "waiting for SimulatedState")
 
     @consume
-    def follow(self, truth: imc.SimulatedState) -> None:
-        if not is_possible(truth):
+    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+        if not is_valid_truth(truth):
             self._truth = None
-            self._say(State.FAULT, IMPOSSIBLE)
+            self._say(State.FAULT, INVALID_TRUTH)
             return
         if self._truth is None:
             self._say(State.NORMAL, "active")
@@ -123,24 +123,24 @@ class DVL(Task):
     def _velocities(self, truth: imc.SimulatedState) -> tuple[Vector, Vector]:
         """Through the water and over ground, along the axes of the device."""
         sx, sy, sz = to_body(rotation(truth.phi, truth.theta, truth.psi), (truth.svx, truth.svy, truth.svz))
-        around = cross((truth.p, truth.q, truth.r), self._mount.place)
+        around = cross((truth.p, truth.q, truth.r), self._mount.position)
         u, v, w = truth.u + around[0], truth.v + around[1], truth.w + around[2]
         axes = self._mount.rotation
         return to_body(axes, (u, v, w)), to_body(axes, (u + sx, v + sy, w + sz))
 
     def _pose(self, truth: imc.SimulatedState) -> Pose:
         """Where the device is in the world."""
-        here = Pose(*self._chart.place(truth), truth.z, truth.phi, truth.theta, truth.psi)
-        return here.carried(self._mount)
+        here = Pose(*self._chart.position(truth), truth.z, truth.phi, truth.theta, truth.psi)
+        return here.compose(self._mount)
 
-    def _hear(self, truth: imc.SimulatedState) -> list[Echo | None]:
+    def _hear(self, truth: imc.SimulatedState) -> list[BeamEcho | None]:
         pose, world = self._pose(truth), world_of(self)
         elapsed, stream = truth.timestamp - self.vehicle.start_time, (truth.svx, truth.svy, truth.svz)
-        beams = [Beam(pose.place, to_ned(pose.rotation, direction)) for direction in self._directions]
+        beams = [SonarBeam(pose.position, to_ned(pose.rotation, direction)) for direction in self._directions]
         reach = self.bottom_range or FARTHEST
-        return [listen(world, beam, elapsed, stream, self.blanking_distance, reach) for beam in beams]
+        return [nearest_echo(world, beam, elapsed, stream, self.blanking_distance, reach) for beam in beams]
 
-    def _relative(self, truth: imc.SimulatedState, over: Vector, heard: list[Echo | None]) -> Vector | None:
+    def _relative(self, truth: imc.SimulatedState, over: Vector, heard: list[BeamEcho | None]) -> Vector | None:
         """The velocity that beams tell, each from the shift of the echo that it hears."""
         axes, found = self._pose(truth).rotation, list[tuple[Vector, float]]()
         for direction, echo in zip(self._directions, heard, strict=True):
@@ -148,14 +148,14 @@ class DVL(Task):
                 moved = to_body(axes, echo.velocity)
                 pairs = zip(direction, over, moved, strict=True)
                 found.append((direction, math.fsum(part * (own - its) for part, own, its in pairs)))
-        return velocity_of([direction for direction, _ in found], [speed for _, speed in found])
+        return velocity_from_beams([direction for direction, _ in found], [speed for _, speed in found])
 
     def _say(self, state: State, description: str) -> None:
         for entity in (self.entity, *self._ears):
             self.set_entity_state(state, description, entity=entity)
 
-    def _report(self, ear: Entity, echo: Echo | None, noise: float, time: float) -> None:
-        self.set_entity_state(State.NORMAL, "no echo" if echo is None else echo.of, entity=ear)
+    def _report(self, ear: Entity, echo: BeamEcho | None, noise: float, time: float) -> None:
+        self.set_entity_state(State.NORMAL, "no echo" if echo is None else echo.source, entity=ear)
         validity = imc.Distance.Validity.INVALID if echo is None else imc.Distance.Validity.VALID
         value = 0.0 if echo is None else max(0.0, echo.distance + noise)
         self.publish(imc.Distance(timestamp=time, validity=validity, value=value), entity=ear, keep_time=True)
@@ -165,8 +165,8 @@ class DVL(Task):
         if (self.bottom_range == 0.0 and self.blanking_distance == 0.0) or seabed is None:
             return True
         pose, reach = self._pose(truth), self.bottom_range or FARTHEST
-        beam = Beam(pose.place, to_ned(pose.rotation, (0.0, 0.0, 1.0)))
-        return self.blanking_distance <= to_bottom(beam, seabed, reach) <= reach
+        beam = SonarBeam(pose.position, to_ned(pose.rotation, (0.0, 0.0, 1.0)))
+        return self.blanking_distance <= distance_to_bottom(beam, seabed, reach) <= reach
 
 
 def _noisy(velocity: Vector, sigma: float, draws: list[float]) -> Vector:

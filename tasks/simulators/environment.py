@@ -9,7 +9,7 @@ from support.wgs84 import offset
 from tasks.simulated_world import world_of
 from world import SECTIONS
 from world.sea import Bathymetry
-from world.sensors import Beam
+from world.sensors import SonarBeam
 
 NEAREST = 0.2  # m, of the echo sounder
 DEEP, DEEPEST = 120.0, 11000.0  # m
@@ -92,7 +92,7 @@ class Environment(Task):
         self._say(State.BOOT, "waiting for SimulatedState")
 
     @consume
-    def follow(self, truth: imc.SimulatedState) -> None:
+    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
         if not math.isfinite(truth.lat + truth.lon + truth.x + truth.y + truth.z + truth.phi + truth.theta + truth.psi):
             self._truth = None
             self._say(State.FAULT, "SimulatedState is not finite")
@@ -139,14 +139,16 @@ class Environment(Task):
     def _look_ahead(self, place: Vector, angles: Vector) -> float:
         position, orientation = self.forward_sonar_position, self.forward_sonar_orientation
         axis = _beam(place, angles, position, orientation, 0.0)
-        nearest = axis.surface()
+        nearest = axis.distance_to_surface()
         if self.bottom_intersection_method:
             sea = self._bathymetry
             edge = _beam(place, angles, position, orientation, -0.5 * math.radians(self.forward_beam_width))
-            extent = sea.shallowest, sea.deepest, sea.stride
-            nearest = min(nearest, edge.bottom(self._depth, self.forward_range, *extent, self._shallowest_near))
+            extent = sea.shallowest, sea.deepest, sea.sampling_step
+            nearest = min(
+                nearest, edge.distance_to_bottom(self._depth, self.forward_range, *extent, self._shallowest_near)
+            )
         if self.simulate_pier:
-            nearest = min(nearest, axis.wall(*self._pier))
+            nearest = min(nearest, axis.distance_to_wall(*self._pier))
         return nearest
 
     def _move(self, lat: float, lon: float) -> None:
@@ -169,6 +171,8 @@ def _blank(position: list[float], orientation: list[float], width: float) -> imc
     return imc.Distance(validity=imc.Distance.Validity.VALID, location=(location,), beam_config=(beam,))
 
 
-def _beam(place: Vector, angles: Vector, position: list[float], orientation: list[float], tilt: float) -> Beam:
+def _beam(place: Vector, angles: Vector, position: list[float], orientation: list[float], tilt: float) -> SonarBeam:
     x, y, z = position
-    return Beam.of(place, angles, (x, y, z), math.radians(orientation[2]), math.radians(orientation[1]) + tilt)
+    return SonarBeam.from_vehicle(
+        place, angles, (x, y, z), math.radians(orientation[2]), math.radians(orientation[1]) + tilt
+    )

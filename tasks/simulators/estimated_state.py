@@ -7,7 +7,15 @@ from runtime import ParameterError, State, Task, param, periodic
 from support.wgs84 import offset
 from tasks.simulated_world import world_of
 from world import SECTIONS
-from world.bodies import Circle, Legs, Line, Motion, Pattern, lawn_mower, parse_points
+from world.bodies import (
+    CirclePattern,
+    LegsPattern,
+    LinePattern,
+    Pattern,
+    PatternMotion,
+    lawn_mower_corners,
+    parse_points,
+)
 
 LOOKAHEAD_TIME = 5.0  # s
 CLEARANCE = 0.5  # m above an uneven bottom
@@ -73,7 +81,7 @@ class EstimatedState(Task):
     simulated_state_rate: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=0.1, maximum=1000)
     estimated_state_rate: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=0.1, maximum=1000)
 
-    motion: Motion
+    motion: PatternMotion
 
     def configure(self) -> None:
         self.origin = math.radians(self.start_latitude), math.radians(self.start_longitude)
@@ -83,7 +91,7 @@ class EstimatedState(Task):
         target, path = self._target_depth(), self._path()
         if not hasattr(self, "motion"):
             current = self.current_north, self.current_east
-            self.motion = Motion(path, math.radians(self.start_heading), current, dive_time=self.surface_time)
+            self.motion = PatternMotion(path, math.radians(self.start_heading), current, dive_time=self.surface_time)
         self.motion.speed = self.speed
         self.motion.depth_target = target
         self._looked: tuple[int, int] | None = None
@@ -148,7 +156,7 @@ class EstimatedState(Task):
             )
         )
 
-    def _advance(self) -> Motion:
+    def _advance(self) -> PatternMotion:
         self._avoid_bottom()
         self.motion.advance((self.now_ns - self._last) * 1e-9)
         self._last = self.now_ns
@@ -178,9 +186,9 @@ class EstimatedState(Task):
             return
         self._looked = here
         bottom = min(self._bottom(m.north + n, m.east + e) for n, e in AROUND)
-        m.deepest = max(0.0, bottom - (self.altitude if self.vertical_mode == "Altitude" else CLEARANCE))
+        m.max_depth = max(0.0, bottom - (self.altitude if self.vertical_mode == "Altitude" else CLEARANCE))
         if self.vertical_mode == "Altitude":
-            m.depth_target = m.deepest
+            m.depth_target = m.max_depth
 
     def _target_depth(self) -> float:
         bottom = self._bottom(0.0, 0.0)
@@ -210,16 +218,16 @@ class EstimatedState(Task):
         heading, lookahead = math.radians(self.start_heading), max(LOOKAHEAD_TIME * self.speed, 1.0)
         turn_radius = self.speed / math.radians(self.turn_rate)
         if self.pattern == "Line":
-            return Line(0.0, 0.0, heading, lookahead)
+            return LinePattern(0.0, 0.0, heading, lookahead)
         if self.pattern == "Circle":
             radius = self.circle_radius
             if radius < turn_radius:
                 raise ParameterError("Circle Radius", f"is less than the {turn_radius:.1f} m that the turn rate allows")
-            return Circle(-radius * math.sin(heading), radius * math.cos(heading), radius, lookahead)
+            return CirclePattern(-radius * math.sin(heading), radius * math.cos(heading), radius, lookahead)
         if self.pattern == "Lawn-mower":
-            corners = lawn_mower(self.leg_length, self.leg_spacing, self.leg_count, heading)
-            return Legs(corners, turn_radius, lookahead)
-        return Legs(self._waypoints(), turn_radius, lookahead)
+            corners = lawn_mower_corners(self.leg_length, self.leg_spacing, self.leg_count, heading)
+            return LegsPattern(corners, turn_radius, lookahead)
+        return LegsPattern(self._waypoints(), turn_radius, lookahead)
 
     def _waypoints(self) -> list[tuple[float, float, float | None]]:
         try:

@@ -7,7 +7,7 @@ from runtime.kernel import SECOND
 LONGEST = 60.0  # s, made up for at once; more would be a computer that was asleep, or a program that was halted
 
 
-class Steps:
+class FixedSteps:
     """Steps through all periods that have passed, also those whose ticks came too late and were merged.
 
     `time` (s since 1970) is that of the last step: motion and times fit to the digit, however late a tick is. If no
@@ -35,7 +35,7 @@ class Steps:
         else:
             self._count += periods
 
-    def go(self, now_ns: int, periods: int, step: Callable[[float], None], release: Callable[[], None]) -> str:
+    def run(self, now_ns: int, periods: int, step: Callable[[float], None], release: Callable[[], None]) -> str:
         """Call `step(seconds)` for each of the `periods` that end now; returns a text if the computer stood still."""
         if periods == 1 and self._began is not None:
             self._count += 1

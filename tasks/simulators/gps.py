@@ -8,7 +8,7 @@ import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from support import wgs84
 from support.rotations import cross, rotation, to_body, to_ned
-from tasks.simulated_world import FARTHEST_MOUNT, IMPOSSIBLE, is_possible, mount_of
+from tasks.simulated_world import FARTHEST_MOUNT, INVALID_TRUTH, is_valid_truth, mount_pose
 from world.sensors import Drift
 
 SLOWEST = 0.05  # m/s, least speed that has a course
@@ -85,7 +85,7 @@ class GPS(Task):
         position = self.initial_position
         if len(position) == 1 or (position and not (abs(position[0]) <= 90.0 and abs(position[1]) <= 180.0)):
             raise ParameterError("Initial Position", f"{position} is not a latitude and a longitude")
-        self._antenna = mount_of(self.device_position).place
+        self._antenna = mount_pose(self.device_position).position
 
     def start(self) -> None:
         self._truths: deque[imc.SimulatedState] = deque()
@@ -101,10 +101,10 @@ class GPS(Task):
             self._publish(imc.GpsFix(type=imc.GpsFix.Type.MANUAL_INPUT, validity=ALL_VALID, lat=lat, lon=lon))
 
     @consume
-    def follow(self, truth: imc.SimulatedState) -> None:
-        if not is_possible(truth):
+    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+        if not is_valid_truth(truth):
             self._truths.clear()
-            self.set_entity_state(State.FAULT, IMPOSSIBLE)
+            self.set_entity_state(State.FAULT, INVALID_TRUTH)
             return
         truths, time = self._truths, truth.timestamp
         if truths and time < truths[-1].timestamp:

@@ -7,19 +7,19 @@ from collections.abc import Callable, Mapping
 import imc
 from runtime import ParameterError, State, Task, consume, param
 from support.rotations import Vector, wrap
-from tasks.simulated_world import FARTHEST_MOUNT, IMPOSSIBLE, is_possible, mount_of
+from tasks.simulated_world import FARTHEST_MOUNT, INVALID_TRUTH, is_valid_truth, mount_pose
 from world.sensors import (
-    DRAWS,
-    PARTS,
+    IMU_PARTS,
     STANDARD_GRAVITY,
+    TRIAD_DRAWS,
     BodyMotion,
-    Device,
+    ImuPart,
     InertialSample,
     InertialSampler,
     NoiseDensity,
     NoisyTriad,
-    Part,
     StandardNormals,
+    TriadErrors,
     TriadGrade,
     vins_parameters,
 )
@@ -54,7 +54,7 @@ class IMU(Task):
         OWN_VALUES,
         "",
         "The part whose data sheet gives noise, ranges, resolutions, scale errors and misalignments.",
-        choices=(OWN_VALUES, *PARTS),
+        choices=(OWN_VALUES, *IMU_PARTS),
         editable=False,
     )
     device_position: list[float] = param(
@@ -122,12 +122,12 @@ class IMU(Task):
     dropped = 0
 
     def configure(self) -> None:
-        geometry = self.sampling_rate, self.gravity, mount_of(self.device_position, self.device_orientation)
-        self.grade = own_values(self._number) if self.part == OWN_VALUES else self._of_part()
+        geometry = self.sampling_rate, self.gravity, mount_pose(self.device_position, self.device_orientation)
+        self.grade = part_from_values(self._number) if self.part == OWN_VALUES else self._of_part()
         gyro, accel = self.grade.gyroscope.density, self.grade.accelerometer.density
         if not hasattr(self, "gyroscope"):
             self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
-            self.gyro_device = self.accel_device = Device()
+            self.gyro_errors = self.accel_errors = TriadErrors()
             self._geometry = None
         self.gyroscope.density, self.accelerometer.density = gyro, accel
         if geometry != self._geometry:
@@ -136,11 +136,11 @@ class IMU(Task):
     def _number(self, name: str) -> float:
         return getattr(self, self.parameters()[name].attribute)
 
-    def _of_part(self) -> Part:
+    def _of_part(self) -> ImuPart:
         for name, parameter in self.parameters().items():
             if OF_PARTS.fullmatch(name) and getattr(self, parameter.attribute) != parameter.default:
                 raise ParameterError(name, f"Part = {self.part} gives it; leave out one of the two")
-        return PARTS[self.part]
+        return IMU_PARTS[self.part]
 
     def start(self) -> None:
         self._normals = StandardNormals(self.random, 15)
@@ -148,24 +148,24 @@ class IMU(Task):
         self._offset = math.radians(self.heading_offset) * self.random.standard_normal() if self.heading_offset else 0.0
         self._began = self.now
         grade = self.grade
-        if self.generate_noise and (grade.gyroscope.varies or grade.accelerometer.varies):
-            self.gyro_device = Device.drawn(grade.gyroscope, self.random.standard_normal(DRAWS).tolist())
-            self.accel_device = Device.drawn(grade.accelerometer, self.random.standard_normal(DRAWS).tolist())
-            self.log.info(f"gyroscopes (rad/s): {self.gyro_device}; accelerometers (m/s²): {self.accel_device}")
+        if self.generate_noise and (grade.gyroscope.has_device_errors or grade.accelerometer.has_device_errors):
+            self.gyro_errors = TriadErrors.draw(grade.gyroscope, self.random.standard_normal(TRIAD_DRAWS).tolist())
+            self.accel_errors = TriadErrors.draw(grade.accelerometer, self.random.standard_normal(TRIAD_DRAWS).tolist())
+            self.log.info(f"gyroscopes (rad/s): {self.gyro_errors}; accelerometers (m/s²): {self.accel_errors}")
         self.set_entity_state(State.NORMAL, "active")
         if self.fidelity == "Original":
             densities = self.gyroscope.density, self.accelerometer.density
             self.log.info(vins_parameters(*densities, ARTICLE_INTERVAL))
 
     @consume
-    def measure(self, truth: imc.SimulatedState) -> None:
-        if not is_possible(truth):
+    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+        if not is_valid_truth(truth):
             self.dropped += 1
-            self.set_entity_state(State.FAULT, f"{IMPOSSIBLE} ({self.dropped} dropped)")
+            self.set_entity_state(State.FAULT, f"{INVALID_TRUTH} ({self.dropped} dropped)")
             return
         if self.entity.state is State.FAULT:
             self.set_entity_state(State.NORMAL, "active")
-        for sample in self._sampler.feed(BodyMotion.of(truth)):
+        for sample in self._sampler.add_state(BodyMotion.from_state(truth)):
             self._report(*self._disturbed(sample))
 
     def _disturbed(self, sample: InertialSample) -> tuple[float, Vector, Vector, Vector]:
@@ -174,8 +174,8 @@ class IMU(Task):
         if not self.generate_noise:
             return sample.time, angles, rates, force
         draws, interval = next(self._normals), sample.interval
-        rates = self.gyroscope.corrupt(self.gyro_device.measured(rates), interval, draws[:6])
-        force = self.accelerometer.corrupt(self.accel_device.measured(force), interval, draws[6:12])
+        rates = self.gyroscope.add_noise(self.gyro_errors.apply(rates), interval, draws[:6])
+        force = self.accelerometer.add_noise(self.accel_errors.apply(force), interval, draws[6:12])
         if self.fidelity == "Physical":
             sigma, (phi, theta, psi), (a, b, c) = math.radians(self.euler_angles_noise), angles, draws[12:]
             angles = phi + sigma * a, theta + sigma * b, psi + sigma * c
@@ -189,8 +189,8 @@ class IMU(Task):
         wrong = 0.0
         if self.generate_noise:
             wrong = self._offset + math.radians(self.gyro_rate_bias) / 3600.0 * (self.now - self._began)
-        p, q, r = self.grade.gyroscope.digitised(rates)
-        x, y, z = self.grade.accelerometer.digitised(force)
+        p, q, r = self.grade.gyroscope.quantize(rates)
+        x, y, z = self.grade.accelerometer.quantize(force)
         for message in (
             imc.EulerAngles(
                 timestamp=time,
@@ -206,13 +206,13 @@ class IMU(Task):
             self.publish(message, keep_time=True)
 
 
-def grade_of(options: Mapping[str, str]) -> Part:
+def part_from_options(options: Mapping[str, str]) -> ImuPart:
     """What an IMU with these options of a profile is like. Raises ValueError for an option that cannot be read."""
     values = {name: parameter.parse(options.get(name, "")) for name, parameter in IMU.parameters().items()}
-    return own_values(values.__getitem__) if values["Part"] == OWN_VALUES else PARTS[values["Part"]]
+    return part_from_values(values.__getitem__) if values["Part"] == OWN_VALUES else IMU_PARTS[values["Part"]]
 
 
-def own_values(number: Callable[[str], float]) -> Part:
+def part_from_values(number: Callable[[str], float]) -> ImuPart:
     """What an IMU with these values of its parameters is like."""
     density = NoiseDensity.gyroscope(
         number("Angular Random Walk"), number("Gyro Bias Stability"), number("Gyro Bias Stability Tau")
@@ -221,4 +221,4 @@ def own_values(number: Callable[[str], float]) -> Part:
     density = NoiseDensity.accelerometer(
         number("Velocity Random Walk"), number("Accel Bias Stability"), number("Accel Bias Stability Tau")
     )
-    return Part(gyroscope, TriadGrade.accelerometer(density, *(number(f"Accel {name}") for name in GRADE)))
+    return ImuPart(gyroscope, TriadGrade.accelerometer(density, *(number(f"Accel {name}") for name in GRADE)))

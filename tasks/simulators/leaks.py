@@ -21,7 +21,7 @@ class Leaks(Task):
             self.set_entity_state(State.NORMAL, "active", entity=sensor)
 
     @consume(others=True)
-    def simulate(self, leak: imc.LeakSimulation) -> None:
+    def on_leak_simulation(self, leak: imc.LeakSimulation) -> None:
         if leak.src != self.system and leak.dst != self.system:
             return
         named = [label.strip() for label in leak.entities.split(",") if label.strip()]

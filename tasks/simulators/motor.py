@@ -5,14 +5,14 @@ from collections import deque
 
 import imc
 from runtime import State, consume, param, periodic
-from tasks.simulators.powered_device import Powered
+from tasks.simulators.powered_device import PoweredDevice
 
 AVERAGED = 5  # samples
 DEAD_BAND = 0.1  # of full actuation
 SLOWEST = 30  # rpm
 
 
-class Motor(Powered):
+class Motor(PoweredDevice):
     """Measures the motor speed: rpm = offset + factor * actuation, averaged over five samples.
 
     With a time constant the speed lags, like that of the engine in a boat's model. An actuation must be repeated: after
@@ -35,18 +35,18 @@ class Motor(Powered):
         self.set_entity_state(State.NORMAL, "active")
 
     @consume
-    def drive(self, actuation: imc.SetThrusterActuation) -> None:
+    def on_set_thruster_actuation(self, actuation: imc.SetThrusterActuation) -> None:
         if actuation.id == self.thruster_id and math.isfinite(actuation.value):
             self._actuation = max(-1.0, min(1.0, actuation.value))
             self._commanded = self.now
 
-    def lose_power(self) -> None:
+    def on_power_loss(self) -> None:
         self._actuation = self._turning = 0.0
         self._speeds.extend([0] * AVERAGED)
 
     @periodic("execution_frequency")
     def measure(self, periods: int) -> None:
-        if not self.powered:
+        if not self.has_power:
             return
         if self._actuation and self.command_timeout and self.now - self._commanded > self.command_timeout:
             self.log.error(f"no actuation for {self.command_timeout:g} s; the motor stops")

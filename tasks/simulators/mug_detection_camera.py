@@ -8,24 +8,32 @@ import numpy as np
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from support.pose import DOWN, Pose
-from tasks.pose_history import Whereabouts
-from tasks.simulated_world import FARTHEST_MOUNT, Chart, Placed, Truth, check_older, is_somewhere, world_of
-from world import SECTIONS, Spot, Thing
-from world.detection import Accuracy, Chances, Floats, Sighting
-from world.optics import Pinhole, PinholeCamera
-from world.rendering import optical
+from tasks.pose_history import PoseHistory
+from tasks.simulated_world import (
+    FARTHEST_MOUNT,
+    TrueState,
+    WorldFrame,
+    WorldPose,
+    check_older_options,
+    has_valid_pose,
+    world_of,
+)
+from world import SECTIONS, ObjectPosition, WorldObject
+from world.detection import DetectionAccuracy, DetectionProbability, Floats, PlaneDetection
+from world.optics import FieldOfViewCamera, PinholeModel
+from world.rendering import optical_transform
 from world.sensors import (
     ACCURACY,
     UNIFORM_ERROR,
-    CameraPose,
-    Offset,
-    detect,
-    detect_originally,
-    gsd_sigma,
-    locate,
+    AttitudeAndHeight,
+    NorthEastOffset,
+    detect_like_original,
+    detect_target,
+    detection_at_pixel,
+    ground_position_sigma,
+    locate_target,
     mug_reference,
-    see_pixel,
-    to_camera,
+    target_in_camera,
 )
 
 UP = math.pi, 0.0, 0.0  # of a camera that looked down
@@ -126,7 +134,7 @@ class MUGDetectionCamera(Task):
         blind = [angle for angle in angles if not 0.0 < angle < 180.0]
         self.blindness = f"a field of view of {blind[0]:g}° sees nothing" if blind else ""
         fields = [math.radians(min(max(angle, SMALLEST_FIELD), 180.0 - SMALLEST_FIELD)) for angle in angles]
-        self.camera = Pinhole(self.horizontal_resolution, self.vertical_resolution, fields[0], fields[1])
+        self.camera = FieldOfViewCamera(self.horizontal_resolution, self.vertical_resolution, fields[0], fields[1])
         if len(self.mount_orientation) not in (0, 3):
             raise ParameterError("Mount Orientation", "must be roll, pitch and yaw, or nothing")
         roll, pitch, yaw = map(math.radians, self.mount_orientation or (0.0, 0.0, 0.0))
@@ -134,21 +142,21 @@ class MUGDetectionCamera(Task):
             self._mount(roll, pitch, yaw),
             self._mount(*((roll, pitch, yaw) if self.mount_orientation else UP)),
         )
-        self.chances = Chances(self.detection_probability, self.visibility, self.least_pixels)
-        check_older(self, "MUGs", "Target Plane", "Target Depth")
+        self.probability = DetectionProbability(self.detection_probability, self.visibility, self.least_pixels)
+        check_older_options(self, "MUGs", "Target Plane", "Target Depth")
         world_of(self)
 
-    def as_seen(self) -> tuple[PinholeCamera, Accuracy, float]:
+    def detector_model(self) -> tuple[PinholeModel, DetectionAccuracy, float]:
         """The model of the camera, the errors of its detections, and a further one per height (standard deviation)."""
         across, down = self.camera.focal_lengths
         width, height = self.camera.width, self.camera.height
-        model = PinholeCamera(width, height, across, down, width / 2, height / 2)
+        model = PinholeModel(width, height, across, down, width / 2, height / 2)
         return model, ACCURACY, UNIFORM_ERROR / math.sqrt(3.0) if self.errors == "Uniform" else 0.0
 
     def start(self) -> None:
         self.skipped: Counter[str] = Counter()
-        self._truth, self._chart = Truth(world_of(self).origin), Chart(world_of(self).origin)
-        self.whereabouts = Whereabouts(world_of(self).origin)
+        self._truth, self._chart = TrueState(world_of(self).origin), WorldFrame(world_of(self).origin)
+        self.pose_history = PoseHistory(world_of(self).origin)
         (self._chance,) = self.random.spawn(1)  # so that errors are the same with and without misses and false alarms
         self._false_alarms = 0
         self._seen_something = False
@@ -158,39 +166,39 @@ class MUGDetectionCamera(Task):
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
 
     @consume
-    def follow(self, truth: imc.SimulatedState) -> None:
-        self._truth.follow(truth)
+    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+        self._truth.update(truth)
 
     @consume
-    def look(self, state: imc.EstimatedState) -> None:
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
         fault = self._fault(state)
         if fault:
             self._skip(fault)
             return
-        place = self._chart.place(state)
-        self.whereabouts.follow(state)
+        place = self._chart.position(state)
+        self.pose_history.add(state)
         self._seen_something = True
         since = max(0.0, state.timestamp - self._last) if self._last > -math.inf else 0.0
         if not self._due(state.timestamp):
             return
-        truth = self._truth.at(self.now, self.maximum_age) if self.fidelity == "Physical" else None
+        truth = self._truth.pose_at(self.now, self.maximum_age) if self.fidelity == "Physical" else None
         estimated = truth is None and self.fidelity == "Physical"
         self.set_entity_state(State.NORMAL, "active, looks from EstimatedState" if estimated else "active")
         if truth is not None:  # the picture is of now, which a late state is not
-            here = self.whereabouts.at(self.now, math.inf)
+            here = self.pose_history.estimate_at(self.now, math.inf)
             place = place if isinstance(here, str) else (here.north, here.east)
         angles = state.phi, state.theta, state.psi
         world = world_of(self)
         for thing in world.gliders:
             draws = self._draw()
-            spot = world.spot(thing, self.now - self.vehicle.start_time)
-            believed = CameraPose(*angles, self._height(state, thing))
+            spot = world.object_position(thing, self.now - self.vehicle.start_time)
+            believed = AttitudeAndHeight(*angles, self._height(state, thing))
             if not math.isfinite(believed.height):
                 continue
             if truth is None:
-                view, mug = believed, Placed(*place, state.z, angles).to(spot)
+                view, mug = believed, WorldPose(*place, state.z, angles).offset_to(spot)
             else:
-                view, mug = self._true_view(truth, spot, believed.height), truth.to(spot)
+                view, mug = self._true_view(truth, spot, believed.height), truth.offset_to(spot)
             seen = self._detect(view, mug, believed)
             if seen is not None and self._is_noticed(thing, view, mug):
                 x, y = self._with_error(seen, draws, abs(view.height), mug)
@@ -200,37 +208,41 @@ class MUGDetectionCamera(Task):
             self._alarm_falsely(state, place, 1.0 / self.detection_rate if self.detection_rate > 0.0 else since)
 
     @periodic(1.0)
-    def notice_silence(self) -> None:
+    def check_silence(self) -> None:
         silent = self.now - self._last if self._last > -math.inf else 0.0
         if silent > max(self.maximum_age, 1.0) and self.entity.state is not State.FAULT:
             self.set_entity_state(State.FAULT, "no recent EstimatedState")
 
-    def _true_view(self, truth: Placed, spot: Spot, believed_height: float) -> CameraPose:
+    def _true_view(self, truth: WorldPose, spot: ObjectPosition, believed_height: float) -> AttitudeAndHeight:
         """The pose of the vehicle, with its height above a glider; on an unknown bottom that is the believed one."""
-        return CameraPose(*truth.angles, believed_height if spot.down is None else spot.down - truth.down)
+        return AttitudeAndHeight(*truth.angles, believed_height if spot.down is None else spot.down - truth.down)
 
     def _mount(self, roll: float, pitch: float, yaw: float) -> Floats:
         """From the optical frame to the body, (4, 4), of a camera that is turned after it looked down."""
         x, y, z = self.mount_position
-        return optical(Pose(x, y, z, roll, pitch, yaw).carried(DOWN))
+        return optical_transform(Pose(x, y, z, roll, pitch, yaw).compose(DOWN))
 
-    def _detect(self, view: CameraPose, mug: Offset, believed: CameraPose) -> Sighting | Offset | None:
+    def _detect(
+        self, view: AttitudeAndHeight, mug: NorthEastOffset, believed: AttitudeAndHeight
+    ) -> PlaneDetection | NorthEastOffset | None:
         if self.fidelity != "Physical":
-            return detect_originally(self.camera, view, mug)
-        see = detect if self.errors == "Covariance" else locate
+            return detect_like_original(self.camera, view, mug)
+        see = detect_target if self.errors == "Covariance" else locate_target
         return see(self.camera, view, mug, believed, self.mounts[view.height <= 0.0])
 
-    def _is_noticed(self, thing: Thing, view: CameraPose, mug: Offset) -> bool:
+    def _is_noticed(self, thing: WorldObject, view: AttitudeAndHeight, mug: NorthEastOffset) -> bool:
         """Whether a glider in the image is detected; no number is drawn if all are."""
-        if self.chances == Chances() or self.fidelity != "Physical":
+        if self.probability == DetectionProbability() or self.fidelity != "Physical":
             return True
-        x, y, z = to_camera(view, mug, self.mounts[view.height <= 0.0])
+        x, y, z = target_in_camera(view, mug, self.mounts[view.height <= 0.0])
         across, down = self.camera.focal_lengths
         pixels = thing.length * thing.diameter * across * down / (z * z)
-        return float(self._chance.random()) < self.chances.of(math.hypot(x, y, z), pixels)
+        return float(self._chance.random()) < self.probability.probability(math.hypot(x, y, z), pixels)
 
-    def _with_error(self, seen: Sighting | Offset, draws: Offset, height: float, mug: Offset) -> Offset:
-        if not isinstance(seen, Sighting):
+    def _with_error(
+        self, seen: PlaneDetection | NorthEastOffset, draws: NorthEastOffset, height: float, mug: NorthEastOffset
+    ) -> NorthEastOffset:
+        if not isinstance(seen, PlaneDetection):
             scale = self._error_scale(height, mug)
             return seen[0] + scale[0] * draws[0], seen[1] + scale[1] * draws[1]
         if self.errors == "Covariance":
@@ -239,22 +251,22 @@ class MUGDetectionCamera(Task):
         scale = self._error_scale(height, mug)
         return seen.north + scale[0] * draws[0], seen.east + scale[1] * draws[1]
 
-    def _alarm_falsely(self, state: imc.EstimatedState, place: Offset, seconds: float) -> None:
+    def _alarm_falsely(self, state: imc.EstimatedState, place: NorthEastOffset, seconds: float) -> None:
         """False alarms of an image, as if on the plane of the first object, or on the seabed."""
         count = int(self._chance.poisson(self.false_alarm_rate * min(seconds, self.maximum_age)))
         points = self._chance.random((count, 2)).tolist()
         objects = world_of(self).gliders
         height = self._height(state, objects[0]) if objects else state.alt
-        view = CameraPose(state.phi, state.theta, state.psi, height)
+        view = AttitudeAndHeight(state.phi, state.theta, state.psi, height)
         for u, v in points:
             mount = self.mounts[height <= 0.0]
-            seen = see_pixel(self.camera, u * self.camera.width, v * self.camera.height, view, mount)
+            seen = detection_at_pixel(self.camera, u * self.camera.width, v * self.camera.height, view, mount)
             if seen is not None:
                 self._false_alarms += 1
                 number = max((thing.id for thing in objects), default=0) + self._false_alarms
                 self._tell(number, seen.north, seen.east, place)
 
-    def _tell(self, number: int, north: float, east: float, place: Offset) -> None:
+    def _tell(self, number: int, north: float, east: float, place: NorthEastOffset) -> None:
         """Publish a detection, m from a vehicle that believes to be at a place of the world."""
         if self.latency == 0.0 or self.fidelity != "Physical":
             self.publish(imc.EstimatedMugState(id=number, x=north, y=east))
@@ -263,7 +275,7 @@ class MUGDetectionCamera(Task):
 
     def _tell_late(self, number: int, north: float, east: float) -> None:
         """The vehicle has moved on meanwhile."""
-        here = self.whereabouts.at(self.now, self.maximum_age)
+        here = self.pose_history.estimate_at(self.now, self.maximum_age)
         if isinstance(here, str):
             self._skip(here)
         else:
@@ -272,7 +284,7 @@ class MUGDetectionCamera(Task):
     def _fault(self, state: imc.EstimatedState) -> str:
         if self.blindness:
             return self.blindness
-        if not is_somewhere(state):
+        if not has_valid_pose(state):
             return "no position or attitude"
         if self.fidelity == "Physical" and self._truth.fault:
             return self._truth.fault
@@ -311,7 +323,7 @@ class MUGDetectionCamera(Task):
         due, self._image = image > self._image, image
         return due
 
-    def _height(self, state: imc.EstimatedState, thing: Thing) -> float:
+    def _height(self, state: imc.EstimatedState, thing: WorldObject) -> float:
         """How far above an object the vehicle believes to be (m)."""
         if self.fidelity == "Original Code":
             return mug_reference.ALTITUDE
@@ -319,7 +331,7 @@ class MUGDetectionCamera(Task):
             return state.alt if 0.0 < state.alt <= self.maximum_altitude else math.nan
         return thing.depth - state.z
 
-    def _draw(self) -> Offset:
+    def _draw(self) -> NorthEastOffset:
         """Two random numbers, drawn also for a glider that is out of sight, so that the others' stay the same."""
         if self.errors in ("GSD", "Covariance"):
             north, east = self.random.standard_normal(2).tolist()
@@ -330,12 +342,12 @@ class MUGDetectionCamera(Task):
             north, east = mug_reference.FROZEN
         return north, east
 
-    def _error_scale(self, height: float, mug: Offset) -> Offset:
+    def _error_scale(self, height: float, mug: NorthEastOffset) -> NorthEastOffset:
         """Scale (m) of the numbers of `_draw`."""
         if self.errors == "None":
             return 0.0, 0.0
         if self.errors == "GSD":
-            sigma = gsd_sigma(self.camera, height, mug)
+            sigma = ground_position_sigma(self.camera, height, mug)
             return sigma, sigma
         if self.fidelity == "Physical":
             return UNIFORM_ERROR * height, UNIFORM_ERROR * height

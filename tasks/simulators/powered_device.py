@@ -4,23 +4,23 @@ import imc
 from runtime import Task, consume, param
 
 
-class Powered(Task):
+class PoweredDevice(Task):
     """Has no power while the battery's voltage is 0; a battery that says nothing supplies it."""
 
     batteries: str = param(
         "Batteries", "", "Entity of the battery that supplies it.", name="Entity Label - Batteries", editable=False
     )
 
-    powered = True
+    has_power = True
 
-    def lose_power(self) -> None:
+    def on_power_loss(self) -> None:
         """Called when the power fails."""
 
     @consume
-    def supply(self, voltage: imc.Voltage) -> None:
+    def on_voltage(self, voltage: imc.Voltage) -> None:
         if self.vehicle.entities.label(self.system, voltage.src_ent) != self.batteries:
             return
-        before, self.powered = self.powered, voltage.value > 0.0
-        if before and not self.powered:
+        before, self.has_power = self.has_power, voltage.value > 0.0
+        if before and not self.has_power:
             self.log.error("no power: the battery is empty")
-            self.lose_power()
+            self.on_power_loss()

@@ -4,13 +4,13 @@ import math
 
 import imc
 from runtime import State, consume, param, periodic
-from tasks.simulators.powered_device import Powered
+from tasks.simulators.powered_device import PoweredDevice
 
 ROUNDING = 1e-7  # rad
 MICROSECONDS = 1e6  # in a second
 
 
-class Servos(Powered):
+class Servos(PoweredDevice):
     """Turns servos to the angles of SetServoPosition at a limited rate; publishes ServoPosition as they move.
 
     A servo publishes when it arrives, at `Update Rate` while it turns, and once a second in any case. After `Command
@@ -43,20 +43,20 @@ class Servos(Powered):
         self.set_entity_state(State.NORMAL, "active")
 
     @consume
-    def turn(self, wish: imc.SetServoPosition) -> None:
+    def on_set_servo_position(self, wish: imc.SetServoPosition) -> None:
         servo = wish.id
-        if servo >= self.number_of_servos or not math.isfinite(wish.value) or self._stuck or not self.powered:
+        if servo >= self.number_of_servos or not math.isfinite(wish.value) or self._stuck or not self.has_power:
             return
         limit, angle = self._limit, wish.value
         self._commanded[servo] = self.now
         self._aim(servo, -limit if angle < -limit else limit if angle > limit else angle)
 
-    def lose_power(self) -> None:
+    def on_power_loss(self) -> None:
         self._freeze()
 
     @periodic(1.0)
     def report(self) -> None:
-        if not self.powered:
+        if not self.has_power:
             return
         for servo in range(self.number_of_servos):
             stale = self.command_timeout and self.now - self._commanded[servo] > self.command_timeout
@@ -91,7 +91,7 @@ class Servos(Powered):
             self.after(min(arrival, 1.0 / self.update_rate), self._arrive, servo)
 
     def _arrive(self, servo: int) -> None:
-        if not self.powered:
+        if not self.has_power:
             return
         self._advance(servo)
         self._publish(servo)

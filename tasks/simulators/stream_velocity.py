@@ -24,7 +24,7 @@ class StreamVelocity(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     @periodic("execution_frequency")
-    def flow(self, periods: int) -> None:
+    def publish_velocity(self, periods: int) -> None:
         north, east, down = self.default_speed_north, self.default_speed_east, self.default_speed_down
         if self.stream_velocity_source == "Gauss-Markov":
             keep = math.exp(-periods / (self.execution_frequency * self.time_constant))

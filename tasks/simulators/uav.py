@@ -4,8 +4,8 @@ import math
 
 import imc
 from runtime import State, consume, param, periodic
-from tasks.simulators.fixed_steps import Steps
-from tasks.simulators.powered_device import Powered
+from tasks.simulators.fixed_steps import FixedSteps
+from tasks.simulators.powered_device import PoweredDevice
 from world.bodies import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
@@ -14,7 +14,7 @@ TOUCHDOWN, HARDEST_TOUCHDOWN = 0.2, 2.0  # m/s, above which a touchdown is logge
 DESCENT = 0.98  # share of the weight that the rotors carry without commands
 
 
-class UAV(Powered):
+class UAV(PoweredDevice):
     """Moves a multirotor by its commands and publishes the truth.
 
     Its attitude controller follows DesiredRoll, DesiredPitch and DesiredHeadingRate; SetThrusterActuation 0 sets the
@@ -57,24 +57,24 @@ class UAV(Powered):
                 rotor_lag=self.rotor_time_constant,
                 bandwidth=self.tilt_bandwidth,
                 damping=self.tilt_damping,
-                tilt=math.radians(self.maximum_tilt),
+                max_tilt=math.radians(self.maximum_tilt),
                 yaw_lag=self.heading_rate_time_constant,
-                yaw_rate=math.radians(self.maximum_heading_rate),
+                max_yaw_rate=math.radians(self.maximum_heading_rate),
                 linear_drag=self.linear_drag,
                 quadratic_drag=self.quadratic_drag,
             )
         )
         self.craft.psi = math.radians(self.initial_heading)
-        if self.craft.airframe.hover >= 1.0:
+        if self.craft.airframe.hover_speed >= 1.0:
             self.log.warning("the rotors are too weak to carry the weight")
         self._origin: imc.GpsFix | None = None
-        self._steps = Steps(self.execution_frequency, self.command_timeout)
+        self._steps = FixedSteps(self.execution_frequency, self.command_timeout)
         self._unknown: set[str] = set()
         self._commanded = math.inf
         self.set_entity_state(State.BOOT, "waiting for the start position")
 
     @consume(others=True)
-    def place(self, fix: imc.GpsFix) -> None:
+    def on_gps_fix(self, fix: imc.GpsFix) -> None:
         if fix.type != MANUAL_INPUT or (fix.src != self.system and fix.dst != self.system):
             return
         if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi):
@@ -88,51 +88,51 @@ class UAV(Powered):
         self.set_entity_state(State.NORMAL, "active")
 
     @consume
-    def roll(self, desired: imc.DesiredRoll) -> None:
+    def on_desired_roll(self, desired: imc.DesiredRoll) -> None:
         if self._accepts("roll", desired.value):
-            self.craft.roll(desired.value)
+            self.craft.command_roll(desired.value)
 
     @consume
-    def pitch(self, desired: imc.DesiredPitch) -> None:
+    def on_desired_pitch(self, desired: imc.DesiredPitch) -> None:
         if self._accepts("pitch", desired.value):
-            self.craft.pitch(desired.value)
+            self.craft.command_pitch(desired.value)
 
     @consume
-    def turn(self, desired: imc.DesiredHeadingRate) -> None:
+    def on_desired_heading_rate(self, desired: imc.DesiredHeadingRate) -> None:
         if self._accepts("heading rate", desired.value):
-            self.craft.turn(desired.value)
+            self.craft.command_yaw_rate(desired.value)
 
     @consume
-    def drive(self, actuation: imc.SetThrusterActuation) -> None:
+    def on_set_thruster_actuation(self, actuation: imc.SetThrusterActuation) -> None:
         if actuation.id == 0 and self._accepts("rotor speed", actuation.value):
-            self.craft.drive(actuation.value if self.powered else 0.0)
+            self.craft.command_rotor_speed(actuation.value if self.has_power else 0.0)
             self._commanded = self.now
 
-    def lose_power(self) -> None:
-        self.craft.drive(0.0)
+    def on_power_loss(self) -> None:
+        self.craft.command_rotor_speed(0.0)
 
     @consume
-    def blow(self, wind: imc.EstimatedStreamVelocity) -> None:
+    def on_wind(self, wind: imc.EstimatedStreamVelocity) -> None:
         label = self.vehicle.entities.label(wind.src, wind.src_ent)
         velocity = wind.x, wind.y, wind.z
         if label == self.wind_source and all(map(math.isfinite, velocity)):
             self.craft.wind = velocity
 
     @periodic("execution_frequency")
-    def move(self, periods: int) -> None:
+    def simulate(self, periods: int) -> None:
         origin, craft = self._origin, self.craft
         if origin is None:
             self._steps.skip(self.now_ns, periods)
             return
         waited = self.now - (periods - 1) / self.execution_frequency - self._commanded
-        if self.powered and waited > self.command_timeout:
+        if self.has_power and waited > self.command_timeout:
             self._descend()
         flew = not craft.on_ground
-        if stall := self._steps.go(self.now_ns, periods, craft.step, self._descend):
+        if stall := self._steps.run(self.now_ns, periods, craft.step, self._descend):
             self.log.warning(stall)
-        if flew and craft.on_ground and craft.impact > TOUCHDOWN:
-            say = self.log.error if craft.impact > HARDEST_TOUCHDOWN else self.log.info
-            say(f"touchdown at {craft.impact:.1f} m/s")
+        if flew and craft.on_ground and craft.touchdown_speed > TOUCHDOWN:
+            say = self.log.error if craft.touchdown_speed > HARDEST_TOUCHDOWN else self.log.info
+            say(f"touchdown at {craft.touchdown_speed:.1f} m/s")
         u, v, w = craft.air_velocity
         svx, svy, svz = craft.wind
         self.publish(
@@ -163,16 +163,16 @@ class UAV(Powered):
     def _descend(self) -> None:
         craft = self.craft
         if craft.on_ground:
-            craft.drive(0.0)
+            craft.command_rotor_speed(0.0)
             self._commanded = math.inf
             return
         if "nothing" not in self._unknown:
             self._unknown.add("nothing")
             self.log.error("no commands for the rotors: descending level")
-        craft.roll(0.0)
-        craft.pitch(0.0)
-        craft.turn(0.0)
-        craft.drive(math.sqrt(DESCENT) * craft.airframe.hover)
+        craft.command_roll(0.0)
+        craft.command_pitch(0.0)
+        craft.command_yaw_rate(0.0)
+        craft.command_rotor_speed(math.sqrt(DESCENT) * craft.airframe.hover_speed)
 
     def _accepts(self, what: str, value: float) -> bool:
         if math.isfinite(value):

@@ -10,23 +10,23 @@ from support.rotations import Vector
 from support.text import corrected_spelling, printable, quoted
 from support.wgs84 import offset
 from tasks.simulated_world import world_of
-from tasks.simulators.fixed_steps import Steps
-from tasks.simulators.powered_device import Powered
+from tasks.simulators.fixed_steps import FixedSteps
+from tasks.simulators.powered_device import PoweredDevice
 from world import SECTIONS
 from world.bodies import (
     Boat,
     BoatModel,
+    BoatMotion,
     ModelError,
-    Riding,
     UnderwaterModel,
     UnderwaterVehicle,
-    estimated,
-    is_boat,
+    is_boat_model,
+    is_estimated_model,
+    motion_in_waves,
     read_boat_model,
     read_underwater_model,
-    ride,
 )
-from world.sea import Grounding
+from world.sea import SeabedContact
 
 MODEL = "VSIM/Model/"
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
@@ -35,7 +35,7 @@ PATIENCE = 2.0  # s without a step, after which actuators stop, as the motor con
 VALID_POS = imc.GpsFix.Validity.VALID_POS
 
 
-class VSIM(Powered):
+class VSIM(PoweredDevice):
     """Moves an underwater vehicle in six degrees of freedom, or a boat in three, and publishes the truth.
 
     The model is the section [VSIM/Model/<Vehicle Type>] of the profile; its option Type selects one of the two. The
@@ -72,7 +72,7 @@ class VSIM(Powered):
             raise ParameterError("Initial Depth", "a boat floats")
         world = world_of(self)
         self._seabed = world.seabed
-        self._sea = world.sea(self.vehicle.seed) if isinstance(self._model, BoatModel) else None
+        self._sea = world.wind_sea(self.vehicle.seed) if isinstance(self._model, BoatModel) else None
 
     def doubts(self) -> Iterator[ConfigWarning]:
         read = {"Integration Method"}
@@ -90,7 +90,7 @@ class VSIM(Powered):
             elif option not in read:
                 others.append(option)
         words = f"nothing reads {', '.join(map(quoted, others))}"
-        if estimated(value, name):
+        if is_estimated_model(value, name):
             yield ConfigWarning(
                 "Type", f"DUNE's model of a boat is estimated from Mass and Volume; {words}", "", section
             )
@@ -101,19 +101,19 @@ class VSIM(Powered):
         self.craft = self._craft()
         self._origin: imc.GpsFix | None = None
         self._start = (0.0, 0.0)
-        self._grounding = Grounding()
+        self._grounding = SeabedContact()
         self._touched: float | None = None
         self._unknown: set[tuple[str, int]] = set()
-        self._steps = Steps(self.execution_frequency, PATIENCE)
+        self._steps = FixedSteps(self.execution_frequency, PATIENCE)
         self.set_entity_state(State.BOOT, "waiting for the start position")
 
-    def water(self, lat: float, lon: float) -> float:
+    def water_depth(self, lat: float, lon: float) -> float:
         """Depth of the water (m) at a place (rad); infinite if the bottom is not known."""
         return math.inf if self._seabed is None else self._seabed.depth(*offset(*self._seabed.reference, lat, lon))
 
-    def deepest(self, lat: float, lon: float) -> float:
+    def max_depth(self, lat: float, lon: float) -> float:
         """How deep the vehicle may be at a place (rad) with its hull above the bottom (m)."""
-        return self.water(lat, lon) - self._craft().draft
+        return self.water_depth(lat, lon) - self._craft().draft
 
     def _craft(self) -> Boat | UnderwaterVehicle:
         return Boat(self._model) if isinstance(self._model, BoatModel) else UnderwaterVehicle(self._model)
@@ -128,10 +128,10 @@ class VSIM(Powered):
             near = name.lower() if self.vehicle.profile.options(f"{MODEL}{name.lower()}") else ""
             hint = f" (did you mean {quoted(near)}?)" if near else ""
             raise ModelError(f"no section [{MODEL}{printable(name)}] describes this vehicle{hint}")
-        return read_boat_model(value, name) if is_boat(value, name) else read_underwater_model(value, name)
+        return read_boat_model(value, name) if is_boat_model(value, name) else read_underwater_model(value, name)
 
     @consume(others=True)
-    def place(self, fix: imc.GpsFix) -> None:
+    def on_gps_fix(self, fix: imc.GpsFix) -> None:
         if fix.type != MANUAL_INPUT or (fix.src != self.system and fix.dst != self.system):
             return
         if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)):
@@ -141,7 +141,7 @@ class VSIM(Powered):
         if before is not None and (before.lat, before.lon) == (fix.lat, fix.lon) and not fix.validity & VALID_POS:
             return  # a receiver that lost its fix repeats the last position
         if self._origin is None:
-            self.craft.orient(0.0, 0.0, math.radians(self.initial_heading))
+            self.craft.set_attitude(0.0, 0.0, math.radians(self.initial_heading))
             if isinstance(self.craft, UnderwaterVehicle):
                 self.craft.z = self.initial_depth
         self.craft.x = self.craft.y = 0.0
@@ -150,46 +150,46 @@ class VSIM(Powered):
         self._start = (0.0, 0.0) if origin is None else offset(*origin, fix.lat, fix.lon)
         if self._seabed is not None:
             wanted = self.craft.z
-            self._grounding.place(self.craft, *offset(*self._seabed.reference, fix.lat, fix.lon), self._seabed)
+            self._grounding.reset(self.craft, *offset(*self._seabed.reference, fix.lat, fix.lon), self._seabed)
             if self.craft.z < wanted:
-                water = max(0.0, self.water(fix.lat, fix.lon))
+                water = max(0.0, self.water_depth(fix.lat, fix.lon))
                 words = f"it begins at {self.craft.z:.1f} m, not at {wanted:g} m"
                 self.log.warning(f"the water is {water:.1f} m deep here: {words}")
         self.set_entity_state(State.NORMAL, "active")
 
     @consume
-    def deflect(self, position: imc.ServoPosition) -> None:
+    def on_servo_position(self, position: imc.ServoPosition) -> None:
         if self._accepts("fin", position.id, position.value, len(self.craft.deflections)):
-            self.craft.deflect(position.id, position.value)
+            self.craft.set_deflection(position.id, position.value)
 
     @consume
-    def drive(self, actuation: imc.SetThrusterActuation) -> None:
+    def on_set_thruster_actuation(self, actuation: imc.SetThrusterActuation) -> None:
         if self._accepts("thruster", actuation.id, actuation.value, len(self.craft.actuations)):
-            self.craft.drive(actuation.id, actuation.value if self.powered else 0.0)
+            self.craft.set_actuation(actuation.id, actuation.value if self.has_power else 0.0)
 
-    def lose_power(self) -> None:
+    def on_power_loss(self) -> None:
         for number in range(len(self.craft.actuations)):
-            self.craft.drive(number, 0.0)
+            self.craft.set_actuation(number, 0.0)
 
     @consume
-    def flow(self, stream: imc.EstimatedStreamVelocity) -> None:
+    def on_stream_velocity(self, stream: imc.EstimatedStreamVelocity) -> None:
         label = self.vehicle.entities.label(stream.src, stream.src_ent)
         velocity = stream.x, stream.y, stream.z
         if label == self.stream_source and all(map(math.isfinite, velocity)):
             self.craft.stream = velocity
 
     @consume
-    def blow(self, wind: imc.AbsoluteWind) -> None:
+    def on_wind(self, wind: imc.AbsoluteWind) -> None:
         if isinstance(self.craft, Boat) and math.isfinite(wind.direction) and math.isfinite(wind.speed):
             self.craft.wind = -wind.speed * math.cos(wind.direction), -wind.speed * math.sin(wind.direction)
 
     @periodic("execution_frequency")
-    def move(self, periods: int) -> None:
+    def simulate(self, periods: int) -> None:
         origin, craft = self._origin, self.craft
         if origin is None:
             self._steps.skip(self.now_ns, periods)
             return
-        if stall := self._steps.go(self.now_ns, periods, self._step, self._release):
+        if stall := self._steps.run(self.now_ns, periods, self._step, self._release):
             self.log.warning(stall)
         (x, y, z), (u, v, w), (phi, theta, psi), (p, q, r) = self._motion()
         svx, svy, svz = craft.stream
@@ -218,17 +218,17 @@ class VSIM(Powered):
             keep_time=True,
         )
 
-    def _motion(self) -> Riding | tuple[Vector, Vector, Vector, Vector]:
+    def _motion(self) -> BoatMotion | tuple[Vector, Vector, Vector, Vector]:
         craft = self.craft
         if self._sea is not None and isinstance(craft, Boat):
-            return ride(craft, self._sea, self._start, self._steps.time - self.vehicle.start_time)
+            return motion_in_waves(craft, self._sea, self._start, self._steps.time - self.vehicle.start_time)
         place, velocity, rates = (craft.x, craft.y, craft.z), (craft.u, craft.v, craft.w), (craft.p, craft.q, craft.r)
         return place, velocity, craft.euler_angles(), rates
 
     def _step(self, seconds: float) -> None:
         self.craft.step(seconds)
         if self._seabed is not None:
-            water = self._grounding.hold(self.craft, self._seabed, seconds)
+            water = self._grounding.apply(self.craft, self._seabed, seconds)
             if water is not None or self._touched is not None:
                 self._tell_ground(water)
 
@@ -245,9 +245,9 @@ class VSIM(Powered):
     def _release(self) -> None:
         """Stop the actuators."""
         for fin in range(len(self.craft.deflections)):
-            self.craft.deflect(fin, 0.0)
+            self.craft.set_deflection(fin, 0.0)
         for thruster in range(len(self.craft.actuations)):
-            self.craft.drive(thruster, 0.0)
+            self.craft.set_actuation(thruster, 0.0)
 
     def _accepts(self, what: str, number: int, value: float, count: int) -> bool:
         if number < count and math.isfinite(value):

@@ -20,7 +20,7 @@ class Wind(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     @periodic("execution_frequency")
-    def blow(self, periods: int) -> None:
+    def publish_wind(self, periods: int) -> None:
         keep = math.exp(-periods / (self.execution_frequency * self.time_constant))
         self._gust = keep * self._gust + math.sqrt(1.0 - keep * keep) * float(self.random.standard_normal())
         speed = max(0.0, self.speed + self.gusts * self._gust)

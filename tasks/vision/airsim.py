@@ -10,22 +10,22 @@ import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
 from support.pose import Pose
 from support.rotations import to_body
-from tasks.pose_history import Whereabouts
-from tasks.simulated_world import Truth, world_of
-from tasks.vision.airsim_api.client import AirSimClient, Shot, mount_of
-from tasks.vision.airsim_api.rpc_messages import AirSimError, Image, Kinematics, transform
-from tasks.vision.cameras.camera_records import camera_frame
-from tasks.vision.cameras.image_saver import PictureKeeper
+from tasks.pose_history import PoseHistory
+from tasks.simulated_world import TrueState, world_of
+from tasks.vision.airsim_api.client import AirSimCapture, AirSimClient, mount_transform
+from tasks.vision.airsim_api.rpc_messages import AirSimError, Image, Kinematics, pose_transform
+from tasks.vision.cameras.camera_records import camera_frame_message
+from tasks.vision.cameras.image_saver import ImageSaver
 from world import SECTIONS
-from world.optics import PRESETS, CameraModel, FisheyeCamera, Floats, PinholeCamera, preset_lens
-from world.rendering import INTERPOLATIONS, Panorama, optical, void_warning
+from world.optics import LENS_PRESETS, CameraModel, FisheyeModel, Floats, PinholeModel, preset_lens
+from world.rendering import INTERPOLATIONS, Panorama, optical_transform, uncovered_warning
 
 OLDEST = 1.0  # s, beyond which a state counts as missing
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
 SHOAL, AIRSIM = "Shoal", "AirSim"
 
 
-class Picture(NamedTuple):
+class AirSimPicture(NamedTuple):
     """What came of an exposure: a picture (RGBA), and what is known of its camera, in AirSim's north, east, down."""
 
     image: Image
@@ -36,7 +36,7 @@ class Picture(NamedTuple):
     motion: Kinematics | None
 
 
-class AirSim(PictureKeeper):
+class AirSim(ImageSaver):
     """Shares frames that AirSim, Colosseum or Cosys-AirSim renders.
 
     They are those of one camera, or fisheye pictures from five or six views of 90°.
@@ -49,7 +49,7 @@ class AirSim(PictureKeeper):
     """
 
     reads = SECTIONS
-    transient = (*PictureKeeper.transient, "_client", "_panorama", "_camera")
+    transient = (*ImageSaver.transient, "_client", "_panorama", "_camera")
 
     host: str = param("127.0.0.1", "", "Name or address of the computer that AirSim runs on.", editable=False)
     port: int = param(41451, "1", "Its TCP port: ApiServerPort.", minimum=1, maximum=65535, editable=False)
@@ -70,7 +70,7 @@ class AirSim(PictureKeeper):
     frame_rate: float = param(5.0, "Hz", "Images per second.", minimum=0.01, maximum=1000, visibility="user")
     size: int = param(1024, "px", "Width and height of a fisheye image.", minimum=1, maximum=4096)
     field_of_view: float = param(180.0, "°", "Angle between opposite points of a fisheye image's rim.")
-    lens: str = param("equidistant", "", "Kind of lens.", choices=tuple(PRESETS))
+    lens: str = param("equidistant", "", "Kind of lens.", choices=tuple(LENS_PRESETS))
     interpolation: str = param("nearest", "", "Interpolation between the pixels of a view.", choices=INTERPOLATIONS)
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
@@ -84,17 +84,17 @@ class AirSim(PictureKeeper):
         if len(self.cameras) > 1:
             fov = math.radians(self.field_of_view)
             try:
-                optics = FisheyeCamera.square(preset_lens(self.lens, fov), self.size)
+                optics = FisheyeModel.from_lens(preset_lens(self.lens, fov), self.size)
                 self._panorama = Panorama(optics, len(self.cameras), self.interpolation)
             except ValueError as error:
                 raise ParameterError("Field of View", str(error)) from None
-            if warning := void_warning(fov, len(self.cameras)):
+            if warning := uncovered_warning(fov, len(self.cameras)):
                 self.after(0.0, self.log.warning, warning)
 
     def start(self) -> None:
         super().start()
         origin = world_of(self).origin
-        self._truth, self.whereabouts, self._began = Truth(origin), Whereabouts(origin), self.now
+        self._truth, self.pose_history, self._began = TrueState(origin), PoseHistory(origin), self.now
         self.taken = self.dropped = self.failed = 0
         self._trouble = ""
         self._connect()
@@ -105,12 +105,12 @@ class AirSim(PictureKeeper):
         self._connect()
 
     @property
-    def known(self) -> tuple[CameraModel, Pose] | None:
+    def model_and_mount(self) -> tuple[CameraModel, Pose] | None:
         return self._camera
 
     def _connect(self) -> None:
         self._camera: tuple[CameraModel, Pose] | None = None
-        turns = self._panorama.turns if self._panorama else np.eye(3)[None]
+        turns = self._panorama.face_rotations if self._panorama else np.eye(3)[None]
         self._client = AirSimClient(
             self.host, self.port, self.timeout, self.vehicle_name, self.cameras, turns, compress=self.compress
         )
@@ -120,12 +120,12 @@ class AirSim(PictureKeeper):
         self._client.exchange.close()
 
     @consume
-    def follow(self, state: imc.EstimatedState) -> None:
-        self.whereabouts.follow(state)
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
+        self.pose_history.add(state)
 
     @consume
-    def follow_truth(self, truth: imc.SimulatedState) -> None:
-        self._truth.follow(truth)
+    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+        self._truth.update(truth)
 
     @periodic("frame_rate")
     def expose(self) -> None:
@@ -134,7 +134,7 @@ class AirSim(PictureKeeper):
             return
         if self.now < self._next:
             return
-        truth, believed, pose = self._truth.at(self.now, OLDEST), self.whereabouts.pose(self.now, OLDEST), None
+        truth, believed, pose = self._truth.pose_at(self.now, OLDEST), self.pose_history.pose_at(self.now, OLDEST), None
         if self.pose_from == SHOAL:
             if truth is None and self._truth.fault:
                 self.set_entity_state(State.FAULT, self._truth.fault)
@@ -152,7 +152,7 @@ class AirSim(PictureKeeper):
         deliver = partial(self._deliver, self.now, believed, pose is None or truth is not None)
         self.offload(_shoot, self._client, self._panorama, pose, then=deliver, latency=self.latency)
 
-    def _deliver(self, time: float, believed: Pose | None, is_true: bool, made: Picture | str) -> None:
+    def _deliver(self, time: float, believed: Pose | None, is_true: bool, made: AirSimPicture | str) -> None:
         self._busy = False
         if isinstance(made, str):
             self._fail(made)
@@ -161,15 +161,15 @@ class AirSim(PictureKeeper):
         if self._trouble or not self.taken:
             self.log.info(f"{self._client.exchange.name} answers")
             self._trouble = ""
-        self.tell(f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed")
+        self.report(f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed")
         pose = made.pose.copy()
         pose[:3, 3] -= self.origin
         info = {"airsim_time": made.stamp}
         self.share(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
         estimate = None if believed is None else believed.transform @ made.mount
-        self._camera = made.optics, Pose.of(made.mount @ np.linalg.inv(optical(Pose())))
-        file = self.keep(time, made.image, self.described(self.whereabouts.latest)) if self.is_wanted() else ""
-        self.publish(camera_frame(time, self.taken, made.optics, pose, estimate, file, is_true=is_true))
+        self._camera = made.optics, Pose.from_transform(made.mount @ np.linalg.inv(optical_transform(Pose())))
+        file = self.save(time, made.image, self.location_of(self.pose_history.latest)) if self.should_save() else ""
+        self.publish(camera_frame_message(time, self.taken, made.optics, pose, estimate, file, is_true=is_true))
         self.taken += 1
         if self.publish_truth and made.motion is not None:
             self.publish(self._simulated(made.motion).replace(timestamp=time), keep_time=True)
@@ -185,7 +185,7 @@ class AirSim(PictureKeeper):
 
     def _simulated(self, motion: Kinematics) -> imc.SimulatedState:
         """From where the vehicle began; AirSim's air does not move."""
-        home, body = self._client.home, Pose.of(transform(motion.position, motion.orientation))
+        home, body = self._client.home, Pose.from_transform(pose_transform(motion.position, motion.orientation))
         speed, rates = motion.linear_velocity, motion.angular_velocity
         u, v, w = to_body(body.rotation, (speed.x_val, speed.y_val, speed.z_val))
         x, y, z, phi, theta, psi = body
@@ -196,26 +196,26 @@ class AirSim(PictureKeeper):
         return found.replace(lat=math.radians(home.latitude), lon=math.radians(home.longitude), height=home.altitude)
 
 
-def _shoot(client: AirSimClient, panorama: Panorama | None, pose: Pose | None) -> Picture | str:
+def _shoot(client: AirSimClient, panorama: Panorama | None, pose: Pose | None) -> AirSimPicture | str:
     """A picture, or why there is none."""
     try:
-        shot = client.shoot(None if pose is None else (pose.place, (pose.phi, pose.theta, pose.psi)))
+        shot = client.capture(None if pose is None else (pose.position, (pose.phi, pose.theta, pose.psi)))
         body = _body(shot) if pose is None else pose.transform
     except AirSimError as error:
         return str(error)
     except OSError as error:
         return error.strerror or str(error)
     if panorama is not None:
-        image, optics = panorama.picture(shot.images), panorama.optics
+        image, optics = panorama.assemble(shot.images), panorama.optics
     else:
         height, width, _ = shot.images[0].shape
         image = np.full((height, width, 4), 255, np.uint8)
         image[..., :3] = shot.images[0]
         f = 0.5 * width / math.tan(0.5 * shot.fov)
-        optics = PinholeCamera(width, height, f, f, 0.5 * width, 0.5 * height)
-    return Picture(image, optics, shot.pose, mount_of(shot.pose, body), shot.stamp, shot.motion)
+        optics = PinholeModel(width, height, f, f, 0.5 * width, 0.5 * height)
+    return AirSimPicture(image, optics, shot.pose, mount_transform(shot.pose, body), shot.stamp, shot.motion)
 
 
-def _body(shot: Shot) -> Floats:
+def _body(shot: AirSimCapture) -> Floats:
     assert shot.motion is not None
-    return transform(shot.motion.position, shot.motion.orientation)
+    return pose_transform(shot.motion.position, shot.motion.orientation)

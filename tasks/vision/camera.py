@@ -8,7 +8,7 @@ import numpy as np
 from runtime import ConfigWarning, ParameterError, param
 from tasks.vision.cameras.mounted_camera import MountedCamera
 from tasks.vision.cameras.rendered_camera import RenderedCamera
-from world.optics import CalibrationError, CameraModel, Dome, FlatPort, PinholeCamera, housed
+from world.optics import CalibrationError, CameraModel, DomePort, FlatPort, PinholeModel, put_behind_port
 
 REPLACED = "width", "height", "field_of_view", "principal_point", "distortion"  # by a calibration
 GRID = 9  # places across an image, and down it, that tell whether it is empty
@@ -60,8 +60,8 @@ class Camera(MountedCamera, RenderedCamera):
         seen = model.rays(np.stack(np.meshgrid(columns, rows), axis=-1))[1]
         if not seen.any():
             raise ParameterError("Calibration" if self.calibration else "Principal Point", "nothing is in the image")
-        if isinstance(model, PinholeCamera) and model.fold is not None and not seen.all():
-            text = f"the lens folds {math.degrees(model.fold):.4g}° off its axis: the image is empty beyond"
+        if isinstance(model, PinholeModel) and model.fold_angle is not None and not seen.all():
+            text = f"the lens folds {math.degrees(model.fold_angle):.4g}° off its axis: the image is empty beyond"
             self.after(0.0, self.log.warning, text)  # later: at load, no task receives messages yet
         self._optics = self._housed(model)
         super().configure()
@@ -75,10 +75,10 @@ class Camera(MountedCamera, RenderedCamera):
         if self.housing != "None" and self.scene != "Seabed":
             yield ConfigWarning("Housing", f"Housing has no effect: Scene = {self.scene} is in air")
 
-    def views(self) -> tuple[int, int]:
+    def face_width_and_count(self) -> tuple[int, int]:
         return self.face_size, 6
 
-    def optics(self) -> CameraModel:
+    def camera_model(self) -> CameraModel:
         return self._optics
 
     def _housed(self, camera: CameraModel) -> CameraModel:
@@ -89,13 +89,13 @@ class Camera(MountedCamera, RenderedCamera):
             if self.housing == "Flat Port":
                 port = FlatPort(self.port_thickness, distance=self.port_distance)
             elif self.housing == "Dome":
-                port = Dome(self.port_thickness, radius=self.dome_radius, offset=self.dome_offset)
-            return housed(camera, port, self.subject_distance)
+                port = DomePort(self.port_thickness, radius=self.dome_radius, offset=self.dome_offset)
+            return put_behind_port(camera, port, self.subject_distance)
         except CalibrationError as error:
             raise ParameterError("Housing", str(error)) from None
 
     def _model(self) -> CameraModel:
-        if (calibrated := self.calibrated()) is not None:
+        if (calibrated := self.read_calibration()) is not None:
             return calibrated
         focal = self.width / 2 / math.tan(math.radians(self.field_of_view) / 2)
         if len(self.principal_point) == 1:
@@ -103,6 +103,6 @@ class Camera(MountedCamera, RenderedCamera):
         cx, cy = self.principal_point or (self.width / 2, self.height / 2)
         k1, k2, p1, p2, k3 = [*self.distortion, *[0.0] * 5][:5]
         try:
-            return PinholeCamera(self.width, self.height, focal, focal, cx, cy, k1, k2, p1, p2, k3)
+            return PinholeModel(self.width, self.height, focal, focal, cx, cy, k1, k2, p1, p2, k3)
         except CalibrationError as error:
             raise ParameterError("Distortion", str(error)) from None

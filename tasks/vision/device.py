@@ -6,7 +6,7 @@ from functools import partial
 
 from runtime import ParameterError, State, param
 from tasks.vision.cameras.calibrated_camera import CalibratedCamera
-from tasks.vision.cameras.image_files import Image, open_video, rgba
+from tasks.vision.cameras.image_files import Image, open_video, to_rgba
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
 
@@ -53,11 +53,11 @@ class Device(CalibratedCamera):
     def _open(self) -> None:
         number = int(self.address) if self.address.isdecimal() else None
         address = self.address if number is None else number
-        self._feed = feed = _Feed(address, (self.width, self.height), self.timeout)
+        self._feed = feed = _FrameReader(address, (self.width, self.height), self.timeout)
         post = self.vehicle.kernel.post
         self.accompany(partial(feed.run, partial(post, self._take, feed), partial(post, self._lose, feed)))
 
-    def _take(self, feed: "_Feed") -> None:
+    def _take(self, feed: "_FrameReader") -> None:
         """Share the newest frame."""
         picture, feed.newest = feed.newest, None
         if feed is not self._feed or feed.closed or picture is None:
@@ -72,7 +72,7 @@ class Device(CalibratedCamera):
         self._last = self.now
         self.deliver(self.now - self.delay, picture, self.now)
 
-    def _lose(self, feed: "_Feed", why: str) -> None:
+    def _lose(self, feed: "_FrameReader", why: str) -> None:
         if feed is not self._feed or feed.closed:
             return
         self.failed += 1
@@ -85,7 +85,7 @@ class Device(CalibratedCamera):
         self._retry = min(LAST_RETRY, 2.0 * self._retry)
 
 
-class _Feed:
+class _FrameReader:
     """Reads a camera in a thread until it ends, or is `closed`. `passed` counts frames that nobody took in time."""
 
     def __init__(self, address: str | int, size: tuple[int, int], timeout: float):
@@ -116,7 +116,7 @@ class _Feed:
                 done, picture = camera.read()
                 if not done:
                     return "no more frames"
-                image, waits = rgba(picture), self.newest is not None
+                image, waits = to_rgba(picture), self.newest is not None
                 self.newest = image
                 if waits:
                     self.passed += 1

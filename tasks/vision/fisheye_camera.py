@@ -4,12 +4,12 @@ import math
 
 from runtime import ParameterError, param
 from support.pose import DOWN, Pose
-from tasks.simulated_world import check_older
+from tasks.simulated_world import check_older_options
 from tasks.vision.cameras.rendered_camera import RenderedCamera
-from tasks.vision.cameras.viewpoint import View
+from tasks.vision.cameras.viewpoint import VehicleView
 from world import optics
-from world.optics import PRESETS, CameraModel, Lens, preset_lens
-from world.rendering import void_warning
+from world.optics import LENS_PRESETS, CameraModel, Lens, preset_lens
+from world.rendering import uncovered_warning
 
 
 class FisheyeCamera(RenderedCamera):
@@ -27,7 +27,7 @@ class FisheyeCamera(RenderedCamera):
     face_size: int = param(512, "px", "Width of the views that make up the image.", minimum=1, maximum=4096)
     faces: int = param(5, "", "Number of views; the sixth looks up.", choices=(5, 6))
     field_of_view: float = param(180.0, "°", "Angle between opposite points of the image's rim.")
-    lens: str = param("equidistant", "", "Kind of lens.", choices=tuple(PRESETS))
+    lens: str = param("equidistant", "", "Kind of lens.", choices=tuple(LENS_PRESETS))
     lens_coefficients: list[float] = param(
         [], "1", "k1 to k4 of r = k1 φ + k2 φ² + k3 φ³ + k4 φ⁴, φ in rad; they replace those of the lens.", size=(0, 4)
     )
@@ -41,23 +41,23 @@ class FisheyeCamera(RenderedCamera):
     mugs: list[str] = param(["1.0 0.3"], "", "Older place of [World] Gliders, which all cameras see.", name="MUGs")
 
     def configure(self) -> None:
-        check_older(self, "MUGs")
+        check_older_options(self, "MUGs")
         super().configure()
-        model = self.optics()
-        warnings = [void_warning(model.lens.fov, self.faces)]
-        if model.circle > self.size + 1e-6:
-            warnings.append(f"the image circle of {model.circle:.0f} px is cut off at {self.size} px")
+        model = self.camera_model()
+        warnings = [uncovered_warning(model.lens.fov, self.faces)]
+        if model.circle_diameter > self.size + 1e-6:
+            warnings.append(f"the image circle of {model.circle_diameter:.0f} px is cut off at {self.size} px")
         for text in filter(None, warnings):
             self.after(0.0, self.log.warning, text)  # later: at load, no task receives messages yet
 
-    def views(self) -> tuple[int, int]:
+    def face_width_and_count(self) -> tuple[int, int]:
         return self.face_size, self.faces
 
     @property
     def mount(self) -> Pose:
         return DOWN
 
-    def optics(self) -> optics.FisheyeCamera:
+    def camera_model(self) -> optics.FisheyeModel:
         fov = math.radians(self.field_of_view)
         name = "Field of View"
         try:
@@ -66,10 +66,10 @@ class FisheyeCamera(RenderedCamera):
                 lens = Lens(tuple(self.lens_coefficients), fov)
             else:
                 lens = preset_lens(self.lens, fov)
-            return optics.FisheyeCamera.square(lens, self.size, self.focal_length)
+            return optics.FisheyeModel.from_lens(lens, self.size, self.focal_length)
         except ValueError as error:
             raise ParameterError(name, str(error)) from None
 
-    def figures(self, view: View, camera: CameraModel) -> dict[str, float]:
-        fov = {"fov": camera.lens.fov} if isinstance(camera, optics.FisheyeCamera) else {}
-        return {**fov, **super().figures(view, camera)}
+    def frame_info(self, view: VehicleView, camera: CameraModel) -> dict[str, float]:
+        fov = {"fov": camera.lens.fov} if isinstance(camera, optics.FisheyeModel) else {}
+        return {**fov, **super().frame_info(view, camera)}

@@ -16,24 +16,24 @@ from numpy.typing import NDArray
 
 import imc
 from runtime import Frame, ParameterError, State, Task, consume, param
-from tasks.pose_history import KEPT, Belief, Whereabouts
+from tasks.pose_history import DURATION, PoseEstimate, PoseHistory
 from tasks.simulated_world import world_of
 from world import SECTIONS
 from world.detection import (
-    FAMILIES,
+    MARKER_FAMILIES,
     YELLOW,
-    Accuracy,
     BlobDetector,
+    DetectionAccuracy,
     Floats,
-    Habits,
-    Mark,
+    ImageDetection,
     MarkerDetector,
-    Sighting,
-    Standing,
-    Track,
+    ObjectTrack,
+    PlaneDetection,
+    PoseOverPlane,
     Tracker,
-    fits,
-    sight,
+    TrackerSettings,
+    fits_size,
+    project_to_plane,
 )
 
 ERRORS = (
@@ -49,7 +49,7 @@ SILENT = 10.0  # s without a frame, after which the fault of a camera is over
 SLOPES = 3  # steps to where a ray meets the bottom of a map
 
 
-class Shot(NamedTuple):
+class FrameModel(NamedTuple):
     """What is needed of a frame, besides its pixels."""
 
     time: float
@@ -83,7 +83,7 @@ class MUGDetector(Task):
         3.5, "σ", "How far a pixel stands out from those around it, in their deviations.", minimum=2, maximum=100
     )
     least_pixels: int = param(6, "px", "Pixels of the smallest glider.", minimum=1, maximum=1000000)
-    marker_family: str = param("4X4_50", "", "Family of markers.", choices=FAMILIES)
+    marker_family: str = param("4X4_50", "", "Family of markers.", choices=MARKER_FAMILIES)
     function: str = param(
         "",
         "",
@@ -118,21 +118,23 @@ class MUGDetector(Task):
     latency: float = param(0.05, "s", "Time of detection on a virtual clock.", minimum=0, maximum=60)
 
     def configure(self) -> None:
-        self.accuracy = accuracy_of({name: getattr(self, name) for name in ERRORS})
+        self.accuracy = accuracy_from_parameters({name: getattr(self, name) for name in ERRORS})
         speed = self.target_speed
-        self.habits = Habits(WALKS, speed, STEADY * speed, memory=self.memory, apart=self.target_length)
+        self.tracker_settings = TrackerSettings(
+            WALKS, speed, STEADY * speed, memory=self.memory, least_separation=self.target_length
+        )
         self._find = self._finder()
         if hasattr(self, "tracker"):
-            self.tracker.accuracy, self.tracker.habits = self.accuracy, self.habits
-            self.whereabouts.kept = KEPT + self.latency
+            self.tracker.accuracy, self.tracker.settings = self.accuracy, self.tracker_settings
+            self.pose_history.duration = DURATION + self.latency
             self._heard = {name: time for name, time in self._heard.items() if self.camera in ("", name)}
         world_of(self)
 
     def start(self) -> None:
-        self.tracker = Tracker(self.accuracy, self.habits)
-        self.whereabouts = Whereabouts(world_of(self).origin, KEPT + self.latency)
+        self.tracker = Tracker(self.accuracy, self.tracker_settings)
+        self.pose_history = PoseHistory(world_of(self).origin, DURATION + self.latency)
         self.skipped: Counter[str] = Counter()
-        self.looked = self.dropped = 0
+        self.searched = self.dropped = 0
         self._asked = -math.inf
         self._busy = False
         self._last: dict[str, float] = {}
@@ -144,13 +146,13 @@ class MUGDetector(Task):
         self._find = self._finder()
 
     @consume
-    def follow(self, state: imc.EstimatedState) -> None:
-        fault = self.whereabouts.follow(state)
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
+        fault = self.pose_history.add(state)
         if fault:
             self._skip("", fault)
 
     @consume
-    def look(self, frame: Frame) -> None:
+    def on_frame(self, frame: Frame) -> None:
         if self.camera and frame.camera != self.camera:
             return
         self._heard[frame.camera] = self.now
@@ -159,7 +161,7 @@ class MUGDetector(Task):
             self._skip(frame.camera, fault)
             return
         if frame.time < self._last.get(frame.camera, -math.inf):
-            self.tracker.restart()
+            self.tracker.drop_tracks()
             self._skip(frame.camera, "time goes backwards")
         self._last[frame.camera] = frame.time
         if self._busy and not self.vehicle.virtual:
@@ -168,13 +170,13 @@ class MUGDetector(Task):
                 self._skip(frame.camera, f"the detector has not answered for {self.patience:g} s")
             return
         self._busy, self._asked = True, self.now
-        shot = Shot(frame.time, frame.camera, frame.optics, np.asarray(frame.mount, np.float64))
+        shot = FrameModel(frame.time, frame.camera, frame.optics, np.asarray(frame.mount, np.float64))
         self.offload(_found, self._find, frame.image, then=partial(self._locate, shot), latency=self.latency)
 
-    def _locate(self, shot: Shot, found: tuple[list[Mark], str]) -> None:
+    def _locate(self, shot: FrameModel, found: tuple[list[ImageDetection], str]) -> None:
         self._busy = False
         marks, error = found
-        belief, here = (self.whereabouts.at(time, self.maximum_age) for time in (shot.time, self.now))
+        belief, here = (self.pose_history.estimate_at(time, self.maximum_age) for time in (shot.time, self.now))
         if error or isinstance(belief, str) or isinstance(here, str):
             self._skip(shot.camera, error or next(text for text in (belief, here) if isinstance(text, str)))
             return
@@ -184,10 +186,10 @@ class MUGDetector(Task):
             return
         seen = self._sightings(shot, belief, standing, marks)
         sightings, markers = [sighting for sighting, _ in seen], [marker for _, marker in seen]
-        for track in self.tracker.see(shot.time, standing, sightings, markers, shot.camera):
+        for track in self.tracker.update(shot.time, standing, sightings, markers, shot.camera):
             x, y, _ = self._offset(track, here)
             self.publish(imc.EstimatedMugState(id=track.id or 0, x=x, y=y))
-        self.looked += 1
+        self.searched += 1
         self._faults.pop(shot.camera, None)
         self._faults.pop("", None)
         self._tell()
@@ -198,48 +200,54 @@ class MUGDetector(Task):
         Raises LookupError for a number that no glider has, or without a recent state.
         """
         track = next((track for track in self.tracker.tracks if track.id == number), None)
-        here = self.whereabouts.at(self.now, self.maximum_age)
+        here = self.pose_history.estimate_at(self.now, self.maximum_age)
         if track is None or isinstance(here, str):
             raise LookupError(f"no glider {number}" if track is None else here)
         return self._offset(track, here)
 
-    def _offset(self, track: Track, here: Belief) -> tuple[float, float, Floats]:
-        return track.at(self.now, self.accuracy, self.habits).offset(self._standing(here), self.accuracy)
+    def _offset(self, track: ObjectTrack, here: PoseEstimate) -> tuple[float, float, Floats]:
+        return track.predicted(self.now, self.accuracy, self.tracker_settings).offset(
+            self._standing(here), self.accuracy
+        )
 
     def _sightings(
-        self, shot: Shot, belief: Belief, standing: Standing, marks: list[Mark]
-    ) -> list[tuple[Sighting, int | None]]:
+        self, shot: FrameModel, belief: PoseEstimate, standing: PoseOverPlane, marks: list[ImageDetection]
+    ) -> list[tuple[PlaneDetection, int | None]]:
         """What may be a glider, with the number of its marker."""
         pixels = np.array([(mark.u, mark.v) for mark in marks]).reshape(-1, 2)
-        found: list[tuple[Sighting, int | None]] = []
-        for mark, seen in zip(marks, sight(shot.optics, shot.mount, standing, pixels, self.accuracy), strict=True):
+        found: list[tuple[PlaneDetection, int | None]] = []
+        for mark, seen in zip(
+            marks, project_to_plane(shot.optics, shot.mount, standing, pixels, self.accuracy), strict=True
+        ):
             if self.target_plane == "Map":
                 seen = self._on_map(shot, belief, mark, seen)
             if seen is None or seen.distance > self.maximum_range:
                 continue
             sized = self.detector == "Color" and self.target_length > 0.0
-            if not sized or fits(seen, mark.pixels, self.target_length, self.target_diameter):
+            if not sized or fits_size(seen, mark.pixels, self.target_length, self.target_diameter):
                 found.append((seen, mark.marker))
         return found
 
-    def _on_map(self, shot: Shot, belief: Belief, mark: Mark, seen: Sighting | None) -> Sighting | None:
+    def _on_map(
+        self, shot: FrameModel, belief: PoseEstimate, mark: ImageDetection, seen: PlaneDetection | None
+    ) -> PlaneDetection | None:
         """A sighting on a bottom that is not level."""
         for _ in range(SLOPES):
             if seen is None:
                 return None
-            bottom = world_of(self).bottom(belief.north + seen.north, belief.east + seen.east)
+            bottom = world_of(self).seabed_depth(belief.north + seen.north, belief.east + seen.east)
             if bottom is None:
                 return None
-            standing = Standing(belief.north, belief.east, bottom - belief.down, belief.angles)
-            (seen,) = sight(shot.optics, shot.mount, standing, (mark.u, mark.v), self.accuracy)
+            standing = PoseOverPlane(belief.north, belief.east, bottom - belief.down, belief.angles)
+            (seen,) = project_to_plane(shot.optics, shot.mount, standing, (mark.u, mark.v), self.accuracy)
         return seen
 
-    def _standing(self, belief: Belief) -> Standing:
+    def _standing(self, belief: PoseEstimate) -> PoseOverPlane:
         plane = {"Seabed": belief.bottom, "Surface": 0.0, "Depth": self.target_depth}.get(self.target_plane)
         if plane is None:
-            bottom = world_of(self).bottom(belief.north, belief.east)
+            bottom = world_of(self).seabed_depth(belief.north, belief.east)
             plane = math.nan if bottom is None else bottom
-        return Standing(belief.north, belief.east, plane - belief.down, belief.angles)
+        return PoseOverPlane(belief.north, belief.east, plane - belief.down, belief.angles)
 
     def _skip(self, camera: str, fault: str) -> None:
         self.skipped[fault] += 1
@@ -258,7 +266,7 @@ class MUGDetector(Task):
             self.set_entity_state(State.FAULT, f"{text} ({self.skipped[fault]} skipped)")
             return
         number = len([track for track in self.tracker.tracks if track.id is not None])
-        counts = f"{self.looked} frames, {self.dropped} dropped, {number} glider{'s' if number != 1 else ''}"
+        counts = f"{self.searched} frames, {self.dropped} dropped, {number} glider{'s' if number != 1 else ''}"
         skipped = self.skipped.total()
         self.set_entity_state(State.NORMAL, f"{counts}, {skipped} skipped" if skipped else counts)
 
@@ -267,20 +275,20 @@ class MUGDetector(Task):
             red, green, blue = self.color
             if max(self.color) - min(self.color) < LEAST_HUE:
                 raise ParameterError("Color", "is gray, which only its hue can tell from others")
-            return BlobDetector((red, green, blue), self.contrast, least=self.least_pixels).find
+            return BlobDetector((red, green, blue), self.contrast, least_pixels=self.least_pixels).detect
         if self.detector == "Marker":
             if importlib.util.find_spec("cv2") is None:
                 raise ParameterError("Detector", "markers need `pip install opencv-python-headless`")
-            return MarkerDetector(self.marker_family).find
+            return MarkerDetector(self.marker_family).detect
         return _imported(self.function)
 
 
-def accuracy_of(values: Mapping[str, Any]) -> Accuracy:
+def accuracy_from_parameters(values: Mapping[str, Any]) -> DetectionAccuracy:
     """What the parameters (by attribute) say of the errors of detections."""
     degrees = math.radians(values["attitude_error"]), math.radians(values["heading_error"])
     pixel, shape, *_, height, share, place, attitude_time, height_time, place_time = (values[name] for name in ERRORS)
     share = share / 100.0
-    return Accuracy(pixel, shape, *degrees, height, share, place, attitude_time, height_time, place_time)
+    return DetectionAccuracy(pixel, shape, *degrees, height, share, place, attitude_time, height_time, place_time)
 
 
 def _imported(text: str) -> Find:
@@ -319,17 +327,17 @@ def _fault(frame: Frame) -> str:
     return ""
 
 
-def _found(find: Find, image: NDArray[np.uint8]) -> tuple[list[Mark], str]:
+def _found(find: Find, image: NDArray[np.uint8]) -> tuple[list[ImageDetection], str]:
     """The marks in a picture, or what is wrong with the detector: it may be anybody's."""
     try:
-        return [row if isinstance(row, Mark) else _mark(*row) for row in find(image)], ""
+        return [row if isinstance(row, ImageDetection) else _mark(*row) for row in find(image)], ""
     except Exception as error:
         return [], f"the detector failed: {type(error).__name__}: {error}"
 
 
-def _mark(u: float, v: float, marker: int | None = None) -> Mark:
+def _mark(u: float, v: float, marker: int | None = None) -> ImageDetection:
     if not math.isfinite(float(u) + float(v)):
         raise ValueError(f"{u}, {v} is no pixel")
     if marker is not None and not 0 <= int(marker) < MARKERS:
         raise ValueError(f"{marker} is no number of a marker")
-    return Mark(float(u), float(v), marker=None if marker is None else int(marker))
+    return ImageDetection(float(u), float(v), marker=None if marker is None else int(marker))

@@ -5,8 +5,8 @@ from functools import partial
 
 from runtime import ParameterError, State, param
 from tasks.vision.cameras.calibrated_camera import CalibratedCamera
-from tasks.vision.cameras.image_files import TOLD, Image, Item, Reel, calibration_beside
-from world.optics import CalibrationError, read_camera
+from tasks.vision.cameras.image_files import MOST_REPORTED, Image, ImageSequence, TimedImage, find_calibration
+from world.optics import CalibrationError, read_calibration
 
 FROM_START, AS_RECORDED = "From Start", "As Recorded"
 LATE = 1.0  # s, beyond which a picture is left out on a wall clock
@@ -43,15 +43,15 @@ class Recording(CalibratedCamera):
         if not self.source:
             raise ParameterError("Source", "is not set")
         try:
-            beside = calibration_beside(self.path_of(self.source), self.camera)
+            beside = find_calibration(self.resolve_path(self.source), self.camera)
         except (OSError, ValueError) as error:
             raise ParameterError("Camera", str(error)) from None
         if not self.calibration and (found := beside):
             try:
-                self._optics = read_camera(*found)
+                self._optics = read_calibration(*found)
             except (CalibrationError, OSError) as error:
                 self.after(0.0, self.log.warning, f"pictures without a calibration: {error}")
-        if self.path_of(self.source).is_file():
+        if self.resolve_path(self.source).is_file():
             if importlib.util.find_spec("cv2") is None:
                 raise ParameterError("Source", "a video needs pip install opencv-python-headless")
             if self.times == AS_RECORDED:
@@ -60,24 +60,24 @@ class Recording(CalibratedCamera):
     def start(self) -> None:
         super().start()
         self._number, self._began, self._first = 0, self.now, 0.0
-        self._reel = Reel(self.path_of(self.source), self.camera)
+        self._reel = ImageSequence(self.resolve_path(self.source), self.camera)
         self.set_entity_state(State.BOOT, f"opening {self.source}")
         self._fetch()
 
     def restored(self) -> None:
         super().restored()
-        self._reel = Reel(self.path_of(self.source), self.camera)
+        self._reel = ImageSequence(self.resolve_path(self.source), self.camera)
 
     def _fetch(self) -> None:
         """Read the next picture, before its time."""
         if self.times == AS_RECORDED:
-            self.offload(self._reel.take, self._number, self.now - self.latency, then=self._plan)
+            self.offload(self._reel.read, self._number, self.now - self.latency, then=self._plan)
         else:
-            self.offload(self._reel.take, self._number, then=self._plan)
+            self.offload(self._reel.read, self._number, then=self._plan)
 
-    def _plan(self, item: Item | str | None) -> None:
+    def _plan(self, item: TimedImage | str | None) -> None:
         problems, self._reel.problems = self._reel.problems, []
-        for problem in problems[:TOLD]:
+        for problem in problems[:MOST_REPORTED]:
             self.log.warning(problem)
         self.failed += len(problems)
         if item is None:
@@ -97,7 +97,7 @@ class Recording(CalibratedCamera):
         self._number = item.number + 1
         if item.image is None:
             self.failed += 1
-            if self.failed <= TOLD:
+            if self.failed <= MOST_REPORTED:
                 self.log.warning(f"left out: {item.error}")
             self.after(max(0.0, time - self.now), self._fetch)
         elif not self.vehicle.virtual and self.now - time - self.latency > LATE:

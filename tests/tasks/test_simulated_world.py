@@ -12,14 +12,14 @@ from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
-from tasks.simulated_world import Chart, world_of
+from tasks.simulated_world import WorldFrame, world_of
 from tasks.simulators.dvl import DVL
 from tasks.simulators.environment import Environment
 from tasks.simulators.estimated_state import EstimatedState
 from tasks.simulators.mug_detection_camera import MUGDetectionCamera
 from tasks.vision.fisheye_camera import FisheyeCamera
-from world.rendering.renderer import camera
-from world.rendering.scenes import Standpoint
+from world.rendering.renderer import camera_rotation
+from world.rendering.scenes import ScenePose
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 SLOPE = {
@@ -93,10 +93,10 @@ def test_pictures_and_detections_put_a_glider_at_one_height(plane, depth):
     run = simulate(tasks, feed, seconds=0.75, settings=settings)
     world = world_of(run.tasks[0])
     (glider,) = world.objects
-    down = world.spot(glider, 0.0).down
-    assert down == (world.bottom(4.0, 1.0) if depth is None else depth)
+    down = world.object_position(glider, 0.0).down
+    assert down == (world.seabed_depth(4.0, 1.0) if depth is None else depth)
     ray = np.array([4.0, 1.0, down - pose["z"]])
-    place = run.tasks[1].camera.optics.project(ray @ camera(Standpoint(0.0, 0.0, 1.0, 0.0, 0.15, -0.1, 0.6)))[0]
+    place = run.tasks[1].camera.optics.project(ray @ camera_rotation(ScenePose(0.0, 0.0, 1.0, 0.0, 0.15, -0.1, 0.6)))[0]
     red, green, blue = np.moveaxis(run.frames[-1].image[..., :3].astype(int), -1, 0)
     rows, columns = np.nonzero((red > 1.3 * blue) & (green > 1.3 * blue))
     assert len(rows) > 5
@@ -131,9 +131,9 @@ def test_a_moving_glider_is_detected_where_it_is():
 def test_the_kinematic_vehicle_swims_above_the_same_bottom(tmp_path):
     vehicle, (states,) = sailed(tmp_path, 60.0, modes="Kinematic", kinds=[imc.EstimatedState])
     world = world_of(vehicle.task("Simulators.EstimatedState"))
-    assert world.bottom(0.0, 20.0) == pytest.approx(4.4, abs=0.3)
+    assert world.seabed_depth(0.0, 20.0) == pytest.approx(4.4, abs=0.3)
     for state in states[::20]:
-        assert state.alt == pytest.approx(world.bottom(state.x, state.y) - state.z, abs=1e-4)
+        assert state.alt == pytest.approx(world.seabed_depth(state.x, state.y) - state.z, abs=1e-4)
     assert max(state.z for state in states) == 3.0
 
 
@@ -185,17 +185,17 @@ def test_a_camera_of_its_own_section_cannot_have_its_own_gliders():
 
 def test_an_altimeter_and_the_vehicle_have_the_bottom_of_the_world():
     run = simulate(Environment, [truth(0.0, z=2.0)], seconds=0.5, settings=SLOPE, bottom_noise=0.0)
-    assert run.of(imc.Distance)[0].value == pytest.approx(world_of(run.task).bottom(0.0, 0.0) - 2.0, abs=1e-3)
+    assert run.of(imc.Distance)[0].value == pytest.approx(world_of(run.task).seabed_depth(0.0, 0.0) - 2.0, abs=1e-3)
 
 
 def test_places_of_states_with_another_reference():
-    chart = Chart((LAT, LON))
-    assert chart.place(truth(0.0, x=3.0, y=4.0)) == pytest.approx((3.0, 4.0), abs=1e-6)
+    chart = WorldFrame((LAT, LON))
+    assert chart.position(truth(0.0, x=3.0, y=4.0)) == pytest.approx((3.0, 4.0), abs=1e-6)
     north = imc.SimulatedState(lat=LAT + 1e-5, lon=LON, x=3.0)
-    assert chart.place(north)[0] == pytest.approx(3.0 + 63.7, abs=0.2)
-    first = Chart(None)
-    assert first.place(truth(0.0, x=3.0, y=4.0)) == (0.0, 0.0)
-    assert first.place(truth(0.1, x=5.0, y=4.0)) == (2.0, 0.0)
+    assert chart.position(north)[0] == pytest.approx(3.0 + 63.7, abs=0.2)
+    first = WorldFrame(None)
+    assert first.position(truth(0.0, x=3.0, y=4.0)) == (0.0, 0.0)
+    assert first.position(truth(0.1, x=5.0, y=4.0)) == (2.0, 0.0)
 
 
 def test_frames_show_the_water_of_the_world():

@@ -2,14 +2,16 @@
 
 import pytest
 
-from world.objects import parse_gliders
+from world.objects import parse_positions
 
 
 def test_pairs_or_single_numbers():
     assert (
-        parse_gliders(["1.0 0.3", "25 -5"]) == parse_gliders(["1.0", "0.3", "25", "-5"]) == ((1.0, 0.3), (25.0, -5.0))
+        parse_positions(["1.0 0.3", "25 -5"])
+        == parse_positions(["1.0", "0.3", "25", "-5"])
+        == ((1.0, 0.3), (25.0, -5.0))
     )
-    assert parse_gliders([]) == ()
+    assert parse_positions([]) == ()
 
 
 @pytest.mark.parametrize(
@@ -17,4 +19,4 @@ def test_pairs_or_single_numbers():
 )
 def test_anything_else_is_refused(texts):
     with pytest.raises(ValueError, match="expected north and east"):
-        parse_gliders(texts)
+        parse_positions(texts)

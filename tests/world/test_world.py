@@ -7,8 +7,8 @@ import sys
 import pytest
 
 from support.wgs84 import displace, offset
-from world import Sun, Thing, Waypoint, World, WorldError, gliders, read_world
-from world.sea import Bathymetry, Waves
+from world import Sun, Waypoint, World, WorldError, WorldObject, make_gliders, read_world
+from world.sea import Bathymetry, SeaState
 
 BASIN = {"Latitude (degrees)": "41.185", "Longitude (degrees)": "-8.7062", "Data": "0 0 5, 40 0 9"}
 
@@ -21,56 +21,56 @@ def world(**sections):
 
 def test_a_glider_lies_where_it_is_put_and_takes_the_depth_of_the_bottom():
     basin = Bathymetry([(0.0, 0.0, 5.0), (40.0, 0.0, 9.0)], 60.0, 120.0)
-    lying, floating = (World(seabed=basin, objects=gliders([(40.0, 0.0)], depth)) for depth in (None, 0.0))
-    assert lying.spot(lying.objects[0], 7.0) == (40.0, 0.0, 9.0, 0.0)
-    assert floating.spot(floating.objects[0], 7.0) == (40.0, 0.0, 0.0, 0.0)
-    assert World(objects=gliders([(1.0, 2.0)])).spot(lying.objects[0], 0.0).down is None
-    assert [thing.id for thing in gliders([(1.0, 2.0), (3.0, 4.0)])] == [1, 2]
+    lying, floating = (World(seabed=basin, objects=make_gliders([(40.0, 0.0)], depth)) for depth in (None, 0.0))
+    assert lying.object_position(lying.objects[0], 7.0) == (40.0, 0.0, 9.0, 0.0)
+    assert floating.object_position(floating.objects[0], 7.0) == (40.0, 0.0, 0.0, 0.0)
+    assert World(objects=make_gliders([(1.0, 2.0)])).object_position(lying.objects[0], 0.0).down is None
+    assert [thing.id for thing in make_gliders([(1.0, 2.0), (3.0, 4.0)])] == [1, 2]
 
 
 def test_an_object_moves_evenly_along_its_track_and_looks_ahead():
     track = Waypoint(10.0, 0.0, 0.0), Waypoint(20.0, 10.0, 0.0), Waypoint(40.0, 10.0, -10.0)
-    thing = Thing(1, track)
-    assert thing.at(0.0) == (0.0, 0.0, 0.0)
-    assert thing.at(15.0) == (5.0, 0.0, 0.0)
-    assert thing.at(30.0) == pytest.approx((10.0, -5.0, -math.pi / 2))
-    assert thing.at(90.0) == pytest.approx((10.0, -10.0, -math.pi / 2))
-    assert Thing(1, track, heading=1.0).at(15.0) == (5.0, 0.0, 1.0)
+    thing = WorldObject(1, track)
+    assert thing.pose_at(0.0) == (0.0, 0.0, 0.0)
+    assert thing.pose_at(15.0) == (5.0, 0.0, 0.0)
+    assert thing.pose_at(30.0) == pytest.approx((10.0, -5.0, -math.pi / 2))
+    assert thing.pose_at(90.0) == pytest.approx((10.0, -10.0, -math.pi / 2))
+    assert WorldObject(1, track, heading=1.0).pose_at(15.0) == (5.0, 0.0, 1.0)
     for bad in (track[::-1], (track[0], track[0]), ()):
         with pytest.raises(ValueError, match="times of a track"):
-            Thing(1, bad)
+            WorldObject(1, bad)
     for size in ((0.1, 0.2), (1.0, 0.0), (math.inf, 1.0), (math.nan, 0.1)):
         with pytest.raises(ValueError, match="length and a diameter"):
-            Thing(1, track, length=size[0], diameter=size[1])
+            WorldObject(1, track, length=size[0], diameter=size[1])
 
 
 def test_light_comes_down_steeper_under_water():
     low = Sun(math.pi / 2, math.radians(30.0))
-    assert low.towards == pytest.approx((0.0, math.sqrt(0.75), -0.5))
-    north, east, down = low.towards_under_water
+    assert low.direction == pytest.approx((0.0, math.sqrt(0.75), -0.5))
+    north, east, down = low.direction_under_water
     assert (north, east) == pytest.approx((0.0, math.sqrt(0.75) / 1.34)), "Snell's law"
-    assert low.slant == pytest.approx(-1.0 / down) == pytest.approx(1.311, abs=1e-3)
-    assert Sun().slant == 1.0
-    assert Sun(0.0, -0.3).towards == pytest.approx((1.0, 0.0, 0.0)), "where it went down"
+    assert low.path_factor_under_water == pytest.approx(-1.0 / down) == pytest.approx(1.311, abs=1e-3)
+    assert Sun().path_factor_under_water == 1.0
+    assert Sun(0.0, -0.3).direction == pytest.approx((1.0, 0.0, 0.0)), "where it went down"
     for elevation in (-1.6, 1.6, math.nan):
         with pytest.raises(ValueError, match="has no elevation"):
             Sun(0.0, elevation)
 
 
 def test_higher_waves_are_steeper():
-    slight = Waves()
-    assert slight.wind == pytest.approx(6.4, abs=0.05)
+    slight = SeaState()
+    assert slight.wind_speed == pytest.approx(6.4, abs=0.05)
     assert slight.roughness == 1.0
-    assert Waves(0.0).slope == pytest.approx(math.sqrt(0.003)), "that of a calm sea"
-    assert Waves(4.0).roughness > 1.3
+    assert SeaState(0.0).rms_slope == pytest.approx(math.sqrt(0.003)), "that of a calm sea"
+    assert SeaState(4.0).roughness > 1.3
     with pytest.raises(ValueError, match="height of waves"):
-        Waves(-1.0)
+        SeaState(-1.0)
 
 
 def test_without_a_section_there_is_one_glider_and_no_bottom():
     empty = world()
-    assert not empty.felt
-    assert empty == World(objects=gliders([(1.0, 0.3)]))
+    assert not empty.waves_move_boats
+    assert empty == World(objects=make_gliders([(1.0, 0.3)]))
 
 
 def test_all_options_of_the_section():
@@ -96,19 +96,19 @@ def test_all_options_of_the_section():
         Bathymetry=BASIN,
     )
     assert found.origin == (math.radians(41.185), math.radians(-8.7062))
-    assert found.bottom(40.0, 0.0) == 9.5
-    assert (found.waves, found.sun) == (Waves(2.0), Sun(math.pi / 2, math.pi / 4))
-    assert (found.snow, found.caustics) == (300.0, 0.5)
-    assert (found.felt, found.wave_bearing) == (True, math.pi / 2)
+    assert found.seabed_depth(40.0, 0.0) == 9.5
+    assert (found.waves, found.sun) == (SeaState(2.0), Sun(math.pi / 2, math.pi / 4))
+    assert (found.marine_snow, found.caustics) == (300.0, 0.5)
+    assert (found.waves_move_boats, found.wave_bearing) == (True, math.pi / 2)
     assert (found.water_visibility, found.air_visibility) == (12.0, 5000.0)
     assert [(thing.id, thing.depth) for thing in found.objects] == [(1, 3.0), (2, 3.0), (9, None), (4, 0.0)]
     tug, drifter = found.objects[2:]
-    assert (tug.length, tug.diameter, found.spot(tug, 0.0)) == (
+    assert (tug.length, tug.diameter, found.object_position(tug, 0.0)) == (
         2.0,
         0.5,
-        (5.0, 6.0, found.bottom(5.0, 6.0), 1.5707963267948966),
+        (5.0, 6.0, found.seabed_depth(5.0, 6.0), 1.5707963267948966),
     )
-    assert drifter.at(30.0)[:2] == (10.5, 3.0)
+    assert drifter.pose_at(30.0)[:2] == (10.5, 3.0)
     assert world(World={"Gliders": "none"}).objects == ()
 
 
@@ -119,8 +119,8 @@ def test_places_count_from_the_origin_and_soundings_are_where_they_were():
     near, far = world(Bathymetry=BASIN, World={"Sounding Radius": "60"}), world(Bathymetry=BASIN, World=there)
     assert near.origin == (lat, lon)
     for n, e in ((0.0, 0.0), (20.0, 5.0), (40.0, 0.0)):
-        assert far.bottom(n + 300.0, e - 200.0) == pytest.approx(near.bottom(n, e), abs=5e-3)
-    assert far.bottom(0.0, 0.0) == 120.0
+        assert far.seabed_depth(n + 300.0, e - 200.0) == pytest.approx(near.seabed_depth(n, e), abs=5e-3)
+    assert far.seabed_depth(0.0, 0.0) == 120.0
 
 
 def test_the_older_places_of_options_still_count():
@@ -128,17 +128,17 @@ def test_the_older_places_of_options_still_count():
         Simulators_Environment={"Enabled": "Always", "Sounding Radius": "60", "Out Of Bounds Depth": "30"},
         Simulators_MUGDetectionCamera={"MUGs": "2 3", "Target Plane": "Surface"},
     )
-    assert found.bottom(0.0, 0.0) == 30.0
+    assert found.seabed_depth(0.0, 0.0) == 30.0
     (glider,) = found.objects
-    assert found.spot(glider, 0.0) == (2.0, 3.0, 0.0, 0.0)
-    assert world(Simulators_EstimatedState={"Bottom Depth": "13"}).bottom(0.0, 0.0) == 13.0
+    assert found.object_position(glider, 0.0) == (2.0, 3.0, 0.0, 0.0)
+    assert world(Simulators_EstimatedState={"Bottom Depth": "13"}).seabed_depth(0.0, 0.0) == 13.0
     assert world(Simulators_EstimatedState={"Bottom Depth": "-1"}).seabed is None
     kinematic = {"Simulators_EstimatedState": {"Bottom Depth": "13"}}
-    assert world(**kinematic, Bathymetry=BASIN).bottom(0.0, 0.0) == 5.0
-    assert world(**kinematic, World={"Out Of Bounds Depth": "30"}).bottom(0.0, 0.0) == 30.0
-    assert world(Vision_FisheyeCamera={"MUGs": "2 3"}).objects == gliders([(2.0, 3.0)])
+    assert world(**kinematic, Bathymetry=BASIN).seabed_depth(0.0, 0.0) == 5.0
+    assert world(**kinematic, World={"Out Of Bounds Depth": "30"}).seabed_depth(0.0, 0.0) == 30.0
+    assert world(Vision_FisheyeCamera={"MUGs": "2 3"}).objects == make_gliders([(2.0, 3.0)])
     agreeing = {"World": {"Gliders": "2.0, 3.0"}, "Simulators_MUGDetectionCamera": {"MUGs": "2 3"}}
-    assert world(**agreeing).objects == gliders([(2.0, 3.0)])
+    assert world(**agreeing).objects == make_gliders([(2.0, 3.0)])
 
 
 @pytest.mark.parametrize(
@@ -178,8 +178,8 @@ def test_what_is_wrong_is_named(sections, words):
 def test_a_notebook_needs_nothing_but_the_world():
     code = (
         "import sys, world\n"
-        "here = world.World(objects=world.gliders([(1.0, 0.3)]))\n"
-        "assert here.spot(here.objects[0], 0.0).north == 1.0\n"
+        "here = world.World(objects=world.make_gliders([(1.0, 0.3)]))\n"
+        "assert here.object_position(here.objects[0], 0.0).north == 1.0\n"
         "print([name for name in ('runtime', 'tasks', 'shoal', 'imc', 'mavlink') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

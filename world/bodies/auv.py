@@ -18,7 +18,7 @@ Thrust = tuple[float, float, float, tuple[float, float, float, float, float] | N
 Acceleration = Callable[[float, Quaternion, Rates, Rates, tuple[Thrust, ...]], Rates]
 
 
-class Diverged(ArithmeticError):
+class DivergedError(ArithmeticError):
     """The motion diverged, so the numbers of the model must be wrong."""
 
 
@@ -53,7 +53,7 @@ class UnderwaterVehicle:
         self._thrusts: tuple[Thrust, ...] = ()
         self._levers = [_lever(engine) for engine in model.engines]
 
-    def orient(self, phi: float, theta: float, psi: float) -> None:
+    def set_attitude(self, phi: float, theta: float, psi: float) -> None:
         """Set the attitude to these Euler angles (rad)."""
         cr, sr = math.cos(0.5 * phi), math.sin(0.5 * phi)
         cp, sp = math.cos(0.5 * theta), math.sin(0.5 * theta)
@@ -74,7 +74,7 @@ class UnderwaterVehicle:
             math.atan2(2.0 * (a * d + b * c), 1.0 - 2.0 * (c * c + d * d)),
         )
 
-    def deflect(self, fin: int, angle: float) -> None:
+    def set_deflection(self, fin: int, angle: float) -> None:
         """Set a fin to an angle (rad), limited to 25 degrees. Raises IndexError if there is no such fin."""
         deflection = self.deflections[fin] = _clip(angle, FULL_DEFLECTION)
         part, share = self.model.fins[fin], 0.5 * deflection / FULL_DEFLECTION
@@ -91,7 +91,7 @@ class UnderwaterVehicle:
         self._fins = x, y, z, k, m, n
         return self._fins
 
-    def drive(self, engine: int, actuation: float) -> None:
+    def set_actuation(self, engine: int, actuation: float) -> None:
         """Set an engine to a share of its full speed, -1 to 1. Raises IndexError if there is no such engine."""
         self.actuations[engine] = max(-1.0, min(1.0, actuation))
         thrusts: list[Thrust] = []
@@ -107,13 +107,13 @@ class UnderwaterVehicle:
         return 0.5 * self.model.volume[2]
 
     @property
-    def over_ground(self) -> Vector:
+    def ground_velocity(self) -> Vector:
         """Velocity over ground (m/s; north, east, down)."""
         (n, e, d), (north, east, down) = to_ned(self._rotation, (self.u, self.v, self.w)), self.stream
         return n + north, e + east, d + down
 
-    @over_ground.setter
-    def over_ground(self, velocity: Vector) -> None:
+    @ground_velocity.setter
+    def ground_velocity(self, velocity: Vector) -> None:
         (n, e, d), (north, east, down) = velocity, self.stream
         self.u, self.v, self.w = to_body(self._rotation, (n - north, e - east, d - down))
 
@@ -146,7 +146,7 @@ class UnderwaterVehicle:
         self.u, self.v, self.w = u + h * du, v + h * dv, w + h * dw
         self.p, self.q, self.r = p + h * dp, q + h * dq, r + h * dr
         if not abs(self.u) + abs(self.v) + abs(self.w) + abs(self.p) + abs(self.q) + abs(self.r) < LIMIT:
-            raise Diverged(f"at {u:.3g}, {v:.3g}, {w:.3g} m/s, {p:.3g}, {q:.3g}, {r:.3g} rad/s")
+            raise DivergedError(f"at {u:.3g}, {v:.3g}, {w:.3g} m/s, {p:.3g}, {q:.3g}, {r:.3g} rad/s")
         k, pm, qm, rm = half, p + half * dp, q + half * dq, r + half * dr  # the mean rates, as gyroscopes measure them
         an, bn = a - k * (bm * pm + cm * qm + dm * rm), b + k * (am * pm + cm * rm - dm * qm)
         cn, dn = c + k * (am * qm + dm * pm - bm * rm), d + k * (am * rm + bm * qm - cm * pm)
@@ -174,12 +174,12 @@ def _accelerations(model: UnderwaterModel) -> Acceleration:
     """
     mass, weight = model.mass, model.mass * GRAVITY
     length, width, height = model.volume
-    half_height, lift_per_metre = 0.5 * height, GRAVITY * WATER * length * width
+    half_height, lift_per_meter = 0.5 * height, GRAVITY * WATER * length * width
     xu, yv, zw, kp, mq, nr, yr, zq, m_w, n_v = model.linear
     xuu, yvv, zww, kpp, mqq, nrr, yrr, zqq, mww, nvv = model.quadratic
     yuv, yur, zuw, zuq, muw, muq, nuv, nur = model.lift
     mu, mv, mw = (mass - added for added in model.added_mass[:3])
-    ix, iy, iz = (moment - added for moment, added in zip(model.rotational, model.added_mass[3:], strict=True))
+    ix, iy, iz = (moment - added for moment, added in zip(model.rotational_inertia, model.added_mass[3:], strict=True))
     zb = model.buoyancy[2]
     mzg, restoring = -zb * mass, zb * weight
     yur, zuq, muw, nuv = yur - mu, zuq + mu, muw + mw - mu, nuv + mu - mv  # lift and added mass have the same form
@@ -210,7 +210,7 @@ def _accelerations(model: UnderwaterModel) -> Acceleration:
         if z <= 0.0:
             lower = 0.0
         immersed = z + half_height
-        heavy = weight - lift_per_metre * (0.0 if immersed < 0.0 else height if immersed > height else immersed)
+        heavy = weight - lift_per_meter * (0.0 if immersed < 0.0 else height if immersed > height else immersed)
         x += (xu + xuu * abs(u)) * u - mzg * r * p - mw * w * q + mv * v * r
         y += heavy * side + (yv + yvv * sv + yuv * u) * v + (yr + yrr * sr + yur * u - mzg * q) * r + mw * w * p
         lower += heavy * up + (zw + zww * sw + zuw * u) * w + (zq + zqq * sq + zuq * u) * q

@@ -42,8 +42,8 @@ class UnderwaterModel:
 
     `inertia` divides the six forces and moments. `linear` and `quadratic` are drag of u, v, w, p, q, r, then Y_r, Z_q,
     M_w, N_v. `lift` is Y_uv, Y_ur, Z_uw, Z_uq, M_uw, M_uq, N_uv, N_ur. `buoyancy` is the center of buoyancy, `volume`
-    the sides of the displaced box. `rotational` are the moments of inertia of the Coriolis terms. The fins roll the
-    vehicle only if `fins_roll` is set.
+    the sides of the displaced box. `rotational_inertia` are the moments of inertia of the Coriolis terms. The fins roll
+    the vehicle only if `fins_roll` is set.
     """
 
     mass: float
@@ -54,7 +54,7 @@ class UnderwaterModel:
     quadratic: tuple[float, ...]
     added_mass: tuple[float, ...]
     lift: tuple[float, ...]
-    rotational: Vector
+    rotational_inertia: Vector
     fins: tuple[Fin, ...]
     engines: tuple[Thruster, ...]
     maximum_force: float
@@ -82,11 +82,11 @@ def read_underwater_model(value: Callable[[str, str], str], name: str) -> Underw
     kind, method = section.text("Type"), section.text("Integration Method")
     if method == "false" or kind not in ("", "UUV", "AUV", "ROV"):
         raise section.error(f"is a model of type {kind or 'boat'}, not of an underwater vehicle")
-    inertia = section.positive("Inertial Matrix", 6)
-    x, y, z = section.positive("Rotational Inertia", 3, inertia[3:])
-    sides = section.positive("Volume", 3)
+    inertia = section.positive_numbers("Inertial Matrix", 6)
+    x, y, z = section.positive_numbers("Rotational Inertia", 3, inertia[3:])
+    sides = section.positive_numbers("Volume", 3)
     return UnderwaterModel(
-        mass=section.positive("Mass", 1)[0],
+        mass=section.positive_numbers("Mass", 1)[0],
         buoyancy=vector("Buoyancy"),
         volume=(sides[0], sides[1], sides[2]),
         inertia=inertia,
@@ -94,11 +94,11 @@ def read_underwater_model(value: Callable[[str, str], str], name: str) -> Underw
         quadratic=section.numbers("Quadratic Drag Coefficients", 10),
         added_mass=section.numbers("Added Mass Coefficients", 6, (0.0,) * 6),
         lift=section.numbers("Body Lift Coefficients", 8, (0.0,) * 8),
-        rotational=(x, y, z),
+        rotational_inertia=(x, y, z),
         fins=tuple(
             Fin(vector(f"Fin Force {i}"), vector(f"Fin Position {i}")) for i in range(section.count("Fin Count"))
         ),
         engines=tuple(engine(i) for i in range(section.count("Engine Count"))),
-        maximum_force=section.positive("Engine Max Force", 1, (math.inf,))[0],
+        maximum_force=section.positive_numbers("Engine Max Force", 1, (math.inf,))[0],
         fins_roll=section.text("Fins Roll") in ("true", "True", "1"),
     )

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from support.rotations import Vector, wrap
-from world.bodies.auv import LIMIT, Diverged
+from world.bodies.auv import LIMIT, DivergedError
 from world.bodies.boat_model import BoatModel
 
 WATER = 1025.0  # kg/m³
@@ -51,7 +51,7 @@ class Boat:
         self._speeds = [0.0] * len(model.engines)
         self._psi = 0.0
 
-    def orient(self, phi: float, theta: float, psi: float) -> None:
+    def set_attitude(self, phi: float, theta: float, psi: float) -> None:
         """Set the heading (rad); roll and pitch stay 0."""
         self._psi = wrap(psi)
 
@@ -59,14 +59,14 @@ class Boat:
         """Roll, pitch and yaw (rad)."""
         return 0.0, 0.0, self._psi
 
-    def deflect(self, fin: int, angle: float) -> None:
+    def set_deflection(self, fin: int, angle: float) -> None:
         """Set a rudder to an angle (rad), limited to 45 degrees; a positive one turns the boat to port.
 
         Raises IndexError if there is no such rudder.
         """
         self.deflections[fin] = max(-FULL_RUDDER, min(FULL_RUDDER, angle))
 
-    def drive(self, engine: int, actuation: float) -> None:
+    def set_actuation(self, engine: int, actuation: float) -> None:
         """Set an engine to a share of its full speed, -1 to 1. Raises IndexError if there is no such engine."""
         self.actuations[engine] = max(-1.0, min(1.0, actuation))
 
@@ -76,13 +76,13 @@ class Boat:
         return self.model.cross_flow[1]
 
     @property
-    def over_ground(self) -> Vector:
+    def ground_velocity(self) -> Vector:
         """Velocity over ground (m/s; north, east, down)."""
         c, s, (north, east, _) = math.cos(self._psi), math.sin(self._psi), self.stream
         return c * self.u - s * self.v + north, s * self.u + c * self.v + east, 0.0
 
-    @over_ground.setter
-    def over_ground(self, velocity: Vector) -> None:
+    @ground_velocity.setter
+    def ground_velocity(self, velocity: Vector) -> None:
         c, s = math.cos(self._psi), math.sin(self._psi)
         north, east = velocity[0] - self.stream[0], velocity[1] - self.stream[1]
         self.u, self.v = c * north + s * east, c * east - s * north
@@ -106,7 +106,7 @@ class Boat:
         self._spin(half)
         self.u, self.v, self.r = u + h * du, v + h * dv, r + h * dr
         if not abs(self.u) + abs(self.v) + abs(self.r) < LIMIT:
-            raise Diverged(f"at {u:.3g}, {v:.3g} m/s, {r:.3g} rad/s")
+            raise DivergedError(f"at {u:.3g}, {v:.3g} m/s, {r:.3g} rad/s")
         self.x += h * (c * um - s * vm + north)
         self.y += h * (s * um + c * vm + east)
         self._psi = wrap(psi + half * (r + self.r))
@@ -125,20 +125,20 @@ def _accelerations(model: BoatModel) -> Acceleration:
 
     It binds all numbers of the model as closure variables, which Python reads as fast as local ones.
     """
-    mass, centre = model.mass, model.centre
-    xud, yvd, nrd, yrd = model.added
-    m_u, m_v, m_r, m_vr = mass - xud, mass - yvd, model.inertia - nrd, mass * centre - yrd
+    mass, center = model.mass, model.center
+    xud, yvd, nrd, yrd = model.added_mass
+    m_u, m_v, m_r, m_vr = mass - xud, mass - yvd, model.inertia - nrd, mass * center - yrd
     determinant = m_v * m_r - m_vr * m_vr
     xu, yv, nr, yr, nv = model.linear
     xuu, yvv, nrr, yrr, nvv = model.quadratic
     yuv, yur, nuv, nur = model.lift
     yur -= m_u
-    nur -= mass * centre
+    nur -= mass * center
     if model.munk:
         nuv, nur = nuv + yvd - xud, nur + yrd
-    length, draught, drag = model.cross_flow
+    length, draft, drag = model.cross_flow
     strips = tuple(
-        (0.5 * length * at, 0.25 * WATER * draught * drag * length * weight) for at, weight in GAUSS if drag * length
+        (0.5 * length * at, 0.25 * WATER * draft * drag * length * weight) for at, weight in GAUSS if drag * length
     )
     frontal, lateral, long, cx, cy, cn = model.wind
     wind_x, wind_y, wind_n = 0.5 * AIR * cx * frontal, 0.5 * AIR * cy * lateral, AIR * cn * lateral * long
@@ -146,7 +146,7 @@ def _accelerations(model: BoatModel) -> Acceleration:
         (
             engine.gain,
             engine.loss,
-            engine.reverse,
+            engine.reverse_factor,
             math.cos(engine.angle),
             math.sin(engine.angle),
             engine.x * math.sin(engine.angle) - engine.y * math.cos(engine.angle),
@@ -155,10 +155,10 @@ def _accelerations(model: BoatModel) -> Acceleration:
     )
     rudders = tuple(
         (
-            0.5 * WATER * part.area * 6.13 * part.aspect / (part.aspect + 2.25),
+            0.5 * WATER * part.area * 6.13 * part.aspect_ratio / (part.aspect_ratio + 2.25),
             part.x,
             part.y,
-            8.0 * part.share / (math.pi * WATER * part.diameter**2),
+            8.0 * part.slipstream_share / (math.pi * WATER * part.propeller_diameter**2),
         )
         for part in model.rudders
     )

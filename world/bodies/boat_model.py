@@ -11,7 +11,7 @@ DENSITY = 1025.0  # kg/m³
 
 @dataclass(frozen=True)
 class Propeller:
-    """A thruster: F = (gain n - loss u) |n| in N, times `reverse` astern; n in revolutions per second, u in m/s.
+    """A thruster: F = (gain n - loss u) |n| in N, times `reverse_factor` astern; n in revolutions per second, u in m/s.
 
     `full_speed` is n at full actuation, reached with the time constant `lag` (s); `x`, `y` is its position (m), `angle`
     the direction of its thrust (rad from ahead).
@@ -20,7 +20,7 @@ class Propeller:
     gain: float
     loss: float
     full_speed: float
-    reverse: float
+    reverse_factor: float
     lag: float
     x: float
     y: float
@@ -29,35 +29,35 @@ class Propeller:
 
 @dataclass(frozen=True)
 class Rudder:
-    """A rudder of an `area` (m²) with an aspect ratio, at `x`, `y` (m); a `share` of it is in a propeller's slipstream.
+    """A rudder of an `area` (m²) with an aspect ratio, at `x`, `y` (m); a share of it is in a propeller's slipstream.
 
-    The propeller is the one with the number of the rudder, `diameter` is its diameter (m).
+    The propeller is the one with the number of the rudder, `propeller_diameter` is its diameter (m).
     """
 
     area: float
-    aspect: float
+    aspect_ratio: float
     x: float
     y: float
-    share: float
-    diameter: float
+    slipstream_share: float
+    propeller_diameter: float
 
 
 @dataclass(frozen=True, eq=False)
 class BoatModel:
     """Mass, geometry and coefficients of a boat in SI units; body frame forward, starboard, down, origin midships.
 
-    `inertia` is the moment about the origin, `centre` the distance from there ahead to the center of gravity. `added`
-    are the derivatives by accelerations: X by that of u, Y by v, N by r, and Y by r. `linear` and `quadratic` are the
-    coefficients of drag X_u, Y_v, N_r, Y_r, N_v; `lift` those of Y_uv, Y_ur, N_uv, N_ur. `cross_flow` are length and
-    draft (m) and a drag coefficient. `munk` adds the Munk moment of the added masses; without it, the other
-    coefficients contain that moment. `wind` are the frontal and the lateral area (m²), the length (m), and the
-    coefficients c_x, c_y, c_n. Waves are averaged over `waterplane`, a length and a beam (m).
+    `inertia` is the moment about the origin, `center` the distance from there ahead to the center of gravity.
+    `added_mass` are the derivatives by accelerations: X by that of u, Y by v, N by r, and Y by r. `linear` and
+    `quadratic` are the coefficients of drag X_u, Y_v, N_r, Y_r, N_v; `lift` those of Y_uv, Y_ur, N_uv, N_ur.
+    `cross_flow` are length and draft (m) and a drag coefficient. `munk` adds the Munk moment of the added masses;
+    without it, the other coefficients contain that moment. `wind` are the frontal and the lateral area (m²), the length
+    (m), and the coefficients c_x, c_y, c_n. Waves are averaged over `waterplane`, a length and a beam (m).
     """
 
     mass: float
     inertia: float
-    centre: float
-    added: tuple[float, ...]
+    center: float
+    added_mass: tuple[float, ...]
     linear: tuple[float, ...]
     quadratic: tuple[float, ...]
     lift: tuple[float, ...]
@@ -69,15 +69,15 @@ class BoatModel:
     waterplane: tuple[float, float] = (0.0, 0.0)
 
 
-def is_boat(value: Callable[[str, str], str], name: str) -> bool:
+def is_boat_model(value: Callable[[str, str], str], name: str) -> bool:
     """Whether the model `name` is a boat; `value(section, option)` returns the text of an option."""
     return value(f"VSIM/Model/{name}", "Type") in KINDS
 
 
-def estimated(value: Callable[[str, str], str], name: str) -> bool:
+def is_estimated_model(value: Callable[[str, str], str], name: str) -> bool:
     """Whether the model `name` is one of DUNE's boats, whose numbers are no masses and drags: DUNE fits a recursion."""
     section = f"VSIM/Model/{name}"
-    return bool(is_boat(value, name) and value(section, "Inertial Matrix") and not value(section, "Yaw Inertia"))
+    return bool(is_boat_model(value, name) and value(section, "Inertial Matrix") and not value(section, "Yaw Inertia"))
 
 
 def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
@@ -88,7 +88,7 @@ def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
     section = ModelSection(value, name)
 
     def positive(option: str) -> float:
-        (found,) = section.positive(option)
+        (found,) = section.positive_numbers(option)
         return found
 
     def damping(option: str) -> tuple[float, ...]:
@@ -116,13 +116,13 @@ def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
             raise section.error(f"Rudder Slipstream {i}: there is no engine {i}")
         return Rudder(positive(f"Rudder Area {i}"), positive(f"Rudder Aspect Ratio {i}"), x, y, share, diameter)
 
-    if estimated(value, name):
+    if is_estimated_model(value, name):
         return _estimate(section, tuple(engine(i) for i in range(section.count("Engine Count"))))
     mass, inertia = positive("Mass"), positive("Yaw Inertia")
-    (centre,) = section.numbers("Centre of Gravity", 1, (0.0,))
+    (center,) = section.numbers("Centre of Gravity", 1, (0.0,))
     added = section.numbers("Added Mass Coefficients", 4, (0.0,) * 4)
     surge, sway, yaw = mass - added[0], mass - added[1], inertia - added[2]
-    if min(surge, sway, yaw) <= 0.0 or sway * yaw <= (mass * centre - added[3]) ** 2:
+    if min(surge, sway, yaw) <= 0.0 or sway * yaw <= (mass * center - added[3]) ** 2:
         raise section.error("Added Mass Coefficients make the inertia matrix not positive definite")
     cross_flow = section.numbers("Cross Flow", 3, (0.0,) * 3)
     length, beam = section.numbers("Waterplane", 2, (cross_flow[0], 0.0))
@@ -131,8 +131,8 @@ def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
     return BoatModel(
         mass=mass,
         inertia=inertia,
-        centre=centre,
-        added=added,
+        center=center,
+        added_mass=added,
         linear=damping("Linear Drag Coefficients"),
         quadratic=damping("Quadratic Drag Coefficients"),
         lift=section.numbers("Body Lift Coefficients", 4, (0.0,) * 4),
@@ -151,8 +151,8 @@ def _estimate(section: ModelSection, engines: tuple[Propeller, ...]) -> BoatMode
     Added masses and damping are to mass and inertia as those of the Otter (Fossen, Marine Systems Simulator, otter.m);
     in surge the boat slows down within 10 s. The force of a fin is that of a foil with a lift coefficient of 1.
     """
-    (mass,) = section.positive("Mass")
-    length, beam, _ = section.positive("Volume", 3)
+    (mass,) = section.positive_numbers("Mass")
+    length, beam, _ = section.positive_numbers("Volume", 3)
     inertia = mass * (0.25 * length) ** 2
     sway, yaw = 2.5 * mass, 2.7 * inertia
     rudders: list[Rudder] = []
@@ -163,8 +163,8 @@ def _estimate(section: ModelSection, engines: tuple[Propeller, ...]) -> BoatMode
     return BoatModel(
         mass=mass,
         inertia=inertia,
-        centre=0.0,
-        added=(-0.1 * mass, mass - sway, inertia - yaw, 0.0),
+        center=0.0,
+        added_mass=(-0.1 * mass, mass - sway, inertia - yaw, 0.0),
         linear=(-0.1 * mass, -sway, -yaw, 0.0, 0.0),
         quadratic=(0.0, 0.0, -10.0 * yaw, 0.0, 0.0),
         lift=(0.0,) * 4,

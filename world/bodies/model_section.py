@@ -37,7 +37,9 @@ class ModelSection:
             raise self.error(f"{option} is not {wanted}: {text!r}" if text else f"has no {option}")
         return found
 
-    def positive(self, option: str, count: int = 1, default: Sequence[float] | None = None) -> tuple[float, ...]:
+    def positive_numbers(
+        self, option: str, count: int = 1, default: Sequence[float] | None = None
+    ) -> tuple[float, ...]:
         """`count` numbers above 0."""
         found = self.numbers(option, count, default)
         if min(found) <= 0.0:

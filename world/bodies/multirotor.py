@@ -11,21 +11,21 @@ LIMIT = 1e3  # m/s; beyond it, the motion has diverged
 
 @dataclass(frozen=True)
 class Airframe:
-    """Parameters of a multirotor: kg, N at full rotor speed, s, rad/s; drag in N s/m and N s²/m², `tilt` in rad."""
+    """Parameters of a multirotor: kg, N at full rotor speed, s, rad/s; drag in N s/m and N s²/m², `max_tilt` in rad."""
 
     mass: float = 3.0
     thrust: float = 60.0
     rotor_lag: float = 0.05
     bandwidth: float = 12.0
     damping: float = 0.8
-    tilt: float = math.radians(45.0)
+    max_tilt: float = math.radians(45.0)
     yaw_lag: float = 0.2
-    yaw_rate: float = math.radians(120.0)
+    max_yaw_rate: float = math.radians(120.0)
     linear_drag: float = 0.35
     quadratic_drag: float = 0.02
 
     @property
-    def hover(self) -> float:
+    def hover_speed(self) -> float:
         """The rotor speed that carries the weight, as a share of full speed."""
         return math.sqrt(self.mass * GRAVITY / self.thrust)
 
@@ -39,7 +39,7 @@ class Multirotor:
     Corke, Multirotor Aerial Vehicles, IEEE Robotics & Automation Magazine 19(3), 2012). Roll and pitch follow their
     commands like a damped oscillator, as under an attitude controller; rotors and yaw rate follow as first-order lags.
 
-    On the ground it stands until thrust exceeds weight; `impact` is the speed (m/s) of the last touchdown.
+    On the ground it stands until thrust exceeds weight; `touchdown_speed` is the speed (m/s) of the last touchdown.
     """
 
     def __init__(self, airframe: Airframe):
@@ -49,28 +49,28 @@ class Multirotor:
         self.phi = self.theta = self.psi = 0.0
         self.p = self.q = self.r = 0.0
         self.wind: Vector = (0.0, 0.0, 0.0)
-        self.rotors = 0.0
-        self.impact = 0.0
+        self.rotor_speed = 0.0
+        self.touchdown_speed = 0.0
         self.on_ground = True
         self._roll = self._pitch = self._turn = self._rotors = 0.0
         self._phi_rate = self._theta_rate = self._psi_rate = 0.0
 
-    def roll(self, angle: float) -> None:
+    def command_roll(self, angle: float) -> None:
         """Command a roll (rad)."""
-        limit = self.airframe.tilt
+        limit = self.airframe.max_tilt
         self._roll = max(-limit, min(limit, angle))
 
-    def pitch(self, angle: float) -> None:
+    def command_pitch(self, angle: float) -> None:
         """Command a pitch (rad)."""
-        limit = self.airframe.tilt
+        limit = self.airframe.max_tilt
         self._pitch = max(-limit, min(limit, angle))
 
-    def turn(self, rate: float) -> None:
+    def command_yaw_rate(self, rate: float) -> None:
         """Command a heading rate (rad/s)."""
-        limit = self.airframe.yaw_rate
+        limit = self.airframe.max_yaw_rate
         self._turn = max(-limit, min(limit, rate))
 
-    def drive(self, share: float) -> None:
+    def command_rotor_speed(self, share: float) -> None:
         """Command a rotor speed as a share of full speed."""
         self._rotors = max(0.0, min(1.0, share))
 
@@ -88,8 +88,8 @@ class Multirotor:
         """Advance by `h` s. Raises ArithmeticError if the motion diverges."""
         a = self.airframe
         self._incline(h)
-        self.rotors += (self._rotors - self.rotors) * -math.expm1(-h / a.rotor_lag)
-        lift = a.thrust * self.rotors * self.rotors / a.mass
+        self.rotor_speed += (self._rotors - self.rotor_speed) * -math.expm1(-h / a.rotor_lag)
+        lift = a.thrust * self.rotor_speed * self.rotor_speed / a.mass
         cp, sp, cr, sr = math.cos(self.theta), math.sin(self.theta), math.cos(self.phi), math.sin(self.phi)
         if self.on_ground and lift * cp * cr <= GRAVITY:
             self.vn = self.ve = self.vd = 0.0
@@ -108,7 +108,7 @@ class Multirotor:
         self.z += 0.5 * h * (self.vd + vd)
         self.vn, self.ve, self.vd = vn, ve, vd
         if self.z >= 0.0 and vd >= 0.0:
-            self.impact, self.on_ground = vd, True
+            self.touchdown_speed, self.on_ground = vd, True
             self.z = self.vn = self.ve = self.vd = 0.0
 
     def _incline(self, h: float) -> None:

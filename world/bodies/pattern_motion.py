@@ -3,7 +3,7 @@
 import math
 
 from support.rotations import Vector, rotation, to_body, wrap
-from world.bodies.trajectory import Pattern, Ramp
+from world.bodies.trajectory import MinimumJerkRamp, Pattern
 
 GRAVITY = 9.80665
 MAXIMUM_STEP = 0.02  # s
@@ -14,7 +14,7 @@ PITCH_RATE = math.radians(10.0)
 HOVER_RATE, HOVER_ACCELERATION = 0.3, 0.1  # m/s, m/s²: straight up and down by thrusters
 
 
-class Motion:
+class PatternMotion:
     """Position, attitude and velocities of a vehicle; all attributes belong to the same instant.
 
     `north`, `east`, `depth` are m from the start; `u`, `v`, `w` are m/s through the water in the body frame, and `vn`,
@@ -22,8 +22,8 @@ class Motion:
     descent, bank from the yaw rate as in a coordinated turn. Without a pattern it keeps its place against the current
     (m/s).
 
-    `speed`, `depth_target` and `deepest` (m/s, m), `turn_rate` and `maximum_pitch` (rad/s, rad) may change at any time:
-    speed and depth change one after the other, each with minimum jerk. It never aims below `deepest`.
+    `speed`, `depth_target` and `max_depth` (m/s, m), `turn_rate` and `maximum_pitch` (rad/s, rad) may change at any
+    time: speed and depth change one after the other, each with minimum jerk. It never aims below `max_depth`.
     """
 
     def __init__(self, pattern: Pattern | None, heading: float, current: tuple[float, float], dive_time: float = 0.0):
@@ -32,7 +32,7 @@ class Motion:
         self.dive_time = dive_time
         self.speed = 0.0
         self.depth_target = 0.0
-        self.deepest = math.inf
+        self.max_depth = math.inf
         self.turn_rate = math.radians(15.0)
         self.maximum_pitch = math.radians(15.0)
         self.elapsed = 0.0
@@ -41,8 +41,8 @@ class Motion:
         self.u = self.v = self.w = 0.0
         self.vn = self.ve = self.vd = 0.0
         self.p = self.q = self.r = 0.0
-        self._surge = Ramp(0.0)
-        self._dive = Ramp(0.0)
+        self._surge = MinimumJerkRamp(0.0)
+        self._dive = MinimumJerkRamp(0.0)
         self._yaw_rate: float = 0.0
         self._yaw_acceleration: float = 0.0
         self._derive()
@@ -77,21 +77,21 @@ class Motion:
         if surge.moving or dive.moving:
             return
         if self.pattern is not None and surge.value != self.speed:
-            surge.move(self.speed, math.inf, SURGE_ACCELERATION)
+            surge.start(self.speed, math.inf, SURGE_ACCELERATION)
             return
         target = self.depth_target
         if self.pattern is not None and self.pattern.depth is not None:
             target = self.pattern.depth
-        target = min(target, self.deepest)
+        target = min(target, self.max_depth)
         if dive.value == target or self.elapsed < self.dive_time:
             return
         if self.pattern is None:
-            dive.move(target, HOVER_RATE, HOVER_ACCELERATION)
+            dive.start(target, HOVER_RATE, HOVER_ACCELERATION)
         else:
-            dive.move(target, surge.value * math.sin(self.maximum_pitch), surge.value * PITCH_RATE)
+            dive.start(target, surge.value * math.sin(self.maximum_pitch), surge.value * PITCH_RATE)
 
     def _turn(self, pattern: Pattern, dt: float) -> None:
-        course, curvature = pattern.steer(self.north, self.east)
+        course, curvature = pattern.course_and_curvature(self.north, self.east)
         surge, (cn, ce) = self._surge.value, self.current
         horizontal = math.sqrt(max(surge * surge - self._dive.rate**2, 0.0))
         wanted = horizontal * curvature

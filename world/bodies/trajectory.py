@@ -12,7 +12,7 @@ PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)
 SHORTEST = 2.0  # s, so that small changes do not jerk
 
 
-class Ramp:
+class MinimumJerkRamp:
     """A value that moves to its target with minimum jerk; `value`, `rate` and `acceleration` are continuous.
 
     The quintic 10 s^3 - 15 s^4 + 6 s^5 of Flash and Hogan (1985); it never overshoots.
@@ -27,7 +27,7 @@ class Ramp:
         self._duration = 1.0
         self._elapsed = 0.0
 
-    def move(self, target: float, rate: float, acceleration: float) -> None:
+    def start(self, target: float, rate: float, acceleration: float) -> None:
         """Start to move from rest to `target`, with at most `rate` and `acceleration`."""
         distance = abs(target - self.value)
         self._origin, self._target, self._elapsed = self.value, target, 0.0
@@ -58,12 +58,12 @@ class Pattern(Protocol):
         """Depth (m) of the path here; None leaves it to the vehicle."""
         ...
 
-    def steer(self, north: float, east: float) -> tuple[float, float]:
+    def course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
         """Course over ground (rad) that leads onto the path from here (m), and the path's curvature (1/m)."""
         ...
 
 
-class Line:
+class LinePattern:
     """An infinite straight line through `north`, `east` (m) at `course` (rad), joined within `lookahead` (m).
 
     Line-of-sight guidance: Fossen 2011, eq. 10.71.
@@ -75,15 +75,15 @@ class Line:
         self.north, self.east, self.course, self.lookahead = north, east, course, lookahead
         self._cos, self._sin = math.cos(course), math.sin(course)
 
-    def along(self, north: float, east: float) -> float:
+    def distance_along(self, north: float, east: float) -> float:
         return (north - self.north) * self._cos + (east - self.east) * self._sin
 
-    def steer(self, north: float, east: float) -> tuple[float, float]:
+    def course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
         across = (east - self.east) * self._cos - (north - self.north) * self._sin
         return self.course - math.atan(across / self.lookahead), 0.0
 
 
-class Circle:
+class CirclePattern:
     """A circle to starboard around `north`, `east` with `radius`, joined within `lookahead` (all m)."""
 
     depth: float | None = None
@@ -91,13 +91,13 @@ class Circle:
     def __init__(self, north: float, east: float, radius: float, lookahead: float):
         self.north, self.east, self.radius, self.lookahead = north, east, radius, lookahead
 
-    def steer(self, north: float, east: float) -> tuple[float, float]:
+    def course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
         dn, de = north - self.north, east - self.east
         outside = math.atan((math.hypot(dn, de) - self.radius) / self.lookahead)
         return math.atan2(de, dn) + 0.5 * math.pi + outside, math.cos(outside) / self.radius
 
 
-class Legs:
+class LegsPattern:
     """Straight legs through `points` (north, east and depth or None, in m), repeated from the first.
 
     A leg ends where a turn of `turn_radius` (m) leads onto the next one.
@@ -105,10 +105,10 @@ class Legs:
 
     def __init__(self, points: Sequence[tuple[float, float, float | None]], turn_radius: float, lookahead: float):
         ends = [*points[1:], points[0]]
-        self._legs: list[Line] = []
+        self._legs: list[LinePattern] = []
         lengths: list[float] = []
         for (n, e, _), (to_n, to_e, depth) in zip(points, ends, strict=True):
-            leg = Line(n, e, math.atan2(to_e - e, to_n - n), lookahead)
+            leg = LinePattern(n, e, math.atan2(to_e - e, to_n - n), lookahead)
             leg.depth = depth
             self._legs.append(leg)
             lengths.append(math.hypot(to_n - n, to_e - e))
@@ -122,15 +122,15 @@ class Legs:
     def depth(self) -> float | None:
         return self._legs[self._index].depth
 
-    def steer(self, north: float, east: float) -> tuple[float, float]:
+    def course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
         leg = self._legs[self._index]
-        if leg.along(north, east) >= self._ends[self._index]:
+        if leg.distance_along(north, east) >= self._ends[self._index]:
             self._index = (self._index + 1) % len(self._legs)
             leg = self._legs[self._index]
-        return leg.steer(north, east)
+        return leg.course_and_curvature(north, east)
 
 
-def lawn_mower(length: float, spacing: float, count: int, course: float) -> list[tuple[float, float, None]]:
+def lawn_mower_corners(length: float, spacing: float, count: int, course: float) -> list[tuple[float, float, None]]:
     """Corners (north, east) of `count` legs of `length` at `course` (rad), `spacing` apart to starboard (m)."""
     forward = [(length if (i + 1) // 2 % 2 else 0.0, i // 2 * spacing) for i in range(2 * count)]
     c, s = math.cos(course), math.sin(course)

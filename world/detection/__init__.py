@@ -1,32 +1,40 @@
 """Finds things in pictures, and where they are."""
 
-from world.detection.blob_detector import YELLOW, BlobDetector, Mark
-from world.detection.detection_probability import Chances
-from world.detection.ground_projection import Accuracy, Floats, Sighting, Standing, fits, sight, spot_at
-from world.detection.marker_detector import FAMILIES, MarkerDetector
-from world.detection.scoring import Score, ThingScore, matched, score
-from world.detection.tracker import Habits, Track, Tracker, View
+from world.detection.blob_detector import YELLOW, BlobDetector, ImageDetection
+from world.detection.detection_probability import DetectionProbability
+from world.detection.ground_projection import (
+    DetectionAccuracy,
+    Floats,
+    PlaneDetection,
+    PoseOverPlane,
+    fits_size,
+    point_on_plane,
+    project_to_plane,
+)
+from world.detection.marker_detector import MARKER_FAMILIES, MarkerDetector
+from world.detection.scoring import DetectionStatistics, ObjectScore, detection_statistics, match_objects
+from world.detection.tracker import ObjectTrack, Tracker, TrackerSettings, TrackMeasurement
 
 __all__ = [
-    "FAMILIES",
+    "MARKER_FAMILIES",
     "YELLOW",
-    "Accuracy",
     "BlobDetector",
-    "Chances",
+    "DetectionAccuracy",
+    "DetectionProbability",
+    "DetectionStatistics",
     "Floats",
-    "Habits",
-    "Mark",
+    "ImageDetection",
     "MarkerDetector",
-    "Score",
-    "Sighting",
-    "Standing",
-    "ThingScore",
-    "Track",
+    "ObjectScore",
+    "ObjectTrack",
+    "PlaneDetection",
+    "PoseOverPlane",
+    "TrackMeasurement",
     "Tracker",
-    "View",
-    "fits",
-    "matched",
-    "score",
-    "sight",
-    "spot_at",
+    "TrackerSettings",
+    "detection_statistics",
+    "fits_size",
+    "match_objects",
+    "point_on_plane",
+    "project_to_plane",
 ]

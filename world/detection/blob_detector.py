@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from world.detection.connected_components import components
+from world.detection.connected_components import label_components
 
 Floats = NDArray[np.floating[Any]]
 
@@ -22,7 +22,7 @@ GAP = 2  # px between parts of a set
 MOST_PIXELS = 0.1  # share of the picture: what is larger is no thing in front of a background
 
 
-class Mark(NamedTuple):
+class ImageDetection(NamedTuple):
     """Something found in a picture: its middle (px), how many pixels it has (0 if unknown), and the marker's number.
 
     `strength` is how far it stands out, in standard deviations of the background.
@@ -40,17 +40,17 @@ class BlobDetector:
     """Finds sets of pixels that stand out in the direction of a color (red, green, blue; 0 to 255).
 
     A matched filter: the direction is weighted with the inverse covariance of the background (Reed, Mallett and Brennan
-    1974), so that shades of sand and waves cancel out. A pixel belongs to a set beyond `edge` standard deviations; the
-    set counts if it has `least` pixels and their sum has `strength`. Sets that touch the border of what the camera sees
-    are left out: their middle is not known.
+    1974), so that shades of sand and waves cancel out. A pixel belongs to a set beyond `pixel_threshold` standard
+    deviations; the set counts if it has `least_pixels` pixels and their sum has `least_strength`. Sets that touch the
+    border of what the camera sees are left out: their middle is not known.
     """
 
     color: tuple[float, float, float] = YELLOW
-    edge: float = 3.0
-    strength: float = 15.0
-    least: int = 6
+    pixel_threshold: float = 3.0
+    least_strength: float = 15.0
+    least_pixels: int = 6
 
-    def find(self, image: NDArray[np.uint8]) -> list[Mark]:
+    def detect(self, image: NDArray[np.uint8]) -> list[ImageDetection]:
         """The marks in an RGBA picture (height, width, 4), from top to bottom; transparent pixels show nothing."""
         height, width = image.shape[:2]
         tiles = _Tiles(width, height)
@@ -66,20 +66,20 @@ class BlobDetector:
         rows, columns = np.divmod(at, width)
         numbers, count = _sets(rows, columns)
         sizes = np.bincount(numbers, minlength=count)
-        weights = over.reshape(-1)[at].astype(np.float64) + self.edge
+        weights = over.reshape(-1)[at].astype(np.float64) + self.pixel_threshold
         total = np.bincount(numbers, weights, count)
-        good = (sizes >= self.least) & (total >= self.strength * np.sqrt(sizes))
+        good = (sizes >= self.least_pixels) & (total >= self.least_strength * np.sqrt(sizes))
         tile = tiles.of(rows, columns)
         apart = image.reshape(-1, 4)[at, :3] - background.colors[tile]
         apart = np.stack([np.bincount(numbers, apart[:, k], count) for k in range(3)], axis=-1)
         good &= _score(apart, background.direction) >= HUE * np.linalg.norm(apart, axis=-1)
-        even = np.minimum(weights, 2.0 * self.edge)  # a side in the sun weighs no more than one in the shade
+        even = np.minimum(weights, 2.0 * self.pixel_threshold)  # a side in the sun weighs no more than one in the shade
         share = np.bincount(numbers, even, count)
         u = np.bincount(numbers, even * (columns + 0.5), count) / share
         v = np.bincount(numbers, even * (rows + 0.5), count) / share
         cut = _cut(image, rows, columns, numbers, count)
         return [
-            Mark(float(u[k]), float(v[k]), float(sizes[k]), float(total[k] / math.sqrt(sizes[k])))
+            ImageDetection(float(u[k]), float(v[k]), float(sizes[k]), float(total[k] / math.sqrt(sizes[k])))
             for k in np.flatnonzero(good & ~cut)
         ]
 
@@ -90,7 +90,7 @@ class BlobDetector:
             pixels = image[rows, columns]
             over = _score(pixels, background.weights / background.sigma[j, i])
             down, across = background.around(j, i, *pixels.shape[:2])
-            over -= (down / background.sigma[j, i] + np.float32(self.edge))[:, None]
+            over -= (down / background.sigma[j, i] + np.float32(self.pixel_threshold))[:, None]
             over -= across / background.sigma[j, i]
             if (hidden := pixels[..., 3] == 0).any():
                 over[hidden] = -1.0
@@ -202,7 +202,7 @@ def _sets(rows: NDArray[np.int64], columns: NDArray[np.int64]) -> tuple[NDArray[
     """The set (n,) of each pixel, and how many there are; noise may part pixels of a set by one or two others."""
     stride = int(columns.max()) + GAP
     cells, within = np.unique(rows // GAP * stride + columns // GAP, return_inverse=True)
-    numbers, count = components(*np.divmod(cells, stride))
+    numbers, count = label_components(*np.divmod(cells, stride))
     return numbers[within.reshape(-1)], count
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Integers = NDArray[np.integer[Any]]
 
 
-def components(rows: Integers, columns: Integers) -> tuple[Integers, int]:
+def label_components(rows: Integers, columns: Integers) -> tuple[Integers, int]:
     """The number (n,) of the set to which each pixel (n,) belongs, from 0 on, and how many sets there are.
 
     Pixels come row by row, from the left; those that touch at a corner belong together.

@@ -3,27 +3,27 @@
 import math
 from dataclasses import dataclass
 
-CONTRAST_LEFT = 3.912  # -ln 0.02: at the visibility, 2 % of the contrast is left (Koschmieder)
+KOSCHMIEDER_CONSTANT = 3.912  # -ln 0.02: at the visibility, 2 % of the contrast is left (Koschmieder)
 STEEPNESS = 3.0  # of the chance, per natural logarithm of contrast or size
 
 
 @dataclass(frozen=True)
-class Chances:
-    """`best` is the chance of something large and near.
+class DetectionProbability:
+    """`maximum` is the chance of something large and near.
 
     At the distance of `visibility` (m) half as many are found, and of those that are as large as `least` (px). 0 stands
     for no limit.
     """
 
-    best: float = 1.0
+    maximum: float = 1.0
     visibility: float = 0.0
     least: float = 0.0
 
-    def of(self, distance: float, pixels: float) -> float:
+    def probability(self, distance: float, pixels: float) -> float:
         """The chance, 0 to 1, of something at a distance (m) that covers so many pixels."""
-        found = self.best
+        found = self.maximum
         if self.visibility > 0.0:
-            found *= _logistic(CONTRAST_LEFT * (1.0 - distance / self.visibility))
+            found *= _logistic(KOSCHMIEDER_CONSTANT * (1.0 - distance / self.visibility))
         if self.least > 0.0:
             found *= _logistic(math.log(max(pixels, 1e-9) / self.least))
         return found

@@ -19,13 +19,13 @@ TURN, HEIGHT, PLACE = slice(0, 3), 3, slice(4, 6)  # of the errors of a pose
 ERRORS = 6
 
 
-class Rays(Protocol):
+class RayModel(Protocol):
     """What is needed of a camera model: rays (..., 3) of any length through pixels (..., 2), and which exist."""
 
     def rays(self, pixels: ArrayLike) -> tuple[Floats, Bools]: ...
 
 
-class Standing(NamedTuple):
+class PoseOverPlane(NamedTuple):
     """A vehicle at a moment: m north and east of the world's origin, Euler angles (rad), and `height`.
 
     `height` (m) is that of the vehicle above the plane, negative below it.
@@ -38,7 +38,7 @@ class Standing(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Accuracy:
+class DetectionAccuracy:
     """Standard deviations of what a detection depends on, and how long errors of the pose last (s).
 
     Errors of a pose are Gauss-Markov processes: that of attitude (rad; roll and pitch), that of `heading` (rad), that
@@ -63,43 +63,43 @@ class Accuracy:
         sigmas = self.attitude, self.attitude, self.heading, up, self.place, self.place
         return np.square(sigmas)
 
-    def left(self, seconds: float) -> Floats:
+    def remaining_share(self, seconds: float) -> Floats:
         """(6,) the share of the errors that is left after some seconds."""
         attitude, height, place = self.attitude_time, self.height_time, self.place_time
         times = attitude, attitude, attitude, height, place, place
         return np.array([math.exp(-seconds / time) if time > 0.0 else 0.0 for time in times])
 
 
-class Sighting(NamedTuple):
+class PlaneDetection(NamedTuple):
     """Something on the plane: m north and east of the vehicle, with the covariance `noise` (2, 2) of pixel and shape.
 
-    `by_errors` (2, 6) are the derivatives by the errors of the pose, `per_pixel` (2, 2) those by the pixel (m/px).
-    `distance` (m) is that from the camera.
+    `error_jacobian` (2, 6) are the derivatives by the errors of the pose, `pixel_jacobian` (2, 2) those by the pixel
+    (m/px). `distance` (m) is that from the camera.
     """
 
     north: float
     east: float
     noise: Floats
-    by_errors: Floats
-    per_pixel: Floats
+    error_jacobian: Floats
+    pixel_jacobian: Floats
     distance: float
 
     def covariance(self, errors: Floats) -> Floats:
         """(2, 2), with `errors` (6,) as the variances of the errors of the pose; the place of the vehicle left out."""
-        own = self.by_errors[:, :4]
+        own = self.error_jacobian[:, :4]
         return self.noise + own * errors[:4] @ own.T
 
 
-def sight(
-    optics: Rays, mount: Floats, standing: Standing, pixels: ArrayLike, accuracy: Accuracy
-) -> list[Sighting | None]:
+def project_to_plane(
+    optics: RayModel, mount: Floats, standing: PoseOverPlane, pixels: ArrayLike, accuracy: DetectionAccuracy
+) -> list[PlaneDetection | None]:
     """What is seen at pixels (n, 2) of a camera, by a vehicle that believes to stand so; None beside the plane.
 
     `mount` (4, 4) leads from the optical frame to the body.
     """
     body, lever, directions, valid = _looks(optics, mount, standing, pixels)
     around = directions[:, 1::2] - directions[:, 2::2]  # from one pixel to the next, along both axes of the picture
-    found: list[Sighting | None] = [None] * len(directions)
+    found: list[PlaneDetection | None] = [None] * len(directions)
     for k in np.flatnonzero(valid.all(axis=1)).tolist():
         direction = directions[k, 0]
         foot = _foot(direction, lever, standing.height)
@@ -113,11 +113,13 @@ def sight(
         by_errors[:, PLACE] = np.eye(2)
         noise = accuracy.pixel**2 * per_pixel @ per_pixel.T + accuracy.shape**2 * np.eye(2)
         distance = along * float(np.linalg.norm(direction))
-        found[k] = Sighting(float(offset[0]), float(offset[1]), noise, by_errors, per_pixel, distance)
+        found[k] = PlaneDetection(float(offset[0]), float(offset[1]), noise, by_errors, per_pixel, distance)
     return found
 
 
-def spot_at(optics: Rays, mount: Floats, standing: Standing, pixel: tuple[float, float]) -> tuple[float, float] | None:
+def point_on_plane(
+    optics: RayModel, mount: Floats, standing: PoseOverPlane, pixel: tuple[float, float]
+) -> tuple[float, float] | None:
     """North and east (m) of what `sight` sees at a pixel, to the last bit, without the errors."""
     _, lever, directions, valid = _looks(optics, mount, standing, pixel)
     foot = _foot(directions[0, 0], lever, standing.height) if valid.all() else None
@@ -128,7 +130,7 @@ def spot_at(optics: Rays, mount: Floats, standing: Standing, pixel: tuple[float,
 
 
 def _looks(
-    optics: Rays, mount: Floats, standing: Standing, pixels: ArrayLike
+    optics: RayModel, mount: Floats, standing: PoseOverPlane, pixels: ArrayLike
 ) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
     """The attitude (3, 3), the place of the camera (3,), the rays at and around pixels (n, 5, 3), which are valid."""
     points = np.asarray(pixels, np.float64).reshape(-1, 2)
@@ -147,10 +149,10 @@ def _foot(direction: Floats, lever: Floats, height: float) -> tuple[float, Float
     return along, slope, lever + along * direction
 
 
-def fits(sighting: Sighting, pixels: float, length: float, diameter: float) -> bool:
+def fits_size(sighting: PlaneDetection, pixels: float, length: float, diameter: float) -> bool:
     """Whether something seen on so many pixels can be a body of a length and a diameter (m)."""
-    area = abs(float(np.linalg.det(sighting.per_pixel))) * pixels
-    rim = SMEARED * math.sqrt(abs(float(np.linalg.det(sighting.per_pixel))))
+    area = abs(float(np.linalg.det(sighting.pixel_jacobian))) * pixels
+    rim = SMEARED * math.sqrt(abs(float(np.linalg.det(sighting.pixel_jacobian))))
     return SMALLEST * length * diameter <= area <= LARGEST * (length + rim) * (diameter + rim)
 
 

@@ -7,18 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from world.detection.blob_detector import Mark
+from world.detection.blob_detector import ImageDetection
 
-FAMILIES = ("4X4_50", "5X5_100", "6X6_250", "APRILTAG_16h5", "APRILTAG_25h9", "APRILTAG_36h11")
+MARKER_FAMILIES = ("4X4_50", "5X5_100", "6X6_250", "APRILTAG_16h5", "APRILTAG_25h9", "APRILTAG_36h11")
 
 
 @dataclass(frozen=True)
 class MarkerDetector:
     """Finds the markers of a family, one of FAMILIES. Raises ImportError without OpenCV."""
 
-    family: str = FAMILIES[0]
+    family: str = MARKER_FAMILIES[0]
 
-    def find(self, image: NDArray[np.uint8]) -> list[Mark]:
+    def detect(self, image: NDArray[np.uint8]) -> list[ImageDetection]:
         """The markers in an RGBA picture (height, width, 4), by number; their middle is where their diagonals meet."""
         cv2, detector = self._opencv
         corners, numbers, _ = detector.detectMarkers(cv2.cvtColor(image, cv2.COLOR_RGBA2GRAY))
@@ -28,10 +28,10 @@ class MarkerDetector:
             (int(number), np.asarray(square, np.float64).reshape(4, 2))
             for number, square in zip(np.asarray(numbers).reshape(-1), corners, strict=True)
         ]
-        marks: list[Mark] = []
+        marks: list[ImageDetection] = []
         for number, square in sorted(found, key=lambda item: item[0]):
             u, v = (_crossing(square) + 0.5).tolist()  # OpenCV's first pixel has its middle at 0, not at 0.5
-            marks.append(Mark(u, v, _area(square), marker=number))
+            marks.append(ImageDetection(u, v, _area(square), marker=number))
         return marks
 
     @cached_property

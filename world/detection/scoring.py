@@ -15,16 +15,16 @@ Integers = NDArray[np.integer[Any]]
 REACH, REACH_SHARE = 1.0, 0.15  # m, and of the distance: what is farther from a thing is no detection of it
 
 
-class ThingScore(NamedTuple):
+class ObjectScore(NamedTuple):
     """How a thing was detected.
 
-    `looks` are the pictures that showed it (-1 if that is not known), `found` its detections, `ids` their numbers in
-    order of appearance, `switches` how often the number changed. `rms` (m) is the error of the offsets; `nees` the mean
-    of e' P^-1 e, which is 2 for errors e as large as their covariance P says; NaN without one.
+    `pictures` are the pictures that showed it (-1 if that is not known), `detections` its detections, `ids` their
+    numbers in order of appearance, `switches` how often the number changed. `rms` (m) is the error of the offsets;
+    `nees` the mean of e' P^-1 e, which is 2 for errors e as large as their covariance P says; NaN without one.
     """
 
-    looks: int
-    found: int
+    pictures: int
+    detections: int
     ids: tuple[int, ...]
     switches: int
     rms: float
@@ -33,18 +33,18 @@ class ThingScore(NamedTuple):
     @property
     def missed(self) -> int:
         """Pictures that showed it without a detection."""
-        return max(0, self.looks - self.found)
+        return max(0, self.pictures - self.detections)
 
 
-class Score(NamedTuple):
+class DetectionStatistics(NamedTuple):
     """Scores of all things, and the detections that are of none: how many, and of how many numbers."""
 
-    things: tuple[ThingScore, ...]
-    false: int
+    objects: tuple[ObjectScore, ...]
+    false_alarms: int
     false_ids: int
 
 
-def matched(offsets: Floats, truth: Floats) -> Integers:
+def match_objects(offsets: Floats, truth: Floats) -> Integers:
     """The thing (n,) that each detection is of, -1 for none; from offsets (n, 2) and those of all things (n, k, 2)."""
     if truth.shape[1] == 0:
         return np.full(len(offsets), -1)
@@ -55,14 +55,16 @@ def matched(offsets: Floats, truth: Floats) -> Integers:
     return np.where(apart[rows, nearest] <= reach[rows, nearest], nearest, -1)
 
 
-def score(ids: Integers, offsets: Floats, truth: Floats, spreads: Floats, shown: Bools | None) -> Score:
+def detection_statistics(
+    ids: Integers, offsets: Floats, truth: Floats, spreads: Floats, shown: Bools | None
+) -> DetectionStatistics:
     """Judge detections (n,), in order of time.
 
     `offsets` (n, 2) and those of all things at the same times (n, k, 2) are in m; `spreads` (n, 2, 2) are covariances,
     NaN where there is none. `shown` (m, k) is which picture showed which thing; None if that is not known.
     """
-    of = matched(offsets, truth)
-    things: list[ThingScore] = []
+    of = match_objects(offsets, truth)
+    things: list[ObjectScore] = []
     for k in range(truth.shape[1]):
         mine = np.flatnonzero(of == k)
         errors = offsets[mine] - truth[mine, k]
@@ -71,7 +73,7 @@ def score(ids: Integers, offsets: Floats, truth: Floats, spreads: Floats, shown:
         inverse: Floats = np.asarray(np.linalg.inv(spreads[mine][known]), np.float64)
         weighed = np.einsum("ni,nij,nj->n", errors[known], inverse, errors[known]).tolist()
         things.append(
-            ThingScore(
+            ObjectScore(
                 -1 if shown is None else int(np.count_nonzero(shown[:, k])),
                 len(mine),
                 tuple(dict.fromkeys(numbers)),
@@ -81,4 +83,4 @@ def score(ids: Integers, offsets: Floats, truth: Floats, spreads: Floats, shown:
             )
         )
     false = ids[of < 0]
-    return Score(tuple(things), len(false), len(np.unique(false)))
+    return DetectionStatistics(tuple(things), len(false), len(np.unique(false)))

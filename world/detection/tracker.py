@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from world.detection.ground_projection import ERRORS, PLACE, Accuracy, Sighting, Standing
+from world.detection.ground_projection import ERRORS, PLACE, DetectionAccuracy, PlaneDetection, PoseOverPlane
 
 Floats = NDArray[np.floating[Any]]
 
@@ -18,44 +18,44 @@ GATE = 13.8  # chi² of two dimensions, exceeded once in a thousand
 
 
 @dataclass(frozen=True)
-class Habits:
+class TrackerSettings:
     """How things move and how sure a track must be.
 
-    `walk` (m/√s) is the random walk of a thing's place, `fastest` (m/s) the standard deviation of its speed, 0 for
-    things that lie still, `jerk` (m/s per √s) that speed's random walk. A track counts when `least` of `window`
-    pictures of one camera have shown it; until then it is dropped when none can show it often enough any more,
-    afterwards when it has not been seen for `memory` s. Of tracks closer than `apart` (m), which may be parts of one
-    thing, the oldest stays; those of markers all stay.
+    `position_walk` (m/√s) is the random walk of a thing's place, `speed_sigma` (m/s) the standard deviation of its
+    speed, 0 for things that lie still, `speed_walk` (m/s per √s) that speed's random walk. A track counts when
+    `confirmations` of `window` pictures of one camera have shown it; until then it is dropped when none can show it
+    often enough any more, afterwards when it has not been seen for `memory` s. Of tracks closer than `least_separation`
+    (m), which may be parts of one thing, the oldest stays; those of markers all stay.
     """
 
-    walk: float = 0.002
-    fastest: float = 0.0
-    jerk: float = 0.0
-    least: int = 3
+    position_walk: float = 0.002
+    speed_sigma: float = 0.0
+    speed_walk: float = 0.0
+    confirmations: int = 3
     window: int = 5
     memory: float = 900.0
-    apart: float = 0.0
+    least_separation: float = 0.0
 
 
 @dataclass(eq=False)
-class Track:
+class ObjectTrack:
     """Where something is believed to be, as a Schmidt-Kalman filter: errors of the pose are considered, not estimated.
 
-    `state` is north and east (m, on the map of the vehicle), and if things move, their velocities; `covariance` is
-    (n, n), `shared` (n, 6) that of its error with the errors of the pose (see Accuracy). `id` is None until the track
-    counts. `hits` are by camera: whether its last pictures have shown it.
+    `state` is north and east (m, on the map of the vehicle), and if things move, their velocities; `covariance` is (n,
+    n), `pose_correlation` (n, 6) that of its error with the errors of the pose (see DetectionAccuracy). `id` is None
+    until the track counts. `hits` are by camera: whether its last pictures have shown it.
     """
 
     state: Floats
     covariance: Floats
-    shared: Floats
+    pose_correlation: Floats
     time: float
-    seen: float
+    last_seen: float
     marker: int | None = None
     id: int | None = None
     hits: dict[str, list[bool]] = field(default_factory=dict[str, list[bool]])
 
-    def advance(self, time: float, accuracy: Accuracy, habits: Habits) -> None:
+    def advance(self, time: float, accuracy: DetectionAccuracy, habits: TrackerSettings) -> None:
         """Let time pass, in s; nothing happens for a time before that of the track."""
         seconds = time - self.time
         if not seconds > 0.0:
@@ -66,53 +66,55 @@ class Track:
             step[0, 2] = step[1, 3] = seconds
             self.state = step @ self.state
             self.covariance = step @ self.covariance @ step.T
-            self.shared = step @ self.shared
-        walks = [habits.walk**2] * 2 + [habits.jerk**2] * (len(self.state) - 2)
+            self.pose_correlation = step @ self.pose_correlation
+        walks = [habits.position_walk**2] * 2 + [habits.speed_walk**2] * (len(self.state) - 2)
         self.covariance = self.covariance + seconds * np.diag(walks)
-        self.shared = self.shared * accuracy.left(seconds)
+        self.pose_correlation = self.pose_correlation * accuracy.remaining_share(seconds)
 
-    def innovation(self, view: "View") -> tuple[Floats, Floats]:
+    def innovation(self, view: "TrackMeasurement") -> tuple[Floats, Floats]:
         """What a sighting has beyond the track (2,), and its covariance (2, 2)."""
-        cross = self.shared[:2] @ view.by_errors.T
-        spread = self.covariance[:2, :2] - cross - cross.T + view.spread
-        return view.place - self.state[:2], spread
+        cross = self.pose_correlation[:2] @ view.error_jacobian.T
+        spread = self.covariance[:2, :2] - cross - cross.T + view.covariance
+        return view.position - self.state[:2], spread
 
-    def update(self, view: "View") -> None:
+    def update(self, view: "TrackMeasurement") -> None:
         """Schmidt (1966); the covariances as in Joseph's form, which stays symmetric and positive."""
         beyond, spread = self.innovation(view)
-        gain = (self.covariance[:, :2] - self.shared @ view.by_errors.T) @ np.linalg.inv(spread)
+        gain = (self.covariance[:, :2] - self.pose_correlation @ view.error_jacobian.T) @ np.linalg.inv(spread)
         keep = np.eye(len(self.state))
         keep[:, :2] -= gain
-        mixed = keep @ self.shared @ view.by_errors.T @ gain.T
+        mixed = keep @ self.pose_correlation @ view.error_jacobian.T @ gain.T
         self.state = self.state + gain @ beyond
-        self.covariance = keep @ self.covariance @ keep.T + mixed + mixed.T + gain @ view.spread @ gain.T
-        self.shared = keep @ self.shared + gain @ (view.by_errors * view.errors)
+        self.covariance = keep @ self.covariance @ keep.T + mixed + mixed.T + gain @ view.covariance @ gain.T
+        self.pose_correlation = keep @ self.pose_correlation + gain @ (view.error_jacobian * view.errors)
 
-    def at(self, time: float, accuracy: Accuracy, habits: Habits) -> "Track":
+    def predicted(self, time: float, accuracy: DetectionAccuracy, habits: TrackerSettings) -> "ObjectTrack":
         """A copy of the track at a later time (s)."""
         later = replace(self)
         later.advance(time, accuracy, habits)
         return later
 
-    def offset(self, standing: Standing, accuracy: Accuracy) -> tuple[float, float, Floats]:
+    def offset(self, standing: PoseOverPlane, accuracy: DetectionAccuracy) -> tuple[float, float, Floats]:
         """North and east (m) of a vehicle at the time of the track, and the covariance (2, 2)."""
-        cross = self.shared[:2, PLACE]
+        cross = self.pose_correlation[:2, PLACE]
         spread = self.covariance[:2, :2] - cross - cross.T + accuracy.place**2 * np.eye(2)
         return float(self.state[0]) - standing.north, float(self.state[1]) - standing.east, spread
 
 
-class View(NamedTuple):
+class TrackMeasurement(NamedTuple):
     """A sighting on the map of the vehicle: its place (2,), and its covariance, by the errors of the pose."""
 
-    place: Floats
-    spread: Floats
-    by_errors: Floats
+    position: Floats
+    covariance: Floats
+    error_jacobian: Floats
     errors: Floats
 
     @classmethod
-    def of(cls, sighting: Sighting, standing: Standing, accuracy: Accuracy) -> "View":
+    def from_detection(
+        cls, sighting: PlaneDetection, standing: PoseOverPlane, accuracy: DetectionAccuracy
+    ) -> "TrackMeasurement":
         errors = accuracy.variances(abs(standing.height))
-        h = sighting.by_errors
+        h = sighting.error_jacobian
         place = np.array([standing.north + sighting.north, standing.east + sighting.east])
         return cls(place, h * errors @ h.T + sighting.noise + LEAST * np.eye(2), h, errors)
 
@@ -123,37 +125,37 @@ class Tracker:
     Ids that count skip the numbers of markers seen before.
     """
 
-    def __init__(self, accuracy: Accuracy, habits: Habits | None = None):
+    def __init__(self, accuracy: DetectionAccuracy, habits: TrackerSettings | None = None):
         self.accuracy = accuracy
-        self.habits = habits or Habits()
-        self.tracks: list[Track] = []
+        self.settings = habits or TrackerSettings()
+        self.tracks: list[ObjectTrack] = []
         self._last_id = 0
         self._markers: set[int | None] = set()
 
-    def see(
+    def update(
         self,
         time: float,
-        standing: Standing,
-        sightings: Sequence[Sighting],
+        standing: PoseOverPlane,
+        sightings: Sequence[PlaneDetection],
         markers: Sequence[int | None] = (),
         camera: str = "",
-    ) -> list[Track]:
+    ) -> list[ObjectTrack]:
         """The tracks that count and are seen in a picture that a `camera` has taken at `time` (s), by ascending id.
 
         `markers` are numbers read from the things, None where there is none. A picture from before the last one is
         taken for one of its time.
         """
-        views = [View.of(sighting, standing, self.accuracy) for sighting in sightings]
+        views = [TrackMeasurement.from_detection(sighting, standing, self.accuracy) for sighting in sightings]
         numbers = list(markers) or [None] * len(views)
         self._markers.update(numbers)
         for track in self.tracks:
-            track.advance(time, self.accuracy, self.habits)
+            track.advance(time, self.accuracy, self.settings)
         pairs = self._pairs(views, numbers)
         for number, track in enumerate(self.tracks):
-            track.hits[camera] = [*track.hits.get(camera, ()), number in pairs][-self.habits.window :]
+            track.hits[camera] = [*track.hits.get(camera, ()), number in pairs][-self.settings.window :]
             if number in pairs:
                 track.update(views[pairs[number]])
-                track.seen = time
+                track.last_seen = time
                 self._confirm(track)
         found = [self.tracks[number] for number in pairs if self.tracks[number].id is not None]
         taken = set(pairs.values())
@@ -162,11 +164,11 @@ class Tracker:
         self.tracks = self._separate(self.tracks)
         return sorted((track for track in found if track in self.tracks), key=lambda track: track.id or 0)
 
-    def restart(self) -> None:
+    def drop_tracks(self) -> None:
         """Forget all tracks, but not which ids were used."""
         self.tracks = []
 
-    def _pairs(self, views: list[View], markers: list[int | None]) -> dict[int, int]:
+    def _pairs(self, views: list[TrackMeasurement], markers: list[int | None]) -> dict[int, int]:
         """Numbers of tracks, with those of their sightings: the likeliest pairs first, among those within the gate."""
         chances: list[tuple[bool, float, int, int]] = []
         for t, track in enumerate(self.tracks):
@@ -184,36 +186,36 @@ class Tracker:
                 pairs[t] = v
         return pairs
 
-    def _begin(self, time: float, view: View, marker: int | None, camera: str) -> Track:
-        moving = self.habits.fastest > 0.0
+    def _begin(self, time: float, view: TrackMeasurement, marker: int | None, camera: str) -> ObjectTrack:
+        moving = self.settings.speed_sigma > 0.0
         size = 4 if moving else 2
         state, covariance, shared = np.zeros(size), np.zeros((size, size)), np.zeros((size, ERRORS))
-        state[:2], covariance[:2, :2] = view.place, view.spread
+        state[:2], covariance[:2, :2] = view.position, view.covariance
         if moving:
-            covariance[2:, 2:] = self.habits.fastest**2 * np.eye(2)
-        shared[:2] = view.by_errors * view.errors
-        track = Track(state, covariance, shared, time, time, marker, hits={camera: [True]})
+            covariance[2:, 2:] = self.settings.speed_sigma**2 * np.eye(2)
+        shared[:2] = view.error_jacobian * view.errors
+        track = ObjectTrack(state, covariance, shared, time, time, marker, hits={camera: [True]})
         self._confirm(track)
         return track
 
-    def _separate(self, tracks: list[Track]) -> list[Track]:
+    def _separate(self, tracks: list[ObjectTrack]) -> list[ObjectTrack]:
         """Without those that are too close to an older one."""
-        kept: list[Track] = []
+        kept: list[ObjectTrack] = []
         for track in sorted(tracks, key=lambda track: track.id is None):
             nearest = min((math.dist(track.state[:2], other.state[:2]) for other in kept), default=math.inf)
-            if track.marker is not None or nearest >= self.habits.apart:
+            if track.marker is not None or nearest >= self.settings.least_separation:
                 kept.append(track)
         return kept
 
-    def _confirm(self, track: Track) -> None:
+    def _confirm(self, track: ObjectTrack) -> None:
         most = max(hits.count(True) for hits in track.hits.values())
-        if track.id is not None or most < self.habits.least:
+        if track.id is not None or most < self.settings.confirmations:
             return
         if track.marker is None:
             self._last_id = next(n for n in count(self._last_id + 1) if n not in self._markers)
         track.id = self._last_id if track.marker is None else track.marker
 
-    def _lasts(self, track: Track, time: float) -> bool:
-        spared = self.habits.window - self.habits.least + 1
+    def _lasts(self, track: ObjectTrack, time: float) -> bool:
+        spared = self.settings.window - self.settings.confirmations + 1
         hopeful = track.id is not None or any(any(hits[-spared:]) for hits in track.hits.values())
-        return hopeful and time - track.seen <= self.habits.memory
+        return hopeful and time - track.last_seen <= self.settings.memory

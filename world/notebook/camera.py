@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from world.notebook.quadrotor import QuadrotorState, Rot_v_to_b, triple
 from world.notebook.sensor import Pace, Sensor
-from world.optics import CameraModel, PinholeCamera
+from world.optics import CameraModel, PinholeModel
 
 NEAR = 1e-6  # m, closer to the camera's plane nothing is seen
 ROUNDING = 1e-6  # by which a rotation may miss being one
@@ -63,7 +63,7 @@ class Camera(Sensor):
         self.fps, self.size, self.hfov, self.pxnoise_std = fps, tuple(size), np.radians(hfovd), pxnoise
         width, height = self.size
         self.f_px = f = (width / 2) / np.tan(self.hfov / 2)
-        self.optics = optics or PinholeCamera(width, height, f, f, width / 2, height / 2)
+        self.optics = optics or PinholeModel(width, height, f, f, width / 2, height / 2)
         at = self.optics
         self.K = np.array([[at.fx, 0, at.cx], [0, at.fy, at.cy], [0, 0, 1]])
         self.meas: Points | None = None

@@ -10,16 +10,16 @@ from support.rotations import Vector, rotation, to_body
 from world.notebook.quadrotor import Column, QuadrotorState, triple
 from world.notebook.sensor import Sensor
 from world.sensors import (
-    DRAWS,
-    PARTS,
+    IMU_PARTS,
     STANDARD_GRAVITY,
+    TRIAD_DRAWS,
     BodyMotion,
-    Device,
     InertialSample,
     InertialSampler,
     NoiseDensity,
     NoisyTriad,
     StandardNormals,
+    TriadErrors,
     TriadGrade,
     specific_force,
 )
@@ -44,16 +44,16 @@ class Inertial(Sensor):
 
     def __init__(self, name: str, part: str, t: Any, angles: Any, gravity: float, seed: int):
         super().__init__(name, seed=seed)
-        if part not in (*DENSITIES, *PARTS):
-            raise ValueError(f"part {part!r} is not one of {', '.join((*DENSITIES, *PARTS))}")
+        if part not in (*DENSITIES, *IMU_PARTS):
+            raise ValueError(f"part {part!r} is not one of {', '.join((*DENSITIES, *IMU_PARTS))}")
         self.part, self.gravity = part, gravity
         self._mount = Pose(*triple(t, "t"), *triple(angles, "angles"))
         self._last: BodyMotion | None = None
 
     def _begin(self, grade: TriadGrade) -> None:
-        self._grade, self._triad, self._device = grade, NoisyTriad(grade.density), Device()
-        if grade.varies:
-            self._device = Device.drawn(grade, self.random.standard_normal(DRAWS).tolist())
+        self._grade, self._triad, self._device = grade, NoisyTriad(grade.density), TriadErrors()
+        if grade.has_device_errors:
+            self._device = TriadErrors.draw(grade, self.random.standard_normal(TRIAD_DRAWS).tolist())
         self._normals = StandardNormals(self.random, 6)
 
     def _sample(self, quad: QuadrotorState, n: int, Ts: float) -> InertialSample:
@@ -65,17 +65,17 @@ class Inertial(Sensor):
         last, self._last = self._last, motion
         if last is not None and motion.time > last.time:
             sampler = InertialSampler(1.0 / (motion.time - last.time), self.gravity, self._mount)
-            if samples := [*sampler.feed(last), *sampler.feed(motion)]:
+            if samples := [*sampler.add_state(last), *sampler.add_state(motion)]:
                 return samples[0]
         axes, force = self._mount.rotation, specific_force(rotation(*angles), STILL, self.gravity)
         return InertialSample(motion.time, Ts, angles, to_body(axes, rates), to_body(axes, force))
 
     def _disturbed(self, value: Vector, interval: float) -> Column:
         if self.part == BEARD:
-            per_density, _ = NoiseDensity(1.0, 0.0).per_sample(interval)
+            per_density, _ = NoiseDensity(1.0, 0.0).sample_sigmas(interval)
             self._triad.density = NoiseDensity(self._grade.density.white / per_density, 0.0)
-        noisy = self._triad.corrupt(self._device.measured(value), interval, next(self._normals))
-        return np.array([self._grade.digitised(noisy)]).T
+        noisy = self._triad.add_noise(self._device.apply(value), interval, next(self._normals))
+        return np.array([self._grade.quantize(noisy)]).T
 
 
 class Accelerometer(Inertial):
@@ -92,7 +92,7 @@ class Accelerometer(Inertial):
         seed: int = 0,
     ):
         super().__init__(name, part, t, angles, gravity, seed)
-        self._begin(PARTS[part].accelerometer if part in PARTS else TriadGrade(DENSITIES[part][1]))
+        self._begin(IMU_PARTS[part].accelerometer if part in IMU_PARTS else TriadGrade(DENSITIES[part][1]))
 
     def read(self, quad: QuadrotorState, n: int, Ts: float) -> Column:
         sample = self._sample(quad, n, Ts)
@@ -111,7 +111,7 @@ class RateGyro(Inertial):
         seed: int = 0,
     ):
         super().__init__(name, part, STILL, angles, STANDARD_GRAVITY, seed)
-        self._begin(PARTS[part].gyroscope if part in PARTS else TriadGrade(DENSITIES[part][0]))
+        self._begin(IMU_PARTS[part].gyroscope if part in IMU_PARTS else TriadGrade(DENSITIES[part][0]))
 
     def read(self, quad: QuadrotorState, n: int, Ts: float) -> Column:
         sample = self._sample(quad, n, Ts)

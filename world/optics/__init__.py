@@ -1,31 +1,31 @@
 """Camera models."""
 
-from world.optics.brown_conrady import PinholeCamera
-from world.optics.calibration_files import camera_text, parse_camera, read_camera
+from world.optics.brown_conrady import PinholeModel
+from world.optics.calibration_files import calibration_text, parse_calibration, read_calibration
 from world.optics.camera_model import CalibrationError, CameraModel, Floats
-from world.optics.double_sphere import DoubleSphereCamera
-from world.optics.fisheye import FisheyeCamera, kannala_brandt
-from world.optics.lens import PRESETS, Lens, preset_lens
-from world.optics.pinhole import Pinhole
-from world.optics.underwater_housing import Dome, FlatPort, HousedCamera, housed
+from world.optics.double_sphere import DoubleSphereModel
+from world.optics.field_of_view_camera import FieldOfViewCamera
+from world.optics.fisheye import FisheyeModel, kannala_brandt_lens
+from world.optics.lens import LENS_PRESETS, Lens, preset_lens
+from world.optics.underwater_housing import DomePort, FlatPort, HousedModel, put_behind_port
 
 __all__ = [
-    "PRESETS",
+    "LENS_PRESETS",
     "CalibrationError",
     "CameraModel",
-    "Dome",
-    "DoubleSphereCamera",
-    "FisheyeCamera",
+    "DomePort",
+    "DoubleSphereModel",
+    "FieldOfViewCamera",
+    "FisheyeModel",
     "FlatPort",
     "Floats",
-    "HousedCamera",
+    "HousedModel",
     "Lens",
-    "Pinhole",
-    "PinholeCamera",
-    "camera_text",
-    "housed",
-    "kannala_brandt",
-    "parse_camera",
+    "PinholeModel",
+    "calibration_text",
+    "kannala_brandt_lens",
+    "parse_calibration",
     "preset_lens",
-    "read_camera",
+    "put_behind_port",
+    "read_calibration",
 ]

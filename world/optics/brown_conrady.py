@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from world.optics.camera_model import Bools, CalibrationError, CameraModel, Floats, unit
+from world.optics.camera_model import Bools, CalibrationError, CameraModel, Floats, normalize
 
 NEWTON_STEPS = 20
 EXACT = 1e-12  # of the focal length
@@ -15,7 +15,7 @@ WIDEST = 100.0  # of the focal length: 89.4° off the axis
 
 
 @dataclass(frozen=True)
-class PinholeCamera(CameraModel):
+class PinholeModel(CameraModel):
     """Radial coefficients k1 to k3, tangential p1 and p2 (Brown 1971; the same as in OpenCV)."""
 
     k1: float = 0.0
@@ -33,7 +33,7 @@ class PinholeCamera(CameraModel):
         return min([*folds, WIDEST**2])
 
     @property
-    def fold(self) -> float | None:
+    def fold_angle(self) -> float | None:
         """The angle (rad) off the axis from which on the picture would fold back; None if it does not."""
         return math.atan(math.sqrt(self._edge)) if self._edge < WIDEST**2 else None
 
@@ -64,9 +64,9 @@ class PinholeCamera(CameraModel):
             x, y = bare[..., 0], bare[..., 1]
             left = np.linalg.norm(self._bent(x, y) - places, axis=-1)
             valid = (left < EXACT * (1.0 + np.linalg.norm(places, axis=-1))) & (x * x + y * y < self._edge)
-        return unit(np.stack((x, y, np.ones_like(x)), axis=-1)), valid
+        return normalize(np.stack((x, y, np.ones_like(x)), axis=-1)), valid
 
-    def slopes(self, points: Floats) -> Floats:
+    def derivatives(self, points: Floats) -> Floats:
         z = points[..., 2]
         x, y = points[..., 0] / z, points[..., 1] / z
         a, b, c = self._slope(x, y)
@@ -74,13 +74,17 @@ class PinholeCamera(CameraModel):
         return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
     def to_opencv(self) -> dict[str, Any]:
-        return {"model": "pinhole", "K": self.matrix, "D": np.array([self.k1, self.k2, self.p1, self.p2, self.k3])}
+        return {
+            "model": "pinhole",
+            "K": self.intrinsic_matrix,
+            "D": np.array([self.k1, self.k2, self.p1, self.p2, self.k3]),
+        }
 
     def to_kalibr(self) -> dict[str, Any]:
         """Raises CalibrationError with k3, which Kalibr lacks."""
         if self.k3:
             raise CalibrationError("Kalibr's radtan has no k3")
-        return self.kalibr("pinhole", [], "radtan", [self.k1, self.k2, self.p1, self.p2])
+        return self.kalibr_entry("pinhole", [], "radtan", [self.k1, self.k2, self.p1, self.p2])
 
     def _bent(self, x: Floats, y: Floats) -> Floats:
         """Places (..., 2) after the lens of those before it."""

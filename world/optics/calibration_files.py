@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from world.optics.brown_conrady import PinholeCamera
+from world.optics.brown_conrady import PinholeModel
 from world.optics.camera_model import CalibrationError, CameraModel
-from world.optics.double_sphere import DoubleSphereCamera
-from world.optics.fisheye import FisheyeCamera, kannala_brandt
+from world.optics.double_sphere import DoubleSphereModel
+from world.optics.fisheye import FisheyeModel, kannala_brandt_lens
 from world.optics.lens import Lens
 
 LARGEST_FILE = 1 << 20
@@ -29,7 +29,7 @@ Plane = tuple[float, float, float, float]
 """Focal lengths and principal point, px."""
 
 
-class FieldError(CalibrationError):
+class CalibrationFieldError(CalibrationError):
     """A field of a calibration is missing, or wrong."""
 
     def __init__(self, field: str, why: str):
@@ -37,7 +37,7 @@ class FieldError(CalibrationError):
         self.field = field
 
 
-def read_camera(path: str | Path, camera: str = "") -> CameraModel:
+def read_calibration(path: str | Path, camera: str = "") -> CameraModel:
     """The camera of a calibration file; `camera` names one of several, by default the first.
 
     Read are a camchain of Kalibr, the cameras.yaml of a log, a FileStorage (YAML) of OpenCV, a camera_info of ROS, a
@@ -49,13 +49,13 @@ def read_camera(path: str | Path, camera: str = "") -> CameraModel:
     return _read(Path(path), camera)[1]
 
 
-def camera_text(path: str | Path, camera: str = "") -> str:
-    """What a calibration file says of a camera, in a line of JSON for `parse_camera`. Raises like `read_camera`."""
+def calibration_text(path: str | Path, camera: str = "") -> str:
+    """What a calibration file says of a camera, as JSON for `parse_calibration`. Raises like `read_calibration`."""
     return json.dumps(_read(Path(path), camera)[0], default=str)
 
 
-def parse_camera(text: str) -> CameraModel:
-    """The camera of a text of `camera_text`. Raises CalibrationError."""
+def parse_calibration(text: str) -> CameraModel:
+    """The camera of a text of `calibration_text`. Raises CalibrationError."""
     try:
         return _model(_mapping(json.loads(text), "the text"))
     except (ValueError, RecursionError) as error:
@@ -79,7 +79,7 @@ def _read(path: Path, camera: str) -> tuple[Values, CameraModel]:
             values = _mapping(cameras[name], name)
         return values, _model(values)
     except ValueError as error:  # also of a lens
-        line = _line(text, name, error.field if isinstance(error, FieldError) else "")
+        line = _line(text, name, error.field if isinstance(error, CalibrationFieldError) else "")
         raise CalibrationError(f"{path}{f':{line}' if line else ''}: {error}") from None
 
 
@@ -131,7 +131,7 @@ def _mapping(value: Any, what: str) -> Values:
 def _numbers(values: Values, name: str, *sizes: int) -> list[float]:
     """A list of numbers, also the `data` of a matrix."""
     if name not in values:
-        raise FieldError(name, "is missing")
+        raise CalibrationFieldError(name, "is missing")
     matrix: Values = values[name] if isinstance(values[name], dict) else {"data": values[name]}
     data = matrix.get("data")
     try:
@@ -139,12 +139,12 @@ def _numbers(values: Values, name: str, *sizes: int) -> list[float]:
     except (TypeError, ValueError):
         numbers = None
     if numbers is None:
-        raise FieldError(name, f"is no list of numbers: {data!r}")
+        raise CalibrationFieldError(name, f"is no list of numbers: {data!r}")
     rows, columns = matrix.get("rows"), matrix.get("cols")
     if isinstance(rows, int) and isinstance(columns, int) and rows * columns != len(numbers):
-        raise FieldError(name, f"has {len(numbers)} numbers in {rows} rows and {columns} columns")
+        raise CalibrationFieldError(name, f"has {len(numbers)} numbers in {rows} rows and {columns} columns")
     if sizes and len(numbers) not in sizes:
-        raise FieldError(name, f"has {len(numbers)} numbers, not {' or '.join(map(str, sizes))}")
+        raise CalibrationFieldError(name, f"has {len(numbers)} numbers, not {' or '.join(map(str, sizes))}")
     return numbers
 
 
@@ -154,7 +154,7 @@ def _whole(values: Values, name: str) -> int:
 
 def _pixels(name: str, number: float) -> int:
     if not (0 < number < MOST_PIXELS and number == int(number)):
-        raise FieldError(name, f"is {number:g}, not a number of pixels")
+        raise CalibrationFieldError(name, f"is {number:g}, not a number of pixels")
     return int(number)
 
 
@@ -164,9 +164,9 @@ def _kalibr(values: Values) -> CameraModel:
     kind = str(values.get("camera_model", "pinhole")).lower()
     if kind in ("ds", "double_sphere"):
         xi, alpha, *plane = _numbers(values, "intrinsics", 6)
-        return DoubleSphereCamera(width, height, *_half_on(plane), xi, alpha)
+        return DoubleSphereModel(width, height, *_half_on(plane), xi, alpha)
     if kind != "pinhole":
-        raise FieldError("camera_model", f"{kind} is not supported; pinhole and ds are")
+        raise CalibrationFieldError("camera_model", f"{kind} is not supported; pinhole and ds are")
     plane = _half_on(_numbers(values, "intrinsics", 4))
     if "quartic" in values:
         return _quartic(_mapping(values["quartic"], "quartic"), (width, height), plane[2:])
@@ -174,8 +174,8 @@ def _kalibr(values: Values) -> CameraModel:
     model = str(values.get("distortion_model", "none")).lower()
     if model == "none":
         if name in values and any(_numbers(values, name)):
-            raise FieldError(name, "are given without a distortion_model")
-        return PinholeCamera(width, height, *plane)
+            raise CalibrationFieldError(name, "are given without a distortion_model")
+        return PinholeModel(width, height, *plane)
     return _distorted(values, model, (width, height), plane, name)
 
 
@@ -183,7 +183,7 @@ def _quartic(values: Values, size: tuple[int, int], center: Sequence[float]) -> 
     """The lens in a log's cameras.yaml to which the others there are fitted."""
     k1, k2, k3, k4 = _numbers(values, "k", 4)
     fx, fy = _numbers(values, "focal_lengths", 2)
-    return FisheyeCamera(*size, fx, fy, center[0], center[1], Lens((k1, k2, k3, k4), _numbers(values, "fov", 1)[0]))
+    return FisheyeModel(*size, fx, fy, center[0], center[1], Lens((k1, k2, k3, k4), _numbers(values, "fov", 1)[0]))
 
 
 def _opencv(values: Values) -> CameraModel:
@@ -191,27 +191,27 @@ def _opencv(values: Values) -> CameraModel:
     names = [name for name in ("camera_matrix", "Camera_Matrix", "K") if name in values]
     k = _numbers(values, names[0] if names else "camera_matrix", 9)
     if k[1] or k[3] or k[6:] != [0.0, 0.0, 1.0]:
-        raise FieldError(names[0], "is not [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+        raise CalibrationFieldError(names[0], "is not [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
     size = _whole(values, "image_width"), _whole(values, "image_height")
     names = [name for name in ("distortion_coefficients", "Distortion_Coefficients", "D") if name in values]
     model = str(values.get("distortion_model", values.get("model", ""))).lower()
     plane = _half_on([k[0], k[4], k[2], k[5]])
     if not (names or model):
-        return PinholeCamera(*size, *plane)
+        return PinholeModel(*size, *plane)
     return _distorted(values, model, size, plane, names[0] if names else "distortion_coefficients")
 
 
 def _woodscape(values: Values) -> CameraModel:
     """Pixels per rad and its powers; the center is given from the middle of the picture."""
     if values.get("model", "radial_poly") != "radial_poly":
-        raise FieldError("model", f"{values['model']} is not supported; radial_poly is")
+        raise CalibrationFieldError("model", f"{values['model']} is not supported; radial_poly is")
     width, height = _whole(values, "width"), _whole(values, "height")
     k1, k2, k3, k4 = (_numbers(values, f"k{power}", 1)[0] for power in (1, 2, 3, 4))
     aspect = _numbers(values, "aspect_ratio", 1)[0] if "aspect_ratio" in values else 1.0
     cx = 0.5 * width + _numbers(values, "cx_offset", 1)[0]
     cy = 0.5 * height + _numbers(values, "cy_offset", 1)[0]
     if not k1 > 0.0:
-        raise FieldError("k1", f"is {k1:g}: the picture of a lens grows from its axis")
+        raise CalibrationFieldError("k1", f"is {k1:g}: the picture of a lens grows from its axis")
     k = (1.0, k2 / k1, k3 / k1, k4 / k1)
     return _fisheye((width, height), (k1, k1 * aspect, cx, cy), lambda fov: Lens(k, fov), k)
 
@@ -221,17 +221,17 @@ def _distorted(values: Values, model: str, size: tuple[int, int], plane: Plane, 
     if model in EQUIDISTANT:
         k1, k2, k3, k4 = _numbers(values, name, 4)
         terms = (1.0, 0.0, k1, 0.0, k2, 0.0, k3, 0.0, k4)
-        return _fisheye(size, plane, lambda fov: kannala_brandt((k1, k2, k3, k4), fov), terms)
+        return _fisheye(size, plane, lambda fov: kannala_brandt_lens((k1, k2, k3, k4), fov), terms)
     if model not in RADTAN:
-        raise FieldError("distortion_model", f"{model} is not supported; radtan and equidistant are")
+        raise CalibrationFieldError("distortion_model", f"{model} is not supported; radtan and equidistant are")
     coefficients = _numbers(values, name, *COUNTS)
     if any(coefficients[5:]):
         rational = (
             f"has {len(coefficients)} numbers, those of the rational model; only k1, k2, p1, p2, k3 are supported"
         )
-        raise FieldError(name, f"{rational}: calibrate without CALIB_RATIONAL_MODEL")
+        raise CalibrationFieldError(name, f"{rational}: calibrate without CALIB_RATIONAL_MODEL")
     k1, k2, p1, p2, k3 = [*coefficients[:5], *[0.0] * 5][:5]
-    return PinholeCamera(*size, *plane, k1, k2, p1, p2, k3)
+    return PinholeModel(*size, *plane, k1, k2, p1, p2, k3)
 
 
 def _half_on(plane: Sequence[float]) -> Plane:
@@ -240,7 +240,7 @@ def _half_on(plane: Sequence[float]) -> Plane:
     return fx, fy, cx + 0.5, cy + 0.5
 
 
-def _fisheye(size: tuple[int, int], plane: Plane, lens: Callable[[float], Lens], k: Sequence[float]) -> FisheyeCamera:
+def _fisheye(size: tuple[int, int], plane: Plane, lens: Callable[[float], Lens], k: Sequence[float]) -> FisheyeModel:
     """With a field of view to the farthest corner, or to just before the lens folds."""
     fx, fy, cx, cy = plane
     if not (fx > 0.0 and fy > 0.0 and all(map(math.isfinite, [*plane, *k]))):
@@ -252,4 +252,4 @@ def _fisheye(size: tuple[int, int], plane: Plane, lens: Callable[[float], Lens],
     edge = float(phi[max(int(ends[0]) - 1, 1)]) if len(ends) and radius[ends[0]] < max(corners) else None
     if edge is None:
         edge = float(phi[int(ends[0])]) if len(ends) else math.pi
-    return FisheyeCamera(*size, fx, fy, cx, cy, lens(2.0 * edge))
+    return FisheyeModel(*size, fx, fy, cx, cy, lens(2.0 * edge))

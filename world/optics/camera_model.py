@@ -51,7 +51,7 @@ class CameraModel(ABC):
         """Unit rays (..., 3) through places (..., 2) of the plane of focal length 1, and which of them exist."""
 
     @abstractmethod
-    def slopes(self, points: Floats) -> Floats:
+    def derivatives(self, points: Floats) -> Floats:
         """Derivatives (..., 2, 3) of the places by the points."""
 
     def project(self, points: ArrayLike) -> tuple[Floats, Bools]:
@@ -75,7 +75,7 @@ class CameraModel(ABC):
 
     def jacobian(self, points: ArrayLike) -> Floats:
         """Derivatives (..., 2, 3) of the pixels by the points, px per unit of the points."""
-        return self.slopes(np.asarray(points, np.float64)) * np.array([[self.fx], [self.fy]])
+        return self.derivatives(np.asarray(points, np.float64)) * np.array([[self.fx], [self.fy]])
 
     @abstractmethod
     def to_opencv(self) -> dict[str, Any]:
@@ -91,21 +91,23 @@ class CameraModel(ABC):
         A lens that Kalibr lacks is fitted; `fit_rms_px` then says how well. Kalibr's pixels count as OpenCV's.
         """
 
-    def centers(self) -> tuple[Floats, Bools]:
+    def pixel_rays(self) -> tuple[Floats, Bools]:
         """Unit rays (height, width, 3) through the centers of all pixels, and which exist; others are NaN."""
-        return self.first(self.height, self.width)
+        return self.corner_rays(self.height, self.width)
 
-    def first(self, rows: int, columns: int) -> tuple[Floats, Bools]:
-        """Those of `centers` in the first rows and columns."""
+    def corner_rays(self, rows: int, columns: int) -> tuple[Floats, Bools]:
+        """Those of `pixel_rays` in the first rows and columns."""
         u, v = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
         return self.rays(np.stack((u, v), axis=-1))
 
     @property
-    def matrix(self) -> Floats:
+    def intrinsic_matrix(self) -> Floats:
         """K (3, 3), in the convention of OpenCV and Kalibr."""
         return np.array([[self.fx, 0.0, self.cx - 0.5], [0.0, self.fy, self.cy - 0.5], [0.0, 0.0, 1.0]])
 
-    def kalibr(self, camera: str, first: list[float], distortion: str, coefficients: list[float]) -> dict[str, Any]:
+    def kalibr_entry(
+        self, camera: str, first: list[float], distortion: str, coefficients: list[float]
+    ) -> dict[str, Any]:
         """A camera of a camchain; `first` are numbers of the model before the focal lengths."""
         return {
             "camera_model": camera,
@@ -116,6 +118,6 @@ class CameraModel(ABC):
         }
 
 
-def unit(vectors: Floats) -> Floats:
+def normalize(vectors: Floats) -> Floats:
     """Vectors (..., 3) of length 1."""
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)

@@ -10,7 +10,7 @@ from world.optics.camera_model import Bools, CalibrationError, CameraModel, Floa
 
 
 @dataclass(frozen=True)
-class DoubleSphereCamera(CameraModel):
+class DoubleSphereModel(CameraModel):
     """`xi` is the distance of the spheres, `alpha` (0 to 1) that of the pinhole (Usenko et al., 3DV 2018)."""
 
     xi: float = 0.0
@@ -45,7 +45,7 @@ class DoubleSphereCamera(CameraModel):
             rays = np.concatenate((places * factor[..., None], (factor * mz - xi)[..., None]), axis=-1)
         return rays, valid
 
-    def slopes(self, points: Floats) -> Floats:
+    def derivatives(self, points: Floats) -> Floats:
         alpha, xi = self.alpha, self.xi
         d1, d2, below = self._distances(points)
         xy, high = points[..., :2], points[..., 2] + xi * d1
@@ -62,7 +62,7 @@ class DoubleSphereCamera(CameraModel):
         raise CalibrationError("OpenCV has no double sphere")
 
     def to_kalibr(self) -> dict[str, Any]:
-        return self.kalibr("ds", [self.xi, self.alpha], "none", [])
+        return self.kalibr_entry("ds", [self.xi, self.alpha], "none", [])
 
     def _distances(self, points: Floats) -> tuple[Floats, Floats, Floats]:
         """From the centers of both spheres, and what x and y are divided by."""

@@ -12,7 +12,7 @@ from world.optics.lens import Lens
 FIT_POINTS = 2000
 
 
-def kannala_brandt(k: tuple[float, float, float, float], fov: float) -> Lens:
+def kannala_brandt_lens(k: tuple[float, float, float, float], fov: float) -> Lens:
     """r = phi + k1 phi³ + k2 phi⁵ + k3 phi⁷ + k4 phi⁹ (Kannala and Brandt 2006; OpenCV's fisheye); `fov` in rad.
 
     Raises ValueError as Lens does.
@@ -21,13 +21,13 @@ def kannala_brandt(k: tuple[float, float, float, float], fov: float) -> Lens:
 
 
 @dataclass(frozen=True)
-class FisheyeCamera(CameraModel):
+class FisheyeModel(CameraModel):
     """`lens` is for focal length 1. The picture ends where the lens does, at half of its field of view."""
 
     lens: Lens
 
     @classmethod
-    def square(cls, lens: Lens, size: int, scale: float = 0.0) -> Self:
+    def from_lens(cls, lens: Lens, size: int, scale: float = 0.0) -> Self:
         """A camera of `size` x `size` px whose axis meets the center; `scale` is px per unit of the lens' radius.
 
         Without it, the image circle touches the borders of the picture. Raises CalibrationError.
@@ -36,7 +36,7 @@ class FisheyeCamera(CameraModel):
         return cls(size, size, scale, scale, size / 2, size / 2, lens)
 
     @property
-    def circle(self) -> float:
+    def circle_diameter(self) -> float:
         """Diameter of the image circle, the larger one if it is an ellipse (px)."""
         return 2 * max(self.fx, self.fy) * self.lens.edge_radius
 
@@ -44,7 +44,7 @@ class FisheyeCamera(CameraModel):
         x, y, z = np.moveaxis(points, -1, 0)
         across = np.hypot(x, y)
         phi = np.arctan2(across, z)
-        valid = (phi <= self.lens.edge) & ((across > 0.0) | (z > 0.0))
+        valid = (phi <= self.lens.edge_angle) & ((across > 0.0) | (z > 0.0))
         radius = self.lens.radius(phi)
         factor = np.divide(radius, across, out=np.zeros_like(across), where=across > 0.0)
         return np.stack((x * factor, y * factor), axis=-1), valid
@@ -59,12 +59,12 @@ class FisheyeCamera(CameraModel):
         np.cos(phi, out=rays[..., 2])
         return rays, radius <= self.lens.edge_radius
 
-    def centers(self) -> tuple[Floats, Bools]:
+    def pixel_rays(self) -> tuple[Floats, Bools]:
         if (2.0 * self.cx, 2.0 * self.cy) != (self.width, self.height):
-            return super().centers()
+            return super().pixel_rays()
         rows, columns = (self.height + 1) // 2, (self.width + 1) // 2
         rays, valid = np.empty((self.height, self.width, 3)), np.empty((self.height, self.width), np.bool_)
-        rays[:rows, :columns], valid[:rows, :columns] = self.first(rows, columns)  # and its mirror images
+        rays[:rows, :columns], valid[:rows, :columns] = self.corner_rays(rows, columns)  # and its mirror images
         for whole in (rays, valid):
             whole[:rows, columns:] = whole[:rows, : self.width - columns][:, ::-1]
             whole[rows:] = whole[: self.height - rows][::-1]
@@ -72,7 +72,7 @@ class FisheyeCamera(CameraModel):
             np.negative(half, out=half)
         return rays, valid
 
-    def slopes(self, points: Floats) -> Floats:
+    def derivatives(self, points: Floats) -> Floats:
         """Those of r(phi) x / rho with rho² = x² + y² and tan phi = rho / z; on the axis their limit."""
         x, y, z = np.moveaxis(points, -1, 0)
         rho2 = x * x + y * y
@@ -82,9 +82,9 @@ class FisheyeCamera(CameraModel):
         off_axis = rho > 1e-9 * np.abs(z)
         safe = np.where(off_axis, rho, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.where(off_axis, self.lens.radius(phi) / safe, self.lens.slope(0.0) / z)
-            steep = np.where(off_axis, (self.lens.slope(phi) * z / length2 - ratio) / safe**2, 0.0)
-        along = -self.lens.slope(phi) / length2
+            ratio = np.where(off_axis, self.lens.radius(phi) / safe, self.lens.radius_slope(0.0) / z)
+            steep = np.where(off_axis, (self.lens.radius_slope(phi) * z / length2 - ratio) / safe**2, 0.0)
+        along = -self.lens.radius_slope(phi) / length2
         rows = [
             [ratio + steep * x * x, steep * x * y, along * x],
             [steep * x * y, ratio + steep * y * y, along * y],
@@ -93,29 +93,29 @@ class FisheyeCamera(CameraModel):
 
     def to_opencv(self) -> dict[str, Any]:
         """Raises CalibrationError for a quartic lens: its fit is in `to_kalibr`."""
-        k = self.lens.odd
+        k = self.lens.kannala_brandt_coefficients
         if k is None:
             raise CalibrationError("OpenCV has no quartic lens; to_kalibr fits one that it has")
-        return {"model": "fisheye", "K": self.matrix, "D": np.array(k)}
+        return {"model": "fisheye", "K": self.intrinsic_matrix, "D": np.array(k)}
 
     def to_kalibr(self) -> dict[str, Any]:
-        k = self.lens.odd
+        k = self.lens.kannala_brandt_coefficients
         if k is not None:
-            return self.kalibr("pinhole", [], "equidistant", list(k))
-        near, rms = self.fitted()
+            return self.kalibr_entry("pinhole", [], "equidistant", list(k))
+        near, rms = self.fit_kannala_brandt()
         return {**near.to_kalibr(), "fit_rms_px": rms}
 
-    def fitted(self) -> "tuple[FisheyeCamera, float]":
+    def fit_kannala_brandt(self) -> "tuple[FisheyeModel, float]":
         """The nearest camera with a lens of Kannala and Brandt, and how far it is off (px, rms over the angles).
 
         Raises ValueError if that lens folds within the field of view.
         """
-        phi = np.linspace(0.0, self.lens.edge, FIT_POINTS)
+        phi = np.linspace(0.0, self.lens.edge_angle, FIT_POINTS)
         powers = np.stack([phi, phi**3, phi**5, phi**7, phi**9], axis=-1)
         wanted = self.lens.radius(phi)
         found, *_ = np.linalg.lstsq(powers, wanted, rcond=None)
         focal, *rest = found.tolist()
         k = rest[0] / focal, rest[1] / focal, rest[2] / focal, rest[3] / focal
-        near = replace(self, fx=self.fx * focal, fy=self.fy * focal, lens=kannala_brandt(k, self.lens.fov))
+        near = replace(self, fx=self.fx * focal, fy=self.fy * focal, lens=kannala_brandt_lens(k, self.lens.fov))
         error = (powers @ found - wanted) * math.sqrt(self.fx * self.fy)
         return near, float(np.sqrt(np.mean(error**2)))

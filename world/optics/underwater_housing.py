@@ -18,7 +18,7 @@ AXIS = 1e-9  # rad, closer to which a ray lies on the axis
 
 
 @dataclass(frozen=True)
-class Port(ABC):
+class HousingPort(ABC):
     """A window around the axis of a camera, its glass `thickness` m thick, between air and water.
 
     Rays are followed backwards, from the camera into the water, in the plane of the axis: (across, along) in m.
@@ -37,21 +37,21 @@ class Port(ABC):
 
     @property
     @abstractmethod
-    def widest(self) -> float:
+    def max_angle(self) -> float:
         """Angle (rad) off the axis, in air, from which on no ray gets through."""
 
     @property
     @abstractmethod
-    def reach(self) -> float:
+    def outer_distance(self) -> float:
         """Distance (m) from the camera within which there is only air and glass."""
 
     @abstractmethod
-    def follow(self, angle: Floats) -> tuple[Floats, Floats]:
+    def trace(self, angle: Floats) -> tuple[Floats, Floats]:
         """Where rays at these angles (...) leave the glass, and their directions in water, (..., 2) each."""
 
-    def bend(self, angle: Floats, subject: float | Floats) -> Floats:
+    def refracted_angle(self, angle: Floats, subject: float | Floats) -> Floats:
         """Angle off the axis (rad), seen from the camera, of what a ray at `angle` in air shows `subject` m away."""
-        place, way = self.follow(angle)
+        place, way = self.trace(angle)
         if isinstance(subject, float) and math.isinf(subject):
             return np.arctan2(way[..., 0], way[..., 1])
         across = _dot(place, way)
@@ -61,28 +61,28 @@ class Port(ABC):
 
 
 @dataclass(frozen=True)
-class FlatPort(Port):
+class FlatPort(HousingPort):
     """A pane, square to the axis, `distance` m before the camera's center."""
 
     distance: float = 0.03
 
     @property
-    def widest(self) -> float:
+    def max_angle(self) -> float:
         return math.radians(89.0)
 
     @property
-    def reach(self) -> float:
+    def outer_distance(self) -> float:
         return self.distance + self.thickness
 
-    def follow(self, angle: Floats) -> tuple[Floats, Floats]:
+    def trace(self, angle: Floats) -> tuple[Floats, Floats]:
         sine = np.sin(angle)
         across = self.distance * np.tan(angle) + self.thickness * _tangent(sine / self.glass)
         way = np.stack((sine / self.water, np.sqrt(1 - (sine / self.water) ** 2)), axis=-1)
-        return np.stack((across, np.full_like(across, self.reach)), axis=-1), way
+        return np.stack((across, np.full_like(across, self.outer_distance)), axis=-1), way
 
 
 @dataclass(frozen=True)
-class Dome(Port):
+class DomePort(HousingPort):
     """A part of a sphere of inner `radius` m; the camera's center is `offset` m before the sphere's, along the axis."""
 
     radius: float = 0.08
@@ -94,14 +94,14 @@ class Dome(Port):
             raise CalibrationError(f"offset = {self.offset:g} m is outside of a dome of radius {self.radius:g} m")
 
     @property
-    def widest(self) -> float:
+    def max_angle(self) -> float:
         return math.pi
 
     @property
-    def reach(self) -> float:
+    def outer_distance(self) -> float:
         return self.radius + self.thickness + abs(self.offset)
 
-    def follow(self, angle: Floats) -> tuple[Floats, Floats]:
+    def trace(self, angle: Floats) -> tuple[Floats, Floats]:
         way = np.stack((np.sin(angle), np.cos(angle)), axis=-1)
         place = np.broadcast_to(np.array([0.0, self.offset]), way.shape)
         for radius, before, behind in (
@@ -127,26 +127,26 @@ def _tangent(sine: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class HousedCamera(CameraModel):
+class HousedModel(CameraModel):
     """A camera `inner` behind a port.
 
     Behind a flat port, and off the center of a dome, rays do not meet in one point but along the axis (Agrawal and
     others, CVPR 2012). `project`, `rays` and `jacobian` are those of one point, the camera's center, and right for all
-    that is `subject` m away from it; `refract` is right everywhere, and `origins` say where rays cross the axis. Make
-    one by `housed`. Raises CalibrationError.
+    that is `subject_distance` m away from it; `project_refracted` is right everywhere, and `axis_crossings` say where
+    rays cross the axis. Make one by `put_behind_port`. Raises CalibrationError.
     """
 
     inner: CameraModel
-    port: Port
-    subject: float = math.inf
+    port: HousingPort
+    subject_distance: float = math.inf
     _angles: Floats = field(init=False, repr=False, compare=False)
     _bent: Floats = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if not self.subject > self.port.reach:
-            raise CalibrationError(f"a subject {self.subject:g} m away is within the port")
-        angles = np.linspace(0.0, self.port.widest - 10 * NUDGE, TABLE)
-        bent = self.port.bend(angles, self.subject)
+        if not self.subject_distance > self.port.outer_distance:
+            raise CalibrationError(f"a subject {self.subject_distance:g} m away is within the port")
+        angles = np.linspace(0.0, self.port.max_angle - 10 * NUDGE, TABLE)
+        bent = self.port.refracted_angle(angles, self.subject_distance)
         rising = np.flatnonzero(~(np.diff(bent) > 0.0))
         last = int(rising[0]) + 1 if rising.size else TABLE
         object.__setattr__(self, "_angles", angles[:last])
@@ -162,10 +162,10 @@ class HousedCamera(CameraModel):
         rays, valid = self.inner.undistort(places)
         angle, _, outward = _polar(np.nan_to_num(rays))
         valid = valid & (angle <= self._angles[-1])
-        bent = self.port.bend(np.where(valid, angle, 0.0), self.subject)
+        bent = self.port.refracted_angle(np.where(valid, angle, 0.0), self.subject_distance)
         return _directed(bent, outward), valid & np.isfinite(bent)
 
-    def slopes(self, points: Floats) -> Floats:
+    def derivatives(self, points: Floats) -> Floats:
         """Those of the inner camera at the ray in air, times those of that ray by the point."""
         seen, away, outward = _polar(points)
         angle = np.nan_to_num(self._unbend(seen))
@@ -179,25 +179,27 @@ class HousedCamera(CameraModel):
         found = along[..., :, None] * turned[..., None, :] * (slope / away)[..., None, None]
         aside = np.stack((-outward[..., 1], outward[..., 0], np.zeros_like(angle)), axis=-1)
         found += aside[..., :, None] * aside[..., None, :] * ratio[..., None, None]
-        return self.inner.slopes(_directed(angle, outward)) @ found
+        return self.inner.derivatives(_directed(angle, outward)) @ found
 
-    def refract(self, points: ArrayLike) -> tuple[Floats, Bools]:
+    def project_refracted(self, points: ArrayLike) -> tuple[Floats, Bools]:
         """Pixels (..., 2) of points (..., 3; m), wherever they are in the water, and which of them are seen."""
         points = np.asarray(points, np.float64)
         seen, away, outward = _polar(points)
         low, high = np.zeros_like(seen), np.full_like(seen, self._angles[-1])
         for _ in range(60):
             middle = (low + high) / 2
-            above = ~(self.port.bend(middle, away) < seen)
+            above = ~(self.port.refracted_angle(middle, away) < seen)
             low, high = np.where(above, low, middle), np.where(above, middle, high)
         pixels, valid = self.inner.project(_directed(low, outward))
-        return pixels, valid & (away > self.port.reach) & (np.abs(self.port.bend(low, away) - seen) < 1e-9)
+        return pixels, valid & (away > self.port.outer_distance) & (
+            np.abs(self.port.refracted_angle(low, away) - seen) < 1e-9
+        )
 
-    def origins(self, pixels: ArrayLike) -> Floats:
+    def axis_crossings(self, pixels: ArrayLike) -> Floats:
         """(...) m ahead of the camera's center at which the rays in water cross the axis; NaN without a ray."""
         rays, valid = self.inner.rays(pixels)
         angle, _, _ = _polar(np.nan_to_num(rays))
-        place, way = self.port.follow(np.maximum(np.where(valid, angle, 0.0), 10 * NUDGE))
+        place, way = self.port.trace(np.maximum(np.where(valid, angle, 0.0), 10 * NUDGE))
         return np.where(valid, place[..., 1] - place[..., 0] * way[..., 1] / way[..., 0], np.nan)
 
     def to_opencv(self) -> dict[str, Any]:
@@ -208,7 +210,7 @@ class HousedCamera(CameraModel):
 
     def _bend(self, angle: Floats) -> Floats:
         """Also of angles a little below 0."""
-        return np.copysign(self.port.bend(np.abs(angle), self.subject), angle)
+        return np.copysign(self.port.refracted_angle(np.abs(angle), self.subject_distance), angle)
 
     def _unbend(self, seen: Floats) -> Floats:
         """Angle in air of a ray that is seen at an angle; NaN if there is none."""
@@ -219,12 +221,12 @@ class HousedCamera(CameraModel):
         return np.where(seen <= self._bent[-1], angle, np.nan)
 
 
-def housed(camera: CameraModel, port: Port | None, subject: float = math.inf) -> CameraModel:
-    """A camera behind a port, right for what is `subject` m away (see HousedCamera); itself without one."""
+def put_behind_port(camera: CameraModel, port: HousingPort | None, subject_distance: float = math.inf) -> CameraModel:
+    """A camera behind a port, right for what is `subject_distance` m away (see HousedModel); itself without one."""
     if port is None:
         return camera
     size = camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy
-    return HousedCamera(*size, camera, port, subject)
+    return HousedModel(*size, camera, port, subject_distance)
 
 
 def _polar(points: Floats) -> tuple[Floats, Floats, Floats]:

@@ -1,41 +1,41 @@
 """Renders what a camera sees."""
 
-from world.rendering.camera import Camera
-from world.rendering.exposure import Exposure, Shutter, noise
-from world.rendering.labels import Box, Kind, Labeller, Labels
+from world.rendering.camera import SceneCamera
+from world.rendering.exposure import Exposure, Shutter, frame_random
+from world.rendering.labels import ImageLabels, Labeler, ObjectBox, PixelClass
 from world.rendering.light.caustics import Caustics
 from world.rendering.light.lamps import Lamp, parse_lamp
-from world.rendering.light.water_optics import water
-from world.rendering.objects.calibration_targets import Board, april_grid, board, chessboard
+from world.rendering.light.water_optics import green_water
+from world.rendering.objects.calibration_targets import Board, april_grid_cells, board_of_object, chessboard_cells
 from world.rendering.objects.glider import Glider
 from world.rendering.panorama import Panorama
-from world.rendering.remap_table import void_warning
-from world.rendering.renderer import optical
+from world.rendering.remap_table import uncovered_warning
+from world.rendering.renderer import optical_transform
 from world.rendering.resampling import INTERPOLATIONS
-from world.rendering.scenes import SCENES, Standpoint
+from world.rendering.scenes import SCENES, ScenePose
 
 __all__ = [
     "INTERPOLATIONS",
     "SCENES",
     "Board",
-    "Box",
-    "Camera",
     "Caustics",
     "Exposure",
     "Glider",
-    "Kind",
-    "Labeller",
-    "Labels",
+    "ImageLabels",
+    "Labeler",
     "Lamp",
+    "ObjectBox",
     "Panorama",
+    "PixelClass",
+    "SceneCamera",
+    "ScenePose",
     "Shutter",
-    "Standpoint",
-    "april_grid",
-    "board",
-    "chessboard",
-    "noise",
-    "optical",
+    "april_grid_cells",
+    "board_of_object",
+    "chessboard_cells",
+    "frame_random",
+    "green_water",
+    "optical_transform",
     "parse_lamp",
-    "void_warning",
-    "water",
+    "uncovered_warning",
 ]

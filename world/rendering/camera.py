@@ -10,34 +10,33 @@ from numpy.typing import NDArray
 
 from support.pose import DOWN, Pose
 from world.optics import CameraModel
-from world.rendering.labels import Labeller, Labels
+from world.rendering.labels import ImageLabels, Labeler
 from world.rendering.light.caustics import Caustics
 from world.rendering.light.lamps import Lamp
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.glider import Glider
-from world.rendering.objects.marine_snow import Snow
-from world.rendering.objects.static_scene import Landscape, Wall
-from world.rendering.remap_table import Lookup, finest_face
+from world.rendering.objects.marine_snow import MarineSnow
+from world.rendering.objects.static_scene import StaticScene, Wall
+from world.rendering.remap_table import RemapTable, finest_face_width
 from world.rendering.renderer import Renderer
-from world.rendering.resampling import sampler
-from world.rendering.scenes import Seabed, Standpoint, Surroundings, surroundings
-from world.sea import Bathymetry, Waves
+from world.rendering.resampling import make_resampler
+from world.rendering.scenes import Scene, ScenePose, SeabedScene, make_scene
+from world.sea import Bathymetry, SeaState
 from world.sun import Sun
 
 
 @dataclass(frozen=True)
-class Camera:
+class SceneCamera:
     """All that a picture depends on except the pose. `visibility` is in m; 0 takes the default of the scene.
 
     `mount` is where the camera is in its vehicle; by default it looks down, the top of the picture towards the bow.
     `face_width` (px) is that of the square views of 90° that make up a picture; 0 is as fine as the picture itself.
-    `water` is one of Jerlov's types, which has a visibility of its own.
-    `lamps` are those of the vehicle; they shine under water only. `snow` is how many flakes are in a cubic meter of it.
-    `caustics` is how much light the waves gather on the ground, 0 to 1 for a clear sky. With soundings, `seabed` is
-    the ground, in place of a plane `height` m below the vehicle; `walls` reach from the ground to the surface.
-    `mugs` are positions of gliders in m north and east of the scene's origin, on the ground beneath the camera. All
-    cameras with the same seed see the same seabed. The first picture takes some tenths of a second longer, since it
-    builds the tables.
+    `water` is one of Jerlov's types, which has a visibility of its own. `lamps` are those of the vehicle; they shine
+    under water only. `marine_snow` is how many flakes are in a cubic meter of it. `caustics` is how much light the
+    waves gather on the ground, 0 to 1 for a clear sky. With soundings, `seabed` is the ground, in place of a plane
+    `height` m below the vehicle; `walls` reach from the ground to the surface. `glider_positions` are positions of
+    gliders in m north and east of the scene's origin, on the ground beneath the camera. All cameras with the same seed
+    see the same seabed. The first picture takes some tenths of a second longer, since it builds the tables.
     """
 
     optics: CameraModel
@@ -46,51 +45,51 @@ class Camera:
     interpolation: str = "nearest"
     scene: str = "Seabed"
     visibility: float = 0.0
-    mugs: tuple[tuple[float, float], ...] = ()
+    glider_positions: tuple[tuple[float, float], ...] = ()
     seed: int = 0
-    waves: Waves = field(default_factory=Waves)
+    waves: SeaState = field(default_factory=SeaState)
     sun: Sun = field(default_factory=Sun)
     mount: Pose = DOWN
     water: str = ""
     lamps: tuple[Lamp, ...] = ()
-    snow: float = 0.0
+    marine_snow: float = 0.0
     caustics: float = 0.0
     seabed: Bathymetry | None = None
     walls: tuple[Wall, ...] = ()
 
-    def picture(
-        self, pose: Standpoint, gliders: Sequence[Glider] | None = None, boards: Sequence[Board] = ()
+    def take_picture(
+        self, pose: ScenePose, gliders: Sequence[Glider] | None = None, boards: Sequence[Board] = ()
     ) -> NDArray[np.uint8]:
         """RGBA (height, width, 4) from where the vehicle is; all zero where the camera sees nothing.
 
-        `gliders` replace those at `mugs`.
+        `gliders` replace those at `glider_positions`.
         """
         assemble, renderer = self._tables
         return assemble(renderer.render(pose, self._gliders(gliders), boards))
 
     def labels(
         self,
-        pose: Standpoint,
+        pose: ScenePose,
         gliders: Sequence[Glider] | None = None,
-        following: tuple[Standpoint, Sequence[Glider]] | None = None,
+        following: tuple[ScenePose, Sequence[Glider]] | None = None,
         boards: Sequence[Board] = (),
-    ) -> Labels:
-        """What `picture` shows there; see Labeller.labels."""
+    ) -> ImageLabels:
+        """What `take_picture` shows there; see Labeler.labels."""
         return self._labeller.labels(pose, self._gliders(gliders), following, boards)
 
-    def trouble(self, pose: Standpoint) -> str:
+    def obstruction(self, pose: ScenePose) -> str:
         """Why there is no picture from where the vehicle is: the camera is in the ground or in a wall; else empty."""
-        place = pose.carried(self.mount)
-        return self._landscape.trouble((place.north, place.east, place.depth), place.height)
+        place = pose.at_mount(self.mount)
+        return self._landscape.obstruction((place.north, place.east, place.depth), place.height)
 
     def _gliders(self, given: Sequence[Glider] | None) -> Sequence[Glider]:
-        return [Glider(north, east) for north, east in self.mugs] if given is None else given
+        return [Glider(north, east) for north, east in self.glider_positions] if given is None else given
 
     @cached_property
-    def _labeller(self) -> Labeller:
-        return Labeller(self.optics, self.mount, self.scene, self._landscape)
+    def _labeller(self) -> Labeler:
+        return Labeler(self.optics, self.mount, self.scene, self._landscape)
 
-    def bands(self, count: int) -> tuple["Camera", ...]:
+    def split_into_bands(self, count: int) -> tuple["SceneCamera", ...]:
         """Cameras that see `count` bands of rows of about the same height, from the top, in the same scene."""
         if count == 1:
             return (self,)
@@ -106,27 +105,27 @@ class Camera:
         return tuple(parts)
 
     @cached_property
-    def _scene(self) -> Surroundings:
-        return surroundings(self.scene, self.visibility, self.seed, self.waves, self.sun, self.water)
+    def _scene(self) -> Scene:
+        return make_scene(self.scene, self.visibility, self.seed, self.waves, self.sun, self.water)
 
     @cached_property
-    def _snow(self) -> Snow | None:
-        return Snow(self.snow, self.seed) if self.snow else None
+    def _snow(self) -> MarineSnow | None:
+        return MarineSnow(self.marine_snow, self.seed) if self.marine_snow else None
 
     @cached_property
     def _caustics(self) -> Caustics | None:
-        if not self.caustics or not isinstance(self._scene, Seabed):
+        if not self.caustics or not isinstance(self._scene, SeabedScene):
             return None
         return Caustics(self.caustics, self.waves, self.sun, self._scene.water, self.seed)
 
     @cached_property
-    def _landscape(self) -> Landscape:
-        return Landscape(self.seabed, self.walls) if self.scene == "Seabed" else Landscape()
+    def _landscape(self) -> StaticScene:
+        return StaticScene(self.seabed, self.walls) if self.scene == "Seabed" else StaticScene()
 
     @cached_property
     def _tables(self) -> tuple[Callable[[NDArray[np.uint32]], NDArray[np.uint8]], Renderer]:
-        width = self.face_width or finest_face(self.optics)
-        lookup = Lookup(self.optics, width, self.faces)
+        width = self.face_width or finest_face_width(self.optics)
+        lookup = RemapTable(self.optics, width, self.faces)
         seen, water = (lookup.rows, lookup.columns), (self._snow, self._caustics)
         renderer = Renderer(self._scene, width, self.faces, *seen, self.mount, self.lamps, *water, self._landscape)
-        return sampler(lookup, self.interpolation), renderer
+        return make_resampler(lookup, self.interpolation), renderer

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 Window = tuple[tuple[int, int], tuple[int, int]]
 """First and last + 1 of rows, and of columns, of a face."""
 
-NAMES = ("down", "front", "right", "back", "left", "up")
+FACE_NAMES = ("down", "front", "right", "back", "left", "up")
 
 # Widest field of view, rad, that five faces fill: the upper corners of the side faces lie acos(-1/√3) off the axis.
 WIDEST_OF_FIVE = 2 * math.acos(-1 / math.sqrt(3))
@@ -47,7 +47,7 @@ def quaternion_matrix(quaternion: Sequence[float]) -> NDArray[np.float64]:
     )
 
 
-def rotations(count: int) -> NDArray[np.float64]:
+def face_rotations(count: int) -> NDArray[np.float64]:
     """(count, 3, 3) matrices from each face's optical frame to that of `down`. Raises ValueError unless 5 or 6."""
     if count not in (5, 6):
         raise ValueError(f"a fisheye picture has 5 or 6 faces, not {count}")
@@ -68,17 +68,17 @@ def empty_atlas(count: int, width: int) -> NDArray[np.uint32]:
     return atlas
 
 
-def stack(faces: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint32]:
+def stack_faces(faces: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint32]:
     """The atlas of faces (w, w, 4) RGBA or (w, w, 3) RGB, in the order of NAMES.
 
     Raises ValueError if they are not 5 or 6 squares of one size.
     """
-    rotations(len(faces))
+    face_rotations(len(faces))
     width = faces[0].shape[0]
     atlas = empty_atlas(len(faces), width)
     pixels = atlas[:-1].view(np.uint8).reshape(len(faces), width, width, 4)
     pixels[..., 3] = 255
-    for name, face, room in zip(NAMES, faces, pixels, strict=False):
+    for name, face, room in zip(FACE_NAMES, faces, pixels, strict=False):
         if face.ndim != 3 or face.shape[:2] != (width, width) or face.shape[2] not in (3, 4):
             raise ValueError(f"the face {name} has shape {face.shape}, not ({width}, {width}, 3 or 4)")
         room[..., : face.shape[2]] = face

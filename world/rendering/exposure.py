@@ -10,10 +10,10 @@ import numpy as np
 from numpy.random import PCG64, Generator, SeedSequence
 from numpy.typing import NDArray
 
-from world.rendering.camera import Camera
+from world.rendering.camera import SceneCamera
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.glider import Glider
-from world.rendering.scenes import Standpoint
+from world.rendering.scenes import ScenePose
 
 Image = NDArray[np.uint8]
 Floats = NDArray[np.floating[Any]]
@@ -52,14 +52,14 @@ class Exposure:
         if self.read_noise and not self.full_well:
             raise ValueError(f"read_noise = {self.read_noise:g} electrons needs a full_well")
 
-    def times(self, rows: int) -> Floats:
+    def row_times(self, rows: int) -> Floats:
         """(rows,) s from the instant of the picture to the middle of the exposure of each row."""
         return self.readout * ((np.arange(rows) + 0.5) / rows - 0.5)
 
-    def instants(self, bands: int) -> Floats:
+    def sample_times(self, bands: int) -> Floats:
         """(bands * samples,) s from the instant of the picture: what a Shutter of as many bands wants poses of."""
         smear = self.time * ((np.arange(self.samples) + 0.5) / self.samples - 0.5)
-        return (self.times(bands)[:, np.newaxis] + smear).ravel()
+        return (self.row_times(bands)[:, np.newaxis] + smear).ravel()
 
     def apply(self, image: Image, random: Generator) -> Image:
         """A picture (height, width, 4) with vignetting, photon and read noise; where it is void, it stays so.
@@ -70,14 +70,14 @@ class Exposure:
         """
         if not self.vignetting and not self.full_well:
             return image
-        light = linear(image)
+        light = to_linear_light(image)
         if self.vignetting:
-            light *= (1.0 - self.vignetting * squares(*image.shape[:2]))[..., np.newaxis]
+            light *= (1.0 - self.vignetting * squared_radius(*image.shape[:2]))[..., np.newaxis]
         if self.full_well:
             electron = self.gain / self.full_well
             spread = np.sqrt(light * np.float32(electron) + np.float32((electron * self.read_noise) ** 2))
             light += spread * random.standard_normal(light.shape, dtype=np.float32)
-        return counts(light, image[..., 3])
+        return to_counts(light, image[..., 3])
 
 
 class Shutter:
@@ -87,31 +87,31 @@ class Shutter:
     readout / (2 bands), 1 px at a motion of 2 bands px per readout. Each band costs some 1.5 ms more than its pixels.
     """
 
-    def __init__(self, camera: Camera, exposure: Exposure, bands: int = 16):
+    def __init__(self, camera: SceneCamera, exposure: Exposure, bands: int = 16):
         self.exposure = exposure
         self.bands = min(bands, camera.optics.height) if exposure.readout else 1
-        self.cameras = camera.bands(self.bands)
+        self.cameras = camera.split_into_bands(self.bands)
 
     @property
-    def instants(self) -> Floats:
-        """s from the instant of a picture, at which `picture` wants standpoints."""
-        return self.exposure.instants(self.bands)
+    def sample_times(self) -> Floats:
+        """s from the instant of a picture, at which `take_picture` wants standpoints."""
+        return self.exposure.sample_times(self.bands)
 
-    def picture(
+    def take_picture(
         self,
-        standpoints: Sequence[Standpoint],
+        standpoints: Sequence[ScenePose],
         gliders: Sequence[Glider] | None,
         random: Generator,
         boards: Sequence[Board] = (),
     ) -> Image:
-        """RGBA (height, width, 4), seen from where the vehicle is at the `instants`. Raises ValueError for others."""
+        """RGBA (height, width, 4), from where the vehicle is at the `sample_times`. Raises ValueError for others."""
         samples = self.exposure.samples
         if len(standpoints) != self.bands * samples:
             raise ValueError(f"{len(standpoints)} standpoints are not {self.bands} times {samples}")
         parts = [
-            mean(
+            mean_image(
                 [
-                    camera.picture(standpoint, gliders, boards)
+                    camera.take_picture(standpoint, gliders, boards)
                     for standpoint in standpoints[n * samples : (n + 1) * samples]
                 ]
             )
@@ -120,20 +120,20 @@ class Shutter:
         return self.exposure.apply(np.vstack(parts) if len(parts) > 1 else parts[0], random)
 
 
-def noise(seed: int, camera: str, frame: int) -> Generator:
+def frame_random(seed: int, camera: str, frame: int) -> Generator:
     """Random numbers for a frame of a camera: always the same for the same seed, whatever was taken before."""
     return Generator(PCG64(SeedSequence([seed, crc32(camera.encode()), frame])))
 
 
-def linear(image: Image) -> Floats:
-    """(height, width, 3) linear light, 0 to 1, in the middle of what each count stands for (water_optics.encode)."""
+def to_linear_light(image: Image) -> Floats:
+    """(height, width, 3) linear light, 0 to 1, in the middle of what each count stands for (see gamma_encode)."""
     light = image[..., :3] + np.float32(0.5)
     light /= STEPS
     light *= light
     return light
 
 
-def counts(light: Floats, alpha: NDArray[np.uint8]) -> Image:
+def to_counts(light: Floats, alpha: NDArray[np.uint8]) -> Image:
     """RGBA of linear light (height, width, 3) with an opacity (height, width); void where that is 0."""
     image = np.empty((*alpha.shape, 4), dtype=np.uint8)
     image[..., :3] = np.sqrt(np.clip(light, 0.0, 1.0)) * STEPS
@@ -142,18 +142,18 @@ def counts(light: Floats, alpha: NDArray[np.uint8]) -> Image:
     return image
 
 
-def mean(images: Sequence[Image]) -> Image:
+def mean_image(images: Sequence[Image]) -> Image:
     """The mean of the light of pictures of one size."""
     if len(images) == 1:
         return images[0]
-    light = linear(images[0])
+    light = to_linear_light(images[0])
     for image in images[1:]:
-        light += linear(image)
+        light += to_linear_light(image)
     light /= len(images)
-    return counts(light, images[0][..., 3])
+    return to_counts(light, images[0][..., 3])
 
 
-def squares(height: int, width: int) -> Floats:
+def squared_radius(height: int, width: int) -> Floats:
     """(height, width) square of the distance to the middle of a picture, 1 in the centers of its corners."""
     y, x = (np.arange(size, dtype=np.float32) - np.float32((size - 1) / 2) for size in (height, width))
     far = x[:, np.newaxis].T ** 2 + y[:, np.newaxis] ** 2

@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 
 from support.pose import DOWN, Pose
 from world.optics import CameraModel, Floats
-from world.rendering.depth_image import Ranging
-from world.rendering.objects.calibration_targets import Board, lying
+from world.rendering.depth_image import DepthImage
+from world.rendering.objects.calibration_targets import Board, resting_board
 from world.rendering.objects.capsule import Capsule
 from world.rendering.objects.glider import Glider
-from world.rendering.objects.static_scene import Landscape
-from world.rendering.optical_flow import flow
-from world.rendering.pixel_rays import Bools, Places, Rays
-from world.rendering.scene_view import Sight, board_beyond, board_seen, check_scene, numbered
-from world.rendering.scenes import Standpoint
-from world.rendering.seabed.ray_grid import turned
+from world.rendering.objects.static_scene import StaticScene
+from world.rendering.optical_flow import compute_flow
+from world.rendering.pixel_rays import Bools, PixelRays, Places
+from world.rendering.scene_view import SceneView, board_cut_share, board_pixels, check_scene, number_gliders
+from world.rendering.scenes import ScenePose
+from world.rendering.seabed.ray_grid import rotate
 
 BLOCK = 1 << 14  # pixels per step: their arrays fit into the L2 cache
 
 
-class Kind(IntEnum):
+class PixelClass(IntEnum):
     """What a pixel shows: the numbers of `Labels.kinds`."""
 
     VOID = 0
@@ -39,29 +39,29 @@ class Kind(IntEnum):
     WALL = 6
 
 
-class Box(NamedTuple):
+class ObjectBox(NamedTuple):
     """What is seen of one object. Boxes are left, top, right, bottom (px): pixels [left, right) x [top, bottom).
 
     `box` and `area` (px) count what is visible, all zero behind other objects; `whole_box` and `whole_area` what would
-    be seen if the object were alone. `cut` is the share, 0 to 1, of its view that lies beyond the picture.
+    be seen if the object were alone. `cut_share` is the share, 0 to 1, of its view that lies beyond the picture.
     """
 
     instance: int
-    kind: Kind
+    kind: PixelClass
     box: tuple[int, int, int, int]
     area: int
     whole_box: tuple[int, int, int, int]
     whole_area: int
-    cut: float
+    cut_share: float
 
     @property
-    def occluded(self) -> float:
+    def occluded_share(self) -> float:
         """The share, 0 to 1, that other objects hide of what the picture would show."""
         return 1.0 - self.area / self.whole_area
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Labels:
+class ImageLabels:
     """The labels of one picture, (height, width) as it is, true at the pixel centers.
 
     `distance` (m, float32) is along the ray, `depth` (m, float32) along the camera's axis, negative behind it; both are
@@ -75,11 +75,11 @@ class Labels:
     depth: NDArray[np.float32]
     kinds: NDArray[np.uint8]
     instances: NDArray[np.uint16]
-    boxes: tuple[Box, ...] = ()
+    boxes: tuple[ObjectBox, ...] = ()
     flow: NDArray[np.float32] | None = None
 
 
-class Labeller:
+class Labeler:
     """Labels the pictures of a camera with a mount in the vehicle, in one of SCENES. Raises ValueError for another one.
 
     As in the pictures, the surface is a plane, and so is the seabed in a landscape without a relief; planes never hide
@@ -91,56 +91,58 @@ class Labeller:
         optics: CameraModel,
         mount: Pose = DOWN,
         scene: str = "Seabed",
-        landscape: Landscape | None = None,
+        landscape: StaticScene | None = None,
     ):
         check_scene(scene)
         self.optics, self.mount, self.scene = optics, mount, scene
-        self.landscape = landscape or Landscape()
-        self._rays = Rays(optics)
+        self.landscape = landscape or StaticScene()
+        self._rays = PixelRays(optics)
         relief = self.landscape.relief
-        self._ranging = None if relief is None else Ranging(optics, self._rays, relief)
-        self._below, self._above = (Kind.SEABED, Kind.SURFACE) if scene == "Seabed" else (Kind.SURFACE, Kind.SKY)
+        self._ranging = None if relief is None else DepthImage(optics, self._rays, relief)
+        self._below, self._above = (
+            (PixelClass.SEABED, PixelClass.SURFACE) if scene == "Seabed" else (PixelClass.SURFACE, PixelClass.SKY)
+        )
 
     def labels(
         self,
-        standpoint: Standpoint,
+        standpoint: ScenePose,
         gliders: Sequence[Glider] = (),
-        following: tuple[Standpoint, Sequence[Glider]] | None = None,
+        following: tuple[ScenePose, Sequence[Glider]] | None = None,
         boards: Sequence[Board] = (),
-    ) -> Labels:
+    ) -> ImageLabels:
         """The labels at a standpoint, with flow if standpoint and gliders of the following picture are given.
 
         Gliders without any number are numbered from 1 in their order. Boards lie still, and have boxes if they have a
         number. Raises ValueError if the camera is within an
         object or under the ground, and for numbers that are not finite, or of two objects.
         """
-        gliders = numbered(gliders)
-        sight = Sight.of(standpoint, self.mount, self.scene, self.landscape)
-        bodies = {glider.id: sight.body(glider) for glider in gliders}
+        gliders = number_gliders(gliders)
+        sight = SceneView.from_pose(standpoint, self.mount, self.scene, self.landscape)
+        bodies = {glider.id: sight.capsule_of(glider) for glider in gliders}
         distance, kinds = self._planes(sight) if self._ranging is None else self._ground(sight, self._ranging)
         self._wall_in(sight, distance, kinds)
         instances = np.zeros(distance.shape, dtype=np.uint16)
         flat = [(board, self._lay(board, sight, distance, kinds, instances)) for board in boards]
-        beds = {glider.id: self.landscape.bed(*sight.lying(glider)) for glider in gliders}
+        beds = {glider.id: self.landscape.sink_depth(*sight.resting_glider(glider)) for glider in gliders}
         boxes = self._draw(bodies, beds, sight, distance, kinds, instances)
         boxes += tuple(
-            Box(
+            ObjectBox(
                 board.id,
-                Kind.BOARD,
+                PixelClass.BOARD,
                 *self._extents(pixels, instances, board.id),
-                board_beyond(board, sight, self.optics),
+                board_cut_share(board, sight, self.optics),
             )
             for board, pixels in flat
             if board.id and pixels.size
         )
         moved = None
         if following is not None:
-            after = Sight.of(following[0], self.mount, self.scene, self.landscape)
-            now, then = ({glider.id: glider for glider in each} for each in (gliders, numbered(following[1])))
-            bodies_alone = np.where(kinds == Kind.BOARD, np.uint16(0), instances)
-            moved = flow(
+            after = SceneView.from_pose(following[0], self.mount, self.scene, self.landscape)
+            now, then = ({glider.id: glider for glider in each} for each in (gliders, number_gliders(following[1])))
+            bodies_alone = np.where(kinds == PixelClass.BOARD, np.uint16(0), instances)
+            moved = compute_flow(
                 self.optics,
-                self._rays.all,
+                self._rays.directions,
                 distance,
                 bodies_alone,
                 (sight, now),
@@ -148,7 +150,7 @@ class Labeller:
                 level=self._ranging is None,
             )
         shape = self.optics.height, self.optics.width
-        return Labels(
+        return ImageLabels(
             distance.astype(np.float32).reshape(shape),
             self._depth(distance).reshape(shape),
             kinds.reshape(shape),
@@ -157,31 +159,31 @@ class Labeller:
             None if moved is None else moved.reshape(*shape, 2),
         )
 
-    def _planes(self, sight: Sight) -> tuple[Floats, NDArray[np.uint8]]:
+    def _planes(self, sight: SceneView) -> tuple[Floats, NDArray[np.uint8]]:
         """Distances (n,) to the planes below and above, and the kinds (n,) of what is there."""
-        count = self._rays.all.shape[1]
+        count = self._rays.directions.shape[1]
         distance, kinds = np.empty(count), np.empty(count, dtype=np.uint8)
-        a, b, c = sight.turn[2].tolist()
+        a, b, c = sight.rotation[2].tolist()
         for start in range(0, count, BLOCK):
             part = slice(start, start + BLOCK)
-            x, y, z = self._rays.all[:, part]
+            x, y, z = self._rays.directions[:, part]
             down = a * x + b * y + c * z
             up = down < 0.0
             with np.errstate(divide="ignore"):
                 np.divide(np.where(up, sight.depth, sight.height), np.abs(down), out=distance[part])
             kinds[part] = np.where(up, np.uint8(self._above), np.uint8(self._below))
-        kinds[~self._rays.covered] = Kind.VOID
+        kinds[~self._rays.covered] = PixelClass.VOID
         return distance, kinds
 
-    def _ground(self, sight: Sight, ranging: Ranging) -> tuple[Floats, NDArray[np.uint8]]:
+    def _ground(self, sight: SceneView, ranging: DepthImage) -> tuple[Floats, NDArray[np.uint8]]:
         """The same with a relief below."""
-        near, (a, b, c) = ranging.nearness(sight.place, sight.turn), sight.turn[2].tolist()
+        near, (a, b, c) = ranging.inverse_distances(sight.position, sight.rotation), sight.rotation[2].tolist()
         distance, kinds = np.empty(near.size), np.empty(near.size, dtype=np.uint8)
         a, b, c = (each * (-1.0 / sight.depth) for each in (a, b, c))
         with np.errstate(divide="ignore"):
             for start in range(0, near.size, BLOCK):
                 part = slice(start, start + BLOCK)
-                own, (x, y, z) = near[part], self._rays.all[:, part]
+                own, (x, y, z) = near[part], self._rays.directions[:, part]
                 top, more = a * x, b * y
                 top += more
                 top += np.multiply(z, c, out=more)
@@ -192,67 +194,69 @@ class Labeller:
         kinds *= self._rays.covered
         return distance, kinds
 
-    def _wall_in(self, sight: Sight, distance: Floats, kinds: NDArray[np.uint8]) -> None:
+    def _wall_in(self, sight: SceneView, distance: Floats, kinds: NDArray[np.uint8]) -> None:
         """Set the pixels that show walls."""
         if not self.landscape.walls:
             return
         for start in range(0, distance.size, BLOCK):
             part = slice(start, start + BLOCK)
-            near = self.landscape.wall_nearness(sight.place, turned(sight.turn, self._rays.all[:, part]))
+            near = self.landscape.inverse_wall_range(
+                sight.position, rotate(sight.rotation, self._rays.directions[:, part])
+            )
             with np.errstate(invalid="ignore"):
                 (own,) = np.nonzero(near * distance[part] > 1.0)
-            distance[start + own], kinds[start + own] = 1.0 / near[own], Kind.WALL
+            distance[start + own], kinds[start + own] = 1.0 / near[own], PixelClass.WALL
 
-    def _behind(self, sight: Sight, pixels: Places, far: Floats, distance: Floats, bed: float) -> Bools:
+    def _behind(self, sight: SceneView, pixels: Places, far: Floats, distance: Floats, bed: float) -> Bools:
         """Which of the pixels of a body, at distances `far`, ground or walls hide."""
         found = np.zeros(pixels.shape, dtype=np.bool_)
         if self._ranging is not None or self.landscape.walls:
             (own,) = np.nonzero(distance[pixels] < far)
-            rays = turned(sight.turn, self._rays.all.take(pixels[own], axis=1))
-            found[own] = self.landscape.hides(sight.place, rays, 1.0 / far[own], bed)
+            rays = rotate(sight.rotation, self._rays.directions.take(pixels[own], axis=1))
+            found[own] = self.landscape.occludes(sight.position, rays, 1.0 / far[own], bed)
         return found
 
     def _lay(
         self,
         board: Board,
-        sight: Sight,
+        sight: SceneView,
         distance: Floats,
         kinds: NDArray[np.uint8],
         instances: NDArray[np.uint16],
     ) -> Places:
         """Set the pixels that show a board, and return them; one that was laid before is under it."""
-        pixels, far = board_seen(board, sight, self._rays.all)
-        bed = self.landscape.bed(*lying(board, sight.down + sight.height - board.rise))
+        pixels, far = board_pixels(board, sight, self._rays.directions)
+        bed = self.landscape.sink_depth(*resting_board(board, sight.down + sight.height - board.height))
         shown = ~self._behind(sight, pixels, far, distance, bed)
         own = pixels[shown]
-        distance[own], kinds[own], instances[own] = far[shown], Kind.BOARD, board.id
+        distance[own], kinds[own], instances[own] = far[shown], PixelClass.BOARD, board.id
         return pixels
 
     def _draw(
         self,
         bodies: Mapping[int, Capsule],
         beds: Mapping[int, float],
-        sight: Sight,
+        sight: SceneView,
         distance: Floats,
         kinds: NDArray[np.uint8],
         instances: NDArray[np.uint16],
-    ) -> tuple[Box, ...]:
+    ) -> tuple[ObjectBox, ...]:
         """Set the pixels that show bodies, and return the boxes."""
         seen: list[tuple[int, Places, float]] = []
         for number, body in bodies.items():
-            pixels, rim = self._rays.near(body)
-            far = body.distances(self._rays.all.take(pixels, axis=1))
+            pixels, rim = self._rays.pixels_seeing(body)
+            far = body.ray_distances(self._rays.directions.take(pixels, axis=1))
             pixels, far = pixels[far < math.inf], far[far < math.inf]
             if pixels.size:
                 shown = (instances[pixels] == 0) | (far < distance[pixels])
                 shown &= ~self._behind(sight, pixels, far, distance, beds[number])
                 own = pixels[shown]
-                distance[own], kinds[own], instances[own] = far[shown], Kind.GLIDER, number
-                seen.append((number, pixels, 1.0 - body.share_in(self.optics) if rim else 0.0))
+                distance[own], kinds[own], instances[own] = far[shown], PixelClass.GLIDER, number
+                seen.append((number, pixels, 1.0 - body.visible_share(self.optics) if rim else 0.0))
         return tuple(self._box(number, pixels, instances, cut) for number, pixels, cut in seen)
 
-    def _box(self, number: int, whole: Places, instances: NDArray[np.uint16], cut: float) -> Box:
-        return Box(number, Kind.GLIDER, *self._extents(whole, instances, number), cut)
+    def _box(self, number: int, whole: Places, instances: NDArray[np.uint16], cut: float) -> ObjectBox:
+        return ObjectBox(number, PixelClass.GLIDER, *self._extents(whole, instances, number), cut)
 
     def _extents(
         self, whole: Places, instances: NDArray[np.uint16], number: int
@@ -267,6 +271,6 @@ class Labeller:
         return int(columns.min()), int(rows.min()), int(columns.max()) + 1, int(rows.max()) + 1
 
     def _depth(self, distance: Floats) -> NDArray[np.float32]:
-        depth = distance * self._rays.all[2]
+        depth = distance * self._rays.directions[2]
         depth[np.isinf(distance)] = math.inf
         return depth.astype(np.float32)

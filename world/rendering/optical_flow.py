@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 
 from world.optics import CameraModel, Floats
 from world.rendering.objects.glider import Glider
-from world.rendering.scene_view import Sight
+from world.rendering.scene_view import SceneView
 
-Scene = tuple[Sight, Mapping[int, Glider]]
+ViewAndGliders = tuple[SceneView, Mapping[int, Glider]]
 
 
-def flow(
+def compute_flow(
     optics: CameraModel,
     rays: Floats,
     distance: Floats,
     instances: NDArray[np.uint16],
-    now: Scene,
-    then: Scene,
+    now: ViewAndGliders,
+    then: ViewAndGliders,
     *,
     level: bool,
 ) -> NDArray[np.float32]:
@@ -29,7 +29,7 @@ def flow(
     `level` is known by the height of both cameras above it, what is not by their depths.
     """
     (sight, gliders), (after, moved) = now, then
-    towards = _turned(sight.turn, rays)
+    towards = _turned(sight.rotation, rays)
     shown = _still_points(towards, distance, sight, after, level=level)
     for number in np.unique(instances[instances > 0]).tolist():
         own = instances == number
@@ -38,12 +38,12 @@ def flow(
             shown[:, own] = _carried(points, gliders[number], moved[number], sight, after)
         else:
             shown[:, own] = np.nan
-    pixels, _ = optics.project(_turned(after.turn.T, shown).T)
+    pixels, _ = optics.project(_turned(after.rotation.T, shown).T)
     j, i = np.divmod(np.arange(instances.size), np.intp(optics.width))
     return (pixels - np.stack((i + 0.5, j + 0.5), axis=-1)).astype(np.float32)
 
 
-def _still_points(towards: Floats, distance: Floats, sight: Sight, after: Sight, *, level: bool) -> Floats:
+def _still_points(towards: Floats, distance: Floats, sight: SceneView, after: SceneView, *, level: bool) -> Floats:
     """(3, n) directions to the points of ground and surface from the next camera, also to those at infinity.
 
     A point of a plane stays on it: where it lies is known by the distances of both cameras from the plane.
@@ -57,12 +57,12 @@ def _still_points(towards: Floats, distance: Floats, sight: Sight, after: Sight,
     return towards + np.stack(steps)
 
 
-def _carried(points: Floats, glider: Glider, moved: Glider, sight: Sight, after: Sight) -> Floats:
+def _carried(points: Floats, glider: Glider, moved: Glider, sight: SceneView, after: SceneView) -> Floats:
     """(3, n) m from the next camera to points of a glider, given from the first one."""
-    north, east, down = points - sight.to(glider)[:, np.newaxis]
+    north, east, down = points - sight.vector_to(glider)[:, np.newaxis]
     turn = moved.heading - glider.heading
     c, s = math.cos(turn), math.sin(turn)
-    return np.stack((c * north - s * east, s * north + c * east, down)) + after.to(moved)[:, np.newaxis]
+    return np.stack((c * north - s * east, s * north + c * east, down)) + after.vector_to(moved)[:, np.newaxis]
 
 
 def _turned(turn: Floats, vectors: Floats) -> Floats:

@@ -16,7 +16,7 @@ NARROWEST = 8  # px, of a tile
 SLACK = 1e-6  # rad, by which rounding may err
 
 
-class Rays:
+class PixelRays:
     """Unit rays (3, height * width; optical frame) through the pixel centers, row by row; NaN where there is none.
 
     Square tiles of pixels, each with the cone that holds its rays, tell which pixels can see a body.
@@ -24,21 +24,21 @@ class Rays:
 
     def __init__(self, optics: CameraModel):
         self.width, self.height = optics.width, optics.height
-        rays, covered = optics.centers()
+        rays, covered = optics.pixel_rays()
         self.covered: Bools = covered.ravel()
-        self.all: Floats = np.ascontiguousarray(rays.reshape(-1, 3).T)
+        self.directions: Floats = np.ascontiguousarray(rays.reshape(-1, 3).T)
         side = max(NARROWEST, math.ceil(max(self.width, self.height) / TILES))
         self._tiles = _tiles(self.width, self.height, side)
-        self._axes, self._angles = _cones(self.all, self._tiles)
+        self._axes, self._angles = _cones(self.directions, self._tiles)
         self._rim = _rim(self._tiles, self.covered, self.width, self.height)
 
-    def near(self, body: Capsule) -> tuple[Places, bool]:
+    def pixels_seeing(self, body: Capsule) -> tuple[Places, bool]:
         """The pixels that can see a body, and whether it can reach beyond what the picture shows."""
-        balls = body.balls()
+        balls = body.covering_balls()
         away = np.linalg.norm(balls, axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
             angle = np.arccos(np.clip(balls @ self._axes / away[:, None], -1.0, 1.0))
-            reach = np.where(away > body.reach, np.arcsin(np.minimum(1.0, body.reach / away)), math.pi)
+            reach = np.where(away > body.ball_radius, np.arcsin(np.minimum(1.0, body.ball_radius / away)), math.pi)
         seen = np.any(angle <= reach[:, None] + self._angles + SLACK, axis=0)
         pixels = self._tiles[seen].ravel()
         return pixels[pixels >= 0], bool(self._rim[seen].any()) or bool(np.any(reach > 1.0))

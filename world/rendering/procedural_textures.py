@@ -22,18 +22,18 @@ STEEPEST = 9  # cycles per side of the longest waves of sand: those that shifts 
 
 # A quarter of a second each: all cameras of a world, and the runs of a campaign, look at the same.
 @lru_cache(maxsize=2)
-def under_water(seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint16]]:
+def underwater_textures(seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint16]]:
     """Pyramids of sand, of the waves above it, and of patches of ground with shifts of the sand; read-only."""
     random = _of(seed, "Seabed")
-    fine, swell = pyramid(sand(random)), pyramid(waves(random))
-    return _kept(fine), _kept(swell), _kept(bending_pyramid(patches(random), bends(random, 20.0)))
+    fine, swell = tone_pyramid(sand_texture(random)), tone_pyramid(wave_texture(random))
+    return _kept(fine), _kept(swell), _kept(shifting_pyramid(ground_patches(random), texture_shifts(random, 20.0)))
 
 
 @lru_cache(maxsize=2)
-def in_air(seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+def air_textures(seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Pyramids of waves and of clouds; read-only."""
     random = _of(seed, "Sea Surface")
-    return _kept(pyramid(waves(random))), _kept(pyramid(clouds(random)))
+    return _kept(tone_pyramid(wave_texture(random))), _kept(tone_pyramid(cloud_texture(random)))
 
 
 def _of(seed: int, scene: str) -> Generator:
@@ -45,12 +45,12 @@ def _kept(shared: NDArray[Any]) -> NDArray[Any]:
     return shared
 
 
-def pyramid(texture: Floats) -> NDArray[np.uint8]:
+def tone_pyramid(texture: Floats) -> NDArray[np.uint8]:
     """(n, 2n) tones: `texture` (n, n), 0 to 1, on the left, to its right copies of half the size each."""
     return _pyramid(texture, TONES, TONES, np.uint8)
 
 
-def bending_pyramid(texture: Floats, bends: Floats) -> NDArray[np.uint16]:
+def shifting_pyramid(texture: Floats, bends: Floats) -> NDArray[np.uint16]:
     """A pyramid of tones and, times TONES, of shifts (n, n) of another texture in its texels, 0 to BENDS."""
     shifts = _pyramid(bends, 1, BENDS, np.uint16)
     shifts *= TONES
@@ -85,12 +85,12 @@ def _halved(level: Floats) -> Floats:
     return half
 
 
-def sand(random: Generator) -> Floats:
+def sand_texture(random: Generator) -> Floats:
     """Ripples that wind and fork, over rough ground, lit from one side."""
-    f, _ = waves_across()
-    winding = noise(random, f**-1.9)
-    ground = noise(random, f**-1.6 * (f > STEEPEST))
-    grain = noise(random, np.minimum(f, 200.0) ** -0.4 * (f > STEEPEST))
+    f, _ = noise_frequencies()
+    winding = gaussian_noise(random, f**-1.9)
+    ground = gaussian_noise(random, f**-1.6 * (f > STEEPEST))
+    grain = gaussian_noise(random, np.minimum(f, 200.0) ** -0.4 * (f > STEEPEST))
     across = np.arange(SIZE, dtype=np.float32) * np.float32(math.tau / SIZE)
     found = winding
     for rows in _chunks(SIZE):
@@ -102,43 +102,43 @@ def sand(random: Generator) -> Floats:
     return _tones(found)
 
 
-def patches(random: Generator) -> Floats:
+def ground_patches(random: Generator) -> Floats:
     """(WIDE, WIDE) light and dark ground, meters across."""
-    field = wide_noise(random, 256, lambda f: f**-1.5)
+    field = wide_gaussian_noise(random, 256, lambda f: f**-1.5)
     field *= 0.16
     field += 0.5
     return _tones(field)
 
 
-def bends(random: Generator, spread: float) -> Floats:
+def texture_shifts(random: Generator, spread: float) -> Floats:
     """(WIDE, WIDE) smooth shifts about BENDS / 2, with a standard deviation of `spread` texels."""
-    field = wide_noise(random, 32, lambda f: (f > 14).astype(np.float32))
+    field = wide_gaussian_noise(random, 32, lambda f: (f > 14).astype(np.float32))
     field *= spread
     field += BENDS / 2
     return field
 
 
-def waves(random: Generator) -> Floats:
+def wave_texture(random: Generator) -> Floats:
     """Slopes of a wind sea that comes from the left."""
-    f, bearing = waves_across()
-    slope = noise(random, f**-0.85 * (0.2 + np.cos(bearing) ** 2) * (f > 3))
+    f, bearing = noise_frequencies()
+    slope = gaussian_noise(random, f**-0.85 * (0.2 + np.cos(bearing) ** 2) * (f > 3))
     return _tones(0.5 + 0.17 * slope)
 
 
-def clouds(random: Generator) -> Floats:
+def cloud_texture(random: Generator) -> Floats:
     """Fair-weather cumulus: 0 in the gaps."""
-    f, _ = waves_across()
-    return _tones(0.55 * noise(random, f**-1.8 * (f > 3)) - 0.1)
+    f, _ = noise_frequencies()
+    return _tones(0.55 * gaussian_noise(random, f**-1.8 * (f > 3)) - 0.1)
 
 
-def waves_across() -> tuple[Floats, Floats]:
+def noise_frequencies() -> tuple[Floats, Floats]:
     """Cycles per side, at least 1, and bearing (rad, 0 to π / 2) of the sines that make up noise, (n + 1, n + 1)."""
     fy, fx = np.meshgrid(np.arange(SIZE // 2 + 1.0), np.arange(SIZE // 2 + 1.0), indexing="ij")
     return np.maximum(np.hypot(fx, fy), 1.0).astype(np.float32), np.arctan2(fy, fx).astype(np.float32)
 
 
-def noise(random: Generator, amplitude: Floats) -> Floats:
-    """(SIZE, SIZE) seamless Gaussian noise of mean 0 and variance 1; `amplitude` is that of `waves_across`.
+def gaussian_noise(random: Generator, amplitude: Floats) -> Floats:
+    """(SIZE, SIZE) seamless Gaussian noise of mean 0 and variance 1; `amplitude` is that of `noise_frequencies`.
 
     It is the same for those that go up and down.
     """
@@ -156,7 +156,7 @@ def noise(random: Generator, amplitude: Floats) -> Floats:
     return _normal(np.fft.irfft(waves, n=SIZE))
 
 
-def wide_noise(random: Generator, finest: int, spectrum: Callable[[Floats], Floats]) -> Floats:
+def wide_gaussian_noise(random: Generator, finest: int, spectrum: Callable[[Floats], Floats]) -> Floats:
     """(WIDE, WIDE) seamless Gaussian noise of mean 0 and variance 1 with at most `finest` cycles per side."""
     numbers = random.standard_normal((2, 2 * finest, finest + 1), dtype=np.float32)
     rows = np.fft.fftfreq(2 * finest, 0.5 / finest).astype(np.float32)

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.optics import CameraModel, Floats
-from world.rendering.cube_faces import WIDEST_OF_FIVE, rotations
+from world.rendering.cube_faces import WIDEST_OF_FIVE, face_rotations
 
 OUTSIDE, VOID = -2, -1
 STRIP = 32  # rows that are looked up together: their temporary arrays fit into the L2 cache
 FINEST = 8192  # px
 
 
-def void_warning(fov: float, faces: int) -> str:
+def uncovered_warning(fov: float, faces: int) -> str:
     """A warning if faces leave gaps in a field of view (rad), else empty."""
     if faces > 5 or fov <= WIDEST_OF_FIVE:
         return ""
@@ -23,7 +23,7 @@ def void_warning(fov: float, faces: int) -> str:
     )
 
 
-def finest_face(optics: CameraModel) -> int:
+def finest_face_width(optics: CameraModel) -> int:
     """Width (px) of a face whose pixels, at its middle, are as large as those of a camera on its axis.
 
     If that of the picture is even, so is that of a face: else all pixels would look at borders between those of the
@@ -33,7 +33,7 @@ def finest_face(optics: CameraModel) -> int:
     return min(FINEST, max(1, odd + 2 * round(np.abs(optics.jacobian([0.0, 0.0, 1.0])).max() - 0.5 * odd)))
 
 
-class Lookup:
+class RemapTable:
     """For each pixel of a picture (height, width), the face that it shows and the point of that face.
 
     `face` (height, width) int8 is the face of each pixel, VOID if no face covers it, OUTSIDE where the camera sees
@@ -50,15 +50,15 @@ class Lookup:
         self.faces = faces
         self.face = np.empty(self.shape, np.int8)
         self.u, self.v = np.empty(self.shape), np.empty(self.shape)
-        turns, spans = rotations(faces), np.tile((np.inf, -np.inf), (faces, 2, 1))
-        rays, inside = optics.centers()
+        turns, spans = face_rotations(faces), np.tile((np.inf, -np.inf), (faces, 2, 1))
+        rays, inside = optics.pixel_rays()
         for first in range(0, optics.height, STRIP):
             rows = slice(first, first + STRIP)
             self._fill(rows, np.ascontiguousarray(np.moveaxis(rays[rows], -1, 0)), inside[rows], turns, spans)
         self.columns, self.rows = (tuple(self._span(*ends) for ends in spans[:, axis].tolist()) for axis in (0, 1))
 
     @property
-    def void(self) -> float:
+    def uncovered_share(self) -> float:
         """Share of the image circle that no face fills."""
         return float(np.sum(self.face == VOID) / np.sum(self.face != OUTSIDE))
 

@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 
 from support.pose import DOWN, Pose
 from support.rotations import rotation
-from world.rendering.cube_faces import empty_atlas, rotations
+from world.rendering.cube_faces import empty_atlas, face_rotations
 from world.rendering.light import water_optics
 from world.rendering.light.caustics import Caustics
-from world.rendering.light.lamps import Beam, Lamp, beams
+from world.rendering.light.lamps import Lamp, LampBeam, lamp_beams
 from world.rendering.objects import calibration_targets, marine_snow, walls
 from world.rendering.objects.calibration_targets import Board
-from world.rendering.objects.glider import Glider, Mug, Pixels, draw, lying
-from world.rendering.objects.marine_snow import Snow
-from world.rendering.objects.static_scene import Landscape, Lying
-from world.rendering.scenes import Seabed, Standpoint, Surroundings
-from world.rendering.seabed.ray_grid import turned
+from world.rendering.objects.glider import CameraGlider, Glider, Pixels, draw_glider, resting_glider
+from world.rendering.objects.marine_snow import MarineSnow
+from world.rendering.objects.static_scene import RestingBody, StaticScene
+from world.rendering.scenes import Scene, ScenePose, SeabedScene
+from world.rendering.seabed.ray_grid import rotate
 from world.rendering.seabed.terrain import Terrain
-from world.rendering.textured_planes import Caster
+from world.rendering.textured_planes import PlaneCaster
 
 Floats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]
@@ -31,142 +31,146 @@ Bools = NDArray[np.bool_]
 OPTICAL = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
-def optical(mount: Pose) -> NDArray[np.float64]:
+def optical_transform(mount: Pose) -> NDArray[np.float64]:
     """(4, 4), from the optical frame of a camera to the frame in which it has a pose: T_BS of a data set."""
     turn = np.eye(4)
     turn[:3, :3] = OPTICAL
     return np.asarray(mount.transform @ turn, np.float64)
 
 
-def camera(pose: Standpoint, mount: Pose = DOWN) -> NDArray[np.float64]:
+def camera_rotation(pose: ScenePose, mount: Pose = DOWN) -> NDArray[np.float64]:
     """(3, 3) rotation from the optical frame of the camera to NED."""
-    return np.array(rotation(pose.roll, pose.pitch, pose.yaw)) @ optical(mount)[:3, :3]
+    return np.array(rotation(pose.roll, pose.pitch, pose.yaw)) @ optical_transform(mount)[:3, :3]
 
 
 class Renderer:
-    """Draws `rows` and `columns` (see Lookup) of five or six faces of `width` px, all by default."""
+    """Draws `rows` and `columns` (see RemapTable) of five or six faces of `width` px, all by default."""
 
     def __init__(
         self,
-        scene: Surroundings,
+        scene: Scene,
         width: int,
         faces: int = 5,
         rows: Sequence[tuple[int, int]] = (),
         columns: Sequence[tuple[int, int]] = (),
         mount: Pose = DOWN,
         lamps: Sequence[Lamp] = (),
-        snow: Snow | None = None,
+        snow: MarineSnow | None = None,
         caustics: Caustics | None = None,
-        landscape: Landscape | None = None,
+        landscape: StaticScene | None = None,
     ):
         self.scene = scene
         self.width = width
-        self.faces = rotations(faces)
+        self.faces = face_rotations(faces)
         self.rows, self.columns = (tuple(some) or ((0, width),) * faces for some in (rows, columns))
         self.mount, self.lamps = mount, tuple(lamps)
         self.snow, self.caustics = snow, caustics
-        self.caster, self.terrain = Caster(width), None
+        self.caster, self.terrain = PlaneCaster(width), None
         self.windows = list(zip(self.rows, self.columns, strict=True))
-        self.landscape = landscape or Landscape()
-        if self.landscape.relief is not None and isinstance(scene, Seabed):
+        self.landscape = landscape or StaticScene()
+        if self.landscape.relief is not None and isinstance(scene, SeabedScene):
             self.terrain = Terrain(self.landscape.relief, width, self.faces, self.windows)
 
     def render(
-        self, vehicle: Standpoint, gliders: Sequence[Glider] = (), flat: Sequence[Board] = ()
+        self, vehicle: ScenePose, gliders: Sequence[Glider] = (), flat: Sequence[Board] = ()
     ) -> NDArray[np.uint32]:
         """The atlas of the faces (see cube_faces.empty_atlas); the camera's height must be positive."""
         atlas = empty_atlas(len(self.faces), self.width)
-        pose, eye = vehicle.carried(self.mount), camera(vehicle, self.mount)
+        pose, eye = vehicle.at_mount(self.mount), camera_rotation(vehicle, self.mount)
         turns, windows = eye @ self.faces, self.windows
-        lights = beams(self.lamps, vehicle.pose, self.mount)
+        lights = lamp_beams(self.lamps, vehicle.pose, self.mount)
         pixels = atlas[:-1].view(np.uint8).reshape(len(turns), self.width, self.width, 4)
         near = self._surroundings(atlas, eye, pose, lights)
         where = pose.north, pose.east, pose.depth
-        here = replace(pose, height=self.landscape.height(*where, pose.height))
-        if self.caustics is not None and isinstance(self.scene, Seabed):
-            place, shown = (*where, here.height), self.scene.shown(here, lights)
+        here = replace(pose, height=self.landscape.height_above_ground(*where, pose.height))
+        if self.caustics is not None and isinstance(self.scene, SeabedScene):
+            place, shown = (*where, here.height), self.scene.sunlit_share(here, lights)
             for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
                 close = None if near is None else near[number]
-                self.caustics.lay(face, turn, window, self.caster.axis, place, pose.time, shown, close)
+                self.caustics.apply(face, turn, window, self.caster.axis, place, pose.time, shown, close)
         for board in flat:
-            offset = board.north - pose.north, board.east - pose.east, pose.height - board.rise
+            offset = board.north - pose.north, board.east - pose.east, pose.height - board.height
             look, cover = (
-                self.scene.seen(here, offset, lights),
-                self._cover(pose, near, calibration_targets.lying(board, pose.depth + offset[2])),
+                self.scene.appearance(here, offset, lights),
+                self._cover(pose, near, calibration_targets.resting_board(board, pose.depth + offset[2])),
             )
             for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
-                calibration_targets.draw(
+                calibration_targets.draw_board(
                     face, turn, window, board, offset, look, cover and partial(cover, number, turn)
                 )
         for mug in _seen(pose, gliders):
-            look, cover = self.scene.seen(here, mug.centre, lights), self._cover(pose, near, _lying(mug, pose))
+            look, cover = self.scene.appearance(here, mug.center, lights), self._cover(pose, near, _lying(mug, pose))
             for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
-                draw(face, turn, window, mug, look, self.scene.sun, cover and partial(cover, number, turn))
-        if lights and isinstance(self.scene, Seabed):
+                draw_glider(face, turn, window, mug, look, self.scene.sun, cover and partial(cover, number, turn))
+        if lights and isinstance(self.scene, SeabedScene):
             for face, turn, (rows, columns) in zip(pixels, turns, windows, strict=True):
                 window = slice(*rows), slice(*columns)
-                water_optics.lay_over(face[window], self.scene.veil(here, turn, self.width, lights)[:, *window])
-        if self.snow is not None and isinstance(self.scene, Seabed):
-            flakes = self.snow.around(*where, here.height, pose.time)
-            shine = self.scene.afloat(here, flakes.points, lights)
+                water_optics.add_light(
+                    face[window], self.scene.lamp_backscatter(here, turn, self.width, lights)[:, *window]
+                )
+        if self.snow is not None and isinstance(self.scene, SeabedScene):
+            flakes = self.snow.flakes_around(*where, here.height, pose.time)
+            shine = self.scene.flake_light(here, flakes.points, lights)
             for face, turn, window in zip(pixels, turns, windows, strict=True):
-                marine_snow.draw(face, turn, window, flakes, shine)
+                marine_snow.draw_flakes(face, turn, window, flakes, shine)
         return atlas
 
     def _surroundings(
-        self, atlas: NDArray[np.uint32], eye: NDArray[np.float64], pose: Standpoint, lights: Sequence[Beam]
+        self, atlas: NDArray[np.uint32], eye: NDArray[np.float64], pose: ScenePose, lights: Sequence[LampBeam]
     ) -> NDArray[np.float32] | None:
         """Draw what is around. Where it can hide bodies: 1 over its distance along the axis of each face (f, w, w)."""
         scene, turns, position = self.scene, eye @ self.faces, (pose.north, pose.east)
-        if not isinstance(scene, Seabed) or (self.terrain is None and not self.landscape.walls):
+        if not isinstance(scene, SeabedScene) or (self.terrain is None and not self.landscape.walls):
             self.caster.cast(atlas, turns, self.windows, scene.planes(pose, lights), position, pose.time)
             return None
         near = np.zeros((len(turns), self.width, self.width), dtype=np.float32)
         if self.terrain is not None:
-            self.terrain.cast(atlas, near, eye, pose, scene, lights)
+            self.terrain.draw(atlas, near, eye, pose, scene, lights)
         else:
             planes = scene.planes(pose, lights)
             self.caster.cast(atlas, turns, self.windows, planes, position, pose.time)
             for turn, (rows, columns), close in zip(turns, self.windows, near, strict=True):
                 strip = slice(*rows), slice(*columns)
-                down = self.caster.affine(turn[2], strip)
+                down = self.caster.linear_field(turn[2], strip)
                 below, above = (plane.distance for plane in planes)
                 close[strip] = np.where(down > 0.0, down / below, -down / above)
         pixels = atlas[:-1].reshape(near.shape)
         for wall in self.landscape.walls:
             for face, close, turn, window in zip(pixels, near, turns, self.windows, strict=True):
-                walls.draw(face, close, turn, window, wall, pose, scene, lights)
+                walls.draw_wall(face, close, turn, window, wall, pose, scene, lights)
         return near
 
     def _cover(
-        self, pose: Standpoint, near: NDArray[np.float32] | None, lying: Lying
+        self, pose: ScenePose, near: NDArray[np.float32] | None, lying: RestingBody
     ) -> Callable[[int, NDArray[np.float64], Pixels, Floats], Bools] | None:
         """What tells which pixels of a body on a face, whose frame `turn` rotates to NED, are hidden."""
         if near is None:
             return None
-        place, bed = (pose.north, pose.east, pose.depth), self.landscape.bed(*lying)
+        place, bed = (pose.north, pose.east, pose.depth), self.landscape.sink_depth(*lying)
 
         def cover(number: int, turn: NDArray[np.float64], pixels: Pixels, body: Floats) -> Bools:
             found = near[number][pixels] > body
             (own,) = np.nonzero(found)
             if own.size:
                 y, x = (self.caster.axis[each[own]].astype(np.float64) for each in pixels)
-                rays = turned(turn, np.stack((x, y, np.ones_like(x))))
-                found[own] = self.landscape.hides(place, rays, body[own], bed)
+                rays = rotate(turn, np.stack((x, y, np.ones_like(x))))
+                found[own] = self.landscape.occludes(place, rays, body[own], bed)
             return found
 
         return cover
 
 
-def _lying(mug: Mug, pose: Standpoint) -> Lying:
-    north, east, down = mug.centre
-    return lying(pose.north + north, pose.east + east, pose.depth + down, mug.heading, mug.length, mug.radius)
+def _lying(mug: CameraGlider, pose: ScenePose) -> RestingBody:
+    north, east, down = mug.center
+    return resting_glider(pose.north + north, pose.east + east, pose.depth + down, mug.heading, mug.length, mug.radius)
 
 
-def _seen(pose: Standpoint, gliders: Sequence[Glider]) -> list[Mug]:
+def _seen(pose: ScenePose, gliders: Sequence[Glider]) -> list[CameraGlider]:
     """The gliders as seen from the camera, the farthest first; one at the camera's very place is not seen."""
     mugs = [
-        Mug((g.north - pose.north, g.east - pose.east, pose.height - g.rise), g.heading, g.length, g.diameter / 2)
+        CameraGlider(
+            (g.north - pose.north, g.east - pose.east, pose.height - g.height), g.heading, g.length, g.diameter / 2
+        )
         for g in gliders
     ]
-    return sorted((mug for mug in mugs if any(mug.centre)), key=lambda mug: -float(np.linalg.norm(mug.centre)))
+    return sorted((mug for mug in mugs if any(mug.center)), key=lambda mug: -float(np.linalg.norm(mug.center)))

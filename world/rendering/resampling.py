@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from world.rendering.remap_table import STRIP, Lookup
+from world.rendering.remap_table import STRIP, RemapTable
 
 Atlas = NDArray[np.uint32]
 Image = NDArray[np.uint8]
@@ -20,19 +20,19 @@ EIGHT = np.uint32(8)
 WHOLE = np.uint32(256)
 
 
-def sampler(lookup: Lookup, interpolation: str) -> Callable[[Atlas], Image]:
+def make_resampler(lookup: RemapTable, interpolation: str) -> Callable[[Atlas], Image]:
     """A function from an atlas (see cube_faces.empty_atlas) to a picture (height, width, 4), by one of INTERPOLATIONS.
 
     "opencv" is bilinear, too, faster, and differs by 1 in a few of a hundred values. Raises ImportError without OpenCV.
     """
-    kinds = {"nearest": Nearest, "bilinear": Blend, "opencv": Remap}
+    kinds = {"nearest": NearestResampler, "bilinear": BilinearResampler, "opencv": OpencvResampler}
     return kinds[interpolation](lookup)
 
 
-class Nearest:
+class NearestResampler:
     """The nearest pixel of the face."""
 
-    def __init__(self, lookup: Lookup):
+    def __init__(self, lookup: RemapTable):
         self.shape, self.pixels = lookup.shape, _pixels(lookup)
         last = lookup.face_width - 1
         column, row = (np.empty(self.shape, dtype=np.int64) for _ in range(2))
@@ -50,10 +50,10 @@ class Nearest:
         return _image(picture, self.shape)
 
 
-class Blend:
+class BilinearResampler:
     """The four nearest pixels of the same face, blended in NumPy: two channels at a time in the halves of a word."""
 
-    def __init__(self, lookup: Lookup):
+    def __init__(self, lookup: RemapTable):
         self.shape, self.pixels, self.width = lookup.shape, _pixels(lookup), lookup.face_width
         last = lookup.face_width - 1
         u, v = (np.clip(np.nan_to_num(a), 0, last) for a in (lookup.u, lookup.v))
@@ -76,10 +76,10 @@ class Blend:
         return _image(picture, self.shape)
 
 
-class Remap:
+class OpencvResampler:
     """The four nearest pixels of the same face, blended by OpenCV."""
 
-    def __init__(self, lookup: Lookup):
+    def __init__(self, lookup: RemapTable):
         self.cv2 = importlib.import_module("cv2")
         self.shape, self.pixels, self.width = lookup.shape, _pixels(lookup), lookup.face_width
         last, nowhere = lookup.face_width - 1, -10.0
@@ -93,11 +93,11 @@ class Remap:
         return np.asarray(self.cv2.remap(pixels, self.x, self.y, self.cv2.INTER_LINEAR), dtype=np.uint8)
 
 
-def _pixels(lookup: Lookup) -> int:
+def _pixels(lookup: RemapTable) -> int:
     return lookup.faces * lookup.face_width**2
 
 
-def _index(lookup: Lookup, column: NDArray[np.int64], row: NDArray[np.int64]) -> NDArray[np.int64]:
+def _index(lookup: RemapTable, column: NDArray[np.int64], row: NDArray[np.int64]) -> NDArray[np.int64]:
     """Flat index into the atlas; without a face, that of the black pixel after the faces."""
     index = (lookup.face.astype(np.int64) * lookup.face_width + row) * lookup.face_width + column
     index[lookup.face < 0] = _pixels(lookup)

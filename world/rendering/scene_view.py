@@ -12,10 +12,10 @@ from support.rotations import Vector
 from world.optics import CameraModel, Floats
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.capsule import Capsule
-from world.rendering.objects.glider import Glider, lying
-from world.rendering.objects.static_scene import Landscape, Lying
-from world.rendering.renderer import camera
-from world.rendering.scenes import SCENES, SHALLOWEST, Standpoint
+from world.rendering.objects.glider import Glider, resting_glider
+from world.rendering.objects.static_scene import RestingBody, StaticScene
+from world.rendering.renderer import camera_rotation
+from world.rendering.scenes import SCENES, SHALLOWEST, ScenePose
 
 Places = NDArray[np.intp]
 
@@ -24,14 +24,14 @@ MOST_IDS = 65535
 SAMPLES = 32  # across a board, to tell how much of it the picture shows
 
 
-class Sight(NamedTuple):
-    """A camera: `turn` (3, 3) from its optical frame to NED, and its place in m north and east of the scene's origin.
+class SceneView(NamedTuple):
+    """A camera: `rotation` (3, 3) from its optical frame to NED, its place in m north and east of the scene's origin.
 
     It is `height` m above the plane below, and `depth` m below the plane above, infinite for the sky; `down` is how far
     it is below the surface of the sea (m).
     """
 
-    turn: Floats
+    rotation: Floats
     north: float
     east: float
     height: float
@@ -39,7 +39,7 @@ class Sight(NamedTuple):
     down: float
 
     @classmethod
-    def of(cls, standpoint: Standpoint, mount: Pose, scene: str, landscape: Landscape) -> "Sight":
+    def from_pose(cls, standpoint: ScenePose, mount: Pose, scene: str, landscape: StaticScene) -> "SceneView":
         """That of a vehicle in one of SCENES. Raises ValueError for a camera that is nowhere, or in ground or walls."""
         where = standpoint.north, standpoint.east, standpoint.height, standpoint.depth
         angles = standpoint.roll, standpoint.pitch, standpoint.yaw
@@ -47,30 +47,30 @@ class Sight(NamedTuple):
             raise ValueError(f"{standpoint} of a camera at {mount} is not finite")
         if max(map(abs, where)) > FARTHEST:
             raise ValueError(f"{standpoint} is more than {FARTHEST:g} m away")
-        place = standpoint.carried(mount)
+        place = standpoint.at_mount(mount)
         spot = place.north, place.east, place.depth
-        height = landscape.height(*spot, place.height)
+        height = landscape.height_above_ground(*spot, place.height)
         if not height > 0.0:
             raise ValueError(f"a camera {height:g} m above the ground is under it")
-        if trouble := landscape.trouble(spot, place.height):
+        if trouble := landscape.obstruction(spot, place.height):
             raise ValueError(trouble)
         depth = max(place.depth, SHALLOWEST) if scene == "Seabed" else math.inf
-        return cls(camera(standpoint, mount), place.north, place.east, place.height, depth, place.depth)
+        return cls(camera_rotation(standpoint, mount), place.north, place.east, place.height, depth, place.depth)
 
     @property
-    def place(self) -> Vector:
+    def position(self) -> Vector:
         return self.north, self.east, self.down
 
-    def to(self, glider: Glider) -> Floats:
+    def vector_to(self, glider: Glider) -> Floats:
         """(3,) m north, east and down from the camera to the middle of a glider."""
-        return np.array((glider.north - self.north, glider.east - self.east, self.height - glider.rise))
+        return np.array((glider.north - self.north, glider.east - self.east, self.height - glider.height))
 
-    def lying(self, glider: Glider) -> Lying:
+    def resting_glider(self, glider: Glider) -> RestingBody:
         """How a glider lies on the ground."""
-        down = self.down + self.height - glider.rise
-        return lying(glider.north, glider.east, down, glider.heading, glider.length, 0.5 * glider.diameter)
+        down = self.down + self.height - glider.height
+        return resting_glider(glider.north, glider.east, down, glider.heading, glider.length, 0.5 * glider.diameter)
 
-    def body(self, glider: Glider) -> Capsule:
+    def capsule_of(self, glider: Glider) -> Capsule:
         """A glider as the camera sees it. Raises ValueError if the camera is within it, or if it has no size."""
         if not all(map(math.isfinite, glider)):
             raise ValueError(f"object {glider.id} is not finite: {glider}")
@@ -79,38 +79,45 @@ class Sight(NamedTuple):
             raise ValueError(f"object {glider.id}: {size} is not a length and a diameter")
         bow = np.array((math.cos(glider.heading), math.sin(glider.heading), 0.0))
         radius = glider.diameter / 2
-        body = Capsule(_turned(self.to(glider), self.turn), _turned(bow, self.turn), glider.length / 2 - radius, radius)
-        if float(np.linalg.norm(body.nearest)) <= radius:
+        body = Capsule(
+            _turned(self.vector_to(glider), self.rotation),
+            _turned(bow, self.rotation),
+            glider.length / 2 - radius,
+            radius,
+        )
+        if float(np.linalg.norm(body.nearest_axis_point)) <= radius:
             raise ValueError(f"the camera is within object {glider.id}")
         return body
 
 
-def board_seen(board: Board, sight: Sight, rays: Floats) -> tuple[Places, Floats]:
+def board_pixels(board: Board, sight: SceneView, rays: Floats) -> tuple[Places, Floats]:
     """The pixels (n,) whose rays (3, n; optical frame) meet a board, and how far off (m)."""
-    a, b, c = (row[:, np.newaxis] for row in sight.turn)
+    a, b, c = (row[:, np.newaxis] for row in sight.rotation)
     with np.errstate(divide="ignore", invalid="ignore"):
-        far = (sight.height - board.rise) / (c * rays).sum(axis=0)
+        far = (sight.height - board.height) / (c * rays).sum(axis=0)
         north = far * (a * rays).sum(axis=0) + sight.north - board.north
         east = far * (b * rays).sum(axis=0) + sight.east - board.east
         ahead, right = _along(board, north, east)
         rows, columns = board.cells.shape
-        hit = (far > 0.0) & (np.abs(ahead) < rows / 2 * board.cell) & (np.abs(right) < columns / 2 * board.cell)
+        hit = (
+            (far > 0.0) & (np.abs(ahead) < rows / 2 * board.cell_size) & (np.abs(right) < columns / 2 * board.cell_size)
+        )
     pixels = np.flatnonzero(hit)
     return pixels, far[pixels]
 
 
-def board_beyond(board: Board, sight: Sight, optics: CameraModel) -> float:
+def board_cut_share(board: Board, sight: SceneView, optics: CameraModel) -> float:
     """The share, 0 to 1, of a board that lies beyond the picture."""
     rows, columns = board.cells.shape
     fine = (np.arange(SAMPLES, dtype=np.float64) + 0.5) / SAMPLES - 0.5
-    ahead: Floats = np.repeat(fine, SAMPLES) * (rows * board.cell)
-    right: Floats = np.tile(fine, SAMPLES) * (columns * board.cell)
+    ahead: Floats = np.repeat(fine, SAMPLES) * (rows * board.cell_size)
+    right: Floats = np.tile(fine, SAMPLES) * (columns * board.cell_size)
     c, s = math.cos(board.heading), math.sin(board.heading)
     points = np.empty((SAMPLES * SAMPLES, 3))
     points[:, 0] = c * ahead - s * right + board.north - sight.north
     points[:, 1] = s * ahead + c * right + board.east - sight.east
-    points[:, 2] = sight.height - board.rise
-    return float(1.0 - optics.project(points @ sight.turn)[1].mean())
+    points[:, 2] = sight.height - board.height
+    return float(1.0 - optics.project(points @ sight.rotation)[1].mean())
 
 
 def _along(board: Board, north: Floats, east: Floats) -> tuple[Floats, Floats]:
@@ -124,7 +131,7 @@ def check_scene(scene: str) -> None:
         raise ValueError(f"{scene!r} is not one of the scenes {', '.join(SCENES)}")
 
 
-def numbered(gliders: Sequence[Glider]) -> tuple[Glider, ...]:
+def number_gliders(gliders: Sequence[Glider]) -> tuple[Glider, ...]:
     """Gliders with their numbers; from 1 in their order if none has one. Raises ValueError unless all are different."""
     if not any(glider.id for glider in gliders):
         return tuple(glider._replace(id=number) for number, glider in enumerate(gliders, start=1))

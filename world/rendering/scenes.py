@@ -13,15 +13,15 @@ from support.pose import Pose
 from support.rotations import Vector, to_ned
 from world.rendering import procedural_textures
 from world.rendering.light import lamps, water_optics
-from world.rendering.light.lamps import Beam
-from world.rendering.textured_planes import Layer, Plane
-from world.sea import Waves
+from world.rendering.light.lamps import LampBeam
+from world.rendering.textured_planes import TexturedPlane, TextureLayer
+from world.sea import SeaState
 from world.sun import Sun
 
 Floats = NDArray[np.floating[Any]]
 
 CLOUDS = 900.0  # height of the clouds, m
-Look = Callable[[Floats, Floats], Floats]  # from reflectances and distances to 0..255
+Appearance = Callable[[Floats, Floats], Floats]  # from reflectances and distances to 0..255
 REACH = 64  # m, to which caustics are seen
 FLAKE = 0.6  # reflectance of marine snow
 SHALLOWEST = 0.05  # m; any closer, a few texels of the surface would fill the upper view
@@ -37,7 +37,7 @@ GRID = np.stack([_away * np.cos(_bearing), _away * np.sin(_bearing), np.ones_lik
 
 
 @dataclass(frozen=True)
-class Standpoint:
+class ScenePose:
     """Where a vehicle is: m north and east of the scene's origin, Euler angles of body to NED in rad.
 
     `height` is m above the seabed or the sea surface, `depth` m below the sea surface; `time` in s moves the waves.
@@ -57,11 +57,11 @@ class Standpoint:
         """In north, east and down of the world."""
         return Pose(self.north, self.east, self.depth, self.roll, self.pitch, self.yaw)
 
-    def carried(self, mount: Pose) -> "Standpoint":
+    def at_mount(self, mount: Pose) -> "ScenePose":
         """Where a sensor is, by its place in the vehicle; angles stay those of the vehicle."""
-        if mount.place == (0.0, 0.0, 0.0):
+        if mount.position == (0.0, 0.0, 0.0):
             return self
-        north, east, down = to_ned(self.pose.rotation, mount.place)
+        north, east, down = to_ned(self.pose.rotation, mount.position)
         return replace(
             self,
             north=self.north + north,
@@ -71,50 +71,58 @@ class Standpoint:
         )
 
 
-class Seabed:
+class SeabedScene:
     """Rippled sand below, the waves of the sea surface above, and water in between."""
 
     visibility = 20.0
 
-    def __init__(self, visibility: float, seed: int, waves: Waves, sun: Sun, water: str = ""):
-        self.water = water_optics.typed_water(water, sun.slant) if water else water_optics.water(visibility, sun.slant)
-        self.sun, self.lux = sun.towards_under_water, sun.lux
-        sand, swell, ground = procedural_textures.under_water(seed)
-        self.bottom = Layer(ground, 0.0625, 1.1), Layer(sand, 0.012, 0.3)
-        self.surface = Layer(swell, 0.02, 0.5, 0.7), Layer(swell, 0.083, 0.9, 1.6)
-        self.bottom_colours, self.surface_colours = (
-            water_optics.seabed(),
-            water_optics.surface_from_below(waves.roughness),
+    def __init__(self, visibility: float, seed: int, waves: SeaState, sun: Sun, water: str = ""):
+        self.water = (
+            water_optics.jerlov_water(water, sun.path_factor_under_water)
+            if water
+            else water_optics.green_water(visibility, sun.path_factor_under_water)
+        )
+        self.sun, self.lux = sun.direction_under_water, sun.lux
+        sand, swell, ground = procedural_textures.underwater_textures(seed)
+        self.bottom_layers = TextureLayer(ground, 0.0625, 1.1), TextureLayer(sand, 0.012, 0.3)
+        self.surface_layers = TextureLayer(swell, 0.02, 0.5, 0.7), TextureLayer(swell, 0.083, 0.9, 1.6)
+        self.bottom_colors, self.surface_colors = (
+            water_optics.sand_palette(),
+            water_optics.surface_palette_from_below(waves.roughness),
         )
 
-    def planes(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> tuple[Plane, Plane]:
+    def planes(self, pose: ScenePose, lights: Sequence[LampBeam] = ()) -> tuple[TexturedPlane, TexturedPlane]:
         """The planes below and above the camera, also by the light of lamps."""
         depth, (lit, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         on_bottom, on_top, around = (lit(d) for d in (depth + pose.height, 0.0, depth))
-        sand = self._palette(self.bottom_colours * on_bottom, 1, pose.height, around)
+        sand = self._palette(self.bottom_colors * on_bottom, 1, pose.height, around)
         shade = partial(self._shade, pose.height, on_bottom, around, aperture, lights) if lights else None
         return (
-            Plane(1, pose.height, self.bottom, sand, shade),
-            Plane(-1, depth, self.surface, self._palette(self.surface_colours * on_top, -1, depth, around)),
+            TexturedPlane(1, pose.height, self.bottom_layers, sand, shade),
+            TexturedPlane(
+                -1, depth, self.surface_layers, self._palette(self.surface_colors * on_top, -1, depth, around)
+            ),
         )
 
-    def surface_plane(self, pose: Standpoint, lights: Sequence[Beam] = (), highest: float = 1.0) -> Plane:
+    def surface_plane(self, pose: ScenePose, lights: Sequence[LampBeam] = (), highest: float = 1.0) -> TexturedPlane:
         """The plane above the camera, for rays up to an elevation whose sine is `highest`."""
         depth, (lit, _) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         seen = min(water_optics.ROWS, max(1, math.ceil(highest * water_optics.ROWS)))
         words = np.zeros((water_optics.ROWS, water_optics.SUMS), dtype=np.uint32)
-        palette = self._palette(self.surface_colours[:, :seen] * lit(0.0), -1, depth, lit(depth), seen)
+        palette = self._palette(self.surface_colors[:, :seen] * lit(0.0), -1, depth, lit(depth), seen)
         words[:seen] = palette.reshape(seen, -1)
-        return Plane(-1, depth, self.surface, words.ravel())
+        return TexturedPlane(-1, depth, self.surface_layers, words.ravel())
 
-    def facing(self, north: Any, east: Any, up: Any) -> Any:
+    def daylight_share(self, north: Any, east: Any, up: Any) -> Any:
         """Daylight on what looks to a direction (unit vectors, one or many), as share of that on level ground."""
         sun = self.sun
         if sun[2] > -LOWEST:
             return SHADE + (1.0 - SHADE) * up
         return SHADE + (1.0 - SHADE) * np.clip((north * sun[0] + east * sun[1] - up * sun[2]) / -sun[2], 0.0, 2.0)
 
-    def ground(self, pose: Standpoint, lights: Sequence[Beam], points: Floats, facing: Any) -> tuple[Floats, Floats]:
+    def ground_light(
+        self, pose: ScenePose, lights: Sequence[LampBeam], points: Floats, facing: Any
+    ) -> tuple[Floats, Floats]:
         """What the camera sees of white ground, and of the water before it: (3, n) by color, linear light.
 
         The ground is at points (3, n; m, NED from the camera); `facing` (n,) is its share of daylight.
@@ -124,53 +132,55 @@ class Seabed:
         on_ground = lit(np.maximum(depth + points[2:], 0.0)) * facing
         if lights:
             on_ground = on_ground + aperture * self._lamplight(points[:, np.newaxis], lights)
-        veil = self._glow(-points[2] / away, lit(depth)) * self.water.veil(away)
+        veil = self._glow(-points[2] / away, lit(depth)) * self.water.glow_share(away)
         return (on_ground * self.water.transmission(away))[:, 0], veil[:, 0]
 
-    def seen(self, pose: Standpoint, place: Vector, lights: Sequence[Beam] = ()) -> Look:
-        """How a body near the ground looks from the camera (see glider.draw); `place` is NED, m from the camera."""
+    def appearance(self, pose: ScenePose, place: Vector, lights: Sequence[LampBeam] = ()) -> Appearance:
+        """How a body near the ground looks from the camera (see draw_glider); `place` is NED, m from the camera."""
         depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         lit = daylight(depth + pose.height)
         if lights:
-            lit = lit + aperture * water_optics.rgb(*lamps.on_body(lights, place, self.water.attenuation))
+            lit = lit + aperture * water_optics.rgb(*lamps.body_illuminance(lights, place, self.water.attenuation))
         glow = self._glow(np.array([[_sine(place)]], dtype=np.float32), daylight(depth))
 
         def look(reflected: Floats, distance: Floats) -> Floats:
-            left, veil = self.water.transmission(distance), self.water.veil(distance)
-            return water_optics.encode(reflected * lit * left + glow * veil)
+            left, veil = self.water.transmission(distance), self.water.glow_share(distance)
+            return water_optics.gamma_encode(reflected * lit * left + glow * veil)
 
         return look
 
-    def shown(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> Floats:
+    def sunlit_share(self, pose: ScenePose, lights: Sequence[LampBeam] = ()) -> Floats:
         """The share of green light from the ground that is the sun's, by distance (m) from 0 to REACH."""
         depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         away = np.arange(REACH, dtype=np.float32)[np.newaxis]
-        sand = float(self.bottom_colours[1, 0, water_optics.SUMS // 2])
+        sand = float(self.bottom_colors[1, 0, water_optics.SUMS // 2])
         lit, lamp = float(daylight(depth + pose.height)[1, 0, 0]), 0.0
         if lights:
             below = np.array([[[0.0]], [[0.0]], [[pose.height]]])
             lamp = aperture * float(self._lamplight(below, lights)[1, 0, 0])
         ground = sand * (lit + lamp) * self.water.transmission(away)[1, 0]
-        veil = (self._glow(np.full_like(away, -0.7), daylight(depth)) * self.water.veil(away))[1, 0]
+        veil = (self._glow(np.full_like(away, -0.7), daylight(depth)) * self.water.glow_share(away))[1, 0]
         return (ground / (ground + veil + 1e-9) * (lit / (lit + lamp + 1e-9))).astype(np.float32)
 
-    def afloat(self, pose: Standpoint, points: Floats, lights: Sequence[Beam] = ()) -> Floats:
+    def flake_light(self, pose: ScenePose, points: Floats, lights: Sequence[LampBeam] = ()) -> Floats:
         """Linear light (3, n) of white flakes in the water at points (3, n; m, NED from the camera)."""
         depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         away, lit = np.sqrt(np.sum(points**2, axis=0))[np.newaxis], daylight(depth)
         for beam in lights:
-            lit = lit + aperture * beam.reach(points, self.water.attenuation.ravel())[0][:, np.newaxis]
-        veil = self._glow(-points[2] / away, daylight(depth)) * self.water.veil(away)
+            lit = lit + aperture * beam.illuminance(points, self.water.attenuation.ravel())[0][:, np.newaxis]
+        veil = self._glow(-points[2] / away, daylight(depth)) * self.water.glow_share(away)
         return (FLAKE * lit * self.water.transmission(away) + veil)[:, 0]
 
-    def veil(self, pose: Standpoint, turn: NDArray[np.float64], width: int, lights: Sequence[Beam]) -> Floats:
-        """Light of lamps (3, width, width) that the water throws back into a face (see lamps.veil)."""
+    def lamp_backscatter(
+        self, pose: ScenePose, turn: NDArray[np.float64], width: int, lights: Sequence[LampBeam]
+    ) -> Floats:
+        """Light of lamps (3, width, width) that the water throws back into a face (see lamps.face_backscatter)."""
         water, (_, aperture) = self.water, self._lit(pose, lights)
-        return aperture * lamps.veil(
-            lights, turn, width, pose.height, water.attenuation.ravel(), water.backward.ravel()
+        return aperture * lamps.face_backscatter(
+            lights, turn, width, pose.height, water.attenuation.ravel(), water.backscatter_coefficient.ravel()
         )
 
-    def _lit(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> tuple[Callable[[Any], Floats], float]:
+    def _lit(self, pose: ScenePose, lights: Sequence[LampBeam] = ()) -> tuple[Callable[[Any], Floats], float]:
         """Light by depth (m) for a camera that does not burn out bright sand, and what one lux counts for it.
 
         Bright sand is that straight below, and, where there are lamps, all around, behind the glare of the water.
@@ -184,18 +194,20 @@ class Seabed:
         lux = 1.0 / max(at_camera, water_optics.DARKEST)
         if lights:
             on_bottom = on_bottom + lux * self._lamplight(points[:, np.newaxis], lights)
-        bright = self.bottom_colours[..., water_optics.BRIGHT, np.newaxis] * on_bottom * self.water.transmission(away)
-        bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * self.water.veil(away)
+        bright = self.bottom_colors[..., water_optics.BRIGHT, np.newaxis] * on_bottom * self.water.transmission(away)
+        bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * self.water.glow_share(away)
         if lights:
             bright += lux * self._glare(points / away, pose.height, lights)[:, np.newaxis]
         aperture = min(1.0, water_optics.WHITE / max(float(bright.max()), 1e-9))
         return lambda d: aperture * sensitive * self.water.daylight(d, depth), aperture * lux
 
-    def _glare(self, rays: Floats, height: float, lights: Sequence[Beam]) -> Floats:
-        return lamps.glare(lights, rays, height, self.water.attenuation.ravel(), self.water.backward.ravel())
+    def _glare(self, rays: Floats, height: float, lights: Sequence[LampBeam]) -> Floats:
+        return lamps.backscatter(
+            lights, rays, height, self.water.attenuation.ravel(), self.water.backscatter_coefficient.ravel()
+        )
 
-    def _lamplight(self, points: Floats, lights: Sequence[Beam]) -> Floats:
-        return lamps.on_ground(lights, points, self.water.attenuation.ravel())
+    def _lamplight(self, points: Floats, lights: Sequence[LampBeam]) -> Floats:
+        return lamps.ground_illuminance(lights, points, self.water.attenuation.ravel())
 
     def _shade(
         self,
@@ -203,60 +215,62 @@ class Seabed:
         on_bottom: Floats,
         around: Floats,
         aperture: float,
-        lights: Sequence[Beam],
+        lights: Sequence[LampBeam],
         points: Floats,
         tones: NDArray[Any],
     ) -> NDArray[np.uint32]:
         """RGBA words (n, m) of the bottom at points (3, n, m; m, NED from the camera) by its sum of tones (n, m)."""
         away = np.sqrt(np.sum(points**2, axis=0)).astype(np.float32)
         lit = on_bottom + aperture * self._lamplight(points, lights).astype(np.float32)
-        linear = self.bottom_colours[:, 0][:, tones] * lit * self.water.transmission(away)
-        veil = self._glow(-height / away, around) * self.water.veil(away)
+        linear = self.bottom_colors[:, 0][:, tones] * lit * self.water.transmission(away)
+        veil = self._glow(-height / away, around) * self.water.glow_share(away)
         return water_optics.rgba_words(linear, veil).reshape(tones.shape)
 
     def _glow(self, sine: Floats, around: Floats) -> Floats:
-        return water_optics.sideways(self.water.glow * around, sine)
+        return water_optics.glow_by_elevation(self.water.glow * around, sine)
 
     def _palette(
-        self, colours: Floats, side: int, distance: float, around: Floats, rows: int = water_optics.ROWS
+        self, colors: Floats, side: int, distance: float, around: Floats, rows: int = water_optics.ROWS
     ) -> NDArray[np.uint32]:
-        sines = water_optics.sines()[:rows]
+        sines = water_optics.elevation_sines()[:rows]
         away = distance / sines
-        veil = self._glow(-side * sines, around) * self.water.veil(away)
-        return water_optics.rgba_words(colours * self.water.transmission(away), veil)
+        veil = self._glow(-side * sines, around) * self.water.glow_share(away)
+        return water_optics.rgba_words(colors * self.water.transmission(away), veil)
 
 
-class SeaSurface:
+class SeaSurfaceScene:
     """A wind sea below, sky and clouds above."""
 
     visibility = 20e3
 
-    def __init__(self, visibility: float, seed: int, waves: Waves, sun: Sun, water: str = ""):
-        self.air = water_optics.air(visibility)
-        self.sun, self.lit = sun.towards, min(1.0, sun.lux / water_optics.DARKEST)
-        swell, sky = procedural_textures.in_air(seed)
-        self.sea = Layer(swell, 0.045, 0.4, 1.2), Layer(swell, 0.31, 0.75, 3.4)
-        self.sky = Layer(sky, 3.0, 0.2, 6.0), Layer(sky, 11.0, 1.3, 6.0)
-        self.sea_colours = water_optics.sea(waves.roughness)
-        self.sky_words = water_optics.rgba_words(self._hazy(water_optics.clouds(), CLOUDS))
+    def __init__(self, visibility: float, seed: int, waves: SeaState, sun: Sun, water: str = ""):
+        self.air = water_optics.hazy_air(visibility)
+        self.sun, self.brightness = sun.direction, min(1.0, sun.lux / water_optics.DARKEST)
+        swell, sky = procedural_textures.air_textures(seed)
+        self.sea_layers = TextureLayer(swell, 0.045, 0.4, 1.2), TextureLayer(swell, 0.31, 0.75, 3.4)
+        self.sky_layers = TextureLayer(sky, 3.0, 0.2, 6.0), TextureLayer(sky, 11.0, 1.3, 6.0)
+        self.sea_colors = water_optics.surface_palette_from_above(waves.roughness)
+        self.sky_words = water_optics.rgba_words(self._hazy(water_optics.cloud_palette(), CLOUDS))
 
-    def planes(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> tuple[Plane, Plane]:
+    def planes(self, pose: ScenePose, lights: Sequence[LampBeam] = ()) -> tuple[TexturedPlane, TexturedPlane]:
         """The planes below and above the camera; lamps do not shine so far."""
-        sea = water_optics.rgba_words(self._hazy(self.sea_colours, pose.height))
-        return Plane(1, pose.height, self.sea, sea), Plane(-1, CLOUDS, self.sky, self.sky_words)
+        sea = water_optics.rgba_words(self._hazy(self.sea_colors, pose.height))
+        return TexturedPlane(1, pose.height, self.sea_layers, sea), TexturedPlane(
+            -1, CLOUDS, self.sky_layers, self.sky_words
+        )
 
-    def seen(self, pose: Standpoint, place: Vector, lights: Sequence[Beam] = ()) -> Look:
-        """How a body near the surface looks from the camera (see glider.draw)."""
+    def appearance(self, pose: ScenePose, place: Vector, lights: Sequence[LampBeam] = ()) -> Appearance:
+        """How a body near the surface looks from the camera (see glider.draw_glider)."""
 
         def look(reflected: Floats, distance: Floats) -> Floats:
             left = self.air.transmission(distance)
-            return water_optics.encode(self.lit * (reflected * left + self.air.glow * (1 - left)))
+            return water_optics.gamma_encode(self.brightness * (reflected * left + self.air.glow * (1 - left)))
 
         return look
 
-    def _hazy(self, colours: Floats, distance: float) -> Floats:
-        left = self.air.transmission(distance / water_optics.sines())
-        return self.lit * (colours * left + self.air.glow * (1 - left))
+    def _hazy(self, colors: Floats, distance: float) -> Floats:
+        left = self.air.transmission(distance / water_optics.elevation_sines())
+        return self.brightness * (colors * left + self.air.glow * (1 - left))
 
 
 def _sine(place: Vector) -> float:
@@ -264,21 +278,21 @@ def _sine(place: Vector) -> float:
     return -place[2] / math.hypot(*place) if any(place) else -1.0
 
 
-Surroundings = Seabed | SeaSurface
+Scene = SeabedScene | SeaSurfaceScene
 SCENES: tuple[str, ...] = ("Seabed", "Sea Surface")
 
 
-def surroundings(
+def make_scene(
     scene: str,
     visibility: float,
     seed: int,
-    waves: Waves | None = None,
+    waves: SeaState | None = None,
     sun: Sun | None = None,
     water: str = "",
-) -> Surroundings:
+) -> Scene:
     """The scene of this name; `visibility` in m, 0 for the default of the scene; `seed` is that of its textures.
 
     Of Jerlov's types of water, `water` is one, which has a visibility of its own.
     """
-    kind = Seabed if scene == "Seabed" else SeaSurface
-    return kind(visibility or kind.visibility, seed, waves or Waves(), sun or Sun(), water)
+    kind = SeabedScene if scene == "Seabed" else SeaSurfaceScene
+    return kind(visibility or kind.visibility, seed, waves or SeaState(), sun or Sun(), water)

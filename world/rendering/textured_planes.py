@@ -23,7 +23,7 @@ FAR = 8 * WIDE  # keeps texture coordinates positive, so that truncation rounds 
 
 
 @dataclass(frozen=True)
-class Layer:
+class TextureLayer:
     """A texture laid on a plane: pyramid (see procedural_textures), texel size in m, heading in rad, drift in m/s."""
 
     pyramid: NDArray[np.uint8] | NDArray[np.uint16]
@@ -33,10 +33,10 @@ class Layer:
 
 
 @dataclass(frozen=True)
-class Plane:
+class TexturedPlane:
     """A plane in one picture: `distance` m below (side 1) or above (side -1) the camera.
 
-    The tones of both layers are added; the first one may shift the second (procedural_textures.bending_pyramid), so
+    The tones of both layers are added; the first one may shift the second (procedural_textures.shifting_pyramid), so
     that places where both are the same are far apart. `palette` (ROWS * SUMS) holds the RGBA words by elevation and sum
     of tones. Where the light is not the same everywhere, `shade(points, tones)` colors points (3, n, m; m, NED from the
     camera).
@@ -44,12 +44,12 @@ class Plane:
 
     side: int
     distance: float
-    layers: tuple[Layer, Layer]
+    layers: tuple[TextureLayer, TextureLayer]
     palette: Words
     shade: Callable[[Floats, NDArray[Any]], Words] | None = None
 
 
-class Caster:
+class PlaneCaster:
     """Casts faces of `width` px strip by strip."""
 
     def __init__(self, width: int):
@@ -64,7 +64,7 @@ class Caster:
         atlas: Words,
         faces: NDArray[np.float64],
         windows: Sequence[Window],
-        planes: tuple[Plane, Plane],
+        planes: tuple[TexturedPlane, TexturedPlane],
         position: tuple[float, float],
         time: float,
     ) -> None:
@@ -72,12 +72,12 @@ class Caster:
 
         `faces` (n, 3, 3) rotate optical frames to NED, `position` is north and east in m.
         """
-        below, above = (Shot(self, plane, position, time) for plane in planes)
+        below, above = (PlaneShader(self, plane, position, time) for plane in planes)
         pixels = atlas[:-1].reshape(len(faces), self.width, self.width)
         for turn, ((first, last), columns), face in zip(faces, windows, pixels, strict=True):
             for start in range(first, last, STRIP):
                 strip = slice(start, min(start + STRIP, last)), slice(*columns)
-                out, down = face[strip], self.affine(turn[2], strip)
+                out, down = face[strip], self.linear_field(turn[2], strip)
                 if down.min() > GRAZING:
                     below.shade(out, turn, strip, down)
                 elif down.max() < -GRAZING:
@@ -88,20 +88,20 @@ class Caster:
                     below.shade(out, turn, strip, np.maximum(down, GRAZING))
                     np.copyto(out, sky, where=down < 0)
 
-    def affine(self, row: NDArray[np.float64], strip: Strip) -> Floats:
+    def linear_field(self, row: NDArray[np.float64], strip: Strip) -> Floats:
         """row · (x, y, 1) at the pixels of a strip, for x, y from -1 to 1 across the face."""
         a, b, c = row.astype(np.float32)
         rows, columns = strip
         return a * self.axis[np.newaxis, columns] + (b * self.axis[rows, np.newaxis] + c)
 
 
-class Shot:
+class PlaneShader:
     """A plane with all that is constant in one picture of it."""
 
-    def __init__(self, caster: Caster, plane: Plane, position: tuple[float, float], time: float):
+    def __init__(self, caster: PlaneCaster, plane: TexturedPlane, position: tuple[float, float], time: float):
         self.caster = caster
         self.plane = plane
-        self.prints = [Print(layer, plane, 2 / caster.width, position, time) for layer in plane.layers]
+        self.prints = [TextureSampler(layer, plane, 2 / caster.width, position, time) for layer in plane.layers]
 
     def shade(self, out: Words, turn: NDArray[np.float64], strip: Strip, height: Floats) -> None:
         """Colors pixels whose rays, of length 1 along the face's axis, approach the plane by `height` > 0."""
@@ -111,10 +111,10 @@ class Shot:
         scale = np.reciprocal(height)
         bend = None
         for layer in self.prints:
-            across, down = (whole(self.caster.affine(axis @ turn, strip), scale) for axis in layer.axes)
+            across, down = (to_texels(self.caster.linear_field(axis @ turn, strip), scale) for axis in layer.axes)
             if bend is not None:
                 across += bend
-            tones = layer.tones(across, down, layer.level.take(step, mode="clip"))
+            tones = layer.sample(across, down, layer.level.take(step, mode="clip"))
             if layer.bends:
                 bend = tones >> BITS
                 tones &= TONES - 1
@@ -122,11 +122,11 @@ class Shot:
         if self.plane.shade is None:
             np.take(self.plane.palette, index, out=out, mode="clip")
         else:
-            points = np.stack([self.caster.affine(axis, strip) * scale for axis in turn]) * self.plane.distance
+            points = np.stack([self.caster.linear_field(axis, strip) * scale for axis in turn]) * self.plane.distance
             out[...] = self.plane.shade(points, index)
 
 
-def whole(texels: Floats, scale: Floats, origin: np.float32 | None = None) -> NDArray[np.int32]:
+def to_texels(texels: Floats, scale: Floats, origin: np.float32 | None = None) -> NDArray[np.int32]:
     """Texels from places on the plane that is a unit away, rounded down."""
     texels *= scale
     if origin is not None:
@@ -135,13 +135,15 @@ def whole(texels: Floats, scale: Floats, origin: np.float32 | None = None) -> ND
         return texels.astype(np.int32)
 
 
-class Print:
+class TextureSampler:
     """A layer in one picture.
 
     `axes` (2, 3) maps directions in NED that approach the plane by 1 to texels across and down the texture.
     """
 
-    def __init__(self, layer: Layer, plane: Plane, pixel: float, position: tuple[float, float], time: float):
+    def __init__(
+        self, layer: TextureLayer, plane: TexturedPlane, pixel: float, position: tuple[float, float], time: float
+    ):
         size, self.stride = layer.pyramid.shape
         self.mask = size - 1
         self.pyramid = layer.pyramid
@@ -157,7 +159,7 @@ class Print:
         self.coarsest = size.bit_length() - 1
         self.level = np.clip(np.ceil(np.log2(footprint) - 0.3), 0, self.coarsest).astype(np.int32)
 
-    def tones(self, column: NDArray[np.int32], row: NDArray[np.int32], level: NDArray[np.int32]) -> NDArray[Any]:
+    def sample(self, column: NDArray[np.int32], row: NDArray[np.int32], level: NDArray[np.int32]) -> NDArray[Any]:
         """The texture at whole texels, 2**level times as coarse. Overwrites what it is given."""
         for place in (column, row):
             place &= self.mask

@@ -1,24 +1,24 @@
 """The sea: its bottom, what happens to a vehicle that touches it, its water, and its waves."""
 
-from world.sea.bathymetry import Bathymetry, BathymetryError, Offset, read_bathymetry, read_reference
-from world.sea.seabed_contact import Grounding
-from world.sea.water_types import CONTRAST_LEFT, WATER_TYPES, jerlov, visibility
-from world.sea.waves import USUAL_HEIGHT, Waves
-from world.sea.wind_sea import Ride, WindSea
+from world.sea.bathymetry import Bathymetry, BathymetryError, OffsetFunction, read_bathymetry, read_bathymetry_reference
+from world.sea.sea_state import USUAL_WAVE_HEIGHT, SeaState
+from world.sea.seabed_contact import SeabedContact
+from world.sea.water_types import KOSCHMIEDER_CONSTANT, WATER_TYPES, jerlov_colors, water_visibility
+from world.sea.wind_sea import WaveMotion, WindSea
 
 __all__ = [
-    "CONTRAST_LEFT",
-    "USUAL_HEIGHT",
+    "KOSCHMIEDER_CONSTANT",
+    "USUAL_WAVE_HEIGHT",
     "WATER_TYPES",
     "Bathymetry",
     "BathymetryError",
-    "Grounding",
-    "Offset",
-    "Ride",
-    "Waves",
+    "OffsetFunction",
+    "SeaState",
+    "SeabedContact",
+    "WaveMotion",
     "WindSea",
-    "jerlov",
+    "jerlov_colors",
     "read_bathymetry",
-    "read_reference",
-    "visibility",
+    "read_bathymetry_reference",
+    "water_visibility",
 ]

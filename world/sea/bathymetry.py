@@ -15,7 +15,7 @@ REMEMBERED = 20000  # parts whose soundings are kept, of a survey of some hours
 CHUNK = 1 << 13  # pairs of soundings and points per step: their arrays fit into the L2 cache
 SCATTERED = 24  # points in a part: if they are fewer, it is quicker to look at all soundings around a cell
 Sounding = tuple[float, float, float]
-Offset = Callable[[float, float, float, float], tuple[float, float]]
+OffsetFunction = Callable[[float, float, float, float], tuple[float, float]]
 
 
 class BathymetryError(ValueError):
@@ -26,9 +26,9 @@ class Bathymetry:
     """Depth (m) between `soundings`: north, east and depth (m) from the reference, a latitude and longitude (rad).
 
     Between them it is Shepard's inverse-distance mean of those within `radius` m (Franke and Nielson 1980), which
-    passes through each sounding and has no steps; if none is in range, it is `elsewhere`. The water stands `level` m
-    above the datum of all these depths. `shallowest` is the least depth of all, `deepest` the greatest; beams look
-    at the bottom each `stride` m.
+    passes through each sounding and has no steps; if none is in range, it is `default_depth`. The water stands `level`
+    m above the datum of all these depths. `shallowest` is the least depth of all, `deepest` the greatest; beams look at
+    the bottom each `sampling_step` m.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Bathymetry:
         self.has_soundings = False
         self._radius, self._elsewhere = radius, elsewhere + level
         self.shallowest = self.deepest = self._elsewhere
-        self.stride = radius / 4.0
+        self.sampling_step = radius / 4.0
         self._cells: dict[tuple[int, int], list[Sounding]] = {}
         for north, east, depth in soundings:
             sounding = north, east, depth + level
@@ -87,7 +87,7 @@ class Bathymetry:
         return total / weights if weights else self._elsewhere
 
     @property
-    def elsewhere(self) -> float:
+    def default_depth(self) -> float:
         """Depth (m) where no sounding is near."""
         return self._elsewhere
 
@@ -193,7 +193,7 @@ def read_bathymetry(
     elsewhere: float,
     level: float = 0.0,
     origin: tuple[float, float] | None = None,
-    offset: Offset | None = None,
+    offset: OffsetFunction | None = None,
 ) -> Bathymetry:
     """Read the section [Bathymetry], in DUNE's form; `value(section, option)` returns its texts.
 
@@ -203,7 +203,7 @@ def read_bathymetry(
     rows = [row.split() for row in value("Bathymetry", "Data").split(",") if row.strip()]
     if not rows:
         return Bathymetry((), radius, elsewhere, origin or (0.0, 0.0), level)
-    reference = read_reference(value)
+    reference = read_bathymetry_reference(value)
     if reference is None:
         raise BathymetryError("Latitude (degrees) and Longitude (degrees) are needed")
     soundings = [_sounding(row) for row in rows]
@@ -214,7 +214,7 @@ def read_bathymetry(
     return Bathymetry(soundings, radius, elsewhere, reference, level)
 
 
-def read_reference(value: Callable[[str, str], str]) -> tuple[float, float] | None:
+def read_bathymetry_reference(value: Callable[[str, str], str]) -> tuple[float, float] | None:
     """Latitude and longitude (rad) of the section [Bathymetry]; None without them. Raises BathymetryError."""
     texts = [value("Bathymetry", f"{name} (degrees)") for name in ("Latitude", "Longitude")]
     if not any(texts):

@@ -28,15 +28,15 @@ class Hull(Protocol):
         ...
 
     @property
-    def over_ground(self) -> Vector:
+    def ground_velocity(self) -> Vector:
         """Velocity over ground (m/s; north, east, down)."""
         ...
 
-    @over_ground.setter
-    def over_ground(self, velocity: Vector) -> None: ...
+    @ground_velocity.setter
+    def ground_velocity(self, velocity: Vector) -> None: ...
 
 
-class Grounding:
+class SeabedContact:
     """Stops a vehicle on the bottom, and before a wall at its last free place. The attributes are plain values.
 
     To save time, the depth is computed only where the bottom may be near.
@@ -47,13 +47,13 @@ class Grounding:
         self._free = (0.0, 0.0)
         self._time = 0.0
 
-    def place(self, hull: Hull, north: float, east: float, sea: Bathymetry) -> None:
+    def reset(self, hull: Hull, north: float, east: float, sea: Bathymetry) -> None:
         """Begin anew with a vehicle whose reference is `north`, `east` (m) of that of the soundings."""
         self._north, self._east = north, east
         self._free, self._time = (hull.x, hull.y), 0.0
         hull.z = max(0.0, min(hull.z, sea.depth(north + hull.x, east + hull.y) - hull.draft))
 
-    def hold(self, hull: Hull, sea: Bathymetry, h: float) -> float | None:
+    def apply(self, hull: Hull, sea: Bathymetry, h: float) -> float | None:
         """Apply the bottom after a step of `h` s; return the depth of the water (m) if the vehicle touches it."""
         self._time -= h
         if self._time > 0.0:
@@ -72,15 +72,15 @@ class Grounding:
             return None
         if keel - water > STEP or water < hull.draft:
             hull.x, hull.y = self._free
-            hull.over_ground = 0.0, 0.0, hull.over_ground[2]  # it may still rise along the wall
+            hull.ground_velocity = 0.0, 0.0, hull.ground_velocity[2]  # it may still rise along the wall
         else:
             self._free = here
-            north, east, down = hull.over_ground
+            north, east, down = hull.ground_velocity
             if hull.z > water - hull.draft:
                 hull.z, down = water - hull.draft, min(0.0, down)
             speed = (north * north + east * east) ** 0.5
             left = max(0.0, 1.0 - GRIP * h / speed) if speed else 0.0
-            hull.over_ground = left * north, left * east, down
+            hull.ground_velocity = left * north, left * east, down
         left = max(0.0, 1.0 - h / TURNING)
         hull.p, hull.q, hull.r = left * hull.p, left * hull.q, left * hull.r
         return water

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 
-CONTRAST_LEFT = 3.912  # -ln 0.02: visibility is the distance at which 2 % of the contrast is left (Koschmieder)
+KOSCHMIEDER_CONSTANT = 3.912  # -ln 0.02: visibility is the distance at which 2 % of the contrast is left (Koschmieder)
 WATER_TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
 # Absorption a, scattering b and diffuse attenuation Kd of daylight, 1/m, at these wavelengths: Solonenko and Mobley,
 # "Inherent optical properties of Jerlov water types", Applied Optics 54 (2015) 5392. Theirs of 5C from 600 nm on are
@@ -51,7 +51,7 @@ MOLECULES = 0.00193  # 1/m, scattering of pure sea water at 550 nm, half of it b
 CAMERA = ((610.0, 30.0), (540.0, 30.0), (465.0, 30.0))  # nm, peak and standard deviation of red, green and blue
 
 
-class Colours(NamedTuple):
+class WaterColors(NamedTuple):
     """What a camera makes of a water, for red, green and blue (3,): coefficients in 1/m, and a share of white.
 
     `direct` attenuates what is seen, `veil` fills in the light of the water, `daylight` goes down with depth; `glow` is
@@ -64,7 +64,7 @@ class Colours(NamedTuple):
     glow: Floats
 
 
-def jerlov(kind: str) -> Colours:
+def jerlov_colors(kind: str) -> WaterColors:
     """The colors of a type of Jerlov. Raises ValueError for an unknown one.
 
     Direct light and backscatter follow I = J exp(-bD z) + B (1 - exp(-bB z)), Akkaynak and Treibitz, CVPR 2018: bD and
@@ -84,7 +84,7 @@ def jerlov(kind: str) -> Colours:
     back = 0.5 * molecules + PARTICLES_BACK * (b - molecules)
     deep, beam = 0.33 * back / (a + back), a + b
     far, down = 1.0 / np.interp(525.0, nm, beam), 1.0 / fall.min()
-    return Colours(
+    return WaterColors(
         -np.log(seen @ np.exp(-beam * far)) / far,
         -np.log((seen * deep) @ np.exp(-beam * far) / (seen @ deep)) / far,
         -np.log(seen @ np.exp(-fall * down)) / down,
@@ -92,6 +92,6 @@ def jerlov(kind: str) -> Colours:
     )
 
 
-def visibility(kind: str) -> float:
+def water_visibility(kind: str) -> float:
     """Distance (m) at which 2 % of the contrast of green light is left in a water type."""
-    return CONTRAST_LEFT / float(jerlov(kind).direct[1])
+    return KOSCHMIEDER_CONSTANT / float(jerlov_colors(kind).direct[1])

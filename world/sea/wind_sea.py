@@ -9,7 +9,7 @@ from numpy.random import PCG64, Generator, SeedSequence
 from numpy.typing import NDArray
 
 from support.rotations import Vector, body_rates
-from world.sea.waves import Waves
+from world.sea.sea_state import SeaState
 
 Floats = NDArray[np.floating[Any]]
 
@@ -20,7 +20,7 @@ LATE = np.array([[-INSTANT], [INSTANT]])
 FLAT = 0.01  # rad; for less, the difference of two terms would be lost in rounding
 
 
-class Ride(NamedTuple):
+class WaveMotion(NamedTuple):
     """What waves do to a boat: m north, east and down of where it would be in calm water, and with what velocity.
 
     `angles` are roll, pitch and yaw (rad), `rates` p, q, r (rad/s).
@@ -41,7 +41,7 @@ class WindSea:
     the world's origin, times s from the start of the run.
     """
 
-    def __init__(self, waves: Waves, bearing: float = 0.0, seed: int = 0):
+    def __init__(self, waves: SeaState, bearing: float = 0.0, seed: int = 0):
         random = Generator(PCG64(SeedSequence([seed, crc32(b"wind sea")])))
         parts = (np.arange(COUNT) + random.uniform(size=COUNT)) / COUNT
         height = max(waves.height, 1e-9)
@@ -51,7 +51,7 @@ class WindSea:
         angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 1001)
         share = 0.5 + (angle + 0.5 * np.sin(2.0 * angle)) / math.pi
         spread = np.interp((random.permutation(COUNT) + random.uniform(size=COUNT)) / COUNT, share, angle)
-        self.number = self.frequency**2 / GRAVITY
+        self.wave_number = self.frequency**2 / GRAVITY
         self.direction = bearing + math.pi + spread
         self._north, self._east = np.cos(self.direction), np.sin(self.direction)
         self.phase = random.uniform(0.0, math.tau, COUNT)
@@ -61,19 +61,19 @@ class WindSea:
         """Height of the surface above its mean (m)."""
         return float(self.amplitude * np.sum(np.cos(self._phases(north, east, time))))
 
-    def slope(self, north: float, east: float, time: float) -> tuple[float, float]:
+    def surface_slope(self, north: float, east: float, time: float) -> tuple[float, float]:
         """How the surface rises to the north and to the east."""
-        steep = -self.amplitude * self.number * np.sin(self._phases(north, east, time))
+        steep = -self.amplitude * self.wave_number * np.sin(self._phases(north, east, time))
         return float(np.sum(steep * self._north)), float(np.sum(steep * self._east))
 
-    def velocity(self, north: float, east: float, time: float) -> Vector:
+    def orbital_velocity(self, north: float, east: float, time: float) -> Vector:
         """Orbital velocity of the water at the surface (m/s; north, east, down)."""
         phase, fast = self._phases(north, east, time), self.amplitude * self.frequency
         along = fast * np.cos(phase)
         level = float(np.sum(along * self._north)), float(np.sum(along * self._east))
         return *level, float(-np.sum(fast * np.sin(phase)))
 
-    def ride(
+    def hull_motion(
         self,
         place: tuple[float, float],
         velocity: Vector,
@@ -81,7 +81,7 @@ class WindSea:
         turn: float,
         size: tuple[float, float],
         time: float,
-    ) -> Ride:
+    ) -> WaveMotion:
         """How a hull of a `size` (length, beam; m) rides that sails at a `velocity` (m/s; NED) and `turn`s (rad/s).
 
         What it does in calm water and in waves is added (Fossen 2011, ch. 8.2). It moves as the mean of the water over
@@ -92,11 +92,11 @@ class WindSea:
         north, east = place[0] + LATE * velocity[0], place[1] + LATE * velocity[1]
         yaw = heading + LATE * turn
         forward, starboard = self._along(np.cos(yaw), np.sin(yaw)), self._along(-np.sin(yaw), np.cos(yaw))
-        ahead, across = (0.5 * s * self.number * part for s, part in zip(size, (forward, starboard), strict=True))
+        ahead, across = (0.5 * s * self.wave_number * part for s, part in zip(size, (forward, starboard), strict=True))
         (length, lean), (beam, heel) = _share(ahead), _share(across)
         phase = self._phases(north, east, time + LATE)
         crest, front = self.amplitude * np.cos(phase) * length * beam, self.amplitude * np.sin(phase)
-        steep = front * self.number
+        steep = front * self.wave_number
         front *= length * beam
         pitch = np.arctan(-np.sum(steep * forward * lean * beam, axis=1))
         roll = np.arctan(np.sum(steep * starboard * heel * length, axis=1) * np.cos(pitch))
@@ -106,14 +106,16 @@ class WindSea:
         vn, ve, vd, phi_rate, theta_rate = (
             (last - first) / (2.0 * INSTANT) for first, last in zip(before, after, strict=True)
         )
-        return Ride((n, e, d), (vn, ve, vd), (phi, theta, heading), body_rates(phi, theta, phi_rate, theta_rate, turn))
+        return WaveMotion(
+            (n, e, d), (vn, ve, vd), (phi, theta, heading), body_rates(phi, theta, phi_rate, theta_rate, turn)
+        )
 
     def _along(self, north: Any, east: Any) -> Floats:
         """Components of the directions of the waves along a vector."""
         return north * self._north + east * self._east
 
     def _phases(self, north: Any, east: Any, time: Any) -> Floats:
-        return self.number * self._along(north, east) - self.frequency * time + self.phase
+        return self.wave_number * self._along(north, east) - self.frequency * time + self.phase
 
 
 def _share(half: Floats) -> tuple[Floats, Floats]:

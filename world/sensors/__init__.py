@@ -1,9 +1,9 @@
 """Models of sensors: noise and geometry."""
 
 from world.sensors import mug_reference
-from world.sensors.beam_echo import Echo, janus, listen, to_bottom, velocity_of
+from world.sensors.beam_echo import BeamEcho, distance_to_bottom, janus_directions, nearest_echo, velocity_from_beams
 from world.sensors.drift import Drift
-from world.sensors.imu_grade import DRAWS, PARTS, Device, Part, TriadGrade
+from world.sensors.imu_grade import IMU_PARTS, TRIAD_DRAWS, ImuPart, TriadErrors, TriadGrade
 from world.sensors.imu_noise import (
     STANDARD_GRAVITY,
     NoiseDensity,
@@ -15,49 +15,49 @@ from world.sensors.imu_noise import (
 from world.sensors.mug_detection import (
     ACCURACY,
     UNIFORM_ERROR,
-    CameraPose,
-    Offset,
-    detect,
-    detect_originally,
-    gsd_sigma,
-    locate,
-    see_pixel,
-    to_camera,
+    AttitudeAndHeight,
+    NorthEastOffset,
+    detect_like_original,
+    detect_target,
+    detection_at_pixel,
+    ground_position_sigma,
+    locate_target,
+    target_in_camera,
 )
-from world.sensors.sonar_beam import Beam
+from world.sensors.sonar_beam import SonarBeam
 from world.sensors.strapdown import BodyMotion, InertialSample, InertialSampler
 
 __all__ = [
     "ACCURACY",
-    "DRAWS",
-    "PARTS",
+    "IMU_PARTS",
     "STANDARD_GRAVITY",
+    "TRIAD_DRAWS",
     "UNIFORM_ERROR",
-    "Beam",
+    "AttitudeAndHeight",
+    "BeamEcho",
     "BodyMotion",
-    "CameraPose",
-    "Device",
     "Drift",
-    "Echo",
+    "ImuPart",
     "InertialSample",
     "InertialSampler",
     "NoiseDensity",
     "NoisyTriad",
-    "Offset",
-    "Part",
+    "NorthEastOffset",
+    "SonarBeam",
     "StandardNormals",
+    "TriadErrors",
     "TriadGrade",
-    "detect",
-    "detect_originally",
-    "gsd_sigma",
-    "janus",
-    "listen",
-    "locate",
+    "detect_like_original",
+    "detect_target",
+    "detection_at_pixel",
+    "distance_to_bottom",
+    "ground_position_sigma",
+    "janus_directions",
+    "locate_target",
     "mug_reference",
-    "see_pixel",
+    "nearest_echo",
     "specific_force",
-    "to_bottom",
-    "to_camera",
-    "velocity_of",
+    "target_in_camera",
+    "velocity_from_beams",
     "vins_parameters",
 ]

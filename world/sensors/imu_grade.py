@@ -8,7 +8,7 @@ from types import MappingProxyType
 from support.rotations import Vector
 from world.sensors.imu_noise import STANDARD_GRAVITY, NoiseDensity
 
-DRAWS = 12  # standard normals that make a device of a grade
+TRIAD_DRAWS = 12  # standard normals that make a device of a grade
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +43,11 @@ class TriadGrade:
         return cls(density, limit * STANDARD_GRAVITY, resolution * milli, scale / 100.0, angle, offset * milli)
 
     @property
-    def varies(self) -> bool:
+    def has_device_errors(self) -> bool:
         """Whether devices differ in more than their noise."""
         return max(self.scale, self.misalignment, self.offset) > 0.0
 
-    def digitised(self, value: Vector) -> Vector:
+    def quantize(self, value: Vector) -> Vector:
         """A value as the output has it: within the range, and in whole steps."""
         if self.limit <= 0.0 and self.resolution <= 0.0:
             return value
@@ -61,15 +61,15 @@ class TriadGrade:
 
 
 @dataclass(frozen=True, slots=True)
-class Device:
+class TriadErrors:
     """The constant errors of one device: its output without noise is `matrix` times the true value, plus `offset`."""
 
     matrix: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     offset: Vector = (0.0, 0.0, 0.0)
 
     @classmethod
-    def drawn(cls, grade: TriadGrade, draws: Sequence[float]) -> "Device":
-        """One of a grade, from DRAWS standard normals: three for scale, six for misalignment, three for the offset.
+    def draw(cls, grade: TriadGrade, draws: Sequence[float]) -> "TriadErrors":
+        """One of a grade, from TRIAD_DRAWS standard normals: three for scale, six for misalignment, three for offset.
 
         Each axis leans towards each other one by an angle of its own, to first order.
         """
@@ -83,7 +83,7 @@ class Device:
             (o * draws[9], o * draws[10], o * draws[11]),
         )
 
-    def measured(self, true: Vector) -> Vector:
+    def apply(self, true: Vector) -> Vector:
         x, y, z = true
         (a, b, c), (d, e, f), (g, h, i) = self.matrix
         u, v, w = self.offset
@@ -99,7 +99,7 @@ class Device:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ImuPart:
     """An inertial measurement unit that can be bought: its data sheet's typical values; what it gives as limits is 3 σ.
 
     Data sheets lack the time constant of the bias, and that of the BMI088 how stable its accelerometers' bias is: the
@@ -110,21 +110,21 @@ class Part:
     accelerometer: TriadGrade
 
 
-PARTS: Mapping[str, Part] = MappingProxyType(
+IMU_PARTS: Mapping[str, ImuPart] = MappingProxyType(
     {
         # InvenSense PS-MPU-6000A rev. 3.4, at ±2000 °/s and ±16 g; noise as AirSim has it
-        "MPU-6000": Part(
+        "MPU-6000": ImuPart(
             TriadGrade.gyroscope(NoiseDensity.gyroscope(0.3, 4.6, 500.0), 2000.0, 1 / 16.4, 1.0, 0.38, 0.0),
             TriadGrade.accelerometer(NoiseDensity.accelerometer(0.24, 36.0, 800.0), 16.0, 1000 / 2048, 1.0, 0.38, 0.0),
         ),
         # Analog Devices ADIS16448 rev. D, at ±1000 °/s and ±18 g; 0.11 m/s/√h are 0.187 mg/√Hz (its noise density at
         # 25 Hz, 0.23 mg/√Hz, is higher, and that of the rate, 0.0135 °/s/√Hz, too)
-        "ADIS16448": Part(
+        "ADIS16448": ImuPart(
             TriadGrade.gyroscope(NoiseDensity.gyroscope(0.66, 14.5, 500.0), 1000.0, 0.04, 0.33, 0.05, 0.0),
             TriadGrade.accelerometer(NoiseDensity.accelerometer(0.187, 250.0, 800.0), 18.0, 0.833, 0.33, 0.2, 0.0),
         ),
         # Bosch BST-BMI088-DS001 rev. 1.4, at ±2000 °/s and ±24 g; 0.014 °/s/√Hz are 0.84 °/√h
-        "BMI088": Part(
+        "BMI088": ImuPart(
             TriadGrade.gyroscope(NoiseDensity.gyroscope(0.84, 2.0, 500.0), 2000.0, 1 / 16.384, 0.33, 0.19, 0.0),
             TriadGrade.accelerometer(NoiseDensity.accelerometer(0.175, 36.0, 800.0), 24.0, 1000 / 1365, 0.13, 0.1, 0.0),
         ),

@@ -40,14 +40,14 @@ class NoiseDensity:
         milli = 1e-3 * STANDARD_GRAVITY
         return cls(random_walk * milli, bias_stability * 1e-3 * milli / math.sqrt(tau))
 
-    def per_sample(self, interval: float) -> tuple[float, float]:
+    def sample_sigmas(self, interval: float) -> tuple[float, float]:
         """Standard deviations of the white noise and of the bias step for samples `interval` s apart."""
         root = math.sqrt(interval if interval > SHORTEST_INTERVAL else SHORTEST_INTERVAL)
         return self.white / root, self.walk * root
 
 
 class NoisyTriad:
-    """Three axes of the same kind: `corrupt` adds white noise and the bias before its step."""
+    """Three axes of the same kind: `add_noise` adds white noise and the bias before its step."""
 
     __slots__ = ("_bias", "density")
 
@@ -55,9 +55,9 @@ class NoisyTriad:
         self.density = density
         self._bias = (0.0, 0.0, 0.0)
 
-    def corrupt(self, value: Vector, interval: float, draws: Sequence[float]) -> Vector:
+    def add_noise(self, value: Vector, interval: float, draws: Sequence[float]) -> Vector:
         """`value` with noise from six standard normal `draws`: three for white noise, three for the bias."""
-        white, step = self.density.per_sample(interval)
+        white, step = self.density.sample_sigmas(interval)
         (x, y, z), (p, q, r), (a, b, c, d, e, f) = self._bias, value, draws
         self._bias = x + step * d, y + step * e, z + step * f
         return p + white * a + x, q + white * b + y, r + white * c + z
@@ -87,6 +87,6 @@ def vins_parameters(gyroscope: NoiseDensity, accelerometer: NoiseDensity, interv
 
     The numbers are per sample although VINS expects densities, and the gravity is VINS's, not AirSim's.
     """
-    acc_n, acc_w = accelerometer.per_sample(interval)
-    gyr_n, gyr_w = gyroscope.per_sample(interval)
+    acc_n, acc_w = accelerometer.sample_sigmas(interval)
+    gyr_n, gyr_w = gyroscope.sample_sigmas(interval)
     return f"acc_n: {acc_n:.4e}\ngyr_n: {gyr_n:.4e}\nacc_w: {acc_w:.4e}\ngyr_w: {gyr_w:.4e}\ng_norm: {VINS_GRAVITY:.5f}"

@@ -15,14 +15,14 @@ PRECISION = 0.01  # m
 
 
 @dataclass(frozen=True)
-class Beam:
+class SonarBeam:
     """A beam of a sonar: `start` is north, east, down in m, `direction` a unit vector."""
 
     start: Vector
     direction: Vector
 
     @classmethod
-    def of(cls, place: Vector, angles: Vector, position: Vector, pan: float, tilt: float) -> "Beam":
+    def from_vehicle(cls, place: Vector, angles: Vector, position: Vector, pan: float, tilt: float) -> "SonarBeam":
         """The beam of a sonar at `position` (m, body) that points `pan` to starboard and `tilt` up (rad).
 
         `place` (m, north, east, down) and `angles` (rad) are those of the vehicle.
@@ -32,12 +32,12 @@ class Beam:
         forward = math.cos(tilt) * math.cos(pan), math.cos(tilt) * math.sin(pan), -math.sin(tilt)
         return cls((place[0] + north, place[1] + east, place[2] + down), to_ned(attitude, forward))
 
-    def surface(self) -> float:
+    def distance_to_surface(self) -> float:
         """Distance (m) to the surface, 0 out of the water; infinite unless the beam points up."""
         depth, down = self.start[2], self.direction[2]
         return max(0.0, depth) / -down if down < 0.0 else math.inf
 
-    def bottom(
+    def distance_to_bottom(
         self,
         depth: Callable[[float, float], float],
         reach: float,
@@ -93,7 +93,7 @@ class Beam:
                 far, under = middle, above
         return near + over / (over - under) * (far - near)
 
-    def wall(self, a: tuple[float, float], b: tuple[float, float]) -> float:
+    def distance_to_wall(self, a: tuple[float, float], b: tuple[float, float]) -> float:
         """Distance (m) to a vertical wall between two points (north, east in m); infinite if the beam misses it."""
         (n, e, _), (dn, de, _) = self.start, self.direction
         wn, we = b[0] - a[0], b[1] - a[1]
@@ -104,7 +104,7 @@ class Beam:
         along, share = (an * we - ae * wn) / cross, (an * de - ae * dn) / cross
         return along if along >= 0.0 and 0.0 <= share <= 1.0 else math.inf
 
-    def capsule(self, middle: Vector, heading: float, length: float, diameter: float) -> float:
+    def distance_to_capsule(self, middle: Vector, heading: float, length: float, diameter: float) -> float:
         """Distance (m) to a level body with round ends; infinite if the beam misses it, 0 inside of it.
 
         `middle` is north, east, down, `length` includes the ends (m), `heading` is that of its axis (rad).

@@ -4,13 +4,13 @@ import math
 from typing import Any, NamedTuple
 
 from support.pose import Pose
-from support.rotations import Matrix, Vector, cross, rotation, to_body, to_ned, turned, wrap
+from support.rotations import Matrix, Vector, cross, integrate_body_rates, rotation, to_body, to_ned, wrap
 from world.sensors.imu_noise import specific_force
 
 TIMING = 1e-3  # of a period: a state that is early by less belongs to the sample, since timestamps have 0.24 µs
 LONGEST_GAP = 1.0  # s between states; after a longer one, sampling starts again
-CENTRE: Vector = (0.0, 0.0, 0.0)
-CENTRED = Pose()
+CENTER: Vector = (0.0, 0.0, 0.0)
+CENTERED = Pose()
 
 
 class BodyMotion(NamedTuple):
@@ -26,7 +26,7 @@ class BodyMotion(NamedTuple):
     stream: Vector
 
     @classmethod
-    def of(cls, state: Any) -> "BodyMotion":
+    def from_state(cls, state: Any) -> "BodyMotion":
         """That of a SimulatedState of IMC."""
         return cls(
             state.timestamp,
@@ -36,19 +36,19 @@ class BodyMotion(NamedTuple):
             (state.svx, state.svy, state.svz),
         )
 
-    def moved(self, seconds: float) -> tuple[Vector, Vector]:
+    def motion_after(self, seconds: float) -> tuple[Vector, Vector]:
         """The way north, east and down (m) in some moments, and the angles (rad) after them."""
-        return _scaled(self.ground_velocity, seconds), turned(self.angles, self.rates, seconds)
+        return _scaled(self.ground_velocity, seconds), integrate_body_rates(self.angles, self.rates, seconds)
 
     @property
     def ground_velocity(self) -> Vector:
         """North, east and down (m/s)."""
-        return self.ground_velocity_at(CENTRE)
+        return self.ground_velocity_at(CENTER)
 
     def ground_velocity_at(self, place: Vector) -> Vector:
         """That of a place of the body (m, x forward, y right, z down from its origin): north, east and down (m/s)."""
         (u, v, w), (x, y, z) = self.velocity, self.stream
-        if place != CENTRE:
+        if place != CENTER:
             a, b, c = cross(self.rates, place)
             u, v, w = u + a, v + b, w + c
         north, east, down = to_ned(rotation(*self.angles), (u, v, w))
@@ -76,11 +76,11 @@ class InertialSampler:
     of velocity less gravity's.
     """
 
-    def __init__(self, rate: float, gravity: float, mount: Pose = CENTRED):
+    def __init__(self, rate: float, gravity: float, mount: Pose = CENTERED):
         self.rate = rate
         self.gravity = gravity
-        self._place = mount.place
-        self._axes: Matrix | None = mount.rotation if mount[3:] != CENTRED[3:] else None
+        self._place = mount.position
+        self._axes: Matrix | None = mount.rotation if mount[3:] != CENTERED[3:] else None
         self._last: BodyMotion | None = None
         self._moving: Vector = (0.0, 0.0, 0.0)  # velocity of the place over ground at the last state
         self._first = self._sampled = 0.0
@@ -88,7 +88,7 @@ class InertialSampler:
         self._turned: Vector = (0.0, 0.0, 0.0)  # integral of the rates since the last sample
         self._pushed: Vector = (0.0, 0.0, 0.0)  # integral of the force
 
-    def feed(self, state: BodyMotion) -> list[InertialSample]:
+    def add_state(self, state: BodyMotion) -> list[InertialSample]:
         """The samples that are due up to `state`."""
         last, self._last = self._last, state
         before, self._moving = self._moving, state.ground_velocity_at(self._place)

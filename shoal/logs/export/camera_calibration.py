@@ -12,8 +12,8 @@ import yaml
 
 from runtime.logs import Array
 from shoal.logs.export.message_batches import LogSource
-from world.optics import CalibrationError, CameraModel, read_camera
-from world.sensors import Part
+from world.optics import CalibrationError, CameraModel, read_calibration
+from world.sensors import ImuPart
 
 FILE = "cameras.yaml"
 OPTICS = ("width", "height", "fx", "fy", "cx", "cy")  # px; what CameraFrame tells of a lens
@@ -33,7 +33,7 @@ class LoggedCamera(NamedTuple):
 class LoggedImu(NamedTuple):
     """An IMU: its noise, and its 4x4 pose in the body."""
 
-    part: Part
+    part: ImuPart
     pose: Array
 
 
@@ -59,7 +59,7 @@ def load_camera_models(photos: Path, cameras: Mapping[str, LoggedCamera]) -> dic
     found: dict[str, CameraModel] = {}
     for name, camera in cameras.items():
         with suppress(CalibrationError, OSError):
-            found[name] = read_camera(photos / FILE, camera.label)
+            found[name] = read_calibration(photos / FILE, camera.label)
     return found
 
 
@@ -217,7 +217,7 @@ def _camodocal(camera: LoggedCamera) -> dict[str, Any]:
     return {"model_type": "KANNALA_BRANDT", **size, "projection_parameters": projection}
 
 
-def noise_densities(part: Part) -> dict[str, float]:
+def noise_densities(part: ImuPart) -> dict[str, float]:
     """The noise of an IMU by the names of Kalibr."""
     return {
         "gyroscope_noise_density": part.gyroscope.density.white,

@@ -24,7 +24,7 @@ from shoal.logs.export.message_batches import LogSource
 from shoal.logs.export.photo_files import Photo, export_photo
 from shoal.logs.export.vio_recording import ImuSamples, PoseTrack, read_recording
 from support.rotations import rotation
-from tasks.simulators.imu import ARTICLE_INTERVAL, IMU, grade_of
+from tasks.simulators.imu import ARTICLE_INTERVAL, IMU, part_from_options
 from world.sensors import vins_parameters
 
 IMU_HEADING = "#timestamp [ns]," + ",".join(
@@ -132,7 +132,7 @@ def _units(configuration: Path) -> dict[str, LoggedImu]:
             continue
         label = options.get("Entity Label") or default_label(section)
         try:
-            found[label] = LoggedImu(grade_of(options), _pose(options))
+            found[label] = LoggedImu(part_from_options(options), _pose(options))
         except ValueError:
             continue
     return found

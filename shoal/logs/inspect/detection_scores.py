@@ -18,7 +18,14 @@ from support.diagnostics import ProfileError
 from support.rotations import rotation
 from support.wgs84 import offset
 from world import World, WorldError, read_world
-from world.detection import Accuracy, Score, Standing, matched, score, sight
+from world.detection import (
+    DetectionAccuracy,
+    DetectionStatistics,
+    PoseOverPlane,
+    detection_statistics,
+    match_objects,
+    project_to_plane,
+)
 
 SIMULATED, DETECTOR = "Simulators.MUGDetectionCamera", "Vision.MUGDetector"
 CAMERAS = (SIMULATED, "Vision.FisheyeCamera", "Vision.Camera")
@@ -32,7 +39,7 @@ class DetectionScore(NamedTuple):
 
     label: str
     gliders: tuple[int, ...]
-    score: Score
+    score: DetectionStatistics
 
 
 class _Camera(NamedTuple):
@@ -46,7 +53,7 @@ class _Camera(NamedTuple):
     optics: Any
     mounts: tuple[Array, Array]
     looks: Array
-    accuracy: Accuracy | None
+    accuracy: DetectionAccuracy | None
     blur: float = 0.0
     least: float = 0.0
     shared: float = -math.inf
@@ -111,20 +118,20 @@ def _judged(
     _, angles = truth.at(rows["timestamp"])
     to = _gliders(world, truth, rows["timestamp"], began, sea=any(eye.sea for eye in looking[:1]))
     spreads = np.full((len(rows), 2, 2), np.nan)
-    of = matched(offsets, to[..., :2])
+    of = match_objects(offsets, to[..., :2])
     for eye in looking[:1]:
         every = max(1, math.ceil(len(rows) / MOST_SPREADS))
         for k in [k for k in range(0, len(rows), every) if of[k] >= 0]:
             spreads[k] = _spread(eye, to[k, of[k]], angles[k])
     shown = [_shown(eye, truth, world, began) for eye in looking if len(eye.looks)]
     seen = np.concatenate(shown) if shown else None
-    found = score(rows["id"], offsets, to[..., :2], spreads, seen)
+    found = detection_statistics(rows["id"], offsets, to[..., :2], spreads, seen)
     return DetectionScore(label, tuple(thing.id for thing in world.objects), found)
 
 
 def _gliders(world: World, truth: _Truth, times: Array, began: float, *, sea: bool) -> Array:
     """(n, k, 3) from the vehicle to all objects, in m; down is NaN on a bottom that nobody knows."""
-    spots = [[world.spot(thing, time) for thing in world.objects] for time in (times - began).tolist()]
+    spots = [[world.object_position(thing, time) for thing in world.objects] for time in (times - began).tolist()]
     on_bottom = np.array([thing.depth is None for thing in world.objects])
     places = np.array(
         [[(s.north, s.east, math.nan if s.down is None else s.down) for s in row] for row in spots], float
@@ -160,8 +167,8 @@ def _spread(eye: _Camera, to: Array, angles: Array) -> Array:
     mount = eye.mounts[int(to[2] <= 0.0)]
     point = (np.array(rotation(*angles.tolist())).T @ to - mount[:3, 3]) @ mount[:3, :3]
     pixel, _ = eye.optics.project(point)
-    standing = Standing(0.0, 0.0, float(to[2]), tuple(angles.tolist()))
-    (seen,) = sight(eye.optics, mount, standing, pixel, eye.accuracy)
+    standing = PoseOverPlane(0.0, 0.0, float(to[2]), tuple(angles.tolist()))
+    (seen,) = project_to_plane(eye.optics, mount, standing, pixel, eye.accuracy)
     if seen is None:
         return np.full((2, 2), np.nan)
     return seen.covariance(eye.accuracy.variances(abs(float(to[2])))) + (eye.blur * to[2]) ** 2 * np.eye(2)
@@ -202,8 +209,8 @@ def _eyes(
     from runtime.vehicle import build  # slow to import, as tasks are
     from tasks.simulators.mug_detection_camera import MUGDetectionCamera
     from tasks.vision.cameras.rendered_camera import RenderedCamera
-    from tasks.vision.mug_detector import MUGDetector, accuracy_of
-    from world.rendering import optical
+    from tasks.vision.mug_detector import MUGDetector, accuracy_from_parameters
+    from world.rendering import optical_transform
 
     sections = list(profile.config.sections)
     only = [name for name in sections if name.partition("/")[0] in CAMERAS]
@@ -220,7 +227,7 @@ def _eyes(
             rate = task.detection_rate or 20.0
             looks = np.arange(summary.start, summary.end, max(1.0 / rate, (summary.end - summary.start) / MOST_LOOKS))
             exact = task.fidelity == "Physical"
-            optics, accuracy, blur = task.as_seen()
+            optics, accuracy, blur = task.detector_model()
             found[label] = [_Camera(optics, task.mounts, looks, accuracy if exact else None, blur, task.least_pixels)]
     for section in (name for name in sections if name.partition("/")[0] == DETECTOR):
         options = profile.options(section)
@@ -231,9 +238,9 @@ def _eyes(
         for label, task in tasks.items():
             if isinstance(task, RenderedCamera) and values["camera"] in ("", label):
                 looks, shared = (np.empty(0), -math.inf) if frames is None else _looks(frames, label, labels)
-                mount = optical(task.mount)
+                mount = optical_transform(task.mount)
                 least = 2.0 * values["least_pixels"]
-                accuracy, sea = accuracy_of(values), task.scene == "Sea Surface"
+                accuracy, sea = accuracy_from_parameters(values), task.scene == "Sea Surface"
                 eyes.append(_Camera(task.camera.optics, (mount, mount), looks, accuracy, 0.0, least, shared, sea))
         found[options.get("Entity Label", "") or default_label(section)] = eyes
     return found

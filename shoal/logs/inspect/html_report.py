@@ -202,14 +202,14 @@ def _detections(content: ReportData) -> str:
 def _judged(content: ReportData) -> str:
     rows: list[tuple[str, ...]] = []
     for label, gliders, found in content.detection_scores:
-        for glider, thing in zip(gliders, found.things, strict=True):
-            looks = ("", "") if thing.looks < 0 else (str(thing.looks), str(thing.missed))
+        for glider, thing in zip(gliders, found.objects, strict=True):
+            looks = ("", "") if thing.pictures < 0 else (str(thing.pictures), str(thing.missed))
             errors = [
                 f"{value:.2f}{unit}" if math.isfinite(value) else ""
                 for value, unit in ((thing.rms, " m"), (thing.nees, ""))
             ]
-            rows.append((label, f"MUG {glider}", *looks, str(thing.found), str(thing.switches), *errors))
-        rows.append((label, "false alarms", "", "", str(found.false), "", "", ""))
+            rows.append((label, f"MUG {glider}", *looks, str(thing.detections), str(thing.switches), *errors))
+        rows.append((label, "false alarms", "", "", str(found.false_alarms), "", "", ""))
     if not rows:
         return ""
     head = ("by", "", "in view", "missed", "detections", "id switches", "error, rms", "NEES")

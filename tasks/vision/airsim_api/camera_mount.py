@@ -5,13 +5,13 @@ import math
 import numpy as np
 
 from support.rotations import quaternion
-from tasks.vision.airsim_api.rpc_messages import Kinematics, Quaternion, Vector, transform
+from tasks.vision.airsim_api.rpc_messages import AirSimQuaternion, AirSimVector, Kinematics, pose_transform
 from world.optics import Floats
 
 CLOSE = 1e-3  # m, rad, by which AirSim's numbers may be off
 
 
-class Mount:
+class MountEstimator:
     """Measures where a camera is in a vehicle that moves.
 
     AirSim tells no time with the motion of a vehicle, so that is asked for before and after the pictures. The camera
@@ -23,25 +23,29 @@ class Mount:
         self._found: Floats | None = None
         self._loose = math.inf  # m and rad that the vehicle moved at that
 
-    def motion(self, before: Kinematics, camera: Floats, after: Kinematics) -> Kinematics:
+    def vehicle_motion(self, before: Kinematics, camera: Floats, after: Kinematics) -> Kinematics:
         """The motion of the vehicle at the instant of a picture, whose camera (4, 4) was in the north, east, down.
 
         Raises AirSimError for poses that are none.
         """
-        first, last = (transform(each.position, each.orientation) for each in (before, after))
-        middle = halfway(first, last)
+        first, last = (pose_transform(each.position, each.orientation) for each in (before, after))
+        middle = mean_pose(first, last)
         arm = float(np.linalg.norm(camera[:3, 3] - middle[:3, 3]))
-        loose, measured = distance(first, last, 1.0 + arm), np.linalg.inv(middle) @ camera
-        if self._found is None or loose <= self._loose or distance(measured, self._found) > loose + self._loose + CLOSE:
+        loose, measured = pose_distance(first, last, 1.0 + arm), np.linalg.inv(middle) @ camera
+        if (
+            self._found is None
+            or loose <= self._loose
+            or pose_distance(measured, self._found) > loose + self._loose + CLOSE
+        ):
             self._found, self._loose = measured, loose
         return Kinematics(
-            *placed(camera @ np.linalg.inv(self._found)),
-            mean(before.linear_velocity, after.linear_velocity),
-            mean(before.angular_velocity, after.angular_velocity),
+            *position_and_orientation(camera @ np.linalg.inv(self._found)),
+            mean_vector(before.linear_velocity, after.linear_velocity),
+            mean_vector(before.angular_velocity, after.angular_velocity),
         )
 
 
-def distance(a: Floats, b: Floats, arm: float = 1.0) -> float:
+def pose_distance(a: Floats, b: Floats, arm: float = 1.0) -> float:
     """How far apart two poses (4, 4) are: m, and rad times `arm` (m)."""
     return float(np.linalg.norm(a[:3, 3] - b[:3, 3])) + arm * angle_between(a[:3, :3], b[:3, :3])
 
@@ -51,16 +55,19 @@ def angle_between(a: Floats, b: Floats) -> float:
     return math.acos(max(-1.0, min(1.0, (float(np.trace(a.T @ b)) - 1.0) / 2.0)))
 
 
-def halfway(a: Floats, b: Floats) -> Floats:
+def mean_pose(a: Floats, b: Floats) -> Floats:
     """The pose (4, 4) in the middle of two."""
     p, q = (np.array(quaternion(each[:3, :3].tolist())) for each in (a, b))
     both = p + math.copysign(1.0, float(p @ q)) * q
-    return transform(mean(placed(a)[0], placed(b)[0]), Quaternion(*(both / np.linalg.norm(both)).tolist()))
+    return pose_transform(
+        mean_vector(position_and_orientation(a)[0], position_and_orientation(b)[0]),
+        AirSimQuaternion(*(both / np.linalg.norm(both)).tolist()),
+    )
 
 
-def placed(pose: Floats) -> tuple[Vector, Quaternion]:
-    return Vector(*pose[:3, 3].tolist()), Quaternion(*quaternion(pose[:3, :3].tolist()))
+def position_and_orientation(pose: Floats) -> tuple[AirSimVector, AirSimQuaternion]:
+    return AirSimVector(*pose[:3, 3].tolist()), AirSimQuaternion(*quaternion(pose[:3, :3].tolist()))
 
 
-def mean(a: Vector, b: Vector) -> Vector:
-    return Vector((a.x_val + b.x_val) / 2, (a.y_val + b.y_val) / 2, (a.z_val + b.z_val) / 2)
+def mean_vector(a: AirSimVector, b: AirSimVector) -> AirSimVector:
+    return AirSimVector((a.x_val + b.x_val) / 2, (a.y_val + b.y_val) / 2, (a.z_val + b.z_val) / 2)

@@ -6,22 +6,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from runtime.devices import TcpRequester
-from tasks.vision.airsim_api.camera_mount import Mount, angle_between
+from tasks.vision.airsim_api.camera_mount import MountEstimator, angle_between
 from tasks.vision.airsim_api.rpc_messages import (
     COSYS,
     AirSimError,
     CameraInfo,
-    Extent,
     GeoPoint,
     Image,
     ImageResponse,
     Kinematics,
-    answered,
+    MessageEnd,
+    airsim_pose,
+    decode_answer,
+    decode_pixels,
+    encode_request,
     image_request,
     optical_pose,
-    pixels,
-    pose_of,
-    request,
 )
 from world.optics import Floats
 
@@ -30,7 +30,7 @@ NARROWEST = 1e-3  # °, of fields of view
 TOGETHER = 0.1  # s between the pictures of one answer
 
 
-class Shot(NamedTuple):
+class AirSimCapture(NamedTuple):
     """Pictures (RGB) of one instant. `stamp` is AirSim's time (s), `pose` (4, 4) leads from the optical frame of the
     first camera to AirSim's north, east, down; `fov` (rad) is its horizontal field of view."""
 
@@ -41,7 +41,7 @@ class Shot(NamedTuple):
     motion: Kinematics | None = None
 
 
-class Rpc:
+class RpcClient:
     """Calls methods of a server, one at a time. Raises OSError, AirSimError."""
 
     def __init__(self, host: str, port: int, timeout: float):
@@ -52,13 +52,13 @@ class Rpc:
         """The result, as a value of `kind`."""
         self._count += 1
         try:
-            data = self.exchange.request(request(self._count, method, *parameters), Extent().complete)
-            return answered(data, self._count, kind)
+            data = self.exchange.request(encode_request(self._count, method, *parameters), MessageEnd().is_complete)
+            return decode_answer(data, self._count, kind)
         except (ValueError, AirSimError) as error:
             raise AirSimError(f"{method}: {error}") from None
 
 
-class AirSimClient(Rpc):
+class AirSimClient(RpcClient):
     """`cameras` are asked for in one call. With more than one, they are 90° faces, which `turns` (N, 3, 3) take to the
     optical frame of the first one, and are checked."""
 
@@ -69,34 +69,34 @@ class AirSimClient(Rpc):
         self.home: GeoPoint | None = None
         self._vehicle, self._cameras, self._turns, self._compress = vehicle, cameras, turns, compress
         self._cosys = False
-        self._mount = Mount()
+        self._mount = MountEstimator()
         self._fov = 0.0
 
-    def shoot(self, place: tuple[Any, Any] | None) -> Shot:
+    def capture(self, place: tuple[Any, Any] | None) -> AirSimCapture:
         """Move the vehicle to `place` (north, east, down; roll, pitch, yaw), if it is given, and take the pictures.
 
-        Without a place, the motion of the vehicle at that instant is in the result, as far as `Mount` knows it. Raises
-        OSError, AirSimError.
+        Without a place, the motion of the vehicle at that instant is in the result, as far as `MountEstimator` knows
+        it. Raises OSError, AirSimError.
         """
         try:
             if not self.exchange.is_open:
                 self._begin()
             if place is not None:
-                self.call("simSetVehiclePose", type(None), pose_of(*place), True, self._vehicle)
+                self.call("simSetVehiclePose", type(None), airsim_pose(*place), True, self._vehicle)
             before = None if place is not None else self._motion()
             asked = [image_request(name, compress=self._compress, cosys=self._cosys) for name in self._cameras]
             answers = self.call("simGetImages", list[ImageResponse], asked, self._vehicle, *self._outside)
             shot = self._checked(answers)
             if before is None:
                 return shot
-            return shot._replace(motion=self._mount.motion(before, shot.pose, self._motion()))
+            return shot._replace(motion=self._mount.vehicle_motion(before, shot.pose, self._motion()))
         except AirSimError:
             self.exchange.disconnect()
             raise
 
     def _motion(self) -> Kinematics:
         found = self.call("simGetGroundTruthKinematics", Kinematics, self._vehicle)
-        found.check()
+        found.validate()
         return found
 
     @property
@@ -105,10 +105,10 @@ class AirSimClient(Rpc):
         return () if self._cosys else (False,)
 
     def _begin(self) -> None:
-        self._mount = Mount()
+        self._mount = MountEstimator()
         self._cosys = self.call("getServerVersion", int) >= COSYS
         home = self.call("getHomeGeoPoint", GeoPoint, self._vehicle)
-        home.check()
+        home.validate()
         self.home = home
         fields = [
             self.call("simGetCameraInfo", CameraInfo, name, self._vehicle, *self._outside).fov for name in self._cameras
@@ -120,17 +120,17 @@ class AirSimClient(Rpc):
                 raise AirSimError(f"{name}: FOV_Degrees is {fov:g} in settings.json, not 90")
         self._fov = math.radians(fields[0])
 
-    def _checked(self, answers: list[ImageResponse]) -> Shot:
+    def _checked(self, answers: list[ImageResponse]) -> AirSimCapture:
         if len(answers) != len(self._cameras):
             raise AirSimError(f"{len(answers)} pictures instead of {len(self._cameras)}")
-        images = [pixels(name, answer) for name, answer in zip(self._cameras, answers, strict=True)]
+        images = [decode_pixels(name, answer) for name, answer in zip(self._cameras, answers, strict=True)]
         stamps = [answer.time_stamp for answer in answers]
         if max(stamps) - min(stamps) > TOGETHER * 1e9:
             raise AirSimError(f"pictures {(max(stamps) - min(stamps)) / 1e9:.3g} s apart")
         poses = [optical_pose(answer) for answer in answers]
         if len(images) > 1:
             self._check_faces(images, poses)
-        return Shot(images, stamps[0] / 1e9, poses[0], self._fov)
+        return AirSimCapture(images, stamps[0] / 1e9, poses[0], self._fov)
 
     def _check_faces(self, images: list[Image], poses: list[Floats]) -> None:
         sizes = {image.shape for image in images}
@@ -145,6 +145,6 @@ class AirSimClient(Rpc):
                 raise AirSimError(f"{name} looks {math.degrees(off):.1f}° from where it should: see its Pitch and Yaw")
 
 
-def mount_of(pose: Floats, vehicle: Floats) -> Floats:
+def mount_transform(pose: Floats, vehicle: Floats) -> Floats:
     """(4, 4) from the frame of a camera to the body of the vehicle, from both poses."""
     return np.linalg.inv(vehicle) @ pose

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 
 from runtime.kernel import SECOND
-from tasks.vision.airsim_api.client import Rpc
+from tasks.vision.airsim_api.client import RpcClient
 
 POLL = 2e-3  # s of real time between two questions whether a step has ended
 
@@ -24,7 +24,7 @@ class AirSimClock:
     ):
         if not 1e-3 <= step <= 1.0:
             raise ValueError(f"a step of {step:g} s is not within 0.001 to 1 s")
-        self._rpc = Rpc(host, port, timeout)
+        self._rpc = RpcClient(host, port, timeout)
         self._now = self._end = start  # the end of the last step that was begun
         self._step = step
         self._running = False

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import world
 from support.rotations import quaternion, rotation
 from world.optics import Floats
-from world.rendering import optical
+from world.rendering import optical_transform
 
 Image = NDArray[np.uint8]
 
@@ -31,42 +31,42 @@ BLOBS = {0xC4: 1, 0xC5: 2, 0xC6: 4, 0xC7: 1, 0xC8: 2, 0xC9: 4, 0xD9: 1, 0xDA: 2,
 LISTS = {0xDC: (2, 1), 0xDD: (4, 1), 0xDE: (2, 2), 0xDF: (4, 2)}
 """Bytes of the count of lists and maps, and values per entry."""
 
-OPTICAL = optical(world.Pose())[:3, :3]
+OPTICAL = optical_transform(world.Pose())[:3, :3]
 
 
 class AirSimError(Exception):
     """AirSim refuses, or answers what cannot be used."""
 
 
-class Vector(Struct):
+class AirSimVector(Struct):
     x_val: float
     y_val: float
     z_val: float
 
 
-class Quaternion(Struct):
+class AirSimQuaternion(Struct):
     w_val: float
     x_val: float
     y_val: float
     z_val: float
 
 
-class Pose(Struct):
-    position: Vector
-    orientation: Quaternion
+class AirSimPose(Struct):
+    position: AirSimVector
+    orientation: AirSimQuaternion
 
 
 class Kinematics(Struct):
     """Place and velocity are north, east and down from where the vehicle began, rates are along its axes."""
 
-    position: Vector
-    orientation: Quaternion
-    linear_velocity: Vector
-    angular_velocity: Vector
+    position: AirSimVector
+    orientation: AirSimQuaternion
+    linear_velocity: AirSimVector
+    angular_velocity: AirSimVector
 
-    def check(self) -> None:
+    def validate(self) -> None:
         """Raises AirSimError for a place, an attitude, a velocity or rates that cannot be."""
-        transform(self.position, self.orientation)
+        pose_transform(self.position, self.orientation)
         for each in (self.linear_velocity, self.angular_velocity):
             if not all(abs(part) < FARTHEST for part in (each.x_val, each.y_val, each.z_val)):
                 raise AirSimError(f"a motion that is none: {each}")
@@ -79,7 +79,7 @@ class GeoPoint(Struct):
     longitude: float
     altitude: float
 
-    def check(self) -> None:
+    def validate(self) -> None:
         """Raises AirSimError for a place that is none on Earth."""
         if not (abs(self.latitude) <= 90.0 and abs(self.longitude) <= 180.0 and abs(self.altitude) < FARTHEST):
             raise AirSimError(f"a place that is none: {self}")
@@ -88,7 +88,7 @@ class GeoPoint(Struct):
 class CameraInfo(Struct):
     """The horizontal field of view is in degrees."""
 
-    pose: Pose
+    pose: AirSimPose
     fov: float
 
 
@@ -96,22 +96,22 @@ class ImageResponse(Struct):
     """A picture, where its camera was, and when (ns)."""
 
     image_data_uint8: bytes
-    camera_position: Vector
-    camera_orientation: Quaternion
+    camera_position: AirSimVector
+    camera_orientation: AirSimQuaternion
     time_stamp: int
     width: int
     height: int
     message: str = ""
 
 
-class Extent:
+class MessageEnd:
     """Finds the end of one msgpack value in bytes that arrive in portions."""
 
     def __init__(self) -> None:
         self._at = 0
         self._left = 1  # values that are still to come
 
-    def complete(self, data: bytearray) -> bool:
+    def is_complete(self, data: bytearray) -> bool:
         """Whether the value is there. Raises ValueError if more follows, or if it is no msgpack."""
         while self._left and self._at < len(data):
             size, inside = _head(data, self._at)
@@ -149,11 +149,11 @@ def _head(data: bytearray, at: int) -> tuple[int | None, int]:
     return 1 + width + count + (0xC7 <= first <= 0xC9), 0
 
 
-def request(number: int, method: str, *parameters: Any) -> bytes:
+def encode_request(number: int, method: str, *parameters: Any) -> bytes:
     return msgspec.msgpack.encode([REQUEST, number, method, parameters])
 
 
-def answered(data: bytes | bytearray, number: int, kind: Any) -> Any:
+def decode_answer(data: bytes | bytearray, number: int, kind: Any) -> Any:
     """The result of a request, as a value of `kind`. Raises AirSimError."""
     try:
         given, which, error, result = msgspec.msgpack.decode(data, type=tuple[int, int, Any, msgspec.Raw])
@@ -176,12 +176,12 @@ def image_request(camera: str, *, compress: bool, cosys: bool) -> dict[str, Any]
     return asked | {"annotation_name": ""} if cosys else asked
 
 
-def pose_of(place: tuple[float, float, float], angles: tuple[float, float, float]) -> Pose:
+def airsim_pose(place: tuple[float, float, float], angles: tuple[float, float, float]) -> AirSimPose:
     """From north, east and down (m), and roll, pitch and yaw (rad)."""
-    return Pose(Vector(*place), Quaternion(*quaternion(rotation(*angles))))
+    return AirSimPose(AirSimVector(*place), AirSimQuaternion(*quaternion(rotation(*angles))))
 
 
-def transform(position: Vector, orientation: Quaternion) -> Floats:
+def pose_transform(position: AirSimVector, orientation: AirSimQuaternion) -> Floats:
     """(4, 4) from a body to north, east, down. Raises AirSimError for what is too far, or no rotation."""
     q = np.array([orientation.w_val, orientation.x_val, orientation.y_val, orientation.z_val])
     length = math.hypot(*q)
@@ -200,12 +200,12 @@ def transform(position: Vector, orientation: Quaternion) -> Floats:
 
 def optical_pose(response: ImageResponse) -> Floats:
     """(4, 4) from the optical frame of the camera to north, east, down."""
-    found = transform(response.camera_position, response.camera_orientation)
+    found = pose_transform(response.camera_position, response.camera_orientation)
     found[:3, :3] = found[:3, :3] @ OPTICAL
     return found
 
 
-def pixels(camera: str, response: ImageResponse) -> Image:
+def decode_pixels(camera: str, response: ImageResponse) -> Image:
     """RGB (height, width, 3). Raises AirSimError for too few bytes, and impossible sizes."""
     data, width, height = response.image_data_uint8, response.width, response.height
     told = f": {' '.join(response.message.split())[:100]}" if response.message else ""

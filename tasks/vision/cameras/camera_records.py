@@ -12,10 +12,10 @@ import yaml
 import imc
 from support.pose import Pose
 from support.rotations import Quaternion, quaternion
-from world.optics import CameraModel, FisheyeCamera, Floats
-from world.rendering import optical
+from world.optics import CameraModel, FisheyeModel, Floats
+from world.rendering import optical_transform
 
-FILE = "cameras.yaml"
+CAMERAS_FILE = "cameras.yaml"
 HEAD = """\
 # The cameras whose pictures are in this folder. T_BS (4, 4) leads from the optical frame of a camera (x right, y down,
 # z ahead) to the body of the vehicle (x forward, y right, z down; m). The center of the first pixel is (0, 0), as in
@@ -23,7 +23,7 @@ HEAD = """\
 """
 
 
-def camera_frame(
+def camera_frame_message(
     time: float,
     index: int,
     optics: CameraModel,
@@ -74,9 +74,9 @@ def write_cameras(folder: Path, cameras: Mapping[str, tuple[CameraModel, Pose]],
 
     `part` names the unfinished file, which no other writer may use.
     """
-    text = HEAD + yaml.safe_dump({name: describe(*camera) for name, camera in cameras.items()}, sort_keys=False)
-    path = folder / FILE
-    partial = folder / f"{part}.{FILE}.part"
+    text = HEAD + yaml.safe_dump({name: describe_camera(*camera) for name, camera in cameras.items()}, sort_keys=False)
+    path = folder / CAMERAS_FILE
+    partial = folder / f"{part}.{CAMERAS_FILE}.part"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         partial.write_text(text)
@@ -88,10 +88,10 @@ def write_cameras(folder: Path, cameras: Mapping[str, tuple[CameraModel, Pose]],
     return ""
 
 
-def describe(optics: CameraModel, mount: Pose) -> dict[str, Any]:
+def describe_camera(optics: CameraModel, mount: Pose) -> dict[str, Any]:
     """A camera in the terms of Kalibr and OpenCV, where they have its model, and its place."""
-    found: dict[str, Any] = {"T_BS": optical(mount).tolist()}
-    if isinstance(optics, FisheyeCamera) and optics.lens.odd is None:
+    found: dict[str, Any] = {"T_BS": optical_transform(mount).tolist()}
+    if isinstance(optics, FisheyeModel) and optics.lens.kannala_brandt_coefficients is None:
         found["quartic"] = {"k": list(optics.lens.k), "fov": optics.lens.fov, "focal_lengths": [optics.fx, optics.fy]}
     try:
         found |= optics.to_kalibr()
@@ -106,7 +106,7 @@ def describe(optics: CameraModel, mount: Pose) -> dict[str, Any]:
 
 def _opencv(optics: CameraModel) -> dict[str, Any]:
     rms: dict[str, Any] = {}
-    if isinstance(optics, FisheyeCamera) and optics.lens.odd is None:
-        optics, rms["fit_rms_px"] = optics.fitted()
+    if isinstance(optics, FisheyeModel) and optics.lens.kannala_brandt_coefficients is None:
+        optics, rms["fit_rms_px"] = optics.fit_kannala_brandt()
     found = optics.to_opencv()
     return {"model": found["model"], "K": found["K"].tolist(), "D": found["D"].tolist(), **rms}

@@ -22,10 +22,10 @@ HEADS = {  # what tells whose pictures a folder of EuRoC, or a table of TUM, has
 NANO = 1e12  # numbers beyond that are ns
 LAST = 1e12  # s since 1970, beyond which a time is none
 MOST_PIXELS = 1 << 26  # of a picture
-TOLD = 10  # bad lines that are named
+MOST_REPORTED = 10  # bad lines that are named
 
 
-class Item(NamedTuple):
+class TimedImage(NamedTuple):
     """A picture by its number in the footage: its time (s), and RGBA, or None and what is wrong with it."""
 
     number: int
@@ -34,7 +34,7 @@ class Item(NamedTuple):
     error: str
 
 
-class Reel:
+class ImageSequence:
     """Pictures of a folder (EuRoC, TUM, `Photos` of a log, names that are times) or of a video, in order of time.
 
     `camera` chooses one of several in a folder. It is opened with the first picture that is taken.
@@ -48,7 +48,7 @@ class Reel:
         self._video: Any = None  # its last reference frees it; to release it while a worker reads it would be a crash
         self._next = 0  # of the video
 
-    def take(self, number: int, earliest: float = -math.inf) -> Item | str | None:
+    def read(self, number: int, earliest: float = -math.inf) -> TimedImage | str | None:
         """Picture `number` (from 0), or the first one after it that is not before `earliest` (s since 1970).
 
         None at the end. A text says why the source cannot be read.
@@ -62,7 +62,7 @@ class Reel:
 
     def _open(self) -> None:
         if self.source.is_dir():
-            self._pictures = self._listed(pictures_folder(self.source, self._camera))
+            self._pictures = self._listed(find_pictures_folder(self.source, self._camera))
             return
         with self.source.open("rb"):  # for the reason of the system, if it cannot be
             pass
@@ -75,7 +75,7 @@ class Reel:
         if (folder / "data.csv").is_file():
             rows = self._rows(folder / "data.csv", ",", folder / "data")
         elif (folder / "rgb.txt").is_file():
-            rows = self._rows(tum_table(folder, self._camera)[0], None, folder)
+            rows = self._rows(find_tum_table(folder, self._camera)[0], None, folder)
         else:
             rows = self._named(folder)
         found = sorted(rows, key=lambda row: row[0])
@@ -94,11 +94,11 @@ class Reel:
             elif not is_inside(folder, words[1]):
                 self._note(f"{table.name}, line {number}: {words[1][:60]!r} is no file in the folder")
             else:
-                yield seconds(words[0]), folder / words[1]
+                yield parse_seconds(words[0]), folder / words[1]
 
     def _named(self, folder: Path) -> Iterator[tuple[float, Path]]:
         """Pictures whose names tell their times, and perhaps their camera."""
-        wanted = plain(self._camera)
+        wanted = safe_file_name(self._camera)
         cameras: set[str] = set()
         for path in sorted(folder.iterdir()):
             if path.suffix.lower() not in ENDINGS:
@@ -109,7 +109,7 @@ class Reel:
                     cameras.add(photo["camera"])
                     yield float(photo["time"]), path
             elif is_time(path.stem):
-                yield seconds(path.stem), path
+                yield parse_seconds(path.stem), path
             else:
                 self._note(f"{path.name}: the name is no time")
         if len(cameras) > 1:
@@ -118,7 +118,7 @@ class Reel:
     def _note(self, problem: str) -> None:
         self.problems.append(problem)
 
-    def _of_folder(self, number: int, earliest: float) -> Item | None:
+    def _of_folder(self, number: int, earliest: float) -> TimedImage | None:
         assert self._pictures is not None
         while number < len(self._pictures) and self._pictures[number][0] < earliest:
             number += 1
@@ -126,9 +126,9 @@ class Reel:
             return None
         time, path = self._pictures[number]
         image, error = read_picture(path)
-        return Item(number, time, image, error)
+        return TimedImage(number, time, image, error)
 
-    def _of_video(self, number: int) -> Item | None:
+    def _of_video(self, number: int) -> TimedImage | None:
         cv2 = importlib.import_module("cv2")
         while self._next < number:
             if not self._video.grab():
@@ -144,10 +144,10 @@ class Reel:
             if not 0.0 < rate < math.inf:
                 raise ValueError("the video tells neither times nor a rate")
             time = number / rate
-        return Item(number, time, rgba(picture), "")
+        return TimedImage(number, time, to_rgba(picture), "")
 
 
-def pictures_folder(source: Path, camera: str) -> Path:
+def find_pictures_folder(source: Path, camera: str) -> Path:
     """The folder of pictures within a data set or a log, or the folder itself.
 
     Raises ValueError if a data set has no such camera; the first one counts without a name.
@@ -160,7 +160,7 @@ def pictures_folder(source: Path, camera: str) -> Path:
     return source / "Photos" if (source / "Photos").is_dir() else source
 
 
-def tum_table(folder: Path, camera: str) -> tuple[Path, str]:
+def find_tum_table(folder: Path, camera: str) -> tuple[Path, str]:
     """The table of a camera of TUM's, and the name in it. Raises ValueError if there is no such camera."""
     tables = sorted(path for path in folder.glob("rgb*.txt") if re.fullmatch(r"rgb\d*", path.stem))
     return _chosen([(path, _named_in(path, HEADS["rgb"])) for path in tables], camera)
@@ -176,36 +176,36 @@ def _named_in(file: Path, pattern: re.Pattern[str]) -> str:
 
 def _chosen(cameras: list[tuple[Path, str]], camera: str) -> tuple[Path, str]:
     """One of several by the name of its file, or the one in it; the first one without a name."""
-    wanted = plain(camera)
+    wanted = safe_file_name(camera)
     for path, name in cameras:
-        if wanted in ("", plain(path.stem), plain(name)):
+        if wanted in ("", safe_file_name(path.stem), safe_file_name(name)):
             return path, name
     there = ", ".join(path.stem + (f" ({name})" if name else "") for path, name in cameras)
     raise ValueError(f"no camera {camera}; there are {there}")
 
 
-def plain(name: str) -> str:
+def safe_file_name(name: str) -> str:
     """The name of a camera as files of pictures have it."""
     return re.sub(r"[^A-Za-z0-9]+", "_", name)
 
 
-def calibration_beside(source: Path, camera: str) -> tuple[Path, str] | None:
+def find_calibration(source: Path, camera: str) -> tuple[Path, str] | None:
     """The calibration that a folder of pictures has, and which of its cameras; None if there is none.
 
     Raises ValueError as `pictures_folder`, OSError.
     """
-    folder = pictures_folder(source, camera)
+    folder = find_pictures_folder(source, camera)
     if (folder / "rgb.txt").is_file():
-        camera = tum_table(folder, camera)[1] or camera
+        camera = find_tum_table(folder, camera)[1] or camera
     if (described := folder / "cameras.yaml").is_file():
         labels: list[str] = re.findall(r"^([^\s#].*?):\s*$", described.read_text("utf-8", "replace"), re.MULTILINE)
-        return described, next((label for label in labels if plain(label) == plain(camera)), camera)
+        return described, next((label for label in labels if safe_file_name(label) == safe_file_name(camera)), camera)
     sensor = folder / "sensor.yaml"
     return (sensor, "") if sensor.is_file() and "intrinsics" in sensor.read_text("utf-8", "replace") else None
 
 
 def is_time(text: str) -> bool:
-    return STAMP.fullmatch(text) is not None and seconds(text) <= LAST
+    return STAMP.fullmatch(text) is not None and parse_seconds(text) <= LAST
 
 
 def is_inside(folder: Path, name: str) -> bool:
@@ -216,7 +216,7 @@ def is_inside(folder: Path, name: str) -> bool:
         return False
 
 
-def seconds(text: str) -> float:
+def parse_seconds(text: str) -> float:
     """A time in s or ns as s."""
     number = float(text)
     return number / 1e9 if number > NANO else number
@@ -233,7 +233,7 @@ def read_picture(path: Path) -> tuple[Image | None, str]:
                 return None, f"{path.name}: {width} x {height} px are too many"
             if picture.mode.startswith("I;16") or picture.mode == "I":
                 deep = np.asarray(picture).astype(np.int64)
-                return rgba(np.clip(deep >> 8, 0, 0xFF).astype(np.uint8)), ""
+                return to_rgba(np.clip(deep >> 8, 0, 0xFF).astype(np.uint8)), ""
             return np.array(picture.convert("RGBA")), ""
     except OSError as error:
         return None, f"{path.name}: {error.strerror or 'no picture'}"
@@ -259,7 +259,7 @@ def open_video(address: str | int, timeout: float = 0.0) -> Any:
     return found if found.isOpened() else None
 
 
-def rgba(picture: Any) -> Image:
+def to_rgba(picture: Any) -> Image:
     """From OpenCV's blue, green, red, or from gray."""
     if picture.ndim == 2:
         picture = np.repeat(picture[..., np.newaxis], 3, axis=-1)

@@ -15,18 +15,25 @@ from runtime import ParameterError, State, Task, consume, param
 from runtime.logs import find_log_folder
 from runtime.profile import copy_in_root
 from support.pose import Pose
-from tasks.vision.cameras.camera_records import FILE, write_cameras
-from tasks.vision.cameras.image_writer import FORMATS, ORDERS, describe_picture, photo_name, series_of, write_picture
+from tasks.vision.cameras.camera_records import CAMERAS_FILE, write_cameras
+from tasks.vision.cameras.image_writer import (
+    FORMATS,
+    ORDERS,
+    photo_name,
+    picture_event_data,
+    requested_series,
+    write_picture,
+)
 from world.optics import CameraModel
 
 Op = imc.LoggingControl.Op
-FOLDER = "Photos"  # of a log
+PHOTOS_FOLDER = "Photos"  # of a log
 SOON = 1e-3  # s by which a picture may be early
 MOST_WAITING = 4  # pictures that wait for a slow disk, on a wall clock
 MOVED = 1e-3  # m or rad by which a mount that is measured may waver
 
 
-class Described(NamedTuple):
+class PictureLocation(NamedTuple):
     """Where the vehicle believes to be: latitude, longitude (rad), height (m); depth (m); roll, pitch, yaw (rad)."""
 
     place: tuple[float, float, float]
@@ -34,7 +41,7 @@ class Described(NamedTuple):
     angles: tuple[float, float, float]
 
 
-class PictureKeeper(Task):
+class ImageSaver(Task):
     """A camera that writes pictures to the log: all of them, or those that Events ask for."""
 
     requires = "vision"
@@ -54,7 +61,7 @@ class PictureKeeper(Task):
     )
 
     @property
-    def known(self) -> tuple[CameraModel, Pose] | None:
+    def model_and_mount(self) -> tuple[CameraModel, Pose] | None:
         """The model of the camera and its mount, for cameras.yaml; None while they are not known."""
         return None
 
@@ -62,7 +69,7 @@ class PictureKeeper(Task):
         """Refuse a label whose pictures would have the names of another camera's. Raises ParameterError."""
         own = photo_name(self.entity.label, 0, 0.0)
         for other in self.vehicle.tasks:
-            if other is not self and isinstance(other, PictureKeeper) and photo_name(other.entity.label, 0, 0.0) == own:
+            if other is not self and isinstance(other, ImageSaver) and photo_name(other.entity.label, 0, 0.0) == own:
                 reason = f"pictures of {self.entity.label!r} and {other.entity.label!r} would have the same names"
                 raise ParameterError("Entity Label", reason)
 
@@ -81,7 +88,7 @@ class PictureKeeper(Task):
         self._described = None
 
     @consume
-    def note_log(self, log: imc.LoggingControl) -> None:
+    def on_logging_control(self, log: imc.LoggingControl) -> None:
         """Write images to the folder of the log."""
         if log.op in (Op.STARTED, Op.CURRENT_NAME):
             called = self._log_root / log.name
@@ -94,12 +101,12 @@ class PictureKeeper(Task):
             self._keep_in(self._log_root, self._log_root)
 
     @consume(others=True)
-    def take_pictures(self, order: imc.Event) -> None:
+    def on_event(self, order: imc.Event) -> None:
         """Write the next images, as many and as often as asked for, or no more."""
         if order.topic not in ORDERS or self.system not in (order.src, order.dst):
             return
         try:
-            series = series_of(order, self.entity.label)
+            series = requested_series(order, self.entity.label)
         except ValueError as error:
             self.log.warning(f"{order.topic}: {error}")
             return
@@ -108,7 +115,7 @@ class PictureKeeper(Task):
             self._wanted, self._period = series
             self._next = self.now
 
-    def path_of(self, name: str) -> Path:
+    def resolve_path(self, name: str) -> Path:
         """A path of a parameter; a relative one counts from the profile, or else from the working folder.
 
         A run that goes on from a snapshot has its profile elsewhere.
@@ -117,7 +124,7 @@ class PictureKeeper(Task):
         beside = self.vehicle.profile.folder / path
         return copy_in_root(beside if beside.exists() else path)
 
-    def is_wanted(self) -> bool:
+    def should_save(self) -> bool:
         """Whether to write the image that is exposed now."""
         if not self._wanted or self.now < self._next - SOON:
             return self.save_images
@@ -125,18 +132,18 @@ class PictureKeeper(Task):
         self._next = max(self._next + self._period, self.now)
         return True
 
-    def described(self, state: imc.EstimatedState | None) -> Described:
+    def location_of(self, state: imc.EstimatedState | None) -> PictureLocation:
         """What an Event "Picture" says of where the vehicle believes to be; NaN without a state."""
         nowhere = math.nan, math.nan, math.nan
         if state is None:
-            return Described(nowhere, math.nan, nowhere)
+            return PictureLocation(nowhere, math.nan, nowhere)
         try:
             place = absolute(state)
         except (ArithmeticError, ValueError):
             place = nowhere  # an impossible latitude is no reason to lose the picture
-        return Described(place, state.depth, (state.phi, state.theta, state.psi))
+        return PictureLocation(place, state.depth, (state.phi, state.theta, state.psi))
 
-    def keep(self, time: float, image: NDArray[np.uint8], described: Described) -> str:
+    def save(self, time: float, image: NDArray[np.uint8], described: PictureLocation) -> str:
         """Write a picture that was exposed at `time` (s since 1970); returns its file in the folder of the log.
 
         On a wall clock a picture is lost, and has no file, if the disk is too slow.
@@ -144,9 +151,9 @@ class PictureKeeper(Task):
         if self._writing >= MOST_WAITING and not self.vehicle.virtual:
             self._miss(f"{self._folder} is slower than the pictures")
             return ""
-        file = f"{FOLDER}/{photo_name(self.entity.label, self._kept, time, self.image_format)}"
+        file = f"{PHOTOS_FOLDER}/{photo_name(self.entity.label, self._kept, time, self.image_format)}"
         path = self._folder / file
-        told = describe_picture(self._within_logs(self._called / file), self._kept, time, *described)
+        told = picture_event_data(self._within_logs(self._called / file), self._kept, time, *described)
         self._describe_cameras(path.parent)
         self._kept += 1
         self._writing += 1
@@ -163,14 +170,16 @@ class PictureKeeper(Task):
 
         All cameras of the vehicle write the same file, so that it does not matter which of them is first.
         """
-        own, before = self.known, self._described
+        own, before = self.model_and_mount, self._described
         if own is None or (not self._undescribed and before is not None and _same(own, before)):
             return
         if before is not None and not _same(own, before):
-            self.log.warning(f"{FILE} tells of the camera from picture {self._kept} on; CameraFrame tells of each")
+            self.log.warning(
+                f"{CAMERAS_FILE} tells of the camera from picture {self._kept} on; CameraFrame tells of each"
+            )
         self._described = own
-        cameras = [task for task in self.vehicle.tasks if isinstance(task, PictureKeeper)]
-        known = {task.entity.label: camera for task in cameras if (camera := task.known) is not None}
+        cameras = [task for task in self.vehicle.tasks if isinstance(task, ImageSaver)]
+        known = {task.entity.label: camera for task in cameras if (camera := task.model_and_mount) is not None}
         part = photo_name(self.entity.label, self._kept, self.now)
         self.offload(write_cameras, folder, known, part, then=self._note_description)
 
@@ -178,7 +187,7 @@ class PictureKeeper(Task):
         path, root = path.resolve(), self._log_root.resolve()
         return (path.relative_to(root) if path.is_relative_to(root) else path).as_posix()
 
-    def tell(self, counts: str) -> None:
+    def report(self, counts: str) -> None:
         """That frames come; while they cannot be written, this counts as a failure."""
         self._counts = counts
         if not (self._writing or self._wanted or self.save_images):
@@ -204,7 +213,7 @@ class PictureKeeper(Task):
         if not self._unwritten:
             self.log.error(why)
         self._unwritten = why
-        self.tell(self._counts)
+        self.report(self._counts)
 
     def _note_description(self, error: str) -> None:
         if error and not self._undescribed:

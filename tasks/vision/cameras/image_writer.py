@@ -25,7 +25,7 @@ def photo_name(camera: str, index: int, time: float, kind: str = "PNG") -> str:
     return f"{re.sub(r'[^A-Za-z0-9]+', '_', camera)}_{index:06d}_{time:.6f}.{FORMATS[kind]}"
 
 
-def series_of(order: imc.Event, camera: str) -> tuple[float, float] | None:
+def requested_series(order: imc.Event, camera: str) -> tuple[float, float] | None:
     """How many pictures a camera is asked for, and the seconds between them; None if others are asked.
 
     `data` is "camera=LABEL;count=N;period=S": without a label all cameras are asked, and without a count one picture;
@@ -42,7 +42,7 @@ def series_of(order: imc.Event, camera: str) -> tuple[float, float] | None:
     return count or math.inf, period
 
 
-def describe_picture(
+def picture_event_data(
     file: str, number: int, time: float, place: tuple[float, float, float], depth: float, angles: tuple[float, ...]
 ) -> str:
     """The data of the Event "Picture": `file` is below the folder of the vehicle's logs, angles are written in °.

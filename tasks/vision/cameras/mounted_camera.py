@@ -2,15 +2,15 @@
 
 from runtime import ParameterError, param
 from support.pose import Pose
-from tasks.simulated_world import FARTHEST_MOUNT, mount_of
-from tasks.vision.cameras.image_saver import PictureKeeper
-from world.optics import CalibrationError, CameraModel, camera_text, parse_camera
+from tasks.simulated_world import FARTHEST_MOUNT, mount_pose
+from tasks.vision.cameras.image_saver import ImageSaver
+from world.optics import CalibrationError, CameraModel, calibration_text, parse_calibration
 
 INLINE = "{"  # begins a calibration that is no file
 NO_VALUE = frozenset(";|#\n")  # what values of a profile cannot have
 
 
-class MountedCamera(PictureKeeper):
+class MountedCamera(ImageSaver):
     """A camera with a mount, and the model of a file if there is one."""
 
     calibration: str = param(
@@ -41,9 +41,9 @@ class MountedCamera(PictureKeeper):
     @property
     def mount(self) -> Pose:
         """Where the camera is in the vehicle."""
-        return mount_of(self.mount_position, self.mount_orientation)
+        return mount_pose(self.mount_position, self.mount_orientation)
 
-    def calibrated(self) -> CameraModel | None:
+    def read_calibration(self) -> CameraModel | None:
         """The model of the calibration file; None if none is given. Raises ParameterError.
 
         The content of the file becomes part of the configuration, so that a log or a snapshot needs no other file.
@@ -53,11 +53,11 @@ class MountedCamera(PictureKeeper):
         try:
             text = self.calibration
             if not text.startswith(INLINE):
-                text = camera_text(self.path_of(text), self.calibration_camera)
+                text = calibration_text(self.resolve_path(text), self.calibration_camera)
                 if NO_VALUE.isdisjoint(text):
                     self.calibration = text
                     self.vehicle.profile.override(f"{self.name}:Calibration={text}")
-            return parse_camera(text)
+            return parse_calibration(text)
         except CalibrationError as error:
             raise ParameterError("Calibration", str(error)) from None
         except OSError as error:

@@ -10,21 +10,21 @@ import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
 from support.pose import Pose
 from tasks.simulated_world import world_of
-from tasks.vision.cameras.camera_records import camera_frame
-from tasks.vision.cameras.image_saver import Described, PictureKeeper
-from tasks.vision.cameras.viewpoint import View, Viewpoint
+from tasks.vision.cameras.camera_records import camera_frame_message
+from tasks.vision.cameras.image_saver import ImageSaver, PictureLocation
+from tasks.vision.cameras.viewpoint import VehicleView, ViewpointTracker
 from world import SECTIONS
 from world.optics import CameraModel
 from world.rendering import (
     INTERPOLATIONS,
     SCENES,
-    Camera,
     Exposure,
     Lamp,
+    SceneCamera,
+    ScenePose,
     Shutter,
-    Standpoint,
-    noise,
-    optical,
+    frame_random,
+    optical_transform,
     parse_lamp,
 )
 
@@ -33,7 +33,7 @@ ABOVE_WATER = 0.5  # m above the crests, from where a view under water is told t
 ESTIMATED = "EstimatedState, since there is no SimulatedState"
 
 
-class RenderedCamera(PictureKeeper):
+class RenderedCamera(ImageSaver):
     """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders."""
 
     reads = SECTIONS
@@ -76,9 +76,9 @@ class RenderedCamera(PictureKeeper):
     )
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
-    transient = (*PictureKeeper.transient, "camera", "shutter")
+    transient = (*ImageSaver.transient, "camera", "shutter")
 
-    def optics(self) -> CameraModel:
+    def camera_model(self) -> CameraModel:
         """The model of the camera. Raises ParameterError."""
         raise NotImplementedError
 
@@ -88,10 +88,10 @@ class RenderedCamera(PictureKeeper):
         raise NotImplementedError
 
     @property
-    def known(self) -> tuple[CameraModel, Pose]:
+    def model_and_mount(self) -> tuple[CameraModel, Pose]:
         return self.camera.optics, self.mount
 
-    def views(self) -> tuple[int, int]:
+    def face_width_and_count(self) -> tuple[int, int]:
         """Width (px) and number of the views that make up an image; a width of 0 is as fine as the image."""
         raise NotImplementedError
 
@@ -101,10 +101,10 @@ class RenderedCamera(PictureKeeper):
             raise ParameterError("Visibility", f"must be 0 or at least {LEAST_VISIBILITY} m, not {self.visibility:g} m")
         if self.interpolation == "opencv" and importlib.util.find_spec("cv2") is None:
             raise ParameterError("Interpolation", "opencv needs `pip install opencv-python-headless`")
-        optics, world = self.optics(), world_of(self)
-        self.camera = Camera(
+        optics, world = self.camera_model(), world_of(self)
+        self.camera = SceneCamera(
             optics,
-            *self.views(),
+            *self.face_width_and_count(),
             self.interpolation,
             self.scene,
             self.visibility or (world.water_visibility if self.scene == "Seabed" else world.air_visibility),
@@ -114,7 +114,7 @@ class RenderedCamera(PictureKeeper):
             mount=self.mount,
             water="" if self.visibility else world.water_type,
             lamps=self._lamps(),
-            snow=world.snow,
+            marine_snow=world.marine_snow,
             caustics=world.caustics,
             seabed=world.seabed,
             walls=world.walls,
@@ -125,16 +125,16 @@ class RenderedCamera(PictureKeeper):
         super().start()
         self.taken = self.dropped = 0
         self._busy, self._true, self._odd = False, True, False
-        self.viewpoint = Viewpoint(world_of(self).origin, sea=self.scene == "Sea Surface")
+        self.viewpoint = ViewpointTracker(world_of(self).origin, sea=self.scene == "Sea Surface")
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
 
     @consume
-    def follow(self, state: imc.EstimatedState) -> None:
-        self.viewpoint.follow(state)
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
+        self.viewpoint.update_estimate(state)
 
     @consume
-    def follow_truth(self, truth: imc.SimulatedState) -> None:
-        self.viewpoint.follow_truth(truth)
+    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+        self.viewpoint.update_truth(truth)
 
     @periodic("frame_rate")
     def expose(self) -> None:
@@ -145,37 +145,37 @@ class RenderedCamera(PictureKeeper):
         if isinstance(view, str):
             self.set_entity_state(State.FAULT, view)
             return
-        if trouble := self.camera.trouble(view.vehicle):
+        if trouble := self.camera.obstruction(view.vehicle):
             self.set_entity_state(State.FAULT, trouble)
             return
         if self._busy and not self.vehicle.virtual:  # a latency alone does not keep a camera from the next exposure
             self.dropped += 1
             return
-        if self._true is not view.true:
-            self._true = view.true
-            self.log.info(f"pictures are taken from {'SimulatedState' if view.true else ESTIMATED}")
+        if self._true is not view.is_true:
+            self._true = view.is_true
+            self.log.info(f"pictures are taken from {'SimulatedState' if view.is_true else ESTIMATED}")
         self._check_medium(view)
-        described = self.described(state) if self.is_wanted() else None
-        deliver = partial(self._deliver, self.now, self.taken, view, self.known, described)
-        random = noise(self.vehicle.seed, self.entity.label, self.taken)
+        described = self.location_of(state) if self.should_save() else None
+        deliver = partial(self._deliver, self.now, self.taken, view, self.model_and_mount, described)
+        random = frame_random(self.vehicle.seed, self.entity.label, self.taken)
         self.taken += 1
         self._busy = True
         given = self._path(view), view.gliders, random, view.boards
-        self.offload(self.shutter.picture, *given, then=deliver, latency=self.latency)
+        self.offload(self.shutter.take_picture, *given, then=deliver, latency=self.latency)
 
-    def _check_medium(self, view: View) -> None:
+    def _check_medium(self, view: VehicleView) -> None:
         """Warn once of a camera in air that sees as under water; estimates may have no depth."""
-        if self._odd or not view.true or self.scene != "Seabed":
+        if self._odd or not view.is_true or self.scene != "Seabed":
             return
-        above, world = -view.vehicle.carried(self.mount).depth, world_of(self)
-        if above > ABOVE_WATER + (world.waves.height if world.felt else 0.0):
+        above, world = -view.vehicle.at_mount(self.mount).depth, world_of(self)
+        if above > ABOVE_WATER + (world.waves.height if world.waves_move_boats else 0.0):
             self._odd = True
             self.log.warning(f"the camera is {above:.1f} m above the water, but Scene = Seabed is the view under water")
 
-    def _path(self, view: View) -> list[Standpoint]:
+    def _path(self, view: VehicleView) -> list[ScenePose]:
         """Where the vehicle is while the shutter is open, as it moves now; where that is not known, it stays."""
-        world, began, path = world_of(self), self.vehicle.start_time, list[Standpoint]()
-        for seconds in self.shutter.instants:
+        world, began, path = world_of(self), self.vehicle.start_time, list[ScenePose]()
+        for seconds in self.shutter.sample_times:
             moved = self.viewpoint.view(world, self.now + float(seconds), began) if seconds else view
             path.append(view.vehicle if isinstance(moved, str) else moved.vehicle)
         return path
@@ -203,9 +203,9 @@ class RenderedCamera(PictureKeeper):
         self,
         time: float,
         index: int,
-        view: View,
+        view: VehicleView,
         camera: tuple[CameraModel, Pose],
-        described: Described | None,
+        described: PictureLocation | None,
         image: NDArray[np.uint8],
     ) -> None:
         """Share a frame, and say what it is; a picture is written after that, to the log that says so.
@@ -213,15 +213,15 @@ class RenderedCamera(PictureKeeper):
         `camera` is as it was at the exposure.
         """
         self._busy = False
-        optics, mount = camera[0], optical(camera[1])
+        optics, mount = camera[0], optical_transform(camera[1])
         pose = view.vehicle.pose.transform @ mount
         estimate = None if view.estimate is None else view.estimate.transform @ mount
-        self.tell(f"{index + 1} frames, {self.dropped} dropped{'' if view.true else ', from EstimatedState'}")
-        self.share(Frame(time, self.entity.label, index, image, self.figures(view, optics), optics, mount, pose))
-        file = self.keep(time, image, described) if described else ""
-        self.publish(camera_frame(time, index, optics, pose, estimate, file, is_true=view.true))
+        self.report(f"{index + 1} frames, {self.dropped} dropped{'' if view.is_true else ', from EstimatedState'}")
+        self.share(Frame(time, self.entity.label, index, image, self.frame_info(view, optics), optics, mount, pose))
+        file = self.save(time, image, described) if described else ""
+        self.publish(camera_frame_message(time, index, optics, pose, estimate, file, is_true=view.is_true))
 
-    def figures(self, view: View, camera: CameraModel) -> dict[str, float]:
+    def frame_info(self, view: VehicleView, camera: CameraModel) -> dict[str, float]:
         """Angles in rad, lengths in m, the focal length in px."""
         vehicle = view.vehicle
         return {

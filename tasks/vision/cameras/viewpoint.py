@@ -5,45 +5,45 @@ from typing import NamedTuple
 
 import imc
 from support.pose import Pose
-from tasks.pose_history import Whereabouts
-from tasks.simulated_world import FARTHEST, Placed, Truth
-from world import Spot, World
-from world.rendering import Board, Glider, Standpoint, board
+from tasks.pose_history import PoseHistory
+from tasks.simulated_world import FARTHEST, TrueState, WorldPose
+from world import ObjectPosition, World
+from world.rendering import Board, Glider, ScenePose, board_of_object
 
 OLDEST = 1.0  # s, beyond which the true state counts as missing
 
 
-class View(NamedTuple):
+class VehicleView(NamedTuple):
     """Where the vehicle is, the gliders in the scene, whether that is true, and where the vehicle believes it is."""
 
-    vehicle: Standpoint
+    vehicle: ScenePose
     gliders: tuple[Glider, ...] = ()
-    true: bool = True
+    is_true: bool = True
     estimate: Pose | None = None
     boards: tuple[Board, ...] = ()
 
 
-class Viewpoint:
+class ViewpointTracker:
     """Follows the states of a vehicle in a world with an origin (rad). `sea`: below is the surface, not the bottom."""
 
     def __init__(self, origin: tuple[float, float] | None, *, sea: bool):
         self.sea = sea
         self.estimate: imc.EstimatedState | None = None
-        self._truth, self._beliefs = Truth(origin), Whereabouts(origin, kept=0.0)
+        self._truth, self._beliefs = TrueState(origin), PoseHistory(origin, duration=0.0)
 
-    def follow(self, state: imc.EstimatedState) -> None:
+    def update_estimate(self, state: imc.EstimatedState) -> None:
         self.estimate = state
-        self._beliefs.follow(state)
+        self._beliefs.add(state)
 
-    def follow_truth(self, truth: imc.SimulatedState) -> None:
-        self._truth.follow(truth)
+    def update_truth(self, truth: imc.SimulatedState) -> None:
+        self._truth.update(truth)
 
-    def view(self, world: World, now: float, began: float) -> View | str:
+    def view(self, world: World, now: float, began: float) -> VehicleView | str:
         """The view of a world at `now` (s since 1970) of a run that began at `began`, or why there is none.
 
         States are carried on to that moment by their velocities and rates.
         """
-        truth, state = self._truth.at(now, OLDEST), self.estimate
+        truth, state = self._truth.pose_at(now, OLDEST), self.estimate
         believed = None if state is None else self._believed(state, now, now - began)
         if truth is None and self._truth.fault:
             return self._truth.fault
@@ -55,26 +55,26 @@ class Viewpoint:
             return "no position or attitude" if now - state.timestamp <= OLDEST else "no recent EstimatedState"
         else:
             scene = world, now - began, self._ground(state)
-            view = View(believed, self._gliders(*scene), true=False, boards=self._boards(*scene))
+            view = VehicleView(believed, self._gliders(*scene), is_true=False, boards=self._boards(*scene))
         if not 0.0 < view.vehicle.height < FARTHEST:
             return "no altitude"
         return view._replace(estimate=None if believed is None else believed.pose)
 
-    def _from_truth(self, world: World, truth: Placed, time: float) -> View:
+    def _from_truth(self, world: World, truth: WorldPose, time: float) -> VehicleView:
         north, east, down, angles = truth
-        bottom = 0.0 if self.sea else world.bottom(north, east)
+        bottom = 0.0 if self.sea else world.seabed_depth(north, east)
         if bottom is None:
             bottom = _bottom(self.estimate)
-        pose = Standpoint(north, east, bottom - down, down, *angles, time)
-        return View(pose, self._gliders(world, time, bottom), boards=self._boards(world, time, bottom))
+        pose = ScenePose(north, east, bottom - down, down, *angles, time)
+        return VehicleView(pose, self._gliders(world, time, bottom), boards=self._boards(world, time, bottom))
 
-    def _believed(self, state: imc.EstimatedState, now: float, time: float) -> Standpoint | None:
+    def _believed(self, state: imc.EstimatedState, now: float, time: float) -> ScenePose | None:
         """Where the vehicle believes it is; None without a recent place and attitude."""
-        belief = self._beliefs.at(now, OLDEST)
+        belief = self._beliefs.estimate_at(now, OLDEST)
         if isinstance(belief, str) or self._beliefs.latest is not state or not math.isfinite(state.depth):
             return None
         height, depth = self._ground(state) - belief.down, state.depth + belief.down - state.z
-        return Standpoint(belief.north, belief.east, height, depth, *belief.angles, time)
+        return ScenePose(belief.north, belief.east, height, depth, *belief.angles, time)
 
     def _ground(self, state: imc.EstimatedState) -> float:
         """Where the vehicle believes what is below it (m, down like its z)."""
@@ -88,7 +88,7 @@ class Viewpoint:
         sea, those in deep water are not seen.
         """
         things = (
-            (thing, world.spot(thing, time))
+            (thing, world.object_position(thing, time))
             for thing in world.gliders
             if not (self.sea and (thing.depth or 0.0) > thing.diameter)
         )
@@ -107,10 +107,12 @@ class Viewpoint:
 
     def _boards(self, world: World, time: float, ground: float) -> tuple[Board, ...]:
         """The boards of the world like `_gliders`; none is seen through the surface."""
-        boards = ((thing, world.spot(thing, time)) for thing in world.boards if not (self.sea and thing.depth))
-        return tuple(board(thing, spot, self._rise(spot, thing.depth, ground)) for thing, spot in boards)
+        boards = (
+            (thing, world.object_position(thing, time)) for thing in world.boards if not (self.sea and thing.depth)
+        )
+        return tuple(board_of_object(thing, spot, self._rise(spot, thing.depth, ground)) for thing, spot in boards)
 
-    def _rise(self, spot: Spot, depth: float | None, ground: float) -> float:
+    def _rise(self, spot: ObjectPosition, depth: float | None, ground: float) -> float:
         return 0.0 if spot.down is None or (self.sea and depth is None) else ground - spot.down
 
 

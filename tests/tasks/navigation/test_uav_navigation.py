@@ -137,7 +137,7 @@ def test_samples_that_are_no_numbers_change_nothing():
 
 def flight(seed):
     """Squared errors of north, east, down over their variances, in a flight to and fro."""
-    hover, rng = Airframe().hover, np.random.default_rng(seed)
+    hover, rng = Airframe().hover_speed, np.random.default_rng(seed)
     feed = [imc.SetThrusterActuation(timestamp=6.0, value=1.05 * hover)]
     for time in range(9, 50, 2):
         roll, pitch = rng.uniform(-0.2, 0.2, 2).tolist()

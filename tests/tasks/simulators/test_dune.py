@@ -27,15 +27,15 @@ def mission():
 def craft_at(state, model) -> UnderwaterVehicle:
     craft = UnderwaterVehicle(model)
     craft.x, craft.y, craft.z = map(float, state[:3])
-    craft.orient(*map(float, state[3:6]))
+    craft.set_attitude(*map(float, state[3:6]))
     craft.u, craft.v, craft.w, craft.p, craft.q, craft.r = map(float, state[6:])
     return craft
 
 
 def command(craft: UnderwaterVehicle, commands) -> None:
     for fin in range(4):
-        craft.deflect(fin, float(commands[fin]))
-    craft.drive(0, float(commands[4]))
+        craft.set_deflection(fin, float(commands[fin]))
+    craft.set_actuation(0, float(commands[4]))
 
 
 def as_dune():

@@ -13,7 +13,7 @@ from tasks.simulators.environment import Environment
 from tasks.simulators.gaussian import Gaussian
 from tasks.simulators.leaks import Leaks
 from world.sea import Bathymetry, BathymetryError, read_bathymetry
-from world.sensors import Beam
+from world.sensors import SonarBeam
 
 State = imc.EntityState.State
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
@@ -137,16 +137,16 @@ def test_what_is_wrong_with_soundings(section, words):
 
 
 def test_a_beam_beside_a_wall_and_one_that_starts_below_the_bottom():
-    beam = Beam((0.0, 0.0, 5.0), (1.0, 0.0, 0.0))
-    assert beam.wall((10.0, 1.0), (10.0, 5.0)) == math.inf
-    assert beam.wall((-10.0, -1.0), (-10.0, 5.0)) == math.inf
-    assert beam.wall((5.0, 0.0), (9.0, 0.0)) == math.inf
-    assert beam.bottom(lambda n, e: 4.0, 30.0) == 0.0
-    assert beam.surface() == math.inf
-    down = Beam((0.0, 0.0, 5.0), (0.8, 0.0, 0.6))
+    beam = SonarBeam((0.0, 0.0, 5.0), (1.0, 0.0, 0.0))
+    assert beam.distance_to_wall((10.0, 1.0), (10.0, 5.0)) == math.inf
+    assert beam.distance_to_wall((-10.0, -1.0), (-10.0, 5.0)) == math.inf
+    assert beam.distance_to_wall((5.0, 0.0), (9.0, 0.0)) == math.inf
+    assert beam.distance_to_bottom(lambda n, e: 4.0, 30.0) == 0.0
+    assert beam.distance_to_surface() == math.inf
+    down = SonarBeam((0.0, 0.0, 5.0), (0.8, 0.0, 0.6))
     for shallowest in (0.0, 5.0, 10.9, 11.0):
-        assert down.bottom(lambda n, e: 11.0, 30.0, shallowest) == pytest.approx(10.0, abs=0.01)
-    assert down.bottom(lambda n, e: 30.0, 30.0, 23.0) == math.inf
+        assert down.distance_to_bottom(lambda n, e: 11.0, 30.0, shallowest) == pytest.approx(10.0, abs=0.01)
+    assert down.distance_to_bottom(lambda n, e: 30.0, 30.0, 23.0) == math.inf
 
 
 def test_environment_and_what_is_not_finite():

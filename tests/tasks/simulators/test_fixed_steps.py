@@ -11,7 +11,7 @@ from runtime import Task, periodic
 from runtime.kernel import ScaledClock, WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from tasks.simulators.fixed_steps import Steps
+from tasks.simulators.fixed_steps import FixedSteps
 from tests.outside import ALONE
 
 
@@ -67,17 +67,19 @@ def test_a_scaled_clock_gives_way_and_no_tick_is_lost(tmp_path):
 
 
 def test_the_actuators_of_a_computer_that_stands_still_stop_and_its_steps_are_bounded():
-    steps, done = Steps(100.0, 2.0), []
+    steps, done = FixedSteps(100.0, 2.0), []
 
     def step(seconds: float) -> None:
         done.append(seconds)
 
-    assert steps.go(0, 1, step, lambda: done.append("released")) == ""
-    assert steps.go(10_000_000_000, 999, step, lambda: done.append("released")).endswith("the simulation has caught up")
+    assert steps.run(0, 1, step, lambda: done.append("released")) == ""
+    assert steps.run(10_000_000_000, 999, step, lambda: done.append("released")).endswith(
+        "the simulation has caught up"
+    )
     assert done.index("released") == 201
     assert len(done) == 1001
     assert steps.time == 9.99
     done.clear()
-    text = steps.go(110_000_000_000, 10_000, step, lambda: None)
+    text = steps.run(110_000_000_000, 10_000, step, lambda: None)
     assert text == "the computer stood still for 100.0 s; the last 40.0 s of them are not simulated"
     assert len(done) == 6000

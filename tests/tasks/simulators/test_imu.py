@@ -11,8 +11,8 @@ from runtime.testing import simulate
 from support.rotations import rotation, to_body
 from tasks.simulators.estimated_state import EstimatedState
 from tasks.simulators.imu import IMU
-from world.bodies import Legs, Motion, lawn_mower
-from world.sensors import PARTS
+from world.bodies import LegsPattern, PatternMotion, lawn_mower_corners
+from world.sensors import IMU_PARTS
 
 G = 9.80665
 
@@ -54,7 +54,9 @@ def test_force_agrees_with_the_motion():
         ],
         seconds=60,
     )
-    exact = Motion(Legs(lawn_mower(20.0, 10.0, 4, 0.0), 1.5 / math.radians(15.0), 7.5), 0.0, (0.3, 0.0), 10.0)
+    exact = PatternMotion(
+        LegsPattern(lawn_mower_corners(20.0, 10.0, 4, 0.0), 1.5 / math.radians(15.0), 7.5), 0.0, (0.3, 0.0), 10.0
+    )
     exact.speed, exact.depth_target = 1.5, 6.0
     velocities, attitudes = [(exact.vn, exact.ve, exact.vd)], [(0.0, 0.0, 0.0)]
     for _ in range(6000):
@@ -208,7 +210,7 @@ def test_it_measures_along_its_own_axes():
 def test_a_part_has_the_noise_steps_and_range_of_its_data_sheet(part):
     fast = rest(40.0, r=math.radians(2500.0))
     run = simulate(IMU, feed=fast, part=part, seed=4)
-    grade = PARTS[part]
+    grade = IMU_PARTS[part]
     for kind, triad in ((imc.AngularVelocity, grade.gyroscope), (imc.Acceleration, grade.accelerometer)):
         values = collect(run, kind)
         steps = values / triad.resolution

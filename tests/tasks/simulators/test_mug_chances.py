@@ -12,11 +12,11 @@ from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
-from support.pose import euler
+from support.pose import euler_angles
 from tasks.simulators.mug_detection_camera import MUGDetectionCamera
 from tasks.vision.camera import Camera
 from tasks.vision.mug_detector import MUGDetector
-from world.detection import Chances
+from world.detection import DetectionProbability
 from world.sensors import ACCURACY
 
 START = 1_767_225_600
@@ -46,7 +46,7 @@ def test_half_of_the_near_ones_are_missed_on_demand():
 @pytest.mark.parametrize("alt", [5.0, 10.0, 15.0])
 def test_detections_become_rare_at_the_visibility(alt):
     seen = detections(still(1000, alt=alt), visibility=10.0, mugs=["0 0"], **EXACT)
-    expected = Chances(visibility=10.0).of(alt, 1e3)
+    expected = DetectionProbability(visibility=10.0).probability(alt, 1e3)
     assert within(len(seen), 1000, expected)
     assert {5.0: expected > 0.99, 10.0: abs(expected - 0.5) < 1e-9, 15.0: expected < 0.01}[alt]
 
@@ -176,7 +176,7 @@ def test_a_detector_of_pictures_agrees_with_the_camera_without_pixels(tmp_path):
 def euler_of(mount):
     """Roll, pitch and yaw (rad) of a camera that looks ahead, from the matrix of its optical frame."""
     ahead = mount[:3, [2, 0, 1]]
-    return euler(tuple(map(tuple, ahead.tolist())))
+    return euler_angles(tuple(map(tuple, ahead.tolist())))
 
 
 def test_late_detections_are_right_of_a_state_that_is_late_itself():

@@ -23,8 +23,8 @@ STEP = 0.01
 
 def airborne(airframe=NO_DRAG, height=100.0):
     craft = Multirotor(airframe)
-    craft.z, craft.on_ground, craft.rotors = -height, False, airframe.hover
-    craft.drive(airframe.hover)
+    craft.z, craft.on_ground, craft.rotor_speed = -height, False, airframe.hover_speed
+    craft.command_rotor_speed(airframe.hover_speed)
     return craft
 
 
@@ -41,13 +41,13 @@ def test_rotors_that_carry_the_weight_keep_the_height():
 
 def test_it_stands_until_thrust_exceeds_weight():
     craft = Multirotor(NO_DRAG)
-    craft.drive(0.999 * NO_DRAG.hover)
-    craft.pitch(-0.3)
-    craft.turn(1.0)
+    craft.command_rotor_speed(0.999 * NO_DRAG.hover_speed)
+    craft.command_pitch(-0.3)
+    craft.command_yaw_rate(1.0)
     run(craft, 5.0)
     assert (craft.x, craft.z, craft.theta, craft.psi, craft.on_ground) == (0.0, 0.0, 0.0, 0.0, True)
-    craft.drive(1.05 * NO_DRAG.hover)
-    craft.pitch(0.0)
+    craft.command_rotor_speed(1.05 * NO_DRAG.hover_speed)
+    craft.command_pitch(0.0)
     run(craft, 2.0)
     assert craft.z < -0.5
     assert not craft.on_ground
@@ -56,9 +56,9 @@ def test_it_stands_until_thrust_exceeds_weight():
 def test_a_tilt_accelerates_by_its_tangent():
     craft = airborne()
     tilt = math.radians(20.0)
-    craft.pitch(-tilt)
+    craft.command_pitch(-tilt)
     run(craft, 2.0)
-    craft.drive(NO_DRAG.hover / math.sqrt(math.cos(tilt)))
+    craft.command_rotor_speed(NO_DRAG.hover_speed / math.sqrt(math.cos(tilt)))
     run(craft, 1.0)
     before = craft.vn, craft.vd
     run(craft, 1.0)
@@ -70,7 +70,7 @@ def test_a_tilt_accelerates_by_its_tangent():
 def test_a_roll_to_starboard_of_a_vehicle_that_looks_east_leads_south():
     craft = airborne()
     craft.psi = 0.5 * math.pi
-    craft.roll(0.2)
+    craft.command_roll(0.2)
     run(craft, 2.0)
     assert craft.vn < -1.0
     assert craft.ve == pytest.approx(0.0, abs=1e-9)
@@ -78,8 +78,8 @@ def test_a_roll_to_starboard_of_a_vehicle_that_looks_east_leads_south():
 
 def test_thrust_climbs_as_newton_says():
     craft = airborne()
-    craft.rotors = 1.1 * NO_DRAG.hover
-    craft.drive(craft.rotors)
+    craft.rotor_speed = 1.1 * NO_DRAG.hover_speed
+    craft.command_rotor_speed(craft.rotor_speed)
     run(craft, 1.0)
     assert craft.vd == pytest.approx(-0.21 * GRAVITY, rel=1e-9)
     assert craft.z == pytest.approx(-100.0 - 0.5 * 0.21 * GRAVITY, rel=1e-9)
@@ -94,33 +94,33 @@ def test_wind_carries_a_level_vehicle_along_and_drag_limits_its_speed():
 
     craft = airborne(Airframe(quadratic_drag=0.0))
     tilt = math.radians(10.0)
-    craft.pitch(-tilt)
-    craft.drive(Airframe().hover / math.sqrt(math.cos(tilt)))
+    craft.command_pitch(-tilt)
+    craft.command_rotor_speed(Airframe().hover_speed / math.sqrt(math.cos(tilt)))
     run(craft, 120.0)
     assert craft.vn == pytest.approx(3.0 * GRAVITY * math.tan(tilt) / 0.35, rel=1e-3)
 
 
 def test_roll_pitch_and_heading_rate_follow_their_commands():
     craft = airborne()
-    craft.pitch(0.1)
-    craft.turn(0.5)
+    craft.command_pitch(0.1)
+    craft.command_yaw_rate(0.5)
     run(craft, 3.0)
     assert craft.theta == pytest.approx(0.1, abs=1e-4)
     assert (craft.q, craft.r) == pytest.approx((0.0, 0.5 * math.cos(0.1)), abs=1e-3)
-    craft.pitch(3.0)
-    craft.turn(9.0)
+    craft.command_pitch(3.0)
+    craft.command_yaw_rate(9.0)
     run(craft, 3.0)
     assert craft.theta == pytest.approx(math.radians(45.0), abs=1e-3)
 
 
 def test_it_falls_without_rotors_and_the_ground_stops_it():
     craft = airborne(height=5.0)
-    craft.rotors = 0.0
-    craft.drive(0.0)
+    craft.rotor_speed = 0.0
+    craft.command_rotor_speed(0.0)
     run(craft, 1.0)
     assert craft.vd == pytest.approx(GRAVITY, rel=1e-3)
     run(craft, 1.0)
-    assert craft.impact == pytest.approx(math.sqrt(2.0 * GRAVITY * 5.0), rel=0.02)
+    assert craft.touchdown_speed == pytest.approx(math.sqrt(2.0 * GRAVITY * 5.0), rel=0.02)
     assert (craft.z, craft.vd, craft.on_ground) == (0.0, 0.0, True)
 
 
@@ -132,7 +132,7 @@ def test_what_has_no_bounds_is_an_error():
 
 
 def test_the_task_flies_and_says_how_it_landed():
-    hover = Airframe().hover
+    hover = Airframe().hover_speed
     feed = [
         FIX,
         imc.SetThrusterActuation(timestamp=1.0, value=1.1 * hover),
@@ -156,13 +156,16 @@ def test_wind_blows_around_a_vehicle_that_stands():
 
 
 def test_without_commands_it_descends_level_and_rests():
-    feed = [FIX, *(imc.SetThrusterActuation(timestamp=1.0 + 0.5 * i, value=1.02 * Airframe().hover) for i in range(12))]
+    feed = [
+        FIX,
+        *(imc.SetThrusterActuation(timestamp=1.0 + 0.5 * i, value=1.02 * Airframe().hover_speed) for i in range(12)),
+    ]
     feed += [imc.DesiredPitch(timestamp=6.9, value=-0.3)]
     run = simulate(UAV, feed=sorted(feed, key=lambda m: m.timestamp), seconds=40.0)
     states = run.of(imc.SimulatedState)
     assert min(m.z for m in states) < -4.0
     assert states[-1].z == 0.0
-    assert run.task.craft.rotors == pytest.approx(0.0, abs=1e-6)
+    assert run.task.craft.rotor_speed == pytest.approx(0.0, abs=1e-6)
     assert float(run.log[-1].split()[-2]) < 2.0
     assert "no commands for the rotors: descending level" in run.log
 
@@ -190,7 +193,7 @@ def test_a_fix_that_is_nowhere_places_nothing():
 
 
 def test_an_accelerometer_feels_the_thrust_alone():
-    feed = [FIX, imc.SetThrusterActuation(timestamp=1.0, value=1.1 * Airframe().hover)]
+    feed = [FIX, imc.SetThrusterActuation(timestamp=1.0, value=1.1 * Airframe().hover_speed)]
     frame = {"linear_drag": 0.0, "quadratic_drag": 0.0, "command_timeout": 9.0}
     run = simulate([(UAV, frame), (IMU, {"generate_noise": False})], feed=feed, seconds=3.0)
     force = [m.z for m in run.of(imc.Acceleration)]

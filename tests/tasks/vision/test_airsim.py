@@ -17,7 +17,7 @@ from runtime.kernel import WallClock
 from runtime.testing import simulate
 from support.pose import Pose
 from tasks.vision.airsim import AirSim
-from tasks.vision.airsim_api.rpc_messages import Extent
+from tasks.vision.airsim_api.rpc_messages import MessageEnd
 from tests.outside import REFUSED
 from tests.tasks.vision.airsim_standin import SETTINGS, StandIn, colors
 
@@ -317,8 +317,8 @@ def test_the_end_of_an_answer_is_found_in_any_portions():
     ]
     data = msgspec.msgpack.encode(value)
     for step in (1, 7, 4096, len(data)):
-        extent, arrived = Extent(), bytearray()
+        extent, arrived = MessageEnd(), bytearray()
         for start in range(0, len(data), step):
-            assert not extent.complete(arrived)
+            assert not extent.is_complete(arrived)
             arrived += data[start : start + step]
-        assert extent.complete(arrived)
+        assert extent.is_complete(arrived)

@@ -8,7 +8,7 @@ import pytest
 
 from support.pose import DOWN
 from tasks.vision.cameras.camera_records import write_cameras
-from world.optics import PinholeCamera
+from world.optics import PinholeModel
 
 PROFILE = """
 [Require lauv-noptilus-1.ini]
@@ -40,9 +40,9 @@ def pictures(root):
 
 @pytest.mark.heavy
 def test_pictures_go_on_as_those_of_the_uninterrupted_run(tmp_path):
-    optics = PinholeCamera(64, 48, 50.0, 51.0, 33.0, 23.0, -0.1, 0.01)
+    optics = PinholeModel(64, 48, 50.0, 51.0, 33.0, 23.0, -0.1, 0.01)
     (tmp_path / "rest").mkdir()
-    others = {"Aft": (PinholeCamera(64, 48, 90.0, 90.0, 32.0, 24.0), DOWN), "Front": (optics, DOWN)}
+    others = {"Aft": (PinholeModel(64, 48, 90.0, 90.0, 32.0, 24.0), DOWN), "Front": (optics, DOWN)}
     assert write_cameras(tmp_path / "whole", others, "1") == ""
     (tmp_path / "whole" / "mine.ini").write_text(PROFILE)
     words = ("-p", "Simulation", "--clock", "virtual", "--for", "6s", "--snapshot-every", "3s")

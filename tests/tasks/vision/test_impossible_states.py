@@ -6,7 +6,7 @@ import pytest
 
 import imc
 from runtime.testing import simulate
-from tasks.simulated_world import Truth
+from tasks.simulated_world import TrueState
 from tasks.simulators.dvl import DVL
 from tasks.simulators.gps import GPS
 from tasks.simulators.imu import IMU
@@ -61,7 +61,7 @@ def test_velocities_that_cannot_be_do_not_move_an_estimate():
 
 
 def test_a_truth_from_before_the_clock_was_set_back_is_none():
-    truth = Truth(None)
-    truth.follow(imc.SimulatedState(timestamp=5000.0, u=2.0))
-    assert truth.at(5000.5, 1.0).north == pytest.approx(1.0)
-    assert truth.at(1400.0, 1.0) is None
+    truth = TrueState(None)
+    truth.update(imc.SimulatedState(timestamp=5000.0, u=2.0))
+    assert truth.pose_at(5000.5, 1.0).north == pytest.approx(1.0)
+    assert truth.pose_at(1400.0, 1.0) is None

@@ -15,11 +15,11 @@ from runtime.kernel import WallClock
 from runtime.testing import START, simulate
 from support.pose import DOWN, Pose
 from tasks.vision.cameras.camera_records import write_cameras
-from tasks.vision.cameras.image_files import Reel, read_picture
+from tasks.vision.cameras.image_files import ImageSequence, read_picture
 from tasks.vision.cameras.image_writer import photo_name, write_picture
 from tasks.vision.recording import Recording
 from tests.outside import NO_FILE
-from world.optics import FisheyeCamera, PinholeCamera, preset_lens
+from world.optics import FisheyeModel, PinholeModel, preset_lens
 
 NS = 1_403_636_579_763_555_584
 SENSOR = """
@@ -89,9 +89,9 @@ def test_one_of_several_cameras_of_a_data_set(tmp_path):
     (first.with_name("cam1") / "data.csv").write_text("\n".join([rows[0], *rows[3:]]))
     last = table.read_text().splitlines()[-1]
     table.with_name("rgb1.txt").write_text(f"# color images of Left_Camera\n{last}")
-    lens = FisheyeCamera.square(preset_lens("equidistant", math.pi), 16), DOWN
+    lens = FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 16), DOWN
     write_cameras(
-        table.parent, {"Front": lens, "Left Camera": (PinholeCamera(24, 16, 30.0, 20.0, 12.0, 8.0), DOWN)}, "1"
+        table.parent, {"Front": lens, "Left Camera": (PinholeModel(24, 16, 30.0, 20.0, 12.0, 8.0), DOWN)}, "1"
     )
     for made, names in (("euroc", ("cam0", "cam1")), ("tum", ("rgb", "rgb1"))):
         for camera, number in (("", 0), (names[0], 0), (names[1], 2), ("Left Camera", 2), ("Left_Camera", 2)):
@@ -110,8 +110,8 @@ def test_tum(tmp_path):
 
 
 def test_photos_of_a_log_with_their_cameras(tmp_path):
-    lens = FisheyeCamera.square(preset_lens("equisolid", math.pi), 16)
-    pinhole = PinholeCamera(24, 16, 20.0, 20.0, 12.0, 8.0)
+    lens = FisheyeModel.from_lens(preset_lens("equisolid", math.pi), 16)
+    pinhole = PinholeModel(24, 16, 20.0, 20.0, 12.0, 8.0)
     write_cameras(tmp_path / "Photos", {"Fisheye Camera": (lens, DOWN), "Front": (pinhole, Pose())}, "1")
     for number in range(4):
         for camera in ("Fisheye Camera", "Front"):
@@ -123,7 +123,7 @@ def test_photos_of_a_log_with_their_cameras(tmp_path):
     run = played(tmp_path, seconds=5.0, camera="Front", times="As Recorded")
     assert shown(run) == [(0, 0.5), (1, 1.5), (2, 2.5), (3, 3.5)]
     assert run.frames[0].optics == pinhole
-    assert played(tmp_path, camera="Fisheye Camera").task.known == (lens, DOWN)
+    assert played(tmp_path, camera="Fisheye Camera").task.model_and_mount == (lens, DOWN)
     assert len(played(tmp_path, camera="Front", times="As Recorded", start=START + 2.0, seconds=4.0).frames) == 2
 
 
@@ -323,12 +323,12 @@ def test_a_video_is_not_closed_while_it_is_read(tmp_path, monkeypatch):
 
 def test_any_picture_can_be_the_next(tmp_path):
     for source in (video(tmp_path / "dive.avi"), euroc(tmp_path / "set")):
-        expected = Reel(source).take(3) if source.is_dir() else None
-        reel = Reel(source)
-        item = reel.take(3)
+        expected = ImageSequence(source).read(3) if source.is_dir() else None
+        reel = ImageSequence(source)
+        item = reel.read(3)
         assert item.number == 3
         assert expected is None or np.array_equal(item.image, expected.image)
-        assert reel.take(99) is None
+        assert reel.read(99) is None
 
 
 def test_two_runs_are_one(tmp_path):

@@ -14,21 +14,22 @@ from runtime.vehicle import build
 from tasks.simulators.mug_detection_camera import MUGDetectionCamera
 from tasks.vision import fisheye_camera
 from world import read_world
-from world.optics import PRESETS, DoubleSphereCamera, FisheyeCamera, PinholeCamera, preset_lens
-from world.rendering import Standpoint
-from world.rendering.renderer import camera
+from world.optics import LENS_PRESETS, DoubleSphereModel, FisheyeModel, PinholeModel, preset_lens
+from world.rendering import ScenePose
+from world.rendering.renderer import camera_rotation
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 GLIDERS = [(float(north), float(east)) for north in range(-20, 40, 4) for east in range(-20, 24, 4)]
 NEAREST = 0.1  # m; a copter on the ground has a glider in its lens
 CONTEXT = {"lauv-noptilus-1": "Seabed", "otter": "Seabed", "caravel": "Seabed", "hexa-00": "Sea Surface"}
 WIDE = {
-    name: FisheyeCamera.square(preset_lens(name, min(lens.widest, math.pi)), 1024) for name, lens in PRESETS.items()
+    name: FisheyeModel.from_lens(preset_lens(name, min(lens.max_field_of_view, math.pi)), 1024)
+    for name, lens in LENS_PRESETS.items()
 }
 LENSES = {
     **WIDE,
-    "pinhole": PinholeCamera(1280, 960, 640.0, 640.0, 640.0, 480.0),
-    "double sphere": DoubleSphereCamera(1024, 1024, 320.0, 320.0, 512.0, 512.0, -0.2, 0.58),
+    "pinhole": PinholeModel(1280, 960, 640.0, 640.0, 640.0, 480.0),
+    "double sphere": DoubleSphereModel(1024, 1024, 320.0, 320.0, 512.0, 512.0, -0.2, 0.58),
 }
 
 
@@ -61,7 +62,7 @@ def true_pose(truths, time):
 def ahead(pose, downs):
     """The gliders, `downs` (m) below a camera, in its optical frame."""
     to_gliders = [(n - pose.north, e - pose.east, down) for (n, e), down in zip(GLIDERS, downs, strict=True)]
-    return np.array(to_gliders) @ camera(pose)
+    return np.array(to_gliders) @ camera_rotation(pose)
 
 
 @pytest.mark.heavy
@@ -78,8 +79,8 @@ def test_gliders_are_where_the_logged_truth_puts_them(profile, tmp_path):
         info = frame.info
         bottom = seabed.depth(x, y) if seabed is not None and CONTEXT[profile] == "Seabed" else 0.0
         lying = [seabed.depth(n, e) if bottom else 0.0 for n, e in GLIDERS]
-        truth = Standpoint(x, y, bottom - z, 0.0, phi, theta, psi)
-        used = Standpoint(info["north"], info["east"], info["height"], 0.0, info["phi"], info["theta"], info["psi"])
+        truth = ScenePose(x, y, bottom - z, 0.0, phi, theta, psi)
+        used = ScenePose(info["north"], info["east"], info["height"], 0.0, info["phi"], info["theta"], info["psi"])
         pairs.append(
             (ahead(used, [used.height + down - bottom for down in lying]), ahead(truth, [d - z for d in lying]))
         )

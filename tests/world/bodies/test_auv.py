@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from runtime.profile import read_sections
-from world.bodies import Diverged, Fin, ModelError, Thruster, UnderwaterVehicle, read_underwater_model
+from world.bodies import DivergedError, Fin, ModelError, Thruster, UnderwaterVehicle, read_underwater_model
 from world.bodies.auv import GRAVITY
 
 MODELS = read_sections(Path(__file__).parents[3] / "etc/common/vsim-models.ini")
@@ -34,7 +34,7 @@ def swim(craft: UnderwaterVehicle, seconds: float, h: float = 0.01) -> Underwate
 def under_way(model=NEUTRAL, depth: float = 20.0, actuation: float = 0.5) -> UnderwaterVehicle:
     craft = UnderwaterVehicle(model)
     craft.z = depth
-    craft.drive(0, actuation)
+    craft.set_actuation(0, actuation)
     return swim(craft, 30.0)
 
 
@@ -75,7 +75,7 @@ def test_the_current_carries_it_and_changes_nothing_else():
     carried.stream = (0.3, -0.2, 0.1)
     x, y, z = still.x - carried.x, still.y - carried.y, still.z - carried.z
     for craft in (still, carried):
-        craft.deflect(0, 0.1)
+        craft.set_deflection(0, 0.1)
         swim(craft, 20.0)
     assert (carried.u, carried.v, carried.r) == (still.u, still.v, still.r)
     assert carried.x - still.x + x == pytest.approx(6.0, abs=1e-6)
@@ -87,7 +87,7 @@ def test_the_current_carries_it_and_changes_nothing_else():
 def test_a_rudder_turns_it_the_way_that_the_allocator_expects(fin):
     """DUNE's allocator sets the rudders to minus the desired yaw moment."""
     craft = under_way()
-    craft.deflect(fin, -0.1)
+    craft.set_deflection(fin, -0.1)
     swim(craft, 5.0)
     assert craft.r > 0.01
     assert craft.euler_angles()[2] > 0.05
@@ -96,7 +96,7 @@ def test_a_rudder_turns_it_the_way_that_the_allocator_expects(fin):
 @pytest.mark.parametrize("fin", [1, 2])
 def test_an_elevator_pitches_it_the_way_that_the_allocator_expects(fin):
     craft = under_way()
-    craft.deflect(fin, -0.1)
+    craft.set_deflection(fin, -0.1)
     before = craft.z
     swim(craft, 5.0)
     assert craft.euler_angles()[1] > 0.05
@@ -107,7 +107,7 @@ def test_crossed_fins_roll_it_only_if_the_model_says_so():
     for model, rolls in ((LAUV, False), (lauv(Fins_Roll="true"), True)):
         craft = under_way(model)
         for fin, sign in enumerate((-1.0, 1.0, -1.0, 1.0)):
-            craft.deflect(fin, 0.05 * sign)
+            craft.set_deflection(fin, 0.05 * sign)
         swim(craft, 1.0)
         assert (craft.euler_angles()[0] > 0.05) is rolls
 
@@ -116,9 +116,9 @@ def test_port_and_starboard_are_mirror_images():
     crafts: list[UnderwaterVehicle] = []
     for sign in (1.0, -1.0):
         craft = under_way(LAUV)
-        craft.deflect(0, 0.2 * sign)
-        craft.deflect(1, 0.1)
-        craft.deflect(2, 0.1)
+        craft.set_deflection(0, 0.2 * sign)
+        craft.set_deflection(1, 0.1)
+        craft.set_deflection(2, 0.1)
         crafts.append(swim(craft, 20.0))
     left, right = crafts
     assert right.y == pytest.approx(-left.y, abs=1e-9)
@@ -128,7 +128,12 @@ def test_port_and_starboard_are_mirror_images():
 
 def test_without_drag_and_weight_energy_stays():
     free = replace(
-        NEUTRAL, linear=(0.0,) * 10, quadratic=(0.0,) * 10, lift=(0.0,) * 8, rotational=NEUTRAL.inertia[3:], mass=24.2
+        NEUTRAL,
+        linear=(0.0,) * 10,
+        quadratic=(0.0,) * 10,
+        lift=(0.0,) * 8,
+        rotational_inertia=NEUTRAL.inertia[3:],
+        mass=24.2,
     )
     free = replace(free, volume=(2.0, 0.11, 24.2 / 220.0))
     craft = UnderwaterVehicle(free)
@@ -145,7 +150,7 @@ def test_without_drag_and_weight_energy_stays():
     swim(craft, 5.0)
     coarse = abs(energy() - before) / scale
     craft.u, craft.v, craft.w, craft.p, craft.q, craft.r = 1.0, 0.1, -0.1, 0.3, 0.1, -0.2
-    craft.orient(0.0, 0.0, 0.0)
+    craft.set_attitude(0.0, 0.0, 0.0)
     swim(craft, 5.0, 0.001)
     fine = abs(energy() - before) / scale
     assert coarse < 2e-3
@@ -155,9 +160,9 @@ def test_without_drag_and_weight_energy_stays():
 def test_the_error_of_a_step_falls_with_its_square():
     def end(h: float) -> tuple[float, ...]:
         craft = under_way(LAUV)
-        craft.deflect(0, -0.3)
-        craft.deflect(1, 0.2)
-        craft.deflect(2, 0.2)
+        craft.set_deflection(0, -0.3)
+        craft.set_deflection(1, 0.2)
+        craft.set_deflection(2, 0.2)
         swim(craft, 4.0, h)
         return craft.x, craft.y, craft.z, *craft.euler_angles(), craft.v, craft.r
 
@@ -171,7 +176,7 @@ def test_the_error_of_a_step_falls_with_its_square():
 def test_no_pitch_is_special():
     craft = UnderwaterVehicle(NEUTRAL)
     craft.z = 300.0
-    craft.orient(0.2, 0.5 * math.pi, 0.3)
+    craft.set_attitude(0.2, 0.5 * math.pi, 0.3)
     craft.u, craft.q = 1.0, 0.5
     swim(craft, 2.0)
     assert all(map(math.isfinite, (*craft.euler_angles(), craft.x, craft.y, craft.z)))
@@ -181,17 +186,17 @@ def test_no_pitch_is_special():
 @pytest.mark.parametrize("angles", [(0.0, 0.0, 0.0), (0.3, -0.4, 2.5), (-3.0, 1.4, -3.1), (0.1, 0.2, 3.14)])
 def test_euler_angles_come_back(angles):
     craft = UnderwaterVehicle(LAUV)
-    craft.orient(*angles)
+    craft.set_attitude(*angles)
     assert craft.euler_angles() == pytest.approx(angles)
 
 
 def test_it_never_leaves_the_water_and_its_fins_do_not_lift_it_out():
     craft = UnderwaterVehicle(LAUV)
-    craft.drive(0, 1.0)
+    craft.set_actuation(0, 1.0)
     highest = 1.0
     for _ in range(6000):
         for fin in (1, 2):
-            craft.deflect(fin, -0.4)
+            craft.set_deflection(fin, -0.4)
         craft.step(0.01)
         highest = min(highest, craft.z)
     assert highest >= 0.0
@@ -200,9 +205,9 @@ def test_it_never_leaves_the_water_and_its_fins_do_not_lift_it_out():
 
 def test_fins_stop_and_thrust_is_limited():
     craft = under_way()
-    craft.deflect(0, 5.0)
+    craft.set_deflection(0, 5.0)
     assert craft.deflections[0] == pytest.approx(0.4363)
-    craft.drive(0, -7.0)
+    craft.set_actuation(0, -7.0)
     assert craft.actuations[0] == -1.0
     craft.step(0.01)
     assert craft.u < 2.0
@@ -213,13 +218,13 @@ def test_engines_aside_of_the_centre_turn_it():
     lifter = Thruster(0.96, 12.6, 41.7, (0.4, 0.0, 0.0), (0.0, 0.0, 1.0))
     craft = UnderwaterVehicle(replace(NEUTRAL, engines=(side, lifter), maximum_force=2.0))
     craft.z = 50.0
-    craft.drive(0, 0.3)
+    craft.set_actuation(0, 0.3)
     swim(craft, 1.0)
     assert craft.u > 0.05
     assert craft.r < -0.02
     craft = UnderwaterVehicle(craft.model)
     craft.z = 50.0
-    craft.drive(1, 0.3)
+    craft.set_actuation(1, 0.3)
     swim(craft, 0.05)
     assert craft.w > 0.001
     assert craft.q < -0.01
@@ -228,7 +233,7 @@ def test_engines_aside_of_the_centre_turn_it():
 def test_a_model_that_cannot_be_diverges_with_a_word():
     craft = UnderwaterVehicle(replace(LAUV, linear=(5000.0,) * 10))
     craft.z, craft.u = 10.0, 1.0
-    with pytest.raises(Diverged, match="m/s"):
+    with pytest.raises(DivergedError, match="m/s"):
         swim(craft, 10.0)
 
 
@@ -253,8 +258,8 @@ def test_what_is_wrong_with_a_model(changes, words):
 
 
 def test_options_that_models_of_dune_do_not_have():
-    assert LAUV.rotational == (0.04, 2.1, 2.1)
-    assert lauv(Rotational_Inertia="19, 34, 34").rotational == (19.0, 34.0, 34.0)
+    assert LAUV.rotational_inertia == (0.04, 2.1, 2.1)
+    assert lauv(Rotational_Inertia="19, 34, 34").rotational_inertia == (19.0, 34.0, 34.0)
     assert LAUV.fins_roll is False
     assert LAUV.fins[1] == Fin((0.0, 0.0, -9.64), (-0.455, -0.08, 0.0))
     assert LAUV.engines[0].direction == (1.0, 0.0, 0.0)

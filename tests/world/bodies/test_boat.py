@@ -13,7 +13,7 @@ from tasks.simulators.battery import Battery
 from tasks.simulators.motor import Motor
 from tasks.simulators.vsim import VSIM
 from tasks.simulators.wind import Wind
-from world.bodies import Boat, Diverged, ModelError, is_boat, read_boat_model
+from world.bodies import Boat, DivergedError, ModelError, is_boat_model, read_boat_model
 from world.bodies.boat import AIR
 
 MODELS = read_sections(Path(__file__).parents[3] / "etc/common/vsim-models.ini")
@@ -37,7 +37,7 @@ def sail(boat, seconds, h=0.02):
 def under_way(of=DISPLACEMENT, actuation=0.6, seconds=150.0):
     boat = Boat(of)
     for engine in range(len(of.engines)):
-        boat.drive(engine, actuation)
+        boat.set_actuation(engine, actuation)
     return sail(boat, seconds)
 
 
@@ -61,7 +61,7 @@ def test_the_current_carries_it_and_changes_nothing_else():
     carried.stream = (0.3, -0.2, 0.0)
     x, y = still.x - carried.x, still.y - carried.y
     for boat in (still, carried):
-        boat.deflect(0, 0.2)
+        boat.set_deflection(0, 0.2)
         sail(boat, 20.0)
     assert (carried.u, carried.v, carried.r) == (still.u, still.v, still.r)
     assert (carried.x - still.x + x, carried.y - still.y + y) == pytest.approx((6.0, -4.0), abs=1e-6)
@@ -69,8 +69,8 @@ def test_the_current_carries_it_and_changes_nothing_else():
 
 def test_port_and_starboard_are_mirror_images():
     left, right = under_way(), under_way()
-    left.deflect(0, 0.3)
-    right.deflect(0, -0.3)
+    left.set_deflection(0, 0.3)
+    right.set_deflection(0, -0.3)
     sail(left, 30.0)
     sail(right, 30.0)
     assert left.r < -0.05
@@ -82,7 +82,7 @@ def test_a_rudder_turns_it_in_a_circle_of_some_lengths_and_straight_it_stays_str
     boat = under_way()
     boat.r = 0.05
     assert abs(sail(boat, 30.0).r) < 1e-3
-    boat.deflect(0, -math.radians(20.0))
+    boat.set_deflection(0, -math.radians(20.0))
     sail(boat, 60.0)
     assert 1.0 < boat.u / boat.r / 4.0 < 3.0
     assert boat.v < 0.0
@@ -92,16 +92,16 @@ def test_a_rudder_in_the_stream_of_its_propeller_turns_a_boat_that_lies_still():
     turned = []
     for share in ("0.8, 0.3", "0, 1"):
         boat = Boat(model("displacement-boat", Rudder_Slipstream_0=share))
-        boat.deflect(0, -0.4)
-        boat.drive(0, 0.8)
+        boat.set_deflection(0, -0.4)
+        boat.set_actuation(0, 0.8)
         turned.append(sail(boat, 3.0).r)
     assert turned[0] > 3.0 * turned[1] > 0.0
 
 
 def test_two_motors_against_each_other_turn_it_on_the_spot():
     boat = Boat(OTTER)
-    boat.drive(0, 0.4)
-    boat.drive(1, -0.4 / math.sqrt(0.58))
+    boat.set_actuation(0, 0.4)
+    boat.set_actuation(1, -0.4 / math.sqrt(0.58))
     sail(boat, 20.0)
     assert boat.r > 0.1
     assert abs(boat.u) < 0.05
@@ -109,8 +109,8 @@ def test_two_motors_against_each_other_turn_it_on_the_spot():
 
 def test_motors_need_time():
     boat = Boat(OTTER)
-    boat.drive(0, 1.0)
-    boat.drive(1, 1.0)
+    boat.set_actuation(0, 1.0)
+    boat.set_actuation(1, 1.0)
     sail(boat, 0.02)
     assert boat.u < 1e-3
     sail(boat, 1.0)
@@ -120,15 +120,15 @@ def test_motors_need_time():
 def test_without_drag_energy_stays():
     free = replace(
         AIRLESS, linear=(0.0,) * 5, quadratic=(0.0,) * 5, lift=(0.0,) * 4, cross_flow=(0.0,) * 3, munk=True,
-        rudders=(), centre=0.2, added=(-45.0, -780.0, -500.0, 60.0),
+        rudders=(), center=0.2, added_mass=(-45.0, -780.0, -500.0, 60.0),
     )  # fmt: skip
     boat = Boat(free)
     boat.u, boat.v, boat.r = 1.0, 0.3, 0.2
 
     def energy():
-        m, (xud, yvd, nrd, yrd) = free.mass, free.added
+        m, (xud, yvd, nrd, yrd) = free.mass, free.added_mass
         own = (m - xud) * boat.u**2 + (m - yvd) * boat.v**2 + (free.inertia - nrd) * boat.r**2
-        return 0.5 * own + (m * free.centre - yrd) * boat.v * boat.r
+        return 0.5 * own + (m * free.center - yrd) * boat.v * boat.r
 
     before = energy()
     sail(boat, 20.0, 0.002)
@@ -139,7 +139,7 @@ def test_the_error_of_a_step_falls_with_its_square():
     def end(h):
         boat = Boat(DISPLACEMENT)
         boat.u = 1.5
-        boat.deflect(0, -0.3)
+        boat.set_deflection(0, -0.3)
         sail(boat, 4.0, h)
         return boat.x, boat.y, boat.euler_angles()[2], boat.v, boat.r
 
@@ -165,7 +165,7 @@ def test_wind_from_ahead_is_balanced_by_drag_and_wind_from_abeam_pushes_aside():
 def test_a_model_that_cannot_be_diverges_with_a_word():
     boat = Boat(replace(OTTER, linear=(5000.0, 0.0, 0.0, 0.0, 0.0)))
     boat.u = 1.0
-    with pytest.raises(Diverged, match="m/s"):
+    with pytest.raises(DivergedError, match="m/s"):
         sail(boat, 10.0)
 
 
@@ -190,7 +190,7 @@ def test_what_is_wrong_with_a_model(changes, words):
 
 def test_vsim_moves_a_boat_with_its_rudder_current_and_wind():
     settings = MODELS | {"General": {"Vehicle Type": "displacement-boat"}}
-    assert is_boat(lambda section, option: settings[section].get(option, ""), "displacement-boat")
+    assert is_boat_model(lambda section, option: settings[section].get(option, ""), "displacement-boat")
     here = imc.GpsFix(timestamp=0.0, type=imc.GpsFix.Type.MANUAL_INPUT, lat=0.7188, lon=-0.152)
     feed = [
         here,

@@ -8,7 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from support.rotations import rotation, to_ned
-from world.bodies import Circle, Legs, Line, Motion, Ramp, lawn_mower, parse_points
+from world.bodies import (
+    CirclePattern,
+    LegsPattern,
+    LinePattern,
+    MinimumJerkRamp,
+    PatternMotion,
+    lawn_mower_corners,
+    parse_points,
+)
 
 NAMES = ["north", "east", "depth", "phi", "theta", "psi", "u", "v", "w", "vn", "ve", "vd", "p", "q", "r"]
 
@@ -22,7 +30,7 @@ def travel(motion, seconds, step=0.02):
 
 
 def make(pattern, current=(0.0, 0.0), heading=0.0, speed=1.5, depth=3.0, turn_rate=0.26, pitch=0.26, dive_time=8.0):
-    motion = Motion(pattern, heading, current, dive_time)
+    motion = PatternMotion(pattern, heading, current, dive_time)
     motion.speed, motion.depth_target, motion.turn_rate, motion.maximum_pitch = speed, depth, turn_rate, pitch
     return motion
 
@@ -38,10 +46,10 @@ def motions(draw):
         st.sampled_from(
             [
                 None,
-                Line(0.0, 0.0, heading + draw(st.floats(-1.0, 1.0)), 5 * speed),
-                Circle(0.0, radius, radius, 5 * speed),
-                Legs([*lawn_mower(15.0, 6.0, 3, heading)], speed / turn_rate, 5 * speed),
-                Legs([(0.0, 0.0, None), (10.0, 5.0, 4.0), (-8.0, 9.0, 1.0)], speed / turn_rate, 5 * speed),
+                LinePattern(0.0, 0.0, heading + draw(st.floats(-1.0, 1.0)), 5 * speed),
+                CirclePattern(0.0, radius, radius, 5 * speed),
+                LegsPattern([*lawn_mower_corners(15.0, 6.0, 3, heading)], speed / turn_rate, 5 * speed),
+                LegsPattern([(0.0, 0.0, None), (10.0, 5.0, 4.0), (-8.0, 9.0, 1.0)], speed / turn_rate, 5 * speed),
             ]
         )
     )
@@ -84,8 +92,8 @@ def test_velocities_are_derivatives_and_agree_with_attitude(motion):
 
 @given(st.floats(-50, 50), st.floats(-50, 50), st.floats(0.1, 5), st.floats(0.01, 5))
 def test_ramp_stays_within_its_limits(start, end, rate, acceleration):
-    ramp = Ramp(start)
-    ramp.move(end, rate, acceleration)
+    ramp = MinimumJerkRamp(start)
+    ramp.start(end, rate, acceleration)
     low, high = min(start, end), max(start, end)
     for _ in range(100_000):
         if not ramp.moving:
@@ -98,7 +106,7 @@ def test_ramp_stays_within_its_limits(start, end, rate, acceleration):
 
 
 def test_it_starts_at_rest_on_the_surface():
-    motion = make(Circle(0.0, 20.0, 20.0, 7.5))
+    motion = make(CirclePattern(0.0, 20.0, 20.0, 7.5))
     assert (motion.depth, motion.u, motion.vn, motion.ve) == (0.0, 0.0, 0.0, 0.0)
     assert all(state["depth"] == 0.0 for state in travel(motion, 7.9))
     assert travel(motion, 40.0)[-1]["depth"] == 3.0
@@ -108,14 +116,14 @@ def test_it_starts_at_rest_on_the_surface():
 @pytest.mark.computing
 def test_circle_is_round_also_in_a_current():
     for current, tolerance in (((0.0, 0.0), 0.02), ((0.3, 0.2), 0.05)):
-        states = travel(make(Circle(0.0, 20.0, 20.0, 7.5), current), 200.0, 0.01)[4000:]
+        states = travel(make(CirclePattern(0.0, 20.0, 20.0, 7.5), current), 200.0, 0.01)[4000:]
         assert max(abs(math.hypot(s["north"], s["east"] - 20.0) - 20.0) for s in states) < tolerance
 
 
 @pytest.mark.heavy
 @pytest.mark.computing
 def test_legs_are_followed_in_order_and_again():
-    corners = lawn_mower(50.0, 10.0, 4, 0.5)
+    corners = lawn_mower_corners(50.0, 10.0, 4, 0.5)
     c, s = math.cos(0.5), math.sin(0.5)
     assert [(round(n * c + e * s), round(e * c - n * s)) for n, e, _ in corners[:5]] == [
         (0, 0),
@@ -124,7 +132,7 @@ def test_legs_are_followed_in_order_and_again():
         (0, 10),
         (0, 20),
     ]
-    states = travel(make(Legs(corners, 5.7, 7.5), heading=0.5), 600.0)
+    states = travel(make(LegsPattern(corners, 5.7, 7.5), heading=0.5), 600.0)
     passed = []
     for state in states:
         for index, (n, e, _) in enumerate(corners):
@@ -134,7 +142,7 @@ def test_legs_are_followed_in_order_and_again():
 
 
 def test_waypoints_bring_their_depths():
-    legs = Legs([(0.0, 0.0, None), (40.0, 0.0, 5.0), (40.0, 40.0, None)], 5.7, 7.5)
+    legs = LegsPattern([(0.0, 0.0, None), (40.0, 0.0, 5.0), (40.0, 40.0, None)], 5.7, 7.5)
     states = travel(make(legs, depth=2.0), 150.0)
     reached = {round(s["depth"], 6) for s in states}
     assert {5.0, 2.0} <= reached
@@ -150,7 +158,7 @@ def test_hover_holds_its_place_in_a_current():
 
 
 def test_speed_and_depth_follow_new_targets():
-    motion = make(Line(0.0, 0.0, 0.0, 7.5))
+    motion = make(LinePattern(0.0, 0.0, 0.0, 7.5))
     travel(motion, 60.0)
     motion.speed, motion.depth_target = 0.8, 1.0
     last = travel(motion, 60.0)[-1]
@@ -160,7 +168,7 @@ def test_speed_and_depth_follow_new_targets():
 def test_steps_of_any_length_lead_to_the_same_place():
     places = []
     for step in (0.01, 0.05, 0.5):
-        last = travel(make(Circle(0.0, 20.0, 20.0, 7.5)), 60.0, step)[-1]
+        last = travel(make(CirclePattern(0.0, 20.0, 20.0, 7.5)), 60.0, step)[-1]
         places.append((last["north"], last["east"], last["depth"]))
     assert places[1] == pytest.approx(places[2], abs=1e-3)
     assert places[0] == pytest.approx(places[2], abs=2e-2)

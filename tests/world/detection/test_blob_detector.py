@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from world.detection import YELLOW, BlobDetector
-from world.detection.connected_components import components
-from world.optics import FisheyeCamera, preset_lens
-from world.rendering import Camera, Glider, Standpoint
-from world.rendering.renderer import camera
+from world.detection.connected_components import label_components
+from world.optics import FisheyeModel, preset_lens
+from world.rendering import Glider, SceneCamera, ScenePose
+from world.rendering.renderer import camera_rotation
 
 WATER = np.array([60.0, 120.0, 110.0])
 DETECTOR = BlobDetector()
@@ -18,8 +18,8 @@ DETECTOR = BlobDetector()
 
 @functools.cache
 def fisheye(scene, size=512, visibility=40.0):
-    optics = FisheyeCamera.square(preset_lens("equidistant", math.pi), size)
-    return Camera(optics, size // 2, scene=scene, visibility=visibility)
+    optics = FisheyeModel.from_lens(preset_lens("equidistant", math.pi), size)
+    return SceneCamera(optics, size // 2, scene=scene, visibility=visibility)
 
 
 def noisy(image, sigma, seed):
@@ -42,13 +42,13 @@ def test_finds_the_gliders_of_rendered_pictures_and_nothing_else(scene, sigma):
     random = np.random.default_rng(5)
     off = []
     for time in range(12):
-        pose = Standpoint(
+        pose = ScenePose(
             *random.uniform(-50, 50, 2), 8.0, 4.0 * (scene == "Seabed"), *random.normal(0.0, 0.15, 3), time
         )
         places = ((3.0, -1.0), (-2.0, 4.0), (-4.0, -3.0))
-        picture = fisheye(scene).picture(pose, [Glider(pose.north + n, pose.east + e) for n, e in places])
-        expected = fisheye(scene).optics.project(np.array([(n, e, 8.0) for n, e in places]) @ camera(pose))[0]
-        found = np.array([(mark.u, mark.v) for mark in DETECTOR.find(noisy(picture, sigma, time))])
+        picture = fisheye(scene).take_picture(pose, [Glider(pose.north + n, pose.east + e) for n, e in places])
+        expected = fisheye(scene).optics.project(np.array([(n, e, 8.0) for n, e in places]) @ camera_rotation(pose))[0]
+        found = np.array([(mark.u, mark.v) for mark in DETECTOR.detect(noisy(picture, sigma, time))])
         assert len(found) == 3
         apart = np.linalg.norm(found[:, None] - expected, axis=-1)
         assert sorted(apart.argmin(axis=1)) == [0, 1, 2]
@@ -66,7 +66,7 @@ def test_a_glider_of_five_noise_levels_is_found_and_noise_is_not():
         image = plain(seed=seed, sigma=0.0)
         left, top = int(random.integers(20, 240)), int(random.integers(20, 200))
         image[top : top + 10, left : left + 49, :3] = np.rint(color)
-        marks = DETECTOR.find(noisy(image, sigma, seed))
+        marks = DETECTOR.detect(noisy(image, sigma, seed))
         near = [mark for mark in marks if math.hypot(mark.u - left - 24.5, mark.v - top - 5.0) < 5.0]
         found, others = found + bool(near), others + len(marks) - len(near)
         errors += [(mark.u - left - 24.5, mark.v - top - 5.0) for mark in near]
@@ -81,9 +81,9 @@ def test_shades_of_the_background_are_no_gliders():
     shade = np.clip(1.0 + 0.3 * random.standard_normal((240, 320, 1)), 0.2, 2.0) * np.linspace(0.5, 1.0, 320)[:, None]
     image = plain()
     image[..., :3] = np.clip(shade * (150.0, 120.0, 80.0) + random.normal(0.0, 2.0, (240, 320, 3)), 0, 255)
-    assert DETECTOR.find(image) == []
+    assert DETECTOR.detect(image) == []
     image[100:110, 200:240, :3] = (150, 130, 20)
-    (mark,) = DETECTOR.find(image)
+    (mark,) = DETECTOR.detect(image)
     assert (mark.u, mark.v) == pytest.approx((220.0, 105.0), abs=0.5)
 
 
@@ -95,23 +95,23 @@ def test_what_the_border_cuts_is_left_out():
     ):
         image = plain()
         image[rows, columns, :3] = (220, 180, 30)
-        assert DETECTOR.find(image) == []
+        assert DETECTOR.detect(image) == []
     image = plain()
     image[100:110, 100:140, :3] = (220, 180, 30)
-    assert len(DETECTOR.find(image)) == 1
+    assert len(DETECTOR.detect(image)) == 1
     image[:, :110] = 0
-    assert DETECTOR.find(image) == []
+    assert DETECTOR.detect(image) == []
 
 
 @pytest.mark.parametrize("image", [np.zeros((40, 40, 4)), np.full((1, 1, 4), 255), np.full((3, 500, 4), 200)])
 def test_pictures_without_anything_show_nothing(image):
-    assert DETECTOR.find(image.astype(np.uint8)) == []
+    assert DETECTOR.detect(image.astype(np.uint8)) == []
 
 
 def test_a_picture_full_of_the_color_shows_no_thing():
     image = plain()
     image[:, ::2, :3] = (220, 180, 30)
-    assert DETECTOR.find(image) == []
+    assert DETECTOR.detect(image) == []
 
 
 def test_sets_of_pixels_are_those_that_touch():
@@ -119,14 +119,14 @@ def test_sets_of_pixels_are_those_that_touch():
     for share in (0.05, 0.2, 0.4, 0.6):
         pixels = random.random((23, 31)) < share
         rows, columns = np.nonzero(pixels)
-        numbers, count = components(rows, columns)
+        numbers, count = label_components(rows, columns)
         expected = _flooded(pixels)
         assert count == len(set(expected.values()))
         pairs = {
             (expected[place], number) for place, number in zip(zip(rows, columns, strict=True), numbers, strict=True)
         }
         assert len(pairs) == count
-    assert components(np.empty(0, int), np.empty(0, int))[1] == 0
+    assert label_components(np.empty(0, int), np.empty(0, int))[1] == 0
 
 
 def _flooded(pixels):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from world.notebook import Camera, Quadrotor, Sensor, SensorManager, rot3d
-from world.optics import FisheyeCamera, preset_lens
+from world.optics import FisheyeModel, preset_lens
 
 DATA = Path(__file__).parents[2] / "data" / "sensors"
 TABLE, PROJECTIONS, DECIMATIONS = (
@@ -153,7 +153,7 @@ def test_noise_is_as_asked_for_and_the_same_for_points_beside_hidden_ones():
 
 
 def test_any_lens():
-    lens = FisheyeCamera(400, 300, 100.0, 100.0, 200.0, 150.0, preset_lens("equidistant", np.radians(180)))
+    lens = FisheyeModel(400, 300, 100.0, 100.0, 200.0, 150.0, preset_lens("equidistant", np.radians(180)))
     camera = Camera(tick=Still([[1.0, 0.0, 1.0]]).tick, optics=lens)
     np.testing.assert_allclose(camera.read(Quadrotor(), 0, 0.01).ravel(), [200 + 100 * np.pi / 4, 150])
 

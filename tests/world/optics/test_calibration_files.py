@@ -11,7 +11,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from world.optics import CalibrationError, DoubleSphereCamera, FisheyeCamera, PinholeCamera, read_camera
+from world.optics import CalibrationError, DoubleSphereModel, FisheyeModel, PinholeModel, read_calibration
 
 WOODSCAPE = {
     "aspect_ratio": 1.0,
@@ -64,14 +64,14 @@ def write(tmp_path):
 
 def test_a_camchain_of_kalibr(write):
     path = write(yaml.safe_dump(CHAIN))
-    first = read_camera(path)
-    assert isinstance(first, PinholeCamera)
+    first = read_calibration(path)
+    assert isinstance(first, PinholeModel)
     assert (first.fx, first.cx, first.k1, first.p2) == pytest.approx((458.654, 367.715, -0.28340811, 1.76187114e-05))
-    wide = read_camera(path, "cam1")
-    assert isinstance(wide, FisheyeCamera)
+    wide = read_calibration(path, "cam1")
+    assert isinstance(wide, FisheyeModel)
     assert math.degrees(wide.lens.fov) > 180.0
-    assert isinstance(read_camera(path, "cam2"), DoubleSphereCamera)
-    for name, camera in ((name, read_camera(path, name)) for name in CHAIN):
+    assert isinstance(read_calibration(path, "cam2"), DoubleSphereModel)
+    for name, camera in ((name, read_calibration(path, name)) for name in CHAIN):
         said = camera.to_kalibr()
         for field in ("camera_model", "resolution", "intrinsics", "distortion_coeffs"):
             assert said[field] == (CHAIN[name][field] if field != "intrinsics" else pytest.approx(CHAIN[name][field]))
@@ -85,7 +85,7 @@ def test_what_opencv_has_written(model, tmp_path):
     for name, value in (("image_width", 640), ("image_height", 480), ("camera_matrix", k), ("D", d), ("model", model)):
         file.write(name, value)
     file.release()
-    camera = read_camera(path)
+    camera = read_calibration(path)
     assert (camera.width, camera.height, camera.cx, camera.cy) == (640, 480, 320.0, 240.0)
     said = camera.to_opencv()
     assert said["model"] == model
@@ -104,12 +104,12 @@ INFO = {
 
 
 def test_a_camera_info_of_ros(write):
-    camera = read_camera(write(yaml.safe_dump(INFO)))
+    camera = read_calibration(write(yaml.safe_dump(INFO)))
     assert (camera.fx, camera.cx, camera.k3) == (500.0, 400.0, 0.01)
 
 
 def test_woodscape(write):
-    camera = read_camera(write({"intrinsic": WOODSCAPE}, "FV.json"))
+    camera = read_calibration(write({"intrinsic": WOODSCAPE}, "FV.json"))
     assert (camera.width, camera.height, camera.cx, camera.cy) == pytest.approx((1280, 966, 643.942, 479.907))
     assert camera.project([0.0, 0.0, 1.0])[1]
     radius = math.dist(camera.project([math.sin(1.0), 0.0, math.cos(1.0)])[0], (643.942, 479.907))
@@ -146,7 +146,7 @@ BAD = [
 def test_bad_files_are_refused_with_the_field(write, content, words):
     path = write(content)
     with pytest.raises(CalibrationError) as caught:
-        read_camera(path)
+        read_calibration(path)
     assert str(caught.value).startswith(f"{path}: ")
     assert words in str(caught.value)
 
@@ -168,7 +168,7 @@ def test_a_bad_field_is_told_with_its_line(write, camera, field, value, line, wo
         lines += [f"{name}:", *(f"  {key}: {json.dumps(each)}" for key, each in fields.items() if each is not None)]
     path = write("\n".join(lines))
     with pytest.raises(CalibrationError, match=re.escape(f"{path}:{line}: {words}")):
-        read_camera(path, camera)
+        read_calibration(path, camera)
 
 
 def test_the_rational_model_of_opencv_is_refused_with_the_way_out(write):
@@ -177,16 +177,16 @@ def test_the_rational_model_of_opencv_is_refused_with_the_way_out(write):
     with pytest.raises(
         CalibrationError, match=r"has 8 numbers, those of the rational.* CALIB_RATIONAL_MODEL"
     ) as caught:
-        read_camera(path)
+        read_calibration(path)
     line = next(n for n, text in enumerate(path.read_text().splitlines(), 1) if text.startswith("distortion_coeff"))
     assert str(caught.value).startswith(f"{path}:{line}: ")
     zero = {"rows": 1, "cols": 8, "data": [0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]}
-    assert read_camera(write(yaml.safe_dump({**INFO, "distortion_coefficients": zero}))).k1 == 0.1
+    assert read_calibration(write(yaml.safe_dump({**INFO, "distortion_coefficients": zero}))).k1 == 0.1
 
 
 def test_a_camera_that_is_not_in_the_file_is_named(write):
     with pytest.raises(CalibrationError, match="no camera cam7; there are cam0, cam1, cam2"):
-        read_camera(write(yaml.safe_dump(CHAIN)), "cam7")
+        read_calibration(write(yaml.safe_dump(CHAIN)), "cam7")
 
 
 JSON = st.recursive(
@@ -205,7 +205,7 @@ def test_no_value_of_a_field_does_more_than_refuse_the_file(field, value, base, 
     path = tmp_path_factory.getbasetemp() / "odd.json"
     path.write_text(json.dumps(content))
     try:
-        camera = read_camera(path)
+        camera = read_calibration(path)
     except CalibrationError:
         return
     assert camera.width > 0

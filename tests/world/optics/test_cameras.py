@@ -10,30 +10,28 @@ from hypothesis import strategies as st
 
 from world.optics import (
     CalibrationError,
-    DoubleSphereCamera,
-    FisheyeCamera,
+    DoubleSphereModel,
+    FisheyeModel,
     Lens,
-    PinholeCamera,
-    kannala_brandt,
+    PinholeModel,
+    kannala_brandt_lens,
     preset_lens,
 )
 
 VGA = (640, 480, 400.0, 410.0, 322.5, 238.5)
 CAMERAS = {
-    "pinhole": PinholeCamera(*VGA),
-    "euroc": PinholeCamera(
-        752, 480, 458.654, 457.296, 367.715, 248.875, -0.28340811, 0.07395907, 1.9359e-4, 1.76187e-5
-    ),
-    "thick": PinholeCamera(*VGA, 0.1, -0.05, 1e-3, -2e-3, 0.02),
-    "equidistant": FisheyeCamera(512, 512, 163.0, 163.0, 256.0, 256.0, preset_lens("equidistant", math.pi)),
-    "woodscape": FisheyeCamera(
+    "pinhole": PinholeModel(*VGA),
+    "euroc": PinholeModel(752, 480, 458.654, 457.296, 367.715, 248.875, -0.28340811, 0.07395907, 1.9359e-4, 1.76187e-5),
+    "thick": PinholeModel(*VGA, 0.1, -0.05, 1e-3, -2e-3, 0.02),
+    "equidistant": FisheyeModel(512, 512, 163.0, 163.0, 256.0, 256.0, preset_lens("equidistant", math.pi)),
+    "woodscape": FisheyeModel(
         1280, 966, 339.749, 339.749, 643.942, 479.907, preset_lens("woodscape", math.radians(200.0))
     ),
-    "tumvi": FisheyeCamera(
-        512, 512, 190.978, 190.973, 254.932, 256.897, kannala_brandt((0.00348, 7.15e-4, -0.00205, 2.03e-4), 3.4)
+    "tumvi": FisheyeModel(
+        512, 512, 190.978, 190.973, 254.932, 256.897, kannala_brandt_lens((0.00348, 7.15e-4, -0.00205, 2.03e-4), 3.4)
     ),
-    "double sphere": DoubleSphereCamera(512, 512, 156.5, 156.5, 254.0, 257.0, -0.1977, 0.5768),
-    "near pinhole": DoubleSphereCamera(640, 480, 400.0, 400.0, 320.0, 240.0, 0.1, 0.2),
+    "double sphere": DoubleSphereModel(512, 512, 156.5, 156.5, 254.0, 257.0, -0.1977, 0.5768),
+    "near pinhole": DoubleSphereModel(640, 480, 400.0, 400.0, 320.0, 240.0, 0.1, 0.2),
 }
 angles = st.floats(0.0, 1.0), st.floats(0.0, 2.0 * math.pi)
 
@@ -49,9 +47,9 @@ def ray(tilt, turn, distance=1.0):
 
 def widest(camera):
     """An angle off the axis (rad) up to which the model is good."""
-    if isinstance(camera, FisheyeCamera):
-        return 0.99 * camera.lens.edge
-    return 1.5 if isinstance(camera, DoubleSphereCamera) else 0.75
+    if isinstance(camera, FisheyeModel):
+        return 0.99 * camera.lens.edge_angle
+    return 1.5 if isinstance(camera, DoubleSphereModel) else 0.75
 
 
 @pytest.mark.parametrize("name", CAMERAS)
@@ -118,7 +116,7 @@ def test_opencv_sees_the_same_half_a_pixel_off(name):
 
 
 def test_a_lens_that_folds_ends_there():
-    camera = PinholeCamera(*VGA, -0.3)
+    camera = PinholeModel(*VGA, -0.3)
     pixels, _ = camera.project([[1.0, 0.0, 1.0], [1.1, 0.0, 1.0]])
     assert not np.isnan(pixels[0]).any()
     assert np.isnan(pixels[1]).all(), "beyond the fold, pixels would come back to the middle"
@@ -157,8 +155,8 @@ def test_kalibr_gets_the_models_that_it_has():
 
 @pytest.mark.parametrize(("preset", "fov", "limit"), [("woodscape", 190.0, 0.2), ("equisolid", 180.0, 0.02)])
 def test_a_quartic_lens_is_fitted_for_kalibr(preset, fov, limit):
-    camera = FisheyeCamera(1280, 966, 339.749, 339.749, 643.942, 479.907, preset_lens(preset, math.radians(fov)))
-    near, rms = camera.fitted()
+    camera = FisheyeModel(1280, 966, 339.749, 339.749, 643.942, 479.907, preset_lens(preset, math.radians(fov)))
+    near, rms = camera.fit_kannala_brandt()
     assert camera.to_kalibr()["fit_rms_px"] == rms < limit
     rays = np.array([ray(tilt, 0.3) for tilt in np.linspace(0.0, math.radians(0.5 * fov), 50)])
     off = np.linalg.norm(camera.project(rays)[0] - near.project(rays)[0], axis=-1)
@@ -172,17 +170,17 @@ def test_a_quartic_lens_is_fitted_for_kalibr(preset, fov, limit):
 def test_cameras_that_cannot_be_are_refused(change):
     values = dict(zip(("width", "height", "fx", "fy", "cx", "cy"), VGA, strict=True))
     with pytest.raises(CalibrationError):
-        PinholeCamera(**{**values, **change})
+        PinholeModel(**{**values, **change})
 
 
 @pytest.mark.parametrize(("xi", "alpha"), [(1.5, 0.5), (0.0, -0.1), (0.0, 1.1)])
 def test_double_spheres_that_cannot_be_are_refused(xi, alpha):
     with pytest.raises(CalibrationError, match="double sphere"):
-        DoubleSphereCamera(*VGA, xi, alpha)
+        DoubleSphereModel(*VGA, xi, alpha)
 
 
 def test_lenses_of_other_lengths_are_refused():
     with pytest.raises(ValueError, match="four"):
         Lens((1.0, 0.1), math.pi)
     with pytest.raises(ValueError, match="does not grow beyond"):
-        kannala_brandt((-1.0, 0.0, 0.0, 0.0), math.pi)
+        kannala_brandt_lens((-1.0, 0.0, 0.0, 0.0), math.pi)

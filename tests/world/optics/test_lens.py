@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from world.optics import PRESETS, FisheyeCamera, Lens, preset_lens
+from world.optics import LENS_PRESETS, FisheyeModel, Lens, preset_lens
 from world.optics.lens import original_size_criterion
 
 VECTORS = json.loads((Path(__file__).parents[2] / "data/sensors/fisheye.json").read_text())
@@ -44,10 +44,10 @@ def test_a_lens_has_four_finite_coefficients(k):
         Lens(k, 1.0)
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", LENS_PRESETS)
 def test_inverse_of_every_preset_to_a_trillionth(name):
     lens = preset_lens(name, math.radians(170))
-    phi = np.linspace(0, lens.edge, 4999)
+    phi = np.linspace(0, lens.edge_angle, 4999)
     np.testing.assert_allclose(lens.angle(lens.radius(phi)), phi, rtol=0, atol=1e-12)
 
 
@@ -62,7 +62,7 @@ def test_inverse_of_every_preset_to_a_trillionth(name):
 )
 def test_presets_follow_their_names(name, ideal, widest, error):
     lens = preset_lens(name, math.radians(2 * widest))
-    phi = np.linspace(0, lens.edge, 999)
+    phi = np.linspace(0, lens.edge_angle, 999)
     assert np.abs(lens.radius(phi) - ideal(phi)).max() <= error
 
 
@@ -92,20 +92,20 @@ def test_a_lens_needs_four_coefficients():
 
 def test_the_image_circle_fits_the_image_unless_a_scale_is_given():
     lens = preset_lens("woodscape", math.radians(190))
-    assert FisheyeCamera.square(lens, 960).circle == pytest.approx(960)
-    assert FisheyeCamera.square(lens, 960, 339.749).circle == pytest.approx(2 * 339.749 * lens.edge_radius)
+    assert FisheyeModel.from_lens(lens, 960).circle_diameter == pytest.approx(960)
+    assert FisheyeModel.from_lens(lens, 960, 339.749).circle_diameter == pytest.approx(2 * 339.749 * lens.edge_radius)
 
 
 @pytest.mark.parametrize(("size", "scale"), [(0, 0.0), (-1, 0.0), (64, -1.0), (64, math.nan)])
 def test_images_without_pixels_are_refused(size, scale):
     with pytest.raises(ValueError, match=r"px|fx is nan"):
-        FisheyeCamera.square(preset_lens("equidistant", math.pi), size, scale)
+        FisheyeModel.from_lens(preset_lens("equidistant", math.pi), size, scale)
 
 
 @pytest.mark.parametrize(("name", "fov"), [("equidistant", 260), ("tumvi_195", 195)])
 def test_rays_and_pixels_are_inverse(name, fov):
-    optics = FisheyeCamera.square(preset_lens(name, math.radians(fov)), 33)
-    rays, inside = optics.centers()
+    optics = FisheyeModel.from_lens(preset_lens(name, math.radians(fov)), 33)
+    rays, inside = optics.pixel_rays()
     i, j = np.meshgrid(np.arange(33) + 0.5, np.arange(33) + 0.5)
     np.testing.assert_allclose(optics.project(rays)[0][inside], np.stack([i, j], axis=-1)[inside], atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(rays[inside], axis=-1), 1)
@@ -114,7 +114,7 @@ def test_rays_and_pixels_are_inverse(name, fov):
 
 
 def test_the_middle_of_the_image_looks_along_the_axis():
-    optics = FisheyeCamera.square(preset_lens("equidistant", math.pi), 64)
+    optics = FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 64)
     np.testing.assert_allclose(optics.project([[0.0, 0.0, 7.0]])[0], [[32, 32]])
     np.testing.assert_allclose(optics.project([[1.0, 0.0, 1.0]])[0], [[48, 32]])
     assert np.isnan(optics.project([[1.0, 0.0, -0.1]])[0]).all()
@@ -127,9 +127,9 @@ def test_the_printed_size_criterion():
 @pytest.mark.parametrize(("width", "height"), [(64, 48), (65, 49), (1, 1), (2, 7)])
 def test_rays_of_all_pixels_are_those_of_each_pixel(width, height):
     """A picture whose middle is on the axis is computed once for four pixels."""
-    optics = FisheyeCamera(width, height, 20.0, 22.0, width / 2, height / 2, preset_lens("equisolid", math.pi))
+    optics = FisheyeModel(width, height, 20.0, 22.0, width / 2, height / 2, preset_lens("equisolid", math.pi))
     for model in (optics, replace(optics, cx=optics.cx + 0.25)):
-        rays, covered = model.centers()
+        rays, covered = model.pixel_rays()
         u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
         each, valid = model.rays(np.stack((u, v), axis=-1))
         np.testing.assert_array_equal(rays, each)

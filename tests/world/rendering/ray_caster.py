@@ -38,7 +38,7 @@ def camera_frame(standpoint, mount):
 
 
 def body_frame(glider):
-    return frame(glider.north, glider.east, -glider.rise, 0.0, 0.0, glider.heading)
+    return frame(glider.north, glider.east, -glider.height, 0.0, 0.0, glider.heading)
 
 
 def signed_distance(points, glider):

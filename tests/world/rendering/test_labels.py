@@ -8,18 +8,20 @@ import pytest
 
 from support.pose import DOWN, Pose
 from tests.world.rendering import ray_caster
-from world.optics import DoubleSphereCamera, FisheyeCamera, PinholeCamera, kannala_brandt, preset_lens
-from world.rendering import Camera, Glider, Kind, Labeller, Standpoint
+from world.optics import DoubleSphereModel, FisheyeModel, PinholeModel, kannala_brandt_lens, preset_lens
+from world.rendering import Glider, Labeler, PixelClass, SceneCamera, ScenePose
 
-FISHEYE = FisheyeCamera(96, 96, 96 / math.pi, 96 / math.pi, 48.0, 48.0, preset_lens("equidistant", math.pi))
+FISHEYE = FisheyeModel(96, 96, 96 / math.pi, 96 / math.pi, 48.0, 48.0, preset_lens("equidistant", math.pi))
 WIDE = preset_lens("woodscape", math.radians(230.0))
 CAMERAS = {
     "fisheye": FISHEYE,
-    "wider than half of all": FisheyeCamera(110, 83, 29.0, 29.5, 57.3, 38.9, WIDE),
-    "kannala brandt": FisheyeCamera(90, 90, 33.0, 33.0, 44.2, 47.0, kannala_brandt((0.003, 7e-4, -0.002, 2e-4), 3.4)),
-    "brown": PinholeCamera(120, 77, 73.4, 73.2, 66.1, 31.7, -0.28340811, 0.07395907, 1.9e-4, 1.8e-3),
-    "narrow": PinholeCamera(100, 60, 400.0, 410.0, 20.5, 90.0),
-    "double sphere": DoubleSphereCamera(96, 90, 30.0, 31.0, 49.0, 41.0, -0.2, 0.59),
+    "wider than half of all": FisheyeModel(110, 83, 29.0, 29.5, 57.3, 38.9, WIDE),
+    "kannala brandt": FisheyeModel(
+        90, 90, 33.0, 33.0, 44.2, 47.0, kannala_brandt_lens((0.003, 7e-4, -0.002, 2e-4), 3.4)
+    ),
+    "brown": PinholeModel(120, 77, 73.4, 73.2, 66.1, 31.7, -0.28340811, 0.07395907, 1.9e-4, 1.8e-3),
+    "narrow": PinholeModel(100, 60, 400.0, 410.0, 20.5, 90.0),
+    "double sphere": DoubleSphereModel(96, 90, 30.0, 31.0, 49.0, 41.0, -0.2, 0.59),
 }
 FORWARD = Pose(1.1, -0.2, 0.3, 0.1, -0.25, 0.4)
 STARBOARD = Pose(0.0, 0.3, -0.2, 0.0, math.radians(-35), math.radians(80))
@@ -30,7 +32,7 @@ GLIDERS = (
     Glider(2.4, 0.4, 0.6, 1.5, 0.5, 0.5, id=12),
     Glider(4.6, -0.4, 2.5, 0.2, 1.0, 0.2, id=5),
 )
-DIVING = Standpoint(3.0, -2.0, 3.0, 6.0, 0.2, -0.1, 1.0)
+DIVING = ScenePose(3.0, -2.0, 3.0, 6.0, 0.2, -0.1, 1.0)
 VIEWS = {
     "down": (DIVING, DOWN),
     "forward": (replace(DIVING, north=0.5, east=-2.4, yaw=0.1), FORWARD),
@@ -44,7 +46,7 @@ def moved(standpoint):
     after = replace(standpoint, north=standpoint.north + 0.11, east=standpoint.east - 0.07, yaw=standpoint.yaw + 0.04)
     after = replace(after, height=after.height - 0.06, depth=after.depth + 0.05, roll=after.roll - 0.03)
     _gone, turned, ahead, *rest = GLIDERS
-    return after, (ahead._replace(north=5.1, rise=1.25), turned._replace(heading=2.1, east=-2.15), *rest)
+    return after, (ahead._replace(north=5.1, height=1.25), turned._replace(heading=2.1, east=-2.15), *rest)
 
 
 class Trial:
@@ -55,12 +57,12 @@ class Trial:
         self.standpoint, self.mount = VIEWS[view]
         scene = "Sea Surface" if view == "in the air" else "Seabed"
         self.then = moved(self.standpoint)
-        self.found = Labeller(self.optics, self.mount, scene).labels(self.standpoint, GLIDERS, self.then)
+        self.found = Labeler(self.optics, self.mount, scene).labels(self.standpoint, GLIDERS, self.then)
         self.shape = self.optics.height, self.optics.width
         j, i = np.mgrid[: self.optics.height, : self.optics.width]
-        self.centres = np.stack((i + 0.5, j + 0.5), axis=-1)
-        rays, valid = self.optics.rays(self.centres)
-        assert np.nanmax(np.abs(self.optics.project(rays)[0] - self.centres)[valid]) < 1e-6
+        self.centers = np.stack((i + 0.5, j + 0.5), axis=-1)
+        rays, valid = self.optics.rays(self.centers)
+        assert np.nanmax(np.abs(self.optics.project(rays)[0] - self.centers)[valid]) < 1e-6
         self.rays = rays.reshape(-1, 3)
         turn = ray_caster.camera_frame(self.standpoint, self.mount)
         self.cast = ray_caster.cast(turn, self.rays, self.standpoint, GLIDERS, scene)
@@ -110,7 +112,7 @@ def test_boxes_are_those_of_the_ray_caster(trial):
             if rows.size > 3:
                 edges = columns.min(), rows.min(), columns.max() + 1, rows.max() + 1
                 assert np.abs(np.subtract(corners, edges)).max() <= 1
-        assert box.occluded == pytest.approx(1 - visible.sum() / alone.sum(), abs=2 / alone.sum())
+        assert box.occluded_share == pytest.approx(1 - visible.sum() / alone.sum(), abs=2 / alone.sum())
     assert not any(trial.cast.alone[number].sum() == 0 and box.whole_area > 2 for number, box in boxes.items())
 
 
@@ -122,7 +124,7 @@ def test_what_the_border_cuts_off_is_that_of_rays_all_around(trial):
     turn = ray_caster.camera_frame(trial.standpoint, trial.mount)
     for box in trial.found.boxes:
         (glider,) = (each for each in GLIDERS if each.id == box.instance)
-        towards = turn[:3, :3].T @ (np.array((glider.north, glider.east, -glider.rise)) - turn[:3, 3])
+        towards = turn[:3, :3].T @ (np.array((glider.north, glider.east, -glider.height)) - turn[:3, 3])
         spread = min(2.0, glider.length / np.linalg.norm(towards))
         near = rays * spread + towards / np.linalg.norm(towards)
         lengths = np.linalg.norm(near, axis=1, keepdims=True)
@@ -133,15 +135,15 @@ def test_what_the_border_cuts_off_is_that_of_rays_all_around(trial):
         rings = np.cos(np.arange(158) * 0.02) - np.cos(np.arange(1, 159) * 0.02)
         weight = (rings / np.maximum(np.bincount(bins, minlength=158), 1))[bins] * hits
         outside = ~trial.optics.project(near)[1]
-        assert box.cut == pytest.approx(np.sum(weight * outside) / np.sum(weight), abs=0.05)
+        assert box.cut_share == pytest.approx(np.sum(weight * outside) / np.sum(weight), abs=0.05)
 
 
 def test_flow_leads_to_where_the_point_is_seen_next(trial):
     after, gliders = trial.then
     turn = ray_caster.camera_frame(after, trial.mount)
     points = ray_caster.seen_again(trial.cast, GLIDERS, trial.standpoint, after, turn, gliders)
-    expected = trial.optics.project(trial.image(points))[0] - trial.centres
-    void = trial.image(trial.cast.kinds) == Kind.VOID
+    expected = trial.optics.project(trial.image(points))[0] - trial.centers
+    void = trial.image(trial.cast.kinds) == PixelClass.VOID
     inside = trial.inside & ~void
     np.testing.assert_allclose(trial.found.flow[inside], expected[inside], atol=0.005)
     assert np.isnan(trial.found.flow[void | (trial.found.instances == GLIDERS[0].id)]).all()
@@ -150,44 +152,46 @@ def test_flow_leads_to_where_the_point_is_seen_next(trial):
 
 def test_labels_are_those_of_the_picture():
     """Yellow is where a glider is, and the rest is brighter or darker than the horizon."""
-    camera = Camera(FisheyeCamera.square(preset_lens("equidistant", math.radians(200.0)), 300), scene="Sea Surface")
-    standpoint, gliders = Standpoint(0.0, 0.0, 1.5, 0.0, 0.2, 0.1, 0.7), (Glider(1.0, 0.4), Glider(-0.5, 1.4, 0.2, 1.0))
-    picture, found = camera.picture(standpoint, gliders), camera.labels(standpoint, gliders)
+    camera = SceneCamera(
+        FisheyeModel.from_lens(preset_lens("equidistant", math.radians(200.0)), 300), scene="Sea Surface"
+    )
+    standpoint, gliders = ScenePose(0.0, 0.0, 1.5, 0.0, 0.2, 0.1, 0.7), (Glider(1.0, 0.4), Glider(-0.5, 1.4, 0.2, 1.0))
+    picture, found = camera.take_picture(standpoint, gliders), camera.labels(standpoint, gliders)
     red, _, blue = np.moveaxis(picture[..., :3].astype(int), -1, 0)
     yellow = (red > 90) & (blue < red // 2)
-    shown = found.kinds == Kind.GLIDER
+    shown = found.kinds == PixelClass.GLIDER
     assert shown.sum() > 400
     assert np.sum(yellow != shown) < 0.06 * shown.sum()  # a rim of half a pixel
-    np.testing.assert_array_equal(picture[..., 3] == 0, found.kinds == Kind.VOID)
-    low, high = (red[found.kinds == kind] for kind in (Kind.SURFACE, Kind.SKY))
+    np.testing.assert_array_equal(picture[..., 3] == 0, found.kinds == PixelClass.VOID)
+    low, high = (red[found.kinds == kind] for kind in (PixelClass.SURFACE, PixelClass.SKY))
     assert np.percentile(low, 99) < np.percentile(high, 1)
 
 
 def test_gliders_without_numbers_get_theirs_in_their_order():
-    found = Labeller(FISHEYE).labels(Standpoint(0.0, 0.0, 3.0, 5.0), (Glider(1.0, 0.0), Glider(-1.0, 0.0)))
+    found = Labeler(FISHEYE).labels(ScenePose(0.0, 0.0, 3.0, 5.0), (Glider(1.0, 0.0), Glider(-1.0, 0.0)))
     assert [box.instance for box in found.boxes] == [1, 2]
     assert found.boxes[0].box[1] < found.boxes[1].box[1]  # the first one is ahead, so above
     assert set(np.unique(found.instances)) == {0, 1, 2}
 
 
 def test_a_glider_behind_another_is_told_with_nothing_visible():
-    found = Labeller(FISHEYE).labels(Standpoint(0.0, 0.0, 3.0, 5.0), (Glider(0.0, 0.0, 1.5), Glider(0.0, 0.0)))
+    found = Labeler(FISHEYE).labels(ScenePose(0.0, 0.0, 3.0, 5.0), (Glider(0.0, 0.0, 1.5), Glider(0.0, 0.0)))
     above, below = found.boxes
-    assert (below.area, below.occluded, below.box) == (0, 1.0, (0, 0, 0, 0))
+    assert (below.area, below.occluded_share, below.box) == (0, 1.0, (0, 0, 0, 0))
     assert below.whole_area > 10
-    assert (above.occluded, above.cut) == (0.0, 0.0)
+    assert (above.occluded_share, above.cut_share) == (0.0, 0.0)
 
 
 def test_a_camera_close_to_a_glider_sees_it_as_large_as_it_is():
     """A ball fills a circle of known angle, however close the camera is."""
     ball = Glider(0.0, 0.0, length=0.2, diameter=0.2)
     for near in (0.6, 0.11, 0.1001):
-        (box,) = Labeller(FISHEYE).labels(Standpoint(0.0, 0.0, near, 5.0), (ball,)).boxes
+        (box,) = Labeler(FISHEYE).labels(ScenePose(0.0, 0.0, near, 5.0), (ball,)).boxes
         radius = math.asin(0.1 / near) / (math.pi / 2) * 48
         assert box.area == pytest.approx(math.pi * radius**2, rel=0.03)
 
 
-STILL = Standpoint(0.0, 0.0, 3.0, 5.0)
+STILL = ScenePose(0.0, 0.0, 3.0, 5.0)
 
 
 @pytest.mark.parametrize(
@@ -211,9 +215,9 @@ STILL = Standpoint(0.0, 0.0, 3.0, 5.0)
 )
 def test_what_cannot_be_labelled_is_refused(standpoint, gliders, mount, told):
     with pytest.raises(ValueError, match=told):
-        Labeller(FISHEYE, mount).labels(standpoint, gliders)
+        Labeler(FISHEYE, mount).labels(standpoint, gliders)
 
 
 def test_an_unknown_scene_is_refused():
     with pytest.raises(ValueError, match="'Moon' is not one of the scenes"):
-        Labeller(FISHEYE, scene="Moon")
+        Labeler(FISHEYE, scene="Moon")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from world import World
-from world.sea import Waves, WindSea
+from world.sea import SeaState, WindSea
 
 STEP = 1e-4  # m or s
 POINT, BOAT, BARGE = (0.0, 0.0), (2.0, 1.08), (12.0, 5.0)
@@ -14,7 +14,7 @@ STILL = (0.0, 0.0, 0.0)
 
 
 def sea(height=0.5, bearing=0.7, seed=3):
-    return WindSea(Waves(height), bearing, seed)
+    return WindSea(SeaState(height), bearing, seed)
 
 
 def spread(values):
@@ -41,34 +41,34 @@ def test_it_comes_from_its_bearing_with_the_peak_of_pierson_and_moskowitz():
 
 def test_slope_and_velocity_are_derivatives_of_its_height():
     waves, (n, e, t) = sea(), (12.0, -7.0, 31.0)
-    north, east = waves.slope(n, e, t)
+    north, east = waves.surface_slope(n, e, t)
     rise = {
         "north": (waves.elevation(n + STEP, e, t) - waves.elevation(n - STEP, e, t)) / (2 * STEP),
         "east": (waves.elevation(n, e + STEP, t) - waves.elevation(n, e - STEP, t)) / (2 * STEP),
         "down": -(waves.elevation(n, e, t + STEP) - waves.elevation(n, e, t - STEP)) / (2 * STEP),
     }
     assert (north, east) == pytest.approx((rise["north"], rise["east"]), abs=1e-6)
-    assert waves.velocity(n, e, t)[2] == pytest.approx(rise["down"], abs=1e-6)
+    assert waves.orbital_velocity(n, e, t)[2] == pytest.approx(rise["down"], abs=1e-6)
 
 
 def test_water_runs_downhill():
     """Of deep water, the acceleration at the surface is g times the slope."""
     waves = sea()
-    before, after = (waves.velocity(1.0, 2.0, 5.0 + s) for s in (-STEP, STEP))
-    slope = waves.slope(1.0, 2.0, 5.0)
+    before, after = (waves.orbital_velocity(1.0, 2.0, 5.0 + s) for s in (-STEP, STEP))
+    slope = waves.surface_slope(1.0, 2.0, 5.0)
     for number in (0, 1):
         assert (after[number] - before[number]) / (2 * STEP) == pytest.approx(-9.80665 * slope[number], abs=1e-5)
 
 
 def test_a_small_boat_lies_in_the_surface_and_moves_with_the_water():
     waves = sea()
-    ride = waves.ride((1.0, 2.0), STILL, 0.4, 0.0, POINT, 9.0)
-    north, east = waves.slope(1.0, 2.0, 9.0)
+    ride = waves.hull_motion((1.0, 2.0), STILL, 0.4, 0.0, POINT, 9.0)
+    north, east = waves.surface_slope(1.0, 2.0, 9.0)
     ahead = north * math.cos(0.4) + east * math.sin(0.4)
     starboard = east * math.cos(0.4) - north * math.sin(0.4)
     roll, pitch, yaw = ride.angles
     assert -ride.offset[2] == pytest.approx(waves.elevation(1.0, 2.0, 9.0), abs=1e-6)
-    assert ride.velocity == pytest.approx(waves.velocity(1.0, 2.0, 9.0), abs=1e-4)
+    assert ride.velocity == pytest.approx(waves.orbital_velocity(1.0, 2.0, 9.0), abs=1e-4)
     assert (math.tan(pitch), yaw) == (pytest.approx(ahead, abs=1e-4), 0.4)
     assert math.tan(roll) / math.cos(pitch) == pytest.approx(-starboard, abs=1e-4)
 
@@ -79,7 +79,7 @@ def test_a_hull_lies_in_the_plane_that_fits_best_under_it():
     c, s = math.cos(heading), math.sin(heading)
     places = zip((n + c * x - s * y).ravel(), (e + s * x + c * y).ravel(), strict=True)
     heights = np.array([waves.elevation(*place, 20.0) for place in places]).reshape(x.shape)
-    ride = waves.ride((n, e), STILL, heading, 0.0, BARGE, 20.0)
+    ride = waves.hull_motion((n, e), STILL, heading, 0.0, BARGE, 20.0)
     assert -ride.offset[2] == pytest.approx(heights.mean(), abs=1e-4)
     assert math.tan(ride.angles[1]) == pytest.approx(np.sum(heights * x) / np.sum(x * x), abs=1e-4)
     slope = -math.tan(ride.angles[0]) / math.cos(ride.angles[1])
@@ -89,7 +89,7 @@ def test_a_hull_lies_in_the_plane_that_fits_best_under_it():
 def test_long_hulls_feel_less():
     waves = sea()
     heaves = [
-        spread([waves.ride((0.0, 0.0), STILL, 0.0, 0.0, size, t).offset[2] for t in np.arange(0.0, 300.0, 0.5)])
+        spread([waves.hull_motion((0.0, 0.0), STILL, 0.0, 0.0, size, t).offset[2] for t in np.arange(0.0, 300.0, 0.5)])
         for size in (POINT, BOAT, BARGE)
     ]
     assert heaves[0] > 1.03 * heaves[1] > 1.5 * heaves[2]
@@ -100,7 +100,7 @@ def test_velocities_and_rates_are_derivatives_under_way_and_in_a_turn():
 
     def ride(late):
         place = 4.0 + late * velocity[0], 5.0 + late * velocity[1]
-        return waves.ride(place, velocity, 2.0 + late * turn, turn, BOAT, 17.0 + late)
+        return waves.hull_motion(place, velocity, 2.0 + late * turn, turn, BOAT, 17.0 + late)
 
     before, now, after = ride(-1e-3), ride(0.0), ride(1e-3)
     moved = [(b - a) / 2e-3 for a, b in zip(before.offset, after.offset, strict=True)]
@@ -115,5 +115,5 @@ def test_velocities_and_rates_are_derivatives_under_way_and_in_a_turn():
 
 def test_a_seed_is_a_sea_and_a_calm_one_moves_nothing():
     assert sea().elevation(1.0, 2.0, 3.0) == sea().elevation(1.0, 2.0, 3.0) != sea(seed=4).elevation(1.0, 2.0, 3.0)
-    assert World(waves=Waves(0.0), felt=True).sea(1) is None
-    assert World().sea(1) is None
+    assert World(waves=SeaState(0.0), waves_move_boats=True).wind_sea(1) is None
+    assert World().wind_sea(1) is None

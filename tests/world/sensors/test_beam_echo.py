@@ -8,9 +8,9 @@ import pytest
 from runtime.profile import load_profile
 from support.rotations import rotation, to_ned
 from support.wgs84 import offset
-from world import Thing, Waypoint, World, read_world
+from world import Waypoint, World, WorldObject, read_world
 from world.sea import Bathymetry
-from world.sensors import Beam, janus, listen, to_bottom, velocity_of
+from world.sensors import SonarBeam, distance_to_bottom, janus_directions, nearest_echo, velocity_from_beams
 
 RANDOM = np.random.Generator(np.random.PCG64(7))
 STILL = (0.0, 0.0, 0.0)
@@ -34,7 +34,7 @@ def test_a_beam_meets_a_body_where_a_walk_along_it_does():
         aim = middle + RANDOM.normal(0, 0.6, 3) - start
         direction = tuple(aim / np.linalg.norm(aim))
         heading, length, diameter = RANDOM.uniform(-4, 4), RANDOM.uniform(1.0, 5.0), RANDOM.uniform(0.2, 1.0)
-        found = Beam(tuple(start), direction).capsule(tuple(middle), heading, length, diameter)
+        found = SonarBeam(tuple(start), direction).distance_to_capsule(tuple(middle), heading, length, diameter)
         expected = walked(start, direction, middle, heading, length, diameter)
         if expected == math.inf:  # or stepped over at an edge
             grazed = diameter / 2 < 1e-3 + _from_axis(start, direction, middle, heading)
@@ -62,14 +62,14 @@ def _from_axis(start, direction, middle, heading):
     ],
 )
 def test_beams_at_a_body_of_four_meters(start, direction, expected):
-    assert Beam(start, direction).capsule((5.0, 0.0, 0.0), 0.0, 4.0, 1.0) == pytest.approx(expected)
+    assert SonarBeam(start, direction).distance_to_capsule((5.0, 0.0, 0.0), 0.0, 4.0, 1.0) == pytest.approx(expected)
 
 
 WORLD = World(
     seabed=Bathymetry([(0.0, 0.0, 20.0)], 1.0, 20.0),
     objects=(
-        Thing(1, (Waypoint(0.0, 0.0, 0.0), Waypoint(10.0, 5.0, 0.0)), depth=10.0, heading=0.0),
-        Thing(2, (Waypoint(0.0, 30.0, 0.0),)),
+        WorldObject(1, (Waypoint(0.0, 0.0, 0.0), Waypoint(10.0, 5.0, 0.0)), depth=10.0, heading=0.0),
+        WorldObject(2, (Waypoint(0.0, 30.0, 0.0),)),
     ),
     walls=(((-5.0, 8.0), (5.0, 8.0)),),
 )
@@ -87,34 +87,34 @@ UP, DOWN, EAST = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
     ],
 )
 def test_the_nearest_is_heard(start, direction, what, distance):
-    echo = listen(WORLD, Beam(start, direction), 2.0, (0.3, 0.0, 0.0), 0.0, 100.0)
-    assert (echo.of, echo.distance) == (what, pytest.approx(distance))
+    echo = nearest_echo(WORLD, SonarBeam(start, direction), 2.0, (0.3, 0.0, 0.0), 0.0, 100.0)
+    assert (echo.source, echo.distance) == (what, pytest.approx(distance))
     moved = {"surface": 0.3, "Glider 1": 0.5}
     assert echo.velocity[0] == pytest.approx(moved.get(what, 0.0))
 
 
 def test_what_is_too_far_too_near_or_out_of_the_water():
     def heard(start, direction, blanking=0.0, reach=100.0):
-        return listen(WORLD, Beam(start, direction), 2.0, STILL, blanking, reach)
+        return nearest_echo(WORLD, SonarBeam(start, direction), 2.0, STILL, blanking, reach)
 
     assert heard((1.0, 3.0, 5.0), DOWN, reach=14.9) is None
     assert heard((1.0, 3.0, 5.0), DOWN, reach=15.1) is not None
     assert heard((1.0, 0.0, 9.0), DOWN, blanking=1.0) is None, "the glider hides the bottom"
     assert heard((1.0, 3.0, -1.0), DOWN) is None
-    assert listen(World(), Beam((0.0, 0.0, 3.0), EAST), 0.0, STILL, 0.0, 100.0) is None
+    assert nearest_echo(World(), SonarBeam((0.0, 0.0, 3.0), EAST), 0.0, STILL, 0.0, 100.0) is None
 
 
 def test_beams_tell_the_velocity():
-    directions, velocity = janus(math.radians(30.0)), (1.5, -0.3, 0.2)
+    directions, velocity = janus_directions(math.radians(30.0)), (1.5, -0.3, 0.2)
     speeds = [float(np.dot(direction, velocity)) for direction in directions]
     assert [math.hypot(*direction) for direction in directions] == pytest.approx([1.0] * 4)
     assert [direction[2] for direction in directions] == pytest.approx([math.cos(math.radians(30.0))] * 4)
     for left_out in range(4):
         some = [n for n in range(4) if n != left_out]
-        assert velocity_of([directions[n] for n in some], [speeds[n] for n in some]) == pytest.approx(velocity)
-    assert velocity_of(directions, speeds) == pytest.approx(velocity)
-    assert velocity_of(directions[:2], speeds[:2]) is None
-    assert velocity_of([directions[0]] * 3, [1.0] * 3) is None
+        assert velocity_from_beams([directions[n] for n in some], [speeds[n] for n in some]) == pytest.approx(velocity)
+    assert velocity_from_beams(directions, speeds) == pytest.approx(velocity)
+    assert velocity_from_beams(directions[:2], speeds[:2]) is None
+    assert velocity_from_beams([directions[0]] * 3, [1.0] * 3) is None
 
 
 def test_a_beam_without_a_limit_hears_the_bottom_of_a_shipped_vehicle():
@@ -123,11 +123,11 @@ def test_a_beam_without_a_limit_hears_the_bottom_of_a_shipped_vehicle():
     random = np.random.default_rng(2)
     for north, east, share, heading in random.random((60, 4)) * (250.0, 250.0, 0.6, 2.0 * math.pi) - (100, 100, 0, 0):
         down = (0.2 + share) * min(seabed.depth(north, east), 20.0)
-        direction = to_ned(rotation(0.0, 0.0, heading), janus(math.radians(30.0))[0])
-        beam = Beam((north, east, down), direction)
+        direction = to_ned(rotation(0.0, 0.0, heading), janus_directions(math.radians(30.0))[0])
+        beam = SonarBeam((north, east, down), direction)
         steps = (0.05 * k for k in range(3000))
         hits = (t for t in steps if seabed.depth(*at(beam, t)[:2]) <= at(beam, t)[2])
-        assert to_bottom(beam, seabed, 1000.0) == pytest.approx(next(hits, math.inf), abs=0.06)
+        assert distance_to_bottom(beam, seabed, 1000.0) == pytest.approx(next(hits, math.inf), abs=0.06)
 
 
 def at(beam, distance):
@@ -140,6 +140,6 @@ def test_a_beam_does_not_pass_through_a_ridge(reach, tilt):
     places = [(north, east) for north in range(-50, 51, 2) for east in range(-10, 11, 2)]
     seabed = Bathymetry([(n, e, 12.0 if 18 <= n <= 22 else 30.0) for n, e in places], 4.0, 30.0)
     down = 15.0 if tilt == 89.0 else 18.0 - 18.0 / math.tan(math.radians(tilt)) - 2.0
-    beam = Beam((0.0, 0.0, down), (math.sin(math.radians(tilt)), 0.0, math.cos(math.radians(tilt))))
+    beam = SonarBeam((0.0, 0.0, down), (math.sin(math.radians(tilt)), 0.0, math.cos(math.radians(tilt))))
     expected = next(0.01 * k for k in range(4000) if seabed.depth(*at(beam, 0.01 * k)[:2]) <= at(beam, 0.01 * k)[2])
-    assert to_bottom(beam, seabed, reach) == pytest.approx(expected, abs=0.03)
+    assert distance_to_bottom(beam, seabed, reach) == pytest.approx(expected, abs=0.03)

@@ -37,17 +37,17 @@ def test_specific_force(row):
 
 @pytest.mark.parametrize("row", rows("imu_sigmas"))
 def test_sigmas_per_sample(row):
-    assert GYROSCOPE.per_sample(row["dt"]) == pytest.approx((row["gyro"], row["gyro_bias_step"]), rel=1e-9)
-    assert ACCELEROMETER.per_sample(row["dt"]) == pytest.approx((row["acc"], row["acc_bias_step"]), rel=1e-9)
+    assert GYROSCOPE.sample_sigmas(row["dt"]) == pytest.approx((row["gyro"], row["gyro_bias_step"]), rel=1e-9)
+    assert ACCELEROMETER.sample_sigmas(row["dt"]) == pytest.approx((row["acc"], row["acc_bias_step"]), rel=1e-9)
 
 
 def test_shortest_interval_bounds_the_noise():
-    assert GYROSCOPE.per_sample(0.0) == GYROSCOPE.per_sample(1e-3)
+    assert GYROSCOPE.sample_sigmas(0.0) == GYROSCOPE.sample_sigmas(1e-3)
 
 
 def record(density, seconds, rate, seed):
     triad, draws = NoisyTriad(density), StandardNormals(np.random.default_rng(seed), 6)
-    return np.array([triad.corrupt((0.0, 0.0, 0.0), 1.0 / rate, next(draws)) for _ in range(seconds * rate)])
+    return np.array([triad.add_noise((0.0, 0.0, 0.0), 1.0 / rate, next(draws)) for _ in range(seconds * rate)])
 
 
 def allan(samples, rate, tau):
@@ -79,8 +79,8 @@ def test_allan_deviation(density, column):
 
 def test_first_sample_has_the_bias_of_before_its_step():
     triad = NoisyTriad(NoiseDensity(0.0, 2.0))
-    assert triad.corrupt((1.0, 2.0, 3.0), 4.0, [9.0, 9.0, 9.0, 1.0, 1.0, 1.0]) == (1.0, 2.0, 3.0)
-    assert triad.corrupt((1.0, 2.0, 3.0), 4.0, [9.0] * 6) == (5.0, 6.0, 7.0)
+    assert triad.add_noise((1.0, 2.0, 3.0), 4.0, [9.0, 9.0, 9.0, 1.0, 1.0, 1.0]) == (1.0, 2.0, 3.0)
+    assert triad.add_noise((1.0, 2.0, 3.0), 4.0, [9.0] * 6) == (5.0, 6.0, 7.0)
 
 
 def test_vins_block_is_the_articles():

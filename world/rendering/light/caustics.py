@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from world.rendering import procedural_textures
 from world.rendering.cube_faces import Window
 from world.rendering.light.water_optics import OpticalMedium
-from world.sea import Waves
+from world.sea import SeaState
 from world.sun import Sun
 
 Floats = NDArray[np.floating[Any]]
@@ -37,26 +37,26 @@ FAR = 1 << 16  # texels; keeps places positive, so that truncation rounds down
 class Caustics:
     """The light of a sun on the bottom of a sea in `water`, by its mean; `strength` is 1 for a sky without clouds."""
 
-    def __init__(self, strength: float, waves: Waves, sun: Sun, water: OpticalMedium, seed: int = 0):
+    def __init__(self, strength: float, waves: SeaState, sun: Sun, water: OpticalMedium, seed: int = 0):
         sine = math.sin(sun.elevation)
         straight = CLEAR * math.exp(-AIR / sine) if sine > 0.01 else 0.0
         self._strength = strength * straight if waves.height else 0.0
         self._focus = FOCUS / waves.roughness
         # Beyond what all light loses with depth, that from one direction loses what is scattered out of it.
         beam, fall = float(water.attenuation[1, 0, 0]), float(water.extinction[1, 0, 0])
-        self._loss = ALMOST_STRAIGHT * max(0.0, beam * sun.slant - fall)
-        self._net = net(Generator(PCG64(SeedSequence([seed, crc32(b"caustics")])))).ravel()
+        self._loss = ALMOST_STRAIGHT * max(0.0, beam * sun.path_factor_under_water - fall)
+        self._net = caustic_net(Generator(PCG64(SeedSequence([seed, crc32(b"caustics")])))).ravel()
 
     def contrast(self, depth: Any) -> Any:
         """Standard deviation of the light at a depth (m), by its mean: 0 at the surface, most at the focus."""
         at = np.maximum(depth, 0.0) / self._focus
         return UNEVEN * self._strength * 2.0 * at / (1.0 + at * at) * np.exp(-self._loss * at * self._focus)
 
-    def light(self, north: Any, east: Any, depth: Any, time: float) -> Floats:
+    def intensity(self, north: Any, east: Any, depth: Any, time: float) -> Floats:
         """The light at places (m north, east of the world's origin; depth) and a time (s), by its mean."""
         return np.maximum(1.0 + self.contrast(depth) * self._pattern(north, east, (0.0, 0.0), time), 0.0)
 
-    def lay(
+    def apply(
         self,
         face: NDArray[np.uint8],
         turn: NDArray[np.float64],
@@ -123,13 +123,13 @@ class Caustics:
         return found - np.float32(1.0)
 
 
-def net(random: Generator) -> NDArray[np.float32]:
+def caustic_net(random: Generator) -> NDArray[np.float32]:
     """(TEXELS, TEXELS) seamless lines of light with a mean of 1, so uneven that the product of two deviates by 1.
 
     Rays that fall evenly are bent by the slopes of waves, and counted where they arrive.
     """
-    f, _ = procedural_textures.waves_across()
-    height = procedural_textures.noise(random, f**-2.5 * ((f >= LONGEST) & (f <= SHORTEST)))
+    f, _ = procedural_textures.noise_frequencies()
+    height = procedural_textures.gaussian_noise(random, f**-2.5 * ((f >= LONGEST) & (f <= SHORTEST)))
     slopes = [0.5 * (np.roll(height, -1, axis) - np.roll(height, 1, axis)) for axis in (0, 1)]
     down, right = (0.5 * (np.roll(s, -1, axis) - np.roll(s, 1, axis)) for axis, s in enumerate(slopes))
     curl = down + right

@@ -44,9 +44,11 @@ class Lamp:
     def candela(self) -> float:
         """Intensity on the axis: the flux by the solid angle that the beam is worth."""
         angle = np.linspace(0.0, math.pi, 2001)
-        return self.flux / (math.tau * float(np.trapezoid(self.shape(np.cos(angle)) * np.sin(angle), angle)))
+        return self.flux / (
+            math.tau * float(np.trapezoid(self.relative_intensity(np.cos(angle)) * np.sin(angle), angle))
+        )
 
-    def shape(self, cosine: Floats) -> Floats:
+    def relative_intensity(self, cosine: Floats) -> Floats:
         """Intensity by the cosine of the angle off the axis, 1 on it: a bell curve."""
         angle = np.arccos(np.clip(cosine, -1.0, 1.0))
         return np.exp2(np.maximum(-((angle * (2.0 / self.width)) ** 2), DARK))
@@ -61,34 +63,34 @@ def parse_lamp(text: str) -> Lamp:
     return Lamp(Pose(x, y, z, 0.0, math.radians(pitch), math.radians(yaw)), flux, math.radians(width))
 
 
-class Beam(NamedTuple):
-    """A lamp in one picture: `place` (m) and unit vector `axis` in NED, both from the camera."""
+class LampBeam(NamedTuple):
+    """A lamp in one picture: `position` (m) and unit vector `axis` in NED, both from the camera."""
 
     lamp: Lamp
-    place: Vector
+    position: Vector
     axis: Vector
     candela: float
 
-    def reach(self, points: Floats, attenuation: Floats) -> tuple[Floats, Floats]:
+    def illuminance(self, points: Floats, attenuation: Floats) -> tuple[Floats, Floats]:
         """Light (3, ...) that gets to points (3, ...; m, NED from the camera), in lux on a surface that faces the lamp.
 
         With it, the component (...) of its direction that goes down. `attenuation` (3,) is in 1/m.
         """
         shape = 3, *(1,) * (points.ndim - 1)
-        apart = points - np.reshape(np.array(self.place, points.dtype), shape)
+        apart = points - np.reshape(np.array(self.position, points.dtype), shape)
         distance = np.maximum(np.sqrt(np.sum(apart**2, axis=0)), NEAREST)
         cosine = np.sum(apart * np.reshape(np.array(self.axis, points.dtype), shape), axis=0) / distance
-        lux = self.candela * self.lamp.shape(cosine) / distance**2
+        lux = self.candela * self.lamp.relative_intensity(cosine) / distance**2
         return lux * np.exp(np.maximum(-np.reshape(attenuation, shape) * distance, DARK)), apart[2] / distance
 
 
-def beams(lamps: Sequence[Lamp], vehicle: Pose, camera: Pose) -> tuple[Beam, ...]:
+def lamp_beams(lamps: Sequence[Lamp], vehicle: Pose, camera: Pose) -> tuple[LampBeam, ...]:
     """The lamps of a vehicle at a pose, seen from a camera whose mount is `camera`."""
     turn = np.array(vehicle.rotation)
     return tuple(
-        Beam(
+        LampBeam(
             lamp,
-            _vector(turn @ (np.array(lamp.mount.place) - np.array(camera.place))),
+            _vector(turn @ (np.array(lamp.mount.position) - np.array(camera.position))),
             _vector(turn @ np.array(lamp.mount.rotation)[:, 0]),
             lamp.candela,
         )
@@ -101,33 +103,38 @@ def _vector(found: Floats) -> Vector:
     return x, y, z
 
 
-def on_ground(lights: Sequence[Beam], points: Floats, attenuation: Floats) -> Floats:
+def ground_illuminance(lights: Sequence[LampBeam], points: Floats, attenuation: Floats) -> Floats:
     """Lux (3, ...) on level ground at points (3, ...; m, NED from the camera): inverse square, cosine, attenuation."""
     total = np.zeros((3, *points.shape[1:]), points.dtype)
     for beam in lights:
-        lux, down = beam.reach(points, attenuation)
+        lux, down = beam.illuminance(points, attenuation)
         total += lux * np.maximum(down, 0.0)
     return total
 
 
-def on_body(lights: Sequence[Beam], place: Vector, attenuation: Floats) -> Floats:
+def body_illuminance(lights: Sequence[LampBeam], place: Vector, attenuation: Floats) -> Floats:
     """Lux (3,) on a small body that is at a place (m, NED from the camera) and faces the lamps."""
     points = np.reshape(place, (3, 1))
-    return np.sum([beam.reach(points, attenuation)[0][:, 0] for beam in lights], axis=0)
+    return np.sum([beam.illuminance(points, attenuation)[0][:, 0] for beam in lights], axis=0)
 
 
-def veil(
-    lights: Sequence[Beam], turn: NDArray[np.float64], width: int, ground: float, attenuation: Floats, backward: Floats
+def face_backscatter(
+    lights: Sequence[LampBeam],
+    turn: NDArray[np.float64],
+    width: int,
+    ground: float,
+    attenuation: Floats,
+    backward: Floats,
 ) -> Floats:
     """Light (3, width, width) that the water throws back into a face, whose optical frame `turn` rotates to NED.
 
-    That of a grid of rays (see glare), between which it is interpolated. It lies over bodies, too, as if they were as
-    far as the ground.
+    That of a grid of rays (see backscatter), between which it is interpolated. It lies over bodies, too, as if they
+    were as far as the ground.
     """
     axis = np.linspace(-1.0, 1.0, NODES)
     rays = np.stack([*np.meshgrid(axis, axis), np.ones((NODES, NODES))])
     rays = np.einsum("ij,jkl->ikl", turn, rays / np.linalg.norm(rays, axis=0))
-    found = glare(lights, rays, ground, attenuation, backward).astype(np.float32)
+    found = backscatter(lights, rays, ground, attenuation, backward).astype(np.float32)
     place = (pixel_axis(width) + 1.0) * np.float32((NODES - 1) / 2)
     first = np.minimum(place.astype(np.int64), NODES - 2)
     share = place - first
@@ -135,7 +142,9 @@ def veil(
     return found[:, :, first] * (1 - share) + found[:, :, first + 1] * share
 
 
-def glare(lights: Sequence[Beam], rays: Floats, ground: float, attenuation: Floats, backward: Floats) -> Floats:
+def backscatter(
+    lights: Sequence[LampBeam], rays: Floats, ground: float, attenuation: Floats, backward: Floats
+) -> Floats:
     """Light (3, ...) that the water throws back along rays (3, ...; unit vectors in NED).
 
     It is in the unit of a white surface in one lux. Single scattering: what `backward` (3,; 1/m) is in all, spread
@@ -150,7 +159,7 @@ def glare(lights: Sequence[Beam], rays: Floats, ground: float, attenuation: Floa
     sight = np.exp(-np.reshape(attenuation, (3, *(1,) * rays.ndim)) * middle)
     found = np.zeros((3, *rays.shape[1:]))
     for beam in lights:
-        lux, _ = beam.reach(rays[:, np.newaxis] * middle, attenuation)
+        lux, _ = beam.illuminance(rays[:, np.newaxis] * middle, attenuation)
         found += np.sum(lux * sight * length, axis=1)
     # Of radiance backward / 2 pi per lux, and 1 / pi per lux is white.
     return found * 0.5 * np.reshape(backward, (3, *(1,) * (rays.ndim - 1)))

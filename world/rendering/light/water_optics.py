@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.rendering.procedural_textures import TONES
-from world.sea import CONTRAST_LEFT, jerlov
+from world.sea import KOSCHMIEDER_CONSTANT, jerlov_colors
 
 Floats = NDArray[np.floating[Any]]
 
@@ -27,12 +27,12 @@ def rgb(red: float, green: float, blue: float) -> Floats:
     return np.array([red, green, blue], dtype=np.float32)[:, np.newaxis, np.newaxis]
 
 
-def sines() -> Floats:
+def elevation_sines() -> Floats:
     """(ROWS, 1) sines of the elevation."""
     return ((np.arange(ROWS, dtype=np.float32) + 0.5) / ROWS)[:, np.newaxis]
 
 
-def tones() -> Floats:
+def texture_tones() -> Floats:
     """(SUMS,) texture from 0 to 1."""
     return np.arange(SUMS, dtype=np.float32) / (SUMS - 2)
 
@@ -55,7 +55,7 @@ class OpticalMedium:
         return np.exp(np.minimum(self.extinction[1] * exposed_at - self.extinction * depth, brightest))
 
     @property
-    def backward(self) -> Floats:
+    def backscatter_coefficient(self) -> Floats:
         """(3, 1, 1) 1/m that is scattered backwards: of daylight, a third of its share comes up again (Gordon 1975)."""
         return 3.0 * DOWNWARD * self.glow * self.extinction
 
@@ -63,84 +63,84 @@ class OpticalMedium:
         """(3, n, m) share of the light left after a distance (n, m) in m."""
         return np.exp(-self.attenuation * distance)
 
-    def veil(self, distance: Floats) -> Floats:
+    def glow_share(self, distance: Floats) -> Floats:
         """(3, n, m) share of the glow between the camera and a distance (n, m) in m."""
         return 1 - np.exp(-self.filling * distance)
 
 
-def water(visibility: float, slant: float = 1.0) -> OpticalMedium:
+def green_water(visibility: float, slant: float = 1.0) -> OpticalMedium:
     """Green coastal water; `visibility` is that of green light, in m. Daylight goes `slant` times the depth."""
-    beam = CONTRAST_LEFT / visibility * rgb(1.4, 1.0, 1.08)
-    fall = slant * CONTRAST_LEFT / visibility * rgb(0.28, 0.2, 0.23)
+    beam = KOSCHMIEDER_CONSTANT / visibility * rgb(1.4, 1.0, 1.08)
+    fall = slant * KOSCHMIEDER_CONSTANT / visibility * rgb(0.28, 0.2, 0.23)
     return OpticalMedium(beam, fall, rgb(0.014, 0.115, 0.145), beam)
 
 
-def typed_water(kind: str, slant: float = 1.0) -> OpticalMedium:
-    """Water of one of Jerlov's types (see world.sea.jerlov)."""
-    direct, veil, daylight, glow = (rgb(*colours) for colours in jerlov(kind))
+def jerlov_water(kind: str, slant: float = 1.0) -> OpticalMedium:
+    """Water of one of Jerlov's types (see world.sea.jerlov_colors)."""
+    direct, veil, daylight, glow = (rgb(*colors) for colors in jerlov_colors(kind))
     return OpticalMedium(direct, slant * daylight, glow / DOWNWARD, veil)
 
 
-def air(visibility: float) -> OpticalMedium:
-    beam = CONTRAST_LEFT / visibility * rgb(1.0, 1.1, 1.25)
+def hazy_air(visibility: float) -> OpticalMedium:
+    beam = KOSCHMIEDER_CONSTANT / visibility * rgb(1.0, 1.1, 1.25)
     return OpticalMedium(beam, rgb(0.0, 0.0, 0.0), rgb(0.60, 0.71, 0.80), beam)
 
 
-def sideways(glow: Floats, upward: Floats) -> Floats:
+def glow_by_elevation(glow: Floats, upward: Floats) -> Floats:
     """(3, n, m) glow of water by the sine of the elevation (n, m): brightest from above."""
     return glow * (DOWNWARD + 1.1 * (0.5 + 0.5 * upward) ** 1.3)
 
 
-def seabed() -> Floats:
+def sand_palette() -> Floats:
     """(3, 1, SUMS) reflectance of sand by texture."""
     dark, bright = rgb(0.17, 0.14, 0.09), rgb(2.9, 2.3, 1.55)
-    return dark + (bright - dark) * tones() ** 1.6
+    return dark + (bright - dark) * texture_tones() ** 1.6
 
 
-def surface_from_below(roughness: float = 1.0) -> Floats:
+def surface_palette_from_below(roughness: float = 1.0) -> Floats:
     """(3, ROWS, SUMS): the sky inside Snell's window, a mirror of the deep outside; waves blur the rim."""
-    cosine = sines() + 0.55 * np.float32(roughness) * (tones() - 0.5)
+    cosine = elevation_sines() + 0.55 * np.float32(roughness) * (texture_tones() - 0.5)
     inside = np.clip((cosine - WINDOW) / 0.14 + 0.5, 0.0, 1.0)
     inside = inside * inside * (3 - 2 * inside)
     window = rgb(1.15, 1.3, 1.45) * (0.45 + 0.55 * np.clip(cosine, 0.0, 1.0))
-    mirror = rgb(0.02, 0.14, 0.16) * (0.75 + 1.1 * tones())
+    mirror = rgb(0.02, 0.14, 0.16) * (0.75 + 1.1 * texture_tones())
     return mirror + (window - mirror) * inside
 
 
-def sky(sine: Floats) -> Floats:
+def sky_color(sine: Floats) -> Floats:
     """(3, n, m) clear sky by the sine of the elevation (n, m)."""
     horizon, zenith = rgb(0.60, 0.71, 0.80), rgb(0.075, 0.20, 0.50)
     return zenith + (horizon - zenith) * np.exp(-4.0 * sine)
 
 
-def sea(roughness: float = 1.0) -> Floats:
+def surface_palette_from_above(roughness: float = 1.0) -> Floats:
     """(3, ROWS, SUMS): the sea from above: mirrored sky (Schlick's Fresnel term), light from below, foam on crests."""
-    slope = np.float32(roughness) * (tones() - 0.5)
-    cosine = np.clip(0.93 * sines() + 0.07 + 0.6 * slope, 0.0, 1.0)
+    slope = np.float32(roughness) * (texture_tones() - 0.5)
+    cosine = np.clip(0.93 * elevation_sines() + 0.07 + 0.6 * slope, 0.0, 1.0)
     mirrored = 0.02 + 0.70 * (1 - cosine) ** 5
     body = rgb(0.006, 0.055, 0.085) * (1.0 + 1.6 * np.clip(slope + 0.1, 0.0, 1.0))
     foam = np.clip((slope - 0.36) / 0.10, 0.0, 1.0) * 0.7
-    colours = body + (sky(cosine) - body) * mirrored
-    return colours + (0.85 - colours) * foam
+    colors = body + (sky_color(cosine) - body) * mirrored
+    return colors + (0.85 - colors) * foam
 
 
-def clouds() -> Floats:
+def cloud_palette() -> Floats:
     """(3, ROWS, SUMS): clouds in front of the sky."""
-    clear = sky(sines())
-    cover = np.clip((tones() - 0.08) * 2.4, 0.0, 1.0)
-    white = 0.95 - 0.35 * np.clip(tones() * 1.5 - 0.45, 0.0, 1.0)
+    clear = sky_color(elevation_sines())
+    cover = np.clip((texture_tones() - 0.08) * 2.4, 0.0, 1.0)
+    white = 0.95 - 0.35 * np.clip(texture_tones() * 1.5 - 0.45, 0.0, 1.0)
     return clear + (white - clear) * cover
 
 
-def encode(linear: Floats) -> Floats:
+def gamma_encode(linear: Floats) -> Floats:
     """Linear light to 0..255, with a gamma of 2."""
     return np.sqrt(np.clip(linear, 0.0, 1.0)) * np.float32(255.0)
 
 
-def lay_over(pixels: NDArray[np.uint8], veil: Floats) -> None:
+def add_light(pixels: NDArray[np.uint8], veil: Floats) -> None:
     """Adds linear light (3, n, m) to pixels (n, m, 4)."""
     linear = (pixels[..., :3] / np.float32(255.0)) ** 2 + np.moveaxis(veil, 0, -1)
-    pixels[..., :3] = encode(linear)
+    pixels[..., :3] = gamma_encode(linear)
 
 
 def rgba_words(linear: Floats, veil: Floats | None = None) -> NDArray[np.uint32]:

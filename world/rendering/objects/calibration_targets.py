@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from world.objects import CHESSBOARD, Spot, Thing
+from world.objects import CHESSBOARD, ObjectPosition, WorldObject
 from world.rendering.cube_faces import Window, pixel_axis
-from world.rendering.objects.glider import Hidden
-from world.rendering.objects.static_scene import Lying
+from world.rendering.objects.glider import HiddenTest
+from world.rendering.objects.static_scene import RestingBody
 
 Floats = NDArray[np.floating[Any]]
 
@@ -37,32 +37,32 @@ f480ccc15 0b20ea732 a9506710a 0486e2ee1 b0a972615 e73f3a257 17e205b98 ec9ab2b24
 
 @dataclass(frozen=True, eq=False)
 class Board:
-    """A flat board: `cells` (rows, columns) of reflectances, 0 to 1, each `cell` m wide and long.
+    """A flat board: `cells` (rows, columns) of reflectances, 0 to 1, each `cell_size` m wide and long.
 
-    Its middle is m north and east of the scene's origin, `rise` m above the ground beneath the camera. Its first row is
-    ahead, its first column to the left of its `heading` (rad). `id` is that of the object.
+    Its middle is m north and east of the scene's origin, `height` m above the ground beneath the camera. Its first row
+    is ahead, its first column to the left of its `heading` (rad). `id` is that of the object.
     """
 
     cells: Floats
-    cell: float
+    cell_size: float
     north: float
     east: float
-    rise: float = 0.0
+    height: float = 0.0
     heading: float = 0.0
     id: int = 0
 
 
-def board(thing: Thing, spot: Spot, rise: float) -> Board:
+def board_of_object(thing: WorldObject, spot: ObjectPosition, rise: float) -> Board:
     """An object of the world that is a board, `rise` m above the ground beneath the camera."""
     if thing.kind == CHESSBOARD:
-        cells, cell = chessboard(*thing.squares), thing.square
+        cells, cell = chessboard_cells(*thing.squares), thing.square_size
     else:
-        cells, cell = april_grid(*thing.squares), thing.square / TAG
+        cells, cell = april_grid_cells(*thing.squares), thing.square_size / TAG
     return Board(cells, cell, spot.north, spot.east, rise, spot.heading, thing.id)
 
 
 @cache
-def chessboard(rows: int, columns: int) -> Floats:
+def chessboard_cells(rows: int, columns: int) -> Floats:
     """The cells of a chessboard of rows and columns of squares, with a white margin; the first square is black.
 
     Raises ValueError for fewer than 2 squares.
@@ -76,7 +76,7 @@ def chessboard(rows: int, columns: int) -> Floats:
 
 
 @cache
-def april_grid(rows: int, columns: int) -> Floats:
+def april_grid_cells(rows: int, columns: int) -> Floats:
     """The cells of a grid of tags 36h11, 8 cells wide with their border of one cell, in gaps of 2, with a white margin.
 
     Small black squares fill the corners of the gaps, as in Kalibr's grid. Tag 0 is the first one of the first row.
@@ -100,27 +100,27 @@ def april_grid(rows: int, columns: int) -> Floats:
     return cells
 
 
-def lying(board: Board, down: float) -> Lying:
+def resting_board(board: Board, down: float) -> RestingBody:
     """How a board lies that is `down` m below the surface."""
     rows, columns = board.cells.shape
     c, s = math.cos(board.heading), math.sin(board.heading)
-    ahead = 0.5 * board.cell * rows * np.repeat((-1.0, 0.0, 1.0), 3)
-    right = 0.5 * board.cell * columns * np.tile((-1.0, 0.0, 1.0), 3)
+    ahead = 0.5 * board.cell_size * rows * np.repeat((-1.0, 0.0, 1.0), 3)
+    right = 0.5 * board.cell_size * columns * np.tile((-1.0, 0.0, 1.0), 3)
     points = np.empty((9, 3))
     points[:, 0] = c * ahead - s * right + board.north
     points[:, 1] = s * ahead + c * right + board.east
     points[:, 2] = down
-    return points, THICK, 0.5 * board.cell * math.hypot(rows, columns)
+    return points, THICK, 0.5 * board.cell_size * math.hypot(rows, columns)
 
 
-def draw(
+def draw_board(
     face: NDArray[np.uint8],
     turn: NDArray[np.float64],
     window: Window,
     board: Board,
     offset: tuple[float, float, float],
     light: Callable[[Floats, Floats], Floats],
-    hidden: Hidden | None = None,
+    hidden: HiddenTest | None = None,
 ) -> None:
     """Draw a board into a window of a face (w, w, 4); `turn` (3, 3) rotates the face's optical frame to NED.
 
@@ -147,9 +147,9 @@ def draw(
             pixels = own[0] + start, own[1] + columns[0]
             length = np.sqrt(axis[pixels[0]] ** 2 + axis[pixels[1]] ** 2 + 1.0)
             cover[own] *= ~hidden(pixels, length / distance[own])
-        colour = np.moveaxis(light(np.broadcast_to(found, (3, *found.shape)).astype(np.float32), distance), 0, -1)
+        color = np.moveaxis(light(np.broadcast_to(found, (3, *found.shape)).astype(np.float32), distance), 0, -1)
         shown = face[rows, columns[0] : columns[1], :3]
-        shown[...] = np.rint(shown + (colour - shown) * cover[..., np.newaxis])
+        shown[...] = np.rint(shown + (color - shown) * cover[..., np.newaxis])
 
 
 def _look(
@@ -162,7 +162,7 @@ def _look(
         far = offset[2] / fall
         n, e = far * north - offset[0], far * east - offset[1]
         cos, sin = math.cos(board.heading), math.sin(board.heading)
-        ahead, right = (n * cos + e * sin) / board.cell, (e * cos - n * sin) / board.cell
+        ahead, right = (n * cos + e * sin) / board.cell_size, (e * cos - n * sin) / board.cell_size
         rows, columns = board.cells.shape
         row, column = np.floor(rows / 2 - ahead), np.floor(columns / 2 + right)
         hit = (far > 0.0) & (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
@@ -184,7 +184,7 @@ def _touched(
 ) -> Window | None:
     """The part of a window that the board can touch: around its corners, or all if it is partly behind the face."""
     rows, columns = board.cells.shape
-    a, b = rows * board.cell / 2, columns * board.cell / 2
+    a, b = rows * board.cell_size / 2, columns * board.cell_size / 2
     cos, sin = math.cos(board.heading), math.sin(board.heading)
     corners = [(s * a * cos - t * b * sin, s * a * sin + t * b * cos, 0.0) for s in (1, -1) for t in (1, -1)]
     x, y, z = (turn.T @ (np.array(offset) + corners).T).tolist()

@@ -12,13 +12,13 @@ from support.rotations import Vector
 from world.objects import DIAMETER, LENGTH
 from world.rendering.cube_faces import Window, pixel_axis
 from world.rendering.light import rgb
-from world.rendering.objects.static_scene import Lying
+from world.rendering.objects.static_scene import RestingBody
 
 Floats = NDArray[np.floating[Any]]
 
 Pixels = tuple[NDArray[np.intp], NDArray[np.intp]]
 """Rows and columns."""
-Hidden = Callable[[Pixels, Floats], NDArray[np.bool_]]
+HiddenTest = Callable[[Pixels, Floats], NDArray[np.bool_]]
 """Which pixels (n,) of a body, at 1 over the distance along the axis of the face (n,), are behind something else."""
 
 YELLOW = rgb(3.2, 1.9, 0.02)
@@ -26,14 +26,14 @@ RIM = math.radians(80.0)  # beyond the rim of a face, which is at 45°
 
 
 class Glider(NamedTuple):
-    """A glider in a scene: m north and east of its origin, `rise` m above the ground beneath the camera.
+    """A glider in a scene: m north and east of its origin, `height` m above the ground beneath the camera.
 
     It points to `heading` (rad); its sizes are in m. `id` is its number in labels, from 1; 0 if it has none.
     """
 
     north: float
     east: float
-    rise: float = 0.0
+    height: float = 0.0
     heading: float = 0.0
     length: float = LENGTH
     diameter: float = DIAMETER
@@ -41,16 +41,16 @@ class Glider(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Mug:
+class CameraGlider:
     """A glider that points to `heading` (rad); its center is (north, east, down) m from the camera."""
 
-    centre: tuple[float, float, float]
+    center: tuple[float, float, float]
     heading: float = 0.0
     length: float = LENGTH
     radius: float = DIAMETER / 2
 
 
-def lying(north: float, east: float, down: float, heading: float, length: float, radius: float) -> Lying:
+def resting_glider(north: float, east: float, down: float, heading: float, length: float, radius: float) -> RestingBody:
     """How a glider lies whose middle is at a place (m; north, east, down)."""
     points = np.empty((3, 3))
     aside = (length / 2 - radius) * np.array((-1.0, 0.0, 1.0))
@@ -60,14 +60,14 @@ def lying(north: float, east: float, down: float, heading: float, length: float,
     return points, radius, length
 
 
-def draw(
+def draw_glider(
     face: NDArray[np.uint8],
     turn: NDArray[np.float64],
     window: Window,
-    mug: Mug,
+    mug: CameraGlider,
     light: Callable[[Floats, Floats], Floats],
     sun: Vector = (0.0, 0.0, -1.0),
-    hidden: Hidden | None = None,
+    hidden: HiddenTest | None = None,
 ) -> None:
     """Draws a glider into a window of a face (w, w, 4); `turn` (3, 3) rotates its optical frame to NED.
 
@@ -75,9 +75,9 @@ def draw(
     `sun` is the direction to the sun; `hidden` tells which of its pixels are behind something else.
     """
     width = face.shape[0]
-    centre = turn.T @ np.array(mug.centre)
+    center = turn.T @ np.array(mug.center)
     bow = turn.T @ np.array([math.cos(mug.heading), math.sin(mug.heading), 0.0])
-    touched = _touched(centre, mug.length / 2, width, window)
+    touched = _touched(center, mug.length / 2, width, window)
     if touched is None:
         return
     axis = pixel_axis(width)
@@ -86,11 +86,11 @@ def draw(
     norm = np.linalg.norm(ray, axis=0)
     ray /= norm
     # Nearest points of the ray and of the body's axis.
-    along, ahead, aside = _dot(bow, ray), _dot(centre, ray), float(centre @ bow)
+    along, ahead, aside = _dot(bow, ray), _dot(center, ray), float(center @ bow)
     half = mug.length / 2 - mug.radius
     place = np.clip((along * ahead - aside) / np.maximum(1 - along * along, 1e-9), -half, half)
     distance = ahead + place * along
-    apart = centre[:, None, None] + place * bow[:, None, None] - distance * ray
+    apart = center[:, None, None] + place * bow[:, None, None] - distance * ray
     gap = np.linalg.norm(apart, axis=0)
     pixel = distance * 2 / width / norm**2
     cover = np.where(distance > 0, np.clip((mug.radius - gap) / pixel + 0.5, 0.0, 1.0), 0.0)
@@ -107,18 +107,18 @@ def draw(
     apart, ray, gap, distance, cover = apart[:, *box], ray[:, *box], gap[box], distance[box], cover[box]
     normal = -apart / mug.radius - ray * np.sqrt(np.clip(1 - (gap / mug.radius) ** 2, 0.0, 1.0))
     lit = 0.4 + 0.6 * np.clip(_dot(turn.T @ np.array(sun), normal), 0.0, 1.0)
-    colour = np.moveaxis(light((YELLOW * lit).astype(np.float32), distance.astype(np.float32)), 0, -1)
+    color = np.moveaxis(light((YELLOW * lit).astype(np.float32), distance.astype(np.float32)), 0, -1)
     shown = face[touched[0], touched[1], :3][box]
-    shown[...] = np.rint(shown + (colour - shown) * cover[..., np.newaxis])
+    shown[...] = np.rint(shown + (color - shown) * cover[..., np.newaxis])
 
 
 def _dot(vector: NDArray[np.float64], field: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.tensordot(vector, field, axes=1)
 
 
-def _touched(centre: NDArray[np.float64], radius: float, width: int, window: Window) -> tuple[slice, slice] | None:
+def _touched(center: NDArray[np.float64], radius: float, width: int, window: Window) -> tuple[slice, slice] | None:
     """Rows and columns of a face that a ball can touch; None if there are none."""
-    x, y, z = (float(value) for value in centre)
+    x, y, z = (float(value) for value in center)
     spans: list[slice] = []
     for across, (first, last) in zip((y, x), window, strict=True):
         away = math.hypot(across, z)

@@ -31,29 +31,29 @@ class Flakes(NamedTuple):
     radii: Floats
     share: Floats
 
-    def of(self, which: Any) -> "Flakes":
+    def subset(self, which: Any) -> "Flakes":
         return Flakes(self.points[:, which], self.radii[which], self.share[which])
 
 
-class Snow:
+class MarineSnow:
     """`density` flakes in a cubic meter of water; which ones, follows from the place and `seed` alone."""
 
     def __init__(self, density: float, seed: int = 0):
         self.density = density
         self.seed = seed
         self._cell: tuple[tuple[int, ...], tuple[Floats, Floats]] = (), (np.zeros((3, 0)), np.zeros(0))
-        self.reach = min(FARTHEST, (MOST / density * 0.75 / math.pi) ** (1.0 / 3.0))
+        self.range = min(FARTHEST, (MOST / density * 0.75 / math.pi) ** (1.0 / 3.0))
 
-    def around(self, north: float, east: float, depth: float, height: float, time: float) -> Flakes:
+    def flakes_around(self, north: float, east: float, depth: float, height: float, time: float) -> Flakes:
         """The flakes about a camera `depth` m below the surface and `height` m above the ground, at a time (s)."""
         middle = np.array([north, east, depth - FALL * time])
         places, radii = self._about(*np.floor(middle / CELL).astype(np.int64).tolist())
         points = places - middle[:, np.newaxis]
         away2, down = np.sum(points**2, axis=0), points[2]
         seen = np.flatnonzero(
-            (away2 < self.reach**2) & (away2 > NEAREST**2) & (down < height) & (down > -depth),
+            (away2 < self.range**2) & (away2 > NEAREST**2) & (down < height) & (down > -depth),
         )
-        share = (1.0 - np.sqrt(away2[seen]) / self.reach) / (1.0 - FADING)
+        share = (1.0 - np.sqrt(away2[seen]) / self.range) / (1.0 - FADING)
         return Flakes(points[:, seen], radii[seen], np.minimum(share, 1.0))
 
     def _about(self, *cell: int) -> tuple[Floats, Floats]:
@@ -62,12 +62,12 @@ class Snow:
         Those of the last cell are kept, since a camera stays in it for many pictures.
         """
         if cell != self._cell[0]:
-            far = math.ceil(self.reach / CELL) + 1
+            far = math.ceil(self.range / CELL) + 1
             axes = (np.arange(c - far, c + far + 1) for c in cell)
             cells = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")])
             away2 = np.sum((cells - np.reshape(cell, (3, 1))) ** 2, axis=0) * CELL**2
             # Two cubes whose middles are that far apart are not nearer than the reach.
-            self._cell = cell, self._in(cells[:, away2 < (self.reach + math.sqrt(3.0) * CELL) ** 2])
+            self._cell = cell, self._in(cells[:, away2 < (self.range + math.sqrt(3.0) * CELL) ** 2])
         return self._cell[1]
 
     def _in(self, cells: NDArray[np.int64]) -> tuple[Floats, Floats]:
@@ -86,7 +86,7 @@ class Snow:
         return (cells[:, cell] + np.stack((x, y, z))) * CELL, 0.5 * diameter
 
 
-def draw(
+def draw_flakes(
     face: NDArray[np.uint8],
     turn: NDArray[np.float64],
     window: Window,

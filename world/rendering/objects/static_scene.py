@@ -8,65 +8,67 @@ import numpy as np
 from numpy.typing import NDArray
 
 from support.rotations import Vector
-from world.objects import Place
-from world.rendering.seabed import Relief
+from world.objects import NorthEast
+from world.rendering.seabed import SeabedRelief
 from world.sea import Bathymetry
 
 Floats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]
 
-Wall = tuple[Place, Place]
+Wall = tuple[NorthEast, NorthEast]
 """North and east (m) of both ends."""
 
-Lying = tuple[Floats, float, float]
+RestingBody = tuple[Floats, float, float]
 """Points (n, 3; m; north, east, down) of a body, how far it reaches below them, and how deep it can lie (m)."""
 
 THINNEST = 1e-6  # m, from a wall, within which a camera is in it
 SAME = 1e-6  # share of a distance, by which things at one place may seem apart
 
 
-class Landscape:
+class StaticScene:
     """A seabed and vertical walls, which reach from the bottom to the surface; without soundings the bottom is flat."""
 
     def __init__(self, seabed: Bathymetry | None = None, walls: Sequence[Wall] = ()):
-        self.relief = Relief(seabed) if seabed is not None and seabed.has_soundings else None
+        self.relief = SeabedRelief(seabed) if seabed is not None and seabed.has_soundings else None
         self.walls = tuple(walls)
 
-    def height(self, north: float, east: float, down: float, flat: float) -> float:
+    def height_above_ground(self, north: float, east: float, down: float, flat: float) -> float:
         """Height (m) of a place above the bottom beneath it, which is `flat` without a relief."""
         return flat if self.relief is None else self.relief.sea.depth(north, east) - down
 
-    def trouble(self, place: Vector, flat: float) -> str:
+    def obstruction(self, place: Vector, flat: float) -> str:
         """Why nobody can look from a place (m; north, east, down), `flat` m above a flat bottom; else empty."""
-        if not self.height(*place, flat) > 0.0:
+        if not self.height_above_ground(*place, flat) > 0.0:
             return "the camera is in the ground"
         if any(_apart(wall, place) < THINNEST for wall in self.walls):
             return "the camera is in a wall"
         return ""
 
-    def wall_nearness(self, place: Vector, rays: Floats) -> Floats:
+    def inverse_wall_range(self, place: Vector, rays: Floats) -> Floats:
         """1 over the way (n,) of rays (3, n; NED per unit of way) to the nearest wall; 0 without one."""
         found = np.zeros(rays.shape[1])
         for wall in self.walls:
-            np.maximum(found, nearness(wall, place, rays), out=found)
+            np.maximum(found, inverse_range(wall, place, rays), out=found)
         return found
 
-    def hides(self, place: Vector, rays: Floats, body: Floats, bed: float) -> Bools:
-        """Where (n,) ground or walls hide a body, of nearness `body` (n,), from rays (3, n) like those of Relief.meet.
+    def occludes(self, place: Vector, rays: Floats, body: Floats, bed: float) -> Bools:
+        """Where (n,) ground or walls hide a body, of nearness `body` (n,), from rays (3, n) as in SeabedRelief.
 
         The ground counts as `bed` m deeper; a flat bottom hides nothing.
         """
         found = (
-            self.wall_nearness(place, rays) > body * (1.0 + SAME) if self.walls else np.zeros(len(body), dtype=np.bool_)
+            self.inverse_wall_range(place, rays) > body * (1.0 + SAME)
+            if self.walls
+            else np.zeros(len(body), dtype=np.bool_)
         )
         left = np.flatnonzero(~found & (body > 0.0))
         if self.relief is not None and left.size:
             until = 1.0 / body[left]
-            near, _ = self.relief.meet(place, rays.take(left, axis=1), exact=True, until=until, lowered=bed)
+            near, _ = self.relief.intersect(place, rays.take(left, axis=1), exact=True, until=until, lowered=bed)
             found[left] = near > body[left] * (1.0 + SAME)
         return found
 
-    def bed(self, points: Floats, radius: float, deepest: float) -> float:
+    def sink_depth(self, points: Floats, radius: float, deepest: float) -> float:
         """How far (m) the ground gives way to a body that lies on it, with points (n, 3; m; north, east, down).
 
         That is as deep as the body reaches into it, `radius` m below its points; a body that lies deeper than
@@ -78,7 +80,7 @@ class Landscape:
         return sunk if 0.0 < sunk <= deepest else 0.0
 
 
-def nearness(wall: Wall, place: Vector, rays: Floats) -> Floats:
+def inverse_range(wall: Wall, place: Vector, rays: Floats) -> Floats:
     """1 over the way (n,) of rays (3, n) to a wall; 0 where they miss it. It is linear in the direction of a ray."""
     (an, ae), (bn, be) = ((n - place[0], e - place[1]) for n, e in wall)
     wn, we = bn - an, be - ae

@@ -1,7 +1,7 @@
 """The relief of the seabed: where rays meet it, and how it is drawn."""
 
-from world.rendering.seabed.ray_grid import turned
-from world.rendering.seabed.relief import Relief
+from world.rendering.seabed.ray_grid import rotate
+from world.rendering.seabed.relief import SeabedRelief
 from world.rendering.seabed.terrain import Terrain
 
-__all__ = ["Relief", "Terrain", "turned"]
+__all__ = ["SeabedRelief", "Terrain", "rotate"]

@@ -29,34 +29,34 @@ Number = tuple[int, int, int]
 """The level of a tile, and its place in its grid."""
 
 
-class Grid(NamedTuple):
+class DepthGrid(NamedTuple):
     """Depths (m) at nodes `step` m apart, from `north`, `east`; row by row of `columns`.
 
-    In the cell of a node, x and y (0 to 1) north and east of it, the depth is `parts` (4, nodes) times 1, x, y and xy.
-    It is nowhere steeper than `steepest`, m per m, and nowhere out of `shallowest` and `deepest`. `least` are the least
-    depths in a cell, by its corner, and in the eight around it.
+    In the cell of a node, x and y (0 to 1) north and east of it, the depth is `coefficients` (4, nodes) times 1, x, y
+    and xy. It is nowhere steeper than `steepest`, m per m, and nowhere out of `shallowest` and `deepest`.
+    `shallowest_nearby` are the least depths in a cell, by its corner, and in the eight around it.
     """
 
     north: float
     east: float
     step: float
-    parts: Floats
+    coefficients: Floats
     columns: int
     steepest: float
     shallowest: float
     deepest: float
-    least: Floats
+    shallowest_nearby: Floats
 
     @property
     def nodes(self) -> Floats:
         """Depths (rows, columns)."""
-        found: Floats = self.parts[0].reshape(-1, self.columns)
+        found: Floats = self.coefficients[0].reshape(-1, self.columns)
         return found
 
     def depths(self, north: Floats, east: Floats) -> Floats:
         """Bilinear."""
-        corner, x, y = self.places(north, east)
-        found, along, across, twist = self.parts.take(corner, axis=1, mode="clip")
+        corner, x, y = self.cells_at(north, east)
+        found, along, across, twist = self.coefficients.take(corner, axis=1, mode="clip")
         twist *= y
         along += twist
         along *= x
@@ -65,7 +65,7 @@ class Grid(NamedTuple):
         found += across
         return found
 
-    def places(self, north: Floats, east: Floats) -> tuple[Places, Floats, Floats]:
+    def cells_at(self, north: Floats, east: Floats) -> tuple[Places, Floats, Floats]:
         """The corners of the cells that hold places, and where in these they are, 0 to 1 north and east."""
         x, y, scale = north - self.north, east - self.east, 1.0 / self.step  # a power of two
         x *= scale
@@ -78,28 +78,28 @@ class Grid(NamedTuple):
         return i.astype(np.intp), x, y
 
 
-class Curved(NamedTuple):
-    """The same, bent in each cell as its neighbours tell: `parts` (6, nodes) times 1, x, y, xy, x² and y².
+class CurvedDepthGrid(NamedTuple):
+    """The same, bent in each cell as its neighbors tell: `coefficients` (6, nodes) times 1, x, y, xy, x² and y².
 
     `errors` (nodes) is how far (m) that may be from the bottom in a cell, as found where smooth ones err most.
     """
 
-    grid: Grid
-    parts: Floats
+    grid: DepthGrid
+    coefficients: Floats
     errors: Floats
 
     @classmethod
-    def of(cls, grid: Grid) -> "Curved":
+    def from_grid(cls, grid: DepthGrid) -> "CurvedDepthGrid":
         """With errors that are not known yet."""
         bends = _bend(grid.nodes).ravel(), _bend(grid.nodes.T).T.ravel()
-        parts = np.concatenate((grid.parts, bends))
+        parts = np.concatenate((grid.coefficients, bends))
         parts[1] -= bends[0]
         parts[2] -= bends[1]
         return cls(grid, parts, np.empty(0))
 
     def depths(self, north: Floats, east: Floats) -> Floats:
-        corner, x, y = self.grid.places(north, east)
-        found, along, across, twist, bend, lean = self.parts.take(corner, axis=1, mode="clip")
+        corner, x, y = self.grid.cells_at(north, east)
+        found, along, across, twist, bend, lean = self.coefficients.take(corner, axis=1, mode="clip")
         twist *= y
         bend *= x
         along += twist
@@ -113,20 +113,20 @@ class Curved(NamedTuple):
         return found
 
     def errors_at(self, north: Floats, east: Floats) -> Floats:
-        return self.errors.take(self.grid.places(north, east)[0], mode="clip")
+        return self.errors.take(self.grid.cells_at(north, east)[0], mode="clip")
 
 
-class Grids:
+class DepthPyramid:
     """The grids of a bottom around cameras. What is kept for the next picture does not depend on the last one."""
 
     def __init__(self, sea: Bathymetry):
         self.sea = sea
         self._tiles: dict[Number, Floats] = {}
         self._probes: dict[Number, Floats] = {}
-        self._grids: dict[int, tuple[tuple[int, int, int, int], Grid]] = {}
-        self._curved: dict[int, Curved] = {}
+        self._grids: dict[int, tuple[tuple[int, int, int, int], DepthGrid]] = {}
+        self._curved: dict[int, CurvedDepthGrid] = {}
 
-    def around(self, level: int, place: Vector) -> Grid:
+    def grid_around(self, level: int, place: Vector) -> DepthGrid:
         """The grid of a level around a place."""
         step = FINEST * COARSER**level
         side, reach = step * TILE, REACH * COARSER**level + MARGIN * step
@@ -140,18 +140,18 @@ class Grids:
         slopes = math.hypot(*(float(np.abs(np.diff(nodes, axis=axis)).max()) / step for axis in (0, 1)))
         ends = float(nodes.min()), float(nodes.max())
         corner = first[0] * side, first[1] * side
-        grid = Grid(*corner, step, _parts(nodes), nodes.shape[1], slopes, *ends, _least(nodes).ravel())
+        grid = DepthGrid(*corner, step, _parts(nodes), nodes.shape[1], slopes, *ends, _least(nodes).ravel())
         self._grids[level] = wanted, grid
         self._curved.pop(level, None)
         return grid
 
-    def curved(self, level: int, place: Vector) -> Curved:
+    def curved_grid_around(self, level: int, place: Vector) -> CurvedDepthGrid:
         """The curves of the grid of a level, below CURVED, around a place."""
-        grid, kept = self.around(level, place), self._curved.get(level)
+        grid, kept = self.grid_around(level, place), self._curved.get(level)
         if kept is not None:
             return kept
         probes = self._laid(self._probes, level, self._grids[level][0], ASIDE)
-        found = Curved.of(grid)
+        found = CurvedDepthGrid.from_grid(grid)
         rows, columns = np.arange(len(probes)), np.arange(grid.columns)
         north = grid.north + grid.step * (rows + ASIDE[0][rows % TILE])
         east = grid.east + grid.step * (columns + ASIDE[1][columns % TILE])
@@ -209,7 +209,7 @@ def _bend(nodes: Floats) -> Floats:
 
 
 def _least(nodes: Floats) -> Floats:
-    """The least at the corners of each cell and its eight neighbours, by its corner; infinite at the border."""
+    """The least at the corners of each cell and its eight neighbors, by its corner; infinite at the border."""
     found = np.full(nodes.shape, np.inf)
     rows, columns = nodes.shape
     across = np.minimum.reduce([nodes[:, n : columns - 3 + n] for n in range(4)])
@@ -218,7 +218,7 @@ def _least(nodes: Floats) -> Floats:
 
 
 def _around(values: Floats) -> Floats:
-    """The largest among each one and its eight neighbours."""
+    """The largest among each one and its eight neighbors."""
     for axis in (0, 1):
         padded = np.pad(values, [(1, 1) if axis == n else (0, 0) for n in (0, 1)], mode="edge")
         values = np.maximum(

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from support.rotations import Vector
-from world.rendering.seabed.depth_pyramid import COARSER, REACH, Grid
+from world.rendering.seabed.depth_pyramid import COARSER, REACH, DepthGrid
 
 Floats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]
@@ -20,7 +20,7 @@ NEARER = 1e-9  # of a ring, so that the ground right beneath the place does not 
 APART = 3.0  # between the profiles of two sectors, whose slopes are told by numbers from -1 to 1
 
 
-class Sectors:
+class HorizonSectors:
     """Parts of rings around a place: the middles of all, in cells north and east from it (SECTORS, RINGS)."""
 
     def __init__(self) -> None:
@@ -29,13 +29,13 @@ class Sectors:
         self.north, self.east = np.outer(np.cos(bearings), ways), np.outer(np.sin(bearings), ways)
 
 
-def sectors(north: Floats, east: Floats) -> Places:
+def sector_of_rays(north: Floats, east: Floats) -> Places:
     """In which sector each ray (n,) goes."""
     found = np.arctan2(east, north) * (SECTORS / math.tau)
     return np.floor(found, out=found).astype(np.intp) % SECTORS
 
 
-class Horizon(NamedTuple):
+class GridHorizon(NamedTuple):
     """From which to which ring of a grid a ray may touch it.
 
     `first` and `last` are profiles (SECTORS * rings): the least slope, down per m, at which a ray touches what is as
@@ -49,14 +49,14 @@ class Horizon(NamedTuple):
     last: Floats
 
     @classmethod
-    def around(cls, place: Vector, grid: Grid, level: int, sectors: Sectors) -> "Horizon":
+    def from_grid(cls, place: Vector, grid: DepthGrid, level: int, sectors: HorizonSectors) -> "GridHorizon":
         """Profiles of a grid of a level, around a place, where finer grids do not count."""
         begin = round(REACH * COARSER ** (level - 1) / grid.step) if level else 0
         x, y = ((at - start) / grid.step for at, start in zip(place[:2], (grid.north, grid.east), strict=True))
         corner = (sectors.north[:, begin:] + x).astype(np.intp)
         corner *= grid.columns
         corner += (sectors.east[:, begin:] + y).astype(np.intp)
-        depth = grid.least.take(corner)
+        depth = grid.shallowest_nearby.take(corner)
         depth -= place[2]
         ends = grid.step * np.arange(begin, RINGS + 1)
         ends[0] += NEARER * grid.step
@@ -66,7 +66,7 @@ class Horizon(NamedTuple):
         more = APART * np.arange(SECTORS)[:, np.newaxis]
         return cls(grid.step, begin, RINGS - begin, (more - _told(first)).ravel(), (more + _told(last)).ravel())
 
-    def touched(self, sector: Places, slope: Floats) -> tuple[Bools, Floats, Floats]:
+    def possible_hits(self, sector: Places, slope: Floats) -> tuple[Bools, Floats, Floats]:
         """Which rays (n,) of a slope, down per m, may touch the grid; those from and to how far (m)."""
         more, told = APART * sector, _told(slope)
         start = sector * self.rings

@@ -16,7 +16,7 @@ PITCH = 8  # pixels of a face between two rays
 TINY = 1e-12
 
 
-class Patch(NamedTuple):
+class FacePatch(NamedTuple):
     """The part of a lattice on one face: `nodes` of all rays, in rows and columns of a `shape`.
 
     The first ones go through the pixel in PITCH times `row` and `column`.
@@ -27,12 +27,12 @@ class Patch(NamedTuple):
     row: int
     column: int
 
-    def of(self, values: NDArray[Any]) -> NDArray[Any]:
+    def select(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values (..., rays) of this face (..., rows, columns)."""
         return values[..., self.nodes].reshape(*values.shape[:-1], *self.shape)
 
 
-class Lattice:
+class RayGrid:
     """Rays through every PITCH-th pixel of `windows` of faces of `width` px, whose frames `turns` (f, 3, 3) rotate.
 
     A nearness, 1 over the distance along the axis of a face, is linear across it for all planes, so that planes are
@@ -42,7 +42,7 @@ class Lattice:
     def __init__(self, width: int, turns: NDArray[np.float64], windows: Sequence[Window]):
         self.width = width
         self.cell = 2.0 * PITCH / width
-        self.patches: list[Patch] = []
+        self.patches: list[FacePatch] = []
         rays: list[Floats] = [np.empty((3, 0))]
         count = 0
         for turn, ((top, bottom), (left, right)) in zip(turns, windows, strict=True):
@@ -52,39 +52,39 @@ class Lattice:
             )
             y, x = ((2.0 * PITCH * places + 1.0) / width - 1.0 for places in (rows, columns))
             grid = np.stack((*np.meshgrid(x, y), np.ones((len(y), len(x))))).reshape(3, -1)
-            rays.append(turned(turn, grid))
+            rays.append(rotate(turn, grid))
             nodes = slice(count, count + grid.shape[1])
-            self.patches.append(Patch(nodes, (len(y), len(x)), top // PITCH, left // PITCH))
+            self.patches.append(FacePatch(nodes, (len(y), len(x)), top // PITCH, left // PITCH))
             count += grid.shape[1]
         self.rays: Floats = np.concatenate(rays, axis=1)
 
-    def errors(self, nearness: Floats, rough: Bools, error: Floats, nearest: float) -> list[Floats]:
+    def interpolation_errors(self, nearness: Floats, rough: Bools, error: Floats, nearest: float) -> list[Floats]:
         """How much interpolation errs in the cells (rows - 1, columns - 1) of each face, as share of `error` (rays).
 
         That is infinite at rays in the rough. Cells in which all is farther than a nearness of `nearest` do not count.
         """
         found: list[Floats] = []
         for patch in self.patches:
-            w, given, most = patch.of(nearness), patch.of(rough), patch.of(error)
+            w, given, most = patch.select(nearness), patch.select(rough), patch.select(error)
             if not w.size:
                 found.append(np.zeros((0, 0)))
                 continue
             errors = np.zeros(w.shape)
             for axis in (0, 1):
-                errors += np.abs(second(w, axis)) / 8.0
-            worst = corners(np.where(given, np.inf, errors / most), np.maximum)
-            worst[corners(w, np.maximum) <= nearest] = 0.0
+                errors += np.abs(second_differences(w, axis)) / 8.0
+            worst = fold_corners(np.where(given, np.inf, errors / most), np.maximum)
+            worst[fold_corners(w, np.maximum) <= nearest] = 0.0
             found.append(worst)
         return found
 
 
-def turned(turn: Floats, vectors: Floats) -> Floats:
+def rotate(turn: Floats, vectors: Floats) -> Floats:
     """By hand: what a library sums may depend on how many threads it has."""
     x, y, z = vectors
     return np.stack([a * x + b * y + c * z for a, b, c in turn.tolist()])
 
 
-def spread(values: Floats, rows: slice) -> Floats:
+def interpolate_nodes(values: Floats, rows: slice) -> Floats:
     """Values at the nodes (k, n, m) of some rows of cells, at their pixels (k, PITCH * rows, PITCH * (m - 1))."""
     share = (np.arange(PITCH) / PITCH).astype(values.dtype)
     own = values[:, rows.start : rows.stop + 1]
@@ -98,7 +98,7 @@ def spread(values: Floats, rows: slice) -> Floats:
     return tall.reshape(len(values), -1, wide.shape[2])
 
 
-def second(values: Floats, axis: int) -> Floats:
+def second_differences(values: Floats, axis: int) -> Floats:
     """Second differences (n, m) along an axis; at the border those next to it, 0 where there are too few values."""
     found = np.zeros(values.shape)
     if values.shape[axis] > 2:
@@ -108,7 +108,7 @@ def second(values: Floats, axis: int) -> Floats:
     return found
 
 
-def corners(values: Any, fold: Any) -> Any:
+def fold_corners(values: Any, fold: Any) -> Any:
     """What `fold` makes of the four corners of each cell."""
     rows = fold(values[1:], values[:-1])
     return fold(rows[:, 1:], rows[:, :-1])

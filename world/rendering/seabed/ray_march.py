@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from support.rotations import Vector
-from world.rendering.seabed.depth_pyramid import Curved, Grid
+from world.rendering.seabed.depth_pyramid import CurvedDepthGrid, DepthGrid
 
 Floats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]
@@ -25,33 +25,33 @@ FLATTEST = 1e-3
 SLACK = 1e-9
 
 
-class Rays(NamedTuple):
-    """Rays from a place (m; north, east, down) that go `towards` (3, n), so far per unit of way, of any length.
+class GroundRays(NamedTuple):
+    """Rays from a place (m; north, east, down) that go `directions` (3, n), so far per unit of way, of any length.
 
     The ground is `lowered` m deeper to them than it is.
     """
 
-    place: Vector
-    towards: Floats
+    position: Vector
+    directions: Floats
     lowered: float
 
     @property
     def down(self) -> Floats:
-        return self.towards[2]
+        return self.directions[2]
 
     @property
-    def flat(self) -> Floats:
+    def horizontal(self) -> Floats:
         """How far (n,) they go across the ground."""
-        return np.hypot(self.towards[0], self.towards[1])
+        return np.hypot(self.directions[0], self.directions[1])
 
-    def at(self, chosen: Places | slice) -> "Rays":
-        own = self.towards[:, chosen] if isinstance(chosen, slice) else self.towards.take(chosen, axis=1)
-        return Rays(self.place, own, self.lowered)
+    def subset(self, chosen: Places | slice) -> "GroundRays":
+        own = self.directions[:, chosen] if isinstance(chosen, slice) else self.directions.take(chosen, axis=1)
+        return GroundRays(self.position, own, self.lowered)
 
-    def clear(self, ground: Any, way: Floats) -> Floats:
+    def clearance(self, ground: Any, way: Floats) -> Floats:
         """How far (m) the ground is below the points (n, ...) after some way."""
-        north, east, down = self.towards.reshape(3, -1, *(1,) * (way.ndim - 1)) * way
-        n, e, d = self.place
+        north, east, down = self.directions.reshape(3, -1, *(1,) * (way.ndim - 1)) * way
+        n, e, d = self.position
         north += n
         east += e
         found: Floats = ground.depths(north.ravel(), east.ravel()).reshape(way.shape)
@@ -59,50 +59,50 @@ class Rays(NamedTuple):
         found -= down
         return found
 
-    def error(self, curved: Curved, way: Floats) -> Floats:
+    def curve_error(self, curved: CurvedDepthGrid, way: Floats) -> Floats:
         """By how much (m) curves may be from the bottom at the points (n,) after some way."""
-        n, e, _ = self.place
-        return curved.errors_at(self.towards[0] * way + n, self.towards[1] * way + e)
+        n, e, _ = self.position
+        return curved.errors_at(self.directions[0] * way + n, self.directions[1] * way + e)
 
 
-class Legs(NamedTuple):
+class MarchSpans(NamedTuple):
     """From which to which way (n,) each ray may cross a grid, and which ones do so `once` at most.
 
-    They go `flat` (n,) across the ground per unit of way.
+    They go `horizontal` (n,) across the ground per unit of way.
     """
 
     first: Floats
     last: Floats
     once: Bools
-    flat: Floats
+    horizontal: Floats
 
-    def at(self, part: slice) -> "Legs":
-        return Legs(self.first[part], self.last[part], self.once[part], self.flat[part])
+    def subset(self, part: slice) -> "MarchSpans":
+        return MarchSpans(self.first[part], self.last[part], self.once[part], self.horizontal[part])
 
 
-class March:
+class RayMarch:
     """Rays on their way over a grid, each on its leg.
 
-    `low` (n,) is the way of each to its crossing, NaN without one; `falls` (n,) is how fast it comes down to the ground
-    there; `crest` (n,) is the way to the first place where it nearly touched the ground before.
+    `crossing` (n,) is the way of each to its crossing, NaN without one; `descent` (n,) is how fast it comes down to the
+    ground there; `crest` (n,) is the way to the first place where it nearly touched the ground before.
     """
 
-    def __init__(self, rays: Rays, grid: Grid, legs: Legs):
+    def __init__(self, rays: GroundRays, grid: DepthGrid, legs: MarchSpans):
         self.rays, self.grid, self._legs = rays, grid, legs
         count = len(rays.down)
-        self.low, self.falls, self.crest = np.full(count, np.nan), np.ones(count), np.full(count, np.inf)
+        self.crossing, self.descent, self.crest = np.full(count, np.nan), np.ones(count), np.full(count, np.inf)
         length = legs.last - legs.first
-        steps = np.ceil(legs.flat * length / (STRIDE * grid.step))
+        steps = np.ceil(legs.horizontal * length / (STRIDE * grid.step))
         self._step = length / np.maximum(steps, 2.0)
 
     def hits(self) -> Places:
-        return np.flatnonzero(np.isfinite(self.low))
+        return np.flatnonzero(np.isfinite(self.crossing))
 
-    def go(self, cell: float, steps: int) -> None:
+    def run(self, cell: float, steps: int) -> None:
         """Find the crossings, by some steps of false position, and crests within NEARLY of a `cell`."""
-        going, (starts, ends, *_) = np.arange(len(self.low)), self._legs
+        going, (starts, ends, *_) = np.arange(len(self.crossing)), self._legs
         way = starts
-        clear = self.rays.clear(self.grid, way)
+        clear = self.rays.clearance(self.grid, way)
         at_once = clear <= 0.0
         if at_once.any():
             self._begin_under(going[at_once], way[at_once], clear[at_once])
@@ -113,33 +113,33 @@ class March:
             going, way, clear = going[~once], way[~once], clear[~once]
         ways, clears, done = np.stack((way, way), axis=1), np.stack((clear, clear), axis=1), 1
         while going.size:
-            rays, last = self.rays.at(going), ends[going]
+            rays, last = self.rays.subset(going), ends[going]
             places = np.arange(done, done + min(MOST_SAMPLES, max(SAMPLES, TOGETHER // going.size)))
             done += places.size
             more = starts[going][:, np.newaxis] + self._step[going][:, np.newaxis] * places
             np.minimum(more, last[:, np.newaxis], out=more)
             ways = np.concatenate((ways, more), axis=1)
-            clears = np.concatenate((clears, rays.clear(self.grid, more)), axis=1)
+            clears = np.concatenate((clears, rays.clearance(self.grid, more)), axis=1)
             hit = self._pass(going, rays, ways, clears, cell, steps)
             stay = ~hit & (ways[:, -1] < last)
             going, ways, clears = going[stay], ways[stay, -2:], clears[stay, -2:]
 
     def _begin_under(self, own: Places, way: Floats, clear: Floats) -> None:
         """Rays that begin under the ground: by no more than the difference of two grids."""
-        before = self.rays.at(own).clear(self.grid, AGO * way)
-        self.low[own] = way
-        self.falls[own] = np.maximum((before - clear) / ((1.0 - AGO) * way + SLACK), FLATTEST)
+        before = self.rays.subset(own).clearance(self.grid, AGO * way)
+        self.crossing[own] = way
+        self.descent[own] = np.maximum((before - clear) / ((1.0 - AGO) * way + SLACK), FLATTEST)
 
     def _drop(self, own: Places, way: Floats, clear: Floats, steps: int) -> None:
         """Rays that are so steep that they come ever nearer to the ground."""
-        rays, last = self.rays.at(own), self._legs.last[own]
-        after = rays.clear(self.grid, last)
+        rays, last = self.rays.subset(own), self._legs.last[own]
+        after = rays.clearance(self.grid, last)
         hit = np.flatnonzero(after <= 0.0)
         if hit.size:
             span = way[hit], clear[hit], last[hit], after[hit]
-            self.low[own[hit]], self.falls[own[hit]] = _false_position(rays.at(hit), self.grid, steps, *span)
+            self.crossing[own[hit]], self.descent[own[hit]] = _false_position(rays.subset(hit), self.grid, steps, *span)
 
-    def _pass(self, going: Places, rays: Rays, ways: Floats, clears: Floats, cell: float, steps: int) -> Bools:
+    def _pass(self, going: Places, rays: GroundRays, ways: Floats, clears: Floats, cell: float, steps: int) -> Bools:
         """Look for crossings among samples (n, m), and for crests that a ray may touch between them."""
         under = clears <= 0.0
         place = under.argmax(axis=1)
@@ -159,7 +159,7 @@ class March:
             if row.size:
                 spacing = ways[row, column + 1] - ways[row, column]
                 top = ways[row, column + 1] + lean / (2.0 * bend) * spacing
-                clear = rays.at(row).clear(self.grid, top)
+                clear = rays.subset(row).clearance(self.grid, top)
                 sunk = np.flatnonzero(clear <= 0.0)[::-1]  # the first crest of a ray is set last
                 row, column = row[sunk], column[sunk] + 1
                 ways[row, column], clears[row, column], place[row] = top[sunk], clear[sunk], column
@@ -168,13 +168,13 @@ class March:
         if rows.size:
             end = place[rows]
             span = ways[rows, end - 1], clears[rows, end - 1], ways[rows, end], clears[rows, end]
-            way, falls = _false_position(rays.at(rows), self.grid, steps, *span)
-            self.low[going[rows]], self.falls[going[rows]] = way, falls
+            way, falls = _false_position(rays.subset(rows), self.grid, steps, *span)
+            self.crossing[going[rows]], self.descent[going[rows]] = way, falls
         return hit
 
 
 def _false_position(
-    rays: Rays, ground: Any, steps: int, low: Floats, above: Floats, high: Floats, below: Floats
+    rays: GroundRays, ground: Any, steps: int, low: Floats, above: Floats, high: Floats, below: Floats
 ) -> tuple[Floats, Floats]:
     """Ways to the crossings between low and high, where the ground is `above` > 0 >= `below`, and how fast it nears.
 
@@ -184,12 +184,12 @@ def _false_position(
     result, left = low + (high - low) * (above / (above - below)), np.arange(len(low))
     way, enough = result, CROSSED * falls
     for _ in range(steps):
-        clear = rays.clear(ground, way)
+        clear = rays.clearance(ground, way)
         going = np.flatnonzero(np.abs(clear) > enough * way)
         if not going.size:
             break
         if going.size < clear.size:
-            left, rays, clear, way, enough = left[going], rays.at(going), clear[going], way[going], enough[going]
+            left, rays, clear, way, enough = left[going], rays.subset(going), clear[going], way[going], enough[going]
             low, above, high, below = low[going], above[going], high[going], below[going]
         over = clear > 0.0
         # The end that stays weighs half, so that it does not stay for long (Dowell and Jarratt 1971).

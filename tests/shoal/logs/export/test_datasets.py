@@ -17,7 +17,7 @@ from shoal.logs.export.vio_recording import quaternions
 from shoal.missions import prepare
 from support.rotations import rotation
 from tests.outside import ALONE
-from world.optics import read_camera
+from world.optics import read_calibration
 
 OPTIONS = [
     *("Vision.FisheyeCamera:Size=64", "Vision.FisheyeCamera:Face Size=32", "Simulators.IMU/AHRS:Generate Noise=false"),
@@ -117,11 +117,11 @@ def test_each_calibration_says_the_same_of_each_camera(source, tmp_path):
     point = np.array([0.2, 0.1, 4.0, 1.0])
     for number in range(3):
         entry = chain[f"cam{number}"]
-        camera = read_camera(calibration / "camchain.yaml", f"cam{number}")
+        camera = read_calibration(calibration / "camchain.yaml", f"cam{number}")
         seen = camera.project((np.array(entry["T_cam_imu"]) @ np.linalg.inv(body) @ point)[:3])[0]
         about = yaml.safe_load((tmp_path / f"mav0/cam{number}/sensor.yaml").read_text())
         pose = np.array(about["T_BS"]["data"]).reshape(4, 4)
-        euroc = read_camera(tmp_path / f"mav0/cam{number}/sensor.yaml")
+        euroc = read_calibration(tmp_path / f"mav0/cam{number}/sensor.yaml")
         assert euroc.project((np.linalg.inv(pose) @ point)[:3])[0] == pytest.approx(seen, abs=1e-6)
         vins = storage.getNode(f"body_T_cam{number}").mat()
         there = np.linalg.inv(vins) @ np.linalg.inv(body) @ point

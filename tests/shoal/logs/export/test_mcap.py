@@ -23,7 +23,7 @@ from support import wgs84
 from support.pose import DOWN, Pose
 from tasks.vision.cameras.camera_records import write_cameras
 from tests.shoal.logs.export.mcap_reader import Reader
-from world.optics import DoubleSphereCamera, PinholeCamera
+from world.optics import DoubleSphereModel, PinholeModel
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 HEADER = {"timestamp": 1.7e9, "src": 0x1A, "src_ent": 7, "dst": 0x1E, "dst_ent": 9}
@@ -282,8 +282,8 @@ def test_cameras_have_their_models_and_places(make_log, tmp_path):
     """As a vehicle writes them to Photos/cameras.yaml."""
     log = make_log([imc.Heartbeat(**HEADER)])
     mounts = {"Front Camera": Pose(0.5, -0.1, 0.2, 0.0, 0.0, math.pi / 2), "Odd": DOWN}
-    pinhole = PinholeCamera(64, 48, 40.0, 41.0, 32.5, 24.5, -0.1, 0.01, 1e-3, 2e-3)
-    models = {"Front Camera": pinhole, "Odd": DoubleSphereCamera(64, 48, 40.0, 40.0, 32.5, 24.5, 0.1, 0.6)}
+    pinhole = PinholeModel(64, 48, 40.0, 41.0, 32.5, 24.5, -0.1, 0.01, 1e-3, 2e-3)
+    models = {"Front Camera": pinhole, "Odd": DoubleSphereModel(64, 48, 40.0, 40.0, 32.5, 24.5, 0.1, 0.6)}
     write_cameras(log / "Photos", {name: (models[name], mount) for name, mount in mounts.items()}, "1")
     for camera in ("Front_Camera", "Odd"):
         (log / "Photos" / f"{camera}_000000_1700000000.500000.png").write_bytes(packed("PNG"))

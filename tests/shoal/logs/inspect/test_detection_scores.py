@@ -54,17 +54,17 @@ def test_misses_false_alarms_switches_and_nees_of_a_shipped_vehicle(tmp_path):
     assert set(found) == {"MUG Camera", "MUG Detector"}
     camera, detector = found["MUG Camera"], found["MUG Detector"]
     assert camera.gliders == detector.gliders == (1, 2, 3)
-    looks = [thing.looks for thing in camera.score.things]
-    hits = [thing.found for thing in camera.score.things]
+    looks = [thing.pictures for thing in camera.score.objects]
+    hits = [thing.detections for thing in camera.score.objects]
     assert max(looks) > 50
     for seen, hit in zip(looks, hits, strict=True):
         assert abs(hit - 0.8 * seen) <= 4.0 * math.sqrt(0.16 * seen) + 2.0
-    assert 2 <= camera.score.false <= 20
-    assert camera.score.things[0].nees == pytest.approx(2.0, abs=1.0)
-    assert detector.score.false == 0
-    for thing in detector.score.things:
-        assert thing.looks >= 10
-        assert thing.missed <= 0.1 * thing.looks
+    assert 2 <= camera.score.false_alarms <= 20
+    assert camera.score.objects[0].nees == pytest.approx(2.0, abs=1.0)
+    assert detector.score.false_alarms == 0
+    for thing in detector.score.objects:
+        assert thing.pictures >= 10
+        assert thing.missed <= 0.1 * thing.pictures
         assert (len(thing.ids), thing.switches) == (1, 0)
         assert thing.rms < 0.5
         assert thing.nees < 2.4
@@ -74,8 +74,8 @@ def test_misses_false_alarms_switches_and_nees_of_a_shipped_vehicle(tmp_path):
 def test_gliders_below_a_flying_vehicle_are_in_view_where_no_bottom_is_known(tmp_path, scene):
     overrides = ["World:Gliders=1 0.3, 8 -4", "Vision.FisheyeCamera:Save Images=false"]
     found = judged(run("hexa-00", [*overrides, f"Vision.FisheyeCamera:Scene={scene}"], tmp_path, 20.0))
-    for thing in found["MUG Detector"].score.things:
-        assert thing.looks >= 5
+    for thing in found["MUG Detector"].score.objects:
+        assert thing.pictures >= 5
         assert thing.missed == 0
         assert 0.0 < thing.nees < 10.0
 
@@ -92,7 +92,7 @@ def test_detections_of_pictures_before_the_log_do_not_count(sailed, tmp_path):
     early = [entry for entry in of if entry.timestamp < first + 0.05]
     found = judged(tmp_path / "part")["MUG Detector"].score
     assert early
-    assert found.false + sum(thing.found for thing in found.things) == len(of) - len(early)
+    assert found.false_alarms + sum(thing.detections for thing in found.objects) == len(of) - len(early)
 
 
 def test_the_page_has_a_table_of_them(sailed):

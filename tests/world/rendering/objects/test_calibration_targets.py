@@ -10,29 +10,29 @@ import pytest
 
 from support.pose import DOWN
 from support.rotations import rotation
-from tasks.vision.cameras.camera_records import describe
-from world.optics import FisheyeCamera, PinholeCamera, kannala_brandt, preset_lens
-from world.rendering import Board, Camera, Glider, Kind, Standpoint, april_grid, chessboard
-from world.rendering.renderer import camera
+from tasks.vision.cameras.camera_records import describe_camera
+from world.optics import FisheyeModel, PinholeModel, kannala_brandt_lens, preset_lens
+from world.rendering import Board, Glider, PixelClass, SceneCamera, ScenePose, april_grid_cells, chessboard_cells
+from world.rendering.renderer import camera_rotation
 
 ROWS, COLUMNS, SQUARE, RISE = 8, 11, 0.05, 0.2
 CELL = 0.015  # m
-CHESS = Board(chessboard(ROWS, COLUMNS), SQUARE, 0.0, 0.0, RISE)
-BROWN = PinholeCamera(640, 480, 520.0, 521.0, 322.3, 238.9, -0.25, 0.06, 5e-4, -3e-4)
-ODD = FisheyeCamera(
-    640, 480, 300.0, 301.0, 322.3, 238.9, kannala_brandt((0.02, -0.01, 0.003, -0.001), math.radians(175))
+CHESS = Board(chessboard_cells(ROWS, COLUMNS), SQUARE, 0.0, 0.0, RISE)
+BROWN = PinholeModel(640, 480, 520.0, 521.0, 322.3, 238.9, -0.25, 0.06, 5e-4, -3e-4)
+ODD = FisheyeModel(
+    640, 480, 300.0, 301.0, 322.3, 238.9, kannala_brandt_lens((0.02, -0.01, 0.003, -0.001), math.radians(175))
 )
-FINE = FisheyeCamera(
-    1280, 960, 600.0, 602.0, 644.3, 477.9, kannala_brandt((0.02, -0.01, 0.003, -0.001), math.radians(175))
+FINE = FisheyeModel(
+    1280, 960, 600.0, 602.0, 644.3, 477.9, kannala_brandt_lens((0.02, -0.01, 0.003, -0.001), math.radians(175))
 )
-QUARTIC = FisheyeCamera.square(preset_lens("woodscape", math.radians(160)), 640)
+QUARTIC = FisheyeModel.from_lens(preset_lens("woodscape", math.radians(160)), 640)
 
 
 def corners(board):
     """Places (m; north, east) of the corners inside of a board that is not turned, row by row."""
     rows, columns = board.cells.shape
     down, right = np.meshgrid(np.arange(2, rows - 1), np.arange(2, columns - 1), indexing="ij")
-    ahead, aside = (rows / 2 - down) * board.cell, (right - columns / 2) * board.cell
+    ahead, aside = (rows / 2 - down) * board.cell_size, (right - columns / 2) * board.cell_size
     return np.stack((ahead.ravel() + board.north, aside.ravel() + board.east), axis=-1)
 
 
@@ -46,25 +46,25 @@ def standpoints(number, spread, seed=1):
         towards = np.array(rotation(roll, pitch, yaw)) @ ray
         if towards[2] > 0.3:
             north, east = -towards[:2] / towards[2] * height
-            yield Standpoint(north, east, height + RISE, 5.0, roll, pitch, yaw)
+            yield ScenePose(north, east, height + RISE, 5.0, roll, pitch, yaw)
             number -= 1
 
 
 def places(optics, pose, board):
     """Pixels (n, 2) of the corners, in OpenCV's convention."""
     ground = corners(board)
-    offsets = np.column_stack((ground - (pose.north, pose.east), np.full(len(ground), pose.height - board.rise)))
-    return optics.project(offsets @ camera(pose, DOWN))[0] - 0.5
+    offsets = np.column_stack((ground - (pose.north, pose.east), np.full(len(ground), pose.height - board.height)))
+    return optics.project(offsets @ camera_rotation(pose, DOWN))[0] - 0.5
 
 
 @functools.cache
 def sight(optics):
-    return Camera(optics, 0, 6, "bilinear", "Seabed", 1000.0)
+    return SceneCamera(optics, 0, 6, "bilinear", "Seabed", 1000.0)
 
 
 def seen(optics, pose):
     """The corners that OpenCV finds, and where the camera's model has them; none if it does not find all."""
-    picture = sight(optics).picture(pose, (), (CHESS,))
+    picture = sight(optics).take_picture(pose, (), (CHESS,))
     gray = cv2.cvtColor(picture, cv2.COLOR_RGBA2GRAY)
     found, pixels = cv2.findChessboardCornersSB(gray, (COLUMNS - 1, ROWS - 1), flags=cv2.CALIB_CB_ACCURACY)
     if not found:
@@ -87,9 +87,9 @@ def test_corners_are_found_where_they_project_to(optics):
 
 
 def test_tags_are_found_with_their_numbers():
-    grid = Board(april_grid(4, 5), CELL, 0.0, 0.0, RISE, heading=0.3)
-    optics, pose = PinholeCamera(800, 600, 600.0, 600.0, 400.0, 300.0), Standpoint(0.05, 0.0, 1.2, 5.0, 0.1, -0.1, 0.2)
-    picture = sight(optics).picture(pose, (), (grid,))
+    grid = Board(april_grid_cells(4, 5), CELL, 0.0, 0.0, RISE, heading=0.3)
+    optics, pose = PinholeModel(800, 600, 600.0, 600.0, 400.0, 300.0), ScenePose(0.05, 0.0, 1.2, 5.0, 0.1, -0.1, 0.2)
+    picture = sight(optics).take_picture(pose, (), (grid,))
     options = cv2.aruco.DetectorParameters()
     options.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11), options)
@@ -102,7 +102,7 @@ def test_tags_are_found_with_their_numbers():
         edges = [(4 + 10 * row + 8 * r, 4 + 10 * column + 8 * c) for r, c in ((0, 0), (0, 1), (1, 1), (1, 0))]
         ground = [((rows / 2 - r) * CELL, (c - columns / 2) * CELL) for r, c in edges]
         turned = [(a * cos - b * sin - pose.north, a * sin + b * cos - pose.east, 1.0) for a, b in ground]
-        wanted = optics.project(np.array(turned) @ camera(pose, DOWN))[0] - 0.5
+        wanted = optics.project(np.array(turned) @ camera_rotation(pose, DOWN))[0] - 0.5
         apart += np.abs(tag.reshape(4, 2) - wanted).max(axis=1).tolist()
     assert np.quantile(apart, 0.9) < 0.3, "OpenCV takes a wrong corner here and there"
 
@@ -119,7 +119,7 @@ def test_a_calibration_gives_the_camera_back(optics, spread):
     flat = np.stack((right.ravel() * SQUARE, down.ravel() * SQUARE, 0.0 * down.ravel()), axis=-1)[None]
     pixels = [found[None].astype(np.float64) for found, _ in pairs]
     size = optics.width, optics.height
-    if isinstance(optics, PinholeCamera):
+    if isinstance(optics, PinholeModel):
         objects = [flat.astype(np.float32)] * 30
         rms, found, *_ = cv2.calibrateCamera(
             objects, [p.astype(np.float32) for p in pixels], size, None, None, flags=cv2.CALIB_FIX_K3
@@ -127,7 +127,7 @@ def test_a_calibration_gives_the_camera_back(optics, spread):
     else:
         flags = cv2.CALIB_FIX_SKEW | cv2.CALIB_RECOMPUTE_EXTRINSIC
         rms, found, *_ = cv2.fisheye.calibrate([flat] * 30, pixels, size, None, None, flags=flags)
-    about = describe(optics, DOWN)
+    about = describe_camera(optics, DOWN)
     fx, fy, cx, cy = about["intrinsics"]
     assert rms <= 0.15
     assert (found[0, 0], found[1, 1]) == pytest.approx((fx, fy), rel=1e-3)
@@ -136,7 +136,7 @@ def test_a_calibration_gives_the_camera_back(optics, spread):
 
 @pytest.mark.parametrize("optics", [BROWN, ODD, QUARTIC], ids=["brown", "kannala", "quartic"])
 def test_what_is_told_of_a_camera_makes_lines_straight(optics):
-    about = describe(optics, DOWN)["opencv"]
+    about = describe_camera(optics, DOWN)["opencv"]
     matrix, distortion = np.array(about["K"]), np.array(about["D"])
     undistort = cv2.fisheye.undistortPoints if about["model"] == "fisheye" else cv2.undistortPoints
     pose = next(pose for pose in standpoints(3, 0.2, seed=4) if seen(optics, pose) is not None)
@@ -150,18 +150,18 @@ def test_what_is_told_of_a_camera_makes_lines_straight(optics):
 
 def test_impossible_boards_are_refused():
     with pytest.raises(ValueError, match="1 x 5 squares"):
-        chessboard(1, 5)
+        chessboard_cells(1, 5)
     with pytest.raises(ValueError, match="20 x 20 tags"):
-        april_grid(20, 20)
+        april_grid_cells(20, 20)
 
 
 @pytest.mark.parametrize("optics", [BROWN, ODD, QUARTIC], ids=["brown", "kannala", "quartic"])
 def test_a_board_is_labelled_where_its_points_project_to(optics):
     """Points of the board, and of the ground around it, by the model alone; a glider above hides a part of it."""
-    board = Board(chessboard(ROWS, COLUMNS), SQUARE, 0.1, -0.1, 0.15, heading=0.7, id=9)
-    pose, glider = Standpoint(0.0, 0.1, 0.9, 5.0, 0.15, -0.1, 0.4), Glider(0.1, -0.1, 0.4, 0.0, 0.3, 0.08, id=4)
-    following = Standpoint(0.05, 0.1, 0.85, 5.05, 0.1, -0.1, 0.45)
-    camera_ = Camera(optics, 64, 6)
+    board = Board(chessboard_cells(ROWS, COLUMNS), SQUARE, 0.1, -0.1, 0.15, heading=0.7, id=9)
+    pose, glider = ScenePose(0.0, 0.1, 0.9, 5.0, 0.15, -0.1, 0.4), Glider(0.1, -0.1, 0.4, 0.0, 0.3, 0.08, id=4)
+    following = ScenePose(0.05, 0.1, 0.85, 5.05, 0.1, -0.1, 0.45)
+    camera_ = SceneCamera(optics, 64, 6)
     found = camera_.labels(pose, [glider], (following, [glider]), [board])
     random = np.random.default_rng(2)
     ahead, right = random.uniform(-1.3, 1.3, (2, 4000)) * np.array([[0.25], [0.325]])
@@ -170,7 +170,7 @@ def test_a_board_is_labelled_where_its_points_project_to(optics):
         math.sin(0.7) * ahead + math.cos(0.7) * right - 0.1,
     )
     points = np.stack((north - pose.north, east - pose.east, np.full(north.shape, 0.75)), axis=-1)
-    pixels, seen = optics.project(points @ camera(pose, DOWN))
+    pixels, seen = optics.project(points @ camera_rotation(pose, DOWN))
     distance = np.linalg.norm(points, axis=1)
     margin = 2.0 * distance / optics.fx
     inside = (np.abs(ahead) < 0.25 - margin) & (np.abs(right) < 0.325 - margin) & seen
@@ -178,17 +178,17 @@ def test_a_board_is_labelled_where_its_points_project_to(optics):
     u, v = pixels[seen].astype(int).T
     kinds = np.zeros(seen.shape, int)
     kinds[seen] = found.kinds[v, u]
-    assert set(kinds[outside]) <= {Kind.SEABED, Kind.GLIDER}
-    assert set(kinds[inside]) == {Kind.BOARD, Kind.GLIDER}
-    own = inside & (kinds == Kind.BOARD)
+    assert set(kinds[outside]) <= {PixelClass.SEABED, PixelClass.GLIDER}
+    assert set(kinds[inside]) == {PixelClass.BOARD, PixelClass.GLIDER}
+    own = inside & (kinds == PixelClass.BOARD)
     u, v = pixels[own].astype(int).T
     assert found.distance[v, u] == pytest.approx(distance[own], rel=0.01)
     assert set(found.instances[v, u]) == {9}
     after = np.stack((north - following.north, east - following.east, np.full(north.shape, 0.7)), axis=-1)
-    moved = optics.project(after @ camera(following, DOWN))[0] - pixels
+    moved = optics.project(after @ camera_rotation(following, DOWN))[0] - pixels
     assert np.abs(found.flow[v, u] - moved[own]).max() < 0.5, "within a pixel, of which the flow is that of the center"
     (body, flat) = found.boxes
-    assert (body.instance, flat.instance, flat.kind, body.kind) == (4, 9, Kind.BOARD, Kind.GLIDER)
+    assert (body.instance, flat.instance, flat.kind, body.kind) == (4, 9, PixelClass.BOARD, PixelClass.GLIDER)
     assert flat.area == np.count_nonzero(found.instances == 9) < flat.whole_area
-    assert 0.0 < flat.occluded < 0.5
-    assert flat.cut == pytest.approx(np.mean(~seen[(np.abs(ahead) < 0.25) & (np.abs(right) < 0.325)]), abs=0.05)
+    assert 0.0 < flat.occluded_share < 0.5
+    assert flat.cut_share == pytest.approx(np.mean(~seen[(np.abs(ahead) < 0.25) & (np.abs(right) < 0.325)]), abs=0.05)

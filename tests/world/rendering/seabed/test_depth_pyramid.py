@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from world.rendering.seabed.depth_pyramid import CURVED, LEVELS, REACH, Grids
-from world.rendering.seabed.horizon_culling import Horizon, Sectors, sectors
-from world.rendering.seabed.relief import Relief
+from world.rendering.seabed.depth_pyramid import CURVED, LEVELS, REACH, DepthPyramid
+from world.rendering.seabed.horizon_culling import GridHorizon, HorizonSectors, sector_of_rays
+from world.rendering.seabed.relief import SeabedRelief
 from world.sea import Bathymetry
 
 PLACE = 1.0, 2.0, 3.0
@@ -28,7 +28,7 @@ def rays_down(count):
 @pytest.mark.parametrize("level", range(CURVED))
 def test_curves_are_as_near_to_the_bottom_as_they_tell(level):
     sea, random = hills(), np.random.default_rng(level)
-    curved, reach = Grids(sea).curved(level, PLACE), REACH * 4**level
+    curved, reach = DepthPyramid(sea).curved_grid_around(level, PLACE), REACH * 4**level
     north, east = (at + random.uniform(-reach, reach, 4000) for at in PLACE[:2])
     apart = np.abs(curved.depths(north, east) - sea.depths(north, east))
     told = curved.errors_at(north, east)
@@ -44,9 +44,9 @@ def test_curves_are_as_near_to_the_bottom_as_they_tell(level):
 def test_no_ray_touches_a_grid_before_or_after_where_the_horizon_tells(level, deep):
     place, rays = (*PLACE[:2], deep), rays_down(1500)
     slope = rays[2] * 0.1
-    grid = Grids(hills()).around(level, place)
-    horizon = Horizon.around(place, grid, level, Sectors())
-    touch, nearest, farthest = horizon.touched(sectors(rays[0], rays[1]), slope)
+    grid = DepthPyramid(hills()).grid_around(level, place)
+    horizon = GridHorizon.from_grid(place, grid, level, HorizonSectors())
+    touch, nearest, farthest = horizon.possible_hits(sector_of_rays(rays[0], rays[1]), slope)
     first, last = np.full(len(slope), np.inf), np.zeros(len(slope))
     first[touch], last[touch] = nearest, farthest
     begin, end = (0.0 if level == 0 else REACH * 4 ** (level - 1)), REACH * 4**level
@@ -65,21 +65,21 @@ def test_no_ray_touches_a_grid_before_or_after_where_the_horizon_tells(level, de
 
 @pytest.mark.parametrize("exact", [False, True])
 def test_what_a_ray_meets_does_not_depend_on_the_rays_beside_it(exact):
-    relief, rays = Relief(hills()), rays_down(9000)
-    together, rough = relief.meet(PLACE, rays, exact=exact, cell=0.05)
+    relief, rays = SeabedRelief(hills()), rays_down(9000)
+    together, rough = relief.intersect(PLACE, rays, exact=exact, cell=0.05)
     for own in (slice(3, 7000, 7), slice(4090, 4100)):
-        alone, same = relief.meet(PLACE, rays[:, own], exact=exact, cell=0.05)
+        alone, same = relief.intersect(PLACE, rays[:, own], exact=exact, cell=0.05)
         np.testing.assert_array_equal(alone, together[own])
         np.testing.assert_array_equal(same, rough[own])
 
 
 def test_a_crossing_that_is_about_known_is_settled():
-    relief, rays = Relief(hills()), rays_down(2000)
-    expected, _ = relief.meet(PLACE, rays, exact=True)
+    relief, rays = SeabedRelief(hills()), rays_down(2000)
+    expected, _ = relief.intersect(PLACE, rays, exact=True)
     near = np.flatnonzero((expected > 0.1) & (rays[2] > 0.3))
-    found, good = relief.settle(PLACE, rays[:, near], expected[near] * 1.03)
+    found, good = relief.refine(PLACE, rays[:, near], expected[near] * 1.03)
     assert good.mean() > 0.9
     np.testing.assert_allclose(found[good], expected[near][good], rtol=3e-4)
-    lost, good = relief.settle(PLACE, rays[:, near], expected[near] * 2.0)
+    lost, good = relief.refine(PLACE, rays[:, near], expected[near] * 2.0)
     assert not good.any()
     np.testing.assert_array_equal(lost, expected[near] * 2.0)

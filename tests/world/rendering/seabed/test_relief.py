@@ -11,17 +11,17 @@ from runtime.profile import load_profile
 from support.pose import DOWN, Pose
 from tests.world.rendering import ray_caster
 from world import read_world
-from world.optics import FisheyeCamera, PinholeCamera, preset_lens
-from world.rendering import Camera, Glider, Kind, Standpoint, april_grid
+from world.optics import FisheyeModel, PinholeModel, preset_lens
+from world.rendering import Glider, PixelClass, SceneCamera, ScenePose, april_grid_cells
 from world.rendering.objects.calibration_targets import Board
-from world.rendering.renderer import camera
+from world.rendering.renderer import camera_rotation
 from world.sea import Bathymetry
 
 REACH = 120.0  # m, of the ray caster
 WALLS = (((4.0, 3.0), (9.0, -3.0)), ((-6.0, -4.0), (-6.0, 5.0)))
 AHEAD = Pose(0.3, 0.1, 0.2, 0.05, -0.2, 0.3)
-FISHEYE = FisheyeCamera.square(preset_lens("equidistant", math.pi), 72)
-PINHOLE = PinholeCamera(75, 60, 68.0, 68.0, 37.5, 30.0)
+FISHEYE = FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 72)
+PINHOLE = PinholeModel(75, 60, 68.0, 68.0, 37.5, 30.0)
 
 
 def hills():
@@ -42,7 +42,7 @@ SEAS = {"hills": (hills(), (0.0, 0.0, 3.5)), "harbour": (harbour(), (24.0, 30.0,
 
 
 def standpoint(sea, north, east, depth, **angles):
-    return Standpoint(north, east, sea.depth(north, east) - depth, depth, **angles)
+    return ScenePose(north, east, sea.depth(north, east) - depth, depth, **angles)
 
 
 def on_ground(sea, pose, north, east, **fields):
@@ -55,7 +55,7 @@ class Trial:
 
     def __init__(self, name, optics, mount):
         self.sea, (north, east, depth) = SEAS[name]
-        self.camera = Camera(optics, 64, 6, mount=mount, seabed=self.sea, walls=self.walls(north, east))
+        self.camera = SceneCamera(optics, 64, 6, mount=mount, seabed=self.sea, walls=self.walls(north, east))
         self.pose = standpoint(self.sea, north, east, depth, roll=0.25, pitch=-0.1, yaw=0.4)
         lying = [(2.0, 1.0), (4.5, -1.5), (17.0, 2.0), (9.0, 1.0)]
         self.gliders = [
@@ -64,13 +64,13 @@ class Trial:
         ]
         self.then = replace(self.pose, north=north + 0.1, east=east - 0.07, yaw=0.43, depth=depth + 0.05)
         self.then = replace(self.then, height=self.sea.depth(self.then.north, self.then.east) - self.then.depth)
-        moved = [glider._replace(rise=self.rise(glider, self.then)) for glider in self.gliders]
+        moved = [glider._replace(height=self.rise(glider, self.then)) for glider in self.gliders]
         self.found = self.camera.labels(self.pose, self.gliders, (self.then, moved))
         self.turn = ray_caster.camera_frame(replace(self.pose, height=-depth), mount)
         self.shape = optics.height, optics.width
         j, i = np.mgrid[: optics.height, : optics.width]
-        self.centres = np.stack((i + 0.5, j + 0.5), axis=-1)
-        rays, self.covered = optics.rays(self.centres)
+        self.centers = np.stack((i + 0.5, j + 0.5), axis=-1)
+        rays, self.covered = optics.rays(self.centers)
         self.rays = np.nan_to_num(rays.reshape(-1, 3)) @ self.turn[:3, :3].T
         self._cast()
 
@@ -87,12 +87,14 @@ class Trial:
             top = np.where(rays[:, 2] < 0, -origin[2] / rays[:, 2], np.inf)
         wall = np.min([ray_caster.wall_distance(each, origin, rays) for each in self.camera.walls], axis=0)
         self.distance = np.minimum(np.minimum(np.minimum(self.ground, top), wall), 1e9)
-        self.kinds = np.select([wall <= self.distance, top <= self.distance], [Kind.WALL, Kind.SURFACE], Kind.SEABED)
+        self.kinds = np.select(
+            [wall <= self.distance, top <= self.distance], [PixelClass.WALL, PixelClass.SURFACE], PixelClass.SEABED
+        )
         self.instances = np.zeros(len(rays), dtype=int)
         self.alone = {}
         for glider in self.gliders:
             # The caster's gliders are above its ground at zero depth.
-            far = ray_caster.march(origin, rays, glider._replace(rise=-self.sea.depth(glider.north, glider.east)))
+            far = ray_caster.march(origin, rays, glider._replace(height=-self.sea.depth(glider.north, glider.east)))
             self.alone[glider.id] = np.isfinite(far) & self.covered.ravel()
             own = np.flatnonzero(np.isfinite(far))
             straight = (glider.length - glider.diameter) / 2 * np.array([-1, 0, 1])
@@ -102,7 +104,7 @@ class Trial:
             own = own[(far[own] < lowered) & (far[own] < wall[own]) & (far[own] < top[own])]
             free = self.instances[own] == 0
             own = own[free | (far[own] < self.distance[own])]
-            self.distance[own], self.kinds[own], self.instances[own] = far[own], Kind.GLIDER, glider.id
+            self.distance[own], self.kinds[own], self.instances[own] = far[own], PixelClass.GLIDER, glider.id
 
     def image(self, values):
         return values.reshape(*self.shape, *values.shape[1:])
@@ -147,7 +149,7 @@ def test_classes_over_a_relief_are_those_of_the_ray_caster(trial):
     inside = trial.inside
     np.testing.assert_array_equal(trial.found.kinds[inside], trial.image(trial.kinds)[inside])
     np.testing.assert_array_equal(trial.found.instances[inside], trial.image(trial.instances)[inside])
-    assert {Kind.SEABED, Kind.WALL} <= set(np.unique(trial.found.kinds))
+    assert {PixelClass.SEABED, PixelClass.WALL} <= set(np.unique(trial.found.kinds))
 
 
 def test_what_ground_and_walls_hide_of_a_glider_is_told(trial):
@@ -163,7 +165,7 @@ def test_what_ground_and_walls_hide_of_a_glider_is_told(trial):
 def test_flow_over_a_relief_leads_to_where_the_point_is_seen_next(trial):
     turn = ray_caster.camera_frame(replace(trial.then, height=-trial.then.depth), trial.camera.mount)
     points = trial.turn[:3, 3] + trial.distance[:, None] * trial.rays - turn[:3, 3]
-    expected = trial.camera.optics.project(trial.image(points @ turn[:3, :3]))[0] - trial.centres
+    expected = trial.camera.optics.project(trial.image(points @ turn[:3, :3]))[0] - trial.centers
     inside = trial.inside
     np.testing.assert_allclose(trial.found.flow[inside], expected[inside], atol=0.02)
     assert np.isfinite(trial.found.flow[inside]).mean() > 0.9
@@ -173,21 +175,23 @@ def test_flow_over_a_relief_leads_to_where_the_point_is_seen_next(trial):
 @pytest.mark.parametrize(
     "optics",
     [
-        pytest.param(FisheyeCamera.square(preset_lens("equidistant", math.pi), 512), marks=pytest.mark.heavy),
+        pytest.param(FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 512), marks=pytest.mark.heavy),
         PINHOLE,
     ],
 )
 def test_a_point_of_the_ground_is_shown_where_it_projects_to(name, optics):
     """The place that each pixel of a view shows, put onto the true bottom, is seen in that pixel."""
     sea, (north, east, depth) = SEAS[name]
-    shown = Camera(optics, 0, seabed=sea)
+    shown = SceneCamera(optics, 0, seabed=sea)
     errors = []
     for step in range(4):
         pose = standpoint(sea, north + 0.7 * step, east + 0.3 * step, depth, roll=0.2 - 0.1 * step, yaw=0.4 * step)
         _, renderer = shown._tables
-        near = renderer._surroundings(np.zeros(renderer.caster.width**2 * 5 + 1, np.uint32), camera(pose), pose, ())
+        near = renderer._surroundings(
+            np.zeros(renderer.caster.width**2 * 5 + 1, np.uint32), camera_rotation(pose), pose, ()
+        )
         for turn, close, ((first, last), (left, right)) in zip(
-            camera(pose) @ renderer.faces, near, renderer.windows, strict=True
+            camera_rotation(pose) @ renderer.faces, near, renderer.windows, strict=True
         ):
             if first == last:
                 continue
@@ -209,24 +213,24 @@ def test_a_point_of_the_ground_is_shown_where_it_projects_to(name, optics):
 
 def test_pictures_do_not_depend_on_where_the_camera_was_before():
     sea, (north, east, depth) = SEAS["hills"]
-    travelled, fresh = (Camera(FISHEYE, 64, seabed=sea, walls=WALLS) for _ in range(2))
+    travelled, fresh = (SceneCamera(FISHEYE, 64, seabed=sea, walls=WALLS) for _ in range(2))
     for k in range(6):
-        travelled.picture(standpoint(sea, north + 9.0 * k, east - 5.0 * k, depth))
+        travelled.take_picture(standpoint(sea, north + 9.0 * k, east - 5.0 * k, depth))
     pose = standpoint(sea, north, east, depth, roll=0.3)
-    np.testing.assert_array_equal(travelled.picture(pose), fresh.picture(pose))
-    for ours, theirs in zip(travelled.bands(3), fresh.bands(3), strict=True):
-        np.testing.assert_array_equal(ours.picture(pose), theirs.picture(pose))
+    np.testing.assert_array_equal(travelled.take_picture(pose), fresh.take_picture(pose))
+    for ours, theirs in zip(travelled.split_into_bands(3), fresh.split_into_bands(3), strict=True):
+        np.testing.assert_array_equal(ours.take_picture(pose), theirs.take_picture(pose))
     mine, other = travelled.labels(pose), fresh.labels(pose)
     np.testing.assert_array_equal(mine.distance, other.distance)
 
 
 def test_a_level_relief_looks_like_a_plane():
     level = Bathymetry([(n, e, 6.0) for n in range(-60, 61, 20) for e in range(-60, 61, 20)], 30.0, 6.0)
-    pose = Standpoint(1.0, 2.0, 3.0, 3.0, roll=0.3, yaw=1.0)
+    pose = ScenePose(1.0, 2.0, 3.0, 3.0, roll=0.3, yaw=1.0)
     gliders = [Glider(2.0, 2.5, id=1), Glider(-1.0, 4.0, id=2)]
-    optics = FisheyeCamera.square(preset_lens("equidistant", math.pi), 256)
-    plane, relief = (Camera(optics, 256, 6, seabed=seabed) for seabed in (None, level))
-    pictures = [each.picture(pose, gliders).astype(int) for each in (plane, relief)]
+    optics = FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 256)
+    plane, relief = (SceneCamera(optics, 256, 6, seabed=seabed) for seabed in (None, level))
+    pictures = [each.take_picture(pose, gliders).astype(int) for each in (plane, relief)]
     assert np.mean(np.abs(pictures[0] - pictures[1]).max(axis=-1) > 3) < 0.01
     flat, found = (each.labels(pose, gliders) for each in (plane, relief))
     near = flat.distance < 50.0
@@ -236,43 +240,46 @@ def test_a_level_relief_looks_like_a_plane():
 
 def test_a_bottom_without_soundings_is_the_plane_itself():
     flat = Bathymetry((), 10.0, 8.0)
-    pose = Standpoint(1.0, 2.0, 3.0, 5.0, roll=0.3)
-    pictures = [Camera(FISHEYE, 64, seabed=seabed, mugs=((2.0, 2.0),)).picture(pose) for seabed in (None, flat)]
+    pose = ScenePose(1.0, 2.0, 3.0, 5.0, roll=0.3)
+    pictures = [
+        SceneCamera(FISHEYE, 64, seabed=seabed, glider_positions=((2.0, 2.0),)).take_picture(pose)
+        for seabed in (None, flat)
+    ]
     np.testing.assert_array_equal(*pictures)
 
 
 def test_a_ridge_hides_a_glider_and_a_board_in_the_picture_too():
     sea, _ = SEAS["hills"]
     pose = standpoint(sea, 4.0, 0.0, 6.0)
-    shown = Camera(PINHOLE, 0, mount=Pose(), seabed=sea)
+    shown = SceneCamera(PINHOLE, 0, mount=Pose(), seabed=sea)
     hidden, open_ = on_ground(sea, pose, 18.0, 0.0, id=1), on_ground(sea, pose, 8.5, 0.5, id=2)
-    board = Board(april_grid(2, 2), 0.05, 18.0, 1.0, pose.height + pose.depth - sea.depth(18.0, 1.0), id=3)
+    board = Board(april_grid_cells(2, 2), 0.05, 18.0, 1.0, pose.height + pose.depth - sea.depth(18.0, 1.0), id=3)
     boxes = {box.instance: box for box in shown.labels(pose, [hidden, open_], boards=[board]).boxes}
-    assert boxes[1].occluded == 1.0
-    assert boxes[2].occluded == 0.0
-    assert boxes[3].occluded == 1.0
-    empty = shown.picture(pose, [])
-    np.testing.assert_array_equal(shown.picture(pose, [hidden], [board]), empty)
-    assert (shown.picture(pose, [open_]) != empty).any(axis=-1).sum() >= boxes[2].area > 5
+    assert boxes[1].occluded_share == 1.0
+    assert boxes[2].occluded_share == 0.0
+    assert boxes[3].occluded_share == 1.0
+    empty = shown.take_picture(pose, [])
+    np.testing.assert_array_equal(shown.take_picture(pose, [hidden], [board]), empty)
+    assert (shown.take_picture(pose, [open_]) != empty).any(axis=-1).sum() >= boxes[2].area > 5
 
 
 def test_a_wall_is_seen_from_the_bottom_to_the_surface_and_hides_what_is_behind():
-    pose, wall = Standpoint(0.0, 0.0, 4.0, 3.0), (((6.0, -2.0), (6.0, 3.0)),)
-    optics = PinholeCamera(160, 160, 60.0, 60.0, 80.0, 80.0)
+    pose, wall = ScenePose(0.0, 0.0, 4.0, 3.0), (((6.0, -2.0), (6.0, 3.0)),)
+    optics = PinholeModel(160, 160, 60.0, 60.0, 80.0, 80.0)
     behind, before = Glider(8.0, 0.0, 1.0, id=1), Glider(4.0, 0.0, 1.0, id=2)
     for seabed in (None, Bathymetry([(n, e, 7.0) for n in (-20, 0, 20) for e in (-20, 0, 20)], 40.0, 7.0)):
-        shown = Camera(optics, 0, mount=Pose(), seabed=seabed, walls=wall)
+        shown = SceneCamera(optics, 0, mount=Pose(), seabed=seabed, walls=wall)
         found = shown.labels(pose, [behind, before])
-        rows, columns = np.nonzero(found.kinds == Kind.WALL)
+        rows, columns = np.nonzero(found.kinds == PixelClass.WALL)
         edges = 80 - 60 * 2 / 6, 80 + 60 * 3 / 6, 80 - 60 * 3 / 6, 80 + 60 * 4 / 6
         assert np.abs(np.subtract((columns.min(), columns.max() + 1, rows.min(), rows.max() + 1), edges)).max() <= 1
-        assert {box.instance: box.occluded for box in found.boxes} == {1: 1.0, 2: 0.0}
-        picture = shown.picture(pose, [behind, before])
-        np.testing.assert_array_equal(picture, shown.picture(pose, [before]))
-        open_ = Camera(optics, 0, mount=Pose(), seabed=seabed).picture(pose, [before])
+        assert {box.instance: box.occluded_share for box in found.boxes} == {1: 1.0, 2: 0.0}
+        picture = shown.take_picture(pose, [behind, before])
+        np.testing.assert_array_equal(picture, shown.take_picture(pose, [before]))
+        open_ = SceneCamera(optics, 0, mount=Pose(), seabed=seabed).take_picture(pose, [before])
         changed = np.any(picture != open_, axis=-1)
-        assert changed[found.kinds == Kind.WALL].mean() > 0.97
-        assert changed[found.kinds == Kind.SEABED].mean() < 0.01
+        assert changed[found.kinds == PixelClass.WALL].mean() > 0.97
+        assert changed[found.kinds == PixelClass.SEABED].mean() < 0.01
 
 
 @pytest.mark.parametrize(
@@ -286,9 +293,9 @@ def test_a_wall_is_seen_from_the_bottom_to_the_surface_and_hides_what_is_behind(
 def test_a_camera_in_ground_or_wall_is_refused(place, told):
     sea, _ = SEAS["hills"]
     north, east, depth = place
-    blind = Camera(FISHEYE, 64, seabed=sea, walls=WALLS)
-    pose = Standpoint(north, east, 2.0, depth)
-    assert blind.trouble(pose)
+    blind = SceneCamera(FISHEYE, 64, seabed=sea, walls=WALLS)
+    pose = ScenePose(north, east, 2.0, depth)
+    assert blind.obstruction(pose)
     with pytest.raises(ValueError, match=told):
         blind.labels(pose)
-    assert blind.trouble(replace(pose, north=0.0, east=0.0, depth=2.0)) == ""
+    assert blind.obstruction(replace(pose, north=0.0, east=0.0, depth=2.0)) == ""

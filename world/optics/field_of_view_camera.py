@@ -17,7 +17,7 @@ def focal_length(pixels: float, field_of_view: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Pinhole:
+class FieldOfViewCamera:
     """Size (px) and fields of view (rad). Pixel (i, j) covers [i, i+1) x [j, j+1) of the image."""
 
     width: int
@@ -48,6 +48,6 @@ class Pinhole:
         rays = np.concatenate((places / self.focal_lengths, ahead), axis=-1)
         return rays, np.ones(rays.shape[:-1], np.bool_)
 
-    def ground_sample(self, height: float) -> float:
+    def ground_sample_distance(self, height: float) -> float:
         """Size on the ground (m) of a pixel seen from `height` (m)."""
         return height / focal_length(self.width, self.horizontal)
