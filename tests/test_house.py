@@ -195,17 +195,6 @@ def test_what_vehicles_compute_does_not_depend_on_the_version_of_python(trees):
     assert not wrong
 
 
-TWICE = set(
-    re.findall(
-        r"\w+",
-        """
-    Beam Circle Device Item Legs Line Option Picture Pose Rays Shot Track View
-    """,
-    )
-)
-"""Names of classes that still exist twice; take out those that do not any more."""
-
-
 def test_no_two_classes_have_the_same_name(trees):
     """Except tasks, whose names are those of sections, IMC's messages, and the notebook, whose names are given."""
     tasks = {(cls.__module__, cls.__name__) for cls in TASKS.values()}
@@ -216,7 +205,7 @@ def test_no_two_classes_have_the_same_name(trees):
         for node in trees[path].body:
             if isinstance(node, ast.ClassDef) and node.name[0] != "_" and (module_of(path), node.name) not in tasks:
                 places.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
-    assert not {name: found for name, found in places.items() if len(found) > 1 and name not in TWICE}
+    assert not {name: found for name, found in places.items() if len(found) > 1}
 
 
 SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is there
@@ -240,6 +229,8 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
     "tasks.maneuver.station_control": (("pop_up", "station_keeping"), "staying at a place in the water"),
     "tasks.simulators.powered_device": (("motor", "servos", "uav", "vsim"), "what a battery does to actuators"),
     "tasks.simulators.fixed_steps": (("uav", "vsim"), "the steps in which bodies move"),
+    "tasks.plan.duplicate_requests": (("db", "replies"), "the answer to a request that comes twice"),
+    "tasks.plan.replies": (("db", "engine", "generator"), "how requests about plans are answered"),
     "tasks.vision.airsim_api": (("airsim",), "the simulator's remote procedure calls"),
     "tasks.vision.cameras": (
         ("airsim", "camera", "device", "fisheye_camera", "recording"),
@@ -253,19 +244,36 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
     ),
     "tasks.pose_history": (("simulators.mug_detection_camera", "vision.airsim"), "where a vehicle is for its cameras"),
 }
-UNSORTED = {  # folders and modules that do not fit yet; take out those that do
-    "tasks.control.autopilot",
-    *(f"tasks.plan.{part}" for part in ("actions", "duplicate_requests", "execution", "replies", "requests", "store")),
-    *(f"tasks.transports.{part}" for part in ("ftp_server", "log_folder", "log_series")),
-    *("tasks.sensors.gnss_parser", "tasks.supervisors.maneuver_launcher"),
+SERVING = {  # a part that stands beside the one task that it serves, since the task is not a folder
+    "tasks.control.autopilot.device": "tasks.control.autopilot.mavlink",
+    "tasks.plan.actions": "tasks.plan.engine",
+    "tasks.plan.execution": "tasks.plan.engine",
+    "tasks.plan.requests": "tasks.plan.engine",
+    "tasks.plan.store": "tasks.plan.db",
+    "tasks.sensors.gnss_parser": "tasks.sensors.gps",
+    "tasks.supervisors.maneuver_launcher": "tasks.supervisors.vehicle",
+    "tasks.transports.ftp_server": "tasks.transports.ftp",
+    "tasks.transports.log_folder": "tasks.transports.logging",
+    "tasks.transports.log_series": "tasks.transports.logging",
 }
 
 
 def test_each_module_of_tasks_is_the_task_that_its_path_names_or_tells_whom_it_serves():
     modules = {module_of(path) for path in SOURCES if path.is_relative_to(ROOT / "tasks") and path.stem != "__init__"}
     tasks = {cls.__module__ for cls in TASKS.values()}
-    known = {*tasks, *SHARED, *UNSORTED}  # and what is in a folder with such a name
+    known = {*tasks, *SHARED, *SERVING}  # and what is in a folder with such a name
     assert not {one for one in modules if not any(one == each or one.startswith(f"{each}.") for each in known)}
+
+
+def test_a_part_serves_its_task_and_no_other(trees):
+    tasks = {cls.__module__: ROOT / Path(*cls.__module__.split(".")).with_suffix(".py") for cls in TASKS.values()}
+    users = {
+        name: {found for module, names in imports(trees[path]) for found in (module, *(f"{module}.{n}" for n in names))}
+        for name, path in tasks.items()
+    }
+    assert {part: [task for task, used in users.items() if part in used] for part in SERVING} == {
+        part: [task] for part, task in SERVING.items()
+    }
 
 
 def test_what_tasks_share_has_those_users(trees):

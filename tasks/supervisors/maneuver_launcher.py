@@ -13,8 +13,8 @@ Phase = imc.ManeuverControlState.State
 class ManeuverLauncher:
     """Publishes StopManeuver and maneuvers for a task, each after the answer to the last.
 
-    Pass every ManeuverControlState to `on_maneuver_state`. A maneuver that nobody answers within `timeout` (s) is dropped and
-    passed to `unanswered`.
+    Pass every ManeuverControlState to `on_maneuver_state`. A maneuver that nobody answers within `timeout` (s) is
+    dropped and passed to `unanswered`.
     """
 
     def __init__(self, task: Task, timeout: float, unanswered: Callable[[imc.Message], object]):

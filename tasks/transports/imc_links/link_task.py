@@ -68,7 +68,7 @@ class LinkTask(Task):
             self.refresh()
 
     def refresh(self) -> None:
-        """Call `set_subscriptions`, according to whether there is somebody to send to; called when the parameters have changed."""
+        """Call `set_subscriptions`, according to whether there is somebody to send to, after a change of parameters."""
 
     def message_list(self, names: Iterable[str], rates: Iterable[str]) -> MessageList:
         """A list with the entity filters of this task. Raises ParameterError."""
