@@ -33,8 +33,8 @@ def sail(boat: str, plan: imc.PlanSpecification, *overrides: str) -> dict:
     with tempfile.TemporaryDirectory() as name:
         root = Path(name)
         vehicle = prepare(boat, overrides=overrides, log_root=root / "log", state_folder=root / "db").vehicle
-        vehicle.tap(imc.SimulatedState, lambda m: rows.append((m.timestamp - vehicle.start_time, m.x, m.y, m.u)))
-        vehicle.tap(imc.Message, lambda _, packet: digest.update(packet), packets=True)
+        vehicle.observe(imc.SimulatedState, lambda m: rows.append((m.timestamp - vehicle.start_time, m.x, m.y, m.u)))
+        vehicle.observe(imc.Message, lambda _, packet: digest.update(packet), packets=True)
         began = time.process_time()
         report = Mission(vehicle, plan).fly(3600.0)
         used = time.process_time() - began

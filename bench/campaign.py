@@ -145,10 +145,10 @@ class Judge:
         self._estimate: imc.EstimatedState | None = None
         self._executing, self._ended = False, -math.inf
         self._depths: deque[float] = deque([math.inf], 1000)
-        vehicle.tap(imc.SimulatedState, self._measure)
-        vehicle.tap(imc.EstimatedState, self._believe)
-        vehicle.tap(imc.PlanControlState, self._follow)
-        vehicle.tap(
+        vehicle.observe(imc.SimulatedState, self._measure)
+        vehicle.observe(imc.EstimatedState, self._believe)
+        vehicle.observe(imc.PlanControlState, self._follow)
+        vehicle.observe(
             imc.LogBookEntry, lambda entry: flight.log.append(f"{entry.htime:.1f} {entry.context}: {entry.text}")
         )
 
@@ -242,7 +242,7 @@ def fly(seed: int) -> Flight:
 
         def say(message: imc.Message) -> None:
             packet = imc.encode_as(message, vehicle.kernel.now_ns * 1e-9, CCU, 1, vehicle.system, 0xFF)
-            vehicle.bus.publish(imc.decode(packet), packet, None)
+            vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
         def happen(kind: str, name: str) -> None:
             if kind == "abort":

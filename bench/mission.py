@@ -82,7 +82,7 @@ def gaps() -> float:
         times: list[float] = []
         with Fleet(VirtualClock(START)) as fleet:
             vehicle = flying(Path(name), PROFILE, 0, fleet)
-            vehicle.tap(imc.SimulatedState, lambda state: times.append(state.timestamp))
+            vehicle.observe(imc.SimulatedState, lambda state: times.append(state.timestamp))
             fleet.start()
             fleet.run(60.0)
     return max(later - before for before, later in itertools.pairwise(times))

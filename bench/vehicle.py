@@ -135,7 +135,7 @@ def start(repeats: int) -> None:
         "from runtime.vehicle.vehicle import Vehicle\n"
         "start = Vehicle.start\n"
         "def watched(self):\n"
-        "    self.tap(imc.EstimatedState, lambda _: print('first state', flush=True))\n"
+        "    self.observe(imc.EstimatedState, lambda _: print('first state', flush=True))\n"
         "    start(self)\n"
         "Vehicle.start = watched\n"
         f"sys.argv = ['shoal', 'run', {PROFILE!r}, '-p', 'Simulation', '--for', '2s', '--log-dir', sys.argv[1]]\n"

@@ -139,7 +139,7 @@ def simulate(
             _record(run, {id(message) for _, message, _ in fed})
             vehicle.start()
             for at, message, packet in fed:
-                vehicle.kernel.at(at, vehicle.bus.publish, message, packet, None)
+                vehicle.kernel.at(at, vehicle.bus.dispatch, message, packet, None)
             broken = FaultInjector(vehicle)
             for injection in faults:
                 broken.schedule(replace(injection, task=injection.task or made[0].name))
@@ -167,9 +167,9 @@ def _record(run: Run, fed: set[int]) -> None:
     def note(entry: imc.LogBookEntry) -> None:
         run.log.append(entry.text)
 
-    run.vehicle.tap(imc.Message, record, packets=True)
-    run.vehicle.tap(imc.LogBookEntry, note)
-    run.vehicle.tap(Frame, run.frames.append)
+    run.vehicle.observe(imc.Message, record, packets=True)
+    run.vehicle.observe(imc.LogBookEntry, note)
+    run.vehicle.observe(Frame, run.frames.append)
 
 
 def _unused(name: str, made: list[Task]) -> str:

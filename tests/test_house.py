@@ -155,7 +155,7 @@ def test_no_task_hands_on_its_publish(trees):
         for node in ast.walk(trees[path]):
             if (
                 isinstance(node, ast.Attribute)
-                and node.attr in ("publish", "share")
+                and node.attr in ("publish", "publish_frame")
                 and isinstance(node.value, ast.Name)
                 and node.value.id == "self"
                 and isinstance(node.ctx, ast.Load)

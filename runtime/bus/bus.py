@@ -127,7 +127,7 @@ class Bus:
         self._subscriptions = [s for s in self._subscriptions if s is not subscription]
         self._forget_routes()
 
-    def send(self, message: imc.Message, timestamp: float, source: int, speaker: int, origin: object) -> imc.Message:
+    def publish(self, message: imc.Message, timestamp: float, source: int, speaker: int, origin: object) -> imc.Message:
         """Publish `message` with this header, as its packet has it; returns what receivers see.
 
         It is encoded only if a packet is wanted: handlers alone get the same values without. Raises imc.SchemaError if
@@ -142,7 +142,7 @@ class Bus:
         else:
             seen = self._rounding[kind](message, timestamp, source, speaker, message.dst, message.dst_ent)
         if not direct:
-            self.publish(seen, packet, origin)
+            self.dispatch(seen, packet, origin)
             return seen
         self.delivered += 1
         enqueue, alone = self.kernel.enqueue, (seen,)
@@ -151,13 +151,13 @@ class Bus:
                 enqueue((handler, (seen, packet) if packets else alone))
         return seen
 
-    def publish(self, message: imc.Message, packet: bytes, origin: object) -> None:
+    def dispatch(self, message: imc.Message, packet: bytes, origin: object) -> None:
         """Deliver `message`, which `packet` decodes to, to all but `origin`, and send it on all transports."""
         self._deliver(message, packet, origin)
         for transport in self._transports:
             transport.send(message, packet)
 
-    def share(self, frame: object, origin: object) -> None:
+    def publish_frame(self, frame: object, origin: object) -> None:
         """Deliver a frame to the tasks of this process, and to other processes of the vehicle."""
         self._show(frame, origin)
         if self.frames is not None and isinstance(frame, Frame):

@@ -2,7 +2,7 @@
 
 from runtime.fault_injection.faults import FaultInjector, Injection
 from runtime.fault_injection.interceptor import PublishInterceptor
-from runtime.fault_injection.kinds import Biased, Crash, Fault, FaultError, Noisy, Silent, Spoil, Stuck
+from runtime.fault_injection.kinds import Biased, Crash, Fault, FaultError, Noisy, PublishFilter, Silent, Stuck
 from runtime.kernel import SimulatedCrash
 
 __all__ = [
@@ -13,9 +13,9 @@ __all__ = [
     "FaultInjector",
     "Injection",
     "Noisy",
+    "PublishFilter",
     "PublishInterceptor",
     "Silent",
     "SimulatedCrash",
-    "Spoil",
     "Stuck",
 ]

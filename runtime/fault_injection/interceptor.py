@@ -9,11 +9,11 @@ from runtime.bus import Frame
 from runtime.task import Entity, Task
 
 Item = imc.Message | Frame
-Spoil = Callable[[Any], Item | None]  # from what the task says to what others hear; None is nothing
+PublishFilter = Callable[[Any], Item | None]  # from what the task says to what others hear; None is nothing
 
 
 class PublishInterceptor:
-    """What one task publishes and shares: it goes through the `spoils` in the order in which they began.
+    """What one task publishes and shares: it goes through the `filters` in the order in which they began.
 
     With `remembers`, `last` has the latest message or frame of each kind, as the task itself would have it. `crashes`
     counts those that keep the task from starting, `acted` has the ids of the spoils that have changed something.
@@ -22,7 +22,7 @@ class PublishInterceptor:
 
     def __init__(self, task: Task):
         self.task = task
-        self.filters: list[Spoil] = []
+        self.filters: list[PublishFilter] = []
         self.last: dict[object, Item] = {}
         self.keeps_last = False
         self.crashes = 0
@@ -32,10 +32,10 @@ class PublishInterceptor:
         """Stand between the task and its bus if there is a reason, else leave."""
         own = vars(self.task)
         if self.filters or self.keeps_last:
-            own["publish"], own["share"] = self._publish, self._share
+            own["publish"], own["publish_frame"] = self._publish, self._publish_frame
         else:
             own.pop("publish", None)
-            own.pop("share", None)
+            own.pop("publish_frame", None)
 
     def key(self, item: Item) -> object:
         """What tells the values of one sensor from those of another: type, entity, and the number that some have."""
@@ -56,10 +56,10 @@ class PublishInterceptor:
         source = task.system if message.src == UNKNOWN_SYSTEM else message.src
         return task.vehicle.bus.decode(imc.encode_as(message, timestamp, source, speaker, message.dst, message.dst_ent))
 
-    def _share(self, frame: Frame) -> None:
+    def _publish_frame(self, frame: Frame) -> None:
         heard = self._spoilt(frame)
         if isinstance(heard, Frame):
-            type(self.task).share(self.task, heard)
+            type(self.task).publish_frame(self.task, heard)
 
     def _spoilt(self, item: Item) -> Item | None:
         heard: Item | None = item

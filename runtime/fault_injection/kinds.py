@@ -9,7 +9,7 @@ from zlib import crc32
 import imc
 from imc.layout import NUMBERS
 from runtime.bus import Frame
-from runtime.fault_injection.interceptor import Item, PublishInterceptor, Spoil
+from runtime.fault_injection.interceptor import Item, PublishFilter, PublishInterceptor
 from runtime.kernel import SimulatedCrash
 from support.text import quoted, with_suggestion
 
@@ -43,7 +43,7 @@ class Fault:
     def check(self, schema: imc.Schema) -> None:
         """Raise FaultError if a vehicle with these messages cannot have this fault."""
 
-    def begin(self, source: PublishInterceptor, number: int) -> Spoil | None:
+    def begin(self, source: PublishInterceptor, number: int) -> PublishFilter | None:
         """What it does to each message and frame of a task, from now on; None for nothing.
 
         `number` counts the faults that the task has had.
@@ -70,7 +70,7 @@ class Silent(Fault):
     def check(self, schema: imc.Schema) -> None:
         _check_names(schema, self.of)
 
-    def begin(self, source: PublishInterceptor, number: int) -> Spoil:
+    def begin(self, source: PublishInterceptor, number: int) -> PublishFilter:
         concerns = _concerned(self.of)
         return lambda item: None if concerns(item) else item
 
@@ -92,7 +92,7 @@ class Stuck(Fault):
     def check(self, schema: imc.Schema) -> None:
         _check_names(schema, self.of)
 
-    def begin(self, source: PublishInterceptor, number: int) -> Spoil:
+    def begin(self, source: PublishInterceptor, number: int) -> PublishFilter:
         concerns, kept = _concerned(self.of), dict(source.last)
 
         def repeat(item: Item) -> Item:
@@ -127,7 +127,7 @@ class Biased(Fault):
             raise FaultError(f"{self.of}.{self.field} is an integer, and cannot be NaN")
         _field(schema, self.of, self.field)
 
-    def begin(self, source: PublishInterceptor, number: int) -> Spoil:
+    def begin(self, source: PublishInterceptor, number: int) -> PublishFilter:
         return _shifting(source, self.of, self.field, lambda: self.by)
 
 
@@ -153,7 +153,7 @@ class Noisy(Fault):
     def check(self, schema: imc.Schema) -> None:
         _field(schema, self.of, self.field)
 
-    def begin(self, source: PublishInterceptor, number: int) -> Spoil:
+    def begin(self, source: PublishInterceptor, number: int) -> PublishFilter:
         from numpy.random import PCG64, Generator, SeedSequence
 
         task = source.task
@@ -225,7 +225,7 @@ def _range(kind: str) -> tuple[float, float]:
     return (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
 
 
-def _shifting(source: PublishInterceptor, message: str, name: str, step: Callable[[], float]) -> Spoil:
+def _shifting(source: PublishInterceptor, message: str, name: str, step: Callable[[], float]) -> PublishFilter:
     info = _field(source.task.vehicle.bus.messages, message, name)
     least, most = _range(info.type)
     low = least if info.minimum is None else max(least, info.minimum)

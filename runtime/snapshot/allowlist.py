@@ -26,10 +26,20 @@ OWN = frozenset(PACKAGES) - {"shoal"}
 PARTS = (Task, Ticker, Script, Activation, Entity, EntityTable, SystemTable, Bus, Subscription, Kernel, Timer, Vehicle)
 """What a snapshot can name, but not contain."""
 OF_TASK = frozenset(
-    {"publish", "reply", "relay", "share", "set_entity_state", "activate", "deactivate", "reconfigured", "_offloaded"}
+    {
+        "publish",
+        "reply",
+        "relay",
+        "publish_frame",
+        "set_entity_state",
+        "activate",
+        "deactivate",
+        "reconfigured",
+        "_offloaded",
+    }
 )
 """Methods of every task that a pending call may call; not those that take functions, such as `offload`."""
-OF_BUS = frozenset({"publish", "hear", "share"})
+OF_BUS = frozenset({"dispatch", "deliver", "publish_frame"})
 MOST_VALUES = 1_000_000
 DEEPEST = 250
 LARGEST = 1 << 26  # bytes of a file, and of a journal's packed entries

@@ -90,7 +90,7 @@ def _begin(task: Task, past: JournalStart) -> None:
     restore_task(task, past.state, reader)
     for timer, state in zip(timers, past.timers, strict=True):
         restore_timer(timer, state, reader)
-    task.restored()
+    task.after_restore()
 
 
 def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> None:

@@ -263,7 +263,7 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
         activation = vehicle.activations[name]
         activation.phase, activation.error = type(activation.phase)(reader.read(phase)), error
     for section in snapshot.tasks:
-        vehicle.task(section).restored()
+        vehicle.task(section).after_restore()
     vehicle.bus.discard_backlog()
     vehicle.running.update(snapshot.running)
 
@@ -275,7 +275,7 @@ def _refuse_strangers(vehicle: Vehicle) -> None:
         if task_of(subscription) is None and not vehicle.is_observer(owner):
             raise SnapshotError(
                 f"{owner_title(owner)} receives {subscription.type.__name__} and is no task, so it cannot be restored: "
-                "make it a task, or use Vehicle.tap if it only watches"
+                "make it a task, or use Vehicle.observe if it only watches"
             )
     for timer in vehicle.kernel.timers():
         if vehicle.is_observer(timer.owner) and not getattr(timer.owner, "transient", False):

@@ -78,7 +78,7 @@ def entities_of(task: Task) -> list[Entity]:
 
 def task_state(task: Task, hears: Iterable[Subscription], writer: StateWriter) -> TaskState:
     """The state of a task that runs no script; `hears` are its subscriptions. Raises SnapshotError."""
-    task.saving()
+    task.before_snapshot()
     skipped = BELONGINGS.union(task.transient)
     state = {name: value for name, value in vars(task).items() if name not in skipped}
     for name in state:

@@ -70,7 +70,7 @@ class Inbox:
 
 
 class Script:
-    """A coroutine of a task: `async def dive(script): await script.sleep(2); state = await script.hear(...)`.
+    """A coroutine of a task: `async def dive(script): await script.sleep(2); state = await script.receive(...)`.
 
     It runs between the handlers, never at the same time. An exception in it is the task's error.
     """
@@ -126,7 +126,7 @@ class Script:
         self._wake(seconds, None)
         await _Pause()
 
-    async def hear(
+    async def receive(
         self,
         kind: type[M],
         *,

@@ -36,7 +36,7 @@ class Task(DeviceTask):
     The vehicle makes the instance, so a task keeps its own state in attributes that `configure` or `start` set.
     A class with `external` set needs the network or a device and is skipped in virtual time; `requires` names the extra
     that it needs; `activation` is the scope of its parameter `Active`, empty for tasks without.
-    `transient` names attributes that are not in snapshots, because `configure` or `restored` makes them again.
+    `transient` names attributes that are not in snapshots, because `configure` or `after_restore` makes them again.
     `reads` has the options of sections that several tasks read, each with unit and meaning; a name that ends with /
     stands for all sections that begin with it.
     A snapshot can contain a running script if it is an async method of the task's own class.
@@ -87,7 +87,7 @@ class Task(DeviceTask):
     def configure(self) -> None:
         """Called with new parameter values, at load and after every change. Raise ParameterError to refuse them."""
 
-    def doubts(self) -> Iterable[ConfigWarning]:
+    def warnings(self) -> Iterable[ConfigWarning]:
         """What is odd in the profile, for `shoal check`; called when all tasks of the vehicle are made."""
         return ()
 
@@ -97,10 +97,10 @@ class Task(DeviceTask):
     def stop(self) -> None:
         """Release resources; called at the end, and before a restart."""
 
-    def saving(self) -> None:
-        """Called before a snapshot: put what `restored` needs into attributes. Do not publish."""
+    def before_snapshot(self) -> None:
+        """Called before a snapshot: put what `after_restore` needs into attributes. Do not publish."""
 
-    def restored(self) -> None:
+    def after_restore(self) -> None:
         """Called instead of `start` after the state of a snapshot is back: acquire resources. Do not publish."""
 
     def activate(self) -> None:
@@ -138,7 +138,7 @@ class Task(DeviceTask):
             source = self.system if message.src == UNKNOWN_SYSTEM else message.src
             speaker = (entity or self.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent
             origin = None if self.loopback_internal_messages else self
-            return self._bus.send(message, timestamp, source, speaker, origin)
+            return self._bus.publish(message, timestamp, source, speaker, origin)
         except Exception:
             _refuse(message)
             raise
@@ -151,7 +151,7 @@ class Task(DeviceTask):
         """Whether a reply is to this task. Others on board number their requests in the same way."""
         return (reply.dst, reply.dst_ent) == (self.system, self.entity.id)
 
-    def concerns(self, request: imc.Message) -> bool:
+    def is_for_me(self, request: imc.Message) -> bool:
         """Whether a request is for this system: addressed to it, or to everybody and sent by itself or a console.
 
         A request that another vehicle sends to everybody is meant for that vehicle.
@@ -166,12 +166,12 @@ class Task(DeviceTask):
     def relay(self, packet: bytes) -> imc.Message:
         """Put another system's packet on the bus unchanged, without bytes after it. Raises imc.DecodeError."""
         message, packet = self._bus.decode_first(packet)
-        self._bus.publish(message, packet, self)
+        self._bus.dispatch(message, packet, self)
         return message
 
-    def share(self, frame: "Frame") -> None:
+    def publish_frame(self, frame: "Frame") -> None:
         """Give a frame to the tasks of this process that consume frames; it is not encoded, logged or sent."""
-        self._bus.share(frame, self)
+        self._bus.publish_frame(frame, self)
 
     def set_entity_state(self, state: State, description: str = "", *, entity: Entity | None = None) -> None:
         """Set the entity's state. A new state is published immediately, a new description with the next report.

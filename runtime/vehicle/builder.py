@@ -236,7 +236,7 @@ def config_warnings(vehicle: Vehicle, profile: Profile) -> list[Problem]:
     return [
         Problem("warning", *_origin(profile, section, doubt.option), f"[{section}] {doubt.text}", doubt.hint)
         for task in vehicle.tasks
-        for doubt in task.doubts()
+        for doubt in task.warnings()
         for section in [doubt.section or task.name]
     ]
 

@@ -120,7 +120,7 @@ class ParameterService(Task):
                 self.reply(request, reply, entity=task.entity)
 
     def _addressed(self, request: imc.Message, label: str) -> Task | None:
-        task = self.find_task(label) if self.concerns(request) else None
+        task = self.find_task(label) if self.is_for_me(request) else None
         return task if task is not None and self._affords(request, 1) else None
 
     def find_task(self, label: str) -> Task | None:

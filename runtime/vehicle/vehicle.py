@@ -232,7 +232,7 @@ class Vehicle:
         """Whether a call belongs to the vehicle: `owner` is the vehicle, its bus, or a receiver of its bus."""
         return owner is self or owner is self.bus or self.bus.has_subscriber(owner)
 
-    def tap(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
+    def observe(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
         """Call `handler` with each delivered message of a type, whoever sent it.
 
         Its owner only watches, and is not in snapshots. With a pending call it prevents them, unless it has a true

@@ -57,12 +57,12 @@ class StatusDisplay:
         self._began = (time.monotonic(), vehicle.kernel.clock.read() / 1e9)
         self._counted = (0, *self._began)
         self._next_line = self._began[0] + LINE_PERIOD
-        vehicle.tap(imc.EstimatedState, self._on_estimated_state)
-        vehicle.tap(imc.EstimatedMugState, self._on_mug_state)
-        vehicle.tap(imc.LoggingControl, self._on_logging_control)
-        vehicle.tap(imc.VehicleState, self._on_vehicle_state)
-        vehicle.tap(imc.PlanControlState, self._on_plan_state)
-        vehicle.tap(imc.LogBookEntry, self._on_log_book_entry)
+        vehicle.observe(imc.EstimatedState, self._on_estimated_state)
+        vehicle.observe(imc.EstimatedMugState, self._on_mug_state)
+        vehicle.observe(imc.LoggingControl, self._on_logging_control)
+        vehicle.observe(imc.VehicleState, self._on_vehicle_state)
+        vehicle.observe(imc.PlanControlState, self._on_plan_state)
+        vehicle.observe(imc.LogBookEntry, self._on_log_book_entry)
 
     @property
     def now(self) -> float:

@@ -50,11 +50,11 @@ class Mission:
         self._trouble = ""
         self._answer = ""
         self._is_flying = self._has_flown = self._is_over = False
-        vehicle.tap(imc.PlanControl, self._judge)
-        vehicle.tap(imc.PlanControlState, self._follow)
-        vehicle.tap(imc.PathControlState, self._compare)
-        vehicle.tap(imc.EstimatedState, self._move)
-        vehicle.tap(imc.EntityMonitoringState, self._note_trouble)
+        vehicle.observe(imc.PlanControl, self._judge)
+        vehicle.observe(imc.PlanControlState, self._follow)
+        vehicle.observe(imc.PathControlState, self._compare)
+        vehicle.observe(imc.EstimatedState, self._move)
+        vehicle.observe(imc.EntityMonitoringState, self._note_trouble)
 
     def begin(self) -> None:
         """Start the vehicle, and the plan as soon as it is ready; the caller runs the vehicle."""

@@ -39,8 +39,8 @@ class PlanStartRequest:
         self._patience = patience
         self._refused = refused
         self._deadline = 0
-        vehicle.tap(imc.VehicleState, self._watch)
-        vehicle.tap(imc.PlanControlState, self._ask)
+        vehicle.observe(imc.VehicleState, self._watch)
+        vehicle.observe(imc.PlanControlState, self._ask)
 
     def is_answered_by(self, answer: imc.PlanControl) -> bool:
         """Whether a reply is for this request, not for that of another operator."""

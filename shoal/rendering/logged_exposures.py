@@ -255,7 +255,7 @@ class _LoggedPublisher:
     def _publish(self) -> None:
         while self._entries and self._entries[0][0] <= self._vehicle.kernel.now_ns:
             _, packet = self._entries.popleft()
-            self._vehicle.bus.publish(self._schema.decode(packet), packet, None)
+            self._vehicle.bus.dispatch(self._schema.decode(packet), packet, None)
         self.schedule_next()
 
 

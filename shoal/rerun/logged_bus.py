@@ -39,7 +39,7 @@ class LoggedBus(Bus):
         self.history, self.schema, self._is_own = history, schema, speakers
         self.kernel.soon(self._feed)
 
-    def publish(self, message: imc.Message, packet: bytes, origin: object) -> None:
+    def dispatch(self, message: imc.Message, packet: bytes, origin: object) -> None:
         header = imc.header(packet)
         if not self._is_own(header):
             return
@@ -49,7 +49,7 @@ class LoggedBus(Bus):
         if not over:
             self.on_published(header, packet)
         self.on_packet(packet)
-        super().publish(message, packet, origin)
+        super().dispatch(message, packet, origin)
 
     def finish(self) -> None:
         """Pass the rest of the log."""

@@ -248,6 +248,6 @@ def deliver_message(vehicle: Vehicle, message: imc.Message) -> None:
     packet = imc.encode_as(message, time, source, message.src_ent, target, message.dst_ent)
     heard = vehicle.bus.decode(packet)
     if source == vehicle.system:
-        vehicle.bus.publish(heard, packet, None)
+        vehicle.bus.dispatch(heard, packet, None)
     else:
         vehicle.bus.deliver(heard, packet)

@@ -113,7 +113,7 @@ class _ScenarioRun:
                 self._missions[spec.name] = Mission(vehicle, spec.plan, over=over, watch=watch)
                 self._unfinished.add(spec.name)
             track = self._tracks[spec.name] = TrueTrack(vehicle.system)
-            vehicle.tap(imc.SimulatedState, track.receive)
+            vehicle.observe(imc.SimulatedState, track.receive)
             for kind in TRACKED:
                 self._last[spec.name, kind.__name__] = context.monitor.keep_latest(spec.name, kind)
         for link in self._scenario.links:

@@ -68,7 +68,7 @@ class LinkChannel:
         for end in self.ends:
             end.vehicle.bus.attach(end)
             if math.isfinite(link.range) or math.isfinite(link.propagation):
-                end.vehicle.tap(imc.SimulatedState, end.on_simulated_state)
+                end.vehicle.observe(imc.SimulatedState, end.on_simulated_state)
 
     def metrics(self) -> dict[str, float]:
         """The counts, with the name of the link."""

@@ -95,7 +95,7 @@ class MessageMonitor:
         key = vehicle, kind
         if key not in self._taps:
             self._taps[key] = tap = _Tap(self._vehicles[vehicle])
-            self._vehicles[vehicle].tap(kind, tap.receive)
+            self._vehicles[vehicle].observe(kind, tap.receive)
         return self._taps[key]
 
     def _entity(self, selector: MessageSelector) -> int | None:

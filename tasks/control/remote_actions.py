@@ -79,7 +79,7 @@ class RemoteActionsTask(Task):
 
     @consume(others=True)
     def apply_actions(self, actions: imc.RemoteActions) -> None:
-        if not self._loops.mask or not self.concerns(actions):
+        if not self._loops.mask or not self.is_for_me(actions):
             return
         if self._operator.source not in (None, actions.src):
             return

@@ -22,7 +22,7 @@ class Entities(Task):
     )
     report_timeout: float = param(5.0, "s", "An entity without a report for this time has failed.", minimum=0.1)
 
-    def doubts(self) -> Iterator[ConfigWarning]:
+    def warnings(self) -> Iterator[ConfigWarning]:
         known = [entity.label for entity in self.vehicle.entities]
         lists = {"default_monitoring": self.default_monitoring, "default_monitoring_hardware": self._hardware()}
         for parameter in self.parameters().values():

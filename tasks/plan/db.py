@@ -49,12 +49,12 @@ class DB(Task):
         self._reply_to_boot(Type.SUCCESS, "initialization complete")
         self._publish_database_state()
 
-    def saving(self) -> None:
+    def before_snapshot(self) -> None:
         if not self._in_memory:
             raise SnapshotError(f"{self.name} keeps its plans in a file, which cannot be saved: set Storage = Memory")
         self._rows = self._store.rows()
 
-    def restored(self) -> None:
+    def after_restore(self) -> None:
         self._store = PlanStore(None)
         self._store.fill(*self._rows)
 
@@ -65,7 +65,7 @@ class DB(Task):
     @consume(others=True)
     def serve(self, request: imc.PlanDB) -> None:
         """Answer a request; one that fails changes nothing."""
-        if request.type != Type.REQUEST or not self.concerns(request):
+        if request.type != Type.REQUEST or not self.is_for_me(request):
             return
         if self._copies.is_duplicate(request):
             answer = self._copies.answer(request)

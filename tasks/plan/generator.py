@@ -44,7 +44,7 @@ class Generator(Task):
 
     @consume(others=True)
     def dispatch(self, request: imc.PlanGeneration) -> None:
-        if request.op == Op.REQUEST and self.concerns(request):
+        if request.op == Op.REQUEST and self.is_for_me(request):
             self._generate(request)
 
     def _generate(self, request: imc.PlanGeneration) -> None:
@@ -74,7 +74,7 @@ class Generator(Task):
             return matches and answer.type in (kinds.SUCCESS, kinds.FAILURE) and self.is_answered_by(answer)
 
         try:
-            answer = await script.hear(
+            answer = await script.receive(
                 imc.PlanDB,
                 where=ours,
                 timeout=DATABASE_TIMEOUT,

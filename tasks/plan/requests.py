@@ -78,7 +78,7 @@ class EngineRequests:
             return matches and task.is_answered_by(answer)
 
         try:
-            answer = await script.hear(imc.PlanDB, where=ours, timeout=DATABASE_TIMEOUT)
+            answer = await script.receive(imc.PlanDB, where=ours, timeout=DATABASE_TIMEOUT)
         except TimeoutError:
             raise PlanError("failed loading from DB: no answer") from None
         if isinstance(answer.arg, imc.PlanSpecification):

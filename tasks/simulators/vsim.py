@@ -74,7 +74,7 @@ class VSIM(PoweredDevice):
         self._seabed = world.seabed
         self._sea = world.wind_sea(self.vehicle.seed) if isinstance(self._model, BoatModel) else None
 
-    def doubts(self) -> Iterator[ConfigWarning]:
+    def warnings(self) -> Iterator[ConfigWarning]:
         read = {"Integration Method"}
 
         def value(section: str, option: str) -> str:

@@ -56,7 +56,7 @@ class Equipment(Task):
             self._refuse(request, f"no restart of {names.get(request.type, entity)} by message")
 
     def _answers(self, request: imc.Message) -> bool:
-        return type(request).__name__ not in self._taken and self.concerns(request) and request.src != self.system
+        return type(request).__name__ not in self._taken and self.is_for_me(request) and request.src != self.system
 
     def _refuse(self, request: imc.Message, reason: str) -> None:
         if self.vehicle.daemon.reply_quota.try_acquire(request.src, COST, self.now):

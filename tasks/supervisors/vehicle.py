@@ -136,7 +136,7 @@ class Vehicle(Task):
 
     @consume(others=True)
     def on_vehicle_command(self, request: imc.VehicleCommand) -> None:
-        if request.type != imc.VehicleCommand.Type.REQUEST or not self.concerns(request):
+        if request.type != imc.VehicleCommand.Type.REQUEST or not self.is_for_me(request):
             return
         if request.command == Command.EXEC_MANEUVER:
             self._execute(request)

@@ -56,7 +56,7 @@ class Cache(Task):
 
     @consume(others=True)
     def control(self, request: imc.CacheControl) -> None:
-        if not self.concerns(request):
+        if not self.is_for_me(request):
             return
         name = self.vehicle.systems.name(request.src)
         if request.op == Op.STORE and type(request.message) in self._kinds and request.message is not None:
@@ -87,7 +87,7 @@ class Cache(Task):
 
     def _keep(self, message: imc.Message) -> None:
         """Keep a message of an operator to this vehicle, unless a value in it cannot be."""
-        if message.src in OPERATORS and self.concerns(message) and not imc.validate(message):
+        if message.src in OPERATORS and self.is_for_me(message) and not imc.validate(message):
             self._store(message)
 
     def _store(self, message: imc.Message) -> None:

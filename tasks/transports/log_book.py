@@ -32,7 +32,7 @@ class LogBook(Task):
 
     @consume(others=True)
     def on_log_book_control(self, request: imc.LogBookControl) -> None:
-        if request.command == Command.REPLY or not self.concerns(request):
+        if request.command == Command.REPLY or not self.is_for_me(request):
             return
         if request.command == Command.CLEAR:
             self._entries.clear()

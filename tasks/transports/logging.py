@@ -77,7 +77,7 @@ class Logging(Task):
         self._open()
         self.after(self.flush_interval, self._tick)
 
-    def restored(self) -> None:
+    def after_restore(self) -> None:
         """Continue in a new log, with the usual first packets, but publish nothing."""
         name = self._name
         if not self._recording:
@@ -155,7 +155,7 @@ class Logging(Task):
     @consume(others=True)
     def on_logging_control(self, request: imc.LoggingControl) -> None:
         """Start a new log, stop, or reply with the name of the log, as requested by the own system or an operator."""
-        if not self.concerns(request):
+        if not self.is_for_me(request):
             return
         if request.op == Op.REQUEST_START:
             if self._plan is not None and (request.src, request.src_ent) == (self._plan.src, self._plan.src_ent):

@@ -107,7 +107,7 @@ class Replay(Task):
     @consume(others=True)
     def control(self, request: imc.ReplayControl) -> None:
         """Start, stop, pause or resume, as requested by the own system or an operator."""
-        if not self.concerns(request):
+        if not self.is_for_me(request):
             return
         if request.op == Op.START:
             root = self.vehicle.log_root.resolve()

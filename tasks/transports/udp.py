@@ -226,7 +226,7 @@ class UDP(LinkTask):
     def on_datagrams(self, datagrams: list[Datagram]) -> None:
         """Put packets on the bus, if they may come from where they come."""
         bus, judge, reach, now = self.vehicle.bus, self.gate.evaluate, self.reach, network_time(self)
-        decode, publish, forwards, taken = bus.decode_first, bus.publish, not self.local_messages_only, 0
+        decode, publish, forwards, taken = bus.decode_first, bus.dispatch, not self.local_messages_only, 0
         before, place = None, ""  # whose packet came before, and from where
         for datagram, address, port in datagrams:
             try:

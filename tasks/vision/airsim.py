@@ -100,8 +100,8 @@ class AirSim(ImageSaver):
         self._connect()
         self.set_entity_state(State.BOOT, f"connecting to {self._client.exchange.name}")
 
-    def restored(self) -> None:
-        super().restored()
+    def after_restore(self) -> None:
+        super().after_restore()
         self._connect()
 
     @property
@@ -165,7 +165,7 @@ class AirSim(ImageSaver):
         pose = made.pose.copy()
         pose[:3, 3] -= self.origin
         info = {"airsim_time": made.stamp}
-        self.share(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
+        self.publish_frame(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
         estimate = None if believed is None else believed.transform @ made.mount
         self._camera = made.optics, Pose.from_transform(made.mount @ np.linalg.inv(optical_transform(Pose())))
         file = self.save(time, made.image, self.location_of(self.pose_history.latest)) if self.should_save() else ""

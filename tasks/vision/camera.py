@@ -66,7 +66,7 @@ class Camera(MountedCamera, RenderedCamera):
         self._optics = self._housed(model)
         super().configure()
 
-    def doubts(self) -> Iterator[ConfigWarning]:
+    def warnings(self) -> Iterator[ConfigWarning]:
         for parameter in self.parameters().values() if self.calibration else ():
             if parameter.attribute in REPLACED and getattr(self, parameter.attribute) != parameter.default:
                 yield ConfigWarning(

@@ -142,7 +142,7 @@ class MUGDetector(Task):
         self._faults: dict[str, str] = {}
         self.set_entity_state(State.BOOT, "waiting for frames")
 
-    def restored(self) -> None:
+    def after_restore(self) -> None:
         self._find = self._finder()
 
     @consume

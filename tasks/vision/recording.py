@@ -64,8 +64,8 @@ class Recording(CalibratedCamera):
         self.set_entity_state(State.BOOT, f"opening {self.source}")
         self._fetch()
 
-    def restored(self) -> None:
-        super().restored()
+    def after_restore(self) -> None:
+        super().after_restore()
         self._reel = ImageSequence(self.resolve_path(self.source), self.camera)
 
     def _fetch(self) -> None:

@@ -124,7 +124,7 @@ def test_a_wrong_file(scenario):
 def test_a_vehicle(vehicle):
     boat = vehicle("otter", overrides=["Simulators.GPS:HACC=3"], seed=2)
     seen = []
-    boat.tap(imc.GpsFix, seen.append)
+    boat.observe(imc.GpsFix, seen.append)
     boat.start()
     boat.run(3.0)
     assert seen

@@ -68,19 +68,19 @@ def fly(tmp_path, paths, seconds, *, seed=0, settings=DEEP):
     made = build(profile, ["Simulation"], clock=clock, seed=seed, log_root=tmp_path, only=SECTIONS)
     vehicle, messages = made.vehicle, []
     assert {task.name for task in vehicle.tasks} >= SECTIONS
-    vehicle.tap(imc.Message, messages.append)
+    vehicle.observe(imc.Message, messages.append)
     vehicle.start()
     waiting = list(paths)
 
     def publish(message):
         packet = imc.encode_as(message, vehicle.kernel.now_ns * 1e-9, vehicle.system, 0xFE, 0xFFFF, 0xFF)
-        vehicle.bus.publish(imc.decode(packet), packet, None)
+        vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     def follow(state):
         if state.flags & imc.PathControlState.Flags.NEAR and waiting and state.path_ref < waiting[0].path_ref:
             publish(waiting.pop(0))
 
-    vehicle.tap(imc.PathControlState, follow)
+    vehicle.observe(imc.PathControlState, follow)
     begin = nanoseconds(vehicle.start_time + BEGIN)
     vehicle.kernel.at(begin, publish, imc.ControlLoops(enable=1, mask=1, scope_ref=1))
     vehicle.kernel.at(begin, lambda: publish(waiting.pop(0)))

@@ -35,7 +35,7 @@ def sailed(folder, seconds, *overrides, modes="Simulation", kinds=(imc.Estimated
     vehicle = build(profile, profile.select(modes), clock=VirtualClock(profile.start_time_ns), log_root=folder).vehicle
     heard = {kind: [] for kind in kinds}
     for kind, messages in heard.items():
-        vehicle.tap(kind, messages.append)
+        vehicle.observe(kind, messages.append)
     vehicle.start()
     vehicle.run(seconds)
     vehicle.close()
@@ -222,13 +222,13 @@ def test_gliders_that_are_moved_on_one_camera_are_moved_for_all(tmp_path):
     vehicle.start()
     vehicle.run(1.0)
     said = []
-    vehicle.tap(imc.LogBookEntry, lambda entry: said.append(entry.text))
+    vehicle.observe(imc.LogBookEntry, lambda entry: said.append(entry.text))
 
     def move(label, text):
         parameters = (imc.EntityParameter(name="MUGs", value=text),)
         order = imc.SetEntityParameters(name=label, params=parameters)
         packet = imc.encode_as(order, vehicle.kernel.now_ns * 1e-9, 0x4001, 1, vehicle.system, 0xFF)
-        vehicle.bus.publish(imc.decode(packet), packet, None)
+        vehicle.bus.dispatch(imc.decode(packet), packet, None)
         vehicle.run(0.5)
 
     def places():

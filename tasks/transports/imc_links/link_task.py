@@ -79,7 +79,7 @@ class LinkTask(Task):
         schema, label = self.vehicle.bus.messages, self.vehicle.entities.label
         return MessageList(names, rates, entities, custom, schema=schema, label=label)
 
-    def doubts(self) -> Iterator[ConfigWarning]:
+    def warnings(self) -> Iterator[ConfigWarning]:
         known = self.vehicle.entities.labels
         for option, labels in self.named_entities():
             for label in sorted(labels.difference(known)):

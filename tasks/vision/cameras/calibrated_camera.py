@@ -68,6 +68,6 @@ class CalibratedCamera(MountedCamera):
             time, self.taken, model, there, None if estimate is None else there, file, is_true=False
         )
         unknown = {} if optics else {"fx": math.nan, "fy": math.nan, "cx": math.nan, "cy": math.nan}
-        self.share(Frame(time, self.entity.label, self.taken, image, {"stamp": stamp}, optics, mount))
+        self.publish_frame(Frame(time, self.entity.label, self.taken, image, {"stamp": stamp}, optics, mount))
         self.publish(message.replace(**unknown))
         self.taken += 1

@@ -82,7 +82,7 @@ class ImageSaver(Task):
         self._unwritten = self._undescribed = self._counts = ""
         self._described: tuple[CameraModel, Pose] | None = None
 
-    def restored(self) -> None:
+    def after_restore(self) -> None:
         """Write images to the log that continues, not to the one of the snapshot."""
         self._folder = self._called = self.vehicle.log_folder or self._log_root
         self._described = None

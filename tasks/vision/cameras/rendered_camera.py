@@ -217,7 +217,9 @@ class RenderedCamera(ImageSaver):
         pose = view.vehicle.pose.transform @ mount
         estimate = None if view.estimate is None else view.estimate.transform @ mount
         self.report(f"{index + 1} frames, {self.dropped} dropped{'' if view.is_true else ', from EstimatedState'}")
-        self.share(Frame(time, self.entity.label, index, image, self.frame_info(view, optics), optics, mount, pose))
+        self.publish_frame(
+            Frame(time, self.entity.label, index, image, self.frame_info(view, optics), optics, mount, pose)
+        )
         file = self.save(time, image, described) if described else ""
         self.publish(camera_frame_message(time, index, optics, pose, estimate, file, is_true=view.is_true))
 

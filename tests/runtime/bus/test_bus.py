@@ -36,7 +36,7 @@ def test_what_is_published_here_goes_out_as_the_same_bytes(bus):
     wire = Wire()
     bus.attach(wire)
     message, packet = depth(1.0)
-    bus.publish(message, packet, None)
+    bus.dispatch(message, packet, None)
     assert wire.sent[0] is packet
 
 
@@ -46,7 +46,7 @@ def test_what_is_published_as_of_other_definitions_is_heard_by_those_of_its_mess
     assert strange is not imc.Depth
     bus.subscribe(Subscription(imc.Depth, heard.append))
     for message in (strange(value=1.5), imc.Unknown(id=imc.Depth.ID, payload=b"\0\0\0\x40")):
-        bus.send(message, 1.0, OWN, 7, None)
+        bus.publish(message, 1.0, OWN, 7, None)
     bus.kernel.run()
     assert [(type(message), message.value) for message in heard] == [(imc.Depth, 1.5), (imc.Depth, 2.0)]
 
@@ -81,9 +81,9 @@ def test_junk_from_outside_is_counted_and_harms_nobody(bus, junk):
 def test_until_resume_everything_is_kept_in_order():
     kernel = Kernel(VirtualClock(0))
     bus, heard = Bus(kernel, OWN), []
-    bus.publish(*depth(1.0), None)
+    bus.dispatch(*depth(1.0), None)
     bus.subscribe(Subscription(imc.Depth, heard.append))
-    bus.publish(*depth(2.0), None)
+    bus.dispatch(*depth(2.0), None)
     kernel.run()
     assert heard == []
     bus.release_backlog()
@@ -239,7 +239,7 @@ def test_a_transport_that_does_not_open_leaves_the_others(bus):
     with pytest.raises(ConnectionError):
         bus.attach(Refusing())
     message, packet = depth(1.0)
-    bus.publish(message, packet, None)
+    bus.dispatch(message, packet, None)
     assert wire.sent == [packet]
 
 

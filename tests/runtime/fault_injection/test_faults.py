@@ -58,7 +58,7 @@ class Camera(Task):
     @periodic(10.0)
     def tick(self) -> None:
         picture = np.full((1, 1, 4), round(10.0 * (self.now % 10.0)), np.uint8)
-        self.share(Frame(self.now, self.entity.label, int(picture[0, 0, 0]), picture))
+        self.publish_frame(Frame(self.now, self.entity.label, int(picture[0, 0, 0]), picture))
 
 
 class Listener(Task):
@@ -95,7 +95,7 @@ def test_a_silent_task_tells_only_of_itself_and_goes_on_afterwards():
         f"fault of {run.task.name}: silent, for 2 s",
         f"fault of {run.task.name} ends: silent",
     ]
-    assert not {"publish", "share", "start"} & vars(run.task).keys(), "afterwards the task is as before"
+    assert not {"publish", "publish_frame", "start"} & vars(run.task).keys(), "afterwards the task is as before"
 
 
 def test_only_the_named_messages_are_silent():

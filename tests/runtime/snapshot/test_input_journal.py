@@ -71,7 +71,9 @@ class Walker(Task):
             await script.sleep(self.random.uniform(0.01, 0.4))
             self.after(self.random.uniform(0.0, 0.7), self.say, f"{word} {turn} {first.value}")
             try:
-                high = await script.hear(imc.Temperature, where=lambda m, low=first: m.value > low.value, timeout=0.3)
+                high = await script.receive(
+                    imc.Temperature, where=lambda m, low=first: m.value > low.value, timeout=0.3
+                )
                 self.set_entity_state(State.NORMAL, f"{high.value}" + (" still" if high is self.latest else ""))
             except TimeoutError as error:
                 self.say(str(error))
@@ -90,7 +92,7 @@ def vehicle_of(*tasks: type[Task], seed: int = 0, time: int = 0, heard: Heard | 
     for task in tasks:
         vehicle.add(task, task.__name__)
     if heard is not None:
-        vehicle.tap(imc.Message, lambda _, packet: heard.append((vehicle.kernel.now_ns, packet)), packets=True)
+        vehicle.observe(imc.Message, lambda _, packet: heard.append((vehicle.kernel.now_ns, packet)), packets=True)
     return vehicle
 
 

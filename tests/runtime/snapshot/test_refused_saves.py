@@ -49,7 +49,7 @@ def refused(vehicle: Vehicle) -> str:
 
 def test_an_observer_that_cannot_be_restored_is_refused_at_the_save(vehicle: Vehicle) -> None:
     watcher = Watcher()
-    vehicle.tap(imc.EstimatedState, watcher.see)
+    vehicle.observe(imc.EstimatedState, watcher.see)
     save(vehicle)  # it only watches
     vehicle.kernel.after(9.0, watcher.see)
     assert re.match(r"the observer Watcher has a pending call", refused(vehicle))
@@ -57,7 +57,7 @@ def test_an_observer_that_cannot_be_restored_is_refused_at_the_save(vehicle: Veh
 
 def test_an_observer_that_the_run_does_not_need_may_have_calls(vehicle: Vehicle, tmp_path: Path) -> None:
     whistler = Whistler()
-    vehicle.tap(imc.EstimatedState, whistler.see)
+    vehicle.observe(imc.EstimatedState, whistler.see)
     vehicle.kernel.after(9.0, whistler.see)
     assert outcome(save(vehicle), tmp_path) == ""
 

@@ -96,7 +96,7 @@ def test_timers_go_on_also_those_that_a_task_holds() -> None:
     assert (task.later.function, task.later.args) == (task.say, ("late", 3))
     assert task.over.function is None
     heard: list[str] = []
-    again.tap(imc.LogBookEntry, lambda entry: heard.append(entry.text))
+    again.observe(imc.LogBookEntry, lambda entry: heard.append(entry.text))
     again.run(0.9)
     assert heard == []
     again.run(0.2)

@@ -64,7 +64,7 @@ def fly(folder: Path, times: Iterable[int] = ()) -> Flight:
                 changes.append(vehicle.kernel.now_ns)
             seen[type(message)] = state
 
-    vehicle.tap(imc.Message, hear, packets=True)
+    vehicle.observe(imc.Message, hear, packets=True)
     if times:
         InputJournals(vehicle)
     mission.begin()
@@ -115,7 +115,7 @@ def test_a_mission_goes_on_from_any_moment(saved: Flight, tmp_path: Path) -> Non
         vehicle = resume_snapshot(snapshot, tmp_path)
         heard = Heard()
         end = min(snapshot.time + AHEAD, saved.heard[-1][0])
-        vehicle.tap(imc.Message, lambda _, p, h=heard, v=vehicle: h.append((v.kernel.now_ns, p)), packets=True)
+        vehicle.observe(imc.Message, lambda _, p, h=heard, v=vehicle: h.append((v.kernel.now_ns, p)), packets=True)
         vehicle.kernel.run(until=end)
         heard = list(heard)
         vehicle.close()

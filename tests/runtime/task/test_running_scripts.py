@@ -10,11 +10,11 @@ from tests.runtime.task.clockwork import Clockwork
 
 def test_a_script_waits_hears_and_acts_in_order():
     async def mission(script):
-        state = await script.hear(imc.Depth, where=lambda depth: depth.value > 5.0)
+        state = await script.receive(imc.Depth, where=lambda depth: depth.value > 5.0)
         await script.sleep(2.0)
         script.publish(imc.Pressure(value=state.value))
         with pytest.raises(TimeoutError, match="no Temperature within 1 s"):
-            await script.hear(imc.Temperature, timeout=1.0)
+            await script.receive(imc.Temperature, timeout=1.0)
         return script.now
 
     class Captain(Task):
@@ -86,11 +86,11 @@ def test_an_error_in_where_is_raised_where_the_script_waits():
 
     async def careful(script):
         with pytest.raises(ValueError, match="what is 1"):
-            await script.hear(imc.Depth, where=vague)
+            await script.receive(imc.Depth, where=vague)
         return "caught"
 
     async def careless(script):
-        await script.hear(imc.Depth, where=vague)
+        await script.receive(imc.Depth, where=vague)
 
     feed = [imc.Depth(value=1.0, timestamp=1.0)]
     assert simulate(captain(careful), feed).task.orders[0].result == "caught"

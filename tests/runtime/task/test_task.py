@@ -123,7 +123,7 @@ def test_frames_are_shared_as_they_are_and_not_published():
         """Takes one picture."""
 
         def start(self):
-            self.share(Frame(self.now, "Camera", 0, np.zeros((2, 3, 4), np.uint8), {}))
+            self.publish_frame(Frame(self.now, "Camera", 0, np.zeros((2, 3, 4), np.uint8), {}))
 
     class Viewer(Task):
         """Looks."""
@@ -219,7 +219,7 @@ def test_a_request_concerns_a_vehicle_that_it_is_addressed_to_or_an_operators_br
 
     task = simulate(Clerk, seconds=0.0).task
     from_outside = src not in (0x1A, 0x4001, 0x5FFF)
-    assert task.concerns(imc.Abort(src=src, dst=dst)) == (dst == 0x1A or (dst != 0x1B and not from_outside))
+    assert task.is_for_me(imc.Abort(src=src, dst=dst)) == (dst == 0x1A or (dst != 0x1B and not from_outside))
 
 
 def test_a_task_does_not_tap_the_bus():
@@ -227,7 +227,7 @@ def test_a_task_does_not_tap_the_bus():
         """Taps the bus."""
 
         def start(self):
-            self.vehicle.tap(imc.Depth, self.note)
+            self.vehicle.observe(imc.Depth, self.note)
 
         def note(self, depth):
             """Never called."""

@@ -76,7 +76,7 @@ def vehicle(name, *, seed=0, keep_going=False, clock=None, fleet=None, tasks=(Di
 
 def recorded(made):
     packets = []
-    made.tap(imc.Message, lambda _, packet: packets.append(packet), packets=True)
+    made.observe(imc.Message, lambda _, packet: packets.append(packet), packets=True)
     return packets
 
 

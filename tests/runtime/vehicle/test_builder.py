@@ -150,7 +150,7 @@ def test_what_prevents_that_parameters_are_saved_is_told_without_numbers_of_erro
         tmp_path, "[Simulators.GPS]\nEnabled=Always\nEntity Label=GPS\n", state_folder=tmp_path / "db"
     ).vehicle
     told = []
-    vehicle.tap(imc.LogBookEntry, lambda entry: told.append(entry.text))
+    vehicle.observe(imc.LogBookEntry, lambda entry: told.append(entry.text))
     vehicle.start()
     vehicle.kernel.after(1.0, vehicle.task("Simulators.GPS").publish, imc.SaveEntityParameters(name="GPS"))
     vehicle.run(2.0)
@@ -175,7 +175,7 @@ def test_options_that_are_no_parameter_are_said_in_the_log_with_the_nearest_name
     text = "[Simulators.GPS]\nEnabled = Always\nHDPO = 2\nExecution Priority = 10\n"
     vehicle = made(tmp_path, text).vehicle
     said = []
-    vehicle.tap(imc.LogBookEntry, said.append)
+    vehicle.observe(imc.LogBookEntry, said.append)
     vehicle.start()
     vehicle.run(1.0)
     vehicle.close()

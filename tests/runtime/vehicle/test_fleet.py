@@ -202,7 +202,7 @@ def test_what_looks_on_is_its_vehicles_and_what_is_nobodys_ends_the_run():
 
     fleet = Fleet(VirtualClock(0))
     vehicle("one", fleet=fleet)
-    vehicle("two", fleet=fleet).tap(imc.Depth, look)
+    vehicle("two", fleet=fleet).observe(imc.Depth, look)
     with pytest.raises(KeyError) as caught:
         run(fleet, 1.0)
     assert "in two, test_what_looks_on_" in caught.value.__notes__[0]
@@ -252,7 +252,7 @@ def test_a_slow_handler_is_told_in_the_log_book_of_its_vehicle():
         made = [vehicle("one", fleet=fleet, tasks=(Echo,)), vehicle("two", fleet=fleet, tasks=(Sleeper,))]
         said = [[], []]
         for one, texts in zip(made, said, strict=True):
-            one.tap(imc.LogBookEntry, lambda entry, texts=texts: texts.append(entry.text))
+            one.observe(imc.LogBookEntry, lambda entry, texts=texts: texts.append(entry.text))
         fleet.start()
         fleet.run(0.5)
     assert said[0] == []

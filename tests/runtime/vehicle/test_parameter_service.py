@@ -61,12 +61,12 @@ def test_parameters_are_told_to_all_at_the_start_and_when_they_change():
     vehicle.daemon.tells_all = True
     vehicle.add(Valve, "Valve")
     told = []
-    vehicle.tap(imc.EntityParameters, told.append)
+    vehicle.observe(imc.EntityParameters, told.append)
     vehicle.start()
     vehicle.run(1.5)
     assert {message.name for message in told} == {"Daemon", "Valve"}
     change = setting(1.0, Turns="3", Flow="-1")
-    vehicle.bus.publish(change, imc.encode(change), None)
+    vehicle.bus.dispatch(change, imc.encode(change), None)
     vehicle.run(0.5)
     vehicle.close()
     for_all = [

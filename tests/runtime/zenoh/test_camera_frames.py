@@ -82,7 +82,7 @@ def test_frames_of_4_mb_arrive_without_shared_memory(network: Network) -> None:
     sender._shares = False
     image = np.full((1024, 1024, 4), 7, np.uint8)
     numbers = itertools.count()
-    until(lambda: sender.share(Frame(1.0, "Front", next(numbers), image, {})) or len(got) > 3, every=0.05)
+    until(lambda: sender.send(Frame(1.0, "Front", next(numbers), image, {})) or len(got) > 3, every=0.05)
     assert all(np.array_equal(frame.image, image) for frame in got)
     assert sender.unsent.total == 0
     for transport in (main, vision):

@@ -23,7 +23,7 @@ def show(tmp_path, message=None, title="a vehicle", width=80):
     with status:
         vehicle.start()
         if message is not None:
-            vehicle.kernel.after(0.5, vehicle.bus.publish, message.replace(src=0x1A), b"", None)
+            vehicle.kernel.after(0.5, vehicle.bus.dispatch, message.replace(src=0x1A), b"", None)
         vehicle.run(2.0)
         vehicle.close()
     return screen.getvalue()
@@ -62,7 +62,7 @@ def test_detections_are_shown_where_there_are_any(tmp_path):
 def test_malformed_packets_of_others_are_counted_in_the_last_line_and_in_the_log_book(tmp_path):
     vehicle = Vehicle("v", 0x1A, clock=VirtualClock(0), profile=NoProfile(), log_root=tmp_path)
     status, wire, texts = StatusDisplay(vehicle, "a vehicle", None), Wire(), []
-    vehicle.tap(imc.LogBookEntry, lambda entry: texts.append(entry.text))
+    vehicle.observe(imc.LogBookEntry, lambda entry: texts.append(entry.text))
     vehicle.bus.attach(wire)
     vehicle.start()
     for packet in (b"", b"junk of a stranger", imc.encode(imc.Depth(src=7))[:-1]):

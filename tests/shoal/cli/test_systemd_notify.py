@@ -131,7 +131,7 @@ def host(manager: Manager | None, **environment: Any) -> tuple[Vehicle, SystemdN
 def told(vehicle: Vehicle, host: SystemdNotifier, seconds: float = 0.5) -> list[str]:
     """What the log book says in a run."""
     texts: list[str] = []
-    vehicle.tap(imc.LogBookEntry, lambda entry: texts.append(entry.text))
+    vehicle.observe(imc.LogBookEntry, lambda entry: texts.append(entry.text))
     vehicle.start()
     vehicle.kernel.soon(host.notify_ready)
     vehicle.run(seconds)

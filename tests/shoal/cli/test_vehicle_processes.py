@@ -105,7 +105,7 @@ class Camera(Task):
     def take(self):
         self.count += 1
         image = np.full((SIZE, 96, 4), self.count % 256, np.uint8)
-        self.share(Frame(self.now, "Front", self.count, image, {"fov": 1.5}))
+        self.publish_frame(Frame(self.now, "Front", self.count, image, {"fov": 1.5}))
 
 class Viewer(Task):
     @consume

@@ -193,7 +193,7 @@ class Careless(Task):
     async def listen(self, script: Script) -> None:
         with pytest.raises(TypeError, match=r"expected the class of a message, such as imc.GpsFix, not 'GpsFix'"):
             script.listen(self.text)
-        await script.hear(self.text)
+        await script.receive(self.text)
 
     def start(self) -> None:
         with pytest.raises(TypeError, match=r"publish takes a message, such as imc.Depth\(value=1.0\), not 5"):

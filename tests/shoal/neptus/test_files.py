@@ -59,7 +59,7 @@ def test_the_definition_has_what_neptus_reads(vehicle):
 
 def test_the_maneuvers_are_those_that_the_vehicle_registers(vehicle):
     heard = []
-    vehicle.tap(imc.RegisterManeuver, lambda m: heard.append(imc.builtin().by_id(m.mid).__name__))
+    vehicle.observe(imc.RegisterManeuver, lambda m: heard.append(imc.builtin().by_id(m.mid).__name__))
     vehicle.start()
     vehicle.run(0.1)
     root = Xml.fromstring(vehicle_definition(vehicle))
@@ -82,7 +82,7 @@ def test_the_maneuvers_are_those_that_the_vehicle_registers(vehicle):
 
 def test_every_listed_parameter_is_answered_with_the_listed_value(vehicle):
     answers = {}
-    vehicle.tap(imc.EntityParameters, lambda m: answers.update({m.name: {p.name: p.value for p in m.params}}))
+    vehicle.observe(imc.EntityParameters, lambda m: answers.update({m.name: {p.name: p.value for p in m.params}}))
     vehicle.start()
     root = Xml.fromstring(parameter_list(vehicle))
     assert (root.get("format"), root.get("system"), root.get("i18n")) == ("1", vehicle.name, "en_US")
@@ -151,7 +151,7 @@ def test_mistakes_are_named(tmp_path, monkeypatch, arguments):
 
 def test_what_operators_set_in_the_field_is_visible_to_users(vehicle):
     answers = []
-    vehicle.tap(imc.EntityParameters, answers.append)
+    vehicle.observe(imc.EntityParameters, answers.append)
     vehicle.start()
     shown = {
         section.get("name"): [p.get("name") for p in section.findall("param") if text(p, "visibility") == "user"]

@@ -99,8 +99,8 @@ def test_a_vehicle_stops_before_a_wall(tmp_path, north, braking):
         state_folder=tmp_path / "db",
     )
     places, brakes = list[float](), list[int]()
-    made.vehicle.tap(imc.SimulatedState, lambda m: places.append(m.x))
-    made.vehicle.tap(imc.Brake, lambda m: brakes.append(m.op))
+    made.vehicle.observe(imc.SimulatedState, lambda m: places.append(m.x))
+    made.vehicle.observe(imc.Brake, lambda m: brakes.append(m.op))
     lat, lon, _ = displace(*START, 0.0, 80.0, 0.0)
     goto = imc.Goto(lat=lat, lon=lon, z=2.0, z_units=imc.ZUnits.DEPTH, speed=1.2)
     item = imc.PlanManeuver(maneuver_id="a", data=goto)

@@ -157,12 +157,12 @@ def test_teleoperation_moves_the_vehicle_until_its_operator_leaves(tmp_path: Pat
     )
     vehicle, begin = made.vehicle, made.vehicle.start_time
     states, replies = list[imc.SimulatedState](), list[str]()
-    vehicle.tap(imc.SimulatedState, states.append)
-    vehicle.tap(imc.PlanControl, lambda m: replies.append(m.info) if m.dst == CCU else None)
+    vehicle.observe(imc.SimulatedState, states.append)
+    vehicle.observe(imc.PlanControl, lambda m: replies.append(m.info) if m.dst == CCU else None)
 
     def say(message, now):
         packet = imc.encode_as(message, now, CCU, 3, OWN, 0xFF)
-        vehicle.bus.publish(imc.decode(packet), packet, None)
+        vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     async def console(script):
         await script.sleep(12.0)

@@ -27,14 +27,16 @@ class Flight:
         places = {"log_root": folder / "log", "state_folder": folder / "db"}
         self.vehicle = prepare("hexa-00", overrides=overrides, **places).vehicle
         self.truths, self.modes, self.log, self.op_modes = [], [], [], []
-        self.vehicle.tap(imc.SimulatedState, self.truths.append)
+        self.vehicle.observe(imc.SimulatedState, self.truths.append)
         self.volts, self.amperes = [], []
-        self.vehicle.tap(imc.Voltage, lambda m: self.volts.append(m.value))
-        self.vehicle.tap(imc.Current, lambda m: self.amperes.append(m.value))
-        self.vehicle.tap(imc.AutopilotMode, lambda m: self._note(self.modes, m.mode))
+        self.vehicle.observe(imc.Voltage, lambda m: self.volts.append(m.value))
+        self.vehicle.observe(imc.Current, lambda m: self.amperes.append(m.value))
+        self.vehicle.observe(imc.AutopilotMode, lambda m: self._note(self.modes, m.mode))
         self._until_down = until_down
-        self.vehicle.tap(imc.VehicleState, lambda m: self._note(self.op_modes, imc.VehicleState.OpMode(m.op_mode).name))
-        self.vehicle.tap(imc.LogBookEntry, lambda m: self.log.append(m.text))
+        self.vehicle.observe(
+            imc.VehicleState, lambda m: self._note(self.op_modes, imc.VehicleState.OpMode(m.op_mode).name)
+        )
+        self.vehicle.observe(imc.LogBookEntry, lambda m: self.log.append(m.text))
         self.vehicle.start()
         start = imc.PlanControl(op=imc.PlanControl.Op.START, plan_id=plan.plan_id, arg=plan, dst=OWN, src=CCU)
         for at, event in ((START, start), *events):
@@ -47,7 +49,7 @@ class Flight:
             self.vehicle.task(event).disconnect()
         else:
             packet = imc.encode_as(event, self.vehicle.kernel.now_ns / 1e9, event.src, 0xFF, event.dst, 0xFF)
-            self.vehicle.bus.publish(imc.decode(packet), packet, None)
+            self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     def _note(self, found, word):
         if found[-1:] != [word]:

@@ -111,19 +111,19 @@ def sail(sailing: Sailing) -> Voyage:
             if reply.dst == CCU:
                 voyage.replies.append(reply.info)
 
-        vehicle.tap(imc.SimulatedState, lambda m: voyage.depths.append((m.timestamp - begin, m.z)))
-        vehicle.tap(imc.VehicleState, note_mode)
-        vehicle.tap(imc.PlanControl, note_reply)
-        vehicle.tap(imc.Message, lambda _, packet: voyage.packets.append(packet), packets=True)
+        vehicle.observe(imc.SimulatedState, lambda m: voyage.depths.append((m.timestamp - begin, m.z)))
+        vehicle.observe(imc.VehicleState, note_mode)
+        vehicle.observe(imc.PlanControl, note_reply)
+        vehicle.observe(imc.Message, lambda _, packet: voyage.packets.append(packet), packets=True)
 
         async def happen(script):
             await script.sleep(BEGIN)
             request = control(imc.PlanControl.Op.START, -1.0, sailing.plan.plan_id, 1, arg=sailing.plan)
-            vehicle.bus.publish(*_packed(request, script.now), None)
+            vehicle.bus.dispatch(*_packed(request, script.now), None)
             for at, what in sorted([(sailing.silent_at, sailing.silent), (sailing.abort_at, "Abort")]):
                 await script.sleep(begin + at - script.now)
                 if what == "Abort":
-                    vehicle.bus.publish(*_packed(imc.Abort(src=CCU, dst=OWN), script.now), None)
+                    vehicle.bus.dispatch(*_packed(imc.Abort(src=CCU, dst=OWN), script.now), None)
                 elif what.startswith("Simulators."):
                     vehicle.task(what).disconnect()
                 elif what:

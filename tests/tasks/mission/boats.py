@@ -60,7 +60,7 @@ def sail(boat, plan, *overrides, seed=1, happen=None, until=None, keep_all=False
         voyage = Voyage(Report(), {kind: [] for kind in KINDS})
         note(vehicle, voyage.heard)
         if keep_all:
-            vehicle.tap(imc.Message, lambda _, packet: voyage.packets.append(packet), packets=True)
+            vehicle.observe(imc.Message, lambda _, packet: voyage.packets.append(packet), packets=True)
         if happen is not None:
             vehicle.kernel.soon(vehicle.daemon.run, lambda script: happen(vehicle, script))
         if until is None:
@@ -68,8 +68,8 @@ def sail(boat, plan, *overrides, seed=1, happen=None, until=None, keep_all=False
             return voyage
 
         async def command(script):
-            await script.hear(imc.PlanControlState, where=lambda m: m.state == imc.PlanControlState.State.READY)
-            await script.hear(imc.VehicleState, where=lambda m: m.op_mode == Mode.SERVICE)
+            await script.receive(imc.PlanControlState, where=lambda m: m.state == imc.PlanControlState.State.READY)
+            await script.receive(imc.VehicleState, where=lambda m: m.op_mode == Mode.SERVICE)
             script.publish(imc.PlanControl(plan_id=plan.plan_id, arg=plan, dst=vehicle.system))
 
         vehicle.start()

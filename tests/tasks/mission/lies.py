@@ -95,11 +95,11 @@ class Flight:
         self.modes, self.errors, self.said, self.depths, self.failed, self.truth = [], [], set(), [], math.inf, None
         self.aloft, self.astray, self.wrong_depth = math.inf, 0.0, 0.0
         self.variances = []
-        vehicle.tap(imc.VehicleState, self._note)
-        vehicle.tap(imc.SimulatedState, self._measure)
-        vehicle.tap(imc.EstimatedState, self._compare)
-        vehicle.tap(imc.EntityState, lambda state: self.said.add(state.description))
-        vehicle.tap(imc.NavigationUncertainty, lambda sure: self.variances.append((sure.x, sure.z)))
+        vehicle.observe(imc.VehicleState, self._note)
+        vehicle.observe(imc.SimulatedState, self._measure)
+        vehicle.observe(imc.EstimatedState, self._compare)
+        vehicle.observe(imc.EntityState, lambda state: self.said.add(state.description))
+        vehicle.observe(imc.NavigationUncertainty, lambda sure: self.variances.append((sure.x, sure.z)))
         inject(vehicle)
         vehicle.run(seconds - FAULT)
         vehicle.close()

@@ -62,11 +62,11 @@ def test_an_absurd_time_from_the_database_is_refused(tmp_path, arrival):
     step = imc.PlanManeuver(maneuver_id="M", data=goto.replace(arrival_time=arrival))
     stored = imc.PlanSpecification(plan_id="stored", start_man_id="M", maneuvers=[step])
     vehicle, heard = made.vehicle, []
-    vehicle.tap(imc.PlanControl, heard.append)
+    vehicle.observe(imc.PlanControl, heard.append)
 
     def say(message):
         packet = imc.encode_as(message, vehicle.kernel.now_ns * 1e-9, CCU, 3, vehicle.system, 0xFF)
-        vehicle.bus.publish(imc.decode(packet), packet, None)
+        vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     later = vehicle.kernel.now_ns
     requests = imc.PlanDB(op=imc.PlanDB.Op.SET, plan_id="stored", arg=stored), imc.PlanControl(plan_id="stored")

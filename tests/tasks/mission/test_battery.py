@@ -33,15 +33,15 @@ class Dive:
         self.vehicle = vehicle = prepare("lauv-noptilus-1", overrides=(*LEAN, *overrides), **folders).vehicle
         vehicle.keep_going = True
         self.depths, self.speeds, self.volts, self.modes, self.replies, self.log = [], [], [], [], [], []
-        vehicle.tap(imc.Voltage, lambda m: self.volts.append(m.value))
-        vehicle.tap(imc.VehicleState, lambda m: self.modes.append(Mode(m.op_mode)))
-        vehicle.tap(imc.PlanControl, lambda m: self.replies.append(m.info) if m.dst == CCU else None)
-        vehicle.tap(imc.LogBookEntry, lambda m: self.log.append(m.text))
+        vehicle.observe(imc.Voltage, lambda m: self.volts.append(m.value))
+        vehicle.observe(imc.VehicleState, lambda m: self.modes.append(Mode(m.op_mode)))
+        vehicle.observe(imc.PlanControl, lambda m: self.replies.append(m.info) if m.dst == CCU else None)
+        vehicle.observe(imc.LogBookEntry, lambda m: self.log.append(m.text))
         vehicle.start()
         vehicle.run(START)
         start = control(imc.PlanControl.Op.START, -1.0, PLAN.plan_id, 1, arg=PLAN)
         packet = imc.encode_as(start, vehicle.kernel.now_ns * 1e-9, CCU, 3, OWN, 0xFF)
-        vehicle.bus.publish(imc.decode(packet), packet, None)
+        vehicle.bus.dispatch(imc.decode(packet), packet, None)
         craft = vehicle.task("Simulators.VSIM").craft
         for _ in range(round(2 * (seconds - START))):
             vehicle.run(0.5)

@@ -154,7 +154,7 @@ def test_a_boat_circles_by_itself_until_it_is_given_a_plan(tmp_path):
     selected = profile.select("Simulation")
     vehicle = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=tmp_path).vehicle
     positions = []
-    vehicle.tap(imc.SimulatedState, lambda m: positions.append((m.x, m.y)))
+    vehicle.observe(imc.SimulatedState, lambda m: positions.append((m.x, m.y)))
     vehicle.start()
     vehicle.run(100.0)
     vehicle.close()

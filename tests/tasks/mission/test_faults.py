@@ -97,9 +97,9 @@ class Flight:
     def __init__(self, state, folder, inject, end):
         self.vehicle = vehicle = state.go_on(folder)
         self.failed, self.modes, self.errors, self.depths = [], [], [], []
-        vehicle.tap(imc.VehicleState, self._note)
-        vehicle.tap(imc.PlanControl, self._note_reply)
-        vehicle.tap(imc.SimulatedState, self._measure)
+        vehicle.observe(imc.VehicleState, self._note)
+        vehicle.observe(imc.PlanControl, self._note_reply)
+        vehicle.observe(imc.SimulatedState, self._measure)
         inject(vehicle)
         vehicle.run(end - FAULT)
         self.descriptions = {entity.label: entity.description for entity in vehicle.entities}

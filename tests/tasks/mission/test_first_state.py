@@ -30,7 +30,7 @@ def start(folder, profile="lauv-noptilus-1", mode="Simulation", seconds=15.0, ki
     made = prepare(profile, modes, log_root=folder / "log", state_folder=folder / "db", **settings)
     heard = {kind: [] for kind in kinds}
     for kind, messages in heard.items():
-        made.vehicle.tap(kind, messages.append)
+        made.vehicle.observe(kind, messages.append)
     made.vehicle.start()
     made.vehicle.run(seconds)
     made.vehicle.close()

@@ -182,7 +182,7 @@ def test_without_a_plan_of_others_it_flies_circles(tmp_path):
     profile = load_profile("hexa-00")
     made = build(profile, profile.select("Simulation"), clock=VirtualClock(profile.start_time_ns), log_root=tmp_path)
     heights = []
-    made.vehicle.tap(imc.SimulatedState, lambda m: heights.append(m.z))
+    made.vehicle.observe(imc.SimulatedState, lambda m: heights.append(m.z))
     made.vehicle.start()
     made.vehicle.run(25.0)
     made.vehicle.close()

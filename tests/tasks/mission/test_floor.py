@@ -79,10 +79,10 @@ def dive(maneuvers, overrides=(), *, steer=(), silent="", at=0.0, profile="lauv-
 
         yoyo = [task.entity.id for task in vehicle.tasks if task.name == "Maneuver.YoYo"]
         attitude = next((t.entity.id for t in vehicle.tasks if t.name == "Control.AUV.Attitude"), None)
-        vehicle.tap(imc.SimulatedState, look)
-        vehicle.tap(imc.DesiredPitch, lambda m: result.pitches.append(m.value) if m.src_ent in yoyo else None)
-        vehicle.tap(imc.LogBookEntry, lambda m: result.log.append(m.text))
-        vehicle.tap(imc.EntityState, describe)
+        vehicle.observe(imc.SimulatedState, look)
+        vehicle.observe(imc.DesiredPitch, lambda m: result.pitches.append(m.value) if m.src_ent in yoyo else None)
+        vehicle.observe(imc.LogBookEntry, lambda m: result.log.append(m.text))
+        vehicle.observe(imc.EntityState, describe)
 
         async def happen(script):
             while True:
@@ -93,7 +93,7 @@ def dive(maneuvers, overrides=(), *, steer=(), silent="", at=0.0, profile="lauv-
                 for order in [order for since, order in steer if elapsed >= since][-1:]:
                     message = imc.RemoteActions(actions=order) if isinstance(order, str) else order
                     packet = imc.encode_as(message, script.now, CCU, 0, OWN, 0xFF)
-                    vehicle.bus.publish(imc.decode(packet), packet, None)
+                    vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
         vehicle.kernel.soon(vehicle.daemon.run, happen)
         result.reason = Mission(vehicle, plan).fly(seconds).reason

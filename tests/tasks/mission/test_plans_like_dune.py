@@ -23,7 +23,7 @@ class Flown:
         self.vehicle = prepare(profile, overrides=lean, log_root=folder / "log", state_folder=folder / "db").vehicle
         self.kept = {kind: [] for kind in (*kept, imc.PlanControl)}
         for kind, messages in self.kept.items():
-            self.vehicle.tap(kind, messages.append)
+            self.vehicle.observe(kind, messages.append)
         mission = Mission(self.vehicle, parse_plan(HEAD + text))
         for at, message in feed:
             self.vehicle.kernel.at(self.vehicle.kernel.now_ns + round(at * 1e9), self._say, message)
@@ -35,7 +35,7 @@ class Flown:
             self.vehicle.find("GPS").publish(message)
             return
         packet = imc.encode_as(message, self.vehicle.kernel.now_ns * 1e-9, message.src, 3, message.dst, 0xFF)
-        self.vehicle.bus.publish(imc.decode(packet), packet, None)
+        self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     def legs(self):
         """Start and end of each path: m north and east, rounded."""

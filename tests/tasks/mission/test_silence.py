@@ -85,7 +85,7 @@ def vehicle(folder, **options):
 
 def say(vehicle, message):
     packet = imc.encode_as(message, vehicle.kernel.now_ns / SECOND, CCU, 3, message.dst, message.dst_ent)
-    vehicle.bus.publish(imc.decode(packet), packet, None)
+    vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
 
 @pytest.fixture(scope="module")
@@ -110,8 +110,8 @@ class Dive:
     def __init__(self, diving, folder, silent=(), *, abort=None, seconds=LOOK):
         self.depths, self.modes, self.errors, self.replies = [], [], [], []
         self.vehicle = diver = vehicle(folder, clock=VirtualClock(diving.time))
-        diver.tap(imc.VehicleState, self._note)
-        diver.tap(imc.PlanControl, self._note_reply)
+        diver.observe(imc.VehicleState, self._note)
+        diver.observe(imc.PlanControl, self._note_reply)
         restore(diver, diving)
         for name in silent:
             task = diver.task(name)

@@ -25,7 +25,7 @@ def normalised_error(folder, seed: int) -> float:
     vehicle = build(profile, {"Simulation"}, clock=clock, seed=seed, log_root=folder).vehicle
     latest = {}
     for kind in (imc.SimulatedState, imc.EstimatedState, imc.NavigationUncertainty):
-        vehicle.tap(kind, lambda message: latest.update({type(message): message}))
+        vehicle.observe(kind, lambda message: latest.update({type(message): message}))
     vehicle.start()
     vehicle.run(LENGTH)
     vehicle.close()

@@ -27,7 +27,7 @@ def flown(profile: str, root: Path, *overrides: str) -> list[imc.Message]:
     ).vehicle
     states: list[imc.Message] = []
     for kind in KINDS:
-        vehicle.tap(kind, states.append)
+        vehicle.observe(kind, states.append)
     vehicle.start()
     vehicle.run(40.0)
     vehicle.close()

@@ -39,7 +39,7 @@ class Underway:
 def note(vehicle: Vehicle, heard: dict[type[imc.Message], list[tuple[float, imc.Message]]]) -> None:
     """Keep what a vehicle publishes of some types."""
     for kind, found in heard.items():
-        vehicle.tap(kind, lambda m, found=found: found.append((m.timestamp - vehicle.start_time, m)))
+        vehicle.observe(kind, lambda m, found=found: found.append((m.timestamp - vehicle.start_time, m)))
 
 
 def underway(
@@ -68,7 +68,7 @@ def underway(
 def say(vehicle: Vehicle, message: imc.Message) -> None:
     """Publish a message as one of a console."""
     packet = imc.encode_as(message, vehicle.kernel.now_ns / SECOND, CCU, 3, message.dst, message.dst_ent)
-    vehicle.bus.publish(imc.decode(packet), packet, None)
+    vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
 
 def _vehicle(profile: str, overrides: tuple[str, ...], folder: Path, clock: VirtualClock | None = None) -> Vehicle:

@@ -22,9 +22,9 @@ def vehicle_of(tmp_path, time=0, **parameters):
 def ask(vehicle, op, **fields):
     """The last answer to a request."""
     answers = []
-    vehicle.tap(imc.PlanDB, lambda m: answers.append(m) if m.type != imc.PlanDB.Type.REQUEST else None)
+    vehicle.observe(imc.PlanDB, lambda m: answers.append(m) if m.type != imc.PlanDB.Type.REQUEST else None)
     request = imc.PlanDB(timestamp=1.0, src=CCU, dst=OWN, op=op, **fields)
-    vehicle.bus.publish(request, imc.encode(request), None)
+    vehicle.bus.dispatch(request, imc.encode(request), None)
     vehicle.run(0.5)
     return answers[-1]
 

@@ -28,7 +28,7 @@ def truth(name, clock, seconds, folder, *tasks):
     profile = load_profile(name, overrides=[*ALONE, "Simulators.GPS:Activation Depth=1"])
     vehicle = build(profile, profile.select(["Simulation"]), clock=clock, log_root=folder).vehicle
     found = []
-    vehicle.tap(imc.SimulatedState, found.append)
+    vehicle.observe(imc.SimulatedState, found.append)
     for task in tasks:
         vehicle.add(task, task.__name__)
     vehicle.start()

@@ -149,7 +149,7 @@ def test_a_detector_of_pictures_agrees_with_the_camera_without_pixels(tmp_path):
         else:
             by_pixels.append((mug, detector.offset_of(mug.id)[2]))
 
-    vehicle.tap(imc.EstimatedMugState, note)
+    vehicle.observe(imc.EstimatedMugState, note)
     vehicle.start()
     vehicle.run(110.0)
     vehicle.close()

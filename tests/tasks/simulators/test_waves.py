@@ -23,7 +23,7 @@ WAVES = (f"World:Wave Height={HEIGHT}",)
 
 def ran(boat, seconds, folder):
     vehicle, packets = prepare(boat, overrides=WAVES, log_root=folder / "log").vehicle, list[bytes]()
-    vehicle.tap(imc.Message, lambda _, packet: packets.append(packet), packets=True)
+    vehicle.observe(imc.Message, lambda _, packet: packets.append(packet), packets=True)
     vehicle.start()
     vehicle.run(seconds)
     vehicle.close()
@@ -79,11 +79,11 @@ def test_a_run_in_waves_is_the_same_again_and_after_a_snapshot(tmp_path):
     vehicle.start()
     vehicle.run(8.0)
     snapshot, states = load(save(vehicle)), list[imc.SimulatedState]()
-    vehicle.tap(imc.SimulatedState, states.append)
+    vehicle.observe(imc.SimulatedState, states.append)
     vehicle.run(3.0)
     vehicle.close()
     again, later = resume_snapshot(snapshot, tmp_path / "again"), list[imc.SimulatedState]()
-    again.tap(imc.SimulatedState, later.append)
+    again.observe(imc.SimulatedState, later.append)
     again.run(3.0)
     again.close()
     assert later == states

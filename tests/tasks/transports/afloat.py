@@ -36,7 +36,7 @@ class Afloat:
         )
         self.vehicle, self.port, self.plans = made.vehicle, free_port(), []
         self.task = self.vehicle.add(MAVLink, "Transports.MAVLink", links=[link.format(port=self.port)], **options)
-        self.vehicle.tap(imc.PlanControl, self.note)
+        self.vehicle.observe(imc.PlanControl, self.note)
         self.vehicle.start()
         self.vehicle.run(15.0)
 

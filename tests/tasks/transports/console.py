@@ -26,7 +26,7 @@ class Console:
         )
         self.vehicle, self.system = made.vehicle, system
         self.heard = []
-        self.vehicle.tap(imc.Message, self.heard.append)
+        self.vehicle.observe(imc.Message, self.heard.append)
         self.vehicle.start()
 
     @property

@@ -32,7 +32,7 @@ class Afloat:
             loaded.override(setting)
         self.vehicle = build(loaded, {"Simulation"}, clock=clock or WallClock(), log_root=root, keep_going=True).vehicle
         self.messages, self.log = [], []
-        self.vehicle.tap(imc.LogBookEntry, lambda entry: self.log.append(entry.text))
+        self.vehicle.observe(imc.LogBookEntry, lambda entry: self.log.append(entry.text))
         self.udp, self.discovery = self.vehicle.task("Transports.UDP"), self.vehicle.task("Transports.Discovery")
 
     def start(self, wait=True):
@@ -49,7 +49,7 @@ class Afloat:
     def hears(self, kind):
         """The messages of a type that the vehicle's tasks get from now on."""
         found, begun = [], threading.Event()
-        self.vehicle.kernel.post(self.vehicle.tap, kind, found.append)
+        self.vehicle.kernel.post(self.vehicle.observe, kind, found.append)
         self.vehicle.kernel.post(begun.set)
         assert begun.wait(PATIENCE)
         return found

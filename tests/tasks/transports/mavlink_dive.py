@@ -36,8 +36,8 @@ class Dive:
         links = [f"udpin:127.0.0.1:{free_port()}:px4"]
         self.task = self.vehicle.add(MAVLink, "Transports.MAVLink", links=links, **{"peer_timeout": 1e6, **parameters})
         self.truths, self.mugs = [], []
-        self.vehicle.tap(imc.SimulatedState, self.truths.append)
-        self.vehicle.tap(imc.EstimatedMugState, self.mugs.append)
+        self.vehicle.observe(imc.SimulatedState, self.truths.append)
+        self.vehicle.observe(imc.EstimatedMugState, self.mugs.append)
         self.vehicle.start()
         self.run(2.0)
         self.sessions = [self._meet(number) for number in range(2)]

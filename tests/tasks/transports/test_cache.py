@@ -34,8 +34,8 @@ def live(folder, *messages, seconds=0.05, wall=True):
     vehicle.add(Monitor, "Monitors.OperationalLimits", maximum_depth=50.0)
     vehicle.add(Cache, "Transports.Cache")
     heard, log = [], []
-    vehicle.tap(imc.OperationalLimits, heard.append)
-    vehicle.tap(imc.LogBookEntry, lambda entry: log.append(entry.text))
+    vehicle.observe(imc.OperationalLimits, heard.append)
+    vehicle.observe(imc.LogBookEntry, lambda entry: log.append(entry.text))
     vehicle.start()
     vehicle.run(0.02)
     for message in messages:

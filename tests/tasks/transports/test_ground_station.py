@@ -122,7 +122,7 @@ def test_the_digest_is_that_of_the_bytes_of_another_program(noptilus, order):
     packet = imcpy.Packet.serialize(request)
     if order == "big":
         packet = imc.encode(imc.decode(packet), "big")
-    noptilus.vehicle.bus.hear(noptilus.vehicle.bus.decode(packet), packet)
+    noptilus.vehicle.bus.deliver(noptilus.vehicle.bus.decode(packet), packet)
     answer = noptilus.wait(imc.PlanDB, lambda m: m.dst == CONSOLE and settled(m))
     assert answer.arg.md5 == hashlib.md5(imcpy.Packet.serialize(plan)[20:-2]).digest()
 

@@ -159,7 +159,7 @@ def test_a_log_that_an_operator_begins_in_the_middle_of_a_plan_has_the_plan(tmp_
 
     def prepared(vehicle: Vehicle) -> None:
         packet = imc.encode_as(request, vehicle.start_time, OPERATOR, 3, vehicle.system, 0xFF)
-        vehicle.kernel.after(9.0, vehicle.bus.publish, imc.decode(packet), packet, None)
+        vehicle.kernel.after(9.0, vehicle.bus.dispatch, imc.decode(packet), packet, None)
 
     assert flown("lauv-noptilus-1", tmp_path, prepared).completed
     found = {log.path.parent.name.partition("_")[2]: log for log in logs(tmp_path)}
@@ -176,7 +176,7 @@ def test_a_thousand_requests_make_few_logs_and_lose_nothing(tmp_path: Path) -> N
         for number in range(1000):
             request = imc.LoggingControl(op=Op.REQUEST_START, name=f"n{number}")
             packet = imc.encode_as(request, vehicle.start_time, OPERATOR, 3, vehicle.system, 0xFF)
-            vehicle.kernel.after(2.0 + number / 1000, vehicle.bus.publish, imc.decode(packet), packet, None)
+            vehicle.kernel.after(2.0 + number / 1000, vehicle.bus.dispatch, imc.decode(packet), packet, None)
 
     assert flown("lauv-noptilus-1", tmp_path, prepared).completed
     assert flown("lauv-noptilus-1", tmp_path / "undisturbed").completed
@@ -207,12 +207,12 @@ def test_plans_are_kept_in_memory_where_no_file_can_be_made(tmp_path: Path) -> N
     overrides = ["Plan.DB:Storage=File"]
     vehicle = prepare("otter", overrides=overrides, log_root=tmp_path / "log", state_folder=tmp_path / "db").vehicle
     answers: list[imc.PlanDB] = []
-    vehicle.tap(imc.PlanDB, answers.append)
+    vehicle.observe(imc.PlanDB, answers.append)
     try:
         vehicle.start()
         for op in (imc.PlanDB.Op.SET, imc.PlanDB.Op.GET):
             packet = imc.encode_as(imc.PlanDB(op=op, plan_id="p", arg=plan), 1.0, OPERATOR, 3, vehicle.system, 0xFF)
-            vehicle.kernel.after(2.0, vehicle.bus.publish, imc.decode(packet), packet, None)
+            vehicle.kernel.after(2.0, vehicle.bus.dispatch, imc.decode(packet), packet, None)
         vehicle.run(4.0)
         state = vehicle.task("Plan.DB").entity
         assert (state.state, state.description.partition(":")[0]) == (
@@ -245,7 +245,7 @@ def test_a_run_on_a_disk_of_its_own_that_is_full_from_the_start(tmp_path: Path) 
     seen: list[str] = []
 
     def prepared(vehicle: Vehicle) -> None:
-        vehicle.tap(imc.LogBookEntry, lambda entry: seen.append(entry.text))
+        vehicle.observe(imc.LogBookEntry, lambda entry: seen.append(entry.text))
 
     with disk() as (fill, _):
         fill()
@@ -287,7 +287,7 @@ def test_a_full_disk_leaves_out_a_snapshot_and_the_plan_goes_on(tmp_path: Path) 
         def watch(beat: imc.Heartbeat) -> None:
             (fill if FULL <= beat.timestamp - vehicle.start_time < EMPTY else make_room)()
 
-        vehicle.tap(imc.Heartbeat, watch)
+        vehicle.observe(imc.Heartbeat, watch)
         mission = Mission(vehicle, FLOATING)
         assert mission.fly(200.0, snapshot_every=5.0).completed
     assert [error.strerror for error in mission.unsaved] == [TOO_LARGE, TOO_LARGE]

@@ -28,8 +28,8 @@ class Watched:
     def __init__(self, vehicle):
         self.vehicle = vehicle
         self.truths, self.plans = [], []
-        vehicle.tap(imc.SimulatedState, self.truths.append)
-        vehicle.tap(imc.PlanControl, self.note)
+        vehicle.observe(imc.SimulatedState, self.truths.append)
+        vehicle.observe(imc.PlanControl, self.note)
 
     def note(self, message):
         asked = message.type == imc.PlanControl.Type.REQUEST and message.op == imc.PlanControl.Op.START

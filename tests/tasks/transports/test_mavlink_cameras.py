@@ -279,7 +279,7 @@ def test_mavsdk_uses_the_cameras(tmp_path):
     folders = {"log_root": tmp_path / "log", "state_folder": tmp_path / "db"}
     vehicle = prepare(PROFILE, profiles, clock="2x", overrides=options, **folders).vehicle
     told = []
-    vehicle.tap(imc.Event, lambda event: told.append(pose(event)) if event.topic == "Picture" else None)
+    vehicle.observe(imc.Event, lambda event: told.append(pose(event)) if event.topic == "Picture" else None)
     vehicle.start()
     thread = threading.Thread(target=vehicle.run, daemon=True)
     thread.start()

@@ -120,11 +120,11 @@ class Pilot:
     def __init__(self, vehicle):
         self.vehicle = vehicle
         self.landing = False
-        vehicle.tap(imc.PlanControlState, self.follow)
+        vehicle.observe(imc.PlanControlState, self.follow)
 
     def publish(self, message):
         packet = imc.encode_as(message, self.vehicle.kernel.now_ns / 1e9, 0x4000, 0xFF, self.vehicle.system, 0xFF)
-        self.vehicle.bus.publish(imc.decode(packet), packet, None)
+        self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     def begin(self):
         self.publish(imc.PlanControl(op=imc.PlanControl.Op.START, plan_id=PLAN.plan_id, arg=PLAN, request_id=1))

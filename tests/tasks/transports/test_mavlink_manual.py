@@ -87,7 +87,7 @@ def test_only_one_station_steers(flown):
     first, second = Helmsman(flown), Helmsman(flown, system=254)
     first.order(1, 0 if flown.profile == "lauv-noptilus-1" else 3)
     actions = []
-    flown.vehicle.tap(imc.RemoteActions, lambda message: actions.append(message.actions))
+    flown.vehicle.observe(imc.RemoteActions, lambda message: actions.append(message.actions))
     first.steer(0.4, x=100, z=500)
     second.steer(0.4, x=-900, z=500)
     assert all("Thrust=13" in text for text in actions)
@@ -101,7 +101,7 @@ def test_channels_and_unused_axes(flown):
     console, actions = Helmsman(flown), []
     dives = flown.profile == "lauv-noptilus-1"
     console.order(1, 0 if dives else 3)
-    flown.vehicle.tap(imc.RemoteActions, lambda message: actions.append(message.actions))
+    flown.vehicle.observe(imc.RemoteActions, lambda message: actions.append(message.actions))
     console.say(
         "RC_CHANNELS_OVERRIDE",
         target_system=console.mine,

@@ -168,7 +168,7 @@ def sail_for(seconds, start, state_folder, link):
     clock = ScaledClock(10.0, round(start * 1e9))
     vehicle = Vehicle("lauv-noptilus-1", 0x1A, clock=clock, profile=NoProfile(), state_folder=state_folder)
     log = []
-    vehicle.tap(imc.LogBookEntry, lambda entry: log.append(entry.text))
+    vehicle.observe(imc.LogBookEntry, lambda entry: log.append(entry.text))
     vehicle.add(MAVLink, "Transports.MAVLink", links=[link])
     vehicle.start()
     vehicle.run(seconds)

@@ -20,7 +20,7 @@ def lit(tmp_path):
     flown = Commanded("lauv-noptilus-1", tmp_path, **SWITCHES)
     flown.switched = []
     for kind in (imc.PowerChannelControl, imc.SetLedBrightness):
-        flown.vehicle.tap(kind, flown.switched.append)
+        flown.vehicle.observe(kind, flown.switched.append)
     flown.vehicle.start()
     flown.vehicle.run(15.0)
     yield flown, Helmsman(flown)

@@ -60,13 +60,13 @@ class Commanded:
         options = {"hold_radius": float(loaded.value("Transports.MAVLink", "Hold Radius", "0")), **options}
         self.link = self.vehicle.add(MAVLink, "Transports.MAVLink", links=links, vehicle_kind=kind, **options)
         self.truths, self.modes, self.log = [], [], []
-        self.vehicle.tap(imc.SimulatedState, self.truths.append)
-        self.vehicle.tap(imc.LogBookEntry, lambda entry: self.log.append(entry.text))
-        self.vehicle.tap(imc.VehicleState, lambda _: self.modes.append(self.link.endpoint.model.mode.name))
+        self.vehicle.observe(imc.SimulatedState, self.truths.append)
+        self.vehicle.observe(imc.LogBookEntry, lambda entry: self.log.append(entry.text))
+        self.vehicle.observe(imc.VehicleState, lambda _: self.modes.append(self.link.endpoint.model.mode.name))
 
     def say(self, message):
         packet = imc.encode_as(message, self.vehicle.kernel.now_ns / 1e9, 0x4000, 1, self.vehicle.system, 0xFF)
-        self.vehicle.bus.publish(imc.decode(packet), packet, None)
+        self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     def begin(self, plan):
         self.say(imc.PlanControl(plan_id=plan.plan_id, arg=plan, request_id=1))
@@ -145,7 +145,7 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
     other = imc.Announce(sys_name="lauv-twin", sys_type=imc.SystemType.UUV, src=0x421A)
     packet = imc.encode_as(other, flown.vehicle.kernel.now_ns / 1e9, 0x421A, 0, 0xFFFF, 0xFF)
     for _ in range(2):
-        flown.vehicle.bus.publish(imc.decode(packet), packet, None)
+        flown.vehicle.bus.dispatch(imc.decode(packet), packet, None)
     told = Services.of([Service("mavlink+info", "10.0.0.7", path="/system/27")])
     for name, source, services in (
         ("lauv-other", 0x431A, str(told)),
@@ -154,7 +154,7 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
     ):
         heard = other.replace(sys_name=name, services=services)
         packet = imc.encode_as(heard, flown.vehicle.kernel.now_ns / 1e9, source, 0, 0xFFFF, 0xFF)
-        flown.vehicle.bus.publish(imc.decode(packet), packet, None)
+        flown.vehicle.bus.dispatch(imc.decode(packet), packet, None)
     flown.vehicle.run(1.0)
     flown.vehicle.close()
     assert [text for text in flown.log if "MAVLink id" in text][1:] == [

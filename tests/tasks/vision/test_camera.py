@@ -103,8 +103,8 @@ def test_a_log_says_what_each_picture_is_and_the_folder_what_each_camera(tmp_pat
     options = {"entity_label": "Bow", "frame_rate": 1.0, "save_images": True, "distortion": [-0.1]}
     vehicle.add(Camera, "Vision.Camera/Bow", **options, mount_position=[1.0, 0.0, 0.1])
     frames, told = [], []
-    vehicle.tap(Frame, frames.append)
-    vehicle.tap(imc.CameraFrame, told.append)
+    vehicle.observe(Frame, frames.append)
+    vehicle.observe(imc.CameraFrame, told.append)
     vehicle.start()
     vehicle.run(12.0)
     vehicle.close()

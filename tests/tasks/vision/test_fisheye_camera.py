@@ -241,7 +241,7 @@ def test_a_latency_drops_no_frames_of_a_shipped_vehicle_on_a_virtual_clock(rate,
     profile = load_profile("lauv-noptilus-1", overrides=overrides)
     vehicle = build(profile, profile.select(["Kinematic"]), clock=VirtualClock(START), log_root=tmp_path).vehicle
     frames = []
-    vehicle.tap(Frame, frames.append)
+    vehicle.observe(Frame, frames.append)
     vehicle.start()
     vehicle.run(12.0)
     vehicle.close()

@@ -67,8 +67,8 @@ def sailed(profile, seconds, folder, *overrides):
     vehicle = build(loaded, selected, clock=VirtualClock(loaded.start_time_ns), log_root=folder).vehicle
     (detector,) = (task for task in vehicle.tasks if isinstance(task, MUGDetector))
     seen, truths = [], []
-    vehicle.tap(imc.EstimatedMugState, seen.append)
-    vehicle.tap(imc.SimulatedState, truths.append)
+    vehicle.observe(imc.EstimatedMugState, seen.append)
+    vehicle.observe(imc.SimulatedState, truths.append)
     vehicle.start()
     vehicle.run(seconds)
     vehicle.close()

@@ -70,7 +70,7 @@ def test_the_water_of_the_world_is_that_of_shipped_cameras(water, tmp_path):
         modes = loaded.select("Simulation, Camera, Stereo")
         vehicle = build(loaded, modes, clock=VirtualClock(loaded.start_time_ns), log_root=tmp_path).vehicle
         found = {}
-        vehicle.tap(Frame, lambda frame: found.update({frame.camera: frame.image[..., 0].mean()}))
+        vehicle.observe(Frame, lambda frame: found.update({frame.camera: frame.image[..., 0].mean()}))
         vehicle.start()
         vehicle.run(8.0)
         vehicle.close()

@@ -41,8 +41,8 @@ def sailed(profile, folder):
     options = {"size": 32, "face_size": 16, "frame_rate": 7.0, "scene": CONTEXT[profile]}
     vehicle.add(fisheye_camera.FisheyeCamera, "Vision.FisheyeCamera/Trial", entity_label="Trial", **options)
     truths, frames = [], []
-    vehicle.tap(imc.SimulatedState, truths.append)
-    vehicle.tap(Frame, frames.append)
+    vehicle.observe(imc.SimulatedState, truths.append)
+    vehicle.observe(Frame, frames.append)
     vehicle.start()
     vehicle.run(40.0)
     vehicle.close()

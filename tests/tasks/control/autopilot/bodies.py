@@ -58,7 +58,7 @@ class Body:
                         imc.LogBookEntry, imc.ArmingState, imc.VehicleState, imc.PathControlState,
                         imc.PlanControl):  # fmt: skip
             self.said[kind_of] = []
-            self.vehicle.tap(kind_of, self.said[kind_of].append)
+            self.vehicle.observe(kind_of, self.said[kind_of].append)
         self.vehicle.start()
         self.thread = threading.Thread(target=self.vehicle.run, daemon=True)
         self.thread.start()
@@ -80,7 +80,7 @@ class Body:
     def publish(self, message, source=(CONSOLE, 0xFF)):
         packet = imc.encode_as(message, self.vehicle.kernel.now_ns / 1e9, *source, self.vehicle.system,
                                UNKNOWN_ENTITY)  # fmt: skip
-        self.vehicle.kernel.post(self.vehicle.bus.publish, imc.decode(packet), packet, None)
+        self.vehicle.kernel.post(self.vehicle.bus.dispatch, imc.decode(packet), packet, None)
 
     def last(self, kind):
         return self.said[kind][-1] if self.said[kind] else None

@@ -32,8 +32,8 @@ def test_what_is_told_of_a_camera_is_what_it_was_at_the_exposure(tmp_path):
     vehicle = build(profile, selected, clock=VirtualClock(START), log_root=tmp_path).vehicle
     left = vehicle.task("Vision.Camera/Left")
     frames, told = [], []
-    vehicle.tap(Frame, lambda frame: frames.append(frame) if frame.camera == "Left Camera" else None)
-    vehicle.tap(imc.CameraFrame, lambda said: told.append(said) if said.src_ent == left.entity.id else None)
+    vehicle.observe(Frame, lambda frame: frames.append(frame) if frame.camera == "Left Camera" else None)
+    vehicle.observe(imc.CameraFrame, lambda said: told.append(said) if said.src_ent == left.entity.id else None)
     vehicle.start()
     vehicle.run(2.01)
     folder = vehicle.log_folder / "Photos"
