@@ -128,7 +128,7 @@ def test_a_simulated_radio_keeps_the_positions_and_hears_who_comes_back(tmp_path
         console.packets()
         assert console.get(imc.EulerAngles, patience=2.0), "nobody has announced anything since"
         console.announce(lat=0.5, lon=here.lon)
-        vessel.until(lambda: not vessel.udp.reach.has(console.system, imc.EulerAngles.ID))
+        vessel.until(lambda: not vessel.udp.reach.reaches(console.system, imc.EulerAngles.ID))
         time.sleep(0.1)
         assert not [m for m in console.during(0.2) if isinstance(m, imc.EulerAngles)]
         console.announce(lat=here.lat, lon=here.lon, port=vessel.udp.port)
