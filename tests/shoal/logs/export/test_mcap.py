@@ -205,7 +205,7 @@ def filled(schema, cls, depth):
     for field in schema.types_by_id[cls.ID].fields:
         code = WIRE_CODES[field.type]
         if code in "ML":
-            allowed = sorted(schema.members(field.message_type)) or ["Goto"]
+            allowed = sorted(schema.allowed_messages(field.message_type)) or ["Goto"]
             items = [filled(schema, schema[allowed[0]], depth - 1)] * 2 if depth else []
             values[field.attribute] = tuple(items) if code == "L" else (items[0] if items else None)
         else:
