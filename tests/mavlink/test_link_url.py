@@ -18,7 +18,7 @@ from mavlink import parse_link_url
         ("udpbcast://192.168.0.255", "udpbcast", ("192.168.0.255", 14550), "ardupilot"),
         ("tcpin://", "tcpin", ("127.0.0.1", 5760), "ardupilot"),
         ("tcpin://:5761", "tcpin", ("127.0.0.1", 5761), "ardupilot"),
-        ("tcpout://urlr-1:5760?flavour=px4&rates=normal", "tcpout", ("urlr-1", 5760), "px4"),
+        ("tcpout://router-1:5760?flavour=px4&rates=normal", "tcpout", ("router-1", 5760), "px4"),
         ("serial:///dev/ttyUSB0", "serial", ("/dev/ttyUSB0", 0), "ardupilot"),
         ("serial:///dev/serial/by-id/a:b?flavour=px4&baud=921600", "serial", ("/dev/serial/by-id/a:b", 0), "px4"),
     ],

@@ -153,7 +153,7 @@ def test_mavproxy_flies_a_mission_and_gives_orders(profile, kind, clock, tmp_pat
         afloat(profile, clock, "ardupilot", tmp_path) as (watched, port),
         MAVProxy(port, tmp_path / "mavproxy") as console,
     ):
-        assert int(console.expect(r"ReceivedMessage (\d+) parameters").group(1)) > 150
+        assert int(console.expect(r"Received (\d+) parameters").group(1)) > 150
         home = console.status("HOME_POSITION")
         assert [home["latitude"] / 1e7, home["longitude"] / 1e7] == pytest.approx(HOME, abs=1e-3)
         mission = waypoints(tmp_path / "mission.txt", altitude)

@@ -109,7 +109,7 @@ def test_mavsdk():
 def test_mavproxy(tmp_path):
     with afloat("ardupilot") as (surveyor, port):
         with MAVProxy(port, tmp_path) as console:
-            count = int(console.expect(r"ReceivedMessage (\d+) parameters").group(1))
+            count = int(console.expect(r"Received (\d+) parameters").group(1))
             console.expect(
                 r"SURVEYOR_BEAMS +3(?:\.0)?\s+SURVEYOR_GAIN +0\.5\s+SURVEYOR_WINDOW +1(?:\.0)?", "param show SURVEYOR*"
             )
