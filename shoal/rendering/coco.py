@@ -16,7 +16,7 @@ from shoal.rendering.logged_exposures import find_exposures
 from tasks.vision.cameras.image_saver import PHOTOS_FOLDER
 from world.rendering import ImageLabels, ObjectBox, PixelClass
 
-FILE = "annotations.json"
+ANNOTATIONS_FILE = "annotations.json"
 IMAGES = "images"
 THINGS = (PixelClass.GLIDER, PixelClass.BOARD)
 
@@ -95,7 +95,7 @@ def export_coco(source: LogSource, folder: Path, progress: Callable[[float], obj
     files = sorted(path for path in (source.log.path.parent / PHOTOS_FOLDER).glob("*_*_*.*") if path.is_file())
     if not files:
         raise ValueError(
-            f"{source.log.path}: no pictures beside it in {PHOTOS_FOLDER}; shoal log render makes some, with {FILE}"
+            f"{source.log.path}: no pictures beside it in {PHOTOS_FOLDER}; shoal log render makes some, with {ANNOTATIONS_FILE}"
         )
     seen = find_exposures(source.log)
     shots = {_key(shot.name): shot for shot in seen.pictures}
@@ -118,7 +118,7 @@ def export_coco(source: LogSource, folder: Path, progress: Callable[[float], obj
             size = camera.optics.width, camera.optics.height
             pictures.append(AnnotatedPicture(name, shot.time, shot.camera, *size, found))
         progress(place / len(files))
-    (folder / FILE).write_text(coco_json(pictures))
+    (folder / ANNOTATIONS_FILE).write_text(coco_json(pictures))
     return len(pictures)
 
 

@@ -100,7 +100,7 @@ def render_log(
     if labels:
         text = json.dumps({"classes": class_numbers(), "pictures": [about for about, _ in told]}, indent=1)
         (folder / f"{LABELS.lower()}.json").write_text(text + "\n")
-        (folder / coco.CAMERAS_FILE).write_text(coco.coco_json(_annotated(told)))
+        (folder / coco.ANNOTATIONS_FILE).write_text(coco.coco_json(_annotated(told)))
     counts = {label: sum(shot.camera == label for shot in seen.pictures) for label in sorted(seen.cameras)}
     refused = [f"{about['file']} has no labels: {about['error']}" for about, _ in told if "error" in about]
     return RenderSummary(counts, [*seen.notes, *refused[:MOST_NOTES]])

@@ -68,7 +68,7 @@ def test_junk_from_outside_is_counted_and_harms_nobody(bus, junk):
     wire, heard = Wire(), []
     bus.attach(wire)
     bus.subscribe(Subscription(imc.Depth, heard.append))
-    bus.decline = lambda source, reason: heard.append(reason)
+    bus.on_malformed = lambda source, reason: heard.append(reason)
     wire.receive(junk)
     wire.receive(depth(3.0)[1])
     bus.kernel.run()
@@ -270,7 +270,7 @@ def test_instruments_observe_every_subscription(bus):
             """Not of interest here."""
 
     observers = Observer(), Observer()
-    bus.instruments.extend(observers)
+    bus.observers.extend(observers)
     bus.subscribe(Subscription(imc.Depth, print))
     bus.subscribe(Subscription(imc.Rpm, print))
     assert [observer.types for observer in observers] == [[imc.Depth, imc.Rpm]] * 2

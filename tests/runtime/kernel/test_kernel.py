@@ -89,7 +89,7 @@ def test_discard_forgets_the_calls_and_timers_of_one_owner(kernel):
     for box in (gone, kept):
         kernel.soon(box.see, "due")
         kernel.at(7, box.see, "later")
-    kernel.discard(gone)
+    kernel.cancel_owner(gone)
     kernel.run()
     assert (gone.seen, kept.seen) == ([], ["due", "later"])
 
@@ -230,7 +230,7 @@ def test_every_instrument_sees_every_call_before_it_is_made(kernel):
             seen.append((self.name, args[0].args if isinstance(args[0], Timer) else args))
 
     seen = []
-    kernel.instruments += [Recorder("a"), Recorder("b")]
+    kernel.observers += [Recorder("a"), Recorder("b")]
     kernel.soon(seen.append, "now")
     kernel.at(5, seen.append, "later")
     kernel.run()

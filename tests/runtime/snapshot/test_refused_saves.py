@@ -82,7 +82,7 @@ STRANGERS: list[tuple[Callable[[Vehicle], object], str]] = [
     (lambda v: setattr(v.task("Daemon"), "spy", imc.GpsFix(lat=TEXT)), r"Daemon: spy is a message .* GpsFix\.lat"),
     (
         lambda v: setattr(v.task("Daemon"), "publish_heartbeat", v.daemon.publish),
-        r"Daemon: a Daemon cannot have an attribute 'beat'",
+        r"Daemon: a Daemon cannot have an attribute 'publish_heartbeat'",
     ),
     (lambda v: setattr(v.task("Daemon"), "spy", [0.5] * 1_000_001), r"the state of .* more than 1000000 values"),
     (

@@ -27,7 +27,7 @@ def fleet(tmp_path, monkeypatch):
         (folder / "__init__.py").write_text("")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(task_registry, "TASKS", "fleet")
-    task_registry.own_tasks.cache_clear()
+    task_registry.task_modules.cache_clear()
     yield
     task_registry.task_modules.cache_clear()
     for name in [name for name in sys.modules if name.split(".")[0] == "fleet"]:

@@ -146,7 +146,7 @@ def test_each_task_says_the_same_again_from_the_log(boat, tmp_path):
     for task in tasks:
         done = resimulate(log, [task])
         assert (done.comparison.bytes, done.comparison.first) == (0, None)
-        assert sum(tally.equal for tally in done.comparison.tallies.values()) > 100
+        assert sum(tally.equal for tally in done.comparison.counts.values()) > 100
 
 
 def test_a_boat_circles_by_itself_until_it_is_given_a_plan(tmp_path):
