@@ -95,7 +95,8 @@ def export_coco(source: LogSource, folder: Path, progress: Callable[[float], obj
     files = sorted(path for path in (source.log.path.parent / PHOTOS_FOLDER).glob("*_*_*.*") if path.is_file())
     if not files:
         raise ValueError(
-            f"{source.log.path}: no pictures beside it in {PHOTOS_FOLDER}; shoal log render makes some, with {ANNOTATIONS_FILE}"
+            f"{source.log.path}: no pictures beside it in {PHOTOS_FOLDER}; "
+            f"shoal log render makes some, with {ANNOTATIONS_FILE}"
         )
     seen = find_exposures(source.log)
     shots = {_key(shot.name): shot for shot in seen.pictures}
