@@ -229,6 +229,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
     "tasks.maneuver.station_control": (("pop_up", "station_keeping"), "staying at a place in the water"),
     "tasks.simulators.powered_device": (("motor", "servos", "uav", "vsim"), "what a battery does to actuators"),
     "tasks.simulators.fixed_steps": (("uav", "vsim"), "the steps in which bodies move"),
+    "tasks.control.path.path_follower": (("pure_pursuit", "vector_field"), "how a path is followed and reported"),
     "tasks.plan.duplicate_requests": (("db", "replies"), "the answer to a request that comes twice"),
     "tasks.plan.replies": (("db", "engine", "generator"), "how requests about plans are answered"),
     "tasks.vision.airsim_api": (("airsim",), "the simulator's remote procedure calls"),

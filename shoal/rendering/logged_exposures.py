@@ -38,7 +38,7 @@ from tasks.simulated_world import world_of
 from tasks.vision.cameras.camera_records import CAMERAS_FILE
 from tasks.vision.cameras.image_saver import PHOTOS_FOLDER
 from tasks.vision.cameras.image_writer import write_picture
-from tasks.vision.cameras.rendered_camera import RenderedCamera
+from tasks.vision.cameras.rendered_camera import RenderedCameraTask
 from tasks.vision.cameras.viewpoint import VehicleView
 from world.rendering import Board, Glider, SceneCamera, ScenePose, Shutter
 
@@ -146,7 +146,7 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
         try:
             for reason, skipped in made.skipped.items():
                 raise ResimulationError(f"{', '.join(skipped)}: {reason}")
-            recorders = [_ExposureRecorder(task) for task in vehicle.tasks if isinstance(task, RenderedCamera)]
+            recorders = [_ExposureRecorder(task) for task in vehicle.tasks if isinstance(task, RenderedCameraTask)]
             for kind in STATE_MESSAGES if cameras else (CHANGE, *STATE_MESSAGES):
                 _LoggedPublisher(vehicle, log.schema, told[kind.ID], last=kind is imc.LoggingControl).schedule_next()
             if not virtual:
@@ -193,7 +193,7 @@ def _compare(
 class _ExposureRecorder:
     """Takes down what a camera would compute; in place of a picture it gets an empty one, which takes no memory."""
 
-    def __init__(self, task: RenderedCamera):
+    def __init__(self, task: RenderedCameraTask):
         self.task = task
         self.pictures: list[tuple[Path, ExposedPicture]] = []
         self.cameras: list[CameraVersion] = []

@@ -8,7 +8,7 @@ from runtime.task import find_parameter, listing_options
 from runtime.vehicle import TaskImportError, find_task
 from support.diagnostics import Problem, ProfileError
 from support.text import quoted, suggestion
-from tasks.vision.cameras.rendered_camera import RenderedCamera
+from tasks.vision.cameras.rendered_camera import RenderedCameraTask
 from world import SECTIONS
 
 PROFILES = "Profiles"  # a section that declares modes, as the ini files of profiles have
@@ -64,7 +64,7 @@ def apply_world_file(profile: Profile, file: Path | None) -> None:
                 if (older := profile.config.sections.get(place)) is not None:
                     older.options.pop(name, None)
     for section in given.sections.values():
-        for place, name in listing_options([RenderedCamera], section.name):
+        for place, name in listing_options([RenderedCameraTask], section.name):
             own = section.name.partition("/")[2]
             if own not in split_list(profile.value(place, name)):
                 text, hint = f"nothing reads [{section.name}]", f"write {quoted(own)} in {name} of [{place}]"
@@ -82,12 +82,12 @@ def _read(file: Path, profile: Profile) -> Config:
     return config
 
 
-def _camera(section: str) -> type[RenderedCamera] | None:
+def _camera(section: str) -> type[RenderedCameraTask] | None:
     try:
         cls = find_task(section)
     except TaskImportError:
         return None
-    return cls if cls is not None and issubclass(cls, RenderedCamera) else None
+    return cls if cls is not None and issubclass(cls, RenderedCameraTask) else None
 
 
 def _unknown(section: Section, known: Iterable[str], is_known: Callable[[str], bool]) -> Iterator[Problem]:

@@ -5,14 +5,14 @@ from collections import deque
 
 import imc
 from runtime import State, consume, param, periodic
-from tasks.simulators.powered_device import PoweredDevice
+from tasks.simulators.powered_device import PoweredDeviceTask
 
 AVERAGED = 5  # samples
 DEAD_BAND = 0.1  # of full actuation
 SLOWEST = 30  # rpm
 
 
-class Motor(PoweredDevice):
+class Motor(PoweredDeviceTask):
     """Measures the motor speed: rpm = offset + factor * actuation, averaged over five samples.
 
     With a time constant the speed lags, like that of the engine in a boat's model. An actuation must be repeated: after

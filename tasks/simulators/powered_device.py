@@ -4,7 +4,7 @@ import imc
 from runtime import Task, consume, param
 
 
-class PoweredDevice(Task):
+class PoweredDeviceTask(Task):
     """Has no power while the battery's voltage is 0; a battery that says nothing supplies it."""
 
     batteries: str = param(

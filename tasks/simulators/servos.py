@@ -4,13 +4,13 @@ import math
 
 import imc
 from runtime import State, consume, param, periodic
-from tasks.simulators.powered_device import PoweredDevice
+from tasks.simulators.powered_device import PoweredDeviceTask
 
 ROUNDING = 1e-7  # rad
 MICROSECONDS = 1e6  # in a second
 
 
-class Servos(PoweredDevice):
+class Servos(PoweredDeviceTask):
     """Turns servos to the angles of SetServoPosition at a limited rate; publishes ServoPosition as they move.
 
     A servo publishes when it arrives, at `Update Rate` while it turns, and once a second in any case. After `Command

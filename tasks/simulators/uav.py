@@ -5,7 +5,7 @@ import math
 import imc
 from runtime import State, consume, param, periodic
 from tasks.simulators.fixed_steps import FixedSteps
-from tasks.simulators.powered_device import PoweredDevice
+from tasks.simulators.powered_device import PoweredDeviceTask
 from world.bodies import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
@@ -14,7 +14,7 @@ TOUCHDOWN, HARDEST_TOUCHDOWN = 0.2, 2.0  # m/s, above which a touchdown is logge
 DESCENT = 0.98  # share of the weight that the rotors carry without commands
 
 
-class UAV(PoweredDevice):
+class UAV(PoweredDeviceTask):
     """Moves a multirotor by its commands and publishes the truth.
 
     Its attitude controller follows DesiredRoll, DesiredPitch and DesiredHeadingRate; SetThrusterActuation 0 sets the

@@ -11,7 +11,7 @@ from support.text import corrected_spelling, printable, quoted
 from support.wgs84 import offset
 from tasks.simulated_world import world_of
 from tasks.simulators.fixed_steps import FixedSteps
-from tasks.simulators.powered_device import PoweredDevice
+from tasks.simulators.powered_device import PoweredDeviceTask
 from world import SECTIONS
 from world.bodies import (
     Boat,
@@ -35,7 +35,7 @@ PATIENCE = 2.0  # s without a step, after which actuators stop, as the motor con
 VALID_POS = imc.GpsFix.Validity.VALID_POS
 
 
-class VSIM(PoweredDevice):
+class VSIM(PoweredDeviceTask):
     """Moves an underwater vehicle in six degrees of freedom, or a boat in three, and publishes the truth.
 
     The model is the section [VSIM/Model/<Vehicle Type>] of the profile; its option Type selects one of the two. The

@@ -14,7 +14,7 @@ from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
 from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, DatagramFilter, sender_text
 from tasks.transports.imc_links.datagram_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
-from tasks.transports.imc_links.link_task import LinkTask, read_option
+from tasks.transports.imc_links.link_task import ImcLinkTask, read_option
 from tasks.transports.imc_links.message_list import MessageList, parse_rate
 from tasks.transports.imc_links.peer_table import (
     MALFORMED,
@@ -59,7 +59,7 @@ def parse_peer_rate(item: str) -> tuple[str, str]:
     return name.strip(), rate
 
 
-class UDP(LinkTask):
+class UDP(ImcLinkTask):
     """Exchanges IMC packets with systems that announce themselves, and with static destinations.
 
     A system gets packets as soon as it has announced itself and sent one, until it is silent for `Contact Timeout`; it

@@ -15,7 +15,7 @@ from tasks.simulated_world import TrueState, world_of
 from tasks.vision.airsim_api.client import AirSimCapture, AirSimClient, mount_transform
 from tasks.vision.airsim_api.rpc_messages import AirSimError, Image, Kinematics, pose_transform
 from tasks.vision.cameras.camera_records import camera_frame_message
-from tasks.vision.cameras.image_saver import ImageSaver
+from tasks.vision.cameras.image_saver import ImageSaverTask
 from world import SECTIONS
 from world.optics import LENS_PRESETS, CameraModel, FisheyeModel, Floats, PinholeModel, preset_lens
 from world.rendering import INTERPOLATIONS, Panorama, optical_transform, uncovered_warning
@@ -36,7 +36,7 @@ class AirSimPicture(NamedTuple):
     motion: Kinematics | None
 
 
-class AirSim(ImageSaver):
+class AirSim(ImageSaverTask):
     """Shares frames that AirSim, Colosseum or Cosys-AirSim renders.
 
     They are those of one camera, or fisheye pictures from five or six views of 90°.
@@ -49,7 +49,7 @@ class AirSim(ImageSaver):
     """
 
     reads = SECTIONS
-    transient = (*ImageSaver.transient, "_client", "_panorama", "_camera")
+    transient = (*ImageSaverTask.transient, "_client", "_panorama", "_camera")
 
     host: str = param("127.0.0.1", "", "Name or address of the computer that AirSim runs on.", editable=False)
     port: int = param(41451, "1", "Its TCP port: ApiServerPort.", minimum=1, maximum=65535, editable=False)

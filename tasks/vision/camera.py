@@ -6,15 +6,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from runtime import ConfigWarning, ParameterError, param
-from tasks.vision.cameras.mounted_camera import MountedCamera
-from tasks.vision.cameras.rendered_camera import RenderedCamera
+from tasks.vision.cameras.mounted_camera import MountedCameraTask
+from tasks.vision.cameras.rendered_camera import RenderedCameraTask
 from world.optics import CalibrationError, CameraModel, DomePort, FlatPort, PinholeModel, put_behind_port
 
 REPLACED = "width", "height", "field_of_view", "principal_point", "distortion"  # by a calibration
 GRID = 9  # places across an image, and down it, that tell whether it is empty
 
 
-class Camera(MountedCamera, RenderedCamera):
+class Camera(MountedCameraTask, RenderedCameraTask):
     """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders.
 
     By default it looks down, the top of its image to the bow. Its model is a pinhole with the distortion of Brown and

@@ -5,13 +5,13 @@ from collections.abc import Callable
 from functools import partial
 
 from runtime import ParameterError, State, param
-from tasks.vision.cameras.calibrated_camera import CalibratedCamera
+from tasks.vision.cameras.calibrated_camera import CalibratedCameraTask
 from tasks.vision.cameras.image_files import Image, open_video, to_rgba
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
 
 
-class Device(CalibratedCamera):
+class Device(CalibratedCameraTask):
     """Shares what a camera sees, at the camera's own rate, or at most `Frame Rate`.
 
     Of frames that come faster than they are handled, the newest counts. While the camera is missing, the entity is in

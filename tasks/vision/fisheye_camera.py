@@ -5,14 +5,14 @@ import math
 from runtime import ParameterError, param
 from support.pose import DOWN, Pose
 from tasks.simulated_world import check_older_options
-from tasks.vision.cameras.rendered_camera import RenderedCamera
+from tasks.vision.cameras.rendered_camera import RenderedCameraTask
 from tasks.vision.cameras.viewpoint import VehicleView
 from world import optics
 from world.optics import LENS_PRESETS, CameraModel, Lens, preset_lens
 from world.rendering import uncovered_warning
 
 
-class FisheyeCamera(RenderedCamera):
+class FisheyeCamera(RenderedCameraTask):
     """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders.
 
     The top of the image points to the bow. Bottom, gliders, water and sun are those of [World]. The camera is where

@@ -208,7 +208,7 @@ def _eyes(
     """The cameras behind the entities that detect gliders, by label."""
     from runtime.vehicle import build  # slow to import, as tasks are
     from tasks.simulators.mug_detection_camera import MUGDetectionCamera
-    from tasks.vision.cameras.rendered_camera import RenderedCamera
+    from tasks.vision.cameras.rendered_camera import RenderedCameraTask
     from tasks.vision.mug_detector import MUGDetector, accuracy_from_parameters
     from world.rendering import optical_transform
 
@@ -236,7 +236,7 @@ def _eyes(
         }
         eyes: list[_Camera] = []
         for label, task in tasks.items():
-            if isinstance(task, RenderedCamera) and values["camera"] in ("", label):
+            if isinstance(task, RenderedCameraTask) and values["camera"] in ("", label):
                 looks, shared = (np.empty(0), -math.inf) if frames is None else _looks(frames, label, labels)
                 mount = optical_transform(task.mount)
                 least = 2.0 * values["least_pixels"]

@@ -37,7 +37,7 @@ SILENCE = 2.0  # s without EstimatedState
 EARLY = 1e-3  # s; a state may come this much early for its cycle
 
 
-class PathFollower(Task):
+class PathFollowerTask(Task):
     """Follows DesiredPath while the loop PATH is enabled: publishes DesiredHeading, DesiredZ and DesiredSpeed.
 
     Enables the loops that it needs in the scope of the maneuver, publishes PathControlState, and is in ERROR if the

@@ -2,10 +2,10 @@
 
 from autonomy.guidance import PurePursuitGains, PurePursuitLaw
 from runtime import param
-from tasks.control.path.path_follower import PathFollower
+from tasks.control.path.path_follower import PathFollowerTask
 
 
-class PurePursuit(PathFollower):
+class PurePursuit(PathFollowerTask):
     """Steers towards the end of a straight track, or towards a point ahead on a circle."""
 
     lookahead: float = param(5.0, "m", "Distance to the point ahead on a circle.", name="Loiter Lookahead", minimum=0.1)

@@ -4,10 +4,10 @@ import math
 
 from autonomy.guidance import VectorFieldGains, VectorFieldLaw
 from runtime import param
-from tasks.control.path.path_follower import PathFollower
+from tasks.control.path.path_follower import PathFollowerTask
 
 
-class VectorField(PathFollower):
+class VectorField(PathFollowerTask):
     """Steers at an angle that shrinks with the distance from the track (Nelson et al., IEEE T-RO 23(3), 2007)."""
 
     corridor_width: float = param(

@@ -33,7 +33,7 @@ def read_option(option: str, make: Callable[[], T]) -> T:
         raise ParameterError(option, str(error)) from None
 
 
-class LinkTask(Task):
+class ImcLinkTask(Task):
     """Sends listed messages of the bus to peers. Subclasses say how in `transmit`, and when with `set_subscriptions`.
 
     While nobody listens it only keeps the last states. What a subclass puts on the bus with `relay` does not come back

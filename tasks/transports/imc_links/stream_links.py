@@ -11,7 +11,7 @@ from runtime.kernel import Timer
 from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
 from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
-from tasks.transports.imc_links.link_task import LinkTask, read_option
+from tasks.transports.imc_links.link_task import ImcLinkTask, read_option
 from tasks.transports.imc_links.peer_table import MALFORMED, ON_THE_BUS, DropCounts
 from tasks.transports.imc_links.sockets import network_after, network_time
 
@@ -87,7 +87,7 @@ class PacketStream:
             self.systems.popitem(last=False)
 
 
-class StreamLinkTask(LinkTask):
+class StreamLinkTask(ImcLinkTask):
     """Exchanges packets by connections; a subclass makes them, and calls `add_stream` with each."""
 
     maximum_rate: float = param(

@@ -11,7 +11,7 @@ from support.pose import Pose
 from tasks.pose_history import PoseHistory
 from tasks.simulated_world import world_of
 from tasks.vision.cameras.camera_records import camera_frame_message
-from tasks.vision.cameras.mounted_camera import MountedCamera
+from tasks.vision.cameras.mounted_camera import MountedCameraTask
 from world import SECTIONS
 from world.optics import CameraModel, PinholeModel
 from world.rendering import optical_transform
@@ -20,12 +20,12 @@ OLDEST = 1.0  # s, beyond which an EstimatedState says nothing of a picture
 NOWHERE = np.full((4, 4), math.nan)
 
 
-class CalibratedCamera(MountedCamera):
+class CalibratedCameraTask(MountedCameraTask):
     """Shares frames that somebody else has taken."""
 
     reads = SECTIONS
 
-    transient = (*MountedCamera.transient, "_optics")
+    transient = (*MountedCameraTask.transient, "_optics")
 
     def configure(self) -> None:
         super().configure()

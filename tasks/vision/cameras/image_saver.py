@@ -41,7 +41,7 @@ class PictureLocation(NamedTuple):
     angles: tuple[float, float, float]
 
 
-class ImageSaver(Task):
+class ImageSaverTask(Task):
     """A camera that writes pictures to the log: all of them, or those that Events ask for."""
 
     requires = "vision"
@@ -69,7 +69,11 @@ class ImageSaver(Task):
         """Refuse a label whose pictures would have the names of another camera's. Raises ParameterError."""
         own = photo_name(self.entity.label, 0, 0.0)
         for other in self.vehicle.tasks:
-            if other is not self and isinstance(other, ImageSaver) and photo_name(other.entity.label, 0, 0.0) == own:
+            if (
+                other is not self
+                and isinstance(other, ImageSaverTask)
+                and photo_name(other.entity.label, 0, 0.0) == own
+            ):
                 reason = f"pictures of {self.entity.label!r} and {other.entity.label!r} would have the same names"
                 raise ParameterError("Entity Label", reason)
 
@@ -178,7 +182,7 @@ class ImageSaver(Task):
                 f"{CAMERAS_FILE} tells of the camera from picture {self._kept} on; CameraFrame tells of each"
             )
         self._described = own
-        cameras = [task for task in self.vehicle.tasks if isinstance(task, ImageSaver)]
+        cameras = [task for task in self.vehicle.tasks if isinstance(task, ImageSaverTask)]
         known = {task.entity.label: camera for task in cameras if (camera := task.model_and_mount) is not None}
         part = photo_name(self.entity.label, self._kept, self.now)
         self.offload(write_cameras, folder, known, part, then=self._note_description)

@@ -3,14 +3,14 @@
 from runtime import ParameterError, param
 from support.pose import Pose
 from tasks.simulated_world import FARTHEST_MOUNT, mount_pose
-from tasks.vision.cameras.image_saver import ImageSaver
+from tasks.vision.cameras.image_saver import ImageSaverTask
 from world.optics import CalibrationError, CameraModel, calibration_text, parse_calibration
 
 INLINE = "{"  # begins a calibration that is no file
 NO_VALUE = frozenset(";|#\n")  # what values of a profile cannot have
 
 
-class MountedCamera(ImageSaver):
+class MountedCameraTask(ImageSaverTask):
     """A camera with a mount, and the model of a file if there is one."""
 
     calibration: str = param(

@@ -11,7 +11,7 @@ from runtime import Frame, ParameterError, State, consume, param, periodic
 from support.pose import Pose
 from tasks.simulated_world import world_of
 from tasks.vision.cameras.camera_records import camera_frame_message
-from tasks.vision.cameras.image_saver import ImageSaver, PictureLocation
+from tasks.vision.cameras.image_saver import ImageSaverTask, PictureLocation
 from tasks.vision.cameras.viewpoint import VehicleView, ViewpointTracker
 from world import SECTIONS
 from world.optics import CameraModel
@@ -33,7 +33,7 @@ ABOVE_WATER = 0.5  # m above the crests, from where a view under water is told t
 ESTIMATED = "EstimatedState, since there is no SimulatedState"
 
 
-class RenderedCamera(ImageSaver):
+class RenderedCameraTask(ImageSaverTask):
     """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders."""
 
     reads = SECTIONS
@@ -76,7 +76,7 @@ class RenderedCamera(ImageSaver):
     )
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
-    transient = (*ImageSaver.transient, "camera", "shutter")
+    transient = (*ImageSaverTask.transient, "camera", "shutter")
 
     def camera_model(self) -> CameraModel:
         """The model of the camera. Raises ParameterError."""

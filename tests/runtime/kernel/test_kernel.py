@@ -136,7 +136,7 @@ def test_discard_lets_go_of_what_the_owner_watches_and_of_what_was_posted_for_it
     wall.watch(ours, reader.read)
     wall.post(reader.read)
     wall.post(functools.partial(reader.read))
-    wall.discard(reader)
+    wall.cancel_owner(reader)
     wall.run(until=wall.now_ns + SECOND // 50)
     wall.watch(ours, reader.read)
     ours.close()

@@ -95,7 +95,7 @@ def test_a_batch_from_which_an_error_takes_calls_goes_on(wall):
             raise ValueError("once")
 
     box, seen = Box(), []
-    wall.on_error = lambda owner, _: wall.discard(owner)
+    wall.on_error = lambda owner, _: wall.cancel_owner(owner)
     for _ in range(3):
         wall.soon(box.fail)
     wall.after(0.01, seen.append, "later")
@@ -118,7 +118,7 @@ def test_a_slow_call_is_reported_with_its_owner(wall):
 
 def test_what_is_put_off_is_called_when_there_is_nothing_else_to_do(wall):
     began = time.monotonic()
-    wall.put_off(60.0, wall.stop)
+    wall.after_or_idle(60.0, wall.stop)
     wall.after(70.0, print)
     wall.run()
     assert time.monotonic() - began < 30.0
@@ -131,7 +131,7 @@ def test_what_is_put_off_is_called_after_its_time_even_if_there_is_always_someth
         wall.stop() if called else wall.soon(work)
 
     wall.soon(work)
-    wall.put_off(50.0, wall.stop)  # of another vehicle on this kernel
-    wall.put_off(0.05, lambda: called.append(wall.now_ns))
+    wall.after_or_idle(50.0, wall.stop)  # of another vehicle on this kernel
+    wall.after_or_idle(0.05, lambda: called.append(wall.now_ns))
     wall.run(until=began + 60 * SECOND)
     assert 0.05 <= (called[0] - began) / SECOND < 30.0

@@ -109,7 +109,7 @@ def shown(frames, feed=None, clock=None, seconds=3.0, **parameters):
 
     def start(task):
         for time, frame in frames:
-            task.at(START / 1e9 + time, task.share, frame)
+            task.at(START / 1e9 + time, task.publish_frame, frame)
 
     projector = type("Projector", (Task,), {"start": start})
     feed = states(seconds) if feed is None else feed
@@ -278,7 +278,7 @@ def test_planes(plane, depth, settings, good):
 
     def start(task):
         for time, frame in timed(good, *EVEN):
-            task.at(START / 1e9 + time, task.share, frame)
+            task.at(START / 1e9 + time, task.publish_frame, frame)
 
     projector = type("Projector", (Task,), {"start": start})
     given = {"target_plane": plane, "target_depth": depth}

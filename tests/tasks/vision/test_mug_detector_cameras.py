@@ -92,7 +92,7 @@ def test_a_fault_of_a_camera_that_is_not_heard_any_more_ends(seen):
 def test_a_fault_of_a_camera_that_is_not_to_be_heard_any_more_ends(seen):
     def start(task):
         for time, frame in timed(replace(seen, camera="Other", optics=None), 0.1, 0.3) + timed(seen, *EVEN):
-            task.at(START / 1e9 + time, task.share, frame)
+            task.at(START / 1e9 + time, task.publish_frame, frame)
         task.at(START / 1e9 + 0.5, task.publish, choice)
 
     params = (imc.EntityParameter(name="Camera", value=seen.camera),)

@@ -9,7 +9,7 @@ from runtime import Frame
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from tasks.vision.cameras.rendered_camera import RenderedCamera
+from tasks.vision.cameras.rendered_camera import RenderedCameraTask
 
 
 @pytest.mark.parametrize("name", ["lauv-noptilus-1", "otter", "caravel", "hexa-00"])
@@ -57,7 +57,7 @@ def test_all_cameras_of_a_vehicle_see_what_is_below_it(name, scene, tmp_path):
     selected = profile.select("Simulation, Camera, Stereo")
     clock = VirtualClock(profile.start_time_ns)
     vehicle = build(profile, selected, clock=clock, log_root=tmp_path).vehicle
-    assert [task.scene for task in vehicle.tasks if isinstance(task, RenderedCamera)] == [scene] * 3
+    assert [task.scene for task in vehicle.tasks if isinstance(task, RenderedCameraTask)] == [scene] * 3
     vehicle.close()
 
 
