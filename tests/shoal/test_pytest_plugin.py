@@ -39,7 +39,7 @@ def write(folder, **texts):
 def test_the_plugin_is_an_entry_point_and_knows_the_files():
     points = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["pytest11"]
     module = importlib.import_module(points["shoal"])
-    assert (*module.RESULTS_FILES, module.SUFFIX) == (JOURNAL, TABLE, SCENARIO_SUFFIX)
+    assert (*module.RESULTS_FILES, module.SCENARIO_SUFFIX) == (JOURNAL, TABLE, SCENARIO_SUFFIX)
 
 
 def test_pytest_starts_without_importing_shoal(tmp_path):
