@@ -22,7 +22,7 @@ def desk():
 def console(request, tmp_path_factory):
     """A console of a vehicle in SERVICE."""
     found = Console(request.param, tmp_path_factory.mktemp("vehicle"))
-    found.is_vehicle_ready()
+    found.calm()
     yield found
     found.vehicle.close()
 
@@ -30,7 +30,7 @@ def console(request, tmp_path_factory):
 @pytest.fixture(scope="module")
 def noptilus(tmp_path_factory):
     found = Console("lauv-noptilus-1", tmp_path_factory.mktemp("vehicle"))
-    found.is_vehicle_ready()
+    found.calm()
     yield found
     found.vehicle.close()
 
