@@ -111,7 +111,7 @@ def run(
     search_user_code(code, [] if name is None else [name], of_log=from_snapshot is not None)
     if from_snapshot is not None:
         _reject_snapshot_options(name)
-        resume_snapshot(from_snapshot, log_dir, duration, overrides, snapshot_every)
+        run_snapshot(from_snapshot, log_dir, duration, overrides, snapshot_every)
     if name is None:
         raise click.UsageError("name a profile, for example: shoal run lauv-noptilus-1 -p Simulation")
     try:
@@ -179,7 +179,7 @@ def _reject_snapshot_options(profile: str | None) -> None:
         raise click.UsageError(f"the snapshot has its own {', '.join(given)}; leave that out")
 
 
-def resume_snapshot(
+def run_snapshot(
     path: Path, log_dir: Path, duration: float | None, overrides: tuple[str, ...], snapshot_every: float | None
 ) -> NoReturn:
     """Continue from a snapshot, which contains the profile; `overrides` change its values."""
