@@ -1,4 +1,4 @@
-"""Runs of a study on a cluster of Dask: on this computer its `Cluster`, beside each of Dask's workers stations."""
+"""Runs of a study on a Dask cluster: the executor on this computer, and the processes for jobs beside each worker."""
 
 from shoal.campaigns.cluster.address import parse_cluster_address
 from shoal.campaigns.cluster.dask_executor import DaskExecutor

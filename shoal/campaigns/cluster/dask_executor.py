@@ -228,10 +228,10 @@ class DaskExecutor:
 
     def _check_new_workers(self, new: dict[str, Any]) -> None:
         """Let those workers do jobs that compute as this computer does."""
-        self._call_on_workers(
-            new, pkgutil.resolve_name, f"{dask_worker.__name__}:probe"
-        )  # which fails where there is no such Shoal
-        for at, (name, theirs, computes) in self._call_on_workers(new, dask_worker.describe_worker).items():
+        describe = dask_worker.describe_worker
+        reference = f"{describe.__module__}:{describe.__name__}"  # a name, since pickle needs a Shoal that has it
+        self._call_on_workers(new, pkgutil.resolve_name, reference)
+        for at, (name, theirs, computes) in self._call_on_workers(new, describe).items():
             if theirs != software_versions():
                 self._refuse(at, name, f"it has {theirs}, and this is {software_versions()}")
             elif computes != compute_float_fingerprint():

@@ -49,8 +49,8 @@ def run_job(token: str, job: bytes) -> JobReply | None:
     from distributed import get_worker  # whoever calls this has it
 
     worker: Any = get_worker()
-    found = worker.extensions.get(token)
-    return found.do(job) if found is not None else None
+    found: WorkerWorkspace | None = worker.extensions.get(token)
+    return found.run_job(job) if found is not None else None
 
 
 class WorkerWorkspace:

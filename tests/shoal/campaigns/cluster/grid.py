@@ -93,9 +93,9 @@ def descendants(pid):
     return [found for child in below for found in (*descendants(child), child)]
 
 
-def stations(pid):
-    """The stations below a process."""
-    return [child for child in descendants(pid) if "cluster.station" in _command(child)]
+def job_processes(pid):
+    """The processes for jobs below a process."""
+    return [child for child in descendants(pid) if "cluster.job_process" in _command(child)]
 
 
 def _command(pid):

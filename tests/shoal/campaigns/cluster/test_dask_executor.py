@@ -14,7 +14,7 @@ from shoal.campaigns import Job, load_study, open_executor, open_results, run_st
 from shoal.campaigns.cluster import dask_executor as cluster_module
 from shoal.campaigns.results.append_log import read_append_log
 from tests.outside import until
-from tests.shoal.campaigns.cluster.grid import ROOT, Grid, descendants, stations
+from tests.shoal.campaigns.cluster.grid import ROOT, Grid, descendants, job_processes
 from tests.shoal.campaigns.examples import TROUBLE
 from tests.shoal.campaigns.studies.test_bundle import STUDY, name_absolutely, write
 
@@ -77,7 +77,7 @@ def test_rows_and_logs_are_those_of_this_computer(grid, study, tmp_path):
     assert len(there.counted_rows) == 6
     assert not any(row["error"] for row in there.counted_rows)
     assert logs_of(tmp_path / "there" / "logs") == logs_of(tmp_path / "here" / "logs")
-    until(lambda: not stations(grid.keeper.pid))
+    until(lambda: not job_processes(grid.keeper.pid))
     assert not list(grid.folder.rglob("shoal-*"))
 
 
@@ -125,9 +125,9 @@ def test_processes_that_are_killed_on_the_cluster_are_replaced(own, study, tmp_p
 
     def tell(data):
         if len(data.rows) in (2, 5) and len(killed) < len(data.rows) / 2 - 0.5:
-            (station,) = stations(keeper.pid)
-            above = next(pid for pid in descendants(keeper.pid) if stations(pid))
-            killed.append(station if len(data.rows) == 2 else above)
+            (job_process,) = job_processes(keeper.pid)
+            above = next(pid for pid in descendants(keeper.pid) if job_processes(pid))
+            killed.append(job_process if len(data.rows) == 2 else above)
             os.kill(killed[-1], signal.SIGKILL)
 
     there = run_study(load_study(study, runs=8), tmp_path / "there", on=own.address, on_progress=tell)
@@ -228,5 +228,5 @@ def test_who_has_heard_enough_leaves_nothing_behind(grid, study, tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         run_study(load_study(study), tmp_path / "there", on=grid.address, on_progress=stop)
-    until(lambda: not stations(grid.keeper.pid))
+    until(lambda: not job_processes(grid.keeper.pid))
     assert len(open_results(tmp_path / "there").rows) == 2
