@@ -108,10 +108,10 @@ def _older(text: str) -> LinkUrl | None:
     parts = text.split(":")
     if len(parts) != 4 or "//" in text or parts[0] not in ("udpin", "udpout"):
         return None
-    scheme, host, port, flavour = parts
-    if flavour not in FLAVORS:
-        raise ValueError(with_suggestion(f"{flavour!r} is not a flavor", flavour, FLAVORS))
-    return _route(text, scheme, _host(scheme, host), _port(port), {"flavour": flavour})
+    scheme, host, port, flavor = parts
+    if flavor not in FLAVORS:
+        raise ValueError(with_suggestion(f"{flavor!r} is not a flavor", flavor, FLAVORS))
+    return _route(text, scheme, _host(scheme, host), _port(port), {"flavour": flavor})
 
 
 def _network(text: str) -> LinkUrl:

@@ -69,14 +69,9 @@ class Preflight:
 
         A vehicle that supports Takeoff is aerial; `airborne` is True if it is in the air already.
         """
-        deepest = self._limits.deepest
-        if limits is not None and limits.mask & imc.OpLimitsMask.MAX_DEPTH:
-            deepest = min(deepest, limits.max_depth)
-        fastest = self._limits.fastest
-        if limits is not None and limits.mask & imc.OpLimitsMask.MAX_SPEED:
-            fastest = min(fastest, limits.max_speed)
-        graph = parse_graph(plan, supported, deepest)
-        for reason in chain(speed_violations(graph, fastest), value_range_violations(graph)):
+        present = self._limits.tightened(limits) if limits is not None else self._limits
+        graph = parse_graph(plan, supported, present.deepest)
+        for reason in chain(speed_violations(graph, present.fastest), value_range_violations(graph)):
             raise PlanError(reason)
         position = absolute(state)[:2] if state is not None else None
         forecast = forecast_plan(graph, position, self._train, now)

@@ -4,12 +4,11 @@ import math
 from collections.abc import Callable
 
 import imc
+from autonomy.limits import MAVLINK_MARGIN, OperatingLimits
 from mavlink.missions import fence_of, inside
 from mavlink.vehicle.latest_values import LatestValues
 
-DEPTH_MARGIN = 1.0  # m above its greatest depth that a vehicle stays
 MAX_PLAN_SPEED = 100.0  # m/s that a plan may ask for
-Mask = imc.OpLimitsMask
 
 
 class VehicleLimits:
@@ -27,25 +26,29 @@ class VehicleLimits:
     @property
     def max_speed(self) -> float:
         """In m/s."""
-        known = self.message
-        set_ = known.max_speed if known is not None and known.mask & Mask.MAX_SPEED else MAX_PLAN_SPEED
-        return min(set_, MAX_PLAN_SPEED, self._limit("Maximum Absolute Speed"))
+        return self._present().fastest
 
     @property
     def max_depth(self) -> float:
-        """In m."""
-        known = self.message
-        set_ = known.max_depth if known is not None and known.mask & Mask.MAX_DEPTH else math.inf
-        return min(set_, self._limit("Absolute Maximum Depth")) - DEPTH_MARGIN
+        """In m, of places to which a station may send the vehicle."""
+        return self._present().deepest - MAVLINK_MARGIN
 
     @property
     def max_altitude(self) -> float:
         """In m above the ground."""
-        known = self.message
-        set_ = known.max_altitude if known is not None and known.mask & Mask.MAX_ALT else math.inf
-        return min(set_, self._limit("Absolute Maximum Altitude"))
+        return self._present().highest
 
     def contains(self, lat: float, lon: float) -> bool | None:
         """Whether a place (rad) is inside the fence; None if there is none."""
         known = self.message
         return inside(known, lat, lon) if known is not None and fence_of(known) else None
+
+    def _present(self) -> OperatingLimits:
+        own = OperatingLimits.from_options(
+            lambda option, greatest: min(self._limit(option), greatest),
+            deepest=math.inf,
+            highest=math.inf,
+            fastest=MAX_PLAN_SPEED,
+        )
+        known = self.message
+        return own.tightened(known) if known is not None else own

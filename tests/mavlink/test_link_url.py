@@ -6,7 +6,7 @@ from mavlink import parse_link_url
 
 
 @pytest.mark.parametrize(
-    ("text", "scheme", "address", "flavour"),
+    ("text", "scheme", "address", "flavor"),
     [
         (" udpin:localhost:14551:px4 ", "udpin", ("127.0.0.1", 14551), "px4"),
         ("udpout:192.168.0.7:14550:generic", "udpout", ("192.168.0.7", 14550), "generic"),
@@ -23,9 +23,9 @@ from mavlink import parse_link_url
         ("serial:///dev/serial/by-id/a:b?flavour=px4&baud=921600", "serial", ("/dev/serial/by-id/a:b", 0), "px4"),
     ],
 )
-def test_link(text, scheme, address, flavour):
+def test_link(text, scheme, address, flavor):
     url = parse_link_url(text)
-    assert (url.scheme, url.address, url.flavor.name) == (scheme, address, flavour)
+    assert (url.scheme, url.address, url.flavor.name) == (scheme, address, flavor)
 
 
 def test_options():

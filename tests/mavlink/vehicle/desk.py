@@ -113,7 +113,7 @@ class Desk:
 
     imc_id = SYSTEM
 
-    def __init__(self, flavour="px4", kind="submarine", system=26, files=None):
+    def __init__(self, flavor="px4", kind="submarine", system=26, files=None):
         self.options, self.lamp, self.wishes, self.warnings = Options(), Entity("Lamp"), [], []
         self.stops, self.holds, self.requests, self.answers, self.plans = 0, [], [], True, {}
         self.frames, self.numbers, self.now = [], itertools.count(), BOOT
@@ -123,7 +123,7 @@ class Desk:
         model = VehicleModel(identity, self, self.options, lambda: [self.lamp])
         equipment = VehicleEquipment(numbers, files or Folder(), Pictures())
         self.endpoint = VehicleEndpoint(DIALECT, model, self, equipment, warn=self.warnings.append)
-        self.traits = LinkTraits(FLAVORS[flavour])
+        self.traits = LinkTraits(FLAVORS[flavor])
         self.session = self.endpoint.connect(self.traits, self.frames.append, BOOT)
 
     def limit(self, option):
@@ -205,8 +205,8 @@ class Desk:
         return [m.name for m in self.listen(seconds, "")]
 
 
-def open_session(endpoint, flavour, transmit, now):
+def open_session(endpoint, flavor, transmit, now):
     """The session of a station that hears nothing but what is sent to it alone."""
-    session = endpoint.connect(LinkTraits(FLAVORS[flavour]), transmit, now)
+    session = endpoint.connect(LinkTraits(FLAVORS[flavor]), transmit, now)
     endpoint.sessions.remove(session)
     return session

@@ -31,9 +31,9 @@ def read(said):
 class Console:
     """A ground station of the desk's vehicle, in its own session."""
 
-    def __init__(self, desk, flavour="px4", system=255):
+    def __init__(self, desk, flavor="px4", system=255):
         self.desk, self.system, self.frames = desk, system, []
-        self.session = open_session(desk.endpoint, flavour, self.frames.append, desk.now)
+        self.session = open_session(desk.endpoint, flavor, self.frames.append, desk.now)
         self.session.contact = True
 
     def say(self, name, **fields):

@@ -50,15 +50,15 @@ def test_sequence_numbers_count_all_frames_of_the_session(desk):
     assert numbers == [i % 256 for i in range(numbers[0], numbers[0] + 300)]
 
 
-@pytest.mark.parametrize("flavour", FLAVORS)
-def test_heartbeat(open_desk, flavour):
-    desk = open_desk(flavour)
+@pytest.mark.parametrize("flavor", FLAVORS)
+def test_heartbeat(open_desk, flavor):
+    desk = open_desk(flavor)
     desk.session.send_now("HEARTBEAT", desk.now)
     (beat,) = desk.said()
     assert (beat.system, beat.component) == (26, 1)
     assert beat.values["type"] == 12
-    assert beat.values["autopilot"] == {"ardupilot": 3, "px4": 12, "generic": 0}[flavour]
-    assert beat.values["custom_mode"] == (19 if flavour == "ardupilot" else 1 << 16)
+    assert beat.values["autopilot"] == {"ardupilot": 3, "px4": 12, "generic": 0}[flavor]
+    assert beat.values["custom_mode"] == (19 if flavor == "ardupilot" else 1 << 16)
     assert (beat.values["base_mode"], beat.values["system_status"], beat.values["mavlink_version"]) == (1, 3, 3)
 
 
@@ -159,9 +159,9 @@ def read(desk, name):
     return value
 
 
-@pytest.mark.parametrize(("flavour", "layout"), [("px4", "<i"), ("ardupilot", "<f")])
-def test_parameters_are_read_in_the_encoding_of_the_flavour(open_desk, flavour, layout):
-    desk = open_desk(flavour)
+@pytest.mark.parametrize(("flavor", "layout"), [("px4", "<i"), ("ardupilot", "<f")])
+def test_parameters_are_read_in_the_encoding_of_the_flavor(open_desk, flavor, layout):
+    desk = open_desk(flavor)
     value = read(desk, b"LAMP_BLINKS")
     assert struct.unpack(layout, value.payload[:4]) == (3,)
     assert value.values["param_type"] == 6
@@ -237,8 +237,8 @@ def test_chunks_join_to_the_text(words):
 
 @settings(max_examples=200)
 @given(st.sampled_from(sorted(DIALECT.by_name)), st.binary(max_size=255), st.sampled_from(sorted(FLAVORS)))
-def test_no_message_raises(open_desk, name, payload, flavour):
-    desk = open_desk(flavour)
+def test_no_message_raises(open_desk, name, payload, flavor):
+    desk = open_desk(flavor)
     definition = DIALECT.by_name[name]
     found, _ = split(encode(definition, payload or b"\0", 0, 255, 190), DIALECT)
     for message in found:

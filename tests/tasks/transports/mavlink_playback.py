@@ -28,7 +28,7 @@ def record(folder, profile, seconds):
     return sorted(folder.glob("log/*/*/*"))[-1]
 
 
-def show(log, script, *tasks, seconds=600.0, flavour="ardupilot", log_root=None, **values):
+def show(log, script, *tasks, seconds=600.0, flavor="ardupilot", log_root=None, **values):
     """Replay a log to a station; `script(station, player)` must get through. Returns the run."""
     station, done = Station(None), []
 
@@ -38,7 +38,7 @@ def show(log, script, *tasks, seconds=600.0, flavour="ardupilot", log_root=None,
         done.append(True)
         control.task.vehicle.stop()
 
-    link = f"udpout://{HOST}:{station.port}?flavour={flavour}"
+    link = f"udpout://{HOST}:{station.port}?flavour={flavor}"
     both = [(Replay, {"load_at_start": str(log), **values}), (MAVLinkReplay, {"links": [link]})]
     try:
         run = simulate([*both, *tasks], seconds=seconds, script=through, log_root=log_root, **SYSTEM)

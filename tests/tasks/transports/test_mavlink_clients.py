@@ -56,12 +56,12 @@ class Surveyor(Task):
 
 
 @contextlib.contextmanager
-def afloat(flavour, link="udpout://127.0.0.1:{port}?flavour={flavour}"):
+def afloat(flavor, link="udpout://127.0.0.1:{port}?flavour={flavor}"):
     """A vehicle in its own thread, its task Surveyor, and the port of its link."""
     port = free_port()
     vehicle = Vehicle("lauv-noptilus-1", 0x1A, clock=WallClock(), profile=NoProfile())
     surveyor = vehicle.add(Surveyor, "Surveyor")
-    vehicle.add(MAVLink, "Transports.MAVLink", links=[link.format(port=port, flavour=flavour)])
+    vehicle.add(MAVLink, "Transports.MAVLink", links=[link.format(port=port, flavor=flavor)])
     vehicle.start()
     thread = threading.Thread(target=vehicle.run, daemon=True)
     thread.start()

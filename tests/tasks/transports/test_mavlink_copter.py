@@ -37,9 +37,9 @@ def test_each_kind_has_its_type(open_desk, kind, number):
 PX4_MODES = tuple(main << 16 | sub << 24 for main, sub in ((1, 0), (4, 4), (4, 3), (4, 2), (4, 6), (4, 6)))
 
 
-@pytest.mark.parametrize(("flavour", "numbers"), [("ardupilot", (0, 3, 5, 4, 9, 9)), ("px4", PX4_MODES)])
-def test_modes_of_a_copter(open_desk, flavour, numbers):
-    desk = open_desk(flavour, "copter")
+@pytest.mark.parametrize(("flavor", "numbers"), [("ardupilot", (0, 3, 5, 4, 9, 9)), ("px4", PX4_MODES)])
+def test_modes_of_a_copter(open_desk, flavor, numbers):
+    desk = open_desk(flavor, "copter")
     hear, found = desk.endpoint.update_state, []
 
     def show(**vehicle):

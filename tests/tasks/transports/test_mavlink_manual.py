@@ -17,9 +17,9 @@ DIALECT = load_dialect()
 class Helmsman:
     """A ground station in a session of its own."""
 
-    def __init__(self, flown, flavour="ardupilot", system=255):
+    def __init__(self, flown, flavor="ardupilot", system=255):
         self.flown, self.system, self.frames = flown, system, []
-        self.session = open_session(flown.link.endpoint, flavour, self.frames.append, flown.link.now)
+        self.session = open_session(flown.link.endpoint, flavor, self.frames.append, flown.link.now)
         self.session.contact = True
         self.mine = flown.link.endpoint.model.system
 

@@ -17,9 +17,9 @@ REPOSITION, SET_MODE, SET_STANDARD_MODE, REQUEST = 192, 176, 262, 512
 class Watcher:
     """A station without a socket."""
 
-    def __init__(self, flown, flavour):
+    def __init__(self, flown, flavor):
         self.link, self.frames, self.flown = flown.link, [], flown
-        self.session = open_session(self.link.endpoint, flavour, self.frames.append, self.link.now)
+        self.session = open_session(self.link.endpoint, flavor, self.frames.append, self.link.now)
         flown.link.endpoint.sessions[:] = [self.session]
 
     def say(self, name, **fields):
@@ -50,9 +50,9 @@ def flown(tmp_path):
     made.vehicle.close()
 
 
-@pytest.mark.parametrize("flavour", FLAVORS)
-def test_modes_are_listed_once_all_or_one_and_the_last_one_ends_the_list(flown, flavour):
-    station = Watcher(flown, flavour)
+@pytest.mark.parametrize("flavor", FLAVORS)
+def test_modes_are_listed_once_all_or_one_and_the_last_one_ends_the_list(flown, flavor):
+    station = Watcher(flown, flavor)
     assert station.order(REQUEST, AVAILABLE_MODES, 0) == ACCEPTED
     listed = [m.values for m in station.heard if m.name == "AVAILABLE_MODES"]
     assert [mode["mode_index"] for mode in listed] == [*range(1, len(listed) + 1)]
@@ -74,9 +74,9 @@ def test_only_an_aircraft_is_not_steered_by_hand():
         assert hidden == ([] if kind.afloat else ["TELEOPERATION"]), name
 
 
-@pytest.mark.parametrize("flavour", FLAVORS)
-def test_the_monitor_is_streamed_and_stays_the_same_while_the_modes_do(flown, flavour):
-    station = Watcher(flown, flavour)
+@pytest.mark.parametrize("flavor", FLAVORS)
+def test_the_monitor_is_streamed_and_stays_the_same_while_the_modes_do(flown, flavor):
+    station = Watcher(flown, flavor)
     for _ in range(40):
         station.say("HEARTBEAT", type=6)
         flown.vehicle.run(1.0)
@@ -87,17 +87,17 @@ def test_the_monitor_is_streamed_and_stays_the_same_while_the_modes_do(flown, fl
     station.frames.clear()
     assert station.order(REQUEST, MONITOR) == ACCEPTED
     changed = station.last("AVAILABLE_MODES_MONITOR")["seq"] != before
-    assert changed == (flavour == "ardupilot"), "PX4's modes are the same for all vehicles that stay afloat"
+    assert changed == (flavor == "ardupilot"), "PX4's modes are the same for all vehicles that stay afloat"
 
 
-@pytest.mark.parametrize("flavour", ["ardupilot", "px4"])
-def test_current_mode_is_that_of_the_heartbeat_at_once(flown, flavour):
-    station = Watcher(flown, flavour)
-    number = FLAVORS[flavour].custom_mode(KINDS["submarine"], flown.link.endpoint.model.mode)
-    main, sub = (number, 0) if flavour == "ardupilot" else (4, 5)
-    wanted = {"ardupilot": 9, "px4": 4 << 16 | 5 << 24}[flavour]
+@pytest.mark.parametrize("flavor", ["ardupilot", "px4"])
+def test_current_mode_is_that_of_the_heartbeat_at_once(flown, flavor):
+    station = Watcher(flown, flavor)
+    number = FLAVORS[flavor].custom_mode(KINDS["submarine"], flown.link.endpoint.model.mode)
+    main, sub = (number, 0) if flavor == "ardupilot" else (4, 5)
+    wanted = {"ardupilot": 9, "px4": 4 << 16 | 5 << 24}[flavor]
     station.say("HEARTBEAT", type=6)
-    assert station.order(SET_MODE, CUSTOM_MODE, 9 if flavour == "ardupilot" else main, sub) == ACCEPTED
+    assert station.order(SET_MODE, CUSTOM_MODE, 9 if flavor == "ardupilot" else main, sub) == ACCEPTED
     names = [m.name for m in station.heard if m.values.get("custom_mode") == wanted]
     assert {"HEARTBEAT", "CURRENT_MODE"} <= set(names)
     current = station.last("CURRENT_MODE")

@@ -100,12 +100,12 @@ def test_pattern_of_a_signalling_nan_survives_as_integer(sonar):
     assert sonar["pings"].text(struct.pack("<i", 0x7F800001), INT32, PX4) == str(0x7F800001)
 
 
-@pytest.mark.parametrize("flavour", [PX4, ARDUPILOT])
+@pytest.mark.parametrize("flavor", [PX4, ARDUPILOT])
 @given(value=st.floats(0.0, 10.0, width=32))
-def test_floats_survive(flavour, value):
+def test_floats_survive(flavor, value):
     parameter = Sonar.parameters()["Gain"]
     entry = next(e for e in ParameterTable(task_parameters(TASKS)) if e.parameter is parameter)
-    text = entry.text(struct.pack("<f", value), REAL32, flavour)
+    text = entry.text(struct.pack("<f", value), REAL32, flavor)
     assert np.float32(float(text)) == np.float32(value)
 
 
@@ -119,7 +119,7 @@ def test_choices_and_booleans_are_set_by_number(sonar):
 
 
 @pytest.mark.parametrize(
-    ("name", "raw", "kind", "flavour", "code"),
+    ("name", "raw", "kind", "flavor", "code"),
     [
         ("gain", struct.pack("<f", 11.0), REAL32, PX4, OUT_OF_RANGE),
         ("gain", struct.pack("<f", math.nan), REAL32, PX4, OUT_OF_RANGE),
@@ -132,9 +132,9 @@ def test_choices_and_booleans_are_set_by_number(sonar):
         ("beamforming_window_selection", struct.pack("<i", -1), INT32, PX4, OUT_OF_RANGE),
     ],
 )
-def test_refusals(sonar, name, raw, kind, flavour, code):
+def test_refusals(sonar, name, raw, kind, flavor, code):
     with pytest.raises(ParameterRefusal) as caught:
-        sonar[name].text(raw, kind, flavour)
+        sonar[name].text(raw, kind, flavor)
     assert caught.value.code == code
 
 

@@ -108,8 +108,8 @@ def test_a_copter_is_what_its_configuration_says(flight):
     show(flight, watch)
 
 
-@pytest.mark.parametrize("flavour", ["ardupilot", "px4"])
-def test_orders_are_refused_with_the_reason_and_reach_nobody(dive, flavour):
+@pytest.mark.parametrize("flavor", ["ardupilot", "px4"])
+def test_orders_are_refused_with_the_reason_and_reach_nobody(dive, flavor):
     async def order(station, player):
         await station.meet()
         await station.script.sleep(5.0)
@@ -138,7 +138,7 @@ def test_orders_are_refused_with_the_reason_and_reach_nobody(dive, flavour):
         station.send("MANUAL_CONTROL", target=26, x=1000)
         assert (await station.expect("HEARTBEAT"))["custom_mode"] == before["custom_mode"]
 
-    run = show(dive, order, Ear, flavour=flavour)
+    run = show(dive, order, Ear, flavor=flavor)
     assert run.tasks[-1].asked == []
 
 

@@ -45,11 +45,11 @@ def said(request, tmp_path_factory):
     flown.vehicle.start()
     flown.vehicle.kernel.after(15.0, flown.begin, parse_plan(PLANS[request.param]))
     flown.vehicle.run(60.0)
-    sources, flavour = flown.link.endpoint.telemetry.sources, FLAVORS["ardupilot"]
+    sources, flavor = flown.link.endpoint.telemetry.sources, FLAVORS["ardupilot"]
     found = {}
     for name, stream in STREAMS.items():
         definition = DIALECT.by_name[name]
-        instances = stream.instances(sources, flavour, flown.link.now)
+        instances = stream.instances(sources, flavor, flown.link.now)
         found[name] = [definition.unpack(definition.pack(fields)) for fields in instances]
         for fields in instances:
             assert set(fields) <= {field.name for field in definition.fields}
@@ -127,10 +127,10 @@ def test_silent_sensors_are_not_repeated(said):
     }
 
 
-@pytest.mark.parametrize("flavour", FLAVORS.values())
-def test_no_stream_raises_without_a_vehicle(desk, flavour: Flavor):
+@pytest.mark.parametrize("flavor", FLAVORS.values())
+def test_no_stream_raises_without_a_vehicle(desk, flavor: Flavor):
     for stream in STREAMS.values():
-        stream.instances(desk.endpoint.telemetry.sources, flavour, desk.now)
+        stream.instances(desk.endpoint.telemetry.sources, flavor, desk.now)
     desk.locate(lat=math.nan, phi=math.inf, alt=-1.0, psi=math.nan)
     nan, inf = math.nan, math.inf
     for message in (
@@ -150,7 +150,7 @@ def test_no_stream_raises_without_a_vehicle(desk, flavour: Flavor):
     ):
         desk.endpoint.update_state(message, "Echo Sounder", desk.now)
         for name, stream in STREAMS.items():
-            for fields in stream.instances(desk.endpoint.telemetry.sources, flavour, desk.now):
+            for fields in stream.instances(desk.endpoint.telemetry.sources, flavor, desk.now):
                 DIALECT.by_name[name].pack(fields)
 
 

@@ -24,8 +24,8 @@ def e7(north, east):
 class Console(Helmsman):
     """A ground station that uploads, orders and asks."""
 
-    def __init__(self, flown, flavour="generic"):
-        super().__init__(flown, flavour)
+    def __init__(self, flown, flavor="generic"):
+        super().__init__(flown, flavor)
 
     def hears(self, seconds):
         """What came in these seconds, by name."""
@@ -243,8 +243,8 @@ def test_px4_takes_off_to_an_altitude_above_the_sea(tmp_path):
     flown = Commanded("hexa-00", tmp_path)
     flown.vehicle.start()
     flown.vehicle.run(15.0)
-    for flavour, altitude, expected in (("px4", 10.0, DENIED), ("px4", 94.6, ACCEPTED)):
-        console = Console(flown, flavour)
+    for flavor, altitude, expected in (("px4", 10.0, DENIED), ("px4", 94.6, ACCEPTED)):
+        console = Console(flown, flavor)
         assert console.order(0, 0, 0, 0, 0, 0, altitude, command=22) == expected
     flown.vehicle.run(6.0)
     assert flown.truths[-1].z < -1.0

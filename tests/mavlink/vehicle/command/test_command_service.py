@@ -142,7 +142,7 @@ def test_disarming_in_a_maneuver_takes_force(desk):
 
 
 @pytest.mark.parametrize(
-    ("flavour", "kind", "params"),
+    ("flavor", "kind", "params"),
     [
         ("px4", "submarine", (1, 4, 3)),
         ("generic", "boat", (1, 4, 3)),
@@ -152,8 +152,8 @@ def test_disarming_in_a_maneuver_takes_force(desk):
         ("ardupilot", "boat", (1, 4)),
     ],
 )
-def test_hold_is_never_denied(open_desk, flavour, kind, params):
-    desk = open_desk(flavour, kind)
+def test_hold_is_never_denied(open_desk, flavor, kind, params):
+    desk = open_desk(flavor, kind)
     assert desk.command(176, *params)[0] == ACCEPTED
     assert desk.endpoint.model.mode.name == "HOLD"
     assert desk.holds == []
@@ -241,12 +241,12 @@ def test_a_vehicle_that_does_not_answer_is_told_after_some_seconds(desk):
 
 
 def test_modes_are_listed_one_by_one_or_all(open_desk):
-    for flavour, kind, names in (
+    for flavor, kind, names in (
         ("ardupilot", "submarine", ["Manual", "Teleoperation", "Mission", "Hold", "Guided", "Return"]),
         ("px4", "submarine", ["Manual", "Teleoperation", "Mission", "Hold", "Offboard", "Return"]),
         ("px4", "copter", ["Manual", "Teleoperation", "Mission", "Hold", "Offboard", "Return", "Takeoff", "Land"]),
     ):
-        desk = open_desk(flavour, kind)
+        desk = open_desk(flavor, kind)
         found = [m.values for m in desk.command(512, 435)[1]]
         assert [m["mode_name"].decode() for m in found] == names
         assert [(m["number_modes"], m["mode_index"]) for m in found] == [
