@@ -1,12 +1,13 @@
-"""Bounds of a plan: the allowed area and altitude, and a takeoff before any flight."""
+"""Bounds of a plan: the allowed depth, area and altitude, and a takeoff before any flight."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import imc
+from autonomy.limits import PLAN_MARGIN
 from autonomy.plans.estimate import waypoints
-from autonomy.plans.graph import ROUNDING, PlanGraph
+from autonomy.plans.graph import HEIGHTS, ROUNDING, PlanGraph
 from support.wgs84 import displacement
 
 Limit = imc.OpLimitsMask
@@ -30,6 +31,36 @@ class PlanBounds:
         limits = self.limits
         set_ = limits is not None and limits.mask & Limit.MAX_ALT
         return min(self.highest, limits.max_altitude) if limits is not None and set_ else self.highest
+
+
+def depth_violations(graph: PlanGraph, deepest: float) -> Iterator[str]:
+    """Objections to maneuvers below PLAN_MARGIN above `deepest` (m); a vehicle whose `deepest` is 0 stays afloat."""
+    afloat = ", the vehicle stays at the surface" if deepest <= 0.0 else ""
+    reachable = max(0.0, deepest - PLAN_MARGIN)
+    for name, node in graph.nodes.items():
+        maneuver = node.maneuver
+        for z in HEIGHTS if 0.0 < deepest < math.inf else ():
+            unit = getattr(maneuver, f"{z}_units", Units.DEPTH)
+            if unit == Units.NONE and z != "z" and not getattr(maneuver, z, 0.0):
+                continue  # the vehicle floats up by itself
+            if unit not in (Units.DEPTH, Units.ALTITUDE):
+                yield f"{name}: {z} is neither a depth nor an altitude"
+        if (wanted := max(_depths(maneuver), default=0.0)) > reachable + ROUNDING:
+            held = afloat or f": {wanted:g} m, the vehicle goes down to {reachable:g} m"
+            yield f"{name}: maneuver depth beyond limits{held}"
+        if afloat and any(getattr(maneuver, f"{z}_units", None) == Units.ALTITUDE for z in HEIGHTS):
+            yield f"{name}: maneuver at an altitude{afloat}"
+
+
+def _depths(maneuver: imc.Message) -> Iterator[float]:
+    """The depths (m) to which a maneuver goes."""
+    reach = maneuver.amplitude if isinstance(maneuver, imc.YoYo) else 0.0
+    points: Iterable[object] = getattr(maneuver, "points", ())
+    for name in HEIGHTS:
+        if getattr(maneuver, f"{name}_units", None) == Units.DEPTH:
+            z = getattr(maneuver, name)
+            yield z + reach
+            yield from (z + point.z for point in points if isinstance(point, imc.PathPoint))
 
 
 def area_violations(graph: PlanGraph, bounds: PlanBounds) -> Iterator[str]:

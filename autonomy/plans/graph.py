@@ -5,7 +5,6 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import imc
-from autonomy.limits import PLAN_MARGIN
 from autonomy.plans.conditions import Condition, parse_condition
 from autonomy.plans.sequence import FINISH
 
@@ -70,8 +69,8 @@ class PlanGraph:
         return {kind for node in self.nodes.values() for c, _ in node.transitions for kind in c.kinds}
 
 
-def parse_graph(plan: imc.PlanSpecification, supported: Collection[int], deepest: float) -> PlanGraph:
-    """The graph of a plan of `supported` maneuvers (ids) above `deepest` (m). Raises PlanError."""
+def parse_graph(plan: imc.PlanSpecification, supported: Collection[int]) -> PlanGraph:
+    """The graph of a plan of `supported` maneuvers (ids). Raises PlanError."""
     if not plan.plan_id.strip():
         raise PlanError("undefined plan id")
     _check_id(plan.plan_id)
@@ -89,7 +88,7 @@ def parse_graph(plan: imc.PlanSpecification, supported: Collection[int], deepest
             raise PlanError(f"{name}: actual maneuver not specified")
         if maneuver.ID not in supported:
             raise PlanError(f"{name}: maneuver is not supported")
-        _check_fields(name, maneuver, deepest)
+        _check_fields(name, maneuver)
         nodes[name] = PlanNode(name, maneuver, item.start_actions, item.end_actions)
     if plan.start_man_id not in nodes:
         raise PlanError(f"{plan.start_man_id}: invalid start maneuver")
@@ -116,18 +115,6 @@ def parse_graph(plan: imc.PlanSpecification, supported: Collection[int], deepest
     return graph
 
 
-def commanded_depths(maneuver: imc.Message) -> Iterator[float]:
-    """The depths (m) to which a maneuver goes."""
-    depth = imc.ZUnits.DEPTH
-    reach = maneuver.amplitude if isinstance(maneuver, imc.YoYo) else 0.0
-    points: Iterable[object] = getattr(maneuver, "points", ())
-    for name in HEIGHTS:
-        if getattr(maneuver, f"{name}_units", None) == depth:
-            z = getattr(maneuver, name)
-            yield z + reach
-            yield from (z + point.z for point in points if isinstance(point, imc.PathPoint))
-
-
 def _lowest(maneuver: imc.Message) -> Iterator[float]:
     """The depths and altitudes (m) of a maneuver without their points."""
     for name in HEIGHTS:
@@ -151,7 +138,7 @@ def _check_id(text: str) -> None:
         raise PlanError(f"{text[:20]}...: an id is longer than {LONGEST_ID} bytes")
 
 
-def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
+def _check_fields(name: str, maneuver: imc.Message) -> None:
     for item in imc.fields(type(maneuver)):
         value = getattr(maneuver, item.name)
         if isinstance(value, float) and not math.isfinite(value):
@@ -171,20 +158,6 @@ def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
             raise PlanError(f"{name}: {coordinate} {math.degrees(value):g}° is out of range")
     if not isinstance(maneuver, imc.Takeoff) and any(low < 0.0 for low in _lowest(maneuver)):
         raise PlanError(f"{name}: maneuver above the surface or below the bottom")
-    if 0.0 < deepest < math.inf:
-        for z in HEIGHTS:
-            unit = getattr(maneuver, f"{z}_units", imc.ZUnits.DEPTH)
-            if unit == imc.ZUnits.NONE and z != "z" and not getattr(maneuver, z, 0.0):
-                continue  # the vehicle floats up by itself
-            if unit not in (imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE):
-                raise PlanError(f"{name}: {z} is neither a depth nor an altitude")
-    afloat = ", the vehicle stays at the surface" if deepest <= 0.0 else ""
-    reachable = max(0.0, deepest - PLAN_MARGIN)
-    if (wanted := max(commanded_depths(maneuver), default=0.0)) > reachable + ROUNDING:
-        held = afloat or f": {wanted:g} m, the vehicle goes down to {reachable:g} m"
-        raise PlanError(f"{name}: maneuver depth beyond limits{held}")
-    if afloat and any(getattr(maneuver, f"{z}_units", None) == imc.ZUnits.ALTITUDE for z in HEIGHTS):
-        raise PlanError(f"{name}: maneuver at an altitude{afloat}")
 
 
 def _name(message: imc.Message | None) -> str:

@@ -7,7 +7,7 @@ from itertools import chain
 
 import imc
 from autonomy.limits import OperatingLimits
-from autonomy.plans.bounds import PlanBounds, area_violations, flight_violations
+from autonomy.plans.bounds import PlanBounds, area_violations, depth_violations, flight_violations
 from autonomy.plans.estimate import Powertrain
 from autonomy.plans.forecast import PlanForecast, feasibility_violations, forecast_plan
 from autonomy.plans.graph import ROUNDING, PlanError, PlanGraph, parse_graph
@@ -70,8 +70,9 @@ class Preflight:
         A vehicle that supports Takeoff is aerial; `airborne` is True if it is in the air already.
         """
         present = self._limits.tightened(limits) if limits is not None else self._limits
-        graph = parse_graph(plan, supported, present.deepest)
-        for reason in chain(speed_violations(graph, present.fastest), value_range_violations(graph)):
+        graph = parse_graph(plan, supported)
+        violations = depth_violations(graph, present.deepest)
+        for reason in chain(violations, speed_violations(graph, present.fastest), value_range_violations(graph)):
             raise PlanError(reason)
         position = absolute(state)[:2] if state is not None else None
         forecast = forecast_plan(graph, position, self._train, now)

@@ -147,7 +147,7 @@ def test_durations_of_takeoff_and_landing():
 def test_hovering_takes_energy_too():
     train = Powertrain((0.0, 5.0), (5950.0, 5967.0), (70.0, 71.0), (0.0, 5950.0, 6000.0), (0.0, 336.0, 345.0), 15.0)
     wait = imc.StationKeeping(**place(0.0, 0.0), z=10.0, z_units=UP, speed=5.0, duration=600)
-    graph = parse_graph(plan_of(wait), {imc.StationKeeping.ID}, math.inf)
+    graph = parse_graph(plan_of(wait), {imc.StationKeeping.ID})
     assert forecast_plan(graph, (STATE.lat, STATE.lon), train, 0.0).energy == pytest.approx(
         600.0 * (15.0 + 336.0), rel=0.01
     )

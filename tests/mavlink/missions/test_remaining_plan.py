@@ -20,7 +20,7 @@ def test_a_plan_continues_at_any_item():
     assert (rest.start_man_id, names(rest)) == ("Goto1", ["Goto1", "Goto2"])
     assert [(t.source_man, t.dest_man) for t in rest.transitions] == [("Goto1", "Goto2")]
     assert rest.maneuvers[1] == plan.maneuvers[3]
-    assert parse_graph(rest, ALL, 50.0).start == "Goto1"
+    assert parse_graph(rest, ALL).start == "Goto1"
     assert remaining_plan(plan, "Goto0") == plan
 
 

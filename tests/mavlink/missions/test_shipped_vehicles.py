@@ -161,6 +161,6 @@ maneuvers:
 def test_a_shipped_camera_is_switched(profile, craft, tmp_path):
     vehicle, known = vehicle_of(profile, tmp_path, ("Simulation", "Camera"))
     plan, _ = plan_of([bare(C.IMAGE_START_CAPTURE), waypoint(10), bare(C.IMAGE_STOP_CAPTURE)], PX4, craft)
-    assert list(unknown_settings(parse_graph(plan, known, 0.0), vehicle)) == []
+    assert list(unknown_settings(parse_graph(plan, known), vehicle)) == []
     wrong, _ = plan_of([bare(C.IMAGE_START_CAPTURE), waypoint(10)], PX4, replace(craft, camera="Fisheye"))
-    assert list(unknown_settings(parse_graph(wrong, known, 0.0), vehicle))
+    assert list(unknown_settings(parse_graph(wrong, known), vehicle))

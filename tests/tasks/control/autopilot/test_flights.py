@@ -127,6 +127,7 @@ def test_a_killed_autopilot_is_an_error_and_a_new_one_works(body):
     assert copter.wait(copter.outcome) == "FAILURE", "\n".join(copter.texts())
     copter.wait(lambda: copter.state("Autopilot").startswith("ERROR: "))
     copter.wait(lambda: copter.state("Navigation") == copter.state("GPS") == "ERROR: the autopilot is silent")
+    copter.wait(lambda: copter.last(imc.VehicleState).op_mode == imc.VehicleState.OpMode.ERROR)
     silent_since = copter.last(imc.EstimatedState).timestamp
     copter.autopilot = copter.stand_in(kind="copter")
     copter.wait(lambda: copter.last(imc.VehicleState).op_mode == imc.VehicleState.OpMode.SERVICE)
