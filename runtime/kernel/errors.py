@@ -1,4 +1,4 @@
-"""Errors of handlers, and what a kernel does with them by default."""
+"""Errors of handlers, and what a kernel does with them unless its owner decides (see `Vehicle.on_task_error`)."""
 
 import logging
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from shoal.scenarios.conditions import ScenarioCondition
 from shoal.scenarios.message_monitor import missing_messages
 from shoal.scenarios.result import ExpectationVerdict
-from shoal.scenarios.robustness import display_value, violation_text
+from shoal.scenarios.robustness import display_value, is_unknown, violation_text
 from shoal.scenarios.run_context import RunContext
 
 TEMPORAL_KINDS = ("always", "never", "eventually", "until", "after", "finally")
@@ -113,7 +113,7 @@ class AlwaysMonitor(ExpectationMonitor):
 
     def evaluate(self, now: float) -> None:
         margin = self.test(self.latest, math.nan)
-        if margin != margin:
+        if is_unknown(margin):
             return
         self.count += 1
         if margin < self.least or self.count == 1:
@@ -139,7 +139,7 @@ class EventuallyMonitor(ExpectationMonitor):
 
     def evaluate(self, now: float) -> None:
         margin = self.test(self.latest, math.nan)
-        if margin != margin or now > self.deadline:
+        if is_unknown(margin) or now > self.deadline:
             return
         self.count += 1
         if margin > self.most or self.count == 1:
@@ -222,7 +222,7 @@ class ResponseMonitor(ExpectationMonitor):
             self._decide(*self._open.pop(0))
 
     def _decide(self, begin: float, margin: float) -> None:
-        if margin != margin:
+        if is_unknown(margin):
             if self.expected.steady:  # nothing was there to judge
                 return
             margin = -math.inf
@@ -254,7 +254,7 @@ class FinallyMonitor(ExpectationMonitor):
 
     def verdict(self) -> ExpectationVerdict:
         margin = self.test(self.latest, math.nan)
-        if margin != margin:
+        if is_unknown(margin):
             return self.vacuous_verdict(passed=False)
         far = violation_text(margin, "off by")
         return self.make_verdict(margin, f"at the end, {self._context.time:.3f} s{far}", self._context.time)

@@ -34,6 +34,11 @@ def boolean_robustness(compare: Callable[[Any, Any], bool], a: object, b: object
     return math.inf if compare(a, b) else -math.inf
 
 
+def is_unknown(margin: float) -> bool:
+    """Whether a message is missing; a value that is no number has the margin NO_NUMBER, which fails."""
+    return margin != margin
+
+
 def display_value(margin: float) -> float:
     """A margin for people: a tie is 0, that of what is no number is infinite."""
     return 0.0 if abs(margin) <= TIE else math.copysign(math.inf, margin) if abs(margin) == -NO_NUMBER else margin
