@@ -220,9 +220,9 @@ class Wrong(Fault):
 
         def lie(message: imc.Message) -> imc.Message:
             found = [name for name in MEASURED if isinstance(getattr(message, name, None), float)]
-            if not found or (self.once and source.key(message) in told):
+            if not found or (self.once and source.sensor_key(message) in told):
                 return message
-            told.add(source.key(message))
+            told.add(source.sensor_key(message))
             return message.replace(**{found[0]: min(self.value, 1.5) if "lat" in found else self.value})
 
         return lie
@@ -241,7 +241,7 @@ def fly(seed: int) -> Flight:
         judge = Judge(flight, vehicle, read_world(vehicle.profile.value).seabed)
 
         def say(message: imc.Message) -> None:
-            packet = imc.encode_as(message, vehicle.kernel.now_ns * 1e-9, CCU, 1, vehicle.system, 0xFF)
+            packet = imc.encode_with_header(message, vehicle.kernel.now_ns * 1e-9, CCU, 1, vehicle.system, 0xFF)
             vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
         def happen(kind: str, name: str) -> None:
@@ -249,7 +249,7 @@ def fly(seed: int) -> Flight:
                 say(imc.Abort())
             elif kind == "flat":
                 if "Simulators.Battery" in names:
-                    vehicle.task("Simulators.Battery").limit_charge(0.0)
+                    vehicle.task("Simulators.Battery").discharge_to(0.0)
             elif kind == "disconnect":
                 vehicle.task(name).disconnect()
             else:

@@ -128,7 +128,7 @@ def main() -> None:
     pair("EstimatedState: encode", lambda: imc.encode(ours), lambda: imcpy.Packet.serialize(theirs), 5000, 0.8)
     pair(
         "EstimatedState: encode with another header",
-        lambda: imc.encode_as(ours, 1.0, 1, 2, 3, 4),
+        lambda: imc.encode_with_header(ours, 1.0, 1, 2, 3, 4),
         lambda: imcpy.Packet.serialize(theirs),
         5000,
         0.8,

@@ -30,7 +30,7 @@ from runtime.kernel import WallClock
 from runtime.profile import load_profile
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle, build
-from tasks.transports.imc_links.sockets import bound
+from tasks.transports.imc_links.sockets import bind_udp_socket
 from tasks.transports.udp import UDP
 
 CONSOLE = 0x4042
@@ -93,7 +93,7 @@ def imcpy_cost(seconds: float, *, subscribers: int) -> float:
         while owner.count < expected:
             await asyncio.sleep(0.002)
 
-    opened = bound("127.0.0.1", 0)
+    opened = bind_udp_socket("127.0.0.1", 0)
     loop.run_until_complete(loop.create_datagram_endpoint(lambda: IMCProtocolUDP(owner), sock=opened))
     spent = bursts(opened.getsockname()[1], lambda expected: loop.run_until_complete(wait(expected)), seconds)
     loop.run_until_complete(loop.shutdown_default_executor())
@@ -131,7 +131,7 @@ def peers_cost(count: int) -> tuple[float, float]:
     vehicle, udp = vehicle_with_udp(transports=["EulerAngles"], maximum_rate=1e9)
     angles = imc.EulerAngles(phi=0.1)
     udp.publish(angles)
-    encodings, encode = 0, imc.EulerAngles.to_packet_as
+    encodings, encode = 0, imc.EulerAngles.to_packet_with_header
 
     def counted(message: imc.EulerAngles, *header: Any) -> bytes:
         nonlocal encodings
@@ -145,13 +145,13 @@ def peers_cost(count: int) -> tuple[float, float]:
             udp.on_announce(imc.Announce(src=system, sys_name=f"console {system}", services=services))
             udp.on_datagrams([(imc.encode(imc.Heartbeat(src=system)), "127.0.0.1", 1)])
         vehicle.kernel.drain()
-        imc.EulerAngles.to_packet_as = counted
+        imc.EulerAngles.to_packet_with_header = counted
         messages, began = 5000, time.process_time()
         for _ in range(messages):
             udp.publish(angles)
             vehicle.kernel.drain()
         spent = time.process_time() - began
-        imc.EulerAngles.to_packet_as = encode
+        imc.EulerAngles.to_packet_with_header = encode
     vehicle.close()
     return spent / messages, encodings / messages
 

@@ -56,7 +56,7 @@ def draw_run(path: Path) -> None:
     profile = load_profile("lauv-noptilus-1")
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        vehicle = build(profile, profile.select("Simulation"), clock=ScaledClock(20.0)).vehicle
+        vehicle = build(profile, profile.parse_modes("Simulation"), clock=ScaledClock(20.0)).vehicle
         with StatusDisplay(vehicle, "lauv-noptilus-1 (Simulation)", None) as status:
             vehicle.start()
             vehicle.run(SECONDS)

@@ -25,7 +25,7 @@ def sailed(folder: Path) -> imc.Log:
     """The longest log of a virtual run of the AUV, which has no camera."""
     profile = load_profile("lauv-noptilus-1")
     start = VirtualClock(profile.start_time_ns)
-    vehicle = build(profile, profile.select("Simulation"), clock=start, log_root=folder / "log").vehicle
+    vehicle = build(profile, profile.parse_modes("Simulation"), clock=start, log_root=folder / "log").vehicle
     vehicle.start()
     vehicle.run(SECONDS)
     vehicle.close()

@@ -183,7 +183,7 @@ def bus_of(port: int, process: str) -> tuple[Kernel, Bus]:
     config = ZenohConfig(local_port=port, scouting="none", vehicle="bench")
     part = ProcessPart("bench", SYSTEM, 1 if process == "main" else 2, process)
     transport = ZenohTransport(config, lambda _: "bench", lambda *_: "Navigation", part=part)
-    bus.attach(transport)
+    bus.attach_transport(transport)
     bus.frames = transport.frames
     return kernel, bus
 
@@ -203,7 +203,7 @@ def receive_bus(port: int, kind: str) -> None:
     kernel.run(None)
     result.tell(began)
     sys.stdout.flush()
-    bus.detach()
+    bus.close_transports()
     os._exit(0)
 
 
@@ -232,7 +232,7 @@ def send_bus(port: int, kind: str, seconds: float, ready: Callable[[], object]) 
     else:
         sent = flat_out(lambda now: publish(small(now)), seconds)
     time.sleep(0.3)
-    bus.detach()
+    bus.close_transports()
     kernel.close()
     return sent
 

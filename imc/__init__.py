@@ -6,7 +6,7 @@ from imc.codec import (
     decode,
     decode_datagram,
     encode,
-    encode_as,
+    encode_with_header,
     first_packet,
     header,
     packet_id,
@@ -28,10 +28,10 @@ from imc.schema import (
     Schema,
     Value,
     builtin,
+    definition_checksum,
     dump,
     fields,
     load,
-    signature,
 )
 from imc.stream import Loss, StreamParser
 from imc.validation import validate
@@ -59,9 +59,10 @@ __all__ = [
     "coordinates",
     "decode",
     "decode_datagram",
+    "definition_checksum",
     "dump",
     "encode",
-    "encode_as",
+    "encode_with_header",
     "fields",
     "first_packet",
     "from_dict",
@@ -70,7 +71,6 @@ __all__ = [
     "load",
     "packet_id",
     "packet_source",
-    "signature",
     "validate",
     "with_header",
 ]

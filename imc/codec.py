@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple
 from fastcrc.crc16 import arc
 from msgspec.structs import force_setattr
 
-from imc.compiler import Passage, Reader, compile_reader, compile_round_trip, payload_size
+from imc.codec_compiler import Passage, Reader, compile_decoder, compile_round_trip, payload_size
 from imc.encodability import encoding_violations, first_violation
 from imc.errors import DecodeError, EncodeError
 from imc.layout import (
@@ -41,10 +41,10 @@ def encode(message: Message, byteorder: ByteOrder = "little") -> bytes:
         raise _explained(message, error) from error
 
 
-def encode_as(message: Message, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
+def encode_with_header(message: Message, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
     """The packet of a message, with this header instead of its own. Raises EncodeError."""
     try:
-        return message.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
+        return message.to_packet_with_header(timestamp, src, src_ent, dst, dst_ent)
     except _UNSUITABLE as error:
         with_it = message.replace(timestamp=timestamp, src=src, src_ent=src_ent, dst=dst, dst_ent=dst_ent)
         raise _explained(with_it, error) from error
@@ -140,10 +140,10 @@ class Codec:
         message = self._read_variable(data)
         return (message, data) if message is not None else (self._decode(data), first_packet(data))
 
-    def round_trip(self, kind: type[Message], encodes: bool) -> Passage:
+    def round_trip_function(self, kind: type[Message], encodes: bool) -> Passage:
         """A function (message of a class, the five values of its header) -> what a receiver of the packet decodes.
 
-        With `encodes` it returns that and the packet. It raises what `Message.to_packet_as` raises.
+        With `encodes` it returns that and the packet. It raises what `Message.to_packet_with_header` raises.
         """
         found = self._passages.get((kind, encodes))
         if found is None:
@@ -158,7 +158,7 @@ class Codec:
         read, at = self._readers["little"][kind.ID], OFFSETS["timestamp"]
 
         def passage(m: Message, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> Any:
-            packet = m.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
+            packet = m.to_packet_with_header(timestamp, src, src_ent, dst, dst_ent)
             try:
                 seen, end = read(packet, HEADER_SIZE, *_ADDRESS(packet, at), 0)
             except _UNSUITABLE:
@@ -171,7 +171,7 @@ class Codec:
 
     def _general(self, encodes: bool) -> Passage:
         def passage(m: Message, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> Any:
-            packet = m.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
+            packet = m.to_packet_with_header(timestamp, src, src_ent, dst, dst_ent)
             return (self._read(packet), packet) if encodes else self._read(packet)
 
         return passage
@@ -250,7 +250,7 @@ class _Readers(dict[int, Reader]):
             cls = self._by_id(id)
         except KeyError:
             raise DecodeError(f"unknown message id {id} inside a message") from None
-        reader = self[id] = compile_reader(cls, self._mark, self)
+        reader = self[id] = compile_decoder(cls, self._mark, self)
         return reader
 
 

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NoReturn, cast
 
-from imc.encodability import encodable_range, own_fields
+from imc.encodability import own_fields, range_violation
 from imc.errors import DecodeError
 from imc.layout import ADDRESS_FIELDS
 from imc.message import Message, Unknown
@@ -133,7 +133,7 @@ def _value(
     if isinstance(value, str) and code not in "TRfd":
         value = _named_value(cls, name, value)
     value = read(value, code)
-    expected = encodable_range(None if isinstance(value, bool) else value, code)
+    expected = range_violation(None if isinstance(value, bool) else value, code)
     if expected:
         raise DecodeError(f"{where}: {value!r:.80} is not {expected}")
     return float(value) if code in "fd" else value

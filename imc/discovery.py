@@ -75,7 +75,7 @@ class Service(NamedTuple):
 MESSAGES = Service("shoal+info", "0.0.0.0", 0, "/messages/")
 
 
-def of_messages(signatures: Mapping[int, str]) -> tuple[Service, ...]:
+def message_services(signatures: Mapping[int, str]) -> tuple[Service, ...]:
     """The service that says which messages of its own a system has, by id; none if they are too many for one."""
     items = ",".join(f"{number}-{text}" for number, text in sorted(signatures.items()))
     return (MESSAGES._replace(path=MESSAGES.path + items),) if len(signatures) <= MOST_MESSAGES else ()
@@ -134,7 +134,7 @@ class Services:
         return self._about("imc+info", "/version/")
 
     @property
-    def messages(self) -> dict[int, str] | None:
+    def message_checksums(self) -> dict[int, str] | None:
         """The signatures of the system's own messages, by id; None if it does not say which it has."""
         if MESSAGES.scheme not in (service.scheme for service in self.each):
             return None

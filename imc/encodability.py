@@ -31,7 +31,7 @@ class Violation(NamedTuple):
 def encoding_violations(message: Message, wire: dict[str, str], path: str = "") -> Iterator[Violation]:
     """Values that cannot be written. wire: names of fields -> their letters in `Message.WIRE`."""
     for name, code in wire.items():
-        expected = encodable_range(getattr(message, name), code)
+        expected = range_violation(getattr(message, name), code)
         if expected:
             yield Violation(path + name, getattr(message, name), expected)
 
@@ -53,7 +53,7 @@ def inner_messages(message: Message, path: str) -> Iterator[tuple[str, Message]]
             yield from ((f"{path}{name}[{index}]", item) for index, item in items if isinstance(item, Message))
 
 
-def encodable_range(value: Any, code: str) -> str:
+def range_violation(value: Any, code: str) -> str:
     """What a value must be to fit its letter in `Message.WIRE`; "" if it fits."""
     kind = TYPES_BY_CODE[code]
     if code in INTEGERS:

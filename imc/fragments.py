@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from fastcrc.crc16 import arc
 
 from imc.codec import byte_order, first_packet, with_header
-from imc.compiler import LARGEST_PACKET
+from imc.codec_compiler import LARGEST_PACKET
 from imc.errors import DecodeError, EncodeError
 from imc.layout import FOOTER_SIZE, SMALLEST_PACKET
 from imc.messages import MessagePart

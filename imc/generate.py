@@ -8,7 +8,7 @@ import msgspec
 from imc.layout import WIRE_CODES
 from imc.schema import Field, MessageType, Schema, Value, dump
 from imc.schema.classes import DEFAULTS
-from imc.schema.files import MERGED, definitions, digest
+from imc.schema.files import MERGED, builtin_from_yaml, digest
 
 MESSAGES = Path(__file__).with_name("messages.py")
 
@@ -20,7 +20,7 @@ from imc.message import Message, MessageWithLists
 '''
 
 
-def source(schema: Schema) -> str:
+def messages_source(schema: Schema) -> str:
     """The text of messages.py."""
     parts = [_HEAD.format(version=schema.version)]
     parts += [_enum(shared.abbrev, shared.values, False, shared.name) for shared in schema.enumerations]
@@ -39,7 +39,9 @@ def _enum(name: str, values: tuple[Value, ...], bits: bool, title: str, indent: 
     lines = [f"class {name}({'IntFlag' if bits else 'IntEnum'}):"]
     if title:
         lines += [f'    """{title}."""', ""]
-    lines += [f"    {value.member} = " + (f"0x{value.id:0{digits}X}" if bits else str(value.id)) for value in values]
+    lines += [
+        f"    {value.member_name} = " + (f"0x{value.id:0{digits}X}" if bits else str(value.id)) for value in values
+    ]
     text = "".join(indent + line + "\n" if line else "\n" for line in lines)
     return ("\n" if indent else "\n\n") + text
 
@@ -50,7 +52,7 @@ def _message(message: MessageType, schema: Schema) -> str:
     lines = [f"class {message.abbrev}({base}, frozen=True):", f'    """{message.name.rstrip(".")}."""', ""]
     lines.append(f"    ID = {message.id}")
     if message.fields:
-        lines.append(f'    WIRE = "{message.wire}"')
+        lines.append(f'    WIRE = "{message.wire_codes}"')
     if lists:
         lines.append(f"    LISTS = {tuple(lists)!r}".replace("'", '"'))
     text = "\n\n" + "\n".join(lines) + "\n"
@@ -80,7 +82,7 @@ def _field(field: Field, schema: Schema) -> str:
     return f"    {field.attribute}: {annotation} = {default!r}  # {', '.join(notes)}\n".replace("''", '""')
 
 
-def merged(schema: Schema) -> str:
+def merged_json(schema: Schema) -> str:
     """The text of merged.json: an `imc.schema.files.MergedDefinitions`, one line per message."""
     head = msgspec.json.encode(msgspec.structs.replace(schema, messages=())).decode().removesuffix("}")
     messages = ",\n".join(msgspec.json.encode(message).decode() for message in schema.messages)
@@ -89,8 +91,8 @@ def merged(schema: Schema) -> str:
 
 def main(arguments: list[str]) -> int:
     """Writes the files, returns 0; with --check only compares them, returns 1 if one is out of date."""
-    schema, stale = definitions(), 0
-    for path, text in ((MESSAGES, source(schema)), (MERGED, merged(schema))):
+    schema, stale = builtin_from_yaml(), 0
+    for path, text in ((MESSAGES, messages_source(schema)), (MERGED, merged_json(schema))):
         if "--check" not in arguments:
             path.write_text(text, encoding="utf-8")
         elif not path.exists() or path.read_text(encoding="utf-8") != text:

@@ -9,7 +9,7 @@ from fastcrc.crc16 import arc
 from msgspec.structs import force_setattr
 from msgspec.structs import replace as replace_fields
 
-from imc.compiler import compile_inline, compile_packet, payload_size
+from imc.codec_compiler import compile_inline_encoder, compile_packet_encoder, payload_size
 from imc.errors import EncodeError
 from imc.layout import HEADER
 
@@ -76,25 +76,25 @@ class Message(_Addressed, frozen=True, kw_only=True, repr_omit_defaults=True):
     def to_packet(self) -> bytes:
         """The packet; `imc.encode` calls this."""
         cls = type(self)
-        cls.to_packet = compile_packet(cls, given_header=False)
+        cls.to_packet = compile_packet_encoder(cls, given_header=False)
         return self.to_packet()
 
-    def to_packet_as(self, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
-        """The packet with another header; `imc.encode_as` calls this."""
+    def to_packet_with_header(self, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
+        """The packet with another header; `imc.encode_with_header` calls this."""
         cls = type(self)
-        cls.to_packet_as = compile_packet(cls, given_header=True)
-        return self.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
+        cls.to_packet_with_header = compile_packet_encoder(cls, given_header=True)
+        return self.to_packet_with_header(timestamp, src, src_ent, dst, dst_ent)
 
     def to_inline_little(self) -> bytes:
         """Id and fields, as written inside another message, little endian."""
         cls = type(self)
-        cls.to_inline_little = compile_inline(cls, "<")
+        cls.to_inline_little = compile_inline_encoder(cls, "<")
         return self.to_inline_little()
 
     def to_inline_big(self) -> bytes:
         """Id and fields, as written inside another message, big endian."""
         cls = type(self)
-        cls.to_inline_big = compile_inline(cls, ">")
+        cls.to_inline_big = compile_inline_encoder(cls, ">")
         return self.to_inline_big()
 
 
@@ -118,9 +118,9 @@ class Unknown(Message, frozen=True):
     byteorder: str = "little"
 
     def to_packet(self) -> bytes:
-        return self.to_packet_as(self.timestamp, self.src, self.src_ent, self.dst, self.dst_ent)
+        return self.to_packet_with_header(self.timestamp, self.src, self.src_ent, self.dst, self.dst_ent)
 
-    def to_packet_as(self, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
+    def to_packet_with_header(self, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
         mark = "<" if self.byteorder == "little" else ">"
         size = payload_size(self.payload, self)
         body = struct.pack(mark + HEADER, self.SYNC, self.id, size, timestamp, src, src_ent, dst, dst_ent)

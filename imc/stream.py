@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeVar
 from fastcrc.crc16 import arc
 
 from imc.codec import DEFAULT, Codec
-from imc.compiler import LARGEST_PACKET
+from imc.codec_compiler import LARGEST_PACKET
 from imc.errors import DecodeError
 from imc.layout import SMALLEST_PACKET
 from imc.message import Message

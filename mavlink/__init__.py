@@ -4,7 +4,7 @@ from mavlink import dataflash, positions, statustext, ulog
 from mavlink.dialect import Dialect, Fields, load_dialect
 from mavlink.frames import LONGEST_DATAGRAM, ReceivedMessage, StreamSplitter, encode, split
 from mavlink.link_url import SERIAL, LinkUrl, parse_link_url
-from mavlink.log_records import LogRecord
+from mavlink.log_record_scanner import LogRecord
 from mavlink.modes import (
     ARMED,
     AUTOPILOT_NONE,
@@ -27,7 +27,7 @@ from mavlink.modes import (
 from mavlink.positions import Home
 from mavlink.signing import UNSIGNED, Signing, SigningTime, parse_key, read_key
 from mavlink.statustext import chunks
-from mavlink.system_ids import SYSTEMS, system_of
+from mavlink.system_ids import SYSTEMS, mavlink_system_id
 from mavlink.tlog import RecordedMessage, Tlog
 
 __all__ = [
@@ -65,6 +65,7 @@ __all__ = [
     "encode",
     "is_moving",
     "load_dialect",
+    "mavlink_system_id",
     "mode_number",
     "mode_of",
     "parse_key",
@@ -73,6 +74,5 @@ __all__ = [
     "read_key",
     "split",
     "statustext",
-    "system_of",
     "ulog",
 ]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mavlink.log_records import LogRecord, RecordScanner, RecordTimes
+from mavlink.log_record_scanner import LogRecord, RecordScanner, RecordTimes
 
 HEAD = b"\xa3\x95"
 HEADER = len(HEAD) + 1
@@ -84,7 +84,7 @@ class DataFlash:
                 yield LogRecord(time, kind.name, values)
             else:
                 damaged += kind.length
-                chain.damage(start)
+                chain.note_damage(start)
         self._note(chain, damaged)
 
     def _note(self, chain: RecordScanner, damaged: int) -> None:

@@ -104,7 +104,7 @@ class StreamSplitter:
         self._damaged = False
 
     @property
-    def waiting(self) -> int:
+    def bytes_waiting(self) -> int:
         """How many bytes are kept."""
         return len(self._kept)
 

@@ -60,17 +60,17 @@ class LinkUrl:
         return self.host, self.port
 
     @property
-    def is_named(self) -> bool:
+    def has_hostname(self) -> bool:
         """Whether the host is a name, which has to be looked up."""
         return self.scheme != SERIAL and not _is_number(self.host)
 
     @property
     def is_local(self) -> bool:
         """Whether only programs of this computer can use the link."""
-        return self.scheme != SERIAL and not self.is_named and ip_address(self.host).is_loopback
+        return self.scheme != SERIAL and not self.has_hostname and ip_address(self.host).is_loopback
 
     @property
-    def is_guarded(self) -> bool:
+    def requires_signing(self) -> bool:
         """Whether only those who have the key are heard."""
         return bool(self.key) and not self.accepts_unsigned
 

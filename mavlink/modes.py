@@ -54,7 +54,7 @@ class VehicleKind:
     modes: Mapping[Mode, tuple[int, ...]]
     afloat: bool = False
 
-    def properties(self, mode: Mode) -> int:
+    def mode_properties(self, mode: Mode) -> int:
         """MAV_MODE_PROPERTY; an aircraft cannot be told to be steered by hand."""
         refused = NOT_SELECTABLE if mode is Mode.TELEOPERATION and not self.afloat else 0
         return refused | (AUTOMATIC if mode.flags & AUTO else 0)
@@ -226,7 +226,7 @@ class Flavor:
         """The mode with a number."""
         return next((mode for mode, numbers in self._modes(kind).items() if custom_mode in numbers), Mode.OTHER)
 
-    def commanded_number(self, main: int, sub: int) -> int:
+    def commanded_mode_number(self, main: int, sub: int) -> int:
         """The number of the mode that MAV_CMD_DO_SET_MODE asks for."""
         return main if self.name == "ardupilot" else main << 16 | sub << 24
 

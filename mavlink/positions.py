@@ -60,19 +60,19 @@ def position_of(
     if not (abs(state.z) <= HIGHEST and abs(state.height) <= HIGHEST):
         return None
     try:
-        lat, lon, height = coordinates.absolute(state)
+        lat, lon, height = coordinates.absolute_position(state)
     except (ArithmeticError, ValueError):
         return None
     if not (_on_earth(lat, lon) and abs(height) <= HIGHEST):
         return None
     if afloat:
-        altitude = -max(0.0, state.depth) if valid_depth(state) else -state.z
+        altitude = -max(0.0, state.depth) if has_valid_depth(state) else -state.z
         return GlobalPosition(lat, lon, altitude, altitude)
     altitude = height - undulation
     return GlobalPosition(lat, lon, altitude, altitude - home.altitude)
 
 
-def valid_depth(state: imc.EstimatedState) -> bool:
+def has_valid_depth(state: imc.EstimatedState) -> bool:
     """Whether the depth is known: -1 means unknown, values slightly below 0 are waves."""
     return -1.0 < state.depth <= HIGHEST
 

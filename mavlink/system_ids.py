@@ -3,6 +3,6 @@
 SYSTEMS = 250  # ids of vehicles; the higher ones are those of ground stations
 
 
-def system_of(system: int) -> int:
+def mavlink_system_id(system: int) -> int:
     """The MAVLink id (1 to SYSTEMS) of an IMC system."""
     return ((system & 0xFF) - 1) % SYSTEMS + 1

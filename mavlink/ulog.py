@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from mavlink.log_records import LogRecord, RecordScanner, RecordTimes
+from mavlink.log_record_scanner import LogRecord, RecordScanner, RecordTimes
 
 MAGIC = b"ULog\x01\x12\x35"
 BEGIN = struct.Struct("<7sBQ")  # magic, version, µs at the start
@@ -88,7 +88,7 @@ class ULog:
                 yield LogRecord(time, name, values, instance)
             else:
                 damaged += chain.position - start
-                chain.damage(start)
+                chain.note_damage(start)
         self._note(chain, damaged)
 
     def _note(self, chain: RecordScanner, damaged: int) -> None:

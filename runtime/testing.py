@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.bus import Frame
 from runtime.devices import InputScript, ScriptedInputs
 from runtime.fault_injection import FaultInjector, Injection
@@ -144,7 +144,7 @@ def simulate(
             for injection in faults:
                 broken.schedule(replace(injection, task=injection.task or made[0].name))
             if script is not None:
-                vehicle.kernel.soon(vehicle.daemon.run, script)
+                vehicle.kernel.soon(vehicle.daemon.start_script, script)
             if recordings is not None:
                 vehicle.run(0.0)  # the tasks start, and open their devices
             last = max(max((at for at, _, _ in fed), default=0), recordings.end if recordings is not None else 0)
@@ -182,5 +182,5 @@ def _fed(message: imc.Message, vehicle: Vehicle) -> tuple[int, imc.Message, byte
     if seconds < ABSOLUTE:
         seconds += vehicle.start_time
     source = vehicle.system if message.src == UNKNOWN_SYSTEM else message.src
-    packet = imc.encode_as(message, seconds, source, message.src_ent, message.dst, message.dst_ent)
+    packet = imc.encode_with_header(message, seconds, source, message.src_ent, message.dst, message.dst_ent)
     return nanoseconds(seconds), vehicle.bus.decode(packet), packet

@@ -69,7 +69,7 @@ class ScenarioItem(pytest.Item):
         return self.path, 0, self.name
 
 
-class ScenarioRun:
+class ScenarioFixture:
     """Runs scenarios for a test: see the fixture `scenario`."""
 
     def __init__(self, request: pytest.FixtureRequest, folder: Path):
@@ -99,9 +99,9 @@ class ScenarioRun:
 
 
 @pytest.fixture
-def scenario(request: pytest.FixtureRequest, tmp_path: Path) -> ScenarioRun:
+def scenario(request: pytest.FixtureRequest, tmp_path: Path) -> ScenarioFixture:
     """Runs the scenario in a file: `result = scenario("outage.scenario.yaml", {"world/current/north": 0.5})`."""
-    return ScenarioRun(request, tmp_path / "log")
+    return ScenarioFixture(request, tmp_path / "log")
 
 
 @pytest.fixture

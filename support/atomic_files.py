@@ -8,7 +8,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from support.file_errors import naming_path
+from support.file_errors import add_path_to_errors
 
 PART = ".part"  # in place of its suffix, what a file is called while it is written
 
@@ -22,7 +22,10 @@ def write_file(path: Path, data: bytes, mode: int | None = None) -> None:
     _make(path.parent)
     part = path.with_suffix(PART)
     try:
-        with naming_path(part), open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode or 0o666), "wb") as file:
+        with (
+            add_path_to_errors(part),
+            open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode or 0o666), "wb") as file,
+        ):
             if mode is not None:
                 os.chmod(part, mode)
             file.write(data)
@@ -53,7 +56,7 @@ def new_file(path: Path, force: bool = False) -> Generator[Path]:
     part = path.with_name(path.name + ".part")
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
-        with naming_path(path):
+        with add_path_to_errors(path):
             yield part
             os.replace(part, path)
     finally:
@@ -71,7 +74,7 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
     try:
-        with naming_path(path):
+        with add_path_to_errors(path):
             yield part
             if path.is_dir():
                 for file in part.iterdir():
@@ -93,7 +96,7 @@ def _sync(folder: Path) -> None:
     """Put the names in a folder on the disk, where the system can."""
     if os.name != "posix":
         return
-    with naming_path(folder):
+    with add_path_to_errors(folder):
         try:
             descriptor = os.open(folder, os.O_RDONLY)
             try:

@@ -11,7 +11,7 @@ def describe_os_error(error: OSError, place: object = "") -> str:
 
 
 @contextmanager
-def naming_path(path: object) -> Generator[None]:
+def add_path_to_errors(path: object) -> Generator[None]:
     """Adds the path that is being written to an error of the operating system without one, as that of a full disk.
 
     An error with two paths, of a copy, names the one that is read.

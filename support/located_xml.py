@@ -43,7 +43,7 @@ class Element:
         """The comma separated words of an attribute, in lower case."""
         return tuple(word for word in re.split(r"[,\s]+", self.get(name).lower()) if word)
 
-    def all(self, *tags: str) -> "list[Element]":
+    def descendants(self, *tags: str) -> "list[Element]":
         """The descendants along this path of tags."""
         found: list[Element] = [self]
         for tag in tags:

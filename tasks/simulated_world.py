@@ -21,7 +21,7 @@ INVALID_TRUTH = "SimulatedState makes no sense"
 def world_of(task: Task) -> World:
     """The world that the profile describes, in [World]; the same for all tasks of a vehicle. Raises ParameterError."""
     try:
-        return task.vehicle.effective_config.shared(_read)
+        return task.vehicle.effective_config.shared_object(_read)
     except WorldError as error:
         raise ParameterError("World", str(error)) from None
 

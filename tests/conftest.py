@@ -14,12 +14,12 @@ import pytest
 from hypothesis import settings
 
 import imc
-from imc.lsf import LsfWriter, packed_schema
+from imc.lsf import LsfWriter, gzip_schema
 
 if TYPE_CHECKING:
     from tests.runtime.zenoh.processes import Network
 
-DEFINITIONS = packed_schema(imc.builtin())
+DEFINITIONS = gzip_schema(imc.builtin())
 
 NEW_NAMESPACE = ["unshare", "-n"] if os.name == "posix" and os.geteuid() == 0 else ["unshare", "-rn"]
 

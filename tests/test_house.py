@@ -12,7 +12,7 @@ import grimp
 import pytest
 
 from runtime.vehicle import all_tasks
-from support.packages import PACKAGES
+from support.top_level_packages import PACKAGES
 
 ROOT = Path(__file__).parent.parent
 SOURCES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
@@ -26,13 +26,13 @@ ROOMS = set(PACKAGES) | {
 FACES = {room for room in ROOMS if hasattr(importlib.import_module(room), "__all__")}
 OPEN = {  # modules that are imported as they are
     *(
-        "imc.addresses",
+        "imc.reserved_ids",
         "imc.discovery",
         "imc.fragments",
         "imc.layout",
         "imc.messages",
         "imc.tuple_list",
-        "runtime.networks",
+        "runtime.network_interfaces",
     ),
     "runtime.testing",
     *(f"shoal.logs.export.{form}" for form in ("mcap", "netcdf", "parquet", "csv", "llf")),  # need their libraries
@@ -42,7 +42,7 @@ OPEN = {  # modules that are imported as they are
     "runtime.kernel.kernel",
 }
 TASKS = all_tasks()
-DUNES_NAMES = ROOT / "runtime" / "profile" / "dune.py"
+DUNES_NAMES = ROOT / "runtime" / "profile" / "dune_sections.py"
 
 
 @pytest.fixture(scope="module")
@@ -246,10 +246,10 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
     "tasks.pose_history": (("simulators.mug_detection_camera", "vision.airsim"), "where a vehicle is for its cameras"),
 }
 SERVING = {  # a part that stands beside the one task that it serves, since the task is not a folder
-    "tasks.control.autopilot.device": "tasks.control.autopilot.mavlink",
+    "tasks.control.autopilot.autopilot_address": "tasks.control.autopilot.mavlink",
     "tasks.plan.actions": "tasks.plan.engine",
     "tasks.plan.execution": "tasks.plan.engine",
-    "tasks.plan.requests": "tasks.plan.engine",
+    "tasks.plan.supervisor_client": "tasks.plan.engine",
     "tasks.plan.store": "tasks.plan.db",
     "tasks.sensors.gnss_parser": "tasks.sensors.gps",
     "tasks.supervisors.maneuver_launcher": "tasks.supervisors.vehicle",
@@ -290,10 +290,10 @@ def test_what_tasks_share_has_those_users(trees):
 
 CIRCLES = {  # imports that close a circle, and why; all but one are for types only, and not made when a program runs
     "imc.message -> imc.dict_codec": "methods of each message, imported when they are called",
-    "imc.compiler -> imc.message": "it compiles functions for messages, which need them to exist",
+    "imc.codec_compiler -> imc.message": "it compiles functions for messages, which need them to exist",
     "imc.schema.classes -> imc.schema.schema": "a class knows the schema that it was made for",
     "runtime.task.activation -> runtime.task.task": "a part of a task knows its task",
-    "runtime.task.handlers -> runtime.task.task": "a part of a task knows its task",
+    "runtime.task.decorators -> runtime.task.task": "a part of a task knows its task",
     "runtime.task.logbook -> runtime.task.task": "a part of a task knows its task",
     "runtime.task.script -> runtime.task.task": "a part of a task knows its task",
     "runtime.task.task -> runtime.vehicle": "a task knows its vehicle",
@@ -301,7 +301,7 @@ CIRCLES = {  # imports that close a circle, and why; all but one are for types o
     "runtime.vehicle.fleet -> runtime.vehicle.vehicle": "a fleet joins vehicles, and a vehicle knows its fleet",
     "runtime.vehicle.parameter_service -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
     "runtime.vehicle.realtime_lag -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
-    "runtime.vehicle.sibling_processes -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
+    "runtime.vehicle.process_monitor -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
     "runtime.vehicle.vehicle -> runtime.snapshot": "it holds the journals of its run, for whoever saves it",
     "shoal.scenarios.run_context -> shoal.scenarios.links": "it holds the channels of links, which are made for a run",
 }

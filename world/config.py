@@ -54,7 +54,7 @@ class WorldOption(NamedTuple):
     least: float = -math.inf
     most: float = math.inf
     older: tuple[tuple[str, str], ...] = ()
-    lists: str = ""
+    section_prefix: str = ""
 
 
 OPTIONS: Mapping[str, WorldOption] = MappingProxyType(
@@ -108,7 +108,7 @@ OPTIONS: Mapping[str, WorldOption] = MappingProxyType(
             'Walls from bottom to surface: north and east of both ends of each, "0 0 20 0, 20 0 20 30".',
         ),
         "Objects": WorldOption(
-            "", "Names of further objects, each of which has a section [World/NAME].", lists=f"{WORLD}/"
+            "", "Names of further objects, each of which has a section [World/NAME].", section_prefix=f"{WORLD}/"
         ),
     }
 )

@@ -14,7 +14,7 @@ from autonomy.control.multirotor_controller import (
     MultirotorController,
     MultirotorGains,
 )
-from autonomy.control.multirotor_thrust import GRAVITY, rotor_actuation, tilt_and_thrust
+from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, rotor_actuation, tilt_and_thrust
 from autonomy.control.operator_input import AXES, BUTTONS, OperatorInput, format_actions
 from autonomy.control.pid import PID, PIDGains
 from autonomy.control.speed_controller import SpeedController

@@ -40,9 +40,9 @@ class AttitudeController:
     def __init__(self, gains: AttitudeGains):
         self.rate = 0.0
         self._pitch_before: float | None = None
-        self.tune(gains)
+        self.set_gains(gains)
 
-    def tune(self, gains: AttitudeGains) -> None:
+    def set_gains(self, gains: AttitudeGains) -> None:
         """Use other gains; the integrals start over."""
         self._levels = gains.levels
         self.heading = PID.from_gains(gains.heading)

@@ -34,10 +34,10 @@ class DepthController:
         self.bottom = BottomEstimator(weights)
         self.limits = OperatingLimits()
         self._kept: float | None = None
-        self.tune(gains)
+        self.set_gains(gains)
         self.reset()
 
-    def tune(self, gains: DepthGains) -> None:
+    def set_gains(self, gains: DepthGains) -> None:
         """Use other gains; the integrals start over."""
         self.gains = gains
         self.depth = PID.from_gains(gains.depth)
@@ -50,7 +50,7 @@ class DepthController:
         self.depth.reset()
         self.altitude.reset()
 
-    def within_limits(self, desired: imc.DesiredZ) -> float:
+    def clamp_to_limits(self, desired: imc.DesiredZ) -> float:
         """The value of a desired depth or altitude within the limits (m)."""
         if desired.z_units == Units.ALTITUDE:
             return max(desired.value, self.limits.lowest + self.gains.altitude_margin)

@@ -69,6 +69,6 @@ class HeadingController:
         return output
 
     @property
-    def parts(self) -> imc.ControlParcel:
+    def pid_parts(self) -> imc.ControlParcel:
         """P, I, D parts of the last effort."""
         return imc.ControlParcel(p=self.p, i=self.i, d=self.d, a=self.p + self.i + self.d)

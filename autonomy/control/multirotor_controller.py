@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import imc
-from autonomy.control.multirotor_thrust import GRAVITY, tilt_and_thrust
+from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, tilt_and_thrust
 from autonomy.control.pid import PID, PIDGains
 from support.numbers import clamp
 from support.rotations import Vector, wrap
-from support.vectors import add, limited, norm
+from support.vectors import add, limit_components, norm
 
 LEVEL, LEARNING = 0.5, 5.0  # m/s, s: when and how fast the weight is learned
 BLIND_THRUST, BLIND_DESCENT, BLIND_GAIN = 0.98, 1.5, 1.0  # share of the weight, m/s, 1/s: a blind descent
@@ -50,10 +50,10 @@ class MultirotorController:
     """
 
     def __init__(self, gains: MultirotorGains):
-        self.tune(gains)
+        self.set_gains(gains)
         self.reset()
 
-    def tune(self, gains: MultirotorGains) -> None:
+    def set_gains(self, gains: MultirotorGains) -> None:
         """Use other gains; the integrals start over."""
         self.gains = gains
         self._north, self._east = PID.from_gains(gains.horizontal), PID.from_gains(gains.horizontal)
@@ -74,21 +74,21 @@ class MultirotorController:
         seconds = 0.5 * norm(velocity) / self.gains.acceleration + REACTION
         return add((state.x, state.y, state.z), velocity, seconds)
 
-    def hold(self, state: imc.EstimatedState, point: Vector) -> Vector:
+    def hold_velocity(self, state: imc.EstimatedState, point: Vector) -> Vector:
         """Velocity (m/s) that keeps the vehicle at a point (m)."""
         k = self.gains.position
         return k * (point[0] - state.x), k * (point[1] - state.y), k * (point[2] - state.z)
 
-    def land(self, state: imc.EstimatedState, point: Vector) -> Vector:
+    def landing_velocity(self, state: imc.EstimatedState, point: Vector) -> Vector:
         """Velocity (m/s) that lands the vehicle below or above a point (m)."""
-        north, east, _ = self.hold(state, point)
+        north, east, _ = self.hold_velocity(state, point)
         low = state.alt < self.gains.landing_altitude
         return north, east, self.gains.landing_rate if low else self.gains.descent
 
     def step(self, state: imc.EstimatedState, velocity: Vector, heading: float, dt: float) -> MultirotorCommand:
         """The command for a velocity (m/s north, east, down) and a heading (rad), `dt` s after the last."""
         gains = self.gains
-        wanted, before = limited(velocity, gains.speed, gains.climb, gains.descent), self._ramped
+        wanted, before = limit_components(velocity, gains.speed, gains.climb, gains.descent), self._ramped
         self.velocity, change = wanted, add(wanted, before, -1.0)
         length, longest = norm(change), gains.acceleration * dt
         self._ramped = wanted if length <= longest else add(before, change, longest / length)

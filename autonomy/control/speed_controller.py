@@ -76,7 +76,7 @@ class SpeedController:
         return max(-1.0, min(1.0, reached / self._full))
 
     @property
-    def parts(self) -> imc.ControlParcel:
+    def pid_parts(self) -> imc.ControlParcel:
         """P, I, D parts of the last rotation rate (rpm)."""
         law = self._law
         return imc.ControlParcel(p=law.p, i=law.i, d=law.d, a=law.p + law.i + law.d)

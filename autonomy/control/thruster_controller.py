@@ -30,10 +30,10 @@ class ThrusterController:
     """
 
     def __init__(self, gains: ThrusterGains):
-        self.tune(gains)
+        self.set_gains(gains)
         self.reset()
 
-    def tune(self, gains: ThrusterGains) -> None:
+    def set_gains(self, gains: ThrusterGains) -> None:
         """Use other gains; the integrals start over."""
         self.gains = gains
         self.speed = PID.from_gains(gains.speed)

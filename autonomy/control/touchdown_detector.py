@@ -2,7 +2,7 @@
 
 import math
 
-from autonomy.control.multirotor_thrust import GRAVITY
+from autonomy.control.multirotor_tilt_and_thrust import GRAVITY
 
 DESCENDS = 0.05  # m/s; a slower descent is none
 STILL, UNLOADED, RESTS = 0.25, 0.75, 1.0  # m/s, fraction of the weight, s: what counts as a touchdown

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import imc
-from autonomy.guidance.legs import Circle, Line, MotionLimits
+from autonomy.guidance.path_velocity import Circle, Line, MotionLimits
 from autonomy.guidance.track import PathProgress
 from support.rotations import Vector, wrap
 
@@ -42,7 +42,7 @@ class MultirotorGuidance:
         self._takes_off, self._lands = takes_off, lands
         self.near = self.loitering = self.landing = False
 
-    def move(self, line: Line, circle: Circle | None) -> None:
+    def update_path(self, line: Line, circle: Circle | None) -> None:
         """Go on along a line and a circle that have moved."""
         self.line, self.circle = line, circle
 
@@ -68,7 +68,7 @@ class MultirotorGuidance:
 
     def _around(self, circle: Circle, at: Vector, limits: MotionLimits) -> Vector:
         wanted = circle.velocity(at, limits)
-        if abs(circle.outside(at)) < ON_CIRCLE and abs(circle.center[2] - at[2]) < ON_CIRCLE:
+        if abs(circle.distance_outside(at)) < ON_CIRCLE and abs(circle.center[2] - at[2]) < ON_CIRCLE:
             self.loitering = True
         if math.hypot(wanted[0], wanted[1]) > SLOWEST:
             self.heading = math.atan2(wanted[1], wanted[0])
@@ -77,11 +77,11 @@ class MultirotorGuidance:
     def progress(self, state: imc.EstimatedState) -> PathProgress:
         """Where the vehicle is on its path, and how it moves."""
         line, circle, at = self.line, self.circle, (state.x, state.y, state.z)
-        left, across = line.left(at), line.across(at)
+        left, across = line.distance_to_end(at), line.cross_track_distance(at)
         if self.landing:
             left = state.alt
         elif circle is not None:
-            across = circle.outside(at)
+            across = circle.distance_outside(at)
             left = abs(across) + abs(circle.center[2] - at[2])
         bearing = line.bearing if line.horizontal_length > 0.1 else math.atan2(state.vy, state.vx)
         speed, course = math.hypot(state.vx, state.vy), math.atan2(state.vy, state.vx)

@@ -29,7 +29,7 @@ class MultirotorLimits:
         speed = limits.max_speed if limits.mask & Bits.MAX_SPEED else math.inf
         return cls(lowest, highest, speed) if all(value >= 0.0 for value in (lowest, highest, speed)) else None
 
-    def limit(self, down: float, state: imc.EstimatedState, margin: float) -> float:
+    def limit_height(self, down: float, state: imc.EstimatedState, margin: float) -> float:
         """A height (m below the reference), kept `margin` (m) away from the limits of altitude."""
         limited = max(down, ground_level(state) - max(0.0, self.highest - margin))
         return min(limited, ground_level(state) - self.lowest - margin) if self.lowest else limited

@@ -20,10 +20,10 @@ class PurePursuitLaw:
     def __init__(self, gains: PurePursuitGains):
         self._lookahead = gains.lookahead
 
-    def along(self, where: PathProgress, bearing: float) -> float:
+    def line_course(self, where: PathProgress, bearing: float) -> float:
         return where.line_of_sight
 
-    def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
+    def circle_course(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
         outward = line_of_sight + math.pi
         ahead = outward + side * min(self._lookahead / radius, 0.5 * math.pi)
         here = distance * math.cos(outward), distance * math.sin(outward)

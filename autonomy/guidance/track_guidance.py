@@ -17,11 +17,11 @@ NOWHERE = Track((0.0, 0.0), (0.0, 0.0))
 class SteeringLaw(Protocol):
     """The course to follow a track."""
 
-    def along(self, where: PathProgress, bearing: float) -> float:
+    def line_course(self, where: PathProgress, bearing: float) -> float:
         """Course (rad) that follows a straight track of a `bearing` (rad)."""
         ...
 
-    def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
+    def circle_course(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
         """Course (rad) around a circle with its center at a direction (rad) and distance (m); side 1 is clockwise."""
         ...
 
@@ -50,9 +50,9 @@ class TrackGuidance:
         """Begin a track; `loitering` if the vehicle is on its circle already."""
         self.near, self.loitering = False, loitering
         self.course = self.target = self.eta = 0.0
-        self.move(track)
+        self.update_track(track)
 
-    def move(self, track: Track) -> None:
+    def update_track(self, track: Track) -> None:
         """Go on along a track whose coordinates have changed."""
         self.track = track
         self._straight = track.tangent() if track.radius > 0.0 else track
@@ -69,9 +69,9 @@ class TrackGuidance:
         if not self.loitering and not self.near and self.eta <= 0.0:
             self.loitering, self.near = track.radius > 0.0, track.radius <= 0.0
         if self.loitering:
-            target = self.law.around(bearing(at, track.end), math.dist(at, track.end), track.radius, track.side)
+            target = self.law.circle_course(bearing(at, track.end), math.dist(at, track.end), track.radius, track.side)
         elif where.left > 0.0:
-            target = self.law.along(where, self._straight.bearing)
+            target = self.law.line_course(where, self._straight.bearing)
         else:
             target = where.line_of_sight
         self.course, self.target = course, target

@@ -20,8 +20,8 @@ class VectorFieldLaw:
     def __init__(self, gains: VectorFieldGains):
         self._gain = math.tan(gains.entry_angle) / gains.corridor_width
 
-    def along(self, where: PathProgress, bearing: float) -> float:
+    def line_course(self, where: PathProgress, bearing: float) -> float:
         return bearing - math.atan(self._gain * where.y)
 
-    def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
+    def circle_course(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
         return math.pi + line_of_sight + side * (0.5 * math.pi + math.atan(2.0 * self._gain * (distance - radius)))

@@ -1,5 +1,6 @@
 """Navigation: Kalman filters, gates and checks that find faulty sensors, and the estimator of an underwater vehicle."""
 
+from autonomy.navigation.asv_filter import STREAM_EAST, STREAM_NORTH, ASVFilter
 from autonomy.navigation.cross_checks import AttitudeCheck, DepthCheck
 from autonomy.navigation.depth_filter import DepthFilter
 from autonomy.navigation.fault_detection import (
@@ -13,12 +14,17 @@ from autonomy.navigation.fault_detection import (
 from autonomy.navigation.gnss_fixes import horizontal_variance, mean_fix, offset_from
 from autonomy.navigation.horizontal_filter import EAST, NORTH, HorizontalFilter
 from autonomy.navigation.inertial_filter import InertialFilter
-from autonomy.navigation.position import AGREEMENT, CONTRADICTION, CONTRADICTIONS, PositionEstimate, fix_variance
+from autonomy.navigation.position_estimate import (
+    AGREEMENT,
+    CONTRADICTION,
+    CONTRADICTIONS,
+    PositionEstimate,
+    fix_variance,
+)
 from autonomy.navigation.sample_mean import SampleMean
 from autonomy.navigation.sensor_checks import SensorChecks
 from autonomy.navigation.sensor_inputs import SensorInputs
 from autonomy.navigation.state_messages import estimated_state, initial_state, navigation_data, navigation_uncertainty
-from autonomy.navigation.surface_filter import STREAM_EAST, STREAM_NORTH, SurfaceFilter
 from autonomy.navigation.underwater_estimator import UnderwaterEstimator
 from autonomy.navigation.underwater_settings import UnderwaterSettings
 from autonomy.navigation.validation_gates import (
@@ -29,7 +35,7 @@ from autonomy.navigation.validation_gates import (
     FixGate,
     Reason,
     VelocityGate,
-    is_located,
+    has_plausible_position,
 )
 
 __all__ = [
@@ -44,6 +50,7 @@ __all__ = [
     "NORTH",
     "STREAM_EAST",
     "STREAM_NORTH",
+    "ASVFilter",
     "AttitudeCheck",
     "DepthCheck",
     "DepthFilter",
@@ -60,15 +67,14 @@ __all__ = [
     "SensorChecks",
     "SensorInputs",
     "StuckDetector",
-    "SurfaceFilter",
     "UnderwaterEstimator",
     "UnderwaterSettings",
     "VelocityGate",
     "estimated_state",
     "fix_variance",
+    "has_plausible_position",
     "horizontal_variance",
     "initial_state",
-    "is_located",
     "mean_fix",
     "missing_reason",
     "navigation_data",

@@ -135,7 +135,7 @@ class DepthCheck:
         return self._gate.rejected > 0
 
     @property
-    def lag(self) -> float:
+    def disagreement(self) -> float:
         """How far depth and vertical speed disagree (m)."""
         return max(abs(self._velocity.value), abs(self._motor.value))
 

@@ -17,7 +17,7 @@ class DepthFilter:
         self._p = (math.inf, 0.0, 1.0)
 
     @property
-    def known(self) -> bool:
+    def has_depth(self) -> bool:
         """Whether a depth has been measured."""
         return self._p[0] < math.inf
 

@@ -7,7 +7,7 @@ import imc
 from autonomy.navigation.cross_checks import AttitudeCheck, DepthCheck
 from autonomy.navigation.fault_detection import GateDecision, missing_reason
 from autonomy.navigation.horizontal_filter import PSI
-from autonomy.navigation.position import PositionEstimate, fix_variance
+from autonomy.navigation.position_estimate import PositionEstimate, fix_variance
 from autonomy.navigation.sensor_inputs import UNKNOWN_ALTITUDE, SensorInputs
 from autonomy.navigation.underwater_estimator import PATIENCE, UnderwaterEstimator
 from autonomy.navigation.validation_gates import FAULT_HOLD, GPS_JUMP
@@ -46,7 +46,7 @@ class SensorChecks:
     @property
     def depth_doubt(self) -> float:
         """How far a faulty depth may be off (m), 0 if it is sound."""
-        return self._depth.lag if self._depth.fault else 0.0
+        return self._depth.disagreement if self._depth.fault else 0.0
 
     def update_attitude(self, now: float) -> bool:
         """Take the mean attitude, unless it jumps; whether there is a new one."""
@@ -84,8 +84,8 @@ class SensorChecks:
         if not inputs.depth.update():
             return
         depth, noise = inputs.depth.value[0], self._inputs.settings.depth_variance
-        innovation = depth - vertical.depth if vertical.known else 0.0
-        variance = noise + (vertical.variances[0] if vertical.known else 0.0)
+        innovation = depth - vertical.depth if vertical.has_depth else 0.0
+        variance = noise + (vertical.variances[0] if vertical.has_depth else 0.0)
         decision = self._depth.evaluate(depth, innovation, variance)
         if decision is GateDecision.REJECTED:
             return
@@ -99,7 +99,7 @@ class SensorChecks:
         """Surge by the speed of the motor (m/s); None if that is unknown."""
         if now - self._inputs.rpm_time > self._inputs.settings.dvl_timeout:
             return None
-        return self._inputs.rpm * self._estimator.motor_factor
+        return self._inputs.rpm * self._estimator.speed_per_rpm
 
     def update_velocity_fault(self, now: float) -> None:
         """Reject the velocity log while it contradicts depth and motor."""
@@ -113,7 +113,7 @@ class SensorChecks:
     def is_submerged(self) -> bool:
         """Whether the antenna is under water, where it has no reception."""
         vertical = self._estimator.vertical
-        return vertical.known and not vertical.depth <= self._inputs.settings.gps_deepest
+        return vertical.has_depth and not vertical.depth <= self._inputs.settings.gps_deepest
 
     def evaluate_fix(self, now: float, fix: imc.GpsFix, submerged: bool) -> bool:
         """Whether to use a fix; those under water at the vehicle's place mean that the depth lies."""
@@ -127,7 +127,7 @@ class SensorChecks:
             self._held_fault, self._held_until = "fixes under water: depth or GPS is wrong", now + FAULT_HOLD
         return position is None and self._deep_fixes >= DEEP_FIXES
 
-    def receive_correction(self, now: float, position: PositionEstimate, decision: GateDecision) -> None:
+    def report_position_reset(self, now: float, position: PositionEstimate, decision: GateDecision) -> None:
         """Say that fixes have reset the position; a receiver that jumps ends a plan."""
         if decision is GateDecision.RESET:
             self._log.warning("fixes contradict the position, which is reset to theirs")

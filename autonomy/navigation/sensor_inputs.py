@@ -13,7 +13,7 @@ from autonomy.navigation.validation_gates import (
     FixGate,
     Reason,
     VelocityGate,
-    is_located,
+    has_plausible_position,
 )
 from support.rotations import Vector, wrap
 
@@ -142,10 +142,10 @@ class SensorInputs:
     def receive_fix(self, fix: imc.GpsFix) -> imc.GpsFixRejection | None:
         """A fix; returns why it is rejected, None if it is not."""
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
-            self.place = fix if is_located(fix) else self.place
+            self.place = fix if has_plausible_position(fix) else self.place
             return None
         reason = self._fix_gate.reject_reason(fix)
-        if reason is None and not is_located(fix):
+        if reason is None and not has_plausible_position(fix):
             reason = Reason.INVALID
         if reason is not None:
             return imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import imc
 from autonomy.navigation.depth_filter import DepthFilter
 from autonomy.navigation.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, K, R, U, V
-from autonomy.navigation.position import PositionEstimate
+from autonomy.navigation.position_estimate import PositionEstimate
 from support.rotations import Vector, rotation, to_ned, wrap
 
 

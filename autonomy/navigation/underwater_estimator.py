@@ -6,7 +6,7 @@ import imc
 from autonomy.navigation.depth_filter import DepthFilter
 from autonomy.navigation.fault_detection import GateDecision, JumpGate
 from autonomy.navigation.horizontal_filter import PSI, PSI_BIAS, R_BIAS, HorizontalFilter, K, R, U, V
-from autonomy.navigation.position import PositionEstimate, fix_variance
+from autonomy.navigation.position_estimate import PositionEstimate, fix_variance
 from autonomy.navigation.sensor_inputs import SensorInputs
 from support.rotations import Vector, rotation, to_body, to_ned, wrap
 
@@ -36,7 +36,7 @@ class UnderwaterEstimator:
         self._driven = 0
 
     @property
-    def motor_factor(self) -> float:
+    def speed_per_rpm(self) -> float:
         """Surge per speed of the motor (m/s/rpm)."""
         return self.position.filter.x[K] if self.position is not None else self._inputs.settings.speed_per_rpm
 

@@ -15,7 +15,7 @@ GPS_JUMP = 50.0  # m that end a plan
 FAULT_HOLD = 10.0  # s, how long an error is shown at least
 
 
-def is_located(fix: imc.GpsFix) -> bool:
+def has_plausible_position(fix: imc.GpsFix) -> bool:
     """Whether latitude, longitude and height can be those of a vehicle; receivers without a fix report 0, 0."""
     on_earth = abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)
     return on_earth and not fix.lat == fix.lon == 0.0

@@ -1,10 +1,6 @@
 """Plans: conditions, graph, checks, estimates and templates; plan files are in `autonomy.plans.yaml`."""
 
-from autonomy.plans.bounds import PlanBounds, area_violations, flight_violations
-from autonomy.plans.conditions import Condition, parse_condition
-from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver
-from autonomy.plans.forecast import PlanForecast, feasibility_violations, forecast_plan, format_tuple_list
-from autonomy.plans.grammar import (
+from autonomy.plans.boolean_grammar import (
     COMPARISONS,
     NUMBER_PATTERN,
     SIGN_PATTERN,
@@ -12,6 +8,10 @@ from autonomy.plans.grammar import (
     GrammarParser,
     boolean_connectives,
 )
+from autonomy.plans.bounds import PlanBounds, area_violations, flight_violations
+from autonomy.plans.conditions import Condition, parse_condition
+from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver
+from autonomy.plans.forecast import PlanForecast, feasibility_violations, forecast_plan, format_tuple_list
 from autonomy.plans.graph import Actions, PlanError, PlanGraph, PlanNode, parse_graph
 from autonomy.plans.preflight import Preflight, PreflightOptionError
 from autonomy.plans.sequence import FINISH, main_sequence, remaining_plan, sequential_plan

@@ -26,7 +26,7 @@ class PlanBounds:
     airborne: bool = False
 
     @property
-    def altitude(self) -> float:
+    def max_altitude(self) -> float:
         """The highest altitude (m above ground)."""
         limits = self.limits
         set_ = limits is not None and limits.mask & Limit.MAX_ALT
@@ -122,5 +122,5 @@ def _vertical(maneuver: imc.Message, bounds: PlanBounds) -> Iterator[str]:
         above, error = z - bounds.ground, MEASURED
     if isinstance(maneuver, imc.Takeoff) and (units == Units.NONE or (above is not None and above <= 0.0)):
         yield "a Takeoff needs an altitude or height above the ground"
-    if above is not None and (highest := above + max(points, default=0.0)) > bounds.altitude + error:
-        yield f"an altitude of {highest:.0f} m is above the limit of {bounds.altitude:.0f} m"
+    if above is not None and (highest := above + max(points, default=0.0)) > bounds.max_altitude + error:
+        yield f"an altitude of {highest:.0f} m is above the limit of {bounds.max_altitude:.0f} m"

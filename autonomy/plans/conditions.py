@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import imc
-from autonomy.plans.grammar import NUMBER_PATTERN, SIGN_PATTERN, GrammarParser, boolean_connectives
+from autonomy.plans.boolean_grammar import NUMBER_PATTERN, SIGN_PATTERN, GrammarParser, boolean_connectives
 from imc.layout import NUMBERS
 
 LatestMessages: TypeAlias = Mapping[type[imc.Message], imc.Message]
@@ -56,7 +56,7 @@ def _comparison(word: str, parser: GrammarParser[Test], kinds: set[type[imc.Mess
         raise ValueError(f"{word!r} is neither ManeuverIsDone nor Message.field")
     if field not in {f.name for f in imc.fields(kind) if f.type.split()[0] in NUMBERS}:
         raise ValueError(f"{name} has no numeric field {field!r}")
-    sign = parser.word
+    sign = parser.next_word
     compare = parser.expect_comparison()
     try:
         limit = float(parser.expect("a number"))

@@ -32,7 +32,7 @@ class Powertrain:
     hotel: float = 0.0
     ahead: float = 5.0
 
-    def speed(self, value: float, units: int) -> float:
+    def convert_speed(self, value: float, units: int) -> float:
         """A speed in any unit, converted to m/s."""
         if units == imc.SpeedUnits.METERS_PS:
             return value
@@ -60,7 +60,7 @@ class ManeuverEstimate:
 
 def estimate_maneuver(maneuver: imc.Message, start: LatLon | None, train: Powertrain, now: float) -> ManeuverEstimate:
     """Estimate a maneuver from `start`; without it the way to the maneuver is not counted."""
-    speed = train.speed(getattr(maneuver, "speed", CRUISE), getattr(maneuver, "speed_units", 0))
+    speed = train.convert_speed(getattr(maneuver, "speed", CRUISE), getattr(maneuver, "speed_units", 0))
     duration = float(getattr(maneuver, "duration", 0))
     endless = duration or math.inf
     if isinstance(maneuver, imc.IdleManeuver):

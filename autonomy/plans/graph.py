@@ -64,7 +64,7 @@ class PlanGraph:
         return bool(last.transitions) and last.transitions[0][1] in self.nodes
 
     @property
-    def kinds(self) -> set[type[imc.Message]]:
+    def condition_messages(self) -> set[type[imc.Message]]:
         """The messages that conditions use."""
         return {kind for node in self.nodes.values() for c, _ in node.transitions for kind in c.kinds}
 

@@ -12,7 +12,7 @@ from autonomy.plans.estimate import Powertrain
 from autonomy.plans.forecast import PlanForecast, feasibility_violations, forecast_plan
 from autonomy.plans.graph import ROUNDING, PlanError, PlanGraph, parse_graph
 from autonomy.plans.value_ranges import value_range_violations
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 
 OptionReader = Callable[[str], str]
 
@@ -74,7 +74,7 @@ class Preflight:
         violations = depth_violations(graph, present.deepest)
         for reason in chain(violations, speed_violations(graph, present.fastest), value_range_violations(graph)):
             raise PlanError(reason)
-        position = absolute(state)[:2] if state is not None else None
+        position = absolute_position(state)[:2] if state is not None else None
         forecast = forecast_plan(graph, position, self._train, now)
         energy = self.capacity * fuel / 100.0 if fuel is not None and self.capacity else None
         ground = state.height - state.z - state.alt if state is not None and state.alt >= 0.0 else None

@@ -2,7 +2,6 @@
 
 from imc.lsf.byte_reader import ReportProgress, unpacked_chunks
 from imc.lsf.damage_list import DamageList
-from imc.lsf.definitions import packed_schema
 from imc.lsf.gzip_members import COMPRESSIONS, Compression, compress_member
 from imc.lsf.log import Log
 from imc.lsf.log_files import SUFFIXES, find_log
@@ -10,6 +9,7 @@ from imc.lsf.neptus_index import read_neptus_index, write_neptus_index
 from imc.lsf.parallel_gunzip import ParallelMap
 from imc.lsf.position_columns import positions
 from imc.lsf.scanner import Batch, read_at_offsets, scan
+from imc.lsf.schema_gzip import gzip_schema
 from imc.lsf.writer import LsfWriter
 
 __all__ = [
@@ -24,7 +24,7 @@ __all__ = [
     "ReportProgress",
     "compress_member",
     "find_log",
-    "packed_schema",
+    "gzip_schema",
     "positions",
     "read_at_offsets",
     "read_neptus_index",

@@ -25,13 +25,13 @@ def dtype_of(kind: MessageType, order: str = "<") -> "np.dtype[Any]":
     """The type of a row: header, then all fields that are numbers, without padding."""
     import numpy as np
 
-    numbers = {f.attribute: code for f, code in zip(kind.fields, kind.wire, strict=True) if code in NUMPY}
+    numbers = {f.attribute: code for f, code in zip(kind.fields, kind.wire_codes, strict=True) if code in NUMPY}
     return np.dtype(numpy_columns({**ADDRESS_FIELDS, **numbers}, order))
 
 
 def smallest_payload(kind: MessageType) -> int:
     """Bytes in the smallest payload of this type."""
-    return sum(2 if code in VARIABLE else struct.calcsize("<" + code) for code in kind.wire)
+    return sum(2 if code in VARIABLE else struct.calcsize("<" + code) for code in kind.wire_codes)
 
 
 def without_short_packets(kind: MessageType, places: PacketPositions, lose: Lose) -> PacketPositions:
@@ -62,7 +62,7 @@ class ColumnReader:
         self.whole = np.ones(places.offsets.size, np.bool_)
         self._decode = decode
         self._lose = lose
-        self._codes = kind.wire
+        self._codes = kind.wire_codes
         self._fixed = next((index for index, code in enumerate(self._codes) if code in VARIABLE), len(self._codes))
         self._fronts = {order: self._front(order) for order in "<>"}
 

@@ -59,7 +59,7 @@ class LogIndex(NamedTuple):
         """How many packets of each id there are, by id."""
         return {number: self.types[number].total for number in sorted(self.types)}
 
-    def places(self, ids: Iterable[int] = ()) -> PacketPositions:
+    def packet_positions(self, ids: Iterable[int] = ()) -> PacketPositions:
         """The packets with these ids; all packets if no ids are given."""
         import numpy as np
 

@@ -132,7 +132,7 @@ class Log:
 
         def find() -> "tuple[PacketPositions, NDArray[Any]]":
             with self._reader() as reader:
-                places = select(self.index().places(self._ids(kinds)), conditions, reader)
+                places = select(self.index().packet_positions(self._ids(kinds)), conditions, reader)
                 times = [np.empty(0), *(batch.times() for batch in reader.batches(places))]
                 return places, np.argsort(np.concatenate(times), kind="stable")
 
@@ -153,7 +153,7 @@ class Log:
         """
         rows = self._rows(kind)
         conditions = self._meaning(where)
-        return rows if conditions.everything else rows[conditions.row_mask(rows)]
+        return rows if conditions.matches_all else rows[conditions.row_mask(rows)]
 
     def arrays(self, *kinds: Kind) -> "dict[str, NDArray[Any]]":
         """By name, the `array` of each of the types, or of all in the log; the log is read once."""
@@ -187,7 +187,7 @@ class Log:
         """
         rows, conditions = self._rows(kind), self._meaning(where)
         frame = to_dataframe(self.schema.types[_name(kind)], rows, self.objects(kind))
-        return frame if conditions.everything else frame[conditions.row_mask(rows)]
+        return frame if conditions.matches_all else frame[conditions.row_mask(rows)]
 
     @property
     def entities(self) -> dict[tuple[int, int], str]:
@@ -271,7 +271,7 @@ class Log:
             yield batch.select(np.isin(batch.heads & 0xFFFF, list(ids))) if ids else batch
 
     def _indexed_batches(self, ids: frozenset[int], begin: int) -> Iterator[Batch]:
-        places = self.index().places(ids)
+        places = self.index().packet_positions(ids)
         with self._reader() as reader:
             yield from reader.batches(places.select(places.offsets >= begin))
 
@@ -286,7 +286,7 @@ class Log:
     def _decoded(self, ids: frozenset[int], where: HeaderFilter) -> Iterator[Message]:
         for batch in self._batches(ids):
             yield from self._decode_all(
-                (batch if where.everything else batch.select(where.batch_mask(batch))).packets()
+                (batch if where.matches_all else batch.select(where.batch_mask(batch))).packets()
             )
 
     def _decode_all(self, packets: Iterable[tuple[int, bytes]]) -> Iterator[Message]:
@@ -307,7 +307,7 @@ class Log:
 
     def _table(self, kind: Kind) -> ColumnReader:
         found = self.schema.types[_name(kind)]
-        places = without_short_packets(found, self.index().places((found.id,)), self._lose)
+        places = without_short_packets(found, self.index().packet_positions((found.id,)), self._lose)
         return ColumnReader(found, places, self._decode, self._lose)
 
     def _rows(self, kind: Kind) -> "NDArray[Any]":
@@ -326,7 +326,7 @@ class Log:
         self.index()
         if found.id not in self._whole:
             self._rows(kind)  # also checks the index, so that the messages cannot become fewer
-        places = without_short_packets(found, self.index().places((found.id,)), self._lose)
+        places = without_short_packets(found, self.index().packet_positions((found.id,)), self._lose)
         with self._reader() as reader:
             return select(places.select(self._whole[found.id]), where, reader)
 

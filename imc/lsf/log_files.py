@@ -4,7 +4,7 @@ import errno
 from pathlib import Path
 
 from imc.lsf.gzip_members import COMPRESSIONS
-from imc.schema import MessageType, Schema, builtin, load_beside
+from imc.schema import MessageType, Schema, builtin, load_unless_builtin
 
 SUFFIXES = (".lsf", *(".lsf" + form.suffix for form in COMPRESSIONS.values()))
 NAMES = ("Data.lsf", "Data.lsf.gz", "Data.lsf.bz2", "Data.lsf.z")
@@ -29,7 +29,7 @@ def find_log(path: Path) -> Path:
 def find_schema(log: Path) -> tuple[Schema, Path | None]:
     """The schema beside a log, and its file; else the built-in one and None. Raises SchemaError."""
     source = next((path for path in (log.parent / name for name in SCHEMA_NAMES) if path.is_file()), None)
-    return (_familiar(load_beside(source)), source) if source else (builtin(), None)
+    return (_familiar(load_unless_builtin(source)), source) if source else (builtin(), None)
 
 
 def _familiar(schema: Schema) -> Schema:
@@ -48,4 +48,4 @@ def _shape(schema: Schema, message: MessageType | None) -> object:
     if message is None:
         return None
     values = [[(value.abbrev, value.id) for value in schema.values_of(field)] for field in message.fields]
-    return message.abbrev, message.wire, [field.attribute for field in message.fields], values
+    return message.abbrev, message.wire_codes, [field.attribute for field in message.fields], values

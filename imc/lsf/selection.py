@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, TypeVar, overload
 from weakref import finalize
 
-from imc.addresses import UNKNOWN_ENTITY
 from imc.lsf.index import PacketPositions
 from imc.lsf.packet_reader import PacketReader
 from imc.lsf.scanner import Batch
 from imc.message import Message
+from imc.reserved_ids import UNKNOWN_ENTITY
 
 if TYPE_CHECKING:
     import numpy as np
@@ -46,7 +46,7 @@ class HeaderFilter(NamedTuple):
     """System (None: any) and entity id."""
 
     @property
-    def everything(self) -> bool:
+    def matches_all(self) -> bool:
         """Whether there are no conditions."""
         return self == HeaderFilter()
 
@@ -136,7 +136,7 @@ def select(places: PacketPositions, where: HeaderFilter, reader: PacketReader) -
     """The packets that meet the conditions."""
     import numpy as np
 
-    if where.everything or not places.offsets.size:
+    if where.matches_all or not places.offsets.size:
         return places
     return places.select(np.concatenate([where.batch_mask(batch) for batch in reader.batches(places)]))
 

@@ -1,9 +1,9 @@
 """Definitions of messages: read from XML and YAML, written as XML, and turned into classes."""
 
-from imc.schema.classes import signature
+from imc.schema.classes import definition_checksum
 from imc.schema.definition import Enumeration, Field, Group, MessageType, Value
 from imc.schema.field_info import FieldInfo
-from imc.schema.files import builtin, fields, load, load_beside, message_named
+from imc.schema.files import builtin, fields, load, load_unless_builtin, message_named
 from imc.schema.schema import Schema
 from imc.schema.xml_writer import dump
 
@@ -16,10 +16,10 @@ __all__ = [
     "Schema",
     "Value",
     "builtin",
+    "definition_checksum",
     "dump",
     "fields",
     "load",
-    "load_beside",
+    "load_unless_builtin",
     "message_named",
-    "signature",
 ]

@@ -26,7 +26,7 @@ DEFAULTS: dict[str, tuple[Any, Any]] = {
 
 def build_class(definition: MessageType, schema: "Schema") -> type[Message]:
     """A class like those in `imc.messages`; shared enumerations are nested in it as well."""
-    wire = definition.wire
+    wire = definition.wire_codes
     lists = tuple(field.attribute for field, code in zip(definition.fields, wire, strict=True) if code == "L")
     namespace: dict[str, Any] = {"ID": definition.id, "WIRE": wire, "SYNC": schema.sync, "SCHEMA": schema}
     namespace["__doc__"] = f"{definition.name}."
@@ -45,12 +45,12 @@ def build_class(definition: MessageType, schema: "Schema") -> type[Message]:
     return cast(type[Message], cls)
 
 
-def signature(kind: type[Message]) -> str:
+def definition_checksum(kind: type[Message]) -> str:
     """Eight hexadecimal digits that are the same where a message has the same id, name and fields."""
     return f"{crc32(' '.join((str(kind.ID), kind.__name__, kind.WIRE, *kind.__struct_fields__)).encode()):08x}"
 
 
 def build_enum(name: str, values: tuple[Value, ...], bits: bool) -> type[IntEnum] | type[IntFlag]:
     """An IntEnum, or an IntFlag for a bitfield."""
-    members = [(value.member, value.id) for value in values]
+    members = [(value.member_name, value.id) for value in values]
     return cast(type[IntFlag], IntFlag(name, members)) if bits else cast(type[IntEnum], IntEnum(name, members))

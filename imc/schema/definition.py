@@ -10,7 +10,7 @@ from imc.layout import WIRE_CODES
 
 RESERVED = frozenset(
     {"abbrev", "timestamp", "src", "src_ent", "dst", "dst_ent", "surplus", "replace", "to_dict", "to_json"}
-    | {"to_packet", "to_packet_as", "to_inline_little", "to_inline_big"}
+    | {"to_packet", "to_packet_with_header", "to_inline_little", "to_inline_big"}
 )
 """Attributes that every message has."""
 
@@ -25,7 +25,7 @@ class Value(msgspec.Struct, frozen=True):
     name: str
 
     @property
-    def member(self) -> str:
+    def member_name(self) -> str:
         """Name of the Python enumeration member: the abbreviation, made an identifier."""
         text = re.sub(r"\W", "_", self.abbrev, flags=re.ASCII)
         if not text or text[0].isdigit() or text == "mro":
@@ -90,7 +90,7 @@ class MessageType(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True)
     replaces: str = ""
 
     @property
-    def wire(self) -> str:
+    def wire_codes(self) -> str:
         """The types of the fields, one letter each (`WIRE_CODES`)."""
         return "".join(WIRE_CODES[field.type] for field in self.fields)
 
@@ -145,9 +145,9 @@ def check_values(values: tuple[Value, ...], label: str, where: str) -> None:
     """Raises SchemaError if two values have the same name."""
     names: set[str] = set()
     for value in values:
-        if value.member in names:
+        if value.member_name in names:
             raise SchemaError(f"{label}: value {value.abbrev} is defined twice", where)
-        names.add(value.member)
+        names.add(value.member_name)
 
 
 def _check_name(text: str, what: str, where: str) -> None:

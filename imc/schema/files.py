@@ -41,7 +41,7 @@ def load(path: str | PathLike[str], over: Schema | None = None) -> Schema:
     return _read(_content(path), str(path), over)
 
 
-def load_beside(path: str | PathLike[str]) -> Schema:
+def load_unless_builtin(path: str | PathLike[str]) -> Schema:
     """Like `load`, but returns the built-in schema, without parsing, if the file is what `dump` writes for it."""
     data = _content(path)
     return builtin() if digest(data) == _merged().xml else _read(data, str(path), None)
@@ -118,7 +118,7 @@ def message_named(name: str) -> type[Message]:
     raise ValueError(f"there is no message {quoted(name)}" + (f"; did you mean {near}?" if near else ""))
 
 
-def definitions() -> Schema:
+def builtin_from_yaml() -> Schema:
     """The built-in schema, read from its YAML files."""
     return load(_OVERLAY, over=load(_BASE))
 

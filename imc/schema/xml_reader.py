@@ -44,13 +44,13 @@ def read_xml(data: bytes, file: str) -> tuple[Schema, dict[str, str]]:
         long_name=root.get("long-name") or name,
         version=root.require("version"),
         sync=_header(root),
-        units=_named(root.all("units", "unit")),
-        enumerations=_shared(root.all("enumerations", "def")),
-        bitfields=_shared(root.all("bitfields", "def")),
+        units=_named(root.descendants("units", "unit")),
+        enumerations=_shared(root.descendants("enumerations", "def")),
+        bitfields=_shared(root.descendants("bitfields", "def")),
         groups=_groups(root),
-        flags=_named(root.all("flags", "flag")),
-        categories=tuple(element.require("name") for element in root.all("categories", "category")),
-        messages=tuple(_message(element, places) for element in root.all("message")),
+        flags=_named(root.descendants("flags", "flag")),
+        categories=tuple(element.require("name") for element in root.descendants("categories", "category")),
+        messages=tuple(_message(element, places) for element in root.descendants("message")),
     )
     schema.descriptions.update(_descriptions(root))
     return schema, places
@@ -60,12 +60,12 @@ def _descriptions(root: Element) -> Iterator[tuple[tuple[str, ...], str]]:
     """The descriptions, by the path of their definitions (see `Schema.descriptions`)."""
     found: list[tuple[tuple[str, ...], Element]] = [((), root)]
     for section, *tags in DESCRIBED:
-        for element in root.all(*tags):
+        for element in root.descendants(*tags):
             path = section, element.get("abbrev") or element.get("name")
             found.append((path, element))
-            for inner in (*element.all("field"), *element.all("value")):
+            for inner in (*element.descendants("field"), *element.descendants("value")):
                 found.append(((*path, inner.get("abbrev")), inner))
-                found += (((*path, inner.get("abbrev"), v.get("abbrev")), v) for v in inner.all("value"))
+                found += (((*path, inner.get("abbrev"), v.get("abbrev")), v) for v in inner.descendants("value"))
     for path, element in found:
         if element.description:
             yield path, element.description
@@ -74,8 +74,8 @@ def _descriptions(root: Element) -> Iterator[tuple[tuple[str, ...], str]]:
 def _header(root: Element) -> int:
     sync = SYNC
     for tag, layout in (("header", HEADER_LAYOUT), ("footer", FOOTER_LAYOUT)):
-        for element in root.all(tag):
-            fields = element.all("field")
+        for element in root.descendants(tag):
+            fields = element.descendants("field")
             if tuple((field.get("abbrev"), field.get("type")) for field in fields) != layout:
                 raise SchemaError(f"{element.where}: the {tag} differs from that of IMC 5")
             if fields[0].get("value"):
@@ -104,16 +104,16 @@ def _groups(root: Element) -> tuple[Group, ...]:
         Group(
             element.require("abbrev"),
             element.get("name") or element.get("abbrev"),
-            tuple(member.require("abbrev") for member in element.all("message-type")),
+            tuple(member.require("abbrev") for member in element.descendants("message-type")),
         )
-        for element in root.all("message-groups", "message-group")
+        for element in root.descendants("message-groups", "message-group")
     )
 
 
 def _values(element: Element) -> tuple[Value, ...]:
     return tuple(
         Value(_integer(value, "id"), value.require("abbrev"), value.get("name") or value.get("abbrev"))
-        for value in element.all("value")
+        for value in element.descendants("value")
     )
 
 
@@ -129,7 +129,7 @@ def _message(element: Element, places: dict[str, str]) -> MessageType:
         flags=element.words("flags"),
         used_by=element.words("used-by"),
         stable=element.get("stable", "true") != "false",
-        fields=tuple(_field(abbrev, field, places) for field in element.all("field")),
+        fields=tuple(_field(abbrev, field, places) for field in element.descendants("field")),
     )
 
 

@@ -10,11 +10,11 @@ from mavlink.autopilot.connection import AutopilotConnection, FramePort, message
 from mavlink.autopilot.gps_input import gps_input_fields, is_usable_fix, usbl_fix
 from mavlink.autopilot.health import CRITICAL, NAVIGATION, SensorHealth, describe_health
 from mavlink.autopilot.leg import ArrivalTolerance, Leg, ReportedPosition, height_above_home
+from mavlink.autopilot.leg_progress import LegProgress
+from mavlink.autopilot.mission_builder import LandingApproach, MissionBuilder, landing_approach
 from mavlink.autopilot.mission_client import MissionClient, MissionPhase
 from mavlink.autopilot.mission_map import MissionMap
-from mavlink.autopilot.mission_writer import LandingApproach, MissionWriter, landing_approach
 from mavlink.autopilot.mode_controller import GuidedGoal, ModeController
-from mavlink.autopilot.progress import LegProgress
 from mavlink.autopilot.telemetry import Telemetry
 from mavlink.autopilot.vehicle_modes import ARDUPILOT, PX4, SteeredVehicle, steered_vehicle
 
@@ -35,10 +35,10 @@ __all__ = [
     "LandingApproach",
     "Leg",
     "LegProgress",
+    "MissionBuilder",
     "MissionClient",
     "MissionMap",
     "MissionPhase",
-    "MissionWriter",
     "ModeController",
     "OnResult",
     "ReportedPosition",

@@ -89,7 +89,7 @@ class Leg:
         if self._track.length > LONGEST:
             raise ValueError(f"the desired path is longer than {LONGEST / 1000:g} km")
 
-    def advance(self, at: ReportedPosition, tolerance: ArrivalTolerance) -> bool:
+    def update_arrival(self, at: ReportedPosition, tolerance: ArrivalTolerance) -> bool:
         """Take where the vehicle is; True if it has just arrived at the end, or on the circle."""
         before = self.near, self.loitering
         off, away = abs(self.height - at.above_home), self._away(at)
@@ -105,7 +105,7 @@ class Leg:
             self.near = self.near or (self.arrived and not self.lands)
         return before != (self.near, self.loitering)
 
-    def finish(self) -> bool:
+    def mark_arrived(self) -> bool:
         """The autopilot itself says that it has arrived; True if that is new."""
         before = self.near
         self.arrived = True
@@ -124,7 +124,7 @@ class Leg:
         angle, out = math.atan2(east, north) + self.side * turn, self.radius / math.cos(turn)
         return displace(self.lat, self.lon, 0.0, out * math.cos(angle), out * math.sin(angle))[:2]
 
-    def ahead(self, at: ReportedPosition, lead: float) -> tuple[float, float]:
+    def point_ahead(self, at: ReportedPosition, lead: float) -> tuple[float, float]:
         """A point on the line to the end (rad), or on the circle, that is `lead` s ahead, or the end itself.
 
         Who is always sent there goes at the speed of the leg, if it approaches by 1/lead of the distance each second.
@@ -157,7 +157,7 @@ class Leg:
             vy=where.vy,
         )
 
-    def report(self, at: ReportedPosition) -> imc.PathControlState:
+    def path_control_state(self, at: ReportedPosition) -> imc.PathControlState:
         """The state of the path."""
         where, path = self.progress(at), self.path
         flags = path.flags & KEPT_FLAGS

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 
 import imc
 from mavlink.autopilot.leg import Leg
+from mavlink.autopilot.mission_builder import MissionBuilder, find_item, first_item_of
 from mavlink.autopilot.mission_client import MissionClient, MissionPhase
-from mavlink.autopilot.mission_writer import MissionWriter, find_item, first_item_of
 from mavlink.missions import Item
 
 
@@ -22,7 +22,7 @@ class MissionMap:
         self._items, self._item = (), 0
         self._client.reset()
 
-    def upload_plan(self, plan: imc.PlanSpecification, writer: Callable[[], MissionWriter], now: float) -> None:
+    def upload_plan(self, plan: imc.PlanSpecification, writer: Callable[[], MissionBuilder], now: float) -> None:
         """A plan begins: put it into the memory; what no item can say ends it with its first leg."""
         if not self._uploads:
             return
@@ -34,7 +34,7 @@ class MissionMap:
         else:
             self._client.upload(self._items, now)
 
-    def assign_item(self, leg: Leg, writer: Callable[[], MissionWriter], now: float, *, roams: bool) -> None:
+    def assign_item(self, leg: Leg, writer: Callable[[], MissionBuilder], now: float, *, roams: bool) -> None:
         """Find the item of a leg; a plane's landing alone becomes a mission. Raises ValueError if there is none."""
         client = self._client
         if self._uploads and client.phase is MissionPhase.FAILED:

@@ -83,7 +83,7 @@ class ModeController:
         self.leg, self.error = leg, ""
         self._begin(GuidedGoal.TAKE_OFF if leg.takes_off else GuidedGoal.LAND if leg.lands else GuidedGoal.GO, now)
 
-    def release(self, now: float) -> None:
+    def hold_position(self, now: float) -> None:
         """Hold where it is; unless somebody else has taken over."""
         self.leg, self.error = None, ""
         taken, self._is_taken_over = self._is_taken_over or self._is_overridden(), False
@@ -206,7 +206,7 @@ class ModeController:
         elif not missions.head_for(leg.start, now):
             return
         elif not self.armed and not vehicle.roams:  # ArduPilot's copters are not armed in AUTO
-            if self._enter_mode(now, vehicle.mission if vehicle.px4 else vehicle.ready):
+            if self._enter_mode(now, vehicle.mission if vehicle.px4 else vehicle.arming_mode):
                 self._arm(now, 1)
         elif self._may_be_over(vehicle, now):
             return
@@ -257,7 +257,7 @@ class ModeController:
                 self._arm(now, 1)
             return
         also = [mode for mode in (vehicle.takeoff,) if mode is not None] if self._sent else []
-        if not self._enter_mode(now, vehicle.ready, *also) or not self._arm(now, 1) or self._sent:
+        if not self._enter_mode(now, vehicle.arming_mode, *also) or not self._arm(now, 1) or self._sent:
             return
         height = at.amsl - at.above_home + leg.height if vehicle.px4 else leg.height
         place = (math.nan, math.nan, math.nan) if vehicle.px4 else (0.0, 0.0, 0.0)

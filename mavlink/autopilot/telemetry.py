@@ -52,13 +52,13 @@ class Telemetry:
         """Whether a message has not come for some time (s), by default that after which a position is too old."""
         return now - self._received_at.get(name, -math.inf) > (patience or self.patience)
 
-    def missing(self, now: float) -> list[str]:
+    def missing_messages(self, now: float) -> list[str]:
         """What does not come, so that there are no states; empty if there are."""
         if not self.is_silent(STATE, now):
             return []
         return [name for name in ESSENTIAL if self.is_silent(name, now)] or ["position"]
 
-    def reason(self, now: float) -> str:
+    def recent_text(self, now: float) -> str:
         """What the autopilot has said of late that may be a reason; "" if it has said nothing."""
         return self._text if now - self._text_at <= RECENT else ""
 

@@ -42,7 +42,7 @@ class SteeredVehicle:
         return self.kind == SUBMARINE
 
     @property
-    def ready(self) -> int:
+    def arming_mode(self) -> int:
         """The mode in which it is armed and takes off."""
         return self.hold if self.px4 else self.guided
 

@@ -1,11 +1,11 @@
 """Missions of MAVLink as IMC plans and back, fences as operational limits; without a bus, sockets or clocks."""
 
-from mavlink.missions.commands import COMMANDS
+from mavlink.missions.command_conversion import COMMANDS
 from mavlink.missions.conversion_context import ConversionContext
 from mavlink.missions.enums import BadItem, MissionCommand, MissionError, MissionResult, MissionType
-from mavlink.missions.fence import area_of, fence_of, inside
+from mavlink.missions.fence import fence_items, inside, limits_with_fence
 from mavlink.missions.from_plan import ConvertedMission, home_item, items_of
-from mavlink.missions.item import Item, first_item, opaque_id
+from mavlink.missions.item import Item, first_item_seq, opaque_id
 from mavlink.missions.item_builder import MANEUVERS
 from mavlink.missions.item_map import ItemMap
 from mavlink.missions.plan_builder import ConvertedPlan
@@ -25,12 +25,12 @@ __all__ = [
     "MissionError",
     "MissionResult",
     "MissionType",
-    "area_of",
-    "fence_of",
-    "first_item",
+    "fence_items",
+    "first_item_seq",
     "home_item",
     "inside",
     "items_of",
+    "limits_with_fence",
     "opaque_id",
     "plan_of",
 ]

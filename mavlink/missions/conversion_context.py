@@ -71,7 +71,7 @@ class ConversionContext:
         return not self.kind.afloat
 
     @property
-    def stays(self) -> bool:
+    def keeps_station(self) -> bool:
         """Whether it keeps a station; a plane can only circle."""
         return self.kind.type != PLANE
 
@@ -89,7 +89,7 @@ class ConversionContext:
             return Level(to_float32(self.z), Units.ALTITUDE)
         return Level(to_float32(self.home.height + self.z), Units.HEIGHT)
 
-    def above_ground(self, level: Level) -> float:
+    def altitude_above_ground(self, level: Level) -> float:
         """The altitude (m) of an aircraft above home or ground, NaN if unknown."""
         if level.z_units == Units.ALTITUDE:
             return level.z

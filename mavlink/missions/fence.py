@@ -27,7 +27,7 @@ AREA = imc.OpLimitsMask.AREA
 Offset = tuple[float, float]
 
 
-def area_of(items: Sequence[Item], limits: imc.OperationalLimits | None = None) -> imc.OperationalLimits:
+def limits_with_fence(items: Sequence[Item], limits: imc.OperationalLimits | None = None) -> imc.OperationalLimits:
     """`limits` with the area of a fence; without items, with no area.
 
     The fence must be one inclusion polygon of 4 corners that form a rectangle to 0.5 m or 0.5 % of its diagonal; its
@@ -49,7 +49,7 @@ def area_of(items: Sequence[Item], limits: imc.OperationalLimits | None = None) 
         raise error.for_item(seq, items[seq].command) from None
 
 
-def fence_of(limits: imc.OperationalLimits) -> list[Item]:
+def fence_items(limits: imc.OperationalLimits) -> list[Item]:
     """The area of operational limits as a fence: its corners from its back left on, clockwise; none without an area."""
     numbers = (limits.lat, limits.lon, limits.orientation, limits.length, limits.width)
     if not limits.mask & AREA or not all(map(math.isfinite, numbers)) or not min(numbers[3:]) > 0.0:

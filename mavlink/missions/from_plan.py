@@ -7,7 +7,7 @@ import imc
 from autonomy.plans import main_sequence
 from mavlink.missions.conversion_context import ConversionContext
 from mavlink.missions.enums import GLOBAL, BadItem, MissionCommand
-from mavlink.missions.item import Item, first_item, to_float32
+from mavlink.missions.item import Item, first_item_seq, to_float32
 from mavlink.missions.item_builder import ItemBuilder
 from mavlink.missions.item_map import ItemMap
 from mavlink.missions.lossiness import losses
@@ -29,12 +29,12 @@ class ConvertedMission(NamedTuple):
 
 def items_of(plan: imc.PlanSpecification, flavor: Flavor, context: ConversionContext) -> ConvertedMission:
     """Any plan, whoever wrote it, as a mission for a console of this flavor. Raises nothing."""
-    plan, first = _as_received(plan), first_item(flavor)
+    plan, first = _as_received(plan), first_item_seq(flavor)
     chain, remarks = main_sequence(plan)
     builder = ItemBuilder(context, unset=0.0 if first else math.nan)
     taken = 0
     while taken < len(chain) and len(builder.items) < MOST_ITEMS:
-        taken += builder.add_first(chain[taken:])
+        taken += builder.add_leading_maneuvers(chain[taken:])
     items, steps = [home_item(context.home)] * first + builder.items, [()] * first + builder.steps
     if taken < len(chain) or len(items) > MOST_ITEMS:
         remarks.append(f"only the first {MOST_ITEMS} items are shown")

@@ -103,6 +103,6 @@ def opaque_id(items: Iterable[Item]) -> int:
     return zlib.crc32(b"".join(item._replace(current=0).pack() for item in items)) or 1
 
 
-def first_item(flavor: Flavor) -> int:
+def first_item_seq(flavor: Flavor) -> int:
     """The number of the first item that is flown: item 0 of ArduPilot is home."""
     return 1 if flavor.autopilot == ARDUPILOT else 0

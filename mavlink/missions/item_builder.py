@@ -7,7 +7,7 @@ from typing import Any
 
 import imc
 from imc.coordinates import maneuver_corners
-from mavlink.missions.commands import ROUND, UNCHANGED, camera_switch, duration_of
+from mavlink.missions.command_conversion import ROUND, UNCHANGED, camera_switch, turns_duration
 from mavlink.missions.conversion_context import ConversionContext, Level, shortest_decimal
 from mavlink.missions.enums import MISSION, RELATIVE_INT, MissionCommand
 from mavlink.missions.item import Item, to_float32
@@ -34,7 +34,7 @@ class ItemBuilder:
         self.level: Level | None = None
         self._speed = context.usual_speed
 
-    def add_first(self, chain: Chain) -> int:
+    def add_leading_maneuvers(self, chain: Chain) -> int:
         """Add the first maneuver of a chain, and those after it that the same item says; how many these are."""
         node = chain[0]
         self.switch_camera(node.start_actions)
@@ -148,7 +148,7 @@ def _goto(builder: ItemBuilder, chain: Chain) -> int:
 def _holds(context: ConversionContext, goto: imc.Goto, station: imc.StationKeeping) -> bool:
     """Whether a stay is the hold time of a waypoint."""
     same = level_of(goto) == level_of(station) and goto.speed_units == station.speed_units
-    return context.stays and same and station.duration > 0 and station.radius >= context.radius
+    return context.keeps_station and same and station.duration > 0 and station.radius >= context.radius
 
 
 def _land_or_return(builder: ItemBuilder, chain: Chain, *, last: bool, numbers: Sequence[float] = ()) -> None:
@@ -177,11 +177,11 @@ def _loiter(builder: ItemBuilder, chain: Chain) -> int:
     command, first = MissionCommand.NAV_LOITER_TIME, float(loiter.duration)
     if not loiter.duration:
         command = MissionCommand.NAV_LOITER_UNLIM
-    elif context.stays and _in_turns(loiter):
+    elif context.keeps_station and _in_turns(loiter):
         leg = {"speed": loiter.speed, "speed_units": loiter.speed_units}
         turns = loiter.duration * loiter.speed / (math.tau * max(radius, context.tightest))
         command = MissionCommand.NAV_LOITER_TURNS
-        first = shortest_decimal(turns, lambda short: duration_of(short, radius, leg, context) == loiter.duration)
+        first = shortest_decimal(turns, lambda short: turns_duration(short, radius, leg, context) == loiter.duration)
     builder.add_item(command, chain[:1], _place(loiter), level_of(loiter), first, 0.0, signed, builder.unset)
     return 1
 

@@ -93,7 +93,7 @@ class PlanBuilder:
         if self._landed:
             raise MissionError(MissionResult.INVALID, "flies after a landing; a NAV_TAKEOFF must come between")
         levels = (Level(maneuver.z, maneuver.z_units), self.context.usual_level)
-        level = next((level for level in levels if self.context.above_ground(level) > 0.0), None)
+        level = next((level for level in levels if self.context.altitude_above_ground(level) > 0.0), None)
         if level is None:
             raise MissionError(
                 MissionResult.INVALID, "flies at the height of the ground; a NAV_TAKEOFF must come before"
@@ -128,15 +128,15 @@ class PlanBuilder:
         self.place = math.radians(item.x / DEGREES), math.radians(item.y / DEGREES)
         return self.place
 
-    def fields_to(self, item: Item) -> dict[str, Any]:
+    def fields_for_item(self, item: Item) -> dict[str, Any]:
         """The fields of a maneuver that goes to an item. Raises MissionError."""
         self.level = self.context.level(item.frame, item.z)
         place = self.position(item) or self.place
         if place is None:
             raise MissionError(MissionResult.INVALID_PARAM5_X, "has no position, and no item before it has one")
-        return self.fields_at(place)
+        return self.fields_for_place(place)
 
-    def fields_at(self, place: Place) -> dict[str, Any]:
+    def fields_for_place(self, place: Place) -> dict[str, Any]:
         """The fields of a maneuver that goes to a place at the present level and speed."""
         z, units = self.level or self.context.usual_level
         speed, speed_units = self.speed
@@ -145,10 +145,10 @@ class PlanBuilder:
 
     def add_stay(self, place: Place, seconds: float, radius: float) -> None:
         """Add a stay at the present level; of 0 s, one without end. A negative radius is a circle counterclockwise."""
-        fields = self.fields_at(place)
+        fields = self.fields_for_place(place)
         fields.update(radius=abs(radius), duration=math.ceil(seconds))
-        counter = radius < 0.0 and not (self.context.flies and self.context.stays)
-        if self.context.stays and not counter:
+        counter = radius < 0.0 and not (self.context.flies and self.context.keeps_station)
+        if self.context.keeps_station and not counter:
             self.add(imc.StationKeeping(**fields))
         else:
             self.add_circle(fields, counter)
@@ -162,15 +162,15 @@ class PlanBuilder:
     def add_surfacing(self, place: Place | None) -> None:
         """Add the way to a place, if there is one, and from there to the surface."""
         if place is not None:
-            self.add(imc.Goto(**self.fields_at(place)))
+            self.add(imc.Goto(**self.fields_for_place(place)))
         self.level = Level(0.0, Units.DEPTH)
         flags = imc.PopUp.Flags.CURR_POS | imc.PopUp.Flags.WAIT_AT_SURFACE
-        fields = self.fields_at(place or (0.0, 0.0))
+        fields = self.fields_for_place(place or (0.0, 0.0))
         self.add(imc.PopUp(**fields, duration=SURFACING, radius=self.context.radius, flags=flags))
 
     def add_landing(self, place: Place | None, **fields: Any) -> None:
         """Add a landing at a place, else where the vehicle is; on the way it keeps its height."""
-        leg = self.fields_at(place or (0.0, 0.0))
+        leg = self.fields_for_place(place or (0.0, 0.0))
         if self.level is None or place is None:
             leg.update(z=0.0, z_units=Units.NONE)
         self.add(imc.Land(**leg, **fields))

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from mavlink.missions.commands import COMMANDS, UNKNOWN
+from mavlink.missions.command_conversion import COMMANDS, UNKNOWN
 from mavlink.missions.conversion_context import ConversionContext
 from mavlink.missions.enums import (
     MISSION,
@@ -13,7 +13,7 @@ from mavlink.missions.enums import (
     MissionResult,
     MissionType,
 )
-from mavlink.missions.item import Item, first_item
+from mavlink.missions.item import Item, first_item_seq
 from mavlink.missions.plan_builder import ConvertedPlan, PlanBuilder
 from mavlink.modes import Flavor
 
@@ -26,7 +26,7 @@ def plan_of(items: Sequence[Item], flavor: Flavor, context: ConversionContext) -
 
     The numbers of the plan are rounded as on the wire. Maneuvers are called by kind and item: Goto3. Raises BadItem.
     """
-    first = first_item(flavor)
+    first = first_item_seq(flavor)
     builder = PlanBuilder(context, first)
     seq, item = 0, Item(MISSION, MissionCommand.NAV_WAYPOINT)
     try:

@@ -2,10 +2,10 @@
 
 from mavlink.translate import cameras_from_imc, from_imc, sensors_from_imc
 from mavlink.translate.autopilot import AutopilotTranslator
-from mavlink.translate.dataflash import DataFlashTranslator, survey_dataflash
-from mavlink.translate.telemetry_values import ENTITIES, LoggedFlight
+from mavlink.translate.dataflash import DataFlashTranslator, scan_dataflash
+from mavlink.translate.measurements_to_imc import ENTITIES, LoggedFlight
 from mavlink.translate.transactions import TransactionTranslator
-from mavlink.translate.ulog import ULogTranslator, survey_ulog
+from mavlink.translate.ulog import ULogTranslator, scan_ulog
 
 __all__ = [
     "ENTITIES",
@@ -16,7 +16,7 @@ __all__ = [
     "ULogTranslator",
     "cameras_from_imc",
     "from_imc",
+    "scan_dataflash",
+    "scan_ulog",
     "sensors_from_imc",
-    "survey_dataflash",
-    "survey_ulog",
 ]

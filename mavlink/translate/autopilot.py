@@ -9,7 +9,7 @@ import imc
 from mavlink.dialect import Dialect
 from mavlink.frames import ReceivedMessage
 from mavlink.modes import ARMED, mode_name
-from mavlink.translate.telemetry_values import (
+from mavlink.translate.measurements_to_imc import (
     AUTOPILOT,
     BATTERIES,
     DEPTH,

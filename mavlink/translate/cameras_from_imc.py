@@ -120,7 +120,7 @@ def video(name: str, uri: str, rate: float, resolution: tuple[int, int], field_o
     }
 
 
-def geo_status(found: Detection) -> Fields:
+def tracking_geo_status(found: Detection) -> Fields:
     """CAMERA_TRACKING_GEO_STATUS."""
     unknown = ("h_acc", "v_acc", "vel_n", "vel_e", "vel_d", "vel_acc", "hdg", "hdg_acc")
     return {
@@ -133,7 +133,7 @@ def geo_status(found: Detection) -> Fields:
     }
 
 
-def marker(found: Detection, name: str, system: int, now: float) -> Fields:
+def adsb_marker(found: Detection, name: str, system: int, now: float) -> Fields:
     """ADSB_VEHICLE: maps show the object, since they know no other message for one."""
     deep = math.isfinite(found.altitude)
     return {

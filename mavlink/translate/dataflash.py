@@ -7,9 +7,9 @@ from typing import Any
 
 import imc
 from mavlink.dataflash import DataFlash
-from mavlink.log_records import LogRecord
+from mavlink.log_record_scanner import LogRecord
 from mavlink.modes import ARDUPILOT, CUSTOM_MODE, mode_name
-from mavlink.translate.telemetry_values import (
+from mavlink.translate.measurements_to_imc import (
     AUTOPILOT,
     BATTERIES,
     DEPTH,
@@ -61,7 +61,7 @@ BY_ITSELF = frozenset(
 BY_HAND = frozenset({"MANUAL", "ACRO"})
 
 
-def survey_dataflash(log: DataFlash) -> LoggedFlight:
+def scan_dataflash(log: DataFlash) -> LoggedFlight:
     """What the whole file says about the vehicle: parameters and the first good time come late."""
     flight, afloat = LoggedFlight(), False
     for time, name, values, _ in log.read(frozenset({"PARM", "MSG", "VER", "GPS"})):

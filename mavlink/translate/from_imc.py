@@ -170,7 +170,7 @@ def extended_state(medium: int | None, armed: bool) -> Fields:
     return {"vtol_state": 0, "landed_state": landed}
 
 
-def flying_state(motors: bool, *, rises: bool, lands: bool) -> Fields:
+def aircraft_extended_state(motors: bool, *, rises: bool, lands: bool) -> Fields:
     """EXTENDED_SYS_STATE of an aircraft: on the ground without `motors`, else taking off, landing, or in the air."""
     return {"vtol_state": 0, "landed_state": 1 if not motors else 3 if rises else 4 if lands else 2}
 

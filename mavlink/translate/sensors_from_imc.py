@@ -99,7 +99,7 @@ def battery(number: int, voltage: float, current: float, fuel: float, temperatur
     }
 
 
-def path_control(
+def nav_controller_output(
     path: imc.PathControlState, state: imc.EstimatedState, bearing: tuple[float, float], errors: tuple[float, float]
 ) -> Fields:
     """NAV_CONTROLLER_OUTPUT. `bearing`: to the target in rad, and its distance in m; `errors`: of height and speed."""

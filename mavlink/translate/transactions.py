@@ -17,13 +17,13 @@ from mavlink.missions import (
     MissionCommand,
     MissionResult,
     MissionType,
-    first_item,
+    first_item_seq,
     opaque_id,
     plan_of,
 )
 from mavlink.modes import FLAVORS, KINDS, Flavor, VehicleKind, mode_name
 from mavlink.positions import Home
-from mavlink.translate.telemetry_values import AUTOPILOT, ParameterBatch, TranslatedMessages, log_entry, with_times
+from mavlink.translate.measurements_to_imc import AUTOPILOT, ParameterBatch, TranslatedMessages, log_entry, with_times
 
 INFORMATION, WARNING = 6, 4  # MAV_SEVERITY
 LOWEST = 7  # level of an event: the higher ones are protocol and disabled
@@ -152,7 +152,7 @@ class TransactionTranslator:
 
     def _convert(self, items: list[Item]) -> TranslatedMessages:
         self._mission = None
-        if len(items) <= first_item(self._flavor):
+        if len(items) <= first_item_seq(self._flavor):
             return
         try:
             self._mission = plan_of(items, self._flavor, ConversionContext(self._kind, self._home))

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import imc
-from mavlink.log_records import LogRecord
-from mavlink.translate.telemetry_values import (
+from mavlink.log_record_scanner import LogRecord
+from mavlink.translate.measurements_to_imc import (
     AUTOPILOT,
     BATTERIES,
     DOWN,
@@ -49,7 +49,7 @@ ARMED = 2  # vehicle_status.arming_state
 PLACES = ("vehicle_gps_position", "sensor_gps")
 
 
-def survey_ulog(log: ULog) -> LoggedFlight:
+def scan_ulog(log: ULog) -> LoggedFlight:
     """What the whole file says about the vehicle; the time comes with the first position of a GPS."""
     flight = LoggedFlight()
     for time, name, values, _ in log.read(frozenset({PARAMETER, *PLACES})):

@@ -1,9 +1,7 @@
 """The vehicle's side of MAVLink without I/O: what ground stations see, and what they ask for."""
 
 from mavlink.vehicle.endpoint import CHANGES, VehicleEndpoint, VehicleEquipment
-from mavlink.vehicle.latest_values import ShownMessages
-from mavlink.vehicle.model import GUIDED_PLANS, VehicleIdentity, VehicleModel
-from mavlink.vehicle.ports import (
+from mavlink.vehicle.interfaces import (
     CameraView,
     EntityView,
     FileEntry,
@@ -16,6 +14,8 @@ from mavlink.vehicle.ports import (
     VehicleOptions,
     VehiclePort,
 )
+from mavlink.vehicle.latest_values import ShownMessages
+from mavlink.vehicle.model import GUIDED_PLANS, VehicleIdentity, VehicleModel
 from mavlink.vehicle.session import (
     DATAGRAM_BURST,
     DATAGRAMS_PER_SECOND,

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 import imc
 from mavlink import CRITICAL, EMERGENCY, STANDBY, STATUS, is_moving
-from mavlink.vehicle.ports import EntityView
+from mavlink.vehicle.interfaces import EntityView
 
 State = imc.EntityState.State
 OpMode = imc.VehicleState.OpMode
@@ -57,7 +57,7 @@ class ArmingChecks:
         ill = next((e for e in self._entities() if e.stateful and e.state != State.NORMAL), None)
         return f"{ill.label} is in {ill.state.name}: {ill.description}" if ill else ""
 
-    def status(self, vehicle: imc.VehicleState | None) -> int:
+    def mav_state(self, vehicle: imc.VehicleState | None) -> int:
         """MAV_STATE."""
         if self.aborted:
             return EMERGENCY

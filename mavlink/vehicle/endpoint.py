@@ -7,7 +7,7 @@ from functools import partial
 
 import imc
 from mavlink import Dialect, Mode, ReceivedMessage, split, statustext
-from mavlink.missions import first_item
+from mavlink.missions import first_item_seq
 from mavlink.translate import cameras_from_imc
 from mavlink.vehicle.camera import (
     CameraBroadcast,
@@ -35,10 +35,10 @@ from mavlink.vehicle.command import (
 )
 from mavlink.vehicle.files import FileAndLogTransfer, VirtualFiles
 from mavlink.vehicle.id_conflicts import IdConflicts
+from mavlink.vehicle.interfaces import CameraView, FileStore, ParameterView, PictureStore, VehiclePort
 from mavlink.vehicle.mission import MissionStore, MissionTransfer, PlanClient
 from mavlink.vehicle.model import AUTOPILOT, VehicleModel
 from mavlink.vehicle.parameters import ComponentMetadata, ParameterServer, ParameterTable
-from mavlink.vehicle.ports import CameraView, FileStore, ParameterView, PictureStore, VehiclePort
 from mavlink.vehicle.service import Handler
 from mavlink.vehicle.session import HEARTBEAT_PERIOD, LinkTraits, Session
 from mavlink.vehicle.telemetry import AutopilotTelemetry, NamedValue, StreamService, TelemetrySources
@@ -140,7 +140,7 @@ class VehicleEndpoint:
                 for camera, service in zip(self.cameras, self._camera_services, strict=True)
             },
         }
-        self._last_shown = self.shown
+        self._last_shown = self.urgent_state
 
     def connect(self, traits: LinkTraits, transmit: Callable[[bytes], object], now: float) -> Session:
         """A session with a new peer; on slow links without those of the cameras."""
@@ -151,7 +151,7 @@ class VehicleEndpoint:
         self._poll_due = now
         return session
 
-    def lose(self, session: Session) -> None:
+    def end_contact(self, session: Session) -> None:
         """End the contact with a peer that is silent; its session stays."""
         session.end_contact()
         for service in self._services:
@@ -162,7 +162,7 @@ class VehicleEndpoint:
 
     def disconnect(self, session: Session) -> None:
         """End a session."""
-        self.lose(session)
+        self.end_contact(session)
         if session in self.sessions:
             self.sessions.remove(session)
 
@@ -184,10 +184,10 @@ class VehicleEndpoint:
         parts = addressed_sessions(session, message)
         if not parts:
             return "foreign"
-        if session.received.is_copy(message, now):
+        if session.received.is_duplicate(message, now):
             return "doubled"
         self.failsafe.receive(message, now)
-        session.receive(now)
+        session.note_contact(now)
         if message.name == "DATA_TRANSMISSION_HANDSHAKE":
             self._images.receive(session, message, now)
         if message.name == "SETUP_SIGNING":
@@ -195,7 +195,7 @@ class VehicleEndpoint:
         elif not (session.low and message.name == "REQUEST_DATA_STREAM"):  # stations ask for all at 4 Hz, unasked
             for part in parts:
                 self.dispatch(part, message, now)
-            self.show_changes(now)
+            self.send_changes(now)
         return ""
 
     def dispatch(self, session: Session, message: ReceivedMessage, now: float) -> None:
@@ -228,7 +228,7 @@ class VehicleEndpoint:
             case _:
                 self.update_state(message, label, now)
                 if isinstance(message, CHANGES):
-                    self.show_changes(now)
+                    self.send_changes(now)
 
     def update_state(self, message: imc.Message, label: str, now: float) -> None:
         """Take a message into the state of the vehicle and its mission, without showing it."""
@@ -240,7 +240,7 @@ class VehicleEndpoint:
         """Take an answer of the vehicle to what a ground station has asked for."""
         self._now = now
         self.plans.receive(reply)
-        self.show_changes(now)
+        self.send_changes(now)
 
     def tick(self, now: float) -> None:
         """Once a second: give up what nobody answers, repeat what must be repeated; `poll` does it if nobody else."""
@@ -251,7 +251,7 @@ class VehicleEndpoint:
         for service in self._services:
             service.tick(now)
         timeout = options.gcs_timeout
-        if timeout and self.failsafe.tick(options.gcs_action, timeout * options.speed, now):
+        if timeout and self.failsafe.tick(options.gcs_action, timeout * options.clock_speed, now):
             self._warn(f"no ground station for {timeout:g} s: {options.gcs_action}")
         self._broadcast.tick(now)
 
@@ -273,13 +273,13 @@ class VehicleEndpoint:
         return min([self._poll_due, self._tick_due, *(due for due in deadlines if due is not None)])
 
     @property
-    def shown(self) -> tuple[tuple[Mode, bool, bool], tuple[int, int, int]]:
+    def urgent_state(self) -> tuple[tuple[Mode, bool, bool], tuple[int, int, int]]:
         """What stations must learn immediately: mode, arming, an Abort; state and progress of the mission."""
-        return self.model.shown, self.mission.progress
+        return self.model.urgent_state, self.mission.progress
 
-    def show_changes(self, now: float) -> None:
+    def send_changes(self, now: float) -> None:
         """Send a change of mode or arming immediately: ground stations wait for it."""
-        present = self.shown
+        present = self.urgent_state
         if self._last_shown == present:
             return
         before, self._last_shown = self._last_shown, present
@@ -309,7 +309,7 @@ class VehicleEndpoint:
         """Tell all stations which items of the mission are over."""
         for session in self._all_sessions():
             for number in numbers:
-                session.send("MISSION_ITEM_REACHED", {"seq": number + first_item(session.flavor)})
+                session.send("MISSION_ITEM_REACHED", {"seq": number + first_item_seq(session.flavor)})
 
     def _all_sessions(self) -> list[Session]:
         """A new list, since sending may end a session."""

@@ -5,7 +5,7 @@ from itertools import islice
 
 import imc
 from imc.discovery import Services, displayable_name
-from mavlink import AUTOPILOT_NONE, GROUND_STATION, ReceivedMessage, system_of
+from mavlink import AUTOPILOT_NONE, GROUND_STATION, ReceivedMessage, mavlink_system_id
 
 MOST = 16
 FRESH = 30.0  # s that a twin is told after it was heard
@@ -28,15 +28,15 @@ class IdConflicts:
             return
         ours = message.component in self._components
         if ours or (message.name == "HEARTBEAT" and _is_vehicle_or_station(message)):
-            self.note(sender, now)
+            self.note_conflict(sender, now)
 
     def on_announce(self, other: imc.Announce, now: float) -> None:
         """Take the Announce of another vehicle; its id follows from its IMC id if it does not tell it."""
-        theirs = Services.parse(other.services).mavlink_id or system_of(other.src)
+        theirs = Services.parse(other.services).mavlink_id or mavlink_system_id(other.src)
         if other.sys_type in VEHICLES and theirs == self._system:
-            self.note(f"{displayable_name(other.sys_name)} ({other.src:#06x})", now)
+            self.note_conflict(f"{displayable_name(other.sys_name)} ({other.src:#06x})", now)
 
-    def note(self, twin: str, now: float) -> None:
+    def note_conflict(self, twin: str, now: float) -> None:
         """Take a system that has the same id."""
         if twin not in self._heard:
             if len(self._heard) < MOST:

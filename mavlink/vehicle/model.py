@@ -10,8 +10,8 @@ from mavlink import Flavor, Mode, VehicleKind, is_moving, mode_of, positions
 from mavlink.missions import ConversionContext
 from mavlink.translate import from_imc, sensors_from_imc
 from mavlink.vehicle.arming_checks import ArmingChecks
+from mavlink.vehicle.interfaces import EntityView, VehicleOptions, VehiclePort
 from mavlink.vehicle.latest_values import LatestValues
-from mavlink.vehicle.ports import EntityView, VehicleOptions, VehiclePort
 from mavlink.vehicle.vehicle_limits import VehicleLimits
 
 AUTOPILOT = 1  # MAV_COMP_ID_AUTOPILOT1
@@ -65,7 +65,7 @@ class VehicleModel:
         self.options = options
         self.entities = entities
         self.latest = LatestValues(lambda: [entity.label for entity in self.entities()])
-        self.limits = VehicleLimits(self.latest, port.limit)
+        self.limits = VehicleLimits(self.latest, port.profile_limit)
         self.health = ArmingChecks(entities)
         self.home: positions.Home | None = None
         self.last_fix: imc.GpsFix | None = None
@@ -110,7 +110,7 @@ class VehicleModel:
         state = self.latest.state
         return self.kind.afloat and state is not None and state.depth > SUBMERGED
 
-    def station(self) -> imc.StationKeeping | None:
+    def station_keeping(self) -> imc.StationKeeping | None:
         """A station here, at the present depth or height; None while the position is unknown."""
         found = self.place()
         if found is None:
@@ -120,9 +120,11 @@ class VehicleModel:
             z, units = max(0.0, -place.relative), DEPTH
         else:
             z, units = place.altitude + self.undulation, imc.ZUnits.HEIGHT
-        return self.keep_close(imc.StationKeeping(lat=place.lat, lon=place.lon, z=z, z_units=units, speed=self.speed))
+        return self.with_hold_radius(
+            imc.StationKeeping(lat=place.lat, lon=place.lon, z=z, z_units=units, speed=self.speed)
+        )
 
-    def keep_close(self, station: imc.StationKeeping) -> imc.StationKeeping:
+    def with_hold_radius(self, station: imc.StationKeeping) -> imc.StationKeeping:
         """The station of an AUV under water on the circle of a hold, any other as it is."""
         radius = self.options.hold_radius
         if not (radius and self.dives and station.z_units == DEPTH and station.z > SHALLOW):
@@ -155,7 +157,7 @@ class VehicleModel:
         )
 
     @property
-    def shown(self) -> tuple[Mode, bool, bool]:
+    def urgent_state(self) -> tuple[Mode, bool, bool]:
         """What ground stations must learn immediately: mode, arming, an Abort."""
         return self.mode, self.armed_or_moving, self.health.aborted
 
@@ -231,7 +233,7 @@ class VehicleModel:
             return None
         return positions.position_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
 
-    def choose_mode(self, flavor: Flavor, mode: Mode, number: int) -> None:
+    def remember_mode_number(self, flavor: Flavor, mode: Mode, number: int) -> None:
         """Remember which of a mode's numbers a ground station has chosen: it expects to see that one."""
         self._chosen_number = mode, number, flavor.name
         self.chosen_mode = flavor.mode(self.kind, number) if number >= 0 else mode
@@ -252,6 +254,6 @@ class VehicleModel:
         """The date that stations see, in s since 1970."""
         return now
 
-    def time(self, state: imc.EstimatedState) -> int:
+    def boot_time_ms(self, state: imc.EstimatedState) -> int:
         """The time of an estimate in ms since the start."""
         return from_imc.boot_ms(state.timestamp, self.boot)

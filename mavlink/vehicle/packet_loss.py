@@ -63,7 +63,7 @@ class SequenceTracker:
         self._orders: deque[tuple[float, tuple[object, ...]]] = deque(maxlen=MOST_COPIED)
         self._copy_time = COPY_TIME * speed
 
-    def is_copy(self, message: ReceivedMessage, now: float) -> bool:
+    def is_duplicate(self, message: ReceivedMessage, now: float) -> bool:
         """Whether the network has doubled a datagram with an order; who repeats an order counts on."""
         if message.name not in ONCE:
             return False

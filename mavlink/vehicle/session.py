@@ -109,11 +109,11 @@ class Session:
         self._text_number = 0
         self._last_text = (now, "")
 
-    def receive(self, now: float) -> None:
+    def note_contact(self, now: float) -> None:
         """Note that the peer has sent something; one that is new, or was silent, gets the latest notices."""
         self.last_heard = now
         for camera in self.cameras:
-            camera.receive(now)
+            camera.note_contact(now)
         if not self.contact:
             self.contact = True
             notices = self.source.notices

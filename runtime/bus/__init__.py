@@ -2,10 +2,10 @@
 
 from runtime.bus.bus import Bus
 from runtime.bus.camera_frame import Frame
-from runtime.bus.codec_roundtrip import local_class
+from runtime.bus.codec_roundtrip import class_in_schema
 from runtime.bus.drop_counter import DropCounter
-from runtime.bus.inbox import Request
 from runtime.bus.interfaces import BusObserver, Subscription, Transport
+from runtime.bus.packet_inbox import Request
 
 __all__ = [
     "Bus",
@@ -15,5 +15,5 @@ __all__ = [
     "Request",
     "Subscription",
     "Transport",
-    "local_class",
+    "class_in_schema",
 ]

@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import SMALLEST_PACKET
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.bus.camera_frame import Frame, FrameTransport
-from runtime.bus.codec_roundtrip import CodecRoundTrip, local_class
-from runtime.bus.inbox import PacketInbox, Request
+from runtime.bus.codec_roundtrip import CodecRoundTrip, class_in_schema
 from runtime.bus.interfaces import BusObserver, Handler, Subscription, Transport
+from runtime.bus.packet_inbox import PacketInbox, Request
 from runtime.kernel import Kernel, owner_of
 
 AT_ONCE = 64  # packets from other processes taken at a time; then the vehicle's own timers come first
@@ -104,7 +104,7 @@ class Bus:
     def subscribe(self, subscription: Subscription) -> None:
         subscription = self._translated(subscription)
         for instrument in self.observers:
-            instrument.subscribed(subscription)
+            instrument.on_subscribe(subscription)
         self._subscriptions.append(subscription)
         self._forget_routes()
         if self.frames is not None and issubclass(Frame, subscription.type):
@@ -116,14 +116,14 @@ class Bus:
         _check_class(kind)
         if not issubclass(kind, imc.Message) or kind.SCHEMA is None or kind.SCHEMA is self.messages:
             return subscription
-        return replace(subscription, type=local_class(kind, self.messages))
+        return replace(subscription, type=class_in_schema(kind, self.messages))
 
     def unsubscribe(self, owner: object) -> None:
         """Drop all subscriptions of `owner`."""
         self._subscriptions = [s for s in self._subscriptions if s.owner is not owner]
         self._forget_routes()
 
-    def remove(self, subscription: Subscription) -> None:
+    def remove_subscription(self, subscription: Subscription) -> None:
         self._subscriptions = [s for s in self._subscriptions if s is not subscription]
         self._forget_routes()
 
@@ -182,7 +182,7 @@ class Bus:
         self._deliver(message, packet, None)
 
     @property
-    def is_attached(self) -> bool:
+    def has_transports(self) -> bool:
         """Whether any transport carries what is published."""
         return bool(self._transports)
 
@@ -190,7 +190,7 @@ class Bus:
         """Whether another system is on the buses that transports join, so that its packets come from there."""
         return any(system in transport.systems for transport in self._transports)
 
-    def attach(self, transport: Transport) -> None:
+    def attach_transport(self, transport: Transport) -> None:
         """Join the buses that `transport` reaches; transports attached earlier stay.
 
         Raises what `transport.open` raises; the bus is then as before.
@@ -199,7 +199,7 @@ class Bus:
         self._transports.append(transport)
         self._forget_plans()
 
-    def detach(self) -> None:
+    def close_transports(self) -> None:
         """Close all transports, the last one first. All are closed even if one fails; the first error is raised."""
         errors: list[Exception] = []
         self._forget_plans()
@@ -250,7 +250,7 @@ class Bus:
             self.refused += 1
             return
         if request is not None:
-            packet = request.of(packet)
+            packet = request.with_packet(packet)
         self._deliver(message, packet, None)
 
     def _deliver(self, message: imc.Message, packet: bytes, origin: object) -> None:

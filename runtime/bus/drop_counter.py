@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_SYSTEM
 
 MOST_NAMED = 256
 

@@ -53,10 +53,10 @@ class Transport(Protocol):
 class BusObserver(Protocol):
     """Observes a bus; it must not change anything."""
 
-    def subscribed(self, subscription: Subscription) -> None:
+    def on_subscribe(self, subscription: Subscription) -> None:
         """A subscription is about to begin."""
         ...
 
-    def reconfigured(self, owner: object) -> None:
+    def on_reconfigure(self, owner: object) -> None:
         """The owner of subscriptions now uses changed parameters."""
         ...

@@ -1,8 +1,16 @@
 """Serial ports and sockets of a driver, and how their bytes become lines and frames."""
 
-from runtime.devices.addresses import Address, Connection, SerialPort, TcpConnection, TcpServer, UdpSocket, resolve_host
+from runtime.devices.connections import (
+    Address,
+    Connection,
+    SerialPort,
+    TcpConnection,
+    TcpServerAddress,
+    UdpSocket,
+    resolve_host,
+)
 from runtime.devices.device import Device, DeviceLog, DeviceOwner
-from runtime.devices.framing import FrameSplitter, LineSplitter, RawChunks, Splitter, line_size, parse_number
+from runtime.devices.framing import FrameSplitter, LineSplitter, RawChunks, Splitter, line_frame_size, parse_number
 from runtime.devices.scripted_input import InputScript, ScriptedInputs, TimedData
 from runtime.devices.tcp_request import TcpRequester
 
@@ -21,10 +29,10 @@ __all__ = [
     "Splitter",
     "TcpConnection",
     "TcpRequester",
-    "TcpServer",
+    "TcpServerAddress",
     "TimedData",
     "UdpSocket",
-    "line_size",
+    "line_frame_size",
     "parse_number",
     "resolve_host",
 ]

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from runtime.devices.addresses import Address, Connection, Datagram, UdpConnection, resolve_host, without_errno
+from runtime.devices.connections import Address, Connection, Datagram, UdpConnection, resolve_host, without_errno
 from runtime.devices.framing import Splitter
 from runtime.devices.scripted_input import TimedData
 from runtime.kernel import SECOND, Readable
@@ -88,7 +88,7 @@ class Device:
         self._unheeded = 0  # bytes since the last good piece
 
     @property
-    def skipped(self) -> int:
+    def skipped_bytes(self) -> int:
         return self._splitter.skipped_bytes
 
     @property
@@ -96,7 +96,7 @@ class Device:
         return (self._connection is not None and not self._connecting) or self._send is not None
 
     @property
-    def waiting(self) -> int:
+    def unsent_bytes(self) -> int:
         """Bytes that `write` has accepted and the device has not."""
         return len(self._outgoing)
 
@@ -110,7 +110,7 @@ class Device:
         for piece in pieces:
             self._owner.after(piece.time / SECOND, self._play, piece.data, send)
 
-    def silence_message(self, seconds: float) -> str:
+    def no_data_message(self, seconds: float) -> str:
         """What to say if nothing that is understood has come for this time."""
         if not self._unheeded:
             return f"{self.name}: no data for {seconds:g} s"
@@ -134,10 +134,10 @@ class Device:
             self._flush()
         return True
 
-    def reply_to(self, piece: bytes) -> None:
+    def set_destination(self, piece: bytes) -> None:
         """From now on `write` sends to the sender of this datagram, when several send to one port; else no effect."""
         if isinstance(self._connection, UdpConnection) and isinstance(piece, Datagram) and piece.source is not None:
-            self._connection.reply_to(piece.source)
+            self._connection.set_destination(piece.source)
 
     def close(self) -> None:
         """Close it for good."""
@@ -149,9 +149,9 @@ class Device:
         """Take bytes that have arrived."""
         now = self._owner.now_ns
         if self._address.datagrams:
-            self._splitter.begin(midway=False)
-        elif self._splitter.waiting and now - self._heard_at > SILENCE * SECOND:
-            self._splitter.begin(midway=True)
+            self._splitter.reset(midway=False)
+        elif self._splitter.unfinished_bytes and now - self._heard_at > SILENCE * SECOND:
+            self._splitter.reset(midway=True)
         self._heard_at, self._retry = now, FIRST_RETRY
         if self._told:
             self._told = ""
@@ -219,7 +219,7 @@ class Device:
             self.on_lost(error)
             return
         self._connecting = False
-        self._splitter.begin(midway=self._address.starts_midway)
+        self._splitter.reset(midway=self._address.starts_midway)
         self._owner.watch(connection, self._read)
         self._tell_open()
 
@@ -300,7 +300,7 @@ class Device:
 
     def _begin_to_play(self, send: Callable[[bytes], object]) -> None:
         self._send = send
-        self._splitter.begin(midway=False)
+        self._splitter.reset(midway=False)
         self._tell_open()
 
     def _play(self, data: bytes | None, send: Callable[[bytes], object]) -> None:

@@ -28,7 +28,7 @@ class Splitter(Protocol):
     skipped_bytes: int
     damaged: int
 
-    def begin(self, *, midway: bool) -> None:
+    def reset(self, *, midway: bool) -> None:
         """Forget an unfinished piece. With `midway` the next bytes may be the end of a piece that began before."""
         ...
 
@@ -37,7 +37,7 @@ class Splitter(Protocol):
         ...
 
     @property
-    def waiting(self) -> int:
+    def unfinished_bytes(self) -> int:
         """Bytes of an unfinished piece."""
         ...
 
@@ -49,10 +49,10 @@ class RawChunks:
         self.skipped_bytes = self.damaged = 0
 
     @property
-    def waiting(self) -> int:
+    def unfinished_bytes(self) -> int:
         return 0
 
-    def begin(self, *, midway: bool) -> None:
+    def reset(self, *, midway: bool) -> None:
         pass
 
     def feed(self, data: bytes) -> list[bytes]:
@@ -74,10 +74,10 @@ class LineSplitter:
         self._lost = False  # whether the line that is coming in is skipped
 
     @property
-    def waiting(self) -> int:
+    def unfinished_bytes(self) -> int:
         return len(self._part)
 
-    def begin(self, *, midway: bool) -> None:
+    def reset(self, *, midway: bool) -> None:
         self.skipped_bytes += len(self._part)
         self._part, self._lost = b"", midway
 
@@ -134,10 +134,10 @@ class FrameSplitter:
         self._data = b""
 
     @property
-    def waiting(self) -> int:
+    def unfinished_bytes(self) -> int:
         return len(self._data)
 
-    def begin(self, *, midway: bool) -> None:
+    def reset(self, *, midway: bool) -> None:
         self.skipped_bytes += len(self._data)
         self._data = b""
 
@@ -188,7 +188,7 @@ class FrameSplitter:
         return max(counts, default=0)
 
 
-def line_size(longest: int = LONGEST_LINE) -> Size:
+def line_frame_size(longest: int = LONGEST_LINE) -> Size:
     """The size of a frame that is a line: up to and with the line feed."""
 
     def size(head: bytes) -> int | None:

@@ -1,8 +1,8 @@
 """Faults of tasks in simulation: what they publish is lost, stuck, shifted or noisy, or they fail."""
 
-from runtime.fault_injection.faults import FaultInjector, Injection
+from runtime.fault_injection.fault_injector import FaultInjector, Injection
+from runtime.fault_injection.fault_kinds import Biased, Crash, Fault, FaultError, Noisy, PublishFilter, Silent, Stuck
 from runtime.fault_injection.interceptor import PublishInterceptor
-from runtime.fault_injection.kinds import Biased, Crash, Fault, FaultError, Noisy, PublishFilter, Silent, Stuck
 from runtime.kernel import SimulatedCrash
 
 __all__ = [

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 import imc
-from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.bus import Frame
 from runtime.task import Entity, Task
 
@@ -37,7 +37,7 @@ class PublishInterceptor:
             own.pop("publish", None)
             own.pop("publish_frame", None)
 
-    def key(self, item: Item) -> object:
+    def sensor_key(self, item: Item) -> object:
         """What tells the values of one sensor from those of another: type, entity, and the number that some have."""
         if isinstance(item, Frame):
             return Frame, item.camera
@@ -54,7 +54,9 @@ class PublishInterceptor:
             return type(task).publish(task, heard, keep_time=keep_time)
         timestamp = message.timestamp if keep_time else task.now
         source = task.system if message.src == UNKNOWN_SYSTEM else message.src
-        return task.vehicle.bus.decode(imc.encode_as(message, timestamp, source, speaker, message.dst, message.dst_ent))
+        return task.vehicle.bus.decode(
+            imc.encode_with_header(message, timestamp, source, speaker, message.dst, message.dst_ent)
+        )
 
     def _publish_frame(self, frame: Frame) -> None:
         heard = self._spoilt(frame)
@@ -70,5 +72,5 @@ class PublishInterceptor:
             if heard is None:
                 break
         if self.keeps_last:
-            self.last[self.key(item)] = item
+            self.last[self.sensor_key(item)] = item
         return heard

@@ -141,7 +141,7 @@ class Kernel:
         kept = [(f, a) for f, a in self._due if self._owner(f, a) is not owner]
         self._due.clear()
         self._due.extend(kept)
-        self._sources.discard(owner)
+        self._sources.unwatch_owner(owner)
 
     def watch(self, source: Readable, function: Callable[[], object]) -> Timer:
         """Call `function` whenever `source` has something to read. Raises KeyError if it is watched already."""
@@ -198,7 +198,7 @@ class Kernel:
                 function, args = due.popleft()
                 if instruments:
                     for instrument in instruments:
-                        instrument.calling(function, args)
+                        instrument.before_call(function, args)
                 busy += 1
                 try:
                     function(*args)

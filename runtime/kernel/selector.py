@@ -67,7 +67,7 @@ class WatchedSources:
         key.data.cancel()
         self.count -= 1
 
-    def discard(self, owner: object) -> None:
+    def unwatch_owner(self, owner: object) -> None:
         """Stop watching all sources of `owner`."""
         if not self.count:
             return

@@ -59,7 +59,7 @@ class Watchdog:
         if self._on_hopeless is not None:
             faulthandler.cancel_dump_traceback_later()
 
-    def set_deadline(self, seconds: float, *, hasty: bool = False) -> None:
+    def set_stop_deadline(self, seconds: float, *, hasty: bool = False) -> None:
         """Expect the end within `seconds`; if `hasty`, handlers that do not return are broken at once."""
         now = time.monotonic()
         if self._end is None or now + seconds < self._end:

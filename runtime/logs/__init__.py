@@ -2,7 +2,6 @@
 
 from runtime.logs.clock_steps import without_outliers
 from runtime.logs.header_arrays import Array, PacketBlock, packet_blocks, packet_headers
-from runtime.logs.names import KEPT, NAMING, SystemNames, UnknownNameError, find_types, type_name
 from runtime.logs.run_logs import (
     RUN_FILE,
     RunPosition,
@@ -13,6 +12,7 @@ from runtime.logs.run_logs import (
     run_position,
 )
 from runtime.logs.summary import LogSummary, PacketCount, summarize
+from runtime.logs.system_names import KEPT, NAMING, SystemNames, UnknownNameError, find_types, type_name
 from runtime.logs.writer import create_log
 
 __all__ = [

@@ -10,12 +10,12 @@ from typing import TypeVar
 import numpy as np
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import SMALLEST_PACKET
 from imc.lsf import ReportProgress
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.logs.clock_steps import ClockStep, SystemClock
 from runtime.logs.header_arrays import Array, PacketBlock, packet_blocks
-from runtime.logs.names import KEPT, NAMING, SystemNames, type_name
+from runtime.logs.system_names import KEPT, NAMING, SystemNames, type_name
 
 K = TypeVar("K")
 
@@ -84,7 +84,7 @@ class LogSummary:
         return self.end - self.start
 
     @property
-    def steps(self) -> list[ClockStep]:
+    def clock_steps(self) -> list[ClockStep]:
         """Where clocks were set: all jumps back, and the owner's jumps ahead; others may only have been silent."""
         found = (step for clock in self.clocks.values() for step in clock.steps)
         return sorted(step for step in found if step.after < step.before or step.src == self.owner)

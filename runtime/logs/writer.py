@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import imc
-from imc.lsf import LsfWriter, compress_member, packed_schema
-from support.file_errors import naming_path
+from imc.lsf import LsfWriter, compress_member, gzip_schema
+from support.file_errors import add_path_to_errors
 
 SCHEMA = "IMC.xml.gz"
 DATA = "Data.lsf.gz"
@@ -21,7 +21,7 @@ def create_log(folder: Path, source: imc.Log | None = None) -> Generator[LsfWrit
     """
     folder.mkdir(parents=True)
     try:
-        with naming_path(folder):
+        with add_path_to_errors(folder):
             (folder / SCHEMA).write_bytes(schema_bytes(source))
             if source is not None and (config := source.path.parent / "Config.ini").is_file():
                 shutil.copyfile(config, folder / config.name)
@@ -38,6 +38,6 @@ def create_log(folder: Path, source: imc.Log | None = None) -> Generator[LsfWrit
 def schema_bytes(source: imc.Log | None) -> bytes:
     """The definitions of a log as IMC.xml.gz; those of its own file, if it has one."""
     if source is None or source.schema_source is None:
-        return packed_schema(source.schema if source else imc.builtin())
+        return gzip_schema(source.schema if source else imc.builtin())
     data = source.schema_source.read_bytes()
     return data if data.startswith(b"\x1f\x8b") else compress_member(data, level=9)

@@ -1,8 +1,8 @@
 """Profiles: ini files read into values that know their file and line."""
 
-from runtime.profile import dune
+from runtime.profile import dune_sections
 from runtime.profile.config import Config, Option, Section, format_option, format_sections, split_list
-from runtime.profile.dune import EVERY_TASK
+from runtime.profile.dune_sections import EVERY_TASK
 from runtime.profile.ini import read_config, read_sections, write_sections
 from runtime.profile.profile import (
     ALWAYS,
@@ -13,13 +13,13 @@ from runtime.profile.profile import (
     default_label,
     derived_id,
     load_profile,
-    parse_address,
+    parse_imc_id,
 )
 from runtime.profile.profile_search import (
     available_profiles,
-    copy_in_root,
     find_profile,
     own_etc,
+    path_in_root,
     search_path,
     user_etc,
 )
@@ -35,16 +35,16 @@ __all__ = [
     "Profile",
     "Section",
     "available_profiles",
-    "copy_in_root",
     "default_label",
     "derived_id",
-    "dune",
+    "dune_sections",
     "find_profile",
     "format_option",
     "format_sections",
     "load_profile",
     "own_etc",
-    "parse_address",
+    "parse_imc_id",
+    "path_in_root",
     "read_config",
     "read_sections",
     "search_path",

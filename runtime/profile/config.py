@@ -71,7 +71,7 @@ class Option:
         self.size += 2 + len(text)
         self.history.append(Assignment(origin, "+="))
 
-    def reduce(self, text: str, origin: Origin) -> None:
+    def remove_items(self, text: str, origin: Origin) -> None:
         """Remove every occurrence of each item of `text`, with the comma that follows it."""
         value = self.value
         for item in split_list(text):
@@ -109,7 +109,7 @@ class Section:
         found = self.options.get(option)
         return (found.value if found else "") or default
 
-    def open(self, option: str) -> Option:
+    def ensure_option(self, option: str) -> Option:
         """The option of this name, created if missing."""
         return self.options.setdefault(option, Option(option))
 
@@ -139,7 +139,7 @@ class Config:
         found = self.sections.get(section)
         return found.value(name, default) if found else default
 
-    def open(self, section: str, origin: Origin) -> Section:
+    def ensure_section(self, section: str, origin: Origin) -> Section:
         """The section of this name, created if missing."""
         found = self.sections.setdefault(section, Section(section))
         found.origins.setdefault(origin)

@@ -154,11 +154,11 @@ class _Reader:
         except OSError as error:
             text = f"{path} cannot be read: {_reason(error)}"
             if not required:
-                lines.warn(f"{text}; nothing is included", hint)
+                lines.report_warning(f"{text}; nothing is included", hint)
             elif not included:
-                lines.error(f"{text}, and it is required", hint)
+                lines.report_error(f"{text}, and it is required", hint)
             else:
-                lines.warn(f"{text}; the rest of this included file is skipped, as in DUNE", hint)
+                lines.report_warning(f"{text}; the rest of this included file is skipped, as in DUNE", hint)
                 raise _Abandoned from None
         except _Abandoned:
             if required:

@@ -10,11 +10,11 @@ from typing import Literal, TypeVar
 from fastcrc import crc16
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
-from runtime.profile import dune
+from imc.reserved_ids import UNKNOWN_SYSTEM
+from runtime.profile import dune_sections
 from runtime.profile.config import BLANKS, Config, format_header, format_option, split_list
 from runtime.profile.ini import read_config
-from runtime.profile.profile_search import copy_in_root, find_profile, own_etc
+from runtime.profile.profile_search import find_profile, own_etc, path_in_root
 from runtime.task import Parameter
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
 from support.file_errors import describe_os_error
@@ -56,9 +56,9 @@ def load_profile(
     if vehicle:
         profile.override(f"General:Vehicle={vehicle}")
     folders = [path.parent, *([saved] if saved else [])]
-    for folder in folders if profile.vehicle_problem() is None else []:
+    for folder in folders if profile.vehicle_name_problem() is None else []:
         profile.add_saved(folder / f"{profile.vehicle}-saved.ini")
-    dune.expand_multiplexer(profile.config)
+    dune_sections.expand_multiplexer(profile.config)
     for assignment in overrides:
         profile.override(assignment)
     profile.raise_unused_overrides()
@@ -84,7 +84,7 @@ class Profile:
         return self.path.parent
 
     @property
-    def problems(self) -> list[Problem]:
+    def file_problems(self) -> list[Problem]:
         """The problems of the files; `check` finds those of the values."""
         return self.config.problems
 
@@ -94,7 +94,7 @@ class Profile:
         return self.config.value("General", "Vehicle", self.name)
 
     @property
-    def system(self) -> int:
+    def system_id(self) -> int:
         """The IMC id of the vehicle."""
         return self.systems[self.vehicle]
 
@@ -104,7 +104,7 @@ class Profile:
         found: dict[str, int] = {}
         for option in self.config.options("IMC Addresses"):
             try:
-                found[option.name] = parse_address(option.value)
+                found[option.name] = parse_imc_id(option.value)
             except ValueError:
                 continue
         found.setdefault(self.vehicle, derived_id(self.vehicle))
@@ -119,7 +119,7 @@ class Profile:
         raise self._error("General", "Bus", f"unknown bus {quoted(text)}", suggestion(text, BUSES))
 
     @property
-    def messages(self) -> imc.Schema | None:
+    def message_schema(self) -> imc.Schema | None:
         """The built-in messages with those of the files in `[General] Messages`; None without any.
 
         The files are searched for beside the ini file that names them, and in the working folder; the profile of a log
@@ -134,7 +134,7 @@ class Profile:
             places = [source.parent / name, Path(name)]
             if source.name == "Config.ini":  # of a log
                 places.insert(0, source.with_name("IMC.xml.gz"))
-            path = copy_in_root(next((place for place in places if place.is_file()), Path(name)))
+            path = path_in_root(next((place for place in places if place.is_file()), Path(name)))
             try:
                 schema = imc.load(path, over=schema)
             except FileNotFoundError:
@@ -193,7 +193,7 @@ class Profile:
         """The modes that -p can select and their meaning: DUNE's own, and those declared in [Profiles]."""
         return BUILT_IN | {option.name: option.value for option in self.config.options("Profiles")}
 
-    def select(self, names: str | Iterable[str]) -> frozenset[str]:
+    def parse_modes(self, names: str | Iterable[str]) -> frozenset[str]:
         """The selected modes, from a list or separated by commas. Raises ProfileError for an unknown one."""
         chosen = split_list(names) if isinstance(names, str) else [name for text in names for name in split_list(text)]
         for name in chosen:
@@ -202,29 +202,29 @@ class Profile:
                 raise ProfileError([Problem("error", str(self.path), 0, f"unknown mode {quoted(name)}", hint)])
         return frozenset(chosen)
 
-    def enabled(self, section: str, selected: Iterable[str] = ()) -> bool:
+    def is_task_enabled(self, section: str, selected: Iterable[str] = ()) -> bool:
         """Whether the task of a section runs when these modes are selected."""
         return not {ALWAYS, *selected}.isdisjoint(split_list(self.config.value(section, "Enabled")))
 
-    def process(self, section: str) -> str:
+    def task_process(self, section: str) -> str:
         """The process that runs the task of a section, "" for the main one. Raises ProfileError."""
-        name = self.config.value(section, dune.PROCESS)
+        name = self.config.value(section, dune_sections.PROCESS)
         if not re.fullmatch(r"[A-Za-z0-9_-]*", name) or name == MAIN:
             text = f"{quoted(name)} is not the name of a process"
-            raise self._error(section, dune.PROCESS, text, f"letters, digits, - and _, and not {MAIN}")
+            raise self._error(section, dune_sections.PROCESS, text, f"letters, digits, - and _, and not {MAIN}")
         return name
 
     def processes(self, selected: Iterable[str] = ()) -> list[str]:
         """The processes besides the main one that enabled sections name, in order."""
         modes = tuple(selected)
-        named = (self.process(name) for name in self.config.sections if self.enabled(name, modes))
+        named = (self.task_process(name) for name in self.config.sections if self.is_task_enabled(name, modes))
         return list(dict.fromkeys(filter(None, named)))
 
     def tasks(self, find_task: Callable[[str], T | None], selected: Iterable[str] | None = None) -> dict[str, T]:
         """What `find_task` returns for each task section, in DUNE's order; only enabled ones if `selected`."""
         found: dict[str, T] = {}
         for section in self.config.sorted_sections():
-            wanted = selected is None or self.enabled(section.name, selected)
+            wanted = selected is None or self.is_task_enabled(section.name, selected)
             if wanted and (task := find_task(section.name)) is not None:
                 found[section.name] = task
         return found
@@ -255,11 +255,11 @@ class Profile:
             format_option(option, value)
         except ValueError as error:
             raise ProfileError([Problem("error", COMMAND_LINE.file, 0, f"{quoted(assignment)}: {error}")]) from None
-        self.config.open(section, COMMAND_LINE).open(option).set(value, COMMAND_LINE)
-        if section == dune.MULTIPLEXER:
-            dune.expand_multiplexer(self.config)
-            for name, target in dune.multiplexer_targets(option):
-                self.config.open(name, COMMAND_LINE).open(target).set(value, COMMAND_LINE)
+        self.config.ensure_section(section, COMMAND_LINE).ensure_option(option).set(value, COMMAND_LINE)
+        if section == dune_sections.MULTIPLEXER:
+            dune_sections.expand_multiplexer(self.config)
+            for name, target in dune_sections.multiplexer_targets(option):
+                self.config.ensure_section(name, COMMAND_LINE).ensure_option(target).set(value, COMMAND_LINE)
         return section, option
 
     def add_saved(self, path: Path) -> None:
@@ -271,7 +271,7 @@ class Profile:
         found = self.config.problems[before:]
         self.config.problems[before:] = [replace(p, severity="warning") if p.severity == "error" else p for p in found]
 
-    def vehicle_problem(self) -> Problem | None:
+    def vehicle_name_problem(self) -> Problem | None:
         """Why the vehicle's name cannot name folders and files; None if it can."""
         name = self.vehicle
         if name.isprintable() and len(name) <= 100 and name[0] != "." and not any(c in name for c in '/\\:*?"<>'):
@@ -281,21 +281,25 @@ class Profile:
 
     def raise_errors(self) -> None:
         """Raise ProfileError if the files or the vehicle's name have errors."""
-        problem = self.vehicle_problem()
+        problem = self.vehicle_name_problem()
         if errors := [*self.config.errors, *([problem] if problem else [])]:
             raise ProfileError(errors)
 
     def raise_unused_overrides(self) -> None:
         """Raise ProfileError if an override is for a section that nothing reads and that does not enable a task."""
-        model = dune.MODEL_PREFIX + self.config.value("General", "Vehicle Type")
+        model = dune_sections.MODEL_PREFIX + self.config.value("General", "Vehicle Type")
         problems: list[Problem] = []
         for section in self.config.sections.values():
             enables = section.value("Enabled", NEVER) != NEVER
-            if set(section.origins) != {COMMAND_LINE} or enables or section.name in (*dune.DATA_SECTIONS, model):
+            if (
+                set(section.origins) != {COMMAND_LINE}
+                or enables
+                or section.name in (*dune_sections.DATA_SECTIONS, model)
+            ):
                 continue
             others = [name for name in self.config.sections if name != section.name]
             same = [name for name in others if name.startswith(f"{section.name}/")]
-            hint = suggestion(section.name, same or [*others, *dune.DATA_SECTIONS])
+            hint = suggestion(section.name, same or [*others, *dune_sections.DATA_SECTIONS])
             problems.append(Problem("error", *COMMAND_LINE, f"there is no section [{section.name}]", hint))
         if problems:
             raise ProfileError(problems)
@@ -316,7 +320,7 @@ def default_label(section: str) -> str:
     return name.rpartition(".")[2] + slash + instance
 
 
-def parse_address(text: str) -> int:
+def parse_imc_id(text: str) -> int:
     """The id in a line of [IMC Addresses]. Raises ValueError."""
     return Parameter(None, "", "", type=int, minimum=0, maximum=0xFFFF).parse(text or "none")
 

@@ -10,8 +10,8 @@ from runtime.snapshot.snapshot import (
     load_file,
     restore,
     run_with_snapshots,
-    save,
     save_beside_log,
+    take_snapshot,
 )
 
 __all__ = [
@@ -24,6 +24,6 @@ __all__ = [
     "load_file",
     "restore",
     "run_with_snapshots",
-    "save",
     "save_beside_log",
+    "take_snapshot",
 ]

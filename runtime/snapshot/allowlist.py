@@ -19,8 +19,8 @@ from runtime.bus import Bus, Frame, Subscription
 from runtime.kernel import Kernel, Timer
 from runtime.task import Activation, Entity, EntityTable, Script, SystemTable, Task, Ticker
 from runtime.vehicle import Vehicle
-from support.packages import PACKAGES
 from support.text import quoted
+from support.top_level_packages import PACKAGES
 
 OWN = frozenset(PACKAGES) - {"shoal"}
 PARTS = (Task, Ticker, Script, Activation, Entity, EntityTable, SystemTable, Bus, Subscription, Kernel, Timer, Vehicle)

@@ -13,7 +13,7 @@ import numpy as np
 import imc
 from runtime.kernel import Timer
 from runtime.snapshot.serializer import attributes
-from runtime.snapshot.state import BELONGINGS, entities_of, shared_parts, task_of
+from runtime.snapshot.task_state import BELONGINGS, entities_of, shared_parts, task_of
 from runtime.task import Entity, Script, Task, Ticker
 
 DEEPEST = 40

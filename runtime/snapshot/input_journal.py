@@ -12,7 +12,7 @@ import imc
 from runtime.bus import Subscription
 from runtime.kernel import Timer, owner_of
 from runtime.snapshot.allowlist import LARGEST, SnapshotError, check_size
-from runtime.snapshot.state import TaskState, TimerState, entities_of, task_of, task_state, timer_state, writer_for
+from runtime.snapshot.task_state import TaskState, TimerState, entities_of, task_of, task_state, timer_state, writer_for
 from runtime.task import Task
 from runtime.vehicle import Vehicle
 
@@ -138,7 +138,7 @@ class InputJournals:
         vehicle.bus.observers.append(self)
         vehicle.kernel.observers.append(self)
 
-    def of(self, task: Task) -> InputJournal:
+    def journal_of(self, task: Task) -> InputJournal:
         """The journal of a task. Raises SnapshotError."""
         self._settle()
         try:
@@ -154,7 +154,7 @@ class InputJournals:
         for number, handler in enumerate(handlers):
             self._handlers[id(handler)] = journal, number
 
-    def subscribed(self, subscription: Subscription) -> None:
+    def on_subscribe(self, subscription: Subscription) -> None:
         """Number the handlers of each task.
 
         Those of scripts are local functions, which no name in a file could identify. A replay makes the same
@@ -166,14 +166,14 @@ class InputJournals:
             self._handlers[id(subscription.handler)] = journal, len(journal.handlers)
             journal.handlers.append(subscription.handler)
 
-    def reconfigured(self, owner: object) -> None:
+    def on_reconfigure(self, owner: object) -> None:
         """Record the parameters that a task uses from now on."""
         journal = self._journals.get(id(owner))
         if journal is not None:
             journal.values = _values(journal.task)
             journal.entries.append((self._kernel.now_ns, CHANGED, (journal.values[0],)))
 
-    def calling(self, function: Callable[..., object], args: tuple[Any, ...]) -> None:
+    def before_call(self, function: Callable[..., object], args: tuple[Any, ...]) -> None:
         """Record a call to a task."""
         now = self._kernel.now_ns
         timer = args[0] if args and isinstance(args[0], Timer) else None

@@ -8,13 +8,13 @@ from runtime.kernel import Timer
 from runtime.snapshot.allowlist import SnapshotError
 from runtime.snapshot.checksum import state_checksum
 from runtime.snapshot.input_journal import CHANGED, SET, TIMER, JournalStart, unpack_chunk
-from runtime.snapshot.state import (
-    check_values,
-    connect,
+from runtime.snapshot.task_state import (
+    check_parameter_values,
     do_nothing,
     entities_of,
     reader_for,
-    restore_pushed,
+    restore_pushed_parameters,
+    restore_subscriptions,
     restore_task,
     restore_timer,
     task_of,
@@ -62,11 +62,11 @@ class _Handlers:
         self.handlers: list[Callable[..., object]] = []
         self._task = task
 
-    def subscribed(self, subscription: Subscription) -> None:
+    def on_subscribe(self, subscription: Subscription) -> None:
         if task_of(subscription) is self._task:
             self.handlers.append(subscription.handler)
 
-    def reconfigured(self, owner: object) -> None:
+    def on_reconfigure(self, owner: object) -> None:
         """Does nothing: the journal has the change."""
 
 
@@ -80,7 +80,7 @@ def _begin(task: Task, past: JournalStart) -> None:
     # run, which decides between timers of the same time.
     timers = [kernel.at(state.time, do_nothing) for state in past.timers]
     reader = reader_for(task.vehicle, timers)
-    connect(task, past.state, reader)
+    restore_subscriptions(task, past.state, reader)
     if past.state.tickers:
         queue = kernel.timers()
         task.begin_ticking()
@@ -110,11 +110,11 @@ def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> Non
                 raise SnapshotError(f"{task.name} cannot be restored: a timer is missing")
             timer.function(*timer.args)
         elif key == CHANGED:
-            task.parameter_set.restore(check_values(task, args[0]))
+            task.parameter_set.restore(check_parameter_values(task, args[0]))
             task.configure()
-            task.reconfigured()
+            task.update_rates()
         elif key == SET:
-            task.parameter_set.restore(check_values(task, args[0]))
-            restore_pushed(task, args[1])
+            task.parameter_set.restore(check_parameter_values(task, args[0]))
+            restore_pushed_parameters(task, args[1])
         else:
             reader.read(["method", ["task", task.name], key])(*args)

@@ -15,12 +15,12 @@ from runtime.snapshot.checksum import state_checksum
 from runtime.snapshot.input_journal import JournalStart
 from runtime.snapshot.script_replay import replay_journal
 from runtime.snapshot.serializer import StateWriter
-from runtime.snapshot.state import (
+from runtime.snapshot.task_state import (
     TaskState,
     TimerState,
-    connect,
     do_nothing,
     reader_for,
+    restore_subscriptions,
     restore_task,
     restore_timer,
     task_of,
@@ -30,7 +30,7 @@ from runtime.snapshot.state import (
 )
 from runtime.task import State, Task, with_location
 from runtime.vehicle import Vehicle
-from support.file_errors import naming_path
+from support.file_errors import add_path_to_errors
 
 FORMAT = "shoal snapshot 6"
 STATE, SUFFIX = "State-", ".msgpack"
@@ -71,7 +71,7 @@ class SnapshotFile(msgspec.Struct, array_like=True):
     snapshot: bytes
 
 
-def save(vehicle: Vehicle) -> bytes:
+def take_snapshot(vehicle: Vehicle) -> bytes:
     """The state of a vehicle on a virtual clock, between two runs of its kernel.
 
     While scripts run it needs Journals, kept since before they began. Raises SnapshotError naming the task and the
@@ -97,7 +97,7 @@ def save(vehicle: Vehicle) -> bytes:
         _bytes(vehicle.profile.dump()),
         {
             name: {option: _bytes(text) for option, text in t.items()}
-            for name, t in vehicle.effective_config.changed().items()
+            for name, t in vehicle.effective_config.original_values().items()
         },
         [task.name for task in vehicle.tasks],
         {task.name: task_state(task, [s for owner, s in hears if owner is task], writer) for task in plain},
@@ -195,7 +195,7 @@ def run_with_snapshots(
         if vehicle.kernel.now_ns < pause or not vehicle.kernel.idle:
             return missing
         try:
-            keep(save(vehicle))
+            keep(take_snapshot(vehicle))
         except OSError as error:
             missing.append(error)
         count += 1
@@ -212,7 +212,7 @@ def save_beside_log(vehicle: Vehicle, state: bytes) -> None:
     path = folder / f"{STATE}{seconds:.9f}".rstrip("0").rstrip(".")
     draft = path.with_name(f"{path.name}.new")
     try:
-        with naming_path(draft):
+        with add_path_to_errors(draft):
             draft.write_bytes(state)
         draft.replace(path.with_name(f"{path.name}{SUFFIX}"))
     except OSError:
@@ -227,7 +227,7 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     vehicle.start_time = snapshot.start_time
     changed = {name: {o: _text(t) for o, t in texts.items()} for name, texts in snapshot.profile.items()}
     try:
-        vehicle.effective_config.resume(changed)
+        vehicle.effective_config.restore_original_values(changed)
     except KeyError as error:
         unknown = short_repr(str(error.args[0]))
         raise SnapshotError(f"not a valid snapshot: the vehicle has no parameter {unknown}") from None
@@ -241,7 +241,7 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     reader = reader_for(vehicle, timers)
     for section, state in snapshot.tasks.items():
         try:
-            connect(vehicle.task(section), state, reader)
+            restore_subscriptions(vehicle.task(section), state, reader)
             if state.tickers:
                 vehicle.task(section).begin_ticking()
             restore_task(vehicle.task(section), state, reader)
@@ -308,7 +308,7 @@ def _past(task: Task, timers: list[Timer]) -> JournalStart:
     journals = task.vehicle.journals
     if journals is None:
         raise SnapshotError(f"{task.name} runs a script, and no journals are kept")
-    return journals.of(task).snapshot(state_checksum(task, [timer for timer in timers if timer.owner is task]))
+    return journals.journal_of(task).snapshot(state_checksum(task, [timer for timer in timers if timer.owner is task]))
 
 
 def _timer_state(timer: Timer, scripted: list[Task], writer: StateWriter) -> TimerState:

@@ -1,8 +1,7 @@
 """What a task is made of: handlers, parameters, scripts, entities."""
 
 from runtime.task.activation import Activation, ActivationError
-from runtime.task.entities import SYSTEM_ENTITY, Entity, EntityError, EntityTable, State, SystemTable, assign_ids
-from runtime.task.handlers import (
+from runtime.task.decorators import (
     HIGHEST_RATE,
     Ticker,
     consume,
@@ -13,10 +12,11 @@ from runtime.task.handlers import (
     periodic_methods,
     rate_of,
 )
+from runtime.task.entities import SYSTEM_ENTITY, Entity, EntityError, EntityTable, State, SystemTable, assign_ids
 from runtime.task.logbook import Logbook, one_line, with_location
 from runtime.task.parameters import Parameter, ParameterError, SharedOption, find_parameter, param
 from runtime.task.script import Inbox, Script
-from runtime.task.task import Task, listing_options, shared_options
+from runtime.task.task import Task, options_naming_section, shared_options
 
 __all__ = [
     "HIGHEST_RATE",
@@ -42,8 +42,8 @@ __all__ = [
     "expect",
     "expected_methods",
     "find_parameter",
-    "listing_options",
     "one_line",
+    "options_naming_section",
     "param",
     "periodic",
     "periodic_methods",

@@ -12,12 +12,12 @@ from runtime.devices import (
     RawChunks,
     SerialPort,
     Splitter,
-    TcpServer,
+    TcpServerAddress,
     UdpSocket,
 )
 from runtime.kernel import SECOND, Kernel
+from runtime.task.decorators import expected_methods, number_or_parameter
 from runtime.task.entities import Entity, State
-from runtime.task.handlers import expected_methods, value_of
 from runtime.task.logbook import truncate_utf8
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class DeviceTask:
         address: Address = SerialPort(port, baud, **settings)
         if port.startswith(TCP):
             host, _, number = port.removeprefix(TCP).rpartition(":")
-            address = TcpServer(host.strip("[]"), int(number) if number.isdecimal() else -1)
+            address = TcpServerAddress(host.strip("[]"), int(number) if number.isdecimal() else -1)
         return self._attach(address, lines, frames, split, opened)
 
     def tcp(
@@ -89,7 +89,7 @@ class DeviceTask:
         opened: Callable[[], object] | None = None,
     ) -> Device:
         """Connect to a TCP server, and again whenever the connection ends; else like `serial`."""
-        return self._attach(TcpServer(host, port), lines, frames, split, opened)
+        return self._attach(TcpServerAddress(host, port), lines, frames, split, opened)
 
     def udp(
         self,
@@ -134,10 +134,10 @@ class DeviceTask:
     def _late(self, health: DeviceHealth) -> list[str]:
         found: list[str] = []
         for method, every in expected_methods(type(self)).items():
-            limit = value_of(self, every)
+            limit = number_or_parameter(self, every)
             if limit > 0.0 and self._kernel.now_ns - health.fresh.get(method, health.since) > limit * SECOND:
                 device = self._devices[0] if len(self._devices) == 1 else None
-                found.append(f"{method}: no data for {limit:g} s" if device is None else device.silence_message(limit))
+                found.append(f"{method}: no data for {limit:g} s" if device is None else device.no_data_message(limit))
         return found
 
     def _care(self) -> DeviceHealth:

@@ -37,7 +37,7 @@ class SharedOption(Protocol):
     def default(self) -> str: ...
 
     @property
-    def lists(self) -> str: ...
+    def section_prefix(self) -> str: ...
 
 
 def _text(word: str) -> str:
@@ -258,7 +258,7 @@ def find_parameter(parameters: Mapping[str, Parameter], name: str) -> Parameter 
     return parameters.get(name) or next((p for p in parameters.values() if name in p.aliases), None)
 
 
-def declared(cls: type) -> dict[str, Parameter]:
+def declared_parameters(cls: type) -> dict[str, Parameter]:
     """The parameters of a class by ini name in the order of declaration, then those of its bases.
 
     Raises TypeError if an annotation is missing or unsupported, or a default is invalid for its parameter.

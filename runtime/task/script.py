@@ -35,9 +35,9 @@ class Inbox:
         self._waiting = False
         self._messages: deque[imc.Message] = deque()
         self._subscriptions: list[Subscription] = []
-        self.add(*kinds, others=others)
+        self.add_types(*kinds, others=others)
 
-    def add(self, *kinds: type[imc.Message], others: bool = False) -> None:
+    def add_types(self, *kinds: type[imc.Message], others: bool = False) -> None:
         """Keep messages of these types as well."""
         for kind in kinds:
             subscription = Subscription(kind, self._take, self._script, others)
@@ -56,7 +56,7 @@ class Inbox:
 
     def close(self) -> None:
         for subscription in self._subscriptions:
-            self._script.bus.remove(subscription)
+            self._script.bus.remove_subscription(subscription)
         self._subscriptions = []
 
     def _take(self, message: imc.Message) -> None:
@@ -90,7 +90,7 @@ class Script:
         self._wake(0.0, None)
 
     @classmethod
-    def ended(cls, task: "Task") -> "Script":
+    def make_ended(cls, task: "Task") -> "Script":
         """A script that has already ended."""
         script = cls(task, task.vehicle.bus, _nothing)
         script.cancel()
@@ -173,7 +173,7 @@ class Script:
 
     def _forget(self) -> None:
         for subscription in self._subscriptions:
-            self.bus.remove(subscription)
+            self.bus.remove_subscription(subscription)
         self._subscriptions = []
         if self._timer is not None:
             self._timer.cancel()

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from zlib import crc32
 
 import imc
-from imc.addresses import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from imc.reserved_ids import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.bus import Subscription
 from runtime.kernel import Readable, Timer, as_error, handler_name, nanoseconds
+from runtime.task.decorators import ConsumerMethod, Ticker, consumer_methods, periodic_methods
 from runtime.task.devices import DeviceTask
 from runtime.task.entities import Entity, State
-from runtime.task.handlers import ConsumerMethod, Ticker, consumer_methods, periodic_methods
 from runtime.task.logbook import Logbook, truncate_utf8
 from runtime.task.parameter_set import ParameterSet
-from runtime.task.parameters import Parameter, Scope, SharedOption, declared, param
+from runtime.task.parameters import Parameter, Scope, SharedOption, declared_parameters, param
 from runtime.task.script import Script
 from support.diagnostics import ConfigWarning
 
@@ -79,7 +79,7 @@ class Task(DeviceTask):
     @functools.cache
     def parameters(cls) -> dict[str, Parameter]:
         """The declared parameters by ini name."""
-        found = declared(cls)
+        found = declared_parameters(cls)
         if cls.activation and "Active" not in found:
             raise TypeError(f"{cls.__name__}: activation needs `active: bool = param(..., scope={cls.activation!r})`")
         return found
@@ -159,7 +159,7 @@ class Task(DeviceTask):
         asks = request.src == self.system or request.src in OPERATORS
         return request.dst == self.system or (request.dst in (UNKNOWN_SYSTEM, BROADCAST) and asks)
 
-    def addressed(self, message: imc.Message) -> bool:
+    def is_addressed_to_me(self, message: imc.Message) -> bool:
         """Whether a message is to this system or to everybody, whoever sent it; for what must not be missed."""
         return message.dst in (self.system, UNKNOWN_SYSTEM, BROADCAST)
 
@@ -184,7 +184,7 @@ class Task(DeviceTask):
         if changed:
             self.publish(imc.EntityState(state=state, description=target.description), entity=target)
 
-    def reserve(self, label: str) -> Entity:
+    def reserve_entity(self, label: str) -> Entity:
         """Reserve another entity for this task; call it in `configure`. The same label returns the same entity."""
         found = self.vehicle.entities.find(label)
         if found is not None and found.component == self.name:
@@ -225,7 +225,7 @@ class Task(DeviceTask):
             title = f"{handler_name(function)} of {self.name}"
             self.vehicle.worker.submit(title, lambda: deliver(_outcome(function, args)))
 
-    def accompany(self, function: Callable[[], object]) -> None:
+    def run_in_thread(self, function: Callable[[], object]) -> None:
         """Call `function`, the loop of a library, in a thread of its own, which enters the kernel by `post` only.
 
         It has to return when the task stops. An exception in it is the task's error. Not for virtual time.
@@ -233,7 +233,7 @@ class Task(DeviceTask):
         deliver = functools.partial(self._kernel.post, self._offloaded, self._round, _ignore)
         Thread(target=lambda: deliver(_outcome(function, ())), name=self.name, daemon=True).start()
 
-    def run(self, coroutine_function: Callable[..., Coroutine[Any, Any, Any]], *args: Any) -> Script:
+    def start_script(self, coroutine_function: Callable[..., Coroutine[Any, Any, Any]], *args: Any) -> Script:
         """Start `coroutine_function(script, *args)` as sequential logic on the same kernel."""
         script = Script(self, self._bus, coroutine_function, *args)
         self._scripts = [*(s for s in self._scripts if not s.done), script]
@@ -270,12 +270,12 @@ class Task(DeviceTask):
             for script in scripts:
                 stack.callback(script.cancel)
 
-    def reconfigured(self) -> None:
+    def update_rates(self) -> None:
         """Apply changed rates."""
         for instrument in self._bus.observers:
-            instrument.reconfigured(self)
+            instrument.on_reconfigure(self)
         for ticker in self._tickers:
-            ticker.update()
+            ticker.update_rate()
 
     def _subscription(self, consumer: ConsumerMethod) -> Subscription:
         return Subscription(consumer.type, getattr(self, consumer.method), self, consumer.others, consumer.packets)
@@ -311,14 +311,14 @@ def _ignore(_: object) -> None:
     """For what a thread returns that has ended."""
 
 
-def listing_options(tasks: Iterable[type[Task]], section: str) -> set[tuple[str, str]]:
+def options_naming_section(tasks: Iterable[type[Task]], section: str) -> set[tuple[str, str]]:
     """The options, by section and name, one of which must name a section for tasks to read it; none if they do so."""
     return {
         (place, name)
         for task in tasks
         for place, options in task.reads.items()
         for name, option in options.items()
-        if option.lists and section.startswith(option.lists)
+        if option.section_prefix and section.startswith(option.section_prefix)
     }
 
 

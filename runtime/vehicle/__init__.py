@@ -2,8 +2,8 @@
 
 from runtime.vehicle.builder import Build, build, config_warnings, join_zenoh
 from runtime.vehicle.effective_config import ProfileValues, general_number
-from runtime.vehicle.explainer import OptionRow, explain
 from runtime.vehicle.fleet import Fleet, FleetError
+from runtime.vehicle.option_explainer import OptionRow, explain_section
 from runtime.vehicle.profile_lint import check_profile
 from runtime.vehicle.task_registry import (
     TaskImportError,
@@ -30,7 +30,7 @@ __all__ = [
     "build",
     "check_profile",
     "config_warnings",
-    "explain",
+    "explain_section",
     "find_task",
     "general_number",
     "join_zenoh",

@@ -6,13 +6,13 @@ from functools import partial
 from pathlib import Path
 
 import imc
-from runtime.bus import Bus, local_class
+from runtime.bus import Bus, class_in_schema
 from runtime.kernel import Clock, Kernel, as_error
-from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune
+from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune_sections
 from runtime.task import EntityError, ParameterError, Task, assign_ids, consumer_methods, with_location
 from runtime.vehicle.fleet import Fleet
+from runtime.vehicle.process_monitor import ProcessMonitor
 from runtime.vehicle.profile_lint import zenoh_options
-from runtime.vehicle.sibling_processes import SiblingProcesses
 from runtime.vehicle.task_registry import TaskImportError, find_task, missing_extra, missing_task_reason
 from runtime.vehicle.vehicle import Vehicle
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
@@ -79,7 +79,7 @@ def build(
             profile.override(f"{ENTITY_IDS}:{label}={number}")
     vehicle = Vehicle(
         profile.vehicle,
-        profile.system,
+        profile.system_id,
         clock=clock,
         fleet=fleet,
         profile=profile,
@@ -90,13 +90,13 @@ def build(
         state_folder=state_folder,
         bus=bus,
         entity_ids=entity_ids,
-        messages=profile.messages,
+        messages=profile.message_schema,
         process=process or "",
     )
     made, problems = Build(vehicle), list[Problem]()
     for section in profile.config.sorted_sections():
-        wanted = profile.enabled(section.name, selected) if only is None else section.name in only
-        if wanted and section.name != dune.MULTIPLEXER:
+        wanted = profile.is_task_enabled(section.name, selected) if only is None else section.name in only
+        if wanted and section.name != dune_sections.MULTIPLEXER:
             problems += _build_task(made, profile, section, process)
     if problems:
         vehicle.close()
@@ -112,7 +112,7 @@ def _build_task(made: Build, profile: Profile, section: Section, process: str | 
     except TaskImportError as error:
         return [Problem("error", *section.origin, str(error))]
     if cls is None:
-        if section.name.partition("/")[0] in dune.TASKS:
+        if section.name.partition("/")[0] in dune_sections.TASKS:
             made.skip(section.name, "not in Shoal")
             return []
         return [Problem("error", *section.origin, f"[{section.name}] is not a task", missing_task_reason(section.name))]
@@ -121,7 +121,7 @@ def _build_task(made: Build, profile: Profile, section: Section, process: str | 
         made.skip(section.name, f"needs {what}, which is off in virtual time")
     elif extra := missing_extra(cls):
         made.skip(section.name, f"needs pip install 'shoal[{extra}]'")
-    elif process is not None and (elsewhere := profile.process(section.name)) != process:
+    elif process is not None and (elsewhere := profile.task_process(section.name)) != process:
         if not process:
             label = section.value("Entity Label", default_label(section.name))
             vehicle.entities.reserve(label, section.name).process = elsewhere
@@ -135,7 +135,7 @@ def _add_task(vehicle: Vehicle, profile: Profile, section: Section, cls: type[Ta
     try:
         for consumer in consumer_methods(cls):
             if issubclass(consumer.type, imc.Message) and consumer.type.SCHEMA is not None:
-                local_class(consumer.type, vehicle.bus.messages)
+                class_in_schema(consumer.type, vehicle.bus.messages)
         task = vehicle.add(cls, section.name, profile.options(section.name))
         for option in section.options.values():
             task.parameter_set.redeclare(option.name, option.attributes)
@@ -171,7 +171,7 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
 
     own = [e for e in vehicle.entities if e is not vehicle.daemon.entity and not e.process]
     here = sum(1 << entity.id for entity in own) | (0 if vehicle.process else DAEMON)
-    others = SiblingProcesses(vehicle) if any(entity.process for entity in vehicle.entities) else None
+    others = ProcessMonitor(vehicle) if any(entity.process for entity in vehicle.entities) else None
     try:
         config = ZenohConfig.from_options(profile.options("Zenoh"), profile.path.parent)
         config = replace(config, vehicle=vehicle.name)
@@ -188,7 +188,7 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
             note=None if others is None else lambda name, runs: vehicle.kernel.post(others.update, name, runs),
             tell=lambda words: vehicle.kernel.post(vehicle.daemon.log.warning, words),
         )
-        vehicle.bus.attach(transport)
+        vehicle.bus.attach_transport(transport)
         vehicle.bus.frames = transport.frames
         vehicle.daemon.tells_all = True
     except ValueError as error:
@@ -228,7 +228,7 @@ def _concerns(vehicle: Vehicle, request: imc.Message) -> bool:
 def _speaks_for(vehicle: Vehicle, number: int) -> bool:
     """Whether this process of the vehicle answers for an entity; each process also has what others said of theirs."""
     entity = vehicle.entities.by_id(number)
-    return entity is None or vehicle.daemon.reports(entity)
+    return entity is None or vehicle.daemon.reports_state_of(entity)
 
 
 def config_warnings(vehicle: Vehicle, profile: Profile) -> list[Problem]:

@@ -3,7 +3,7 @@
 from collections import Counter
 
 import imc
-from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.task import Entity, consume, periodic
 from runtime.vehicle.parameter_service import ParameterService
 
@@ -42,7 +42,7 @@ class Daemon(ParameterService):
             self._has_told_all = True
             self._tell_all()
         for entity in self.vehicle.entities:
-            if entity.stateful and self.reports(entity):
+            if entity.stateful and self.reports_state_of(entity):
                 self.publish(imc.EntityState(state=entity.state, description=entity.description), entity=entity)
         self._report_excess()
 
@@ -51,10 +51,10 @@ class Daemon(ParameterService):
         if self._is_main:
             self.publish_entities()
         else:
-            for entity in filter(self.reports, self.vehicle.entities):
+            for entity in filter(self.reports_state_of, self.vehicle.entities):
                 self.publish(_described(entity), entity=entity)
         for task in self.vehicle.tasks:
-            if self.reports(task.entity):
+            if self.reports_state_of(task.entity):
                 self._tell(task)
 
     def publish_entities(self) -> None:
@@ -66,7 +66,7 @@ class Daemon(ParameterService):
         """Whether this process speaks for the vehicle; the others for their own entities only."""
         return not self.vehicle.process
 
-    def reports(self, entity: Entity) -> bool:
+    def reports_state_of(self, entity: Entity) -> bool:
         """Whether this process reports the state of an entity."""
         return self._is_main if entity is self.entity else not entity.process or entity.orphan
 

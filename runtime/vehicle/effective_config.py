@@ -57,7 +57,7 @@ class EffectiveConfig:
         self._effective: dict[str, dict[str, str]] = {}
         self._shared: dict[object, Any] = {}
 
-    def shared(self, make: Callable[[Callable[[str, str], str]], T]) -> T:
+    def shared_object(self, make: Callable[[Callable[[str, str], str]], T]) -> T:
         """What several tasks make of the effective configuration, such as a world; made again after a change.
 
         `make(value)` is called with a function that gives the text of an option of any section.
@@ -66,11 +66,11 @@ class EffectiveConfig:
             self._shared[make] = make(self._settings.value)
         return self._shared[make]
 
-    def begin(self, task: Task) -> None:
+    def set_baseline(self, task: Task) -> None:
         """Take the present values as the profile's."""
         self._original[task.name] = {p.name: task.parameter_set.text(p) for p in task.parameters().values()}
 
-    def changed(self) -> dict[str, dict[str, str]]:
+    def original_values(self) -> dict[str, dict[str, str]]:
         """The profile's values of all parameters that have changed: texts by task and ini name."""
         pairs = {name: (known, self._original[name]) for name, known in self._effective.items()}
         return {
@@ -79,7 +79,7 @@ class EffectiveConfig:
             if known != original
         }
 
-    def resume(self, changed: Mapping[str, Mapping[str, str]]) -> None:
+    def restore_original_values(self, changed: Mapping[str, Mapping[str, str]]) -> None:
         """Restore the profile's values from an earlier `changed`. Raises KeyError for an unknown parameter."""
         for name, texts in changed.items():
             original = self._original[name]
@@ -88,7 +88,7 @@ class EffectiveConfig:
             self._effective[name] = dict(original)
             original.update(texts)
 
-    def remember(self, task: Task) -> None:
+    def update_from_task(self, task: Task) -> None:
         """Apply the task's changed parameters to the effective configuration."""
         known = self._effective.setdefault(task.name, dict(self._original[task.name]))
         for parameter in task.parameters().values():
@@ -113,7 +113,7 @@ class EffectiveConfig:
         write_sections(path, saved)
 
 
-def set_texts(task: Task, options: Mapping[str, str]) -> None:
+def set_parameter_texts(task: Task, options: Mapping[str, str]) -> None:
     """Set parameters from ini texts, by ini name; unknown names are ignored. Raises ParameterError."""
     for name, text in options.items():
         parameter = task.parameter_set.find(name)
@@ -125,7 +125,7 @@ def set_texts(task: Task, options: Mapping[str, str]) -> None:
             raise ParameterError(name, str(error)) from None
 
 
-def set_values(task: Task, values: Mapping[str, Any]) -> None:
+def set_parameter_values(task: Task, values: Mapping[str, Any]) -> None:
     """Set parameters by attribute. Raises ParameterError."""
     for attribute, value in values.items():
         parameter = next((p for p in task.parameters().values() if p.attribute == attribute), None)

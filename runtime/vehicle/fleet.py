@@ -20,7 +20,7 @@ class FleetError(ValueError):
     """A vehicle cannot join a fleet; the text says why."""
 
 
-class Neighbor:
+class InProcessTransport:
     """A transport between the buses of one process: what is published on one is delivered on the others immediately."""
 
     def __init__(self, bus: Bus, buses: list[Bus], kinds: tuple[type[imc.Message], ...]):
@@ -130,7 +130,7 @@ class Fleet:
             try:
                 kernel.run(until)
             except LivelockError as error:
-                if (vehicle := self.of(error.owner)) is not None:
+                if (vehicle := self.vehicle_of(error.owner)) is not None:
                     error.add_note(f"in {vehicle.name}: {error.owner!r}")
                 raise
             if not self._dismiss():
@@ -157,7 +157,7 @@ class Fleet:
         if errors:
             raise errors[0]
 
-    def of(self, owner: object) -> "Vehicle | None":
+    def vehicle_of(self, owner: object) -> "Vehicle | None":
         """The vehicle that the owner of a call or subscription belongs to: a task or an observer."""
         if isinstance(owner, Task):
             return owner.vehicle
@@ -172,9 +172,9 @@ class Fleet:
         if twin is not None:
             text = f"{vehicle.name} and {twin.name} have the same IMC id, {vehicle.system:#06x}"
             raise FleetError(f"{text}: change one of them in [IMC Addresses]")
-        if vehicle.bus.is_attached:
+        if vehicle.bus.has_transports:
             raise FleetError(f"the bus of {vehicle.name} is already connected to other processes")
-        vehicle.bus.attach(Neighbor(vehicle.bus, self._buses, self._kinds))
+        vehicle.bus.attach_transport(InProcessTransport(vehicle.bus, self._buses, self._kinds))
 
     def _dismiss(self) -> bool:
         """Close the vehicles that have stopped; return whether there were any."""
@@ -185,7 +185,7 @@ class Fleet:
         return found
 
     def _failed(self, owner: object, error: Exception) -> None:
-        vehicle = self.of(owner)
+        vehicle = self.vehicle_of(owner)
         try:
             if vehicle is None:
                 error.add_note(f"in {owner_title(owner)}, which does not belong to a vehicle of the fleet")
@@ -197,7 +197,7 @@ class Fleet:
             self._fatal = self._fatal or error
 
     def _slow(self, owner: object, seconds: float, handler: str) -> None:
-        vehicle = self.of(owner)
+        vehicle = self.vehicle_of(owner)
         if vehicle is None:
             logger.warning("%s took %.3f s in one handler, %s", owner_title(owner), seconds, handler)
         else:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.kernel import as_error
 from runtime.profile import format_option
 from runtime.task import Parameter, ParameterError, Task, consume
@@ -125,7 +125,7 @@ class ParameterService(Task):
 
     def find_task(self, label: str) -> Task | None:
         """The task with this label, if it runs here; of the daemons of several processes only the main one answers."""
-        task = self.vehicle.find(label)
+        task = self.vehicle.task_by_label(label)
         return None if task is self and self.vehicle.process else task
 
     def _grants(self, request: imc.Message, replies: int) -> bool:
@@ -158,7 +158,7 @@ class ParameterService(Task):
             if active is not None:  # only the activation protocol changes it
                 task.parameter_set.set(active, before[active.name])
             self._configure(task, before)
-            self.vehicle.remember(task)
+            self.vehicle.update_effective_config(task)
             if active is not None and task.name not in self.vehicle.running:
                 task.parameter_set.set(active, wish)
             elif active is not None:
@@ -176,11 +176,11 @@ class ParameterService(Task):
     def _configure(self, task: Task, before: dict[str, object]) -> None:
         try:
             task.configure()
-            task.reconfigured()
+            task.update_rates()
         except BaseException:
             task.parameter_set.restore(before)
             task.configure()
-            task.reconfigured()
+            task.update_rates()
             raise
 
     def _tell(self, task: Task) -> None:

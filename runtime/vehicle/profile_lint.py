@@ -4,8 +4,18 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import imc
-from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, parse_address, split_list
-from runtime.task import Parameter, SharedOption, Task, find_parameter, listing_options, shared_options
+from runtime.profile import (
+    ALWAYS,
+    NEVER,
+    Option,
+    Profile,
+    Section,
+    default_label,
+    dune_sections,
+    parse_imc_id,
+    split_list,
+)
+from runtime.task import Parameter, SharedOption, Task, find_parameter, options_naming_section, shared_options
 from runtime.vehicle.task_registry import missing_task_reason, misspelled_task, nearest_task, section_name
 from runtime.zenoh import ZenohConfig
 from support.diagnostics import Origin, Problem, ProfileError, Severity
@@ -30,7 +40,7 @@ def check_profile(
     checker = _Checker(profile, tasks, None if selected is None else frozenset(selected), find_task or _lookup(tasks))
     checker.run()
     order = {file: index for index, file in reversed(list(enumerate(profile.config.files)))}
-    found = dict.fromkeys([*profile.problems, *checker.problems])
+    found = dict.fromkeys([*profile.file_problems, *checker.problems])
     return sorted(found, key=lambda problem: (order.get(problem.file, len(order)), problem.file, problem.line))
 
 
@@ -73,7 +83,7 @@ class _Checker:
         self.problems.append(Problem(severity, *origin, text, hint))
 
     def _check_general(self) -> None:
-        problem = self._profile.vehicle_problem()
+        problem = self._profile.vehicle_name_problem()
         self.problems += [problem] if problem else []
         for value in ("bus", "messages", "start_time_ns", "seed", "entity_ids"):
             try:
@@ -81,9 +91,9 @@ class _Checker:
             except ProfileError as error:
                 self.problems += error.problems
         for option in self._config.options("General"):
-            if option.name in dune.GENERAL:
+            if option.name in dune_sections.GENERAL:
                 continue
-            near = corrected_spelling(option.name, dune.GENERAL)
+            near = corrected_spelling(option.name, dune_sections.GENERAL)
             severity: Severity = "warning" if near else "note"
             hint = f"did you mean {quoted(near)}?" if near else ""
             self._say(severity, option.origin, f"[General] unknown option {quoted(option.name)}", hint)
@@ -101,7 +111,7 @@ class _Checker:
         if not names:
             return
         try:
-            schema = self._profile.messages or imc.builtin()
+            schema = self._profile.message_schema or imc.builtin()
         except ProfileError:
             return  # told already
         known = [kind.abbrev for kind in schema.types_by_id.values()]
@@ -113,7 +123,7 @@ class _Checker:
         known: dict[int, Option] = {}
         for option in self._config.options("IMC Addresses"):
             try:
-                first = known.setdefault(parse_address(option.value), option)
+                first = known.setdefault(parse_imc_id(option.value), option)
             except ValueError as error:
                 self._say("warning", option.origin, f"{quoted(option.name)} has no id: {error}", "such as 0x001A")
                 continue
@@ -124,7 +134,7 @@ class _Checker:
                 self._say("note", option.origin, text)
         vehicle = self._config.option("General", "Vehicle")
         if vehicle and not self._config.value("IMC Addresses", vehicle.value):
-            text = f"{quoted(vehicle.value)} is not in [IMC Addresses], so its id is 0x{self._profile.system:04X}"
+            text = f"{quoted(vehicle.value)} is not in [IMC Addresses], so its id is 0x{self._profile.system_id:04X}"
             self._say("note", vehicle.origin, text)
 
     def _check_section(self, section: Section) -> None:
@@ -154,9 +164,9 @@ class _Checker:
             if parameter is not None:
                 if self._runs(section.name):
                     self._check_value(section, option, parameter)
-            elif option.name == dune.PROCESS:
+            elif option.name == dune_sections.PROCESS:
                 self._check_process(section)
-            elif option.name in dune.EVERY_TASK:
+            elif option.name in dune_sections.EVERY_TASK:
                 self._say("note", option.origin, f"[{section.name}] {option.name} has no effect in Shoal")
             elif option.name != "Enabled" and option.history:
                 unknown.append(option)
@@ -164,7 +174,7 @@ class _Checker:
 
     def _check_process(self, section: Section) -> None:
         try:
-            self._profile.process(section.name)
+            self._profile.task_process(section.name)
         except ProfileError as error:
             self.problems += error.problems
 
@@ -180,22 +190,22 @@ class _Checker:
         name, base = section.name, section.name.partition("/")[0]
         dot = "." in base
         known = shared_options(self._tasks.values(), name)
-        if known or name in dune.DATA_SECTIONS or name.startswith(dune.DATA_PREFIXES):
+        if known or name in dune_sections.DATA_SECTIONS or name.startswith(dune_sections.DATA_PREFIXES):
             self._check_shared(section, known)
             self._check_listed(section)
             return
-        if name == dune.MULTIPLEXER:
+        if name == dune_sections.MULTIPLEXER:
             self._check_multiplexer(section)
             return
-        if self._check_case(section, [*self._tasks, *dune.DATA_SECTIONS]):
+        if self._check_case(section, [*self._tasks, *dune_sections.DATA_SECTIONS]):
             return
-        near = nearest_task(base, [*self._tasks, *dune.TASKS]) or misspelled_task(base)
+        near = nearest_task(base, [*self._tasks, *dune_sections.TASKS]) or misspelled_task(base)
         meant = runs or (dot and "Enabled" not in section.options)
         hint = f"did you mean [{near}]?" if near else missing_task_reason(base) if meant else ""
-        if base in dune.TASKS:
+        if base in dune_sections.TASKS:
             self._say("note", section.origin, f"[{name}] is a task of DUNE that is not available in Shoal")
         elif "Enabled" not in section.options and (":" in name or not dot):
-            if near := nearest_word(name, () if dot else dune.DATA_SECTIONS):
+            if near := nearest_word(name, () if dot else dune_sections.DATA_SECTIONS):
                 self._say("warning", section.origin, f"nothing reads [{name}]", f"did you mean [{near}]?")
         elif runs or near or "Enabled" not in section.options or not dot:
             self._say("error" if runs else "warning", section.origin, f"[{name}] is not a task", hint)
@@ -210,24 +220,24 @@ class _Checker:
 
     def _check_listed(self, section: Section) -> None:
         own = section.name.partition("/")[2]
-        for place, name in listing_options(self._tasks.values(), section.name):
+        for place, name in options_naming_section(self._tasks.values(), section.name):
             if own not in split_list(self._config.value(place, name)):
                 hint = f"write {quoted(own)} in {name} of [{place}]"
                 self._say("warning", section.origin, f"nothing reads [{section.name}]", hint)
 
     def _check_multiplexer(self, section: Section) -> None:
-        tasks = ", ".join(dict.fromkeys(name for name, _ in dune.multiplexer_targets("Enabled")))
+        tasks = ", ".join(dict.fromkeys(name for name, _ in dune_sections.multiplexer_targets("Enabled")))
         self._say("note", section.origin, f"[{section.name}] stands for a section of each of its maneuvers: {tasks}")
         enabled = section.options.get("Enabled")
         for option in section.options.values():
-            for name, _ in dune.multiplexer_targets(option.name):
+            for name, _ in dune_sections.multiplexer_targets(option.name):
                 own = self._config.option(name, "Enabled")
                 if own and enabled and enabled is not option and own.origin != enabled.origin:
                     text = f"[{section.name}] {quoted(option.name)} has no effect: [{name}] has its own Enabled"
                     self._say("warning", option.origin, text, f"set it in [{name}]")
-            kind = option.name.removeprefix(f"{dune.LABEL} -- ").partition(" -- ")[0]
-            if " -- " in option.name and kind not in (*dune.MULTIPLEXED, *dune.FOR_AIRCRAFT):
-                near = corrected_spelling(kind, dune.MULTIPLEXED)
+            kind = option.name.removeprefix(f"{dune_sections.LABEL} -- ").partition(" -- ")[0]
+            if " -- " in option.name and kind not in (*dune_sections.MULTIPLEXED, *dune_sections.FOR_AIRCRAFT):
+                near = corrected_spelling(kind, dune_sections.MULTIPLEXED)
                 text = f"[{section.name}] {quoted(option.name)}: {quoted(kind)} is not one of its maneuvers"
                 self._say("warning", option.origin, text, f"did you mean {quoted(near)}?" if near else "")
 
@@ -252,7 +262,7 @@ class _Checker:
                 self._say("warning", option.origin, text, suggestion(name, names))
 
     def _runs(self, section: str) -> bool:
-        return self._profile.enabled(section, self._profile.modes if self._selected is None else self._selected)
+        return self._profile.is_task_enabled(section, self._profile.modes if self._selected is None else self._selected)
 
     def _tell_unknown(self, section: Section, options: list[Option], parameters: Mapping[str, Parameter]) -> None:
         """A warning for each misspelled parameter, and one for the others: DUNE's tasks have many that are not here."""
@@ -271,7 +281,7 @@ class _Checker:
         if others:
             words = ", ".join(quoted(option.name) for option in others)
             is_, parameters_ = ("is", "a parameter") if len(others) == 1 else ("are", "parameters")
-            here = " in Shoal" if task in dune.TASKS else ""
+            here = " in Shoal" if task in dune_sections.TASKS else ""
             text = f"[{section.name}] {words} {is_} not {parameters_} of {task}{here}, and {is_} ignored"
             self._say("warning", others[0].origin, text, f"shoal explain lists those of {task}")
 
@@ -304,7 +314,7 @@ class _Checker:
             chosen = self._selected if mode is None else {mode}
             taken: dict[str, str] = {}
             for section in sorted(self._found, key=lambda name: name.encode(errors="surrogateescape")):
-                if not self._profile.enabled(section, chosen or ()):
+                if not self._profile.is_task_enabled(section, chosen or ()):
                     continue
                 label, origin = self._label(section)
                 other = taken.setdefault(label, section)

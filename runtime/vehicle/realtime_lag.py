@@ -59,7 +59,7 @@ class RealtimeLag:
         """What the clock reached in the last window, if that is less than it should."""
         return self._shortage(self.speed, self.merged)
 
-    def since(self, passed: float, real: float) -> str:
+    def describe_run(self, passed: float, real: float) -> str:
         """The same for the whole run, in which `passed` s of the vehicle took `real` s."""
         return self._shortage(passed / real if real else self.wanted, self._all_missed / max(1.0, self._all_ticks))
 

@@ -1,6 +1,6 @@
 """How many replies each asker gets, so that nobody keeps a vehicle busy with questions."""
 
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.bus import DropCounter
 
 RATE, BURST = 200.0, 400.0  # replies to one asker: per second, at once

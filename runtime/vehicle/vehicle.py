@@ -25,7 +25,7 @@ from runtime.task import (
     with_location,
 )
 from runtime.vehicle.daemon import Daemon
-from runtime.vehicle.effective_config import EffectiveConfig, ProfileValues, set_texts, set_values
+from runtime.vehicle.effective_config import EffectiveConfig, ProfileValues, set_parameter_texts, set_parameter_values
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.realtime_lag import RealtimeLag
 from runtime.vehicle.thread_pool import WorkerThreads
@@ -139,7 +139,7 @@ class Vehicle:
         """The task of a section. Raises KeyError."""
         return self._tasks[name]
 
-    def find(self, label: str) -> Task | None:
+    def task_by_label(self, label: str) -> Task | None:
         """The task whose main entity has this label."""
         return next((task for task in self._tasks.values() if task.entity.label == label), None)
 
@@ -154,10 +154,10 @@ class Vehicle:
         try:
             task = cls(self, section, entity)
             task.entity_label = label
-            set_texts(task, options)
-            set_values(task, values)
+            set_parameter_texts(task, options)
+            set_parameter_values(task, values)
             entity.activation_time, entity.deactivation_time = task.activation_time, task.deactivation_time
-            self.effective_config.begin(task)
+            self.effective_config.set_baseline(task)
             task.configure()
             for ticking in periodic_methods(cls):
                 rate_of(task, ticking.rate)
@@ -213,7 +213,7 @@ class Vehicle:
                     self.kernel.drain()
                 self._shut(task)
             self.kernel.drain()
-            self.bus.detach()
+            self.bus.close_transports()
         finally:
             if "worker" in vars(self):
                 for work in self.worker.close(WORK_PATIENCE):
@@ -248,9 +248,9 @@ class Vehicle:
         """Whether `owner` taps the bus; its state and its timers are not part of the vehicle."""
         return any(observer is owner for observer in self._observers)
 
-    def remember(self, task: Task) -> None:
+    def update_effective_config(self, task: Task) -> None:
         """Take the task's changed parameters into the effective configuration."""
-        self.effective_config.remember(task)
+        self.effective_config.update_from_task(task)
 
     def save_parameters(self, task: Task) -> Path:
         """Save the parameters of a task that differ from the profile; returns the path. Raises OSError, ValueError."""

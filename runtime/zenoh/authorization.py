@@ -8,8 +8,8 @@ import struct
 from collections.abc import Callable, Collection, Mapping
 
 import imc
-from imc.addresses import ANNOUNCED, BROADCAST, OPERATORS, UNKNOWN_SYSTEM
 from imc.layout import LITTLE_ENDIAN
+from imc.reserved_ids import ANNOUNCED, BROADCAST, OPERATORS, UNKNOWN_SYSTEM
 from runtime.zenoh.key_expressions import ALL_SYSTEMS, HEARD, key_chunk
 from runtime.zenoh.presence import ProcessPart
 

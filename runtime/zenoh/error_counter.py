@@ -35,7 +35,7 @@ class ErrorCounter:
         if text := self._untold():
             self._report(f"{text}; {detail}")
 
-    def end(self, whose: str, report: Callable[[str], None]) -> None:
+    def report_final(self, whose: str, report: Callable[[str], None]) -> None:
         """Report what has not been reported yet, of something that has ended: `whose` these packets were."""
         ago = time.monotonic() - self._last
         if text := self._untold():

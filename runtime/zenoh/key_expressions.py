@@ -4,7 +4,7 @@ from enum import Enum
 from typing import NamedTuple
 from urllib.parse import quote
 
-from imc.addresses import BROADCAST
+from imc.reserved_ids import BROADCAST
 
 PREFIX = "imc"
 LONGEST_CHUNK = 255

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, cast
 
-from runtime.networks import interfaces
+from runtime.network_interfaces import interfaces
 from runtime.zenoh.error_counter import REPORT_PERIOD
 from runtime.zenoh.key_expressions import PREFIX, alive_key, key_chunk
 
@@ -65,7 +65,7 @@ class SiblingProcess:
         return f"on {_computer(self.host)}, process {self.process}"
 
     @property
-    def since(self) -> str:
+    def place_and_start(self) -> str:
         """Where it runs, and since when."""
         try:
             began = datetime.fromtimestamp(self.began / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S")
@@ -98,7 +98,7 @@ def _address() -> str:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, contextlib.suppress(OSError):
         probe.connect(ELSEWHERE)  # sends nothing: it chooses the interface
         return probe.getsockname()[0]
-    return next((each.address for each in interfaces() if not each.is_local), "")
+    return next((each.address for each in interfaces() if not each.is_loopback), "")
 
 
 def parse_token(key: str) -> SiblingProcess | None:
@@ -164,7 +164,8 @@ class Presence:
             if elder.entities & self._part.entities == DAEMON:
                 advice = "tasks beside it need a Process in their sections, and --process"
             raise ConnectionError(
-                f"{self._part.vehicle} already runs on this network: {elder.since}; this is {this_host()}: {advice}"
+                f"{self._part.vehicle} already runs on this network: {elder.place_and_start}; "
+                f"this is {this_host()}: {advice}"
             )
         starting = self._token
         liveliness = self._session.liveliness()
@@ -253,7 +254,8 @@ class Presence:
             self._tell_next = now + REPORT_PERIOD
             more = f", and in {twins - 1} more processes" if twins > 1 else ""
             self._tell(
-                f"{self._part.vehicle} also runs {other.since}{more}; its packets are ignored here. End one of them"
+                f"{self._part.vehicle} also runs {other.place_and_start}{more}; its packets are ignored here. "
+                "End one of them"
             )
 
 

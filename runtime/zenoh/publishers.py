@@ -87,7 +87,7 @@ class Publishers:
         """The publisher of these packets. Raises zenoh.ZError if it cannot be declared."""
         return self._declared.get(publication) or self._states.get(publication) or self._declare(publication)
 
-    def last(self) -> list[tuple[Publication, bytes]]:
+    def last_packets(self) -> list[tuple[Publication, bytes]]:
         """The last packet for all of each message, source and entity. Called from any thread."""
         declared = {**self._states.copy(), **self._declared.copy()}
         return [

@@ -12,8 +12,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import imc
-from imc.addresses import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
 from imc.layout import LARGEST_PACKET
+from imc.reserved_ids import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
 from runtime.bus import Request
 from runtime.zenoh.key_expressions import PREFIX, key_chunk, query_key
 from runtime.zenoh.last_value_cache import CachedPacket, LastValueCache

@@ -8,11 +8,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import imc
-from imc.addresses import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
+from imc.reserved_ids import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
 from runtime.zenoh.authorization import PacketAuthorizer
 from runtime.zenoh.camera_frames import ZenohFrames
 from runtime.zenoh.config import SESSIONS, SessionConfig, ZenohConfig, error_text
 from runtime.zenoh.error_counter import ErrorCounter
+from runtime.zenoh.failover_listener import FailoverListener, is_in_use
 from runtime.zenoh.key_expressions import Delivery, Publication
 from runtime.zenoh.last_value_cache import LastValueCache
 from runtime.zenoh.live_systems import LiveSystems
@@ -20,7 +21,6 @@ from runtime.zenoh.presence import Presence, ProcessPart
 from runtime.zenoh.publishers import Publisher, Publishers
 from runtime.zenoh.queryables import Queryables
 from runtime.zenoh.reliable_queue import ReliableQueue
-from runtime.zenoh.rendezvous import Rendezvous, is_in_use
 from runtime.zenoh.scouting import HelloSender, hello_message
 from runtime.zenoh.session_factory import SessionFactory
 from runtime.zenoh.subscribers import Subscribers
@@ -77,7 +77,7 @@ class ZenohTransport:
         self._entity_label = entity_label
         self._session: zenoh.Session | None = None
         self._session_factory = SessionFactory(tell)
-        self._rendezvous = Rendezvous(config, self._session_factory)
+        self._rendezvous = FailoverListener(config, self._session_factory)
         self._presence: Presence | None = None
         self._hello_sender: HelloSender | None = None
         self._publishers: Publishers | None = None
@@ -124,7 +124,7 @@ class ZenohTransport:
         atexit.register(self._abandon)  # an interpreter that ends while threads wait in zenoh aborts
         self._reliable_queue.open()
         self._publishers = Publishers(session, self.config.vehicle)
-        last = LastValueCache(str(session.info.zid()), self._publishers.last, self._speaks_for)
+        last = LastValueCache(str(session.info.zid()), self._publishers.last_packets, self._speaks_for)
         self._live_systems.open(session)
         self._queryables = Queryables(session, self._part, self._reliable_queue, last, self._take, self._concerns)
         self.subscribers.open(session, self.config.vehicle, self.config.hear)
@@ -193,7 +193,7 @@ class ZenohTransport:
         if closing.is_alive():
             logger.warning("zenoh did not close within %g s; not waiting for it", CLOSING_TIME)
         for tally in (self.subscribers.lost, self.subscribers.oversize, self.subscribers.rejected, self.unsent):
-            tally.end(self._whose, logger.warning)  # the vehicle's log book has ended
+            tally.report_final(self._whose, logger.warning)  # the vehicle's log book has ended
 
     def _enter(self) -> tuple["zenoh.Session", SessionConfig, list[str]]:
         """A session at the first free of the ports where the sessions of this computer listen, and those that do."""

@@ -3,7 +3,7 @@
 from shoal.campaigns.campaign import run_study
 from shoal.campaigns.cluster import parse_cluster_address
 from shoal.campaigns.comparison import CampaignComparison, RunPair, compare_campaigns
-from shoal.campaigns.executors import open_executor
+from shoal.campaigns.executor_factory import open_executor
 from shoal.campaigns.findings_files import describe_run, read_findings
 from shoal.campaigns.jobs import (
     SCENARIO_SUFFIX,
@@ -25,7 +25,13 @@ from shoal.campaigns.notebook import run
 from shoal.campaigns.report import campaign_html
 from shoal.campaigns.repro_commands import missing_paths, rerun_command, resume_command, scenario_test_command
 from shoal.campaigns.rerun import RepeatedRun, repeat_run
-from shoal.campaigns.result_text import failure_details, failure_lines, outcome_to_dict, sibling_logs, warning_lines
+from shoal.campaigns.result_text import (
+    failure_details,
+    failure_lines,
+    other_logs_of_run,
+    outcome_to_dict,
+    warning_lines,
+)
 from shoal.campaigns.results import CampaignResults, has_results, open_results
 from shoal.campaigns.scenario_suite import ScenarioOutcome, find_scenario_files, rerun_with_logs, run_jobs
 from shoal.campaigns.search import SearchFindings
@@ -68,6 +74,7 @@ __all__ = [
     "missing_paths",
     "open_executor",
     "open_results",
+    "other_logs_of_run",
     "outcome_to_dict",
     "parse_cluster_address",
     "parse_shard",
@@ -81,7 +88,6 @@ __all__ = [
     "run_study",
     "scenario_test_command",
     "shard_folder",
-    "sibling_logs",
     "usable_cpus",
     "warning_lines",
 ]

@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
-from shoal.campaigns.executors import open_executor
+from shoal.campaigns.executor_factory import open_executor
 from shoal.campaigns.findings_files import write_findings
 from shoal.campaigns.jobs import WALL_LIMIT, Job, JobExecutor, RunJob, StudyRunner, TimedResult, make_row
 from shoal.campaigns.optional_import import import_optional
@@ -16,7 +16,7 @@ from shoal.campaigns.provenance import software_versions
 from shoal.campaigns.results import LOGS, CampaignResults, ResultsWriter, study_metadata
 from shoal.campaigns.sampling import Scalar
 from shoal.campaigns.search import SearchSchedule
-from shoal.campaigns.shards import WHOLE_CAMPAIGN, Shard, check_shard
+from shoal.campaigns.shards import WHOLE_CAMPAIGN, Shard, check_shard_stopping
 from shoal.campaigns.studies import Study
 from shoal.scenarios import ScenarioResult
 
@@ -43,7 +43,7 @@ def run_study(
     shard cannot know when it is over; OSError if the disk is full.
     """
     import_optional("pyarrow.parquet")  # before hours of runs, not after them
-    check_shard(shard, study.stopping_rule)
+    check_shard_stopping(shard, study.stopping_rule)
     if study.search is not None:
         import_optional("optuna")
         if shard != WHOLE_CAMPAIGN:
@@ -97,7 +97,7 @@ def _run_batches(
                 run, study.run_seed(run), raw_values, result, versions=software_versions(), cpu=cpu, folder=folder
             )
             writer.add_row({**row, **schedule.extra_columns(run)})
-            schedule.evaluate()
+            schedule.apply_stopping_rule()
             on_progress(writer.results)
             if time.monotonic() - written > TABLE_PERIOD:
                 writer.results.write_parquet()
@@ -127,9 +127,9 @@ class _RunSchedule:
         self._runs = shard.runs(study.stopping_rule.max_runs)
         self._evaluated = self._passed = 0
         self.total_runs: int | None = None
-        self.evaluate()
+        self.apply_stopping_rule()
 
-    def evaluate(self) -> None:
+    def apply_stopping_rule(self) -> None:
         """Judge the runs that have come in."""
         rows = self._data.rows
         while self.total_runs is None:

@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from runtime.profile import own_etc
-from support.packages import PACKAGES
+from support.top_level_packages import PACKAGES
 
 _APART = ("cli", "campaigns", "fleet", "logs", "network", "neptus", "rendering", "rerun")  # a run knows nothing of them
 _ENDINGS = (".py", ".yaml", ".ini", ".xml", ".npz", ".csv", ".txt")

@@ -48,7 +48,7 @@ def shard_folder(folder: Path, shard: Shard) -> Path:
     return folder if shard == WHOLE_CAMPAIGN else folder / shard.folder_name
 
 
-def check_shard(shard: Shard, ending: StoppingRule) -> None:
+def check_shard_stopping(shard: Shard, ending: StoppingRule) -> None:
     """Raise ValueError if a part cannot know when the whole is over."""
     if shard != WHOLE_CAMPAIGN and ending.target_half_width is not None:
         raise ValueError(

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import click
 
-from shoal.cli.package_conflicts import conflict
+from shoal.cli.package_conflicts import describe_conflict
 
 COMMANDS = {
     "run": ("shoal.cli.run", "Run a vehicle profile."),
@@ -63,7 +63,7 @@ class LazyGroup(click.Group):
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
     ) -> click.Context:
         """Begin the command, unless other packages are in the place of Shoal's."""
-        if parent is None and not extra.get("resilient_parsing") and (reason := conflict()):
+        if parent is None and not extra.get("resilient_parsing") and (reason := describe_conflict()):
             raise WrongUse(reason)
         return super().make_context(info_name, args, parent, **extra)
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from shoal.cli.remote_options import json_option, network_options, print_json_line, run_on_namesakes, vehicle_argument
+from shoal.cli.remote_command import json_option, network_options, print_json_line, run_on_namesakes, vehicle_argument
 from shoal.network import AsyncRemoteVehicle
 
 
@@ -22,7 +22,7 @@ def abort(vehicle: str, connection: dict[str, Any], as_json: bool) -> None:
 
     async def act(there: AsyncRemoteVehicle) -> str:
         await there.abort()
-        return "all of them have" if there.system.clash else f"{vehicle} has"
+        return "all of them have" if there.system.conflict_text else f"{vehicle} has"
 
     who = run_on_namesakes(vehicle, connection, act)
     if as_json:

@@ -14,7 +14,7 @@ from runtime.vehicle import TaskImportError, all_tasks, build, config_warnings, 
 from runtime.vehicle import check_profile as find_problems
 from shoal.cli import WRONG_USE
 from shoal.cli.json_output import json_option, print_json, problem_to_dict
-from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, search_user_code
+from shoal.cli.options import add_user_task_folders, code_option, config_dir_option, modes_option, overrides_option
 from shoal.fleet import SYSTEM_ID, mavlink_id
 from support.diagnostics import Problem, ProfileError
 
@@ -42,7 +42,7 @@ def check(
 
     The exit status is 1 if there are errors, 2 if there is no such profile, section or mode.
     """
-    search_user_code(code, names)
+    add_user_task_folders(code, names)
     console = Console(highlight=False, emoji=False, soft_wrap=True, stderr=as_json, quiet=as_json)
     said: dict[str, list[Problem]] = {}
     counts: Counter[str] = Counter()
@@ -57,8 +57,8 @@ def check(
         problems: list[Problem] = []
         try:
             profile = load_profile(name, config_dir, overrides=overrides, strict=False)
-            problems += profile.problems
-            selected = profile.select(profiles) if profiles else None
+            problems += profile.file_problems
+            selected = profile.parse_modes(profiles) if profiles else None
             problems = find_problems(profile, known, selected, find_task)
             if not any(problem.severity == "error" for problem in problems):
                 problems += _build_problems(
@@ -105,7 +105,7 @@ def _build_problems(profile: Profile, selections: Iterable[Collection[str]]) -> 
 
 def _mavlink_id_conflict(profile: Profile, speakers: dict[int, Profile]) -> list[Problem]:
     """The other vehicle that has the same MAVLink id; `speakers` are the profiles before this one, by that id."""
-    number = mavlink_id(profile, profile.system)
+    number = mavlink_id(profile, profile.system_id)
     first = speakers.setdefault(number, profile) if number is not None else profile
     if first.vehicle == profile.vehicle:
         return []

@@ -8,11 +8,11 @@ import click
 from rich.console import Console
 
 from mavlink.vehicle.parameters import is_representable, parameter_ids
-from runtime.profile import Profile, Section, default_label, dune, load_profile, own_etc
+from runtime.profile import Profile, Section, default_label, dune_sections, load_profile, own_etc
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import OptionRow, TaskImportError, all_tasks, find_task
-from runtime.vehicle import explain as rows_of
-from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, search_user_code
+from runtime.vehicle import explain_section as rows_of
+from shoal.cli.options import add_user_task_folders, code_option, config_dir_option, modes_option, overrides_option
 from shoal.cli.tables import find_task_class, first_sentence, open_console, plain_table
 from support.diagnostics import Origin, Problem, ProfileError
 from support.text import printable, suggestion
@@ -39,11 +39,11 @@ def explain(
 
     Saved parameters (db/<vehicle>-saved.ini) are included; virtual runs ignore them.
     """
-    search_user_code(code, [profile])
+    add_user_task_folders(code, [profile])
     console = open_console()
     try:
         loaded = load_profile(profile, config_dir, saved=Path("db"), overrides=overrides, strict=False)
-        selected = loaded.select(profiles)
+        selected = loaded.parse_modes(profiles)
         if section is not None:
             _explain_section(console, loaded, section)
             return
@@ -54,7 +54,7 @@ def explain(
                 what = first_sentence(cls) if cls else _without_class(found)
             except TaskImportError as error:
                 cls, what = Task, str(error)
-            if selected and (cls is None or not loaded.enabled(found.name, selected)):
+            if selected and (cls is None or not loaded.is_task_enabled(found.name, selected)):
                 continue
             origin = _short(found.origin)
             table.add_row(*map(printable, (found.name, found.value("Enabled"), what, origin)))
@@ -66,7 +66,7 @@ def explain(
 def _without_class(section: Section) -> str:
     if "Enabled" not in section.options:
         return "data"
-    return "not in Shoal" if section.name.partition("/")[0] in dune.TASKS else "not a task"
+    return "not in Shoal" if section.name.partition("/")[0] in dune_sections.TASKS else "not a task"
 
 
 def _explain_section(console: Console, profile: Profile, section: str) -> None:

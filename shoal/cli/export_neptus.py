@@ -7,7 +7,7 @@ import click
 from runtime.kernel import WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, search_user_code
+from shoal.cli.options import add_user_task_folders, code_option, config_dir_option, modes_option, overrides_option
 from shoal.neptus import parameter_list, unplannable_maneuvers, vehicle_definition
 from support.atomic_files import new_file
 from support.diagnostics import ProfileError
@@ -41,10 +41,10 @@ def neptus(
 
     The parameters are those of the tasks that -p enables, by default Simulation, with saved values.
     """
-    search_user_code(code, [profile])
+    add_user_task_folders(code, [profile])
     try:
         loaded = load_profile(profile, config_dir, vehicle=vehicle, saved=Path("db"), overrides=overrides)
-        made = build(loaded, loaded.select(profiles or "Simulation"), clock=WallClock())
+        made = build(loaded, loaded.parse_modes(profiles or "Simulation"), clock=WallClock())
     except ProfileError as error:
         raise click.ClickException(str(error)) from None
     name = made.vehicle.name

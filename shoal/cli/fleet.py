@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from runtime.zenoh import key_chunk
-from shoal.cli.options import check_log_folder, parse_duration_option, search_user_code
+from shoal.cli.options import add_user_task_folders, check_log_folder, parse_duration_option
 from shoal.cli.tables import plain_table
 from shoal.cli.vehicle_processes import shoal_command
 from shoal.fleet import (
@@ -52,7 +52,7 @@ def fleet(
         return
     if name is not None:
         raise click.UsageError(f"unexpected argument {name!r}: the name of a fleet is in its file")
-    search_user_code(())
+    add_user_task_folders(())
     try:
         config = load_fleet(Path(file), log_dir)
         if crew is not None and parent is not None:

@@ -29,9 +29,9 @@ def summary_to_dict(summary: LogSummary) -> dict[str, object]:
     names = summary.names
     return {
         "path": str(summary.path),
-        "system": names.system(summary.owner),
+        "system": names.system_name(summary.owner),
         "system_id": summary.owner,
-        "others": [names.system(src) for src in summary.clocks if src != summary.owner],
+        "others": [names.system_name(src) for src in summary.clocks if src != summary.owner],
         "start": summary.start,
         "end": summary.end,
         "duration": summary.duration,
@@ -42,12 +42,12 @@ def summary_to_dict(summary: LogSummary) -> dict[str, object]:
         "schema_file": str(summary.schema_source) if summary.schema_source else None,
         "types": {name: _count(tally) for name, tally in summary.by_type.items()},
         "entities": [
-            {"label": names.entity(src, entity), "id": entity, "system": names.system(src), **_count(tally)}
+            {"label": names.entity_label(src, entity), "id": entity, "system": names.system_name(src), **_count(tally)}
             for (src, entity), tally in summary.by_entity.items()
         ],
         "clock_steps": [
-            {"system": names.system(step.src), "before": step.before, "after": step.after, "offset": step.offset}
-            for step in summary.steps
+            {"system": names.system_name(step.src), "before": step.before, "after": step.after, "offset": step.offset}
+            for step in summary.clock_steps
         ],
         "damage": [{"offset": at, "length": length, "reason": why} for at, length, why in summary.losses],
     }

@@ -7,8 +7,8 @@ from typing import Any
 import click
 
 import imc
-from shoal.cli.message_files import messages_option
-from shoal.cli.remote_options import (
+from shoal.cli.messages_option import messages_option
+from shoal.cli.remote_command import (
     complete_vehicle,
     json_option,
     network_options,

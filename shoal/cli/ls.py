@@ -12,8 +12,8 @@ from rich.table import Table
 
 import imc
 from imc.discovery import PERIOD, displayable_name
-from shoal.cli.remote_options import (
-    exit_negative,
+from shoal.cli.remote_command import (
+    exit_with_reason,
     format_clock_time,
     json_option,
     network_options,
@@ -71,7 +71,7 @@ def ls(watch: bool, duration: float | None, connection: dict[str, Any], as_json:
                 for text in conflict_texts(system):
                     click.echo(printable(f"{displayable_name(system.name)}: {text}"), err=True)
         if not found:
-            exit_negative(network.no_vehicle_text())
+            exit_with_reason(network.no_vehicle_text())
         for text in network.link_troubles:
             click.echo(printable(text), err=True)
 
@@ -180,15 +180,15 @@ def system_to_dict(system: NetworkSystem) -> dict[str, object]:
         "errors": list(system.errors),
         "age": system.age,
         "network": sorted(system.links),
-        "places": system.places,
+        "places": system.addresses,
         "other_ids": sorted(system.others),
-        "clash": system.clash or None,
+        "clash": system.conflict_text or None,
     }
 
 
 def absolute_position(state: imc.EstimatedState) -> tuple[float, float]:
     """Latitude and longitude (rad)."""
-    return imc.coordinates.absolute(state)[:2]
+    return imc.coordinates.absolute_position(state)[:2]
 
 
 def format_state(system: NetworkSystem) -> str:
@@ -205,7 +205,7 @@ def format_state(system: NetworkSystem) -> str:
 
 def conflict_texts(system: NetworkSystem) -> list[str]:
     """What an operator must know: two vehicles of one name or id."""
-    return [f"{system.clash}; end all but one"] if system.clash else []
+    return [f"{system.conflict_text}; end all but one"] if system.conflict_text else []
 
 
 def _table(systems: list[NetworkSystem]) -> Table:
@@ -220,7 +220,7 @@ def _table(systems: list[NetworkSystem]) -> Table:
         progress = f" {plan.plan_progress:.0f} %" if values["progress"] is not None and plan is not None else ""
         fuel = system.latest_message(imc.FuelLevel)
         table.add_row(
-            displayable_name(system.name) + ("!" if system.clash else ""),
+            displayable_name(system.name) + ("!" if system.conflict_text else ""),
             "" if system.id is None else f"0x{system.id:04X}",
             format_state(system) + progress,
             "" if state is None else _degrees(*absolute_position(state)),

@@ -3,7 +3,7 @@
 import click
 
 import imc
-from shoal.cli.message_files import messages_option
+from shoal.cli.messages_option import messages_option
 from shoal.cli.tables import first_sentence, format_range, open_console, plain_table, resolve_name
 
 

@@ -16,16 +16,16 @@ import imc
 from runtime.profile import Profile
 from runtime.vehicle import check_profile, find_task
 from shoal.cli.options import (
+    add_user_task_folders,
     check_vehicle_log_folder,
     code_option,
     config_dir_option,
     log_dir_option,
     overrides_option,
     parse_period,
-    search_user_code,
 )
 from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_warnings
-from shoal.cli.shutdown import exit_when_stopped, shutdown_on_signal, traceback_without_library
+from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
 from support.diagnostics import ProfileError
 from support.durations import parse_duration
@@ -69,7 +69,7 @@ def mission(
     The exit status is 0 if the plan was completed, 1 if the vehicle refused or did not complete it or its log is not
     complete, 2 if a file or the profile is wrong.
     """
-    search_user_code(code, [profile])
+    add_user_task_folders(code, [profile])
     try:
         longest = parse_duration(limit)
         specification = load_plan(plan)
@@ -85,7 +85,7 @@ def mission(
         )
         if isinstance(flown := made.vehicle.profile, Profile):
             report_warnings(
-                check_profile(flown, {}, flown.select(flown.value("General", "Selected")), find_task), profile
+                check_profile(flown, {}, flown.parse_modes(flown.value("General", "Selected")), find_task), profile
             )
         check_vehicle_log_folder(made.vehicle)
     except OSError as error:
@@ -111,7 +111,7 @@ def mission(
         click.echo(json.dumps(_plain(report), indent=1))
     else:
         _print(specification.plan_id, report)
-    exit_when_stopped(watchdog, int(incomplete or not report.completed))
+    exit_process(watchdog, int(incomplete or not report.completed))
 
 
 class _Bar:

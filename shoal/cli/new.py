@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from support.packages import PACKAGES
+from support.top_level_packages import PACKAGES
 
 TASK = '''"""{title}: reports the greatest depth of the vehicle."""
 

@@ -48,7 +48,9 @@ log_dir_option = click.option(
 )
 
 
-def search_user_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool = False) -> Sequence[Path]:
+def add_user_task_folders(
+    code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool = False
+) -> Sequence[Path]:
     """Search these folders for a user's tasks; without any the current one, unless it or a profile is part of a log.
 
     Returns the folders, for other processes that do the same work.

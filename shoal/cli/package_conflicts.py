@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 OWN = "shoal"
 
 
-def conflict() -> str:
+def describe_conflict() -> str:
     """What is wrong with the packages of the Shoal that runs, and the commands that repair it; "" if nothing.
 
     It costs a millisecond, so it looks at file names and at Shoal's own list of files. Only if these are suspicious, it

@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from shoal.cli.remote_options import (
+from shoal.cli.remote_command import (
     complete_parameter,
     json_option,
     network_options,

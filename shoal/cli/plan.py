@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 import imc
-from shoal.cli.remote_options import (
+from shoal.cli.remote_command import (
     INTERRUPTED,
     complete_plan,
     json_option,
@@ -19,7 +19,7 @@ from shoal.cli.remote_options import (
     vehicle_argument,
 )
 from shoal.network import AsyncRemoteVehicle, PlanOutcome
-from support.file_errors import naming_path
+from support.file_errors import add_path_to_errors
 from support.text import printable
 
 ACTIONS = ("list", "put", "get", "delete", "start", "stop", "status")
@@ -143,7 +143,7 @@ def _print_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool)
     if output is None:
         click.echo(text, nl=False)
     else:
-        with naming_path(output):
+        with add_path_to_errors(output):
             output.write_text(text, encoding="utf-8")
 
 

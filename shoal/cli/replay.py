@@ -10,15 +10,15 @@ from runtime.kernel import parse_clock
 from runtime.logs import summarize
 from runtime.profile import derived_id, load_profile, own_etc
 from runtime.vehicle import Vehicle, find_task, join_zenoh, missing_extra
-from shoal.cli.keyboard import ReplayControls, keyboard_control
 from shoal.cli.log.arguments import errors_as_messages, logs_of_argument, run_log_options
 from shoal.cli.log.selection_options import split_names
 from shoal.cli.options import check_vehicle_log_folder
+from shoal.cli.replay_keyboard import ReplayControls, replay_keyboard
 from shoal.cli.run import run_options, run_to_end
 from shoal.logs.selection import select_by_names
 from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
-from tasks.transports.mavlink_links.signing_keys import usable_link_url
+from tasks.transports.mavlink_links.signing_keys import parse_link_url_and_key
 
 NAME = "replay"
 
@@ -110,7 +110,7 @@ def replay(
         raise click.ClickException(f"{error}; a zenoh bus needs pip install 'shoal[zenoh]'") from None
     except (ProfileError, ConnectionError, ValueError) as error:
         raise click.ClickException(str(error)) from None
-    with keyboard_control(cast(ReplayControls, player), vehicle.kernel):
+    with replay_keyboard(cast(ReplayControls, player), vehicle.kernel):
         run_to_end(vehicle, f"replay of {logs_of_argument(log)[0]}", duration)
 
 
@@ -124,7 +124,7 @@ def _show_to_stations(vehicle: Vehicle, links: tuple[str, ...], systems: list[st
         raise click.ClickException(f"--mavlink needs pip install 'shoal[{extra}]'")
     for link in links:
         try:
-            usable_link_url(link)
+            parse_link_url_and_key(link)
         except ValueError as error:
             raise click.UsageError(str(error)) from None
     options = {"Shown System": systems[0] if systems else ""} | ({"Links": ", ".join(links)} if links else {})

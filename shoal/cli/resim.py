@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 import imc
-from shoal.cli.options import code_of_log_option, search_user_code
+from shoal.cli.options import add_user_task_folders, code_of_log_option
 from shoal.logs.inspect import format_count
 from shoal.rerun import EntityMessage, MessageCount, Resimulation, ResimulationError, resimulate
 from support.diagnostics import ProfileError
@@ -47,7 +47,7 @@ def resim(
     virtual run, the exit status is 1 if anything differs; for any log, if an input of a task is not in it. With --set,
     the command shows what would have changed; the other tasks do not react, as their messages come from the log.
     """
-    search_user_code(code, of_log=True)
+    add_user_task_folders(code, of_log=True)
     try:
         done = resimulate(imc.Log(log), tasks, overrides=overrides, profile=config_file, out=out)
     except (ResimulationError, ProfileError, imc.SchemaError) as error:

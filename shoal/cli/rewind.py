@@ -8,7 +8,7 @@ import click
 import imc
 from runtime.kernel import SECOND
 from runtime.snapshot import SnapshotError
-from shoal.cli.options import check_vehicle_log_folder, code_of_log_option, log_dir_option, search_user_code
+from shoal.cli.options import add_user_task_folders, check_vehicle_log_folder, code_of_log_option, log_dir_option
 from shoal.cli.run import run_to_end
 from shoal.rerun import RewoundRun, TimestampResolver, summarize_log
 from support.diagnostics import ProfileError
@@ -32,7 +32,7 @@ def rewind(
     It starts from the nearest earlier snapshot of the run, see shoal run --snapshot-every, or else from its beginning.
     Without --set, the new log repeats the bytes of the old one.
     """
-    search_user_code(code, of_log=True)
+    add_user_task_folders(code, of_log=True)
     try:
         opened = imc.Log(log)
         rewound = RewoundRun(opened)

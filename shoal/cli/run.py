@@ -14,6 +14,7 @@ from runtime.profile import Profile, load_profile, split_list
 from runtime.snapshot import InputJournals, SnapshotError, load_file, run_with_snapshots, save_beside_log
 from runtime.vehicle import Build, Vehicle, build, check_profile, find_task, join_zenoh
 from shoal.cli.options import (
+    add_user_task_folders,
     check_vehicle_log_folder,
     code_option,
     config_dir_option,
@@ -23,12 +24,11 @@ from shoal.cli.options import (
     parse_duration_option,
     parse_period,
     require_text,
-    search_user_code,
 )
-from shoal.cli.shutdown import exit_when_stopped, shutdown_on_signal, traceback_without_library
+from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
 from shoal.cli.status_display import StatusDisplay
 from shoal.cli.systemd_notify import SystemdNotifier
-from shoal.cli.vehicle_processes import select_process, sibling_process, stop_with_parent, supervise
+from shoal.cli.vehicle_processes import make_managed_process, select_process, stop_with_parent, supervise
 from shoal.fleet import Supervisor
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.file_errors import describe_os_error
@@ -108,17 +108,17 @@ def run(
 ) -> None:
     """Run the vehicle PROFILE, for example: shoal run lauv-noptilus-1 -p Simulation"""
     name = profile or config_file
-    search_user_code(code, [] if name is None else [name], of_log=from_snapshot is not None)
+    add_user_task_folders(code, [] if name is None else [name], of_log=from_snapshot is not None)
     if from_snapshot is not None:
         _reject_snapshot_options(name)
-        run_snapshot(from_snapshot, log_dir, duration, overrides, snapshot_every)
+        run_from_snapshot(from_snapshot, log_dir, duration, overrides, snapshot_every)
     if name is None:
         raise click.UsageError("name a profile, for example: shoal run lauv-noptilus-1 -p Simulation")
     try:
         state_folder = log_dir.parent / "db"
         saved = None if clock.strip().lower() == "virtual" else state_folder
         loaded = load_profile(name, config_dir, vehicle=vehicle, saved=saved, overrides=overrides)
-        selected = loaded.select(profiles)
+        selected = loaded.parse_modes(profiles)
         report_warnings(check_profile(loaded, {}, selected, find_task), loaded.name)
         at = parse_clock(clock, loaded.start_time_ns)
         over_zenoh = (bus or loaded.bus) == "zenoh" and not at.virtual
@@ -155,7 +155,7 @@ def run(
     if parent is not None:
         stop_with_parent(made.vehicle, parent)
     supervisor = Supervisor(
-        [sibling_process(name) for name in others] if part == "" and not alone and process is None else []
+        [make_managed_process(name) for name in others] if part == "" and not alone and process is None else []
     )
     if supervisor.processes:
         supervise(made.vehicle, supervisor)
@@ -179,7 +179,7 @@ def _reject_snapshot_options(profile: str | None) -> None:
         raise click.UsageError(f"the snapshot has its own {', '.join(given)}; leave that out")
 
 
-def run_snapshot(
+def run_from_snapshot(
     path: Path, log_dir: Path, duration: float | None, overrides: tuple[str, ...], snapshot_every: float | None
 ) -> NoReturn:
     """Continue from a snapshot, which contains the profile; `overrides` change its values."""
@@ -233,7 +233,7 @@ def run_to_end(
                         missing = run_with_snapshots(vehicle, duration, snapshot_every, keep)
                 finally:
                     if not vehicle.virtual:
-                        watchdog.set_deadline(CLOSING)
+                        watchdog.set_stop_deadline(CLOSING)
                     host.notify_stopping()
                     vehicle.close()
         except Exception as error:
@@ -251,7 +251,7 @@ def run_to_end(
             report_missing_snapshots(missing)
         for child in absent:
             click.echo(f"process {child.name} could not be started", err=True)
-    exit_when_stopped(watchdog, vehicle.exit_status or int(incomplete or bool(missing) or bool(absent)))
+    exit_process(watchdog, vehicle.exit_status or int(incomplete or bool(missing) or bool(absent)))
 
 
 def report_lost_logs(vehicle: Vehicle) -> bool:
@@ -285,7 +285,7 @@ def _report_skipped(made: Build, profile: Profile, selected: frozenset[str]) -> 
     others = {name: section for name, section in profile.config.sections.items() if not name.startswith(LINKS)}
     enabled = {mode for section in others.values() for mode in split_list(section.value("Enabled"))}
     useful = [mode for mode in profile.modes if mode in enabled and mode not in selected]
-    bridges = made.vehicle.bus.is_attached or not useful  # a profile may have only links, or link a zenoh bus
+    bridges = made.vehicle.bus.has_transports or not useful  # a profile may have only links, or link a zenoh bus
     asked = [option.origin for name in own if (option := profile.config.option(name, "Enabled"))]
     if own and (bridges or COMMAND_LINE in asked or any(name in others for name in own)):
         return

@@ -10,8 +10,8 @@ from typing import Any
 import click
 
 import imc
-from shoal.cli.message_files import messages_option
-from shoal.cli.remote_options import (
+from shoal.cli.messages_option import messages_option
+from shoal.cli.remote_command import (
     complete_message,
     find_message_type,
     format_clock_time,

@@ -11,16 +11,16 @@ import click
 from runtime.profile import load_profile
 from runtime.vehicle import check_profile, find_task, missing_extra
 from shoal.cli.options import (
+    add_user_task_folders,
     code_option,
     config_dir_option,
     modes_option,
     overrides_option,
     require_text,
-    search_user_code,
 )
 from shoal.cli.vehicle_processes import select_process
 from support.diagnostics import ProfileError
-from support.file_errors import naming_path
+from support.file_errors import add_path_to_errors
 
 STATE = Path("/var/lib/shoal")
 WATCHDOG = 15  # s; the run itself breaks a handler after 5 s
@@ -155,19 +155,21 @@ def service(
         raise click.BadParameter(
             f"{log_dir} is not absolute: a service has no folder of its own", param_hint="--log-dir"
         )
-    search_user_code(code, [profile])
+    add_user_task_folders(code, [profile])
     try:
         loaded = load_profile(profile, config_dir, vehicle=vehicle, overrides=overrides)
-        selected = loaded.select(profiles)
+        selected = loaded.parse_modes(profiles)
         problems = check_profile(loaded, {}, selected, find_task)
         if errors := [problem for problem in problems if problem.severity == "error"]:
             raise ProfileError(errors)
         part = select_process(process, loaded.processes(selected), (bus or loaded.bus) == "zenoh")
     except (ProfileError, ValueError) as error:
         raise click.ClickException(str(error)) from None
-    sections = [section.name for section in loaded.config.sorted_sections() if loaded.enabled(section.name, selected)]
+    sections = [
+        section.name for section in loaded.config.sorted_sections() if loaded.is_task_enabled(section.name, selected)
+    ]
     apart = part is not None and (alone or process is not None)
-    enabled = [section for section in sections if not apart or loaded.process(section) == part]
+    enabled = [section for section in sections if not apart or loaded.task_process(section) == part]
     if not enabled:
         modes = ", ".join(sorted(loaded.modes))
         raise click.ClickException(f"{loaded.name} has nothing to run without a mode; select one with -p: {modes}")
@@ -210,7 +212,7 @@ def service(
     path = Path(output or f"shoal-{name}.service")
     if not force and path.exists() and path.read_bytes() != text.encode():
         raise click.ClickException(f"{path} exists, differs and was not changed; --force replaces it")
-    with naming_path(path):
+    with add_path_to_errors(path):
         path.write_text(text, encoding="utf-8")
     click.echo(f"wrote {path}\n")
     click.echo("Install it, as root:")

@@ -37,7 +37,7 @@ def shutdown_on_signal(vehicle: Vehicle) -> Generator[Watchdog]:
                 signal.signal(number, handler)
 
 
-def exit_when_stopped(watchdog: Watchdog, status: int) -> NoReturn:
+def exit_process(watchdog: Watchdog, status: int) -> NoReturn:
     """Exit; after a signal without the end of the interpreter, which takes long on a busy computer."""
     if watchdog.breaks_handlers:
         with contextlib.suppress(OSError):
@@ -68,7 +68,7 @@ def _signal_handler(vehicle: Vehicle, watchdog: Watchdog) -> Callable[[int, Fram
         asked.append(time.monotonic())
         if len(asked) == 1:
             vehicle.kernel.post(vehicle.stop)
-            watchdog.set_deadline(STOPPING_TIME, hasty=True)
+            watchdog.set_stop_deadline(STOPPING_TIME, hasty=True)
         elif asked[-1] - asked[0] > SAME_STOP and signal.Signals(number).name != "SIGHUP":
             _exit_now("stopped by a second signal")
 

@@ -14,11 +14,11 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
-from shoal.cli.message_files import messages_option
-from shoal.cli.remote_options import (
+from shoal.cli.messages_option import messages_option
+from shoal.cli.remote_command import (
     complete_entity,
     complete_message,
-    exit_negative,
+    exit_with_reason,
     find_message_type,
     format_clock_time,
     format_fields,
@@ -92,7 +92,7 @@ def spy(
                             return
         except TimeoutError:
             if not sieve.accepted:
-                exit_negative(sieve.no_match_text(duration or 0.0))
+                exit_with_reason(sieve.no_match_text(duration or 0.0))
 
     run_on_namesakes(vehicle, {**connection, "messages": schema}, act)
 
@@ -220,7 +220,7 @@ async def _measure(
     if gone is not None:
         raise gone
     if not counts:
-        exit_negative(sieve.no_match_text(round(past, 1)))
+        exit_with_reason(sieve.no_match_text(round(past, 1)))
 
 
 def _rates(counts: Counter[tuple[str, str]], sizes: Counter[tuple[str, str]], past: float) -> Table:

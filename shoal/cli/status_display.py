@@ -87,7 +87,7 @@ class StatusDisplay:
     def summary(self) -> str:
         """One line about the run and, without a panel, one for each entity that ended in trouble."""
         real, passed = time.monotonic() - self._began[0], self.now - self._began[1]
-        pace = self.vehicle.realtime_lag.since(passed, real) if self.vehicle.realtime_lag is not None else ""
+        pace = self.vehicle.realtime_lag.describe_run(passed, real) if self.vehicle.realtime_lag is not None else ""
         span = f"{passed:.1f} s of vehicle time in {real:.1f} s" + (f" ({pace})" if pace else "")
         parts = [span, self._messages()]
         if self.detections:
@@ -163,7 +163,7 @@ class StatusDisplay:
         values = (state.lat, state.lon, state.height, state.x, state.y, state.z, state.depth, state.alt, state.psi)
         if not all(map(math.isfinite, values)):
             return "EstimatedState is not finite"
-        lat, lon, height = imc.coordinates.absolute(state)
+        lat, lon, height = imc.coordinates.absolute_position(state)
         depth = f"depth {state.depth:.2f} m" if state.depth >= 0.0 else f"height {height:.1f} m"
         altitude = f"   altitude {state.alt:.1f} m" if state.alt >= 0.0 else ""
         return (

@@ -9,7 +9,7 @@ from rich.console import Console
 from runtime.task import Parameter, Task
 from runtime.vehicle import TaskImportError, all_tasks, missing_extra
 from shoal.cli.json_output import json_option, parameter_to_dict, print_json
-from shoal.cli.options import code_option, search_user_code
+from shoal.cli.options import add_user_task_folders, code_option
 from shoal.cli.tables import find_task_class, first_sentence, format_range, open_console, plain_table, resolve_name
 
 
@@ -19,7 +19,7 @@ from shoal.cli.tables import find_task_class, first_sentence, format_range, open
 @json_option
 def tasks(name: str | None, code: tuple[Path, ...], as_json: bool) -> None:
     """List Shoal's tasks, or the parameters of the task NAME, which may be one of your own."""
-    search_user_code(code)
+    add_user_task_folders(code)
     broken: list[TaskImportError] = []
     console, known = open_console(), all_tasks(broken)
     for error in broken:

@@ -26,20 +26,20 @@ from shoal.campaigns import (
     failure_lines,
     find_scenario_files,
     junit_xml,
+    other_logs_of_run,
     outcome_to_dict,
     rerun_with_logs,
     run_jobs,
-    sibling_logs,
     warning_lines,
 )
 from shoal.cli import STOPPED, WRONG_USE
 from shoal.cli.json_output import json_text
 from shoal.cli.options import (
+    add_user_task_folders,
     check_log_folder,
     code_option,
     log_dir_option,
     parse_values,
-    search_user_code,
     values_option,
 )
 from shoal.cli.worker_options import check_wall_limit, wall_limit_option, workers_option
@@ -92,7 +92,7 @@ def test(
     for file in (junit_file, json_file):
         if file is not None:
             file.parent.mkdir(parents=True, exist_ok=True)
-    folders = search_user_code(code, map(str, files))
+    folders = add_user_task_folders(code, map(str, files))
     if keep == "all":
         check_log_folder(log_dir)
     given = parse_values(values)
@@ -132,7 +132,9 @@ def test(
     if junit_file is not None:
         _write(junit_file, junit_xml(tally.outcomes, tally.not_run, began, wall))
     if json_file is not None:
-        told = [{**outcome_to_dict(outcome), "again": tally.repeat_command(outcome)} for outcome in tally.outcomes]
+        told = [
+            {**outcome_to_dict(outcome), "again": tally.reproduction_command(outcome)} for outcome in tally.outcomes
+        ]
         undone = [str(job.path) for job in tally.not_run]
         _write(json_file, json_text({"runs": told, "undone": undone, "wall": wall}).encode() + b"\n")
     sys.exit(tally.exit_status)
@@ -187,7 +189,7 @@ class ScenarioRuns:
             self.outcomes[places[outcome.job.key]] = outcome
             self._progress.update(self._task, advance=1)
 
-    def repeat_command(self, outcome: ScenarioOutcome) -> str:
+    def reproduction_command(self, outcome: ScenarioOutcome) -> str:
         """The command that does it again."""
         return shlex.join(["shoal", "test", str(outcome.job.path), *self.options])
 
@@ -207,9 +209,9 @@ class ScenarioRuns:
             if not result.passed:
                 for vehicle, folder in result.logs.items():
                     self._print(f"  log of {vehicle}: {folder}")
-                    for other in sibling_logs(folder):
+                    for other in other_logs_of_run(folder):
                         self._print(f"    of the same run: {other}")
-                self._print(f"  again: {self.repeat_command(outcome)}")
+                self._print(f"  again: {self.reproduction_command(outcome)}")
 
     def print_summary(self, wall: float) -> None:
         """Print how many there were of each kind."""

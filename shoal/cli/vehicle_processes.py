@@ -38,7 +38,7 @@ def shoal_command(*words: str) -> list[str]:
     return [sys.executable, "-P", "-m", "shoal.cli", *words, "--parent", str(os.getpid())]
 
 
-def sibling_process(name: str) -> ManagedProcess:
+def make_managed_process(name: str) -> ManagedProcess:
     """This command for another process of the vehicle."""
     return ManagedProcess(name, shoal_command(*sys.argv[1:], "--process", name))
 

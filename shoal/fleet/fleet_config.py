@@ -112,7 +112,7 @@ def _vehicles(file: FleetFile, path: Path, source: FleetFileSource) -> tuple[Fle
         with _naming_place(source, f"{within if group.profile else ''}profile", wanted):
             profiles[wanted] = profiles.get(wanted) or load_profile(wanted, [path.parent])
         with _naming_place(source, f"{within if group.modes is not None else ''}modes", modes):
-            profiles[wanted].select(modes)
+            profiles[wanted].parse_modes(modes)
     ids = _ids({name: profiles[group.profile or file.profile] for name, (_, _, group) in named.items()})
     addresses = [f"IMC Addresses:{name}={number:#06x}" for name, number in ids.items()]
     vehicles: list[FleetVehicle] = []
@@ -175,7 +175,7 @@ def _check(vehicles: tuple[FleetVehicle, ...], path: Path) -> tuple[Problem, ...
     for vehicle in {m.group: m for m in reversed(vehicles)}.values():
         try:
             profile = load_profile(vehicle.profile, [path.parent], vehicle=vehicle.name, overrides=vehicle.overrides)
-            found += check_profile(profile, {}, profile.select(vehicle.modes), find_task)
+            found += check_profile(profile, {}, profile.parse_modes(vehicle.modes), find_task)
         except ProfileError as error:
             found += error.problems
     said = dict.fromkeys(replace(p, file=str(path)) if p.file == COMMAND_LINE.file else p for p in found)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import imc
-from runtime.zenoh import Rendezvous, SessionFactory, ZenohConfig, error_text, parse_token, this_host
+from runtime.zenoh import FailoverListener, SessionFactory, ZenohConfig, error_text, parse_token, this_host
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
 TOLD = (imc.LogBookEntry.Type.ERROR, imc.LogBookEntry.Type.CRITICAL)
@@ -44,7 +44,7 @@ class FleetMonitor:
 
         config = ZenohConfig.from_options({"Mode": "router", "Scouting": "none", **options})
         self._opener = SessionFactory()
-        self._meeting = Rendezvous(config, self._opener)
+        self._meeting = FailoverListener(config, self._opener)
         self._meeting.open()
         client = ZenohConfig.from_options({**_own(options), "Mode": "client", "Scouting": "none"})
         joined: Any = client.build().config
@@ -91,7 +91,7 @@ class FleetMonitor:
         replies = self._session.liveliness().get("imc/*/@run/running/**", timeout=PATIENCE)
         keys = [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
         found = {key.split("/")[1]: parse_token(key) for key in keys}
-        return {name: other.since for name, other in found.items() if name in names and other is not None}
+        return {name: other.place_and_start for name, other in found.items() if name in names and other is not None}
 
     def query_summaries(self) -> dict[str, VehicleSummary]:
         """What each vehicle says now."""
@@ -145,7 +145,7 @@ def _update_summary(summary: VehicleSummary, message: imc.Message, now: float) -
         summary.age = max(0.0, now - message.timestamp)
         values = (message.lat, message.lon, message.height, message.x, message.y, message.z)
         if all(map(math.isfinite, values)):
-            lat, lon, height = imc.coordinates.absolute(message)
+            lat, lon, height = imc.coordinates.absolute_position(message)
             depth = f"{message.depth:.1f} m deep" if message.depth >= 0.0 else f"{height:.1f} m high"
             summary.position = f"{math.degrees(lat):.5f}° {math.degrees(lon):.5f}°  {depth}"
     elif isinstance(message, imc.FuelLevel):

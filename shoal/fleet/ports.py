@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from mavlink import SYSTEMS, parse_link_url, system_of
+from mavlink import SYSTEMS, mavlink_system_id, parse_link_url
 from runtime.profile import Profile, split_list
 from runtime.vehicle import find_task
 
@@ -80,4 +80,4 @@ def mavlink_id(profile: Profile, system: int, overrides: Iterable[str] = ()) -> 
     if split_list(values[ENABLED]) in ([], ["Never"]):
         return None
     number = values[option]
-    return int(number) if number.isdecimal() and int(number) else system_of(system)
+    return int(number) if number.isdecimal() and int(number) else mavlink_system_id(system)

@@ -41,7 +41,7 @@ def run_shared_process(vehicles: Iterable[FleetVehicle], folder: Path, log_dir: 
             )
             made = build(
                 profile,
-                profile.select(vehicle.modes),
+                profile.parse_modes(vehicle.modes),
                 fleet=fleet,
                 seed=vehicle.seed,
                 keep_going=True,

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from imc.lsf import SUFFIXES, find_log
-from support.file_errors import naming_path
+from support.file_errors import add_path_to_errors
 
 SAME = ("IMC.xml.gz", "IMC.xml")
 JOINED = ("Output.txt",)
@@ -34,7 +34,7 @@ def joined_logs(logs: Sequence[Path]) -> Generator[Path]:
         for name in SAME:
             if len({_content(log / name) for log in logs}) > 1:
                 raise ValueError(f"the logs of the run have different definitions: {', '.join(map(str, logs))}")
-        with naming_path(place):
+        with add_path_to_errors(place):
             for name in (*SAME, *FIRST):
                 if (logs[0] / name).is_file():
                     shutil.copyfile(logs[0] / name, whole / name)

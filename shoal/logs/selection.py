@@ -30,8 +30,8 @@ def select_by_names(
 ) -> PacketSelection:
     """A selection by names. Raises UnknownName for a name that the log or its schema does not have."""
     called = frozenset(find_types(types, summary.schema))
-    of_systems = frozenset(summary.names.find_systems(systems, summary.clocks))
-    of_entities = frozenset(summary.names.find_entities(entities, summary.by_entity))
+    of_systems = frozenset(summary.names.system_ids(systems, summary.clocks))
+    of_entities = frozenset(summary.names.entity_ids(entities, summary.by_entity))
     return PacketSelection(
         -math.inf if start is None else start,
         math.inf if end is None else end,

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 
 import imc
-from imc.coordinates import NOWHERE, absolute
+from imc.coordinates import NOWHERE, absolute_position
 from runtime.snapshot import InputJournals, run_with_snapshots, save_beside_log
 from runtime.vehicle import Vehicle
 from shoal.missions.report import COMPLETED, FAILED, ManeuverReport, Report
@@ -59,7 +59,7 @@ class Mission:
     def begin(self) -> None:
         """Start the vehicle, and the plan as soon as it is ready; the caller runs the vehicle."""
         self._vehicle.start()
-        self._request.begin()
+        self._request.start_timeout()
 
     def fly(self, limit: float, *, snapshot_every: float | None = None) -> Report:
         """Run the vehicle until the plan is over, at most `limit` seconds of its time, and close it.
@@ -144,7 +144,7 @@ class Mission:
     def _move(self, state: imc.EstimatedState) -> None:
         if state.src != self._vehicle.system:
             return
-        position = absolute(state)[:2]
+        position = absolute_position(state)[:2]
         before, self._reference = self._reference, (state.lat, state.lon)
         if before == NOWHERE != self._reference:
             self._position = None

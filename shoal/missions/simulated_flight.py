@@ -85,4 +85,4 @@ def prepare(
 
 def usual_modes(profile: Profile, modes: Sequence[str] = ()) -> frozenset[str]:
     """These modes of a profile; if there are none, Simulation or else Kinematic. Raises ProfileError."""
-    return profile.select(list(modes) or [mode for mode in USUAL_MODES if mode in profile.modes][:1])
+    return profile.parse_modes(list(modes) or [mode for mode in USUAL_MODES if mode in profile.modes][:1])

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import imc
-from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.kernel import SECOND
 from runtime.vehicle import Vehicle
 
@@ -47,7 +47,7 @@ class PlanStartRequest:
         ours = (answer.op, answer.request_id) == (self._request.op, self._request.request_id)
         return ours and self._vehicle.daemon.is_answered_by(answer)
 
-    def begin(self) -> None:
+    def start_timeout(self) -> None:
         """Start the timeout."""
         self._deadline = self._vehicle.kernel.now_ns + round(self._patience * SECOND)
         self._vehicle.kernel.at(self._deadline, self._lose_patience, self._deadline)
@@ -55,7 +55,7 @@ class PlanStartRequest:
     def _watch(self, state: imc.VehicleState) -> None:
         if not self.is_vehicle_ready and state.src == self._vehicle.system and state.op_mode == CALM:
             self.is_vehicle_ready = True
-            self.begin()
+            self.start_timeout()
 
     def _ask(self, state: imc.PlanControlState) -> None:
         if self.is_vehicle_ready and not self.is_sent and state.src == self._vehicle.system and state.state == READY:

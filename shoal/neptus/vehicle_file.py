@@ -104,7 +104,7 @@ def unplannable_maneuvers(vehicle: Vehicle) -> list[str]:
 
 
 def _maneuvers(vehicle: Vehicle) -> list[str]:
-    return sorted({type(task).kind().__name__ for task in vehicle.tasks if isinstance(task, Maneuver)})
+    return sorted({type(task).message_type().__name__ for task in vehicle.tasks if isinstance(task, Maneuver)})
 
 
 def _number(text: str) -> float:

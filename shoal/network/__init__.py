@@ -2,12 +2,12 @@
 
 from shoal.network.blocking import RemoteLogs, RemoteParameters, RemotePlans, RemoteVehicle, VehicleConnection
 from shoal.network.diagnosis import Contact, Diagnosis, LinkProblem, diagnose
-from shoal.network.endpoints import connect, make_network
-from shoal.network.link import NEAR, Console, LinkListener, NetworkError, NetworkLink, ReceivedPacket
+from shoal.network.link import NEAR, ConsoleIdentity, LinkListener, NetworkError, NetworkLink, ReceivedPacket
 from shoal.network.listener import MessageListener
 from shoal.network.logs import AsyncRemoteLogs, RemoteLog
 from shoal.network.message_filter import field_value, parse_message_filter
 from shoal.network.network import Network, NoAnswer, VehicleLost
+from shoal.network.network_factory import connect, make_network
 from shoal.network.parameters import AsyncRemoteParameters, check_parameter
 from shoal.network.plans import AsyncRemotePlans, PlanOutcome, Refused, StoredPlan
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
@@ -22,7 +22,7 @@ __all__ = [
     "AsyncRemoteParameters",
     "AsyncRemotePlans",
     "AsyncRemoteVehicle",
-    "Console",
+    "ConsoleIdentity",
     "Contact",
     "Diagnosis",
     "LinkListener",

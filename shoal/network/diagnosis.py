@@ -165,7 +165,7 @@ def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Li
     def tell(text: str, advice: str) -> None:
         found.append(LinkProblem(system.name, text, advice))
 
-    if clash := system.clash:
+    if clash := system.conflict_text:
         tell(clash, "end one, or give it another name and id")
     if not system.is_vehicle:
         return found

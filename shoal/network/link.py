@@ -20,7 +20,7 @@ class NetworkError(Exception):
     """A sentence for people: nobody there, no answer, a refusal."""
 
 
-class Console(NamedTuple):
+class ConsoleIdentity(NamedTuple):
     """Who we are: a system id of operators, and the name in keys and announcements."""
 
     id: int
@@ -75,7 +75,7 @@ class NetworkLink(Protocol):
         """How long it makes sense to wait for a system that has not appeared (s)."""
         ...
 
-    async def open(self, ear: LinkListener, console: Console) -> None:
+    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
         """Start; returns as soon as packets can come, or `trouble` says why not."""
         ...
 

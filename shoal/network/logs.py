@@ -16,7 +16,7 @@ from imc.discovery import PERIOD, Endpoint, Services
 from shoal.network.link import NetworkError
 from shoal.network.network import Network, NoAnswer
 from shoal.network.system_table import NetworkSystem
-from support.file_errors import naming_path
+from support.file_errors import add_path_to_errors
 
 if TYPE_CHECKING:
     from ftplib import FTP
@@ -88,7 +88,7 @@ class AsyncRemoteLogs:
             # Of several entities: the log begins with an Announce of the vehicle, too.
             texts = [announce.services for announce in self._system.latest_messages(imc.Announce)]
             if places := [place for text in texts for place in Services.parse(text).endpoints("ftp")]:
-                near = set(_ADDRESS.findall(" ".join(self._system.places)))
+                near = set(_ADDRESS.findall(" ".join(self._system.addresses)))
                 return sorted(dict.fromkeys(places), key=lambda place: place.address not in near)
             try:
                 await self._network.next_message(self._system, imc.Announce, left, takes_old=True)
@@ -251,7 +251,7 @@ def _fetch(places: Sequence[Endpoint], log: RemoteLog, target: Path, progress: C
 
                 def write(block: bytes) -> None:
                     rest = memoryview(block)
-                    with naming_path(out.name):  # an error without a file would be the server's
+                    with add_path_to_errors(out.name):  # an error without a file would be the server's
                         while rest:
                             rest = rest[out.write(rest) :]
                     progress(len(block))

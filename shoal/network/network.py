@@ -9,8 +9,16 @@ from contextlib import suppress
 from typing import Self, TypeVar
 
 import imc
-from imc.addresses import OPERATORS
-from shoal.network.link import EVERYBODY, EVERYTHING, Console, NetworkError, NetworkLink, ReceivedPacket, size_warning
+from imc.reserved_ids import OPERATORS
+from shoal.network.link import (
+    EVERYBODY,
+    EVERYTHING,
+    ConsoleIdentity,
+    NetworkError,
+    NetworkLink,
+    ReceivedPacket,
+    size_warning,
+)
 from shoal.network.listener import MessageListener, check_message_type, damage_kind
 from shoal.network.system_table import MOST_SYSTEMS, NetworkSystem, NetworkSystemTable
 from support.text import printable, suggestion
@@ -46,13 +54,13 @@ class Network:
     def __init__(
         self,
         links: Sequence[NetworkLink],
-        console: Console | None = None,
+        console: ConsoleIdentity | None = None,
         messages: imc.Schema | None = None,
         *,
         expects_all: bool = False,
     ) -> None:
         number = random.SystemRandom().choice(range(OPERATORS.start + 0x1000, OPERATORS.stop - 1))
-        self.console = console or Console(number, f"0x{number:04X}")
+        self.console = console or ConsoleIdentity(number, f"0x{number:04X}")
         self.links = tuple(links)
         self.expects_all = expects_all
         self.messages = messages or imc.builtin()
@@ -86,7 +94,7 @@ class Network:
             self.on_dropped(link, arrival.place or arrival.system or f"0x{message.src:04X}", "not announced")
             return
         if not arrival.is_old:
-            system.count(link, message)
+            system.count_packet(link, message)
             takes = system.accepts_from(link)
             if not self._is_first(message, takes):
                 return
@@ -112,7 +120,7 @@ class Network:
         if found is None:
             return
         if number is not None:
-            self.systems.identify(found, number, place)
+            self.systems.assign_id(found, number, place)
         found.links[link.name] = link
         found.has_ended = False
         found.parts[link.name, part] = place or found.parts.get((link.name, part), "")
@@ -216,8 +224,8 @@ class Network:
         while (left := began + (self._patience(name) if timeout is None else timeout) - time.monotonic()) > 0.0:
             system = self.systems.get(name)
             alone = time.monotonic() > self._opened + COMPANY
-            if system is not None and system.id is not None and system.is_there and (alone or system.clash):
-                if system.clash and not takes_clash:
+            if system is not None and system.id is not None and system.is_there and (alone or system.conflict_text):
+                if system.conflict_text and not takes_clash:
                     break
                 self.request_labels(system)
                 return system
@@ -344,8 +352,8 @@ class Network:
 
     def _not_found_reason(self, name: str) -> str:
         system = self.systems.get(name)
-        if system is not None and system.clash:
-            return f"{name}: {system.clash}; end one of them"
+        if system is not None and system.conflict_text:
+            return f"{name}: {system.conflict_text}; end one of them"
         if system is not None and system.is_there:
             return f"{name} is there, but says nothing"
         there = [system.name for system in self.vehicles()]

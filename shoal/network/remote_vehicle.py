@@ -6,8 +6,8 @@ from contextlib import suppress
 from typing import TypeVar, overload
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
 from imc.discovery import Services
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from shoal.network.link import NetworkError
 from shoal.network.listener import check_message, check_message_type
 from shoal.network.logs import AsyncRemoteLogs
@@ -86,8 +86,8 @@ class AsyncRemoteVehicle:
     async def _check_type(self, message: imc.Message) -> None:
         """Raise Refused if the vehicle announces that it cannot read a message. One of the user's waits for that."""
         kind, usual = type(check_message(message)), imc.builtin()
-        ours = imc.signature(kind)
-        theirs = imc.signature(usual.by_id(kind.ID)) if kind.ID in usual.types_by_id else ""
+        ours = imc.definition_checksum(kind)
+        theirs = imc.definition_checksum(usual.by_id(kind.ID)) if kind.ID in usual.types_by_id else ""
         own = self._announced()
         if own is None and ours != theirs and not self._has_asked:
             self._has_asked = True
@@ -105,7 +105,7 @@ class AsyncRemoteVehicle:
 
     def _announced(self) -> Mapping[int, str] | None:
         """The messages of its own that the vehicle announces; the Announce that begins its log does not tell them."""
-        told = (Services.parse(found.services).messages for found in self.system.latest_messages(imc.Announce))
+        told = (Services.parse(found.services).message_checksums for found in self.system.latest_messages(imc.Announce))
         return next((messages for messages in told if messages is not None), None)
 
     async def request(self, message: imc.Message, answer: type[M], *, timeout: float | None = None) -> M:
@@ -135,17 +135,17 @@ class AsyncRemoteVehicle:
             found = await asyncio.gather(*(self._abort(s, n) for s, n, _ in new), return_exceptions=True)
             if other := next((e for e in found if e is not None and not isinstance(e, NetworkError)), None):
                 raise other
-            if isinstance(found[0], NetworkError) and not self.system.clash and not troubles:
+            if isinstance(found[0], NetworkError) and not self.system.conflict_text and not troubles:
                 raise found[0]
             troubles += [f"0x{n:04X}: {error}" for (_, n, _), error in zip(new, found, strict=True) if error]
         if self.system.has_twin:
             troubles.append("they cannot be told apart: perhaps only one has confirmed it")
         if troubles:
-            raise NoAnswer(f"{self.system.clash}; all were told to abort, but {'; '.join(troubles)}")
+            raise NoAnswer(f"{self.system.conflict_text}; all were told to abort, but {'; '.join(troubles)}")
 
     def _namesakes(self) -> list[tuple[NetworkSystem, int, set[object]]]:
         """The systems of this name or id, by id, and what tells all that take their packets."""
-        systems = [self.system, *self.system.present_rivals]
+        systems = [self.system, *self.system.systems_with_same_id]
         return [(each, id, {(each.name, id), *each.parts}) for each in systems for id in each.ids]
 
     async def _abort(self, system: NetworkSystem, number: int) -> None:

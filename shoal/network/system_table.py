@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 import imc
-from imc.addresses import OPERATORS
 from imc.discovery import PERIOD
+from imc.reserved_ids import OPERATORS
 from shoal.network.link import NetworkLink, ReceivedPacket
 
 M = TypeVar("M", bound=imc.Message)
@@ -62,14 +62,14 @@ class NetworkSystem:
         return bool(self.parts) or (bool(self.last) and self.age < SILENCE)
 
     @property
-    def is_silent(self) -> bool:
+    def has_only_announced(self) -> bool:
         """Whether it has announced itself, but said nothing yet."""
         return all(name == imc.Announce.__name__ for name, _ in self.latest)
 
     @property
     def patience(self) -> float:
         """How long to wait for its answer (s)."""
-        return PATIENCE + (LATE if self.is_silent else 0.0)
+        return PATIENCE + (LATE if self.has_only_announced else 0.0)
 
     @property
     def is_vehicle(self) -> bool:
@@ -87,26 +87,26 @@ class NetworkSystem:
         return sum(link == "udp" for link, _ in self.parts) > max(1, len(self.ids))  # integers
 
     @property
-    def clash(self) -> str:
+    def conflict_text(self) -> str:
         """That several vehicles use this name or id; empty if it is one."""
         if self.others:
             ids = ", ".join(f"0x{number:04X}" for number in self.ids)
             words = f"several vehicles have this name, with the ids {ids}"
         elif self.has_twin:
             words = "several vehicles have this name and id"
-        elif rivals := self.present_rivals:
-            where = "; ".join(" ".join((rival.name, *rival.places)) for rival in rivals)
+        elif rivals := self.systems_with_same_id:
+            where = "; ".join(" ".join((rival.name, *rival.addresses)) for rival in rivals)
             words = f"its id 0x{self.id or 0:04X} is also that of {where}"
         else:
             return ""
-        return f"{words} ({'; '.join(self.places)})" if self.places else words
+        return f"{words} ({'; '.join(self.addresses)})" if self.addresses else words
 
     @property
-    def present_rivals(self) -> "list[NetworkSystem]":
+    def systems_with_same_id(self) -> "list[NetworkSystem]":
         return [rival for rival in self.rivals if rival.is_there]
 
     @property
-    def places(self) -> list[str]:
+    def addresses(self) -> list[str]:
         return sorted({place for place in self.parts.values() if place})
 
     def accepts_from(self, link: NetworkLink) -> bool:
@@ -118,7 +118,7 @@ class NetworkSystem:
         fresh = [self.links[name] for name, at in self.last.items() if now - at < FRESH and name in self.links]
         return max([*fresh, link], key=lambda each: each.delivers_all).name == link.name
 
-    def count(self, link: NetworkLink, message: imc.Message) -> None:
+    def count_packet(self, link: NetworkLink, message: imc.Message) -> None:
         """Count a packet, and what cannot be read of it. Announce goes to everybody: it is no sign of a contact."""
         self.heard[link.name] += not isinstance(message, imc.Announce)
         if isinstance(message, imc.Unknown):
@@ -134,7 +134,7 @@ class NetworkSystem:
         if is_heard:
             self.last[link.name] = self.heard_at = time.monotonic()
         self.links.setdefault(link.name, link)
-        self.update_clock(message.timestamp)
+        self.update_clock_offset(message.timestamp)
         if entity and message.src_ent <= MOST_LABELS:
             self.labels.setdefault(message.src_ent, entity)
         if isinstance(message, imc.EntityList) and message.op == imc.EntityList.Op.REPORT:
@@ -190,7 +190,7 @@ class NetworkSystem:
             if label and number.isascii() and number.isdecimal() and int(number) <= MOST_LABELS:
                 self.labels[int(number)] = label
 
-    def update_clock(self, timestamp: float) -> None:
+    def update_clock_offset(self, timestamp: float) -> None:
         difference = timestamp - time.time()
         if self.clock != self.clock or abs(difference) < abs(self.clock):
             self.clock = difference
@@ -218,10 +218,10 @@ class NetworkSystemTable(dict[str, NetworkSystem]):
             return next((system for system in self.values() if system.id == number), None)
         system = self.find_or_add(arrival.system)
         if system is not None:
-            self.identify(system, number, arrival.place)
+            self.assign_id(system, number, arrival.place)
         return system
 
-    def identify(self, system: NetworkSystem, number: int, place: str) -> None:
+    def assign_id(self, system: NetworkSystem, number: int, place: str) -> None:
         """Note the id of a system; another one than before is that of a second vehicle, if the first is still heard."""
         now = time.monotonic()
         for silent in [each for each, at in system.seen.items() if now - at > FORGOTTEN and each != number]:

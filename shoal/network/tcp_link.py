@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import imc
 from imc.discovery import Endpoint, displayable_name
 from imc.layout import LARGEST_PACKET
-from runtime.networks import is_local
-from shoal.network.link import EVERYBODY, FAR, NEAR, Console, LinkListener, ReceivedPacket
+from runtime.network_interfaces import is_loopback_address
+from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
 
 USUAL_PORT = 7001
 FIRST_TRY = 0.5  # s that the first connections may take
@@ -44,7 +44,7 @@ class TCPLink:
     fragment_size = 0
 
     def __init__(self, places: Collection[Endpoint]) -> None:
-        self.is_far = not all(is_local(place.address) or place.address == "localhost" for place in places)
+        self.is_far = not all(is_loopback_address(place.address) or place.address == "localhost" for place in places)
         self._lines = [_Connection(place, f"{place} has not answered yet") for place in dict.fromkeys(places)]
         self.trouble = "; ".join(line.trouble for line in self._lines)
         self._tasks: list[asyncio.Task[None]] = []
@@ -53,7 +53,7 @@ class TCPLink:
     def patience(self) -> float:
         return FAR if self.is_far else NEAR
 
-    async def open(self, ear: LinkListener, console: Console) -> None:
+    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
         self._ear, self._console = ear, console
         tried = [asyncio.Event() for _ in self._lines]
         self._tasks = [asyncio.create_task(self._keep(*each)) for each in zip(self._lines, tried, strict=True)]
@@ -115,7 +115,7 @@ class TCPLink:
 
     async def _beat(self, line: _Connection) -> None:
         while True:
-            self._write(line, imc.encode_as(imc.Heartbeat(), time.time(), self._console.id, 0, 0xFFFF, 0xFF))
+            self._write(line, imc.encode_with_header(imc.Heartbeat(), time.time(), self._console.id, 0, 0xFFFF, 0xFF))
             await asyncio.sleep(BEAT)
 
     async def _read(self, line: _Connection, reader: asyncio.StreamReader) -> str:

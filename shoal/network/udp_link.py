@@ -9,7 +9,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import imc
-from imc.addresses import OPERATORS
 from imc.discovery import (
     BROADCAST,
     LOOPBACK,
@@ -22,8 +21,9 @@ from imc.discovery import (
     announce_targets,
     displayable_name,
 )
-from runtime.networks import EVERYWHERE, interfaces, refused_destinations
-from shoal.network.link import EVERYBODY, FAR, NEAR, Console, LinkListener, ReceivedPacket
+from imc.reserved_ids import OPERATORS
+from runtime.network_interfaces import EVERYWHERE, interfaces, refused_destinations
+from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
 from shoal.network.udp_sockets import bound_socket, discovery_socket, own_address, waiting_datagrams
 
 USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be heard
@@ -92,7 +92,7 @@ class UDPLink:
         asked = here | {place for place in self._places if place.port}
         return len(asked - self._refused) > len(self._everybody())
 
-    async def open(self, ear: LinkListener, console: Console) -> None:
+    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
         self._ear, self._console = ear, console
         address = EVERYWHERE if self.is_far else LOOPBACK
         try:
@@ -195,7 +195,7 @@ class UDPLink:
         return self._packet(kind, 0)
 
     def _packet(self, message: imc.Message, destination: int) -> bytes:
-        return imc.encode_as(message, time.time(), self._console.id, 0, destination, 0xFF)
+        return imc.encode_with_header(message, time.time(), self._console.id, 0, destination, 0xFF)
 
     def _send(self, packet: bytes, place: Endpoint) -> None:
         try:

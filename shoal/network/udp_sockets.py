@@ -6,7 +6,7 @@ from contextlib import suppress
 
 from imc.discovery import LOOPBACK, MULTICAST, Endpoint
 from imc.layout import LARGEST_PACKET
-from runtime.networks import EVERYWHERE, enable_refusals, interfaces
+from runtime.network_interfaces import EVERYWHERE, enable_icmp_errors, interfaces
 
 AT_ONCE = 256  # datagrams read before the rest of the program comes to its turn
 BUFFER = 4 << 20  # bytes
@@ -19,7 +19,7 @@ def bound_socket(address: str, port: int) -> socket.socket:
         one.setblocking(False)
         with suppress(OSError):
             one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
-        enable_refusals(one)
+        enable_icmp_errors(one)
         if address == EVERYWHERE:
             one.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
             one.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)

@@ -11,7 +11,7 @@ from urllib.parse import unquote
 
 import imc
 from runtime.zenoh import LOCAL_PORT, SessionFactory, ZenohConfig, error_text, key_chunk, message_key, parse_token
-from shoal.network.link import EVERYBODY, FAR, NEAR, Console, LinkListener, ReceivedPacket
+from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
 from shoal.network.zenoh_errors import connection_failure
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class ZenohLink:
     def patience(self) -> float:
         return FAR if self.is_far else NEAR
 
-    async def open(self, ear: LinkListener, console: Console) -> None:
+    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
         self._ear, self._console = ear, console
         self._loop = asyncio.get_running_loop()
         self._wanted.setdefault(f"imc/{key_chunk(console.name)}/@cmd/**", None)

@@ -55,7 +55,7 @@ def logged_optics(
     return found
 
 
-def frame_rates(profile: Profile) -> dict[str, set[float]]:
+def tick_rates_by_label(profile: Profile) -> dict[str, set[float]]:
     """The rates (Hz) at which the tasks of a profile tick, by the labels of their entities."""
     found: dict[str, set[float]] = {}
     for section, rate in tick_rates(profile):

@@ -19,9 +19,9 @@ from shoal.logs.export import matches_optics
 from shoal.rendering.frame_times import (
     FrameScheduler,
     LoggedFrame,
-    frame_rates,
     logged_frames,
     logged_optics,
+    tick_rates_by_label,
     vehicle_start_time,
 )
 from shoal.rendering.render_config import apply_camera_file, apply_world_file
@@ -120,14 +120,14 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
     told = _read_messages(run, instants, about.owner)
     name = _name(log.schema, told[imc.LoggingControl.ID])
     taken = {} if virtual else logged_frames(log.schema, told[imc.CameraFrame.ID])
-    rates = frame_rates(loaded)
-    before = len(loaded.problems)
+    rates = tick_rates_by_label(loaded)
+    before = len(loaded.file_problems)
     apply_world_file(loaded, world)
     sections = apply_camera_file(loaded, cameras)
     if not sections:
         why = "the vehicle had no camera: describe one in an ini file, and name it with --camera"
         raise ResimulationError(f"{log.path}: {why}")
-    notes += map(str, loaded.problems[before:])
+    notes += map(str, loaded.file_problems[before:])
     for section in sections:
         loaded.override(f"{section}:Save Images=true")
     loaded.override(f"General:Vehicle={loaded.vehicle}")

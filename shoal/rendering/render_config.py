@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from runtime.profile import EVERY_TASK, NEVER, Config, Profile, Section, own_etc, read_config, split_list
-from runtime.task import find_parameter, listing_options
+from runtime.task import find_parameter, options_naming_section
 from runtime.vehicle import TaskImportError, find_task
 from support.diagnostics import Problem, ProfileError
 from support.text import quoted, suggestion
@@ -21,7 +21,9 @@ def apply_camera_file(profile: Profile, file: Path | None) -> list[str]:
     """
     if file is None:
         selected = split_list(profile.value("General", "Selected"))
-        return sorted(name for name in profile.config.sections if profile.enabled(name, selected) and _camera(name))
+        return sorted(
+            name for name in profile.config.sections if profile.is_task_enabled(name, selected) and _camera(name)
+        )
     given = _read(file, profile)
     problems, found = list[Problem](), list[str]()
     for section in given.sections.values():
@@ -57,14 +59,14 @@ def apply_world_file(profile: Profile, file: Path | None) -> None:
             problems.append(Problem("error", *section.origin, f"[{section.name}] is not of the world", hint))
             continue
         problems += _unknown(section, known, known.__contains__)
-        target = profile.config.open(section.name, section.origin)
+        target = profile.config.ensure_section(section.name, section.origin)
         for option in section.options.values():
             target.options[option.name] = option
             for place, name in known[option.name].older if option.name in known else ():
                 if (older := profile.config.sections.get(place)) is not None:
                     older.options.pop(name, None)
     for section in given.sections.values():
-        for place, name in listing_options([RenderedCameraTask], section.name):
+        for place, name in options_naming_section([RenderedCameraTask], section.name):
             own = section.name.partition("/")[2]
             if own not in split_list(profile.value(place, name)):
                 text, hint = f"nothing reads [{section.name}]", f"write {quoted(own)} in {name} of [{place}]"
@@ -76,7 +78,7 @@ def apply_world_file(profile: Profile, file: Path | None) -> None:
 def _read(file: Path, profile: Profile) -> Config:
     """The content of a file, whose warnings become those of the profile."""
     config = read_config(file, shared=own_etc())
-    profile.problems.extend(config.problems)
+    profile.file_problems.extend(config.problems)
     if config.errors:
         raise ProfileError(config.errors)
     return config

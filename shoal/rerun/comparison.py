@@ -193,7 +193,7 @@ class RerunComparison:
         return {} if kind is None else {f.attribute: f.unit for f in kind.fields}
 
 
-class LastMoment:
+class LastMomentBuffer:
     """Passes packets on to a comparison; those of the moment `end` (ns since 1970 UTC) only in `settle`.
 
     A run that is stopped by hand ends in the middle of a moment. `now` returns the time (ns since 1970 UTC).

@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import cast
 
 import imc
-from runtime.bus import local_class
+from runtime.bus import class_in_schema
 from runtime.kernel import SECOND, VirtualClock, nanoseconds
 from runtime.logs import create_log
 from runtime.profile import Profile, default_label, load_profile, own_etc, split_list
 from runtime.task import Task, consumer_methods, find_parameter, periodic_methods
 from runtime.vehicle import TaskImportError, all_tasks, build, find_task, missing_task_reason
-from shoal.rerun.comparison import LastMoment, RerunComparison
+from shoal.rerun.comparison import LastMomentBuffer, RerunComparison
 from shoal.rerun.log_summary import GAP, RerunLogSummary, summarize_log
 from shoal.rerun.logged_bus import LoggedBus
 from shoal.rerun.logged_packets import LogReplay, TimestampResolver, make_sender_test
 from shoal.rerun.logged_run import CONFIGURATION, LoggedRun, find_logged_run
-from support.file_errors import naming_path
+from support.file_errors import add_path_to_errors
 from support.text import quoted, suggestion
 
 ENOUGH = 10  # messages at a rate; so many periods without one are a silence
@@ -70,8 +70,8 @@ def resimulate(
         raise ResimulationError(f"{log.path}: the log has no messages")
     loaded, notes = logged_profile(run.logs[0], about, profile)
     notes = [f"{note}; name a profile with -c" for note in notes]
-    if loaded.messages is not None:
-        run.schema.share_classes(loaded.messages)
+    if loaded.message_schema is not None:
+        run.schema.share_classes(loaded.message_schema)
     if before := ", ".join(earlier.path.parent.name for earlier in run.logs[:-1]):
         notes.append(f"starts with the earlier logs of the run: {before}")
     sections = [_section(loaded, name) for name in tasks]
@@ -109,7 +109,7 @@ def resimulate(
         comparison = RerunComparison(log.schema, 0.0 if virtual else TOLERANCE)
         bus = vehicle.bus
         assert isinstance(bus, LoggedBus)
-        moment = LastMoment(comparison, lambda: vehicle.kernel.now_ns)
+        moment = LastMomentBuffer(comparison, lambda: vehicle.kernel.now_ns)
         bus.on_logged, bus.on_published = moment.add_logged, moment.add_published
         bus.daemon, bus.cut_short = vehicle.daemon, not about.ends_cleanly
         for label, entity in about.labels.items():
@@ -148,7 +148,7 @@ def logged_profile(log: imc.Log, about: RerunLogSummary, named: str | Path | Non
         return load_profile(named, strict=False), []
     if beside.is_file():
         return load_profile(beside, strict=False), []
-    name = about.names.system(about.owner)
+    name = about.names.system_name(about.owner)
     addresses = own_etc() / "common" / "imc-addresses.ini"
     note = f"the log has no {CONFIGURATION}: using default parameters"
     return load_profile(addresses, vehicle=name, strict=False), [note]
@@ -163,7 +163,7 @@ def _section(profile: Profile, name: str) -> str:
     classes = {section: section.partition("/")[0] for section in sections}
     found = [s for s in sections if name in (labels[s], classes[s], classes[s].rpartition(".")[2])]
     selected = split_list(profile.config.value("General", "Selected"))
-    found = [section for section in found if profile.enabled(section, selected)] or found
+    found = [section for section in found if profile.is_task_enabled(section, selected)] or found
     if len(found) == 1:
         return found[0]
     if len(found) > 1:
@@ -282,7 +282,7 @@ def _inputs(run: LoggedRun, task: Task) -> Iterator[type[imc.Message]]:
         wanted = cast(type[object], consumer.type)
         if issubclass(wanted, imc.Message):
             try:
-                yield local_class(wanted, run.schema) if wanted.SCHEMA is not None else wanted
+                yield class_in_schema(wanted, run.schema) if wanted.SCHEMA is not None else wanted
             except imc.SchemaError:
                 yield wanted
 
@@ -332,6 +332,6 @@ def _written(out: Path | None, log: imc.Log, profile: Profile) -> Generator[Call
         return
     with create_log(out, log) as writer:
         configuration = profile.dump().encode(errors="surrogateescape")
-        with naming_path(out):
+        with add_path_to_errors(out):
             (out / CONFIGURATION).write_bytes(configuration)
         yield writer.write

@@ -15,7 +15,17 @@ import imc
 from runtime.kernel import SECOND, VirtualClock
 from runtime.logs import run_position
 from runtime.profile import Profile, load_profile, split_list
-from runtime.snapshot import STATE, SUFFIX, InputJournals, Snapshot, SnapshotError, load, load_file, restore, save
+from runtime.snapshot import (
+    STATE,
+    SUFFIX,
+    InputJournals,
+    Snapshot,
+    SnapshotError,
+    load,
+    load_file,
+    restore,
+    take_snapshot,
+)
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import Vehicle, build
 from shoal.missions import PlanStartRequest, find_start_request
@@ -123,7 +133,7 @@ class RewoundRun:
                 vehicle = self._from_start(Path(scratch), seconds)
             try:
                 vehicle.kernel.run(until=wanted)
-                state = save(vehicle)
+                state = take_snapshot(vehicle)
             finally:
                 vehicle.close()
             for task in vehicle.tasks:
@@ -224,8 +234,8 @@ def _change(vehicle: Vehicle, assignment: str) -> None:
         task.configure()
     except ValueError as error:
         raise SnapshotError(f"{assignment}: {error}") from None
-    task.reconfigured()
-    vehicle.remember(task)
+    task.update_rates()
+    vehicle.update_effective_config(task)
 
 
 def _nearest(run: LoggedRun, seconds: float) -> Snapshot | None:

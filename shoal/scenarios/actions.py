@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.fault_injection import Fault
 from runtime.task import Parameter, Task, find_parameter
 from runtime.vehicle import Vehicle
@@ -100,7 +100,7 @@ class DrainBattery(Action):
 
     def begin(self, context: RunContext, duration: float) -> None:
         words = f"battery drained to {self.level:g} %"
-        if not any([battery.limit_charge(self.level) for battery in self._batteries(context)]):
+        if not any([battery.discharge_to(self.level) for battery in self._batteries(context)]):
             words = f"battery not drained to {self.level:g} %: it has less"
             context.warnings.append(f"{self.where}: {words}")
         log_action(context.vehicles[self.vehicle], words)
@@ -159,7 +159,7 @@ class SetParameters(Action):
 
     def _task(self, vehicle: Vehicle, name: str) -> Task:
         tasks = {task.name: task for task in vehicle.tasks}
-        found = tasks.get(name) or vehicle.find(name)
+        found = tasks.get(name) or vehicle.task_by_label(name)
         if found is None:
             labels = [task.entity.label for task in vehicle.tasks]
             raise ValueError(with_suggestion(f"there is no task {name!r}", name, [*tasks, *labels]))
@@ -245,7 +245,7 @@ def deliver_message(vehicle: Vehicle, message: imc.Message) -> None:
     source = CONSOLE if message.src == UNKNOWN_SYSTEM else message.src
     target = vehicle.system if message.dst == UNKNOWN_SYSTEM and source != vehicle.system else message.dst
     time = vehicle.daemon.now
-    packet = imc.encode_as(message, time, source, message.src_ent, target, message.dst_ent)
+    packet = imc.encode_with_header(message, time, source, message.src_ent, target, message.dst_ent)
     heard = vehicle.bus.decode(packet)
     if source == vehicle.system:
         vehicle.bus.dispatch(heard, packet, None)

@@ -72,8 +72,10 @@ def parse_scenario_condition(text: str, scope: ExpressionScope) -> ScenarioCondi
     operands = OperandParser(scope.vehicles, scope.vehicle)
 
     def single(logic: GrammarParser[RobustnessFunction]) -> RobustnessFunction:
-        if logic.word is not None and logic.word.lower() in _PLANS:
-            raise ValueError(f"{logic.word!r} is for plans only: compare PlanControlState.man_id or .state instead")
+        if logic.next_word is not None and logic.next_word.lower() in _PLANS:
+            raise ValueError(
+                f"{logic.next_word!r} is for plans only: compare PlanControlState.man_id or .state instead"
+            )
         return _comparison(operands, logic)
 
     test = GrammarParser[RobustnessFunction](text, _WORD, single, CONNECTIVES, sums=True).parse()
@@ -87,7 +89,7 @@ def parse_expression(text: str, scope: ExpressionScope) -> MessageExpression:
         text, _WORD, lambda logic: _comparison(operands, logic), CONNECTIVES, sums=True
     )
     operand = operands.parse_sum(logic)
-    logic.end()
+    logic.expect_end()
     operand.check_is_number()
     return MessageExpression(text, tuple(operands.selectors), operand.value, operand.unit, operand.enum is not None)
 
@@ -115,11 +117,11 @@ def _read(node: Node, scope: ExpressionScope, parse: Callable[[str, ExpressionSc
 
 def _comparison(operands: OperandParser, logic: GrammarParser[RobustnessFunction]) -> RobustnessFunction:
     left = operands.parse_sum(logic)
-    sign = logic.word
+    sign = logic.next_word
     compare = logic.expect_comparison()
     right = operands.parse_sum(logic)
-    if logic.word in COMPARISONS:
-        raise ValueError(f"{logic.word!r} is not expected: join two comparisons by and")
+    if logic.next_word in COMPARISONS:
+        raise ValueError(f"{logic.next_word!r} is not expected: join two comparisons by and")
     left, right = _named(left, right), _named(right, left)
     is_text = left.is_text or right.is_text
     if is_text and not (left.is_text and right.is_text and sign in ("==", "!=")):

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from runtime.profile import Profile, copy_in_root, split_list
+from runtime.profile import Profile, path_in_root, split_list
 from runtime.vehicle import TaskImportError, find_task
 
 
@@ -37,12 +37,12 @@ def profile_dependencies(profile: Profile, modes: Iterable[str]) -> ScenarioDepe
             found = None
         name, dot, _ = section.name.partition("/")[0].rpartition(".")
         modules |= {found.__module__, name} if found is not None and dot else set()
-        if found is not None and not profile.enabled(section.name, modes):
+        if found is not None and not profile.is_task_enabled(section.name, modes):
             continue
         for option in section.options.values():
             places = [profile.folder, Path(option.origin.file).parent, Path()]
             for text in split_list(option.value):
-                place = next((path for folder in places if _is_file(path := copy_in_root(folder / text))), None)
+                place = next((path for folder in places if _is_file(path := path_in_root(folder / text))), None)
                 if place is not None:
                     data[f"{section.name}: {option.name} = {text}"] = absolute_path(place)
     return ScenarioDependencies(files, data, frozenset(modules))

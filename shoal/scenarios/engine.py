@@ -24,7 +24,7 @@ from shoal.scenarios.profiles import with_location
 from shoal.scenarios.result import ExpectationVerdict, ScenarioResult
 from shoal.scenarios.run_context import RunContext
 from shoal.scenarios.scenario import Scenario, ScenarioFileError, VehicleSpec
-from shoal.scenarios.start_check import check_start
+from shoal.scenarios.start_depth_check import check_start_depth
 from shoal.scenarios.true_track import TrueTrack
 from support.diagnostics import ProfileError
 
@@ -113,9 +113,9 @@ class _ScenarioRun:
                 self._missions[spec.name] = Mission(vehicle, spec.plan, over=over, watch=watch)
                 self._unfinished.add(spec.name)
             track = self._tracks[spec.name] = TrueTrack(vehicle.system)
-            vehicle.observe(imc.SimulatedState, track.receive)
+            vehicle.observe(imc.SimulatedState, track.record_position)
             for kind in TRACKED:
-                self._last[spec.name, kind.__name__] = context.monitor.keep_latest(spec.name, kind)
+                self._last[spec.name, kind.__name__] = context.monitor.latest_message_getter(spec.name, kind)
         for link in self._scenario.links:
             context.channels[link.name] = link.open_channel(context)
         for event in self._scenario.events:
@@ -146,7 +146,7 @@ class _ScenarioRun:
             log_root=log_root,
             state_folder=folder / "db" / spec.name,
         )
-        check_start(made.vehicle, spec.settings)
+        check_start_depth(made.vehicle, spec.settings)
         self._vehicles[spec.name] = made.vehicle
 
     def run(self) -> None:

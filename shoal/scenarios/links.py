@@ -66,9 +66,9 @@ class LinkChannel:
             raise FleetError(f"the link {link.name} joins vehicles with the same IMC id: change [IMC Addresses]")
         self.ends = [LinkEndpoint(self, name, vehicle) for name, vehicle in vehicles.items()]
         for end in self.ends:
-            end.vehicle.bus.attach(end)
+            end.vehicle.bus.attach_transport(end)
             if math.isfinite(link.range) or math.isfinite(link.propagation):
-                end.vehicle.observe(imc.SimulatedState, end.on_simulated_state)
+                end.vehicle.observe(imc.SimulatedState, end.update_truth)
 
     def metrics(self) -> dict[str, float]:
         """The counts, with the name of the link."""
@@ -116,7 +116,7 @@ class LinkEndpoint:
         self._open = False
         self._waiting.clear()
 
-    def on_simulated_state(self, state: imc.SimulatedState) -> None:
+    def update_truth(self, state: imc.SimulatedState) -> None:
         """Keep where the vehicle truly is; a place that is not finite is none."""
         if state.src != self.vehicle.system:
             return

@@ -59,7 +59,7 @@ class MessageMonitor:
         self._vehicles = vehicles
         self._taps: dict[tuple[str, type[imc.Message]], _Tap] = {}
 
-    def keep_latest(self, vehicle: str, kind: type[imc.Message]) -> Callable[[], imc.Message | None]:
+    def latest_message_getter(self, vehicle: str, kind: type[imc.Message]) -> Callable[[], imc.Message | None]:
         """A function that returns the last message of a kind that a vehicle has published."""
         tap = self._tap(vehicle, kind)
         return lambda: tap.last

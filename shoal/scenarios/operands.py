@@ -73,7 +73,7 @@ class OperandParser:
 
     def parse_sum(self, logic: GrammarParser[RobustnessFunction]) -> Operand:
         found = self._parse_product(logic)
-        while logic.word in ("+", "-"):
+        while logic.next_word in ("+", "-"):
             sign = logic.expect("a sign")
             other = self._parse_product(logic)
             found.check_is_number()
@@ -85,10 +85,10 @@ class OperandParser:
         return found
 
     def _parse_product(self, logic: GrammarParser[RobustnessFunction]) -> Operand:
-        found = logic.nested(lambda: self._parse_factor(logic))
-        while logic.word in ("*", "/"):
+        found = logic.parse_nested(lambda: self._parse_factor(logic))
+        while logic.next_word in ("*", "/"):
             sign = logic.expect("a sign")
-            other = logic.nested(lambda: self._parse_factor(logic))
+            other = logic.parse_nested(lambda: self._parse_factor(logic))
             found.check_is_number()
             other.check_is_number()
             plain = other if not other.needs and not other.unit else found if sign == "*" else None
@@ -100,7 +100,7 @@ class OperandParser:
 
     def _parse_factor(self, logic: GrammarParser[RobustnessFunction]) -> Operand:
         if logic.accept("-"):
-            inner = logic.nested(lambda: self._parse_factor(logic))
+            inner = logic.parse_nested(lambda: self._parse_factor(logic))
             inner.check_is_number()
             value = inner.value
 
@@ -109,7 +109,7 @@ class OperandParser:
 
             return replace(inner, text=f"-{inner.text}", value=negative, enum=None)
         if logic.accept("+"):
-            return logic.nested(lambda: self._parse_factor(logic))
+            return logic.parse_nested(lambda: self._parse_factor(logic))
         if logic.accept("("):
             inner = self.parse_sum(logic)
             logic.close_group()
@@ -121,7 +121,7 @@ class OperandParser:
             return Operand(word, lambda _: word[1:-1], is_text=True)
         if not (word[0].isalpha() or word[0] == "_"):
             raise ValueError(f"{word!r} is not expected")
-        return self._parse_call(word, logic) if logic.word == "(" else self._parse_name(word)
+        return self._parse_call(word, logic) if logic.next_word == "(" else self._parse_name(word)
 
     def _parse_call(self, word: str, logic: GrammarParser[RobustnessFunction]) -> Operand:
         logic.accept("(")

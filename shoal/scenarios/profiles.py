@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NoReturn
 
 import imc
-from runtime.profile import Profile, copy_in_root, dune, load_profile
+from runtime.profile import Profile, dune_sections, load_profile, path_in_root
 from runtime.task import Parameter, find_parameter
 from runtime.vehicle import TaskImportError, all_tasks, check_profile, find_task
 from shoal.missions import usual_modes
@@ -43,7 +43,7 @@ class ScenarioProfiles:
 
     def name(self, text: str) -> str:
         """The name of a profile; a path is that from the folder of the scenario."""
-        beside = copy_in_root(self.folder / text)
+        beside = path_in_root(self.folder / text)
         return str(beside) if text.endswith(".ini") and beside.exists() else text
 
     def modes(self, node: Node, profile: Profile) -> frozenset[str]:
@@ -59,7 +59,7 @@ class ScenarioProfiles:
     def schema(self, node: Node, profile: Profile) -> imc.Schema:
         """The messages of a vehicle. Raises the error of the file."""
         try:
-            return profile.messages or imc.builtin()
+            return profile.message_schema or imc.builtin()
         except ProfileError as error:
             node.fail("; ".join(with_location(problem, ()) for problem in error.problems))
 
@@ -156,7 +156,7 @@ def _check_general(node: Node, setting: ScenarioSetting, profile: Profile) -> No
     """Refuse an option of [General] that neither Shoal nor the profile has: a profile may have any for its own use."""
     if setting.section != "General":
         return
-    options = {*dune.GENERAL, *(option.name for option in profile.config.options("General"))}
+    options = {*dune_sections.GENERAL, *(option.name for option in profile.config.options("General"))}
     if setting.option not in options:
         reason = with_suggestion(f"[General] has no option {setting.option!r}", setting.option, sorted(options))
         raise node.error(f"{setting.where}: {reason}")

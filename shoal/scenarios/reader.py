@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import imc
 from autonomy.plans.yaml import PlanFileError, plan_from_node
-from runtime.profile import Profile, copy_in_root
+from runtime.profile import Profile, path_in_root
 from shoal.missions import COMPLETED, FAILED, LATE, load_plan
 from shoal.scenarios.conditions import ExpressionScope, ScenarioCondition, read_condition, read_expression
-from shoal.scenarios.events import ScheduledAction, VehicleInfo, read_events
+from shoal.scenarios.event_reader import ScheduledAction, VehicleInfo, read_events
 from shoal.scenarios.expectations import Expectation
 from shoal.scenarios.link_reader import read_links
 from shoal.scenarios.metrics import KINDS_OF_ENUMERATIONS, METRIC_KINDS, Metric
@@ -171,7 +171,7 @@ class ScenarioReader:
             node.fail(f"{path}: {error.strerror or error}")
 
     def _plan_file(self, node: Node) -> Path:
-        return copy_in_root(self._profiles.folder / read_word(node))
+        return path_in_root(self._profiles.folder / read_word(node))
 
     def _events(
         self, vehicles: list[_ReadVehicle], specs: tuple[VehicleSpec, ...], links: set[str], limit: float

@@ -17,7 +17,7 @@ class TrueTrack:
         self._system = system
         self._next = -math.inf
 
-    def receive(self, truth: imc.SimulatedState) -> None:
+    def record_position(self, truth: imc.SimulatedState) -> None:
         """A state of any vehicle."""
         if truth.src == self._system and truth.timestamp >= self._next:
             if not math.isfinite(truth.lat + truth.lon + truth.height + truth.x + truth.y + truth.z):

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import imc
 from autonomy.control import BUTTONS, EnabledLoops, OperatorInput, format_actions
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
 
 Loops = imc.CLoopsMask
@@ -54,11 +54,11 @@ class RemoteActionsTask(Task):
             self.reply(request, imc.RemoteActionsRequest(op=request.Op.REPORT, actions=self._offer))
 
     @consume
-    def begin(self, teleoperation: imc.Teleoperation) -> None:
+    def on_teleoperation(self, teleoperation: imc.Teleoperation) -> None:
         self._operator.reset(teleoperation.custom)
 
     @consume
-    def enable(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if not self._loops.receive(loops):
             return
         if self._loops.mask:
@@ -109,9 +109,9 @@ class RemoteActionsTask(Task):
         turn = self._operator.axis("Heading") * math.radians(self.maximum_heading_rate)
         self.publish(imc.DesiredSpeed(value=thrust, speed_units=imc.SpeedUnits.PERCENTAGE))
         self.publish(imc.DesiredHeadingRate(value=turn))
-        self.steer_besides(self._operator, blind=bool(lost))
+        self.publish_further_references(self._operator, blind=bool(lost))
 
-    def steer_besides(self, operator: OperatorInput, *, blind: bool) -> None:
+    def publish_further_references(self, operator: OperatorInput, *, blind: bool) -> None:
         """Publish further references after thrust and heading rate; `blind` if operator or navigation is silent."""
 
     def _lost(self) -> str:

@@ -19,7 +19,7 @@ class CircleTimer:
         self._seconds = float(seconds) or math.inf
         self._end = self._nearest = self._off = math.inf
 
-    async def wait(self) -> bool:
+    async def step(self) -> bool:
         """Wait for the next message and report the time left; True if the time is over."""
         maneuver = self._maneuver
         event = await maneuver.next_message()

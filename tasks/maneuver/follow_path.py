@@ -15,4 +15,4 @@ class FollowPath(Maneuver):
         leg = PathEnd.of(path)
         for number, point in enumerate(points):
             lat, lon, _ = displace(path.lat, path.lon, 0.0, point.x, point.y)
-            await self.follow(leg._replace(lat=lat, lon=lon, z=path.z + point.z), info=f"waypoint={number}")
+            await self.go_to_end(leg._replace(lat=lat, lon=lon, z=path.z + point.z), info=f"waypoint={number}")

@@ -11,7 +11,7 @@ async def hover(maneuver: Maneuver, leg: PathEnd, seconds: float) -> None:
 
     ManeuverDone ends it if the maneuver subscribes to that, as StationKeeping does and Loiter does not.
     """
-    maneuver.steer(leg, flags=PathFlags.DIRECT)
+    maneuver.start_path(leg, flags=PathFlags.DIRECT)
     end = math.inf
     while maneuver.now < end:
         event = await maneuver.next_message()
@@ -19,7 +19,7 @@ async def hover(maneuver: Maneuver, leg: PathEnd, seconds: float) -> None:
             raise Completed
         if event is not maneuver.path:
             continue
-        if not maneuver.near:
+        if not maneuver.is_near_end:
             maneuver.report_time_left(after=seconds or math.inf)
             continue
         if end == math.inf and seconds:

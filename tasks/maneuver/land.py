@@ -1,7 +1,7 @@
 """Lands on the ground."""
 
 import imc
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from tasks.maneuver.maneuver_task import Maneuver, PathEnd, PathFlags
 
 NOWHERE = (0.0, 0.0)
@@ -18,6 +18,6 @@ class Land(Maneuver):
     async def execute(self, land: imc.Land) -> None:
         leg = PathEnd.of(land)
         if (leg.lat, leg.lon) == NOWHERE:
-            lat, lon, _ = absolute(await self.wait_for_state())
+            lat, lon, _ = absolute_position(await self.wait_for_state())
             leg = leg._replace(lat=lat, lon=lon, z_units=imc.ZUnits.NONE)
-        await self.follow(leg, flags=PathFlags.LAND, judged=False)
+        await self.go_to_end(leg, flags=PathFlags.LAND, judged=False)

@@ -18,5 +18,5 @@ class Launch(Maneuver):
             event = await self.next_message()
             if isinstance(event, imc.VehicleMedium):
                 medium = event.medium
-        self.control(Loops.PATH)
-        await self.follow(PathEnd.of(launch))
+        self.set_control_loops(Loops.PATH)
+        await self.go_to_end(PathEnd.of(launch))

@@ -32,8 +32,8 @@ class Loiter(Maneuver):
         radius = max(loiter.radius, self.minimum_radius)
         counter = PathFlags.CCLOCKW if loiter.direction == Direction.CCLOCKW else 0
         if loiter.type != Form.EIGHT:
-            self.steer(PathEnd.of(loiter), radius=radius, flags=counter)
-            while not await circling.wait():
+            self.start_path(PathEnd.of(loiter), radius=radius, flags=counter)
+            while not await circling.step():
                 pass
         side, over = 1.0, loiter.type != Form.EIGHT
         while not over:
@@ -48,10 +48,10 @@ class Loiter(Maneuver):
         north, east = side * math.cos(loiter.bearing), side * math.sin(loiter.bearing)
         reach = 0.5 * loiter.length
         lat, lon, _ = displace(loiter.lat, loiter.lon, 0.0, reach * north, reach * east)
-        self.steer(PathEnd.of(loiter)._replace(lat=lat, lon=lon), radius=radius, flags=flags)
+        self.start_path(PathEnd.of(loiter)._replace(lat=lat, lon=lon), radius=radius, flags=flags)
         outside = False
         while True:
-            if await circling.wait():
+            if await circling.step():
                 return True
             if self.state is not None:
                 to_north, to_east = self.offset(lat, lon)

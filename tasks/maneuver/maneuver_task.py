@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import imc
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from runtime import Script, State, Task, consume, periodic
 from runtime.bus import Subscription
 from runtime.task import Inbox
@@ -72,7 +72,7 @@ class Maneuver(Task):
 
     @classmethod
     @functools.cache
-    def kind(cls) -> type[imc.Message]:
+    def message_type(cls) -> type[imc.Message]:
         """The message that starts it. Raises TypeError if the argument of `execute` has no such annotation."""
         argument = list(inspect.signature(cls.execute).parameters)[1]
         hint = get_type_hints(cls.execute).get(argument)
@@ -82,7 +82,7 @@ class Maneuver(Task):
 
     def connect(self) -> None:
         super().connect()
-        self._bus.subscribe(Subscription(self.kind(), self._begin, self))
+        self._bus.subscribe(Subscription(self.message_type(), self._begin, self))
 
     def start(self) -> None:
         if hasattr(self, "_scope"):  # restarted: others may have enabled loops, in scopes that it has not heard of
@@ -93,7 +93,7 @@ class Maneuver(Task):
         self._script: Script | None = None
         self._said, self._said_at = imc.ManeuverControlState(state=Phase.STOPPED), self.now
         self._missed: list[str] = []
-        self.publish(imc.RegisterManeuver(mid=self.kind().ID))
+        self.publish(imc.RegisterManeuver(mid=self.message_type().ID))
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
@@ -121,11 +121,11 @@ class Maneuver(Task):
         self._path_ref = max(self._path_ref, path.path_ref)
 
     @property
-    def near(self) -> bool:
+    def is_near_end(self) -> bool:
         """Whether the vehicle is near the end of the path."""
         return self.path is not None and bool(self.path.flags & PathState.NEAR)
 
-    def control(self, loops: int) -> None:
+    def set_control_loops(self, loops: int) -> None:
         """Enable exactly these control loops, 0 for none."""
         if loops == self._enabled:
             return
@@ -134,7 +134,7 @@ class Maneuver(Task):
             self._loop(imc.ControlLoops.Enable.ENABLE, loops)
         self._enabled = loops
 
-    def steer(self, leg: PathEnd, *, radius: float = 0.0, flags: int = 0) -> None:
+    def start_path(self, leg: PathEnd, *, radius: float = 0.0, flags: int = 0) -> None:
         """Start a path to the end of `leg`, or around it with a loitering `radius` (m)."""
         self._path_ref += 1
         self.path = None
@@ -152,15 +152,15 @@ class Maneuver(Task):
             )
         )
 
-    async def follow(
+    async def go_to_end(
         self, leg: PathEnd, *, flags: int = 0, info: str = "", after: float = 0.0, judged: bool = True
     ) -> None:
         """Steer to the end of `leg` until near; `after` is the time the maneuver takes from there (s).
 
         A leg that is `judged` must end at its depth, else `check_depth` says so.
         """
-        self.steer(leg, flags=flags)
-        while not self.near:
+        self.start_path(leg, flags=flags)
+        while not self.is_near_end:
             if isinstance(await self.next_message(), imc.PathControlState):
                 self.report_time_left(after, info)
         if judged and self.path is not None:
@@ -184,7 +184,7 @@ class Maneuver(Task):
 
     def report_time_left(self, after: float = 0.0, info: str = "") -> None:
         """Report the time left on the path plus `after` (s); nothing at its end, which ends or changes something."""
-        if self.path is not None and not self.near:
+        if self.path is not None and not self.is_near_end:
             self.report(UNKNOWN_ETA if self.path.eta == UNKNOWN_ETA else self.path.eta + after, info)
 
     def report(self, eta: float = UNKNOWN_ETA, info: str = "") -> None:
@@ -218,7 +218,7 @@ class Maneuver(Task):
         """North and east (m) from the vehicle to a position (rad)."""
         if self.state is None:
             raise ManeuverError("position is unknown")
-        own_lat, own_lon, _ = absolute(self.state)
+        own_lat, own_lon, _ = absolute_position(self.state)
         north, east, _ = displacement(own_lat, own_lon, 0.0, lat, lon, 0.0)
         return north, east
 
@@ -235,14 +235,14 @@ class Maneuver(Task):
         self._missed = []
         self._say(Phase.EXECUTING, UNKNOWN_ETA, "in progress")
         self.set_entity_state(State.NORMAL, "active")
-        self._script = self.run(self._perform, maneuver)
+        self._script = self.start_script(self._perform, maneuver)
 
     async def _perform(self, script: Script, maneuver: imc.Message) -> None:
         self._inbox = self._listen(script)
         try:
             _require_numbers(maneuver)
             if self.loops is not None:
-                self.control(self.loops)
+                self.set_control_loops(self.loops)
             await self.execute(maneuver)
         except Completed:
             pass
@@ -257,7 +257,7 @@ class Maneuver(Task):
 
     def _listen(self, script: Script) -> Inbox:
         inbox = script.listen(*self.subscribed)
-        inbox.add(*self.subscribed_from_others, others=True)
+        inbox.add_types(*self.subscribed_from_others, others=True)
         return inbox
 
     def _loop(self, enable: int, mask: int) -> None:

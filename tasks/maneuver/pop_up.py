@@ -3,7 +3,7 @@
 import math
 
 import imc
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from runtime import param
 from support.wgs84 import displacement
 from tasks.maneuver.maneuver_task import Loops, Maneuver, PathEnd, PathFlags
@@ -39,21 +39,21 @@ class PopUp(Maneuver):
         leg = PathEnd.of(popup)
         radius = max(popup.radius, self.elevator_radius)
         if not popup.flags & Flags.CURR_POS:
-            await self.follow(leg, after=popup.duration)
+            await self.go_to_end(leg, after=popup.duration)
         surface = leg._replace(z=0.0, z_units=imc.ZUnits.DEPTH)
         await self._spiral(surface, radius, popup.duration)
-        self.control(0)
+        self.set_control_loops(0)
         medium = None
         while medium != Water:
             event = await self.next_message()
             medium = event.medium if isinstance(event, imc.VehicleMedium) else medium
         if popup.flags & (Flags.STATION_KEEP | Flags.WAIT_AT_SURFACE):
-            lat, lon, _ = absolute(await self.wait_for_state())
+            lat, lon, _ = absolute_position(await self.wait_for_state())
             station = surface._replace(lat=lat, lon=lon)
             await keep_station(self, station, max(self.station_radius, radius), max(1.0, popup.duration))
         else:
             await self._until_fixed(self.now + popup.duration if popup.duration else math.inf)
-        self.control(Loops.PATH)
+        self.set_control_loops(Loops.PATH)
         await self._spiral(leg, radius)
 
     async def _spiral(self, leg: PathEnd, radius: float, after: float = 0.0) -> None:
@@ -72,6 +72,6 @@ class PopUp(Maneuver):
     def _confirms(self, fix: imc.GpsFix) -> bool:
         if self.state is None or not fix.validity & imc.GpsFix.Validity.VALID_POS:
             return False
-        lat, lon, _ = absolute(self.state)
+        lat, lon, _ = absolute_position(self.state)
         north, east, _ = displacement(lat, lon, 0.0, fix.lat, fix.lon, 0.0)
         return fix.satellites >= self.minimum_satellites and math.hypot(north, east) <= self.minimum_distance

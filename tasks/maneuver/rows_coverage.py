@@ -37,9 +37,9 @@ class RowsCoverage(Maneuver):
         self._forget()
         await follow_rows(self, area, narrowest)
 
-    def steer(self, leg: PathEnd, *, radius: float = 0.0, flags: int = 0) -> None:
+    def start_path(self, leg: PathEnd, *, radius: float = 0.0, flags: int = 0) -> None:
         self._forget()
-        super().steer(leg, radius=radius, flags=flags)
+        super().start_path(leg, radius=radius, flags=flags)
 
     async def next_message(self, timeout: float | None = None) -> imc.Message:
         message = await super().next_message(timeout)

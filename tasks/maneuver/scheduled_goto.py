@@ -30,9 +30,9 @@ class ScheduledGoto(Maneuver):
         await self.wait_for_state()
         end = PathEnd(goto.lat, goto.lon, goto.z, goto.z_units, 0.0, imc.SpeedUnits.METERS_PS)
         speed, chosen = self._speed(goto, end), self.now
-        self.steer(end._replace(z=goto.travel_z, z_units=goto.travel_z_units, speed=speed))
+        self.start_path(end._replace(z=goto.travel_z, z_units=goto.travel_z_units, speed=speed))
         travelling = True
-        while not self.near:
+        while not self.is_near_end:
             event = await self.next_message()
             if event is self.path:
                 self.report_time_left()

@@ -35,7 +35,7 @@ async def spiral(
     know it, the maneuver must hear DesiredZ.
     """
     state = await maneuver.wait_for_state()
-    maneuver.steer(leg, radius=radius, flags=flags)
+    maneuver.start_path(leg, radius=radius, flags=flags)
     mark, marked, held = vertical_error(state, leg), maneuver.now, False
     while True:
         event = await maneuver.next_message()

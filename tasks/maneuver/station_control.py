@@ -36,10 +36,10 @@ async def keep_station(
     """
     await maneuver.wait_for_state()
     if leg.z_units in VERTICAL and leg.z > SHORT:
-        maneuver.control(Loops.PATH)
-        maneuver.steer(leg, radius=radius)
+        maneuver.set_control_loops(Loops.PATH)
+        maneuver.start_path(leg, radius=radius)
         circling = CircleTimer(maneuver, seconds)
-        while not await circling.wait():
+        while not await circling.step():
             pass
         circling.check_reached(leg, radius)
         return
@@ -70,18 +70,18 @@ async def keep_station(
         distance = maneuver.range_to(leg)
         if distance > radius:
             maneuver.log.info(f"outside safe region (distance: {distance:.1f} m)")
-            maneuver.control(Loops.PATH)
-            maneuver.steer(leg, flags=PathFlags.DIRECT)
+            maneuver.set_control_loops(Loops.PATH)
+            maneuver.start_path(leg, flags=PathFlags.DIRECT)
             steered = maneuver.now
-            while not (maneuver.near and maneuver.range_to(leg) < radius):
+            while not (maneuver.is_near_end and maneuver.range_to(leg) < radius):
                 if await wait():
                     return
-                if maneuver.near and maneuver.now - steered >= PASSED and maneuver.range_to(leg) >= radius:
-                    maneuver.steer(leg, flags=PathFlags.DIRECT)
+                if maneuver.is_near_end and maneuver.now - steered >= PASSED and maneuver.range_to(leg) >= radius:
+                    maneuver.start_path(leg, flags=PathFlags.DIRECT)
                     steered, chosen = maneuver.now, -math.inf
                 slow_down()
         maneuver.log.info(f"inside safe region (distance: {maneuver.range_to(leg):.1f} m)")
-        maneuver.control(0)
+        maneuver.set_control_loops(0)
         if not arrived:
             arrived, end = True, maneuver.now + seconds if seconds else math.inf
         while maneuver.range_to(leg) <= radius:

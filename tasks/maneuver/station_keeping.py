@@ -47,7 +47,7 @@ class StationKeeping(Maneuver):
 
     async def execute(self, station: imc.StationKeeping) -> None:
         if self.hovers:
-            self.control(Loops.PATH)
+            self.set_control_loops(Loops.PATH)
             await hover(self, PathEnd.of(station), station.duration)
             return
         radius = max(station.radius, self.smallest_radius(station))

@@ -19,6 +19,6 @@ async def follow_rows(
         for number, (north, east) in enumerate(maneuver_corners(area, swath)):
             lat, lon, _ = displace(area.lat, area.lon, 0.0, north, east)
             on_row = number >= APPROACH
-            await maneuver.follow(leg._replace(lat=lat, lon=lon), info=f"waypoint={number}", judged=on_row)
+            await maneuver.go_to_end(leg._replace(lat=lat, lon=lon), info=f"waypoint={number}", judged=on_row)
     except ValueError as error:
         raise ManeuverError(str(error)) from None

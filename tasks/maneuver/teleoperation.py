@@ -1,7 +1,7 @@
 """Lets an operator steer."""
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from imc.tuple_list import parse_tuple_list, read_integer
 from tasks.maneuver.maneuver_task import Loops, Maneuver
 

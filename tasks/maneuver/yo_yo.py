@@ -46,8 +46,8 @@ class YoYo(Maneuver):
         self._dived, self._deeper = -math.inf, self.now
         self._sounded = self.now
         self._short = math.inf
-        self.steer(PathEnd.of(yoyo), flags=PathFlags.NO_Z)
-        while not self.near:
+        self.start_path(PathEnd.of(yoyo), flags=PathFlags.NO_Z)
+        while not self.is_near_end:
             event = await self.next_message()
             if event is self.path:
                 self.report_time_left()

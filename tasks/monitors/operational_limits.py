@@ -3,8 +3,8 @@
 import math
 
 import imc
-from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
+from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime import ParameterError, State, Task, consume, param, periodic
 from support.wgs84 import displacement
 
@@ -153,7 +153,7 @@ class OperationalLimits(Task):
     def _is_outside(self, state: imc.EstimatedState) -> bool:
         """Whether the vehicle is outside the rectangle around `lat`, `lon`, with `length` along `orientation`."""
         area = self._limits
-        lat, lon, _ = absolute(state)
+        lat, lon, _ = absolute_position(state)
         north, east, _ = displacement(area.lat, area.lon, 0.0, lat, lon, 0.0)
         c, s = math.cos(area.orientation), math.sin(area.orientation)
         along, across = c * north + s * east, c * east - s * north

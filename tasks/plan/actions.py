@@ -47,25 +47,25 @@ class PlanActions:
         self._labels = list(dict.fromkeys(action.name for _, action in _all_settings(graph)))
 
     @property
-    def preparation(self) -> float:
+    def preparation_time(self) -> float:
         """Time (s) that the activations at the start take."""
         start = self._graph.nodes[self._graph.start].start_actions
         return max(self._leads([*_settings(self._graph.plan.start_actions), *_settings(start)]), default=0.0)
 
-    def begin(self) -> None:
+    def begin_plan(self) -> None:
         """The plan begins."""
         for label in self._labels:
             self._publish(imc.PushEntityParameters(name=label))
         self._fire(self._graph.plan.start_actions)
         self.activate(self._graph.nodes[self._graph.start])
 
-    def enter(self, node: PlanNode) -> None:
+    def begin_maneuver(self, node: PlanNode) -> None:
         """A maneuver begins."""
         self.activate(node)
         self._early.discard(node.name)
         self._fire(node.start_actions, activations=False)
 
-    def leave(self, node: PlanNode) -> None:
+    def end_maneuver(self, node: PlanNode) -> None:
         """A maneuver ends."""
         self._fire(node.end_actions)
 
@@ -85,7 +85,7 @@ class PlanActions:
             self._early.add(node.name)
             self._fire(node.start_actions, others=False)
 
-    def end(self) -> None:
+    def end_plan(self) -> None:
         """The plan ends."""
         self._fire(self._graph.plan.end_actions)
         for label in self._labels:
@@ -117,7 +117,7 @@ def unknown_settings(graph: PlanGraph, vehicle: "Vehicle") -> Iterator[str]:
     """
     remote = {label for (system, _), label in vehicle.entities.remote_labels.items() if system == vehicle.system}
     for name, action in _all_settings(graph):
-        task = vehicle.find(action.name)
+        task = vehicle.task_by_label(action.name)
         if task is None and action.name in remote:
             continue
         for entry in action.params:

@@ -38,7 +38,7 @@ class Autostart(Task):
         self._calm = vehicle.op_mode == CALM
 
     @consume
-    def on_plan_control_state(self, plan: imc.PlanControlState) -> None:
+    def start_when_ready(self, plan: imc.PlanControlState) -> None:
         if self._asked or plan.state == Phase.BLOCKED or (plan.state == Phase.READY and not self._calm):
             return
         self._asked = True

@@ -3,12 +3,12 @@
 import sqlite3
 
 import imc
-from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
+from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param
 from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
 from tasks.plan.duplicate_requests import DuplicateRequests
-from tasks.plan.replies import shortened
+from tasks.plan.replies import truncate_reply
 from tasks.plan.store import PlanChange, PlanRow, PlanStore
 
 Op = imc.PlanDB.Op
@@ -68,7 +68,7 @@ class DB(Task):
         if request.type != Type.REQUEST or not self.is_for_me(request):
             return
         if self._copies.is_duplicate(request):
-            answer = self._copies.answer(request)
+            answer = self._copies.last_answer(request)
             if answer is not None:
                 self.reply(request, answer)
             return
@@ -176,7 +176,7 @@ class DB(Task):
             type=kind,
             op=request.op,
             request_id=request.request_id,
-            plan_id=shortened(request.plan_id),
+            plan_id=truncate_reply(request.plan_id),
             arg=arg,
             info=info,
         )

@@ -33,7 +33,7 @@ class DuplicateRequests:
         if place is not None:
             self._answers[place] = request, answer
 
-    def answer(self, request: imc.Message) -> imc.Message | None:
+    def last_answer(self, request: imc.Message) -> imc.Message | None:
         """The last answer to a request, None while there is none."""
         place = self._place(request)
         return None if place is None else self._answers[place][1]

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import imc
 from autonomy.plans import FINISH, PlanError, PlanForecast, PlanNode, Preflight, PreflightOptionError
-from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
+from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import Script, State, Task, consume, param, periodic
 from runtime.task import Inbox, ParameterError
 from tasks.plan.actions import ActivationTimes, PlanActions, unknown_settings
 from tasks.plan.execution import NO_MANEUVER, PlanExecution
 from tasks.plan.replies import Replies
-from tasks.plan.requests import COMMAND_TIMEOUT, EngineRequests, LatestMessages
+from tasks.plan.supervisor_client import COMMAND_TIMEOUT, MessageCache, SupervisorClient
 
 Op = imc.PlanControl.Op
 Type = imc.PlanControl.Type
@@ -55,16 +55,16 @@ class Engine(Task):
 
     def start(self) -> None:
         lost: PlanExecution | None = getattr(self, "_execution", None)
-        before: LatestMessages | None = getattr(self, "_situation", None)
+        before: MessageCache | None = getattr(self, "_situation", None)
         self._phase, self._outcome = Phase.READY, Outcome.NONE
         self._plan_id = ""
         self._execution: PlanExecution | None = None
         self._stops = 0
-        self._requests, self._replies = EngineRequests(self), Replies(self)
+        self._requests, self._replies = SupervisorClient(self), Replies(self)
         self._supported: set[int] = set()
         self._activation_times = ActivationTimes(self.vehicle.entities)
-        self._latest = LatestMessages()
-        self._situation = before or LatestMessages()
+        self._latest = MessageCache()
+        self._situation = before or MessageCache()
         self._vehicle: imc.VehicleState | None = None
         self._silence = 0
         self.set_entity_state(State.NORMAL, "active")
@@ -82,7 +82,7 @@ class Engine(Task):
         self._activation_times.receive(entity)
 
     @consume
-    def on_situation(
+    def keep_latest_message(
         self,
         news: imc.EstimatedState | imc.FuelLevel | imc.OperationalLimits | imc.VehicleMedium | imc.ControlLoops,
     ) -> None:
@@ -95,7 +95,7 @@ class Engine(Task):
             self._fail(self._execution, f"the battery is below its reserve of {self.fuel_reserve:g} %")
 
     @consume
-    def watch_activations(self, state: imc.EntityActivationState) -> None:
+    def end_on_failed_activation(self, state: imc.EntityActivationState) -> None:
         """End the plan if an entity that it needs cannot be activated."""
         execution = self._execution
         label = self.vehicle.entities.label(self.system, state.src_ent)
@@ -105,7 +105,7 @@ class Engine(Task):
             self._fail(execution, f"failed to activate {label}: {state.error}")
 
     @consume
-    def on_maneuver_done(self, maneuver: imc.ManeuverControlState) -> None:
+    def note_maneuver_info(self, maneuver: imc.ManeuverControlState) -> None:
         """A maneuver that is done says what it has missed."""
         if self._execution is not None and maneuver.state == imc.ManeuverControlState.State.DONE:
             self._execution.add_note(maneuver.info)
@@ -177,14 +177,14 @@ class Engine(Task):
         ):
             self._replies.refuse(request, "only the plan generator may start the recovery plan")
         elif execution is not None and forecast is None:
-            self.run(self._switch, request, self._stops)
+            self.start_script(self._switch, request, self._stops)
         else:
             if execution is not None:
                 self.log.warning(f"switching to {request.plan_id}")
                 self._give_up(execution, "replaced by another plan")
             self._execution = execution = PlanExecution(request, self.now, forecast=forecast)
             self._enter(Phase.INITIALIZING)
-            execution.script = self.run(self._fly, execution)
+            execution.script = self.start_script(self._fly, execution)
 
     async def _switch(self, script: Script, request: imc.PlanControl, stops: int) -> None:
         """Replace the running plan if the new one passes its check, else it continues. A STOP meanwhile ends both."""
@@ -211,7 +211,7 @@ class Engine(Task):
         if self._execution is not None:
             self._replies.refuse(request, "cannot load plan now")
         else:
-            self.run(self._check_only, request)
+            self.start_script(self._check_only, request)
 
     async def _check_only(self, script: Script, request: imc.PlanControl) -> None:
         """LOAD: only check the plan."""
@@ -236,7 +236,7 @@ class Engine(Task):
             self._plan_id = graph.plan.plan_id
             execution.actions = PlanActions(graph, self._publish_action, self._activation_times.of)
             if execution.request.flags & imc.PlanControl.Flags.CALIBRATE and self.perform_calibration:
-                preparation = max(self.minimum_calibration_time, execution.actions.preparation)
+                preparation = max(self.minimum_calibration_time, execution.actions.preparation_time)
                 forecast = replace(forecast, calibration=preparation)
             execution.forecast = forecast
             execution.statistics = forecast.statistics(self._preflight.capacity)
@@ -245,8 +245,8 @@ class Engine(Task):
             self.publish(execution.statistics)
             self.publish(graph.plan.replace(src=self.system, src_ent=self.entity.id, timestamp=-1.0))
             self._succeed(execution, "plan loaded")
-            self._latest.watch(self._bus, graph.kinds, self)
-            execution.actions.begin()
+            self._latest.subscribe(self._bus, graph.condition_messages, self)
+            execution.actions.begin_plan()
             if forecast.calibration:
                 duration = math.ceil(forecast.calibration)
                 await self._command(inbox, execution, Command.START_CALIBRATION, calib_time=duration)
@@ -264,8 +264,8 @@ class Engine(Task):
 
     async def _execute(self, inbox: Inbox, execution: PlanExecution, node: PlanNode) -> str:
         """Execute one maneuver until a transition holds; returns the name of the next."""
-        execution.enter(node, self.now)
-        if loop := execution.loop:
+        execution.begin_maneuver(node, self.now)
+        if loop := execution.instant_loop:
             raise PlanError(f"{' -> '.join(loop)}: these maneuvers end each other at once")
         if self._phase is Phase.INITIALIZING:
             self._enter(Phase.EXECUTING)
@@ -279,12 +279,12 @@ class Engine(Task):
             event = await inbox.next()
             if isinstance(event, imc.VehicleState):
                 name = node.next(self._latest, done=bool(event.flags & imc.VehicleState.Flags.MANEUVER_DONE))
-        execution.leave(self.now)
+        execution.end_maneuver(self.now)
         return name
 
     async def _prepare(self, script: Script, request: imc.PlanControl) -> PlanForecast:
         """Check the plan of a request. Raises PlanError."""
-        plan, situation = await self._requests.plan(script, request), self._situation
+        plan, situation = await self._requests.fetch_plan(script, request), self._situation
         state, limits = situation.of(imc.EstimatedState), situation.of(imc.OperationalLimits)
         fuel, medium = situation.of(imc.FuelLevel), situation.of(imc.VehicleMedium)
         if fuel is not None and fuel.value < self.fuel_reserve:
@@ -324,13 +324,13 @@ class Engine(Task):
         self._execution, self._outcome = None, outcome
         if execution.script is not None:
             execution.script.cancel()
-        self._latest.watch(self._bus, (), self)
+        self._latest.subscribe(self._bus, (), self)
         if execution.actions is None:
             return
         if outcome is Outcome.FAILURE:
-            execution.leave(self.now)
-        execution.actions.end()
-        self.publish(execution.result(self._plan_id, self.now))
+            execution.end_maneuver(self.now)
+        execution.actions.end_plan()
+        self.publish(execution.final_statistics(self._plan_id, self.now))
 
     def _end_log(self, execution: PlanExecution) -> None:
         """End the log of a plan, which has its outcome by now; the plan that replaces one begins its own."""
@@ -350,5 +350,5 @@ class Engine(Task):
     def _publish_state(self) -> None:
         state = imc.PlanControlState(plan_progress=-1.0, man_type=NO_MANEUVER)
         if self._execution is not None:
-            state = self._execution.report(self._vehicle, self.now, compute_progress=self.compute_progress)
+            state = self._execution.control_state(self._vehicle, self.now, compute_progress=self.compute_progress)
         self.publish(state.replace(state=self._phase, plan_id=self._plan_id, last_outcome=self._outcome))

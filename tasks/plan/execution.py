@@ -41,11 +41,11 @@ class PlanExecution:
         same = request.replace(timestamp=self.request.timestamp) == self.request
         return same and now - self.began < DUPLICATE_WINDOW
 
-    def enter(self, node: PlanNode, now: float) -> None:
+    def begin_maneuver(self, node: PlanNode, now: float) -> None:
         """A maneuver begins."""
         self.node, self.node_began = node, now
         if self.actions is not None:
-            self.actions.enter(node)
+            self.actions.begin_maneuver(node)
 
     def add_note(self, text: str) -> None:
         """The maneuver is done, but says that something is amiss."""
@@ -53,7 +53,7 @@ class PlanExecution:
             self.notes.append(f"{self.node.name}: {text}")
 
     @property
-    def loop(self) -> list[str]:
+    def instant_loop(self) -> list[str]:
         """The maneuvers that have led back to this one, none of which has lasted; empty if there is no such loop.
 
         Their conditions hold at once: the vehicle would switch between them for ever and do nothing.
@@ -62,13 +62,13 @@ class PlanExecution:
             return []
         return [*self.brief_maneuvers[self.brief_maneuvers.index(self.node.name) :], self.node.name]
 
-    def leave(self, now: float) -> None:
+    def end_maneuver(self, now: float) -> None:
         """The maneuver ends."""
         if self.node is not None:
             lasted = self.durations[f"Maneuver {self.node.name}"] = now - self.node_began
             self.brief_maneuvers = [] if lasted >= BRIEF else [*self.brief_maneuvers, self.node.name]
             if self.actions is not None:
-                self.actions.leave(self.node)
+                self.actions.end_maneuver(self.node)
 
     def maneuver_eta(self, vehicle: imc.VehicleState | None) -> int:
         """Time left that the maneuver reports, UNKNOWN if it reports none."""
@@ -77,7 +77,7 @@ class PlanExecution:
             return UNKNOWN
         return UNKNOWN if vehicle.maneuver_eta == UNKNOWN_ETA else vehicle.maneuver_eta
 
-    def maneuver_left(self, vehicle: imc.VehicleState | None, now: float) -> float:
+    def maneuver_time_left(self, vehicle: imc.VehicleState | None, now: float) -> float:
         """Time left of the maneuver: as it reports, but at most the estimate."""
         if self.node is None or self.forecast is None:
             return math.nan
@@ -88,7 +88,7 @@ class PlanExecution:
             return duration if eta == UNKNOWN else float(eta)
         return max(0.0, duration - (now - self.node_began)) if eta == UNKNOWN else min(float(eta), duration)
 
-    def left(self, vehicle: imc.VehicleState | None, now: float) -> float:
+    def time_left(self, vehicle: imc.VehicleState | None, now: float) -> float:
         """Time left of the plan; NaN if unknown, infinite if endless."""
         if self.forecast is None:
             return math.nan
@@ -96,9 +96,9 @@ class PlanExecution:
             return self.forecast.seconds
         if self.forecast.graph.cyclical:
             return math.inf
-        return self.maneuver_left(vehicle, now) + self.forecast.seconds_after(self.node.name)
+        return self.maneuver_time_left(vehicle, now) + self.forecast.seconds_after(self.node.name)
 
-    def advance(self, left: float) -> float:
+    def update_progress(self, left: float) -> float:
         """Progress (%) with `left` s to go; it never decreases. -1 if unknown."""
         total = math.nan if self.forecast is None else self.forecast.seconds + self.forecast.calibration
         if math.isfinite(left) and math.isfinite(total) and total > 0.0 and self.node is not None:
@@ -108,23 +108,25 @@ class PlanExecution:
     def activate_ahead(self, vehicle: imc.VehicleState | None, now: float) -> None:
         """Activate in time what the following maneuvers need."""
         if self.forecast is not None and self.actions is not None and self.node is not None:
-            estimates, left = self.forecast.estimates, self.maneuver_left(vehicle, now)
+            estimates, left = self.forecast.estimates, self.maneuver_time_left(vehicle, now)
             self.actions.activate_ahead(
                 self.node.name, left, lambda name: estimates.get(name, UNKNOWN_ESTIMATE).seconds
             )
 
-    def report(self, vehicle: imc.VehicleState | None, now: float, *, compute_progress: bool) -> imc.PlanControlState:
+    def control_state(
+        self, vehicle: imc.VehicleState | None, now: float, *, compute_progress: bool
+    ) -> imc.PlanControlState:
         """The progress, without state, plan and last outcome."""
-        left = self.left(vehicle, now)
+        left = self.time_left(vehicle, now)
         return imc.PlanControlState(
             plan_eta=int(min(left, 2**31 - 1)) if math.isfinite(left) else UNKNOWN,
-            plan_progress=self.advance(left) if compute_progress else -1.0,
+            plan_progress=self.update_progress(left) if compute_progress else -1.0,
             man_id=self.node.name if self.node is not None else "",
             man_type=self.node.maneuver.ID if self.node is not None else NO_MANEUVER,
             man_eta=self.maneuver_eta(vehicle),
         )
 
-    def result(self, plan_id: str, now: float) -> imc.PlanStatistics:
+    def final_statistics(self, plan_id: str, now: float) -> imc.PlanStatistics:
         """Statistics of the finished plan."""
         kind = imc.PlanStatistics.Type.POSTPLAN
         durations = {**self.durations, "Total": now - self.began}

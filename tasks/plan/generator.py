@@ -2,10 +2,10 @@
 
 import imc
 from autonomy.plans import LatLon, TemplateDefaults, TemplateError, plan_from_template
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from imc.tuple_list import parse_tuple_list
 from runtime import Script, State, Task, consume, param
-from tasks.plan.replies import shortened
+from tasks.plan.replies import truncate_reply
 
 Op = imc.PlanGeneration.Op
 Command = imc.PlanGeneration.Cmd
@@ -52,13 +52,13 @@ class Generator(Task):
         usual = TemplateDefaults(
             self.traveling_depth, self.dive_depth, self.dive_seconds, self.loiter_radius, self.rpm_speed
         )
-        here = absolute(self._state)[:2] if self._state is not None else None
+        here = absolute_position(self._state)[:2] if self._state is not None else None
         try:
             plan = plan_from_template(request.plan_id, params, here, self._peers.get(request.src), usual)
         except TemplateError as error:
             self._fail(request, str(error))
         else:
-            self.run(self._store, request, plan, params.get("calibrate") != "false")
+            self.start_script(self._store, request, plan, params.get("calibrate") != "false")
 
     async def _store(
         self, script: Script, request: imc.PlanGeneration, plan: imc.PlanSpecification, calibrate: bool
@@ -96,5 +96,5 @@ class Generator(Task):
         self._reply(request, Op.ERROR, f"error={reason}")
 
     def _reply(self, request: imc.PlanGeneration, op: Op, params: str) -> None:
-        plan_id = shortened(request.plan_id)
-        self.reply(request, imc.PlanGeneration(cmd=request.cmd, op=op, plan_id=plan_id, params=shortened(params)))
+        plan_id = truncate_reply(request.plan_id)
+        self.reply(request, imc.PlanGeneration(cmd=request.cmd, op=op, plan_id=plan_id, params=truncate_reply(params)))

@@ -22,7 +22,7 @@ class Replies:
         """Whether a request came before; if it is, it is answered here."""
         if not self._copies.is_duplicate(request):
             return False
-        answer = self._copies.answer(request)
+        answer = self._copies.last_answer(request)
         if answer is not None:
             self._task.reply(request, answer)
         return True
@@ -48,10 +48,10 @@ class Replies:
             type=kind,
             op=request.op,
             request_id=request.request_id,
-            plan_id=shortened(plan_id or request.plan_id),
+            plan_id=truncate_reply(plan_id or request.plan_id),
             flags=request.flags,
             arg=arg,
-            info=shortened(info),
+            info=truncate_reply(info),
         )
         try:
             self._task.reply(request, answer)
@@ -61,6 +61,6 @@ class Replies:
         self._copies.remember_answer(request, answer)
 
 
-def shortened(text: str) -> str:
+def truncate_reply(text: str) -> str:
     """A text cut to the 1023 bytes that a reply may have."""
     return text.encode(errors="surrogateescape")[:LONGEST].decode(errors="surrogateescape")

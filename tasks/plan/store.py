@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
+from imc.reserved_ids import UNKNOWN_SYSTEM
 
 Row = tuple[str | bytes | float | None, ...]
 _SCHEMA = """
@@ -56,7 +56,7 @@ class PlanRow(NamedTuple):
         return found
 
 
-def fields_of(plan: imc.PlanSpecification) -> bytes:
+def serialize_fields(plan: imc.PlanSpecification) -> bytes:
     """The serialized fields, little-endian, from which the digest of a plan is made."""
     return imc.encode(plan)[HEADER_SIZE:-FOOTER_SIZE]
 
@@ -83,7 +83,7 @@ class PlanStore:
 
     def set(self, plan: imc.PlanSpecification, change: PlanChange) -> tuple[PlanRow, bool]:
         """Store a plan; returns it as stored, and True if its id is new."""
-        data = fields_of(plan)
+        data = serialize_fields(plan)
         stored = PlanRow(plan.plan_id, change, md5(data, usedforsecurity=False).digest(), data)
         new = self.get(plan.plan_id) is None
         with self._base:

@@ -6,7 +6,7 @@ from datetime import date, time
 from typing import Any
 
 import imc
-from runtime.devices import line_size
+from runtime.devices import line_frame_size
 
 Valid = imc.GpsFix.Validity
 Type = imc.GpsFix.Type
@@ -28,7 +28,7 @@ def ubx_size(head: bytes) -> int | None:
     return None if len(head) < 6 else int.from_bytes(head[4:6], "little") + 8
 
 
-KINDS = {b"$": line_size(LONGEST_SENTENCE), UBX: ubx_size}
+KINDS = {b"$": line_frame_size(LONGEST_SENTENCE), UBX: ubx_size}
 
 
 def has_valid_checksum(frame: bytes) -> bool:

@@ -46,16 +46,16 @@ class GPS(Task):
         self.dilution: Any = None  # the last NAV-DOP
         self.ubx_at = -UBX_FIRST
         split = FrameSplitter(KINDS, valid=has_valid_checksum, longest=LONGEST_UBX)
-        self.receiver = self.serial(self.port, self.baud, frames=self.hear, split=split)
+        self.receiver = self.serial(self.port, self.baud, frames=self.receive_frame, split=split)
 
-    def hear(self, frame: bytes) -> None:
+    def receive_frame(self, frame: bytes) -> None:
         if frame.startswith(UBX):
-            self.hear_ubx(frame)
+            self.receive_ubx(frame)
         elif is_relevant_sentence(frame) and self.now - self.ubx_at >= UBX_FIRST:
             for fix in self.epochs.add(parse_sentence(frame), self.now):
                 self.report(fix)
 
-    def hear_ubx(self, frame: bytes) -> None:
+    def receive_ubx(self, frame: bytes) -> None:
         kind = frame[2:4]
         if kind == NAV_DOP:
             self.dilution = parse_ubx(frame)

@@ -30,7 +30,7 @@ class Barometer(Task):
         self.set_entity_state(State.BOOT, "waiting for SimulatedState")
 
     @consume
-    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+    def update_truth(self, truth: imc.SimulatedState) -> None:
         finite = math.isfinite(truth.z + truth.height)
         self._truth = truth if finite else None
         if not finite:

@@ -78,11 +78,11 @@ class Battery(Task):
         self._say()
 
     @periodic("fuel_level_rate")
-    def estimate(self) -> None:
+    def publish_fuel_level(self) -> None:
         self._advance()
         self.publish(imc.FuelLevel(value=100.0 * self._charge, confidence=100.0))
 
-    def limit_charge(self, level: float) -> bool:
+    def discharge_to(self, level: float) -> bool:
         """Have this charge (%) from now on; False if it has less already."""
         self._advance()
         if self._charge < level / 100.0:

@@ -17,7 +17,7 @@ class DepthSensor(Task):
         self.set_entity_state(State.BOOT, "waiting for SimulatedState")
 
     @consume
-    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+    def update_truth(self, truth: imc.SimulatedState) -> None:
         if not math.isfinite(truth.z):
             self._truth = None
             self.set_entity_state(State.FAULT, "SimulatedState is not finite")

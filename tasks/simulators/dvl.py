@@ -74,7 +74,7 @@ class DVL(Task):
         world_of(self)
         self._mount = mount_pose(self.device_position, self.device_orientation)
         self._directions = janus_directions(math.radians(self.beam_tilt))
-        self._ears = [self.reserve(f"{self.entity.label} Beam {n}") for n in range(1, self.beams + 1)]
+        self._ears = [self.reserve_entity(f"{self.entity.label} Beam {n}") for n in range(1, self.beams + 1)]
 
     def start(self) -> None:
         self._chart = WorldFrame(world_of(self).origin)
@@ -82,7 +82,7 @@ class DVL(Task):
         self._say(State.BOOT, "waiting for SimulatedState")
 
     @consume
-    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+    def update_truth(self, truth: imc.SimulatedState) -> None:
         if not is_valid_truth(truth):
             self._truth = None
             self._say(State.FAULT, INVALID_TRUTH)

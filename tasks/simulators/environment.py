@@ -81,8 +81,8 @@ class Environment(Task):
             raise ParameterError(
                 "Pier Points", f"must be two positions (4 numbers), not {len(self.pier_points)} numbers"
             )
-        self._altimeter = self.reserve(self.bottom_label)
-        self._echo_sounder = self.reserve(self.forward_label)
+        self._altimeter = self.reserve_entity(self.bottom_label)
+        self._echo_sounder = self.reserve_entity(self.forward_label)
         self._bottom = _blank(self.bottom_sonar_position, self.bottom_sonar_orientation, self.bottom_beam_width)
         self._forward = _blank(self.forward_sonar_position, self.forward_sonar_orientation, self.forward_beam_width)
 
@@ -92,7 +92,7 @@ class Environment(Task):
         self._say(State.BOOT, "waiting for SimulatedState")
 
     @consume
-    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+    def update_truth(self, truth: imc.SimulatedState) -> None:
         if not math.isfinite(truth.lat + truth.lon + truth.x + truth.y + truth.z + truth.phi + truth.theta + truth.psi):
             self._truth = None
             self._say(State.FAULT, "SimulatedState is not finite")

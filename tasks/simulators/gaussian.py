@@ -60,7 +60,7 @@ class Gaussian(Task):
         self.set_entity_state(State.BOOT, "waiting for SimulatedState")
 
     @consume
-    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+    def update_truth(self, truth: imc.SimulatedState) -> None:
         if not math.isfinite(truth.lat + truth.lon + truth.x + truth.y + truth.z):
             self._truth = None
             self.set_entity_state(State.FAULT, "SimulatedState is not finite")

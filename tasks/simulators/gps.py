@@ -101,7 +101,7 @@ class GPS(Task):
             self._publish(imc.GpsFix(type=imc.GpsFix.Type.MANUAL_INPUT, validity=ALL_VALID, lat=lat, lon=lon))
 
     @consume
-    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+    def update_truth(self, truth: imc.SimulatedState) -> None:
         if not is_valid_truth(truth):
             self._truths.clear()
             self.set_entity_state(State.FAULT, INVALID_TRUTH)

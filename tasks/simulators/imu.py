@@ -158,7 +158,7 @@ class IMU(Task):
             self.log.info(vins_parameters(*densities, ARTICLE_INTERVAL))
 
     @consume
-    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+    def measure(self, truth: imc.SimulatedState) -> None:
         if not is_valid_truth(truth):
             self.dropped += 1
             self.set_entity_state(State.FAULT, f"{INVALID_TRUTH} ({self.dropped} dropped)")

@@ -13,7 +13,7 @@ class Leaks(Task):
     leak_entities: list[str] = param(["Leak Sensor"], "", "Labels of the sensors.", size=(1, 32), editable=False)
 
     def configure(self) -> None:
-        self._sensors = {label: self.reserve(label) for label in self.leak_entities}
+        self._sensors = {label: self.reserve_entity(label) for label in self.leak_entities}
 
     def start(self) -> None:
         self.set_entity_state(State.NORMAL, "active")

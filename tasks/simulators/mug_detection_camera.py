@@ -27,12 +27,12 @@ from world.sensors import (
     UNIFORM_ERROR,
     AttitudeAndHeight,
     NorthEastOffset,
-    detect_like_original,
     detect_target,
     detection_at_pixel,
     ground_position_sigma,
+    locate_like_original_camera,
     locate_target,
-    mug_reference,
+    original_mug_camera,
     target_in_camera,
 )
 
@@ -53,7 +53,7 @@ class MUGDetectionCamera(Task):
     With a probability it misses gliders; it may be late, and detect what is not there, with numbers of its own.
 
     `Original` follows the README of the original task, `Original Code` its source: both at every state, with its flaws
-    (see mug_reference). The source assumes an altitude of 10 m and adds the same error to each detection.
+    (see original_mug_camera). The source assumes an altitude of 10 m and adds the same error to each detection.
     """
 
     reads = SECTIONS
@@ -166,11 +166,11 @@ class MUGDetectionCamera(Task):
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
 
     @consume
-    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+    def update_truth(self, truth: imc.SimulatedState) -> None:
         self._truth.update(truth)
 
     @consume
-    def on_estimated_state(self, state: imc.EstimatedState) -> None:
+    def detect_gliders(self, state: imc.EstimatedState) -> None:
         fault = self._fault(state)
         if fault:
             self._skip(fault)
@@ -226,7 +226,7 @@ class MUGDetectionCamera(Task):
         self, view: AttitudeAndHeight, mug: NorthEastOffset, believed: AttitudeAndHeight
     ) -> PlaneDetection | NorthEastOffset | None:
         if self.fidelity != "Physical":
-            return detect_like_original(self.camera, view, mug)
+            return locate_like_original_camera(self.camera, view, mug)
         see = detect_target if self.errors == "Covariance" else locate_target
         return see(self.camera, view, mug, believed, self.mounts[view.height <= 0.0])
 
@@ -326,7 +326,7 @@ class MUGDetectionCamera(Task):
     def _height(self, state: imc.EstimatedState, thing: WorldObject) -> float:
         """How far above an object the vehicle believes to be (m)."""
         if self.fidelity == "Original Code":
-            return mug_reference.ALTITUDE
+            return original_mug_camera.ALTITUDE
         if self.fidelity == "Original" or thing.depth is None:
             return state.alt if 0.0 < state.alt <= self.maximum_altitude else math.nan
         return thing.depth - state.z
@@ -339,7 +339,7 @@ class MUGDetectionCamera(Task):
             north, east = self.random.random(2).tolist()
             north, east = 2.0 * north - 1.0, 2.0 * east - 1.0
         else:
-            north, east = mug_reference.FROZEN
+            north, east = original_mug_camera.FROZEN
         return north, east
 
     def _error_scale(self, height: float, mug: NorthEastOffset) -> NorthEastOffset:
@@ -351,4 +351,4 @@ class MUGDetectionCamera(Task):
             return sigma, sigma
         if self.fidelity == "Physical":
             return UNIFORM_ERROR * height, UNIFORM_ERROR * height
-        return mug_reference.error_bound(self.camera, height)
+        return original_mug_camera.error_bound(self.camera, height)

@@ -55,7 +55,7 @@ class Servos(PoweredDeviceTask):
         self._freeze()
 
     @periodic(1.0)
-    def report(self) -> None:
+    def move_servos(self) -> None:
         if not self.has_power:
             return
         for servo in range(self.number_of_servos):

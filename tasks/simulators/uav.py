@@ -74,7 +74,7 @@ class UAV(PoweredDeviceTask):
         self.set_entity_state(State.BOOT, "waiting for the start position")
 
     @consume(others=True)
-    def on_gps_fix(self, fix: imc.GpsFix) -> None:
+    def set_start_position(self, fix: imc.GpsFix) -> None:
         if fix.type != MANUAL_INPUT or (fix.src != self.system and fix.dst != self.system):
             return
         if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi):

@@ -131,7 +131,7 @@ class VSIM(PoweredDeviceTask):
         return read_boat_model(value, name) if is_boat_model(value, name) else read_underwater_model(value, name)
 
     @consume(others=True)
-    def on_gps_fix(self, fix: imc.GpsFix) -> None:
+    def set_start_position(self, fix: imc.GpsFix) -> None:
         if fix.type != MANUAL_INPUT or (fix.src != self.system and fix.dst != self.system):
             return
         if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)):

@@ -24,7 +24,7 @@ class Equipment(Task):
         self._taken = {consumer.type.__name__ for task in others for consumer in consumer_methods(type(task))}
 
     @consume(others=True)
-    def on_lbl_config(self, request: imc.LblConfig) -> None:
+    def refuse_lbl_config(self, request: imc.LblConfig) -> None:
         if request.op not in (Lbl.GET_CFG, Lbl.SET_CFG) or not self._answers(request):
             return
         if request.op == Lbl.SET_CFG:
@@ -32,24 +32,24 @@ class Equipment(Task):
         self.reply(request, imc.LblConfig(op=Lbl.CUR_CFG))
 
     @consume(others=True)
-    def on_remote_actions_request(self, request: imc.RemoteActionsRequest) -> None:
+    def report_no_actions(self, request: imc.RemoteActionsRequest) -> None:
         if request.op == Actions.QUERY and self._answers(request):
             self.reply(request, imc.RemoteActionsRequest(op=Actions.REPORT))
 
     @consume(others=True)
-    def on_power_operation(self, request: imc.PowerOperation) -> None:
+    def refuse_power_operation(self, request: imc.PowerOperation) -> None:
         if request.op in SWITCHES and self._answers(request):
             self._refuse(request, "no task here switches the power: shut the computer down instead")
             if request.op in (Power.PWR_DOWN, Power.SCHED_PWR_DOWN):
                 self.reply(request, imc.PowerOperation(op=Power.PWR_DOWN_ABORTED))
 
     @consume(others=True)
-    def on_power_channel_control(self, request: imc.PowerChannelControl) -> None:
+    def refuse_power_channel_control(self, request: imc.PowerChannelControl) -> None:
         if self._answers(request):
             self._refuse(request, f"there is no power channel {request.name!r}")
 
     @consume(others=True)
-    def on_restart_system(self, request: imc.RestartSystem) -> None:
+    def refuse_restart(self, request: imc.RestartSystem) -> None:
         if self._answers(request):
             entity = self.vehicle.entities.label(self.system, request.dst_ent) or f"entity {request.dst_ent}"
             names: dict[int, str] = {Restart.DUNE: "the vehicle's program", Restart.SYSTEM: "the computer"}

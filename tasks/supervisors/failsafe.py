@@ -75,7 +75,7 @@ class Failsafe(Task):
         self._limit = (self._own.tightened(limits) if limits.max_depth >= 0.0 else self._own).deepest
 
     @consume
-    def on_depth(self, depth: imc.Depth) -> None:
+    def check_depth(self, depth: imc.Depth) -> None:
         """Compare the measured depth itself with the limit: navigation may be wrong or silent."""
         self._depth = depth.value
         deep = depth.value > self._limit + self.depth_margin
@@ -86,7 +86,7 @@ class Failsafe(Task):
     @consume(others=True)
     def on_abort(self, abort: imc.Abort) -> None:
         """Obey, whether or not the supervisor does."""
-        if self.addressed(abort):
+        if self.is_addressed_to_me(abort):
             self._neutralize()
 
     @periodic("execution_frequency")
@@ -137,7 +137,7 @@ class Failsafe(Task):
         self._reason = ""
         for subscription in self._bus.subscriptions:
             if subscription.owner is self and subscription.handler == self._overrule:
-                self._bus.remove(subscription)
+                self._bus.remove_subscription(subscription)
         self.log.info("released")
         self.set_entity_state(State.NORMAL, "active")
 

@@ -116,7 +116,7 @@ class Vehicle(Task):
     @consume(others=True)
     def on_abort(self, abort: imc.Abort) -> None:
         """Stop everything in any mode, on request of any system, unless the Abort is addressed to another one."""
-        if not self.addressed(abort):
+        if not self.is_addressed_to_me(abort):
             return
         system = self.vehicle.systems.name(abort.src)
         entity = self.vehicle.entities.label(abort.src, abort.src_ent) or str(abort.src_ent)
@@ -128,7 +128,7 @@ class Vehicle(Task):
         self.publish(imc.Aborted())
 
     @consume
-    def on_plan_control(self, answer: imc.PlanControl) -> None:
+    def note_ignored_errors(self, answer: imc.PlanControl) -> None:
         """Remember whether the started plan ignores errors; a refused request changes nothing."""
         kind = imc.PlanControl
         if answer.type == kind.Type.SUCCESS and answer.op == kind.Op.START:

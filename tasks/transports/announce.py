@@ -13,19 +13,19 @@ from imc.discovery import (
     Service,
     Services,
     announce_targets,
-    of_messages,
+    message_services,
 )
 from runtime import State, Task, consume, param, periodic
-from runtime.networks import EVERYWHERE, Interface, interfaces, is_local
+from runtime.network_interfaces import EVERYWHERE, Interface, interfaces, is_loopback_address
 from tasks.transports.imc_links.announcement import (
     SYSTEM_TYPES,
     announcement,
+    custom_message_signatures,
     expand_any_transport,
     external_services,
-    local_services,
-    own_messages,
+    loopback_services,
 )
-from tasks.transports.imc_links.sockets import announcer, network_address, network_after, network_time
+from tasks.transports.imc_links.sockets import network_address, network_after, network_time, open_announce_sender
 
 SHORTEST = 1.2  # s between two announcements; imcjava ignores one that comes within a second
 SOON = 0.2  # s, for several services that begin together
@@ -75,7 +75,7 @@ class Announce(Task):
         self.sent, self.due, self.asked = 0.0, network_time(self) + SHORTEST, False  # first come the services
 
     @consume
-    def offer(self, offer: imc.AnnounceService) -> None:
+    def on_announce_service(self, offer: imc.AnnounceService) -> None:
         """Take up a service of this vehicle."""
         try:
             service = Service.parse(offer.service)
@@ -87,11 +87,11 @@ class Announce(Task):
             self.announce_soon()
 
     @consume
-    def locate(self, state: imc.EstimatedState) -> None:
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
         self.state = state
 
     @consume(others=True)
-    def answer(self, other: imc.Announce) -> None:
+    def answer_new_system(self, other: imc.Announce) -> None:
         """Announce to a system that has just appeared: at once where it takes packets, and soon to all."""
         if other.src == self.system:
             return
@@ -111,14 +111,14 @@ class Announce(Task):
 
     def answer_at(self, places: Iterable[Endpoint]) -> None:
         """Announce to one system, where our own address reaches it: from loopback that is this computer only."""
-        offered, confined = self.offered.values(), is_local(self.place)
+        offered, confined = self.offered.values(), is_loopback_address(self.place)
         here = {each.address for each in interfaces()} if confined else set[str]()
         for place in places:
-            local = is_local(place.address) or place.address in here
+            local = is_loopback_address(place.address) or place.address in here
             if local or not confined:
-                own = [network.address for network in self.networks()]
-                if services := local_services(offered) if local else external_services(offered, own):
-                    self.send("", self.message(services), [place])
+                own = [network.address for network in self.announced_interfaces()]
+                if services := loopback_services(offered) if local else external_services(offered, own):
+                    self.send("", self.build_announce(services), [place])
                 return
 
     def announce_soon(self) -> None:
@@ -137,11 +137,11 @@ class Announce(Task):
         self.asked, self.sent = False, network_time(self)
         self.due = self.sent + self.announcement_periodicity
         offered = list(self.offered.values())
-        message = self.message(local_services(offered))
+        message = self.build_announce(loopback_services(offered))
         troubles = self.send("", message, announce_targets([LOOPBACK] if self.enable_loopback else [], self.ports))
-        if not is_local(self.place):
-            used = self.networks()
-            message = self.message(external_services(offered, [network.address for network in used]))
+        if not is_loopback_address(self.place):
+            used = self.announced_interfaces()
+            message = self.build_announce(external_services(offered, [network.address for network in used]))
             for network in used:
                 reach = [self.multicast_address] if self.enable_multicast else []
                 reach += [network.broadcast] if self.enable_broadcast and network.broadcast else []
@@ -154,12 +154,12 @@ class Announce(Task):
         figures = f"{len(offered)} services, {len(self.systems)} systems around"
         self.set_entity_state(State.FAULT if troubles else State.NORMAL, "; ".join([*sorted(troubles), figures]))
 
-    def networks(self) -> list[Interface]:
+    def announced_interfaces(self) -> list[Interface]:
         """The interfaces that announcements go out by."""
         return [
             each
             for each in interfaces()
-            if not each.is_local
+            if not each.is_loopback
             and each.name not in self.ignored_interfaces
             and self.place in (EVERYWHERE, each.address)
         ]
@@ -168,20 +168,20 @@ class Announce(Task):
         """The addresses of other computers' systems, which multicast may not reach."""
         mine = set(own)
         found = dict.fromkeys(address for _, addresses in self.systems.values() for address in addresses)
-        return [address for address in found if address not in mine and not is_local(address)]
+        return [address for address in found if address not in mine and not is_loopback_address(address)]
 
-    def message(self, services: Iterable[Service]) -> imc.Announce:
+    def build_announce(self, services: Iterable[Service]) -> imc.Announce:
         uid = round(self.vehicle.start_time * 1e9)
         schema = self.vehicle.bus.messages
-        known = (*expand_any_transport(services), *of_messages(own_messages(schema)))
+        known = (*expand_any_transport(services), *message_services(custom_message_signatures(schema)))
         text = str(Services.of(known, uid=uid, version="shoal", imc=schema.version))
         return announcement(self.system_name, self.system_type, self.state, text).replace(dst=0)
 
     def send(self, by: str, message: imc.Announce, places: Sequence[Endpoint]) -> set[str]:
         """Send to each place, to a group by the interface with the address `by`; returns what went wrong."""
-        packet = imc.encode_as(message, self.now, self.system, self.entity.id, message.dst, message.dst_ent)
+        packet = imc.encode_with_header(message, self.now, self.system, self.entity.id, message.dst, message.dst_ent)
         troubles: set[str] = set()
-        with announcer(by) as opened:
+        with open_announce_sender(by) as opened:
             for place in places:
                 try:
                     opened.sendto(packet, place)

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import imc
-from imc.addresses import OPERATORS
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
+from imc.reserved_ids import OPERATORS
 from imc.schema import message_named
 from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
@@ -52,10 +52,10 @@ class Cache(Task):
 
     def stop(self) -> None:
         if self._changed and not self.vehicle.virtual:
-            write(self._folder, self._news())
+            write_files(self._folder, self._news())
 
     @consume(others=True)
-    def control(self, request: imc.CacheControl) -> None:
+    def on_cache_control(self, request: imc.CacheControl) -> None:
         if not self.is_for_me(request):
             return
         name = self.vehicle.systems.name(request.src)
@@ -101,12 +101,12 @@ class Cache(Task):
         self._kept.clear()
 
     @periodic(1.0)
-    def settle(self) -> None:
+    def write_changes(self) -> None:
         """Write what has changed, in another thread."""
         if self._changed and not self._writing and not self.vehicle.virtual:
             news, self._writing = self._news(), True
             self._changed.clear()
-            self.offload(write, self._folder, news, then=self._written)
+            self.offload(write_files, self._folder, news, then=self._written)
 
     def _news(self) -> dict[str, bytes | None]:
         return {name: self._kept.get(name) for name in sorted(self._changed)}
@@ -117,7 +117,7 @@ class Cache(Task):
             self.log.error(f"the cache cannot be written: {describe_os_error(error)}")
 
 
-def write(folder: Path, files: Mapping[str, bytes | None]) -> OSError | None:
+def write_files(folder: Path, files: Mapping[str, bytes | None]) -> OSError | None:
     """Write files, each whole or not at all, and remove those without content; returns what prevents it."""
     try:
         for name, data in files.items():

@@ -3,17 +3,17 @@
 from dataclasses import dataclass
 
 import imc
-from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import MULTICAST, PERIOD, PORTS, Services, displayable_name
+from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, param, periodic
-from runtime.networks import is_local
+from runtime.network_interfaces import is_loopback_address
 from tasks.transports.imc_links import peer_table
 from tasks.transports.imc_links.datagram_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.peer_table import DropCounts, Peer
 from tasks.transports.imc_links.recvmmsg import Datagram
 from tasks.transports.imc_links.shared_discovery import DiscoveryFollower, DiscoveryLeader
-from tasks.transports.imc_links.sockets import announce_sockets, network_address, network_after, network_time
+from tasks.transports.imc_links.sockets import network_address, network_after, network_time, open_announce_receivers
 
 FORGOTTEN = 4.5 * PERIOD  # s after which a system is no longer within range
 MOST_SYSTEMS = 256
@@ -80,15 +80,15 @@ class Discovery(Task):
         self.senders: dict[str, Peer] = {}
         self.seen: dict[int, list[SystemSighting]] = {}
         self.clashes: dict[str, float] = {}
-        self.open()
-        network_after(self, PULSE, self.keep_listening)
+        self.listen_or_follow()
+        network_after(self, PULSE, self.pulse_or_listen)
 
     def stop(self) -> None:
         for each in (self.reader, self.leader, self.follower):
             if each is not None:
                 each.close()
 
-    def open(self) -> None:
+    def listen_or_follow(self) -> None:
         """Listen for all, or follow the vehicle that does."""
         ports = ",".join(map(str, self.ports))
         name = f"{self.place}-{self.multicast_address}-{ports}"
@@ -116,7 +116,7 @@ class Discovery(Task):
         reason = ""
         for port in self.ports:
             try:
-                sockets = announce_sockets(self.place, port, self.multicast_address)
+                sockets = open_announce_receivers(self.place, port, self.multicast_address)
             except OSError as error:
                 reason = f"{self.place}: {error.strerror}: ports {', '.join(map(str, self.ports))}"
                 continue
@@ -138,7 +138,7 @@ class Discovery(Task):
         self.follower = None
         if welcome:
             self.refusals = 0
-            self.open()
+            self.listen_or_follow()
         else:
             self.note_refusal()
 
@@ -147,15 +147,15 @@ class Discovery(Task):
         if self.refusals >= MOST_REFUSALS:
             self.listen("the program that should listen for all takes nobody")
 
-    def keep_listening(self) -> None:
+    def pulse_or_listen(self) -> None:
         """Show the followers that we live, or listen if nobody does it for us."""
-        network_after(self, PULSE, self.keep_listening)
+        network_after(self, PULSE, self.pulse_or_listen)
         if self.leader is not None:
             self.leader.pulse()
         elif self.follower is not None:
             self.check_leader(self.follower)
         elif self.reader is None:
-            self.open()
+            self.listen_or_follow()
 
     def check_leader(self, leader: DiscoveryFollower) -> None:
         """Follow no longer if the leader is silent, except where there is no port left."""
@@ -190,10 +190,10 @@ class Discovery(Task):
         services, name = Services.parse(message.services), displayable_name(message.sys_name)
         if message.src == self.system:
             if services.uid != str(round(self.vehicle.start_time * 1e9)):
-                self.report(f"the id 0x{message.src:04X} of this vehicle", f"{name} at {address}")
+                self.report_conflict(f"the id 0x{message.src:04X} of this vehicle", f"{name} at {address}")
             return
         if name == self.vehicle.name:
-            self.report(f"the name {name} of this vehicle", f"0x{message.src:04X} at {address}")
+            self.report_conflict(f"the name {name} of this vehicle", f"0x{message.src:04X} at {address}")
         self.record_sighting(message.src, name, services.uid, address)
         if not self.vehicle.bus.reaches(message.src):
             self.relay(packet)
@@ -205,7 +205,7 @@ class Discovery(Task):
             if len(self.senders) >= MOST_SENDERS:
                 del self.senders[next(iter(self.senders))]
             sender = self.senders[address] = Peer(UNKNOWN_SYSTEM, address)
-        return sender.try_acquire(network_time(self), LOCAL_RATE if is_local(address) else RATE)
+        return sender.try_acquire(network_time(self), LOCAL_RATE if is_loopback_address(address) else RATE)
 
     def record_sighting(self, system: int, name: str, uid: str, address: str) -> None:
         """Remember who uses an id; two that use it by turns are two systems, one after the other a restart."""
@@ -223,9 +223,9 @@ class Discovery(Task):
         for other in runs:
             if other is not found and other.last > found.first and network_time(self) > other.first:
                 both = f"{other.name} at {other.address} and {name} at {address}"
-                self.report(f"the id 0x{system:04X}", both)
+                self.report_conflict(f"the id 0x{system:04X}", both)
 
-    def report(self, what: str, who: str) -> None:
+    def report_conflict(self, what: str, who: str) -> None:
         """Say once, and in the state of the entity, that two systems use one id or name."""
         clash = f"{what} is also used by {who}"
         if clash not in self.clashes:
@@ -239,7 +239,7 @@ class Discovery(Task):
             self.log.warning(f"announcement from {address} dropped: {reason}" + (f" ({why})" if why else ""))
 
     @periodic(1.0)
-    def survey(self) -> None:
+    def report_systems(self) -> None:
         """Forget who is out of range, and report who is within."""
         self.drops.merge_inactive(network_time(self))
         since = network_time(self) - FORGOTTEN

@@ -25,7 +25,7 @@ class Fragments(Task):
 
     @consume(others=True)
     def on_message_part(self, part: imc.MessagePart) -> None:
-        if part.src == self.system or not self.addressed(part):
+        if part.src == self.system or not self.is_addressed_to_me(part):
             return
         try:
             packet = self._assembler.add(part, self.now)

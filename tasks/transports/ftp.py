@@ -93,7 +93,7 @@ class FTP(Task):
             self.after(RETRY, self._open)
             return
         self._trouble = ""
-        self.accompany(self._server.run)
+        self.run_in_thread(self._server.run)
         service = Service("ftp", self.place, self.port)
         may = "read and remove" if self.allow_deletion else "read"
         report_opened(self, service, self.control_port, f"whoever reaches it can {may} the logs")

@@ -11,7 +11,7 @@ from pathlib import Path
 import imc
 from imc.lsf import COMPRESSIONS, LsfWriter
 from runtime.logs import RUN_FILE, encode_run_position
-from support.file_errors import naming_path
+from support.file_errors import add_path_to_errors
 
 LONGEST_LABEL = 100  # bytes
 
@@ -42,7 +42,7 @@ class LogFolder:
         return f"{self.path.parent.name}/{self.path.name}"
 
     @property
-    def waiting(self) -> int:
+    def unwritten_bytes(self) -> int:
         """Bytes that the disk has not accepted yet."""
         return self.data.waiting + self.text.waiting + sum(map(len, self._files.values()))  # integers
 
@@ -59,14 +59,14 @@ class LogFolder:
         path = _new_folder(self.path)
         place = encode_run_position(first or f"{path.parent.name}/{path.name}", self._number)
         try:
-            with naming_path(path):
+            with add_path_to_errors(path):
                 for name, content in self._files.items():
                     (path / name).write_bytes(content)
                 (path / RUN_FILE).write_bytes(place)
             self.text.open(path / "Output.txt")
             self.data.open(path / f"Data.lsf{self._suffix}")
         except OSError:
-            self.close()
+            self.abandon()
             shutil.rmtree(path, ignore_errors=True)
             raise
         self.path, self.made = path, True
@@ -79,7 +79,7 @@ class LogFolder:
         self.data.flush()
         self.text.flush()
 
-    def close(self) -> None:
+    def abandon(self) -> None:
         """Close both files without a flush."""
         self.data.abandon()
         self.text.abandon()
@@ -103,7 +103,7 @@ def clean_label(text: str) -> str:
     return label.encode(errors="ignore")[:LONGEST_LABEL].decode(errors="ignore")
 
 
-def synchronize(file: int) -> OSError | None:
+def fsync_and_close(file: int) -> OSError | None:
     """Make the disk store a file, and close this descriptor of it."""
     try:
         os.fsync(file)

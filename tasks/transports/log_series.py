@@ -22,10 +22,10 @@ class LogSeries:
         self._first, self._number = "", 0
 
     @property
-    def waiting(self) -> int:
+    def unwritten_bytes(self) -> int:
         """Bytes that the disk has not accepted yet."""
         logs = [*self.waiting_logs, self.current] if self.current is not None else self.waiting_logs
-        return sum(log.waiting for log in logs)  # integers
+        return sum(log.unwritten_bytes for log in logs)  # integers
 
     def begin(self, name: str, compression: str, files: Mapping[str, bytes]) -> LogFolder:
         """Begin a log, in memory until `settle`."""
@@ -39,28 +39,28 @@ class LogSeries:
             self.waiting_logs.append(self.current)
             self.current = None
 
-    def settle(self) -> None:
+    def flush(self) -> None:
         """Write what waits, the oldest log first. Raises OSError; LogRemovedError if somebody removed a log."""
         while self.waiting_logs:
             try:
                 self._write(self.waiting_logs[0])
             except LogRemovedError:
-                self.waiting_logs.pop(0).close()
+                self.waiting_logs.pop(0).abandon()
                 raise
-            self.waiting_logs.pop(0).close()
+            self.waiting_logs.pop(0).abandon()
         if self.current is not None:
             self._write(self.current)
 
-    def replace(self, removed: LogFolder, log: LogFolder) -> None:
+    def move_unwritten(self, removed: LogFolder, log: LogFolder) -> None:
         """Write to `log` what was not yet written to a log that somebody removed."""
-        removed.close()
+        removed.abandon()
         log.data.adopt_pending(removed.data)
         log.text.adopt_pending(removed.text)
 
-    def close(self) -> None:
+    def abandon(self) -> None:
         """Give up what the disk does not accept."""
         for log in self.waiting_logs:
-            log.close()
+            log.abandon()
 
     def _write(self, log: LogFolder) -> None:
         if not log.made:

@@ -5,13 +5,13 @@ from datetime import UTC, datetime
 
 import imc
 from imc.discovery import Services
-from imc.lsf import COMPRESSIONS, packed_schema
+from imc.lsf import COMPRESSIONS, gzip_schema
 from imc.schema import message_named
 from runtime import Entity, State, Task, consume, param
 from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
 from tasks.transports.imc_links.announcement import SYSTEM_TYPES, announcement
-from tasks.transports.log_folder import LogFolder, LogRemovedError, clean_label, log_line, synchronize, utc_text
+from tasks.transports.log_folder import LogFolder, LogRemovedError, clean_label, fsync_and_close, log_line, utc_text
 from tasks.transports.log_series import LogSeries
 
 MIB = 1 << 20
@@ -98,13 +98,15 @@ class Logging(Task):
         self._recording = False
         self._close()
         waiting = (
-            f"{self._logs.waiting / MIB:.1f} MiB of messages are not on the disk" if self._logs.waiting_logs else ""
+            f"{self._logs.unwritten_bytes / MIB:.1f} MiB of messages are not on the disk"
+            if self._logs.waiting_logs
+            else ""
         )
         lost = f"{self._lost} messages were lost, from {utc_text(self._lost_since)} on" if self._lost else ""
         if trouble := ", ".join(words for words in (waiting, lost) if words):
             self.lost = f"{trouble}: {self._trouble}"
             self.log.error(self.lost)
-        self._logs.close()
+        self._logs.abandon()
 
     @consume(others=True, packets=True)
     def record(self, message: imc.Message, packet: bytes) -> None:
@@ -214,11 +216,11 @@ class Logging(Task):
 
     def _new_log(self) -> LogFolder:
         configuration = self.vehicle.profile.dump().encode(errors="surrogateescape")
-        files = {"IMC.xml.gz": packed_schema(self.vehicle.bus.messages), "Config.ini": configuration}
+        files = {"IMC.xml.gz": gzip_schema(self.vehicle.bus.messages), "Config.ini": configuration}
         return self._logs.begin(self._begin(), self.lsf_compression_method, files)
 
     def _packet(self, message: imc.Message, entity: Entity) -> bytes:
-        return imc.encode_as(message, self.now, self.system, entity.id, message.dst, message.dst_ent)
+        return imc.encode_with_header(message, self.now, self.system, entity.id, message.dst, message.dst_ent)
 
     def _announce(self) -> None:
         """Publish who and where the vehicle is."""
@@ -266,13 +268,13 @@ class Logging(Task):
         """Write what waits; returns the error that prevents it."""
         log, error = self._logs.current, None
         try:
-            self._logs.settle()
+            self._logs.flush()
         except LogRemovedError as removed:
             self._fail(removed)
             if log is not None and log.removed:
                 self._open()
                 assert self._logs.current is not None
-                self._logs.replace(log, self._logs.current)
+                self._logs.move_unwritten(log, self._logs.current)
         except OSError as refused:
             error = refused
         if log is not None and log.made:
@@ -285,7 +287,7 @@ class Logging(Task):
             os.close(file)
         else:
             self._syncing += 1
-            self.offload(synchronize, file, then=self._synchronized)
+            self.offload(fsync_and_close, file, then=self._synchronized)
 
     def _synchronized(self, error: OSError | None) -> None:
         self._syncing -= 1
@@ -303,7 +305,7 @@ class Logging(Task):
         if reason != self._trouble:
             self._trouble = reason
             self.log.error(f"messages cannot be recorded: {reason}")
-        if not self._full and self._logs.waiting > LONGEST_BACKLOG:
+        if not self._full and self._logs.unwritten_bytes > LONGEST_BACKLOG:
             self._full = True
             self.log.error(f"{LONGEST_BACKLOG // MIB} MiB wait for the disk: from now on messages are lost")
         self.set_entity_state(State.FAILURE, reason)

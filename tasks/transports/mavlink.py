@@ -1,15 +1,15 @@
 """MAVLink 2 for ground stations and scripts: QGroundControl, Mission Planner, MAVProxy, MAVSDK."""
 
 import imc
-from mavlink import KINDS, load_dialect, system_of
+from mavlink import KINDS, load_dialect, mavlink_system_id
 from mavlink.vehicle import VehicleEndpoint, VehicleEquipment, VehicleIdentity, VehicleModel
 from mavlink.vehicle.camera import parse_video
 from mavlink.vehicle.command import RelayNames
 from runtime import consume
 from tasks.transports.mavlink_links.disk_folders import DiskFolders
-from tasks.transports.mavlink_links.ground_task import GroundLinks
-from tasks.transports.mavlink_links.pictures import DiskPictures
-from tasks.transports.mavlink_links.vehicle_views import find_cameras, task_parameters
+from tasks.transports.mavlink_links.disk_pictures import DiskPictures
+from tasks.transports.mavlink_links.ground_links import GroundLinks
+from tasks.transports.mavlink_links.task_views import find_cameras, task_parameters
 
 
 class MAVLink(GroundLinks):
@@ -19,7 +19,7 @@ class MAVLink(GroundLinks):
         """The vehicle that stations see."""
         identity = VehicleIdentity(
             self.system_name,
-            self.system_id or system_of(self.system),
+            self.system_id or mavlink_system_id(self.system),
             KINDS[self.vehicle_kind],
             self.vehicle.start_time,
             self.geoid_undulation,
@@ -32,26 +32,26 @@ class MAVLink(GroundLinks):
             DiskFolders({"logs": logs, "@MAV_LOG": logs}),
             DiskPictures(logs, self.offload),
             find_cameras(self.vehicle.tasks, dict(map(parse_video, self.video_streams))) if self.cameras else (),
-            self.values_shown(),
+            self.parse_named_values(),
             RelayNames(self.relays, self.lights, self.buttons),
         )
         return VehicleEndpoint(load_dialect(), model, self, equipment, warn=self.log.warning)
 
     @consume(others=True)
-    def meet_vehicle(self, other: imc.Announce) -> None:
+    def check_id_conflict(self, other: imc.Announce) -> None:
         if other.src != self.system:
             self.endpoint.id_conflicts.on_announce(other, self.now)
 
     @consume
-    def settle(self, reply: imc.PlanControl | imc.PlanDB) -> None:
+    def on_plan_reply(self, reply: imc.PlanControl | imc.PlanDB) -> None:
         """Take an answer to what a ground station has asked for."""
         if self.is_answered_by(reply):
             self.endpoint.receive_reply(reply, self.now)
         elif isinstance(reply, imc.PlanDB):
-            self.endpoint.mission.receive_database(reply, self.now)
+            self.endpoint.mission.on_plan_db(reply, self.now)
 
     @consume
-    def recall(self, database: imc.PlanDBState) -> None:
+    def restore_uploaded_mission(self, database: imc.PlanDBState) -> None:
         """Show the mission that was uploaded before the vehicle or this task has restarted."""
         names = {info.plan_id for info in database.plans_info if isinstance(info, imc.PlanDBInformation)}
         self.endpoint.mission.restore(names, self.now)

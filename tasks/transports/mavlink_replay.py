@@ -9,10 +9,15 @@ from mavlink import KINDS, load_dialect, statustext
 from mavlink.vehicle import CHANGES, ShownMessages, VehicleEquipment, VehicleIdentity
 from runtime import State, consume, param, periodic
 from tasks.transports.mavlink_links.disk_folders import DiskFolders
-from tasks.transports.mavlink_links.ground_task import GroundLinks
-from tasks.transports.mavlink_links.logged_vehicle import LoggedEndpoint, LoggedIdentity, LoggedVehicle, identify
-from tasks.transports.mavlink_links.pictures import DiskPictures
-from tasks.transports.mavlink_links.vehicle_views import task_parameters
+from tasks.transports.mavlink_links.disk_pictures import DiskPictures
+from tasks.transports.mavlink_links.ground_links import GroundLinks
+from tasks.transports.mavlink_links.logged_vehicle import (
+    LoggedEndpoint,
+    LoggedIdentity,
+    LoggedVehicle,
+    identify_log_owner,
+)
+from tasks.transports.mavlink_links.task_views import task_parameters
 from tasks.transports.replayed_log import LogPlayer, SkippedPackets
 
 AS_LOGGED = "as logged"
@@ -41,7 +46,7 @@ class LoggedPort:
     def publish(self, message: imc.Message) -> None:
         pass
 
-    def limit(self, option: str) -> float:
+    def profile_limit(self, option: str) -> float:
         return math.inf
 
 
@@ -70,7 +75,7 @@ class MAVLinkReplay(GroundLinks):
             return
         self._dialect = load_dialect()  # now, since that takes a while
         self._player = cast(LogPlayer, player)
-        self._player.add_follower(self._land)
+        self._player.add_jump_listener(self._land)
         self.set_entity_state(State.NORMAL, "no log yet")
 
     def stop(self) -> None:
@@ -95,7 +100,7 @@ class MAVLinkReplay(GroundLinks):
 
         self._path = path
         self.stop()
-        self.offload(identify, path, self.shown_system, then=begin)
+        self.offload(identify_log_owner, path, self.shown_system, then=begin)
 
     def _begin(self, path: Path, identity: LoggedIdentity | str, passed: SkippedPackets) -> None:
         if isinstance(identity, str):
@@ -131,12 +136,12 @@ class MAVLinkReplay(GroundLinks):
             task_parameters(self.vehicle.tasks),
             DiskFolders({}),
             DiskPictures(self.vehicle.log_root, self.offload),
-            named_values=self.values_shown(),
+            named_values=self.parse_named_values(),
         )
         return LoggedEndpoint(self._dialect, model, port, equipment, self.log.warning)
 
     def _show(self, passed: SkippedPackets) -> None:
-        self.logged.restart()
+        self.logged.reset()
         for due in passed.packets:
             message = imc.decode(due.packet)
             if not isinstance(message, imc.LogBookEntry | imc.EstimatedMugState):
@@ -144,7 +149,7 @@ class MAVLinkReplay(GroundLinks):
         early, self._early = self._early, []
         for message, elapsed in early:
             self._take(message, elapsed, 0.0)
-        self.logged.show_changes(self.now)
+        self.logged.send_changes(self.now)
         self.poll()
 
     @property
@@ -153,7 +158,7 @@ class MAVLinkReplay(GroundLinks):
         return self.endpoint
 
     @consume(others=True)
-    def note(self, message: ShownMessages | Told) -> None:
+    def show_state(self, message: ShownMessages | Told) -> None:
         """Take what the log says."""
         if self._identity is None:
             if len(self._early) < MOST_EARLY and self._path is not None:
@@ -161,7 +166,7 @@ class MAVLinkReplay(GroundLinks):
             return
         self._take(message, self._player.elapsed, 0.0)
         if isinstance(message, CHANGES):
-            self.logged.show_changes(self.now)
+            self.logged.send_changes(self.now)
 
     def _take(self, message: imc.Message, elapsed: float, age: float) -> None:
         """Take a message, `age` s after it was due at a time of the log."""
@@ -169,9 +174,9 @@ class MAVLinkReplay(GroundLinks):
         assert identity is not None
         if message.src != identity.imc_id:
             if isinstance(message, imc.PlanDB | imc.PlanControl) and message.dst == identity.imc_id:
-                logged.learn(message)
+                logged.learn_entities_and_plans(message)
             return
-        logged.learn(message, message.timestamp)
+        logged.learn_entities_and_plans(message, message.timestamp)
         label = logged.model.label(message.src_ent)
         if isinstance(message, imc.LogBookEntry | imc.EstimatedMugState):
             logged.update(message, label, self.now)
@@ -188,12 +193,12 @@ class MAVLinkReplay(GroundLinks):
             super().poll()
 
     @consume
-    def note_event(self, message: imc.LogBookEntry | imc.Event | imc.EstimatedMugState | imc.EntityParameters) -> None:
+    def show_event(self, message: imc.LogBookEntry | imc.Event | imc.EstimatedMugState | imc.EntityParameters) -> None:
         if self._identity is not None:
-            super().note_event(message)
+            super().show_event(message)
 
     @consume(others=True)
-    def note_abort(self, abort: imc.Abort) -> None:
+    def show_abort(self, abort: imc.Abort) -> None:
         """Take an Abort of the log."""
         if self._identity is not None and self._identity.imc_id in (abort.src, abort.dst):
             self.logged.update_state(abort, "", self._player.elapsed)

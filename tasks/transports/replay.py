@@ -58,7 +58,7 @@ class Replay(Task):
     _paused_at: int | None = None
 
     def configure(self) -> None:
-        self._entities = {label: self.reserve(label).id for label in self.entities if label}
+        self._entities = {label: self.reserve_entity(label).id for label in self.entities if label}
         self._from = self._place("From", self.begin) or LogTime(self.seconds_to_skip)
         self._choice = ReplaySelection(
             tuple(filter(None, self.replay_messages)),
@@ -100,12 +100,12 @@ class Replay(Task):
     def paused(self) -> bool:
         return self._paused_at is not None
 
-    def add_follower(self, follower: Callable[[Path, SkippedPackets], object]) -> None:
+    def add_jump_listener(self, follower: Callable[[Path, SkippedPackets], object]) -> None:
         """Call `follower(path, passed)` when a log begins, and after each jump in it, before its next packet."""
         self._followers += (follower,)
 
     @consume(others=True)
-    def control(self, request: imc.ReplayControl) -> None:
+    def on_replay_control(self, request: imc.ReplayControl) -> None:
         """Start, stop, pause or resume, as requested by the own system or an operator."""
         if not self.is_for_me(request):
             return

@@ -11,8 +11,8 @@ from typing import NamedTuple, Protocol, cast
 import msgspec
 
 import imc
-from imc.addresses import BROADCAST, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from imc.lsf import Log
+from imc.reserved_ids import BROADCAST, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.logs import find_types, summarize
 from support.durations import parse_duration
 from support.file_errors import describe_os_error
@@ -82,7 +82,7 @@ class LogPlayer(Protocol):
         """The present time in the log (s)."""
         ...
 
-    def add_follower(self, follower: Callable[[Path, SkippedPackets], object]) -> None:
+    def add_jump_listener(self, follower: Callable[[Path, SkippedPackets], object]) -> None:
         """Call `follower(path, passed)` when a log begins, and after each jump in it, before its next packet."""
 
 
@@ -141,8 +141,8 @@ class ReplayedLog:
         self._speakers: set[tuple[int, int]] = set()
         if choice.systems or choice.entities:
             summary = summarize(log)
-            self._systems = summary.names.find_systems(choice.systems, summary.clocks)
-            self._speakers = summary.names.find_entities(choice.entities, summary.by_entity)
+            self._systems = summary.names.system_ids(choice.systems, summary.clocks)
+            self._speakers = summary.names.entity_ids(choice.entities, summary.by_entity)
         self._verdicts: dict[int, str] = {}
         self._same = log.schema == imc.builtin()
         first = next((packet for _, packet in log.packets()), None)
@@ -153,9 +153,9 @@ class ReplayedLog:
         self._translating = bool(entities)
 
     def __iter__(self) -> Iterator[ReplayedPacket]:
-        return self.play()
+        return self.packets_from()
 
-    def play(self, begin: LogTime | None = None) -> Iterator[ReplayedPacket]:
+    def packets_from(self, begin: LogTime | None = None) -> Iterator[ReplayedPacket]:
         """The packets from `begin` on; each call reads the log from the start."""
         self.timeline = timeline = Timeline(self._longest_pause)
         self.foreign.clear()
@@ -229,7 +229,7 @@ class ReplayedLog:
     def _foreign(self, packet: bytes, number: int) -> str:
         """The name of a packet that is another message here than in the log, else an empty text."""
         verdict = self._verdict(number)
-        if verdict or not (kind := self.log.schema.types_by_id.get(number)) or not set(kind.wire) & {"M", "L"}:
+        if verdict or not (kind := self.log.schema.types_by_id.get(number)) or not set(kind.wire_codes) & {"M", "L"}:
             return verdict
         try:
             message = self.log.schema.decode(packet)
@@ -244,7 +244,7 @@ class ReplayedLog:
             ours = imc.builtin().types_by_id.get(number)
             same = ours is None or (
                 theirs is not None
-                and (theirs.abbrev, theirs.wire) == (ours.abbrev, ours.wire)
+                and (theirs.abbrev, theirs.wire_codes) == (ours.abbrev, ours.wire_codes)
                 and [f.attribute for f in theirs.fields] == [f.attribute for f in ours.fields]
             )
             name = theirs.abbrev if theirs else "a message"
@@ -283,7 +283,7 @@ def open_log(
 
 def seek_log(recording: ReplayedLog, place: LogTime) -> OpenedLog | str:
     """The recording from `place` on, or why it cannot be read."""
-    packets = recording.play(place)
+    packets = recording.packets_from(place)
     try:
         first = next(packets, None)
         return OpenedLog(recording, packets, first, recording.skipped_by_jump(place))

@@ -4,17 +4,17 @@ from collections.abc import Iterable
 from socket import socket
 
 import imc
-from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
+from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from imc.schema import message_named
 from runtime import State, consume, param, periodic
-from runtime.networks import enable_refusals, refused_destinations
+from runtime.network_interfaces import enable_icmp_errors, refused_destinations
 from runtime.profile import split_list
 from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
 from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, DatagramFilter, sender_text
 from tasks.transports.imc_links.datagram_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
-from tasks.transports.imc_links.link_task import ImcLinkTask, read_option
+from tasks.transports.imc_links.link_task import ImcLinkTask, parse_option
 from tasks.transports.imc_links.message_list import MessageList, parse_rate
 from tasks.transports.imc_links.peer_table import (
     MALFORMED,
@@ -28,7 +28,7 @@ from tasks.transports.imc_links.peer_table import (
 from tasks.transports.imc_links.port_search import candidate_ports, report_opened
 from tasks.transports.imc_links.radio_range import RadioRange
 from tasks.transports.imc_links.recvmmsg import Datagram
-from tasks.transports.imc_links.sockets import bound, network_address, network_time, send
+from tasks.transports.imc_links.sockets import bind_udp_socket, network_address, network_time, send_packet
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
 OUT_OF_RANGE = "out of range"
@@ -125,13 +125,13 @@ class UDP(ImcLinkTask):
     def configure(self) -> None:
         id_of = self.vehicle.systems.id
         self.place = network_address(self, self.address)
-        self.commanders = read_option("Consoles", lambda: ConsoleAcl(self.consoles, id_of))
-        self.static = read_option(
+        self.commanders = parse_option("Consoles", lambda: ConsoleAcl(self.consoles, id_of))
+        self.static = parse_option(
             "Static Destinations", lambda: [parse_endpoint(item) for item in self.static_destinations]
         )
         own: dict[int, list[str]] = {}
-        for name, rate in read_option("Peer Rates", lambda: [parse_peer_rate(item) for item in self.peer_rates]):
-            (system,) = read_option("Peer Rates", lambda name=name: ConsoleAcl([name], id_of).listed)
+        for name, rate in parse_option("Peer Rates", lambda: [parse_peer_rate(item) for item in self.peer_rates]):
+            (system,) = parse_option("Peer Rates", lambda name=name: ConsoleAcl([name], id_of).listed)
             own.setdefault(system, []).append(rate)
         self.lists: dict[int, MessageList] = {}
         for system, rates in own.items():
@@ -140,7 +140,7 @@ class UDP(ImcLinkTask):
         if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
             self.peers, self.positions = PeerTable(), RadioRange()
         self.peers.timeout, self.peers.kept = self.contact_timeout, self.commanders.listed
-        self.peers.called = read_option("Call Systems", lambda: ConsoleAcl(self.call_systems, id_of).listed)
+        self.peers.called = parse_option("Call Systems", lambda: ConsoleAcl(self.call_systems, id_of).listed)
         self.gate = DatagramFilter(
             self.system,
             self.peers,
@@ -175,7 +175,7 @@ class UDP(ImcLinkTask):
             self.reader.close()
         self.reader = self.socket = None
 
-    def refresh(self) -> None:
+    def refresh_subscriptions(self) -> None:
         """Find out where to send, and to whom by which list."""
         contacts = self.peers.contacts(network_time(self)) if self.dynamic_nodes else []
         groups: dict[int, list[tuple[int, Endpoint]]] = {}
@@ -195,16 +195,16 @@ class UDP(ImcLinkTask):
         trouble = ""
         for port in candidate_ports(self.local_port, PORTS_TRIED):
             try:
-                self.socket = bound(self.place, port)
+                self.socket = bind_udp_socket(self.place, port)
             except OSError as error:
                 trouble = f"cannot listen at {self.place}: {error.strerror}"
                 continue
             self.trouble, self.port = "", self.socket.getsockname()[1]
-            enable_refusals(self.socket)
+            enable_icmp_errors(self.socket)
             self.reader = DatagramReader(self, [self.socket], self.on_datagrams, self.remove_silent_peers)
             service = Service("imc+udp", self.place, self.port)
             report_opened(self, service, self.local_port, self.commanders.risk, announced=self.announce_service)
-            self.refresh()
+            self.refresh_subscriptions()
             return
         if trouble != self.trouble:
             self.log.error(trouble)
@@ -221,7 +221,7 @@ class UDP(ImcLinkTask):
             if self.drops.add("announced beyond the systems in contact", f"0x{other.src:04X}"):
                 self.log.warning(f"{MOST_PEERS} systems are in contact: there is no room for 0x{other.src:04X}")
         elif self.peers.in_contact(peer, network_time(self)):
-            self.refresh()
+            self.refresh_subscriptions()
 
     def on_datagrams(self, datagrams: list[Datagram]) -> None:
         """Put packets on the bus, if they may come from where they come."""
@@ -258,21 +258,21 @@ class UDP(ImcLinkTask):
             if peer.source == address:
                 peer.last_from_source = now
             elif not peer.is_multihomed(address, now):
-                self.follow(peer, address, now)
+                self.update_destination(peer, address, now)
         self.taken += taken
 
-    def follow(self, peer: Peer, address: str, now: float) -> None:
+    def update_destination(self, peer: Peer, address: str, now: float) -> None:
         """Send to where a system is now; a new place is greeted, but not so often that it could be a nuisance there."""
         new = address not in peer.sources
         peer.set_source(address, now)
-        self.refresh()
+        self.refresh_subscriptions()
         if now - peer.answered_at >= BREAK:
             peer.answered_at = now
             self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
             if new:
-                self.greet(peer)
+                self.send_last_states(peer)
 
-    def greet(self, peer: Peer) -> None:
+    def send_last_states(self, peer: Peer) -> None:
         """Tell a system that has come the last states, which it would have to wait for."""
         if self.dynamic_nodes and peer.endpoint is not None:
             for packet in self.last_states(self.lists.get(peer.system, self.messages)):
@@ -324,7 +324,7 @@ class UDP(ImcLinkTask):
         """Send a packet; one that cannot be sent is counted, and the first of each place and reason named."""
         assert self.socket is not None
         try:
-            send(self.socket, packet, endpoint)
+            send_packet(self.socket, packet, endpoint)
         except OSError as error:
             why = error.strerror or str(error)
             if self.unsent.add(f"not sent ({why})", str(endpoint)):
@@ -336,7 +336,7 @@ class UDP(ImcLinkTask):
         for place in set(map(Endpoint._make, refused_destinations(self.socket))):
             for peer in self.peers.on_port_unreachable(place, network_time(self)):
                 self.log.info(f"lost contact with {peer.name} (0x{peer.system:04X}): nobody listens at {place}")
-                self.refresh()
+                self.refresh_subscriptions()
 
     @periodic(1.0)
     def tick(self) -> None:
@@ -355,7 +355,7 @@ class UDP(ImcLinkTask):
         for peer in lost:
             self.log.info(f"lost contact with {peer.name} (0x{peer.system:04X})")
         if moved or lost:
-            self.refresh()
+            self.refresh_subscriptions()
         contacts = [f"{peer.name} at {endpoint}" for peer, endpoint in self.peers.contacts(network_time(self))]
         figures = [self.trouble, f"{len(contacts)} in contact" + (f" ({', '.join(contacts)})" if contacts else "")]
         figures += [f"{self.taken} packets taken", str(self.drops), str(self.unsent)]

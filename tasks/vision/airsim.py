@@ -124,7 +124,7 @@ class AirSim(ImageSaverTask):
         self.pose_history.add(state)
 
     @consume
-    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+    def update_truth(self, truth: imc.SimulatedState) -> None:
         self._truth.update(truth)
 
     @periodic("frame_rate")

@@ -6,7 +6,7 @@ from functools import partial
 
 from runtime import ParameterError, State, param
 from tasks.vision.cameras.calibrated_camera import CalibratedCameraTask
-from tasks.vision.cameras.image_files import Image, open_video, to_rgba
+from tasks.vision.cameras.image_sequence import Image, open_video, to_rgba
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
 
@@ -55,7 +55,7 @@ class Device(CalibratedCameraTask):
         address = self.address if number is None else number
         self._feed = feed = _FrameReader(address, (self.width, self.height), self.timeout)
         post = self.vehicle.kernel.post
-        self.accompany(partial(feed.run, partial(post, self._take, feed), partial(post, self._lose, feed)))
+        self.run_in_thread(partial(feed.run, partial(post, self._take, feed), partial(post, self._lose, feed)))
 
     def _take(self, feed: "_FrameReader") -> None:
         """Share the newest frame."""

@@ -194,7 +194,7 @@ class MUGDetector(Task):
         self._faults.pop("", None)
         self._tell()
 
-    def offset_of(self, number: int) -> tuple[float, float, Floats]:
+    def glider_offset(self, number: int) -> tuple[float, float, Floats]:
         """North and east (m) of the vehicle, as it is now, of a glider, and the covariance (2, 2).
 
         Raises LookupError for a number that no glider has, or without a recent state.

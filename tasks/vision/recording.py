@@ -5,7 +5,7 @@ from functools import partial
 
 from runtime import ParameterError, State, param
 from tasks.vision.cameras.calibrated_camera import CalibratedCameraTask
-from tasks.vision.cameras.image_files import MOST_REPORTED, Image, ImageSequence, TimedImage, find_calibration
+from tasks.vision.cameras.image_sequence import MOST_REPORTED, Image, ImageSequence, TimedImage, find_calibration
 from world.optics import CalibrationError, read_calibration
 
 FROM_START, AS_RECORDED = "From Start", "As Recorded"

@@ -9,7 +9,7 @@ from fastcrc.crc16 import arc
 
 import imc
 from imc.codec import Codec
-from imc.compiler import DEEPEST
+from imc.codec_compiler import DEEPEST
 from imc.messages import BY_ID
 
 
@@ -22,7 +22,7 @@ def test_default_message_returns() -> None:
 
 def test_encode_as_writes_another_header() -> None:
     message = imc.EntityState(state=imc.EntityState.State.NORMAL, description="fine")
-    packet = imc.encode_as(message, 2.5, 30, 7, 31, 8)
+    packet = imc.encode_with_header(message, 2.5, 30, 7, 31, 8)
     assert imc.decode(packet) == message.replace(timestamp=2.5, src=30, src_ent=7, dst=31, dst_ent=8)
     assert imc.header(packet) == (1, len(packet) - 22, 2.5, 30, 7, 31, 8)
     back = imc.with_header(packet, timestamp=-1.0, src=0xFFFF, src_ent=0xFF, dst=0xFFFF, dst_ent=0xFF)
@@ -62,7 +62,7 @@ def test_unknown_id_is_kept(order: Any) -> None:
     assert isinstance(message, imc.Unknown)
     assert (message.id, message.payload, message.src) == (64000, b"abc", 30)
     assert imc.encode(message) == packet
-    assert imc.with_header(packet, src=31) == imc.encode_as(message, -1.0, 31, 0xFF, 0xFFFF, 0xFF)
+    assert imc.with_header(packet, src=31) == imc.encode_with_header(message, -1.0, 31, 0xFF, 0xFFFF, 0xFF)
 
 
 @pytest.mark.parametrize("kind", [bytes, bytearray, memoryview])
@@ -122,7 +122,7 @@ def test_id_and_source_are_read_without_decoding(order: Literal["little", "big"]
 
 def test_header_that_does_not_fit_is_named() -> None:
     with pytest.raises(imc.EncodeError, match=r"Heartbeat.src_ent: 256 is not within 0 to 255"):
-        imc.encode_as(imc.Heartbeat(), 1.0, 1, 256, 1, 1)
+        imc.encode_with_header(imc.Heartbeat(), 1.0, 1, 256, 1, 1)
     with pytest.raises(imc.EncodeError):
         imc.with_header(imc.encode(imc.Heartbeat()), src=-1)
 

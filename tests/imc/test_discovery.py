@@ -13,7 +13,7 @@ from imc.discovery import (
     Services,
     announce_targets,
     displayable_name,
-    of_messages,
+    message_services,
 )
 
 DUNES = (  # what a real DUNE announces
@@ -49,12 +49,12 @@ def test_services_are_built_with_their_slash_and_in_order():
 
 
 def test_own_messages_are_announced_unless_they_are_many():
-    assert Services.parse(DUNES).messages is None
+    assert Services.parse(DUNES).message_checksums is None
     for own in ({}, {30001: "58e17678"}, {number: "0a1b2c3d" for number in range(65535, 65535 - MOST_MESSAGES, -1)}):
-        text = str(Services.of(of_messages(own)))
-        assert Services.parse(text).messages == own
-    assert of_messages(dict.fromkeys(range(MOST_MESSAGES + 1), "0a1b2c3d")) == ()
-    assert Services.parse("shoal+info://0.0.0.0/messages/x,-,7,+1-2,").messages == {7: ""}
+        text = str(Services.of(message_services(own)))
+        assert Services.parse(text).message_checksums == own
+    assert message_services(dict.fromkeys(range(MOST_MESSAGES + 1), "0a1b2c3d")) == ()
+    assert Services.parse("shoal+info://0.0.0.0/messages/x,-,7,+1-2,").message_checksums == {7: ""}
 
 
 def test_the_address_that_sent_the_announce_comes_first():

@@ -80,7 +80,7 @@ def test_other_header(message: imc.Message, other: imc.Message, order: Any) -> N
     header = packet_header(other)
     names = ("timestamp", "src", "src_ent", "dst", "dst_ent")
     wanted = message.replace(**dict(zip(names, header, strict=True)))
-    assert imc.encode_as(message, *header) == imc.encode(wanted)
+    assert imc.encode_with_header(message, *header) == imc.encode(wanted)
     assert imc.with_header(imc.encode(message, order), **dict(zip(names, header, strict=True))) == imc.encode(
         wanted, order
     )
@@ -89,8 +89,8 @@ def test_other_header(message: imc.Message, other: imc.Message, order: Any) -> N
 def passed(message: imc.Message) -> tuple[imc.Message, bytes, imc.Message]:
     """What receivers of a published message see, its packet, and what they see if nobody wants a packet."""
     codec, header = imc.builtin().codec, packet_header(message)
-    seen, packet = codec.round_trip(type(message), encodes=True)(message, *header)
-    return seen, packet, codec.round_trip(type(message), encodes=False)(message, *header)
+    seen, packet = codec.round_trip_function(type(message), encodes=True)(message, *header)
+    return seen, packet, codec.round_trip_function(type(message), encodes=False)(message, *header)
 
 
 @settings(max_examples=300)

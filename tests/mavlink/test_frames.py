@@ -182,9 +182,9 @@ def test_a_frame_whose_end_never_comes_is_given_up():
     good = pymavlink_frame(PING)
     splitter = StreamSplitter(DIALECT)
     assert splitter.feed(b"noise\xfd\xff\x00\x00" + good + good) == ([], 1)
-    assert (splitter.passed, splitter.waiting) == (5, 4 + 2 * len(good))
+    assert (splitter.passed, splitter.bytes_waiting) == (5, 4 + 2 * len(good))
     found, damages = splitter.flush()
-    assert ([m.name for m in found], damages, splitter.waiting) == (["PING", "PING"], 0, 0)
+    assert ([m.name for m in found], damages, splitter.bytes_waiting) == (["PING", "PING"], 0, 0)
     assert splitter.flush() == ([], 0)
     assert [m.name for m in splitter.feed(good)[0]] == ["PING"]
 

@@ -30,7 +30,7 @@ def test_link(text, scheme, address, flavor):
 
 def test_options():
     url = parse_link_url("serial:///dev/ttyUSB0?rates=low&key=/etc/shoal/mavlink.key&unsigned=accept&baud=9600")
-    assert (url.low, url.key, url.accepts_unsigned, url.is_guarded) == (
+    assert (url.low, url.key, url.accepts_unsigned, url.requires_signing) == (
         True,
         "/etc/shoal/mavlink.key",
         True,
@@ -38,9 +38,9 @@ def test_options():
     )
     assert (url.text, url.bytes_per_second) == ("serial:///dev/ttyUSB0", 200.0)
     plain = parse_link_url("serial:///dev/ttyUSB0")
-    assert (plain.low, plain.key, plain.accepts_unsigned, plain.is_guarded) == (False, "", False, False)
+    assert (plain.low, plain.key, plain.accepts_unsigned, plain.requires_signing) == (False, "", False, False)
     assert (plain.baud, plain.bytes_per_second) == (57600, 5760.0)
-    assert parse_link_url("udpin://?key=~/key").is_guarded
+    assert parse_link_url("udpin://?key=~/key").requires_signing
 
 
 @pytest.mark.parametrize(

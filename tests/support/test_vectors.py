@@ -5,7 +5,7 @@ import math
 import pytest
 
 from support.numbers import clamp
-from support.vectors import add, dot, limited, norm
+from support.vectors import add, dot, limit_components, norm
 
 
 def test_sums_products_and_lengths():
@@ -15,9 +15,9 @@ def test_sums_products_and_lengths():
 
 
 def test_a_velocity_keeps_its_direction_over_ground():
-    assert limited((3.0, 4.0, 9.0), 2.5, 1.0, 2.0) == pytest.approx((1.5, 2.0, 2.0))
-    assert limited((0.0, 0.0, -9.0), 2.5, 1.0, 2.0) == (0.0, 0.0, -1.0)
-    assert limited((1.0, 1.0, 0.5), 2.5, 1.0, 2.0) == (1.0, 1.0, 0.5)
+    assert limit_components((3.0, 4.0, 9.0), 2.5, 1.0, 2.0) == pytest.approx((1.5, 2.0, 2.0))
+    assert limit_components((0.0, 0.0, -9.0), 2.5, 1.0, 2.0) == (0.0, 0.0, -1.0)
+    assert limit_components((1.0, 1.0, 0.5), 2.5, 1.0, 2.0) == (1.0, 1.0, 0.5)
 
 
 def test_numbers_are_limited_on_both_sides():

@@ -39,7 +39,7 @@ def test_displace_is_imcpys_but_for_its_tilt(lat: float, lon: float, north: floa
 
 def test_absolute() -> None:
     state = imc.EstimatedState(lat=0.7, lon=-0.15, height=10.0, x=100.0, y=-50.0, z=3.0)
-    lat, lon, height = coordinates.absolute(state)
+    lat, lon, height = coordinates.absolute_position(state)
     assert wgs84.displacement(0.7, -0.15, 10.0, lat, lon, height) == pytest.approx((100.0, -50.0, 3.0), abs=1e-6)
 
 

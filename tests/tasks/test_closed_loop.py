@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 
 import imc
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from runtime.kernel import VirtualClock, nanoseconds
 from runtime.profile import load_profile, own_etc
 from runtime.vehicle import build
@@ -73,7 +73,7 @@ def fly(tmp_path, paths, seconds, *, seed=0, settings=DEEP):
     waiting = list(paths)
 
     def publish(message):
-        packet = imc.encode_as(message, vehicle.kernel.now_ns * 1e-9, vehicle.system, 0xFE, 0xFFFF, 0xFF)
+        packet = imc.encode_with_header(message, vehicle.kernel.now_ns * 1e-9, vehicle.system, 0xFE, 0xFFFF, 0xFF)
         vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     def follow(state):
@@ -101,7 +101,7 @@ def sampled(messages, start):
             due += 1.0
             lat, lon, height = displace(truth.lat, truth.lon, truth.height, truth.x, truth.y, truth.z)
             north, east, _ = displacement(LAT, LON, 0.0, lat, lon, height)
-            own = absolute(state)
+            own = absolute_position(state)
             off = displacement(lat, lon, height, *own)
             yield Sample(message.timestamp - start, north, east, truth.z, off[0], off[1], message.x, message.y)
 

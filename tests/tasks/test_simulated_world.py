@@ -32,7 +32,9 @@ MUG_CAMERA = "Simulators.MUGDetectionCamera"
 def sailed(folder, seconds, *overrides, modes="Simulation", kinds=(imc.EstimatedMugState, imc.SimulatedState)):
     """The shipped AUV, which circles under water by itself; returns the vehicle, and what it published of `kinds`."""
     profile = load_profile("lauv-noptilus-1", overrides=(UNLOGGED, *overrides))
-    vehicle = build(profile, profile.select(modes), clock=VirtualClock(profile.start_time_ns), log_root=folder).vehicle
+    vehicle = build(
+        profile, profile.parse_modes(modes), clock=VirtualClock(profile.start_time_ns), log_root=folder
+    ).vehicle
     heard = {kind: [] for kind in kinds}
     for kind, messages in heard.items():
         vehicle.observe(kind, messages.append)
@@ -217,7 +219,7 @@ def test_frames_show_the_water_of_the_world():
 
 def test_gliders_that_are_moved_on_one_camera_are_moved_for_all(tmp_path):
     profile = load_profile("lauv-noptilus-1")
-    selected = profile.select("Simulation,Camera")
+    selected = profile.parse_modes("Simulation,Camera")
     vehicle = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=tmp_path).vehicle
     vehicle.start()
     vehicle.run(1.0)
@@ -227,7 +229,7 @@ def test_gliders_that_are_moved_on_one_camera_are_moved_for_all(tmp_path):
     def move(label, text):
         parameters = (imc.EntityParameter(name="MUGs", value=text),)
         order = imc.SetEntityParameters(name=label, params=parameters)
-        packet = imc.encode_as(order, vehicle.kernel.now_ns * 1e-9, 0x4001, 1, vehicle.system, 0xFF)
+        packet = imc.encode_with_header(order, vehicle.kernel.now_ns * 1e-9, 0x4001, 1, vehicle.system, 0xFF)
         vehicle.bus.dispatch(imc.decode(packet), packet, None)
         vehicle.run(0.5)
 

@@ -63,7 +63,7 @@ class DetectionAccuracy:
         sigmas = self.attitude, self.attitude, self.heading, up, self.place, self.place
         return np.square(sigmas)
 
-    def remaining_share(self, seconds: float) -> Floats:
+    def error_decay(self, seconds: float) -> Floats:
         """(6,) the share of the errors that is left after some seconds."""
         attitude, height, place = self.attitude_time, self.height_time, self.place_time
         times = attitude, attitude, attitude, height, place, place

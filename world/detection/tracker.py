@@ -69,7 +69,7 @@ class ObjectTrack:
             self.pose_correlation = step @ self.pose_correlation
         walks = [habits.position_walk**2] * 2 + [habits.speed_walk**2] * (len(self.state) - 2)
         self.covariance = self.covariance + seconds * np.diag(walks)
-        self.pose_correlation = self.pose_correlation * accuracy.remaining_share(seconds)
+        self.pose_correlation = self.pose_correlation * accuracy.error_decay(seconds)
 
     def innovation(self, view: "TrackMeasurement") -> tuple[Floats, Floats]:
         """What a sighting has beyond the track (2,), and its covariance (2, 2)."""

@@ -49,13 +49,13 @@ def read_calibration(path: str | Path, camera: str = "") -> CameraModel:
     return _read(Path(path), camera)[1]
 
 
-def calibration_text(path: str | Path, camera: str = "") -> str:
+def calibration_json(path: str | Path, camera: str = "") -> str:
     """What a calibration file says of a camera, as JSON for `parse_calibration`. Raises like `read_calibration`."""
     return json.dumps(_read(Path(path), camera)[0], default=str)
 
 
 def parse_calibration(text: str) -> CameraModel:
-    """The camera of a text of `calibration_text`. Raises CalibrationError."""
+    """The camera of a text of `calibration_json`. Raises CalibrationError."""
     try:
         return _model(_mapping(json.loads(text), "the text"))
     except (ValueError, RecursionError) as error:

@@ -93,9 +93,9 @@ class CameraModel(ABC):
 
     def pixel_rays(self) -> tuple[Floats, Bools]:
         """Unit rays (height, width, 3) through the centers of all pixels, and which exist; others are NaN."""
-        return self.corner_rays(self.height, self.width)
+        return self.top_left_rays(self.height, self.width)
 
-    def corner_rays(self, rows: int, columns: int) -> tuple[Floats, Bools]:
+    def top_left_rays(self, rows: int, columns: int) -> tuple[Floats, Bools]:
         """Those of `pixel_rays` in the first rows and columns."""
         u, v = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
         return self.rays(np.stack((u, v), axis=-1))

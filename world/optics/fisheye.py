@@ -64,7 +64,7 @@ class FisheyeModel(CameraModel):
             return super().pixel_rays()
         rows, columns = (self.height + 1) // 2, (self.width + 1) // 2
         rays, valid = np.empty((self.height, self.width, 3)), np.empty((self.height, self.width), np.bool_)
-        rays[:rows, :columns], valid[:rows, :columns] = self.corner_rays(rows, columns)  # and its mirror images
+        rays[:rows, :columns], valid[:rows, :columns] = self.top_left_rays(rows, columns)  # and its mirror images
         for whole in (rays, valid):
             whole[:rows, columns:] = whole[:rows, : self.width - columns][:, ::-1]
             whole[rows:] = whole[: self.height - rows][::-1]

@@ -137,7 +137,7 @@ def preset_lens(name: str, fov: float) -> Lens:
     return Lens(preset.k, fov)
 
 
-def original_size_criterion(k: float = 1.0, phi_max_deg: float = 135.0) -> float:
+def thesis_image_size(k: float = 1.0, phi_max_deg: float = 135.0) -> float:
     """The image size given in the thesis behind this camera, kept only for comparison.
 
     It takes phi in degrees and adds the terms as a root of squares; the correct size is 2 ceil(r(phi_max)) px.

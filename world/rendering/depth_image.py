@@ -10,8 +10,8 @@ from world.optics import CameraModel, Floats
 from world.rendering.cube_faces import face_rotations
 from world.rendering.pixel_rays import PixelRays
 from world.rendering.remap_table import RemapTable, finest_face_width
-from world.rendering.seabed.ray_grid import PITCH, TINY, FacePatch, RayGrid, fold_corners, rotate, second_differences
-from world.rendering.seabed.relief import SeabedRelief
+from world.rendering.seabed.ray_grid import PITCH, TINY, FacePatch, RayGrid, reduce_corners, rotate, second_differences
+from world.rendering.seabed.seabed_intersection import SeabedIntersector
 
 Places = NDArray[np.intp]
 
@@ -35,7 +35,7 @@ class InterpolationCells(NamedTuple):
 class DepthImage:
     """Distances to a relief: by a lattice of rays, finer where the ground bends, and by pixels where it is rough."""
 
-    def __init__(self, optics: CameraModel, rays: PixelRays, relief: SeabedRelief):
+    def __init__(self, optics: CameraModel, rays: PixelRays, relief: SeabedIntersector):
         self.relief, self._rays = relief, rays
         self._width, self._turns = finest_face_width(optics), face_rotations(FACES)
         lookup = RemapTable(optics, self._width, FACES)
@@ -110,15 +110,15 @@ def _cells(patch: FacePatch, near: Floats, rough: NDArray[np.bool_]) -> Interpol
     for axis, part in ((1, parts[4]), (0, parts[5])):
         bend = second_differences(w, axis)
         straight += np.abs(bend) / 8.0
-        middle = fold_corners(bend, np.add) / 4.0
+        middle = reduce_corners(bend, np.add) / 4.0
         np.divide(middle, 2.0, out=part, casting="same_kind")
-        errors += np.maximum(fold_corners(bend, np.maximum) - middle, middle - fold_corners(bend, np.minimum)) / 8.0
+        errors += np.maximum(reduce_corners(bend, np.maximum) - middle, middle - reduce_corners(bend, np.minimum)) / 8.0
     border = np.ones(errors.shape, dtype=np.bool_)
     border[1:-1, 1:-1] = False  # beyond it, it is not known how edges are bent
-    errors[border] = fold_corners(straight, np.maximum)[border]
-    errors[fold_corners(patch.select(rough), np.logical_or)] = np.inf
+    errors[border] = reduce_corners(straight, np.maximum)[border]
+    errors[reduce_corners(patch.select(rough), np.logical_or)] = np.inf
     return InterpolationCells(
-        parts.reshape(6, -1), errors.ravel(), (errors > fold_corners(ERROR * np.abs(w) + TINY, np.minimum)).ravel()
+        parts.reshape(6, -1), errors.ravel(), (errors > reduce_corners(ERROR * np.abs(w) + TINY, np.minimum)).ravel()
     )
 
 

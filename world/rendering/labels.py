@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from support.pose import DOWN, Pose
 from world.optics import CameraModel, Floats
+from world.rendering.camera_pose import CameraPose, board_cut_share, board_pixels, check_scene, number_gliders
 from world.rendering.depth_image import DepthImage
 from world.rendering.objects.calibration_targets import Board, resting_board
 from world.rendering.objects.capsule import Capsule
@@ -18,7 +19,6 @@ from world.rendering.objects.glider import Glider
 from world.rendering.objects.static_scene import StaticScene
 from world.rendering.optical_flow import compute_flow
 from world.rendering.pixel_rays import Bools, PixelRays, Places
-from world.rendering.scene_view import SceneView, board_cut_share, board_pixels, check_scene, number_gliders
 from world.rendering.scenes import ScenePose
 from world.rendering.seabed.ray_grid import rotate
 
@@ -117,7 +117,7 @@ class Labeler:
         object or under the ground, and for numbers that are not finite, or of two objects.
         """
         gliders = number_gliders(gliders)
-        sight = SceneView.from_pose(standpoint, self.mount, self.scene, self.landscape)
+        sight = CameraPose.from_pose(standpoint, self.mount, self.scene, self.landscape)
         bodies = {glider.id: sight.capsule_of(glider) for glider in gliders}
         distance, kinds = self._planes(sight) if self._ranging is None else self._ground(sight, self._ranging)
         self._wall_in(sight, distance, kinds)
@@ -137,7 +137,7 @@ class Labeler:
         )
         moved = None
         if following is not None:
-            after = SceneView.from_pose(following[0], self.mount, self.scene, self.landscape)
+            after = CameraPose.from_pose(following[0], self.mount, self.scene, self.landscape)
             now, then = ({glider.id: glider for glider in each} for each in (gliders, number_gliders(following[1])))
             bodies_alone = np.where(kinds == PixelClass.BOARD, np.uint16(0), instances)
             moved = compute_flow(
@@ -159,7 +159,7 @@ class Labeler:
             None if moved is None else moved.reshape(*shape, 2),
         )
 
-    def _planes(self, sight: SceneView) -> tuple[Floats, NDArray[np.uint8]]:
+    def _planes(self, sight: CameraPose) -> tuple[Floats, NDArray[np.uint8]]:
         """Distances (n,) to the planes below and above, and the kinds (n,) of what is there."""
         count = self._rays.directions.shape[1]
         distance, kinds = np.empty(count), np.empty(count, dtype=np.uint8)
@@ -175,7 +175,7 @@ class Labeler:
         kinds[~self._rays.covered] = PixelClass.VOID
         return distance, kinds
 
-    def _ground(self, sight: SceneView, ranging: DepthImage) -> tuple[Floats, NDArray[np.uint8]]:
+    def _ground(self, sight: CameraPose, ranging: DepthImage) -> tuple[Floats, NDArray[np.uint8]]:
         """The same with a relief below."""
         near, (a, b, c) = ranging.inverse_distances(sight.position, sight.rotation), sight.rotation[2].tolist()
         distance, kinds = np.empty(near.size), np.empty(near.size, dtype=np.uint8)
@@ -194,7 +194,7 @@ class Labeler:
         kinds *= self._rays.covered
         return distance, kinds
 
-    def _wall_in(self, sight: SceneView, distance: Floats, kinds: NDArray[np.uint8]) -> None:
+    def _wall_in(self, sight: CameraPose, distance: Floats, kinds: NDArray[np.uint8]) -> None:
         """Set the pixels that show walls."""
         if not self.landscape.walls:
             return
@@ -207,7 +207,7 @@ class Labeler:
                 (own,) = np.nonzero(near * distance[part] > 1.0)
             distance[start + own], kinds[start + own] = 1.0 / near[own], PixelClass.WALL
 
-    def _behind(self, sight: SceneView, pixels: Places, far: Floats, distance: Floats, bed: float) -> Bools:
+    def _behind(self, sight: CameraPose, pixels: Places, far: Floats, distance: Floats, bed: float) -> Bools:
         """Which of the pixels of a body, at distances `far`, ground or walls hide."""
         found = np.zeros(pixels.shape, dtype=np.bool_)
         if self._ranging is not None or self.landscape.walls:
@@ -219,7 +219,7 @@ class Labeler:
     def _lay(
         self,
         board: Board,
-        sight: SceneView,
+        sight: CameraPose,
         distance: Floats,
         kinds: NDArray[np.uint8],
         instances: NDArray[np.uint16],
@@ -236,7 +236,7 @@ class Labeler:
         self,
         bodies: Mapping[int, Capsule],
         beds: Mapping[int, float],
-        sight: SceneView,
+        sight: CameraPose,
         distance: Floats,
         kinds: NDArray[np.uint8],
         instances: NDArray[np.uint16],

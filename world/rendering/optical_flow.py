@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.optics import CameraModel, Floats
+from world.rendering.camera_pose import CameraPose
 from world.rendering.objects.glider import Glider
-from world.rendering.scene_view import SceneView
 
-ViewAndGliders = tuple[SceneView, Mapping[int, Glider]]
+ViewAndGliders = tuple[CameraPose, Mapping[int, Glider]]
 
 
 def compute_flow(
@@ -43,7 +43,7 @@ def compute_flow(
     return (pixels - np.stack((i + 0.5, j + 0.5), axis=-1)).astype(np.float32)
 
 
-def _still_points(towards: Floats, distance: Floats, sight: SceneView, after: SceneView, *, level: bool) -> Floats:
+def _still_points(towards: Floats, distance: Floats, sight: CameraPose, after: CameraPose, *, level: bool) -> Floats:
     """(3, n) directions to the points of ground and surface from the next camera, also to those at infinity.
 
     A point of a plane stays on it: where it lies is known by the distances of both cameras from the plane.
@@ -57,7 +57,7 @@ def _still_points(towards: Floats, distance: Floats, sight: SceneView, after: Sc
     return towards + np.stack(steps)
 
 
-def _carried(points: Floats, glider: Glider, moved: Glider, sight: SceneView, after: SceneView) -> Floats:
+def _carried(points: Floats, glider: Glider, moved: Glider, sight: CameraPose, after: CameraPose) -> Floats:
     """(3, n) m from the next camera to points of a glider, given from the first one."""
     north, east, down = points - sight.vector_to(glider)[:, np.newaxis]
     turn = moved.heading - glider.heading

@@ -26,7 +26,11 @@ def underwater_textures(seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]
     """Pyramids of sand, of the waves above it, and of patches of ground with shifts of the sand; read-only."""
     random = _of(seed, "Seabed")
     fine, swell = tone_pyramid(sand_texture(random)), tone_pyramid(wave_texture(random))
-    return _kept(fine), _kept(swell), _kept(shifting_pyramid(ground_patches(random), texture_shifts(random, 20.0)))
+    return (
+        _kept(fine),
+        _kept(swell),
+        _kept(tone_and_shift_pyramid(ground_patches(random), texture_shifts(random, 20.0))),
+    )
 
 
 @lru_cache(maxsize=2)
@@ -50,7 +54,7 @@ def tone_pyramid(texture: Floats) -> NDArray[np.uint8]:
     return _pyramid(texture, TONES, TONES, np.uint8)
 
 
-def shifting_pyramid(texture: Floats, bends: Floats) -> NDArray[np.uint16]:
+def tone_and_shift_pyramid(texture: Floats, bends: Floats) -> NDArray[np.uint16]:
     """A pyramid of tones and, times TONES, of shifts (n, n) of another texture in its texels, 0 to BENDS."""
     shifts = _pyramid(bends, 1, BENDS, np.uint16)
     shifts *= TONES

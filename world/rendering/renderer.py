@@ -21,7 +21,7 @@ from world.rendering.objects.marine_snow import MarineSnow
 from world.rendering.objects.static_scene import RestingBody, StaticScene
 from world.rendering.scenes import Scene, ScenePose, SeabedScene
 from world.rendering.seabed.ray_grid import rotate
-from world.rendering.seabed.terrain import Terrain
+from world.rendering.seabed.seabed_renderer import SeabedRenderer
 from world.rendering.textured_planes import PlaneCaster
 
 Floats = NDArray[np.floating[Any]]
@@ -69,7 +69,7 @@ class Renderer:
         self.windows = list(zip(self.rows, self.columns, strict=True))
         self.landscape = landscape or StaticScene()
         if self.landscape.relief is not None and isinstance(scene, SeabedScene):
-            self.terrain = Terrain(self.landscape.relief, width, self.faces, self.windows)
+            self.terrain = SeabedRenderer(self.landscape.relief, width, self.faces, self.windows)
 
     def render(
         self, vehicle: ScenePose, gliders: Sequence[Glider] = (), flat: Sequence[Board] = ()
@@ -91,7 +91,7 @@ class Renderer:
         for board in flat:
             offset = board.north - pose.north, board.east - pose.east, pose.height - board.height
             look, cover = (
-                self.scene.appearance(here, offset, lights),
+                self.scene.body_appearance(here, offset, lights),
                 self._cover(pose, near, calibration_targets.resting_board(board, pose.depth + offset[2])),
             )
             for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
@@ -99,13 +99,16 @@ class Renderer:
                     face, turn, window, board, offset, look, cover and partial(cover, number, turn)
                 )
         for mug in _seen(pose, gliders):
-            look, cover = self.scene.appearance(here, mug.center, lights), self._cover(pose, near, _lying(mug, pose))
+            look, cover = (
+                self.scene.body_appearance(here, mug.center, lights),
+                self._cover(pose, near, _lying(mug, pose)),
+            )
             for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
                 draw_glider(face, turn, window, mug, look, self.scene.sun, cover and partial(cover, number, turn))
         if lights and isinstance(self.scene, SeabedScene):
             for face, turn, (rows, columns) in zip(pixels, turns, windows, strict=True):
                 window = slice(*rows), slice(*columns)
-                water_optics.add_light(
+                water_optics.add_backscatter(
                     face[window], self.scene.lamp_backscatter(here, turn, self.width, lights)[:, *window]
                 )
         if self.snow is not None and isinstance(self.scene, SeabedScene):

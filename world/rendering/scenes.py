@@ -135,7 +135,7 @@ class SeabedScene:
         veil = self._glow(-points[2] / away, lit(depth)) * self.water.glow_share(away)
         return (on_ground * self.water.transmission(away))[:, 0], veil[:, 0]
 
-    def appearance(self, pose: ScenePose, place: Vector, lights: Sequence[LampBeam] = ()) -> Appearance:
+    def body_appearance(self, pose: ScenePose, place: Vector, lights: Sequence[LampBeam] = ()) -> Appearance:
         """How a body near the ground looks from the camera (see draw_glider); `place` is NED, m from the camera."""
         depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         lit = daylight(depth + pose.height)
@@ -259,7 +259,7 @@ class SeaSurfaceScene:
             -1, CLOUDS, self.sky_layers, self.sky_words
         )
 
-    def appearance(self, pose: ScenePose, place: Vector, lights: Sequence[LampBeam] = ()) -> Appearance:
+    def body_appearance(self, pose: ScenePose, place: Vector, lights: Sequence[LampBeam] = ()) -> Appearance:
         """How a body near the surface looks from the camera (see glider.draw_glider)."""
 
         def look(reflected: Floats, distance: Floats) -> Floats:

@@ -36,7 +36,7 @@ class TextureLayer:
 class TexturedPlane:
     """A plane in one picture: `distance` m below (side 1) or above (side -1) the camera.
 
-    The tones of both layers are added; the first one may shift the second (procedural_textures.shifting_pyramid), so
+    The tones of both layers are added; the first one may shift the second (tone_and_shift_pyramid), so
     that places where both are the same are far apart. `palette` (ROWS * SUMS) holds the RGBA words by elevation and sum
     of tones. Where the light is not the same everywhere, `shade(points, tones)` colors points (3, n, m; m, NED from the
     camera).

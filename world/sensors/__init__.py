@@ -1,6 +1,6 @@
 """Models of sensors: noise and geometry."""
 
-from world.sensors import mug_reference
+from world.sensors import original_mug_camera
 from world.sensors.beam_echo import BeamEcho, distance_to_bottom, janus_directions, nearest_echo, velocity_from_beams
 from world.sensors.drift import Drift
 from world.sensors.imu_grade import IMU_PARTS, TRIAD_DRAWS, ImuPart, TriadErrors, TriadGrade
@@ -17,10 +17,10 @@ from world.sensors.mug_detection import (
     UNIFORM_ERROR,
     AttitudeAndHeight,
     NorthEastOffset,
-    detect_like_original,
     detect_target,
     detection_at_pixel,
     ground_position_sigma,
+    locate_like_original_camera,
     locate_target,
     target_in_camera,
 )
@@ -47,15 +47,15 @@ __all__ = [
     "StandardNormals",
     "TriadErrors",
     "TriadGrade",
-    "detect_like_original",
     "detect_target",
     "detection_at_pixel",
     "distance_to_bottom",
     "ground_position_sigma",
     "janus_directions",
+    "locate_like_original_camera",
     "locate_target",
-    "mug_reference",
     "nearest_echo",
+    "original_mug_camera",
     "specific_force",
     "target_in_camera",
     "velocity_from_beams",

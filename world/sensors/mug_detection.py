@@ -8,7 +8,7 @@ import numpy as np
 from support.rotations import rotation, to_body, to_ned
 from world.detection import DetectionAccuracy, Floats, PlaneDetection, PoseOverPlane, point_on_plane, project_to_plane
 from world.optics import FieldOfViewCamera
-from world.sensors import mug_reference
+from world.sensors import original_mug_camera
 
 NorthEastOffset = tuple[float, float]
 
@@ -92,14 +92,14 @@ def detection_at_pixel(
     return seen
 
 
-def detect_like_original(
+def locate_like_original_camera(
     camera: FieldOfViewCamera, view: AttitudeAndHeight, target: NorthEastOffset
 ) -> NorthEastOffset | None:
     """Like `detect`, with the geometry of the original."""
-    if not mug_reference.is_visible(camera, view.height, *target):
+    if not original_mug_camera.is_visible(camera, view.height, *target):
         return None
-    pixel = mug_reference.to_pixel(camera, view.height, view.psi, *target)
-    return mug_reference.to_offset(camera, view.height, view.psi, *pixel)
+    pixel = original_mug_camera.to_pixel(camera, view.height, view.psi, *target)
+    return original_mug_camera.to_offset(camera, view.height, view.psi, *pixel)
 
 
 def ground_position_sigma(camera: FieldOfViewCamera, height: float, target: NorthEastOffset) -> float:

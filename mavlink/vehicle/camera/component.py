@@ -10,9 +10,9 @@ import imc
 from mavlink import CRITICAL, STANDBY, Fields
 from mavlink.translate import cameras_from_imc, from_imc
 from mavlink.vehicle.camera.definition import definition
+from mavlink.vehicle.interfaces import CameraView, PictureStore, VehiclePort
 from mavlink.vehicle.model import SAVE_IMAGES, VehicleModel
 from mavlink.vehicle.parameters import ExtendedParameter, ExtendedParameterTable
-from mavlink.vehicle.ports import CameraView, PictureStore, VehiclePort
 from mavlink.vehicle.session import Session
 from support import wgs84
 
@@ -111,7 +111,7 @@ class CameraComponent:
         return can | cameras_from_imc.DETECTS * self.detects
 
     @property
-    def status(self) -> int:
+    def mav_state(self) -> int:
         """MAV_STATE."""
         state = self._entity.state
         if state in (State.ERROR, State.FAILURE):
@@ -146,7 +146,7 @@ class CameraComponent:
         if self.saves_all:
             self._port.set_parameter(self.label, SAVE_IMAGES, "false")
 
-    def change(self, parameter: ExtendedParameter, value: str, session: Session, now: float) -> None:
+    def change_parameter(self, parameter: ExtendedParameter, value: str, session: Session, now: float) -> None:
         """Ask the vehicle to change a parameter; who asked is answered when it has."""
         self.pending[session, parameter.id] = PendingChange(parameter, value, now + PATIENCE)
         self._port.set_parameter(self.label, parameter.parameter.name, value)
@@ -210,7 +210,7 @@ class CameraComponent:
             del self._found[next(iter(self._found))]
         self._found[mug.id] = cameras_from_imc.Detection(mug.id, lat, lon, here.altitude - below, distance, now)
 
-    def tracked(self, now: float) -> cameras_from_imc.Detection | None:
+    def tracked_object(self, now: float) -> cameras_from_imc.Detection | None:
         """What was detected last, while that is not long ago."""
         latest = next(reversed(self._found.values()), None)
         return latest if latest is not None and now - latest.time < ACTIVE else None

@@ -5,7 +5,7 @@ from functools import partial
 
 from mavlink import ReceivedMessage, statustext
 from mavlink.vehicle.camera.component import CameraComponent
-from mavlink.vehicle.ports import Thumbnail
+from mavlink.vehicle.interfaces import Thumbnail
 from mavlink.vehicle.session import Session
 
 SIDE = 160  # px
@@ -34,7 +34,7 @@ class ImageTransmission:
             return
         quality = min(values["jpg_quality"] or QUALITY, BEST)
         self._busy = True
-        camera.pictures.shrink(file, SIDE, quality, partial(self._send, part, camera, quality, now))
+        camera.pictures.make_thumbnail(file, SIDE, quality, partial(self._send, part, camera, quality, now))
 
     def _send(self, part: Session, camera: CameraComponent, quality: int, now: float, made: Thumbnail) -> None:
         self._busy = False

@@ -81,32 +81,32 @@ class CameraService(MavlinkService):
             session.send("PARAM_EXT_ACK", {**fields, "param_result": REFUSED})
             return
         try:
-            wanted = parameter.wanted(_raw_value(message), values["param_type"])
+            wanted = parameter.decode_text(_raw_value(message), values["param_type"])
         except ValueError as error:
             acknowledge_parameter(session, parameter, REFUSED)
             session.send_statustext(
                 statustext.WARNING, f"{self._camera.label}, {parameter.parameter.name}: {error}", now
             )
             return
-        self._camera.change(parameter, wanted, session, now)
+        self._camera.change_parameter(parameter, wanted, session, now)
 
     def _request_message(self, session: Session, order: CommandRequest, now: float) -> CommandResult:
-        if order.number(1) != CAPTURED or math.isnan(order.params[1]):
+        if order.integer_parameter(1) != CAPTURED or math.isnan(order.params[1]):
             return message_requests.COMMANDS[REQUEST_MESSAGE](session, order, now)
-        index = order.number(2)
+        index = order.integer_parameter(2)
         if index is None or not send_image_captured(session, self._camera, index):
             return CommandResult(MavResult.DENIED, f"There is no picture {order.params[1]:g}")
         return DONE
 
     def _start_capture(self, session: Session, order: CommandRequest, now: float) -> CommandResult:
-        camera, count, interval = self._camera, order.number(3), order.params[1]
+        camera, count, interval = self._camera, order.integer_parameter(3), order.params[1]
         if not camera.takes_pictures:
             return UNSUPPORTED
         if count is None or count < 0 or (count != 1 and not 0.0 <= interval < math.inf):
             return CommandResult(MavResult.DENIED, f"Cannot take {order.params[2]:g} pictures every {interval:g} s")
         if camera.trouble:
             return CommandResult(MavResult.TEMPORARILY_REJECTED, f"Cannot take pictures: {camera.trouble}")
-        number = order.number(4) or 0
+        number = order.integer_parameter(4) or 0
         if count == 1 and number > 0 and self._last_capture.get(session) == number:
             return DONE  # the answer was lost
         self._last_capture[session] = number if count == 1 else 0
@@ -120,7 +120,7 @@ class CameraService(MavlinkService):
         return DONE
 
     def _set_mode(self, session: Session, order: CommandRequest, now: float) -> CommandResult:
-        only_pictures = order.number(2) == 0
+        only_pictures = order.integer_parameter(2) == 0
         return DONE if only_pictures else CommandResult(MavResult.DENIED, "The camera only takes pictures")
 
 

@@ -7,7 +7,7 @@ from mavlink.vehicle.command.gcs_failsafe import ACTIONS, GcsFailsafe
 from mavlink.vehicle.command.message_requests import banner_command
 from mavlink.vehicle.command.offboard import OffboardTarget
 from mavlink.vehicle.command.read_only import refuse
-from mavlink.vehicle.command.relays import RelayNames, Relays, parse_button, parse_light
+from mavlink.vehicle.command.relays_lights_buttons import RelayNames, Relays, parse_button, parse_light
 from mavlink.vehicle.command.request import DONE, CommandRequest, CommandResult, MavResult
 from mavlink.vehicle.command.vehicle_commands import COMMANDS, CommandTargets
 from mavlink.vehicle.command.vehicle_control import VehicleControl

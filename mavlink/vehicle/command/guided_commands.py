@@ -169,7 +169,7 @@ def _closely(control: VehicleControl) -> Callable[[imc.PlanSpecification], imc.P
         *before, last = plan.maneuvers
         if not (isinstance(last, imc.PlanManeuver) and isinstance(last.data, imc.StationKeeping)):
             return plan
-        return plan.replace(maneuvers=(*before, last.replace(data=control.model.keep_close(last.data))))
+        return plan.replace(maneuvers=(*before, last.replace(data=control.model.with_hold_radius(last.data))))
 
     return change
 

@@ -16,10 +16,10 @@ def _offered(session: Session, number: int | None) -> str:
 
 
 def _request_message(session: Session, order: CommandRequest, now: float) -> CommandResult:
-    if order.number(1) == MESSAGE_INTERVAL:
-        return _get_message_interval(session, order.number(2))
-    name = _offered(session, order.number(1))
-    return _send(session, name, now, order.number(2) or 0) if name else CommandResult(MavResult.UNSUPPORTED)
+    if order.integer_parameter(1) == MESSAGE_INTERVAL:
+        return _get_message_interval(session, order.integer_parameter(2))
+    name = _offered(session, order.integer_parameter(1))
+    return _send(session, name, now, order.integer_parameter(2) or 0) if name else CommandResult(MavResult.UNSUPPORTED)
 
 
 def _request(name: str) -> Callable[[Session, CommandRequest, float], CommandResult]:
@@ -33,7 +33,7 @@ def _send(session: Session, name: str, now: float, number: int = 0) -> CommandRe
 
 
 def _set_message_interval(session: Session, order: CommandRequest, now: float) -> CommandResult:
-    name, interval = _offered(session, order.number(1)), order.params[1]
+    name, interval = _offered(session, order.integer_parameter(1)), order.params[1]
     if not name:
         return CommandResult(MavResult.DENIED, f"Message {order.params[0]:g} is not offered")
     if not math.isfinite(interval) or (interval < 0.0 and interval != -1.0):
@@ -56,7 +56,7 @@ def _get_message_interval(session: Session, number: int | None) -> CommandResult
 
 COMMANDS: Mapping[int, Callable[[Session, CommandRequest, float], CommandResult]] = {
     410: _request("HOME_POSITION"),
-    510: lambda session, order, now: _get_message_interval(session, order.number(1)),
+    510: lambda session, order, now: _get_message_interval(session, order.integer_parameter(1)),
     511: _set_message_interval,
     512: _request_message,
     519: _request("PROTOCOL_VERSION"),

@@ -47,7 +47,7 @@ class CommandRequest(NamedTuple):
     frame: int | None
     finish: Finish
 
-    def number(self, index: int) -> int | None:
+    def integer_parameter(self, index: int) -> int | None:
         """A parameter, counted from 1, as an integer; None if it is not one."""
         value = self.params[index - 1]
         return int(value) if math.isfinite(value) and value == int(value) else None

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, is_moving, positions
-from mavlink.missions import MissionCommand, first_item
+from mavlink.missions import MissionCommand, first_item_seq
 from mavlink.vehicle.command.guided_commands import (
     GLOBAL,
     NO_PLACE,
@@ -19,10 +19,10 @@ from mavlink.vehicle.command.guided_commands import (
     take_off,
 )
 from mavlink.vehicle.command.offboard import OffboardTarget
-from mavlink.vehicle.command.relays import Relays
+from mavlink.vehicle.command.relays_lights_buttons import Relays
 from mavlink.vehicle.command.request import DONE, CommandRequest, CommandResult, Finish, MavResult
 from mavlink.vehicle.command.vehicle_control import VehicleControl
-from mavlink.vehicle.mission import NO_PLAN, PlanReply, number_of
+from mavlink.vehicle.mission import NO_PLAN, PlanReply, item_number
 from mavlink.vehicle.session import Session
 from support import wgs84
 
@@ -62,7 +62,7 @@ def set_mode(
                 control.plans.stop(now)
             control.model.held = False
             reply = DONE
-        case _ if mode is before and not (mode is Mode.MISSION and control.mission.is_obsolete):
+        case _ if mode is before and not (mode is Mode.MISSION and control.mission.flies_replaced_mission):
             reply = DONE
         case Mode.MISSION if control.mission.plan is None:
             return CommandResult(MavResult.DENIED, f"Mode MISSION denied: {NO_PLAN}")
@@ -81,7 +81,7 @@ def set_mode(
         case _:
             return CommandResult(MavResult.DENIED, f"Mode {mode.name} denied: {_choices(targets, session)}")
     if reply is None or reply.result is MavResult.ACCEPTED:
-        control.model.choose_mode(session.flavor, mode, number)
+        control.model.remember_mode_number(session.flavor, mode, number)
     return reply
 
 
@@ -98,8 +98,8 @@ def _start(targets: CommandTargets, session: Session, number: int | None, finish
 
 
 def _arm(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult:
-    control, wish = targets.control, order.number(1)
-    force = order.number(2) in (FORCED_ARMING if wish else (FORCE,))
+    control, wish = targets.control, order.integer_parameter(1)
+    force = order.integer_parameter(2) in (FORCED_ARMING if wish else (FORCE,))
     if wish not in (0, 1):
         return CommandResult(MavResult.DENIED, "Arming denied: parameter 1 is neither 0 nor 1")
     if wish and not control.model.armed_or_moving and control.model.prearm_failure and not force:
@@ -115,10 +115,10 @@ def _arm(targets: CommandTargets, session: Session, order: CommandRequest, now: 
 
 
 def _do_set_mode(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
-    base, main, sub = order.number(1), order.number(2), order.number(3) or 0
+    base, main, sub = order.integer_parameter(1), order.integer_parameter(2), order.integer_parameter(3) or 0
     if base is None or not base & CUSTOM_MODE or main is None or main < 0 or not 0 <= sub < 256:
         return CommandResult(MavResult.DENIED, "Mode denied: only custom modes are supported")
-    number = session.flavor.commanded_number(main, sub)
+    number = session.flavor.commanded_mode_number(main, sub)
     mode = session.flavor.mode(targets.control.model.kind, number)
     return set_mode(targets, session, mode, number, order.finish, now)
 
@@ -126,18 +126,20 @@ def _do_set_mode(targets: CommandTargets, session: Session, order: CommandReques
 def _do_set_standard_mode(
     targets: CommandTargets, session: Session, order: CommandRequest, now: float
 ) -> CommandResult | None:
-    return set_mode(targets, session, STANDARD_MODES.get(order.number(1) or 0, Mode.OTHER), -1, order.finish, now)
+    return set_mode(
+        targets, session, STANDARD_MODES.get(order.integer_parameter(1) or 0, Mode.OTHER), -1, order.finish, now
+    )
 
 
 def _mission_start(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> None:
-    first = order.number(1) or 0
-    _start(targets, session, first - first_item(session.flavor) if first > 0 else None, order.finish, now)
+    first = order.integer_parameter(1) or 0
+    _start(targets, session, first - first_item_seq(session.flavor) if first > 0 else None, order.finish, now)
 
 
 def _pause_or_continue(
     targets: CommandTargets, session: Session, order: CommandRequest, now: float
 ) -> CommandResult | None:
-    wish = order.number(1)
+    wish = order.integer_parameter(1)
     if wish == 0:
         return set_mode(targets, session, Mode.HOLD, -1, order.finish, now)
     if wish == 1:
@@ -148,10 +150,10 @@ def _pause_or_continue(
 
 def _set_current(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
     """Go on at an item, also by the older message; -1 is the present one, or with parameter 2 the first."""
-    mission, seq = targets.control.mission, order.number(1)
-    number = -1 if seq is None else number_of(seq, session)
+    mission, seq = targets.control.mission, order.integer_parameter(1)
+    number = -1 if seq is None else item_number(seq, session)
     if seq == -1:
-        number = 0 if order.number(2) == 1 else mission.current
+        number = 0 if order.integer_parameter(2) == 1 else mission.current
 
     def judge(outcome: PlanReply) -> None:
         order.finish(DONE if outcome.done else CommandResult(MavResult.FAILED, f"Cannot go on there: {outcome.reason}"))
@@ -186,22 +188,22 @@ def _loiter(targets: CommandTargets, session: Session, order: CommandRequest, no
 
 
 def _set_relay(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult:
-    return targets.relays.set_relay(order.number(1), order.number(2))
+    return targets.relays.set_relay(order.integer_parameter(1), order.integer_parameter(2))
 
 
 def _set_servo(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult:
-    return targets.relays.set_servo(order.number(1), order.params[1])
+    return targets.relays.set_servo(order.integer_parameter(1), order.params[1])
 
 
 def _change_altitude(
     targets: CommandTargets, session: Session, order: CommandRequest, now: float
 ) -> CommandResult | None:
-    z, frame = order.params[0], order.number(2)
+    z, frame = order.params[0], order.integer_parameter(2)
     return go_to(targets.control, NO_PLACE, frame, z, -1.0, order.finish, now)
 
 
 def _terminate(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult:
-    if order.number(1) != 1:
+    if order.integer_parameter(1) != 1:
         return CommandResult(MavResult.DENIED, "Termination denied: parameter 1 is not 1")
     targets.control.abort(now)
     return DONE
@@ -222,7 +224,7 @@ def _orbit(targets: CommandTargets, session: Session, order: CommandRequest, now
 
 def _change_speed(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
     """The speed of what a ground station has asked for and asks for next; -1 leaves it, -2 is the usual one."""
-    control, kind, speed = targets.control, order.number(1), order.params[1]
+    control, kind, speed = targets.control, order.integer_parameter(1), order.params[1]
     if kind not in (0, 1):
         return CommandResult(
             MavResult.DENIED, "Speed denied: parameter 1 must be 0 (through air or water) or 1 (over ground)"
@@ -246,7 +248,7 @@ def _set_home(targets: CommandTargets, session: Session, order: CommandRequest, 
     if found is None:
         return CommandResult(MavResult.TEMPORARILY_REJECTED, "The position is unknown")
     here = found[1]
-    if order.number(1) == 1 or (lat, lon) == (0.0, 0.0):
+    if order.integer_parameter(1) == 1 or (lat, lon) == (0.0, 0.0):
         lat, lon, altitude = here.lat, here.lon, here.altitude
     elif order.frame in RELATIVE_FRAMES:
         altitude += here.altitude - here.relative

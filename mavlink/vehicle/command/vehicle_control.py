@@ -5,9 +5,9 @@ from collections.abc import Callable
 import imc
 from mavlink import Mode, is_moving, statustext
 from mavlink.vehicle.arming_checks import WORKING
+from mavlink.vehicle.interfaces import VehiclePort
 from mavlink.vehicle.mission import MissionStore, OnReply, PlanClient, PlanReply, sequential_plan
 from mavlink.vehicle.model import VehicleModel
-from mavlink.vehicle.ports import VehiclePort
 
 
 class VehicleControl:
@@ -56,7 +56,7 @@ class VehicleControl:
                 self.send_statustext(statustext.WARNING, f"Cannot hold, stopping: {outcome.reason}")
                 self.plans.stop(now, then)
 
-        station = model.station()
+        station = model.station_keeping()
         if station is None:
             judge(PlanReply(False, "the position is unknown"))
         else:

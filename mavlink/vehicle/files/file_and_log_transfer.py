@@ -5,7 +5,7 @@ from functools import partial
 from weakref import WeakKeyDictionary
 
 from mavlink import ReceivedMessage, statustext
-from mavlink.missions import first_item
+from mavlink.missions import first_item_seq
 from mavlink.vehicle.files.ftp_server import FtpServer
 from mavlink.vehicle.files.log_server import LogServer
 from mavlink.vehicle.files.virtual_files import VirtualFiles
@@ -37,7 +37,7 @@ class FileAndLogTransfer(MavlinkService):
             if answer is not None:
                 session.reply(message, message.name, payload=answer)
         else:
-            first = first_item(session.flavor)  # ArduPilot also counts logs from 1
+            first = first_item_seq(session.flavor)  # ArduPilot also counts logs from 1
             self._logs.receive(asker, message.name, message.values, now, first=first)
         if self._is_busy(asker):
             self._readers.setdefault(session, {})[asker[1:]] = message

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from zlib import crc32
 
-from mavlink.vehicle.ports import FileEntry
+from mavlink.vehicle.interfaces import FileEntry
 
 LAYOUT = struct.Struct("<HBBBBBxI")
 PAYLOAD = 251

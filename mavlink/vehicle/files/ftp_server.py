@@ -24,7 +24,7 @@ from mavlink.vehicle.files.ftp_messages import (
     format_entry,
 )
 from mavlink.vehicle.files.virtual_files import VirtualFiles
-from mavlink.vehicle.ports import OpenFile
+from mavlink.vehicle.interfaces import OpenFile
 
 MOST_ASKERS, MOST_SESSIONS = 16, 5  # in all, and sessions of each asker
 MOST_ANSWERS = 16  # kept of each asker, for repeated requests

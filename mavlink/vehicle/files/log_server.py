@@ -9,7 +9,7 @@ from typing import Any
 
 from mavlink import Fields
 from mavlink.vehicle.files.virtual_files import VirtualFiles
-from mavlink.vehicle.ports import OpenFile
+from mavlink.vehicle.interfaces import OpenFile
 
 CHUNK = 90
 DATA = b"Data.lsf"  # and the suffix of its compression

@@ -5,7 +5,7 @@ import os
 import re
 from collections.abc import Callable, Generator, Iterable, Mapping
 
-from mavlink.vehicle.ports import FileEntry, FileStore, OpenFile
+from mavlink.vehicle.interfaces import FileEntry, FileStore, OpenFile
 
 LARGEST_FILE = 0xFFFFFFFF  # bytes that MAVLink's offsets reach
 HIDDEN = b"@"

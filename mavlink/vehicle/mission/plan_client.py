@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import imc
-from mavlink.vehicle.ports import VehiclePort
+from mavlink.vehicle.interfaces import VehiclePort
 
 PATIENCE = 3.0  # s for an answer
 

@@ -9,17 +9,17 @@ from mavlink import FLAVORS, Flavor
 from mavlink.missions import (
     Item,
     ItemMap,
-    area_of,
-    fence_of,
-    first_item,
+    fence_items,
+    first_item_seq,
     home_item,
     items_of,
+    limits_with_fence,
     opaque_id,
     plan_of,
 )
+from mavlink.vehicle.interfaces import VehiclePort
 from mavlink.vehicle.mission.plan_client import OnReply, PlanClient, PlanReply
 from mavlink.vehicle.model import GUIDED_PLANS, VehicleModel
-from mavlink.vehicle.ports import VehiclePort
 
 Phase, Ended = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
 NO_PLAN = "no mission has been uploaded"
@@ -70,12 +70,12 @@ class MissionStore:
     def items(self, flavor: Flavor) -> list[Item]:
         """The items for stations of a flavor, as they were uploaded."""
         home = self._home or home_item(self._settings().home)
-        return ([home] * first_item(flavor) if self.plan is not None else []) + self._items
+        return ([home] * first_item_seq(flavor) if self.plan is not None else []) + self._items
 
     def fence(self) -> list[Item]:
         """The corners of the area in the operational limits."""
         limits = self._limits.message
-        return [] if limits is None else fence_of(limits)
+        return [] if limits is None else fence_items(limits)
 
     def id(self, flavor: Flavor) -> int:
         """The opaque id, 0 for no mission."""
@@ -83,7 +83,7 @@ class MissionStore:
 
     def put_items(self, items: Sequence[Item], flavor: Flavor, then: OnReply, now: float) -> None:
         """Make uploaded items the mission, once the database has its plan. Raises BadItem."""
-        first = first_item(flavor)
+        first = first_item_seq(flavor)
         if not items[first:]:
             self.clear(then, now)
             return
@@ -99,7 +99,7 @@ class MissionStore:
 
     def put_fence(self, items: Sequence[Item]) -> None:
         """Make uploaded corners the area of the operational limits. Raises BadItem."""
-        self._port.publish(area_of(items, self._limits.message).replace(dst=self._port.imc_id))
+        self._port.publish(limits_with_fence(items, self._limits.message).replace(dst=self._port.imc_id))
 
     def clear(self, then: OnReply, now: float) -> None:
         """Forget the mission, and delete its plan if it came from here."""
@@ -151,7 +151,7 @@ class MissionStore:
         return self.state, self.current, id(self.plan)
 
     @property
-    def is_obsolete(self) -> bool:
+    def flies_replaced_mission(self) -> bool:
         """Whether the vehicle still flies the mission that this one has replaced."""
         return self._is_old
 
@@ -182,7 +182,7 @@ class MissionStore:
         if self.plan is None and name in stored:
             self._fetch(name, now)
 
-    def receive_database(self, reply: imc.PlanDB, now: float) -> None:
+    def on_plan_db(self, reply: imc.PlanDB, now: float) -> None:
         """A console has changed a plan: if it is the mission, or there is none, stations see the new one."""
         if (
             reply.type != imc.PlanDB.Type.SUCCESS
@@ -195,7 +195,7 @@ class MissionStore:
         elif reply.op == imc.PlanDB.Op.DEL and self.plan is not None and self.plan.plan_id == reply.plan_id:
             self._forget()
 
-    def show(self, plan_id: str, now: float) -> None:
+    def use_plan(self, plan_id: str, now: float) -> None:
         """Make a plan of the database the mission; without a name there is none."""
         self._fetched = ""
         if plan_id:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from mavlink import ReceivedMessage, statustext
-from mavlink.missions import MOST_ITEMS, BadItem, Item, MissionResult, MissionType, first_item
+from mavlink.missions import MOST_ITEMS, BadItem, Item, MissionResult, MissionType, first_item_seq
 from mavlink.vehicle.mission.plan_client import PlanReply
 from mavlink.vehicle.mission.store import MissionStore
 from mavlink.vehicle.service import Handler, MavlinkService
@@ -238,7 +238,7 @@ class MissionTransfer(MavlinkService):
             if not outcome.done:
                 session.send_statustext(statustext.WARNING, f"Cannot go on at item {seq}: {outcome.reason}", now)
 
-        if not self.mission.set_current(number_of(seq, session), judge, now):
+        if not self.mission.set_current(item_number(seq, session), judge, now):
             session.send_statustext(statustext.WARNING, f"No item from {seq} on moves the vehicle", now)
         session.send_now("MISSION_CURRENT", now)
 
@@ -274,7 +274,7 @@ class MissionTransfer(MavlinkService):
         say = partial(upload.session.send_statustext, statustext.WARNING, now=now)
         if not outcome.done:
             say(f"Mission refused: {outcome.reason}")
-        elif self.mission.is_obsolete:
+        elif self.mission.flies_replaced_mission:
             say("The vehicle goes on with the mission before this one, until it is told to start this one")
 
         def judge(checked: PlanReply) -> None:
@@ -307,9 +307,9 @@ class MissionTransfer(MavlinkService):
         upload.session.reply(upload.message, "MISSION_REQUEST_INT", seq=seq, mission_type=upload.kind)
 
 
-def number_of(seq: int, session: Session) -> int:
+def item_number(seq: int, session: Session) -> int:
     """The number of an item without home, which stands for the first item: a restart."""
-    return max(0, seq - first_item(session.flavor)) if seq >= 0 else seq
+    return max(0, seq - first_item_seq(session.flavor)) if seq >= 0 else seq
 
 
 def acknowledge(session: Session, message: ReceivedMessage, result: int, id: int = 0) -> None:

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from mavlink.vehicle.interfaces import ParameterDeclaration, ParameterView
 from mavlink.vehicle.parameters.names import parameter_ids
 from mavlink.vehicle.parameters.table import HIGHEST, INT32, LOWEST, REAL32, shortest_float32
-from mavlink.vehicle.ports import ParameterDeclaration, ParameterView
 
 TEXT = 11  # MAV_PARAM_EXT_TYPE_CUSTOM
 LONGEST = 128  # bytes of a value
@@ -41,7 +41,7 @@ class ExtendedParameter:
         value = self.view.value()
         return PACKED[self.type].pack(max(LOWEST, min(HIGHEST, int(value))) if self.type == INT32 else value)
 
-    def wanted(self, raw: bytes, kind: int) -> str:
+    def decode_text(self, raw: bytes, kind: int) -> str:
         """The value in PARAM_EXT_SET as written in a profile. Raises ValueError with the reason."""
         if kind != self.type:
             raise ValueError(f"type {kind} instead of {self.type}")

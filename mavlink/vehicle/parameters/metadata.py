@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from mavlink.vehicle.files import checksum
+from mavlink.vehicle.interfaces import ParameterDeclaration
 from mavlink.vehicle.parameters.names import LONGEST
 from mavlink.vehicle.parameters.table import REAL32, ParameterEntry, ParameterTable
-from mavlink.vehicle.ports import ParameterDeclaration
 
 VERSION = 1  # QGroundControl accepts no other, though the schema has newer ones
 PARAMETERS = 1  # COMP_METADATA_TYPE_PARAMETER
@@ -50,8 +50,8 @@ class ComponentMetadata:
             "general.json": lambda: self.general,
             "parameters.json": lambda: self.parameters,
             "parameters.json.xz": lambda: self.compressed,
-            "@PARAM/param.pck": lambda: packed(self._table, with_defaults=False),
-            "@PARAM/param.pck?withdefaults=1": lambda: packed(self._table, with_defaults=True),
+            "@PARAM/param.pck": lambda: packed_parameters(self._table, with_defaults=False),
+            "@PARAM/param.pck?withdefaults=1": lambda: packed_parameters(self._table, with_defaults=True),
         }
 
     @cached_property
@@ -86,18 +86,18 @@ def description(entry: ParameterEntry) -> dict[str, Any]:
         found["units"] = parameter.unit
     limits = {"min": parameter.minimum, "max": parameter.maximum}
     numbers = {
-        name: entry.number(limit) for name, limit in limits.items() if limit is not None and abs(limit) < math.inf
+        name: entry.to_number(limit) for name, limit in limits.items() if limit is not None and abs(limit) < math.inf
     }
     if offered := _offered(parameter):
         found["values"] = [{"value": value, "description": text} for value, text in offered.items()]
         numbers = {"min": min(offered), "max": max(offered)}
-    numbers["default"] = entry.number(parameter.default)
+    numbers["default"] = entry.to_number(parameter.default)
     if entry.type == REAL32:
         found["decimalPlaces"] = _decimals(numbers["default"] or numbers.get("max", 0))
     return found | numbers
 
 
-def packed(table: ParameterTable, *, with_defaults: bool) -> bytes:
+def packed_parameters(table: ParameterTable, *, with_defaults: bool) -> bytes:
     """All parameters as in ArduPilot's param.pck: each name shares its beginning with the one before."""
     data = PACKED.pack(WITH_DEFAULTS if with_defaults else PLAIN, len(table), len(table))
     before = b""
@@ -106,7 +106,7 @@ def packed(table: ParameterTable, *, with_defaults: bool) -> bytes:
         shared = len(list(takewhile(lambda pair: pair[0] == pair[1], zip(before, name, strict=False))))
         common = min(shared, len(name) - 1, LONGEST - 1)
         kind = PACKED_REAL32 if entry.type == REAL32 else PACKED_INT32
-        values = (entry.value, entry.number(entry.parameter.default)) if with_defaults else (entry.value,)
+        values = (entry.value, entry.to_number(entry.parameter.default)) if with_defaults else (entry.value,)
         data += bytes((kind | (HAS_DEFAULT if with_defaults else 0), common | len(name) - common - 1 << 4))
         data += name[common:] + np.array(values, "<f4" if entry.type == REAL32 else "<i4").tobytes()
         before = name

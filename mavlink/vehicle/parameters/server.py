@@ -5,8 +5,8 @@ from functools import partial
 
 import imc
 from mavlink import ReceivedMessage, statustext
+from mavlink.vehicle.interfaces import VehiclePort
 from mavlink.vehicle.parameters.table import DOES_NOT_EXIST, ParameterEntry, ParameterRefusal, ParameterTable
-from mavlink.vehicle.ports import VehiclePort
 from mavlink.vehicle.service import Handler, MavlinkService
 from mavlink.vehicle.session import Session
 
@@ -80,7 +80,7 @@ class ParameterServer(MavlinkService):
             session.reply(message, "PARAM_ERROR", param_id=name, param_index=-1, error=DOES_NOT_EXIST)
             return
         try:
-            wanted = entry.text(message.payload[:4], message.values["param_type"], session.flavor)
+            wanted = entry.decode_text(message.payload[:4], message.values["param_type"], session.flavor)
         except ParameterRefusal as refusal:
             session.reply(message, "PARAM_ERROR", param_id=name, param_index=entry.index, error=refusal.code)
             self._send(session, entry)

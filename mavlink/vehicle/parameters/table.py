@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from mavlink import Flavor
+from mavlink.vehicle.interfaces import ParameterDeclaration, ParameterView
 from mavlink.vehicle.parameters.names import parameter_ids
-from mavlink.vehicle.ports import ParameterDeclaration, ParameterView
 
 INT32, REAL32 = 6, 9
 DOES_NOT_EXIST, OUT_OF_RANGE, TYPE_MISMATCH = 1, 2, 7
@@ -41,9 +41,9 @@ class ParameterEntry:
     @property
     def value(self) -> int | float:
         """The present value."""
-        return self.number(self.view.value())
+        return self.to_number(self.view.value())
 
-    def number(self, value: Any) -> int | float:
+    def to_number(self, value: Any) -> int | float:
         """A value as MAVLink has it: of a choice among texts its index, and integers within 32 bits."""
         if self.parameter.type is str:
             return self.parameter.choices.index(value)
@@ -55,7 +55,7 @@ class ParameterEntry:
             return struct.pack("<i", self.value)
         return np.float32(self.value).astype("<f4").tobytes()
 
-    def text(self, raw: bytes, kind: int, flavor: Flavor) -> str:
+    def decode_text(self, raw: bytes, kind: int, flavor: Flavor) -> str:
         """The four bytes of PARAM_SET.param_value, of type `kind`, as written in a profile. Raises ParameterRefusal."""
         if flavor.bytewise and kind != self.type:
             raise ParameterRefusal(TYPE_MISMATCH, f"type {kind} instead of {self.type}")

@@ -18,25 +18,25 @@ def gps_raw(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
 def attitude(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     state = model.latest.state
-    return from_imc.attitude(state, model.time(state)) if state is not None else None
+    return from_imc.attitude(state, model.boot_time_ms(state)) if state is not None else None
 
 
 def attitude_quaternion(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     state = model.latest.state
-    return sensors_from_imc.attitude_quaternion(state, model.time(state)) if state is not None else None
+    return sensors_from_imc.attitude_quaternion(state, model.boot_time_ms(state)) if state is not None else None
 
 
 def global_position(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     found = model.place()
-    return from_imc.global_position(*found, model.time(found[0])) if found else None
+    return from_imc.global_position(*found, model.boot_time_ms(found[0])) if found else None
 
 
 def local_position(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     found = model.place()
-    return from_imc.local_position(*found, model.home, model.time(found[0])) if found and model.home else None
+    return from_imc.local_position(*found, model.home, model.boot_time_ms(found[0])) if found and model.home else None
 
 
 def vfr_hud(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
@@ -51,7 +51,7 @@ def altitude(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     return sensors_from_imc.altitude(*found, model.home) if found and model.home else None
 
 
-def path_control(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields | None:
+def nav_controller_output(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields | None:
     model = sources.model
     path, found = model.latest.get(imc.PathControlState), model.place()
     if path is None or found is None:
@@ -64,7 +64,7 @@ def path_control(sources: TelemetrySources, flavor: Flavor, now: float) -> Field
     if not all(map(math.isfinite, (north, east, path.course_error, path.y, state.phi, state.theta, state.psi))):
         return None
     bearing = math.atan2(east, north), math.hypot(north, east)
-    return sensors_from_imc.path_control(path, state, bearing, (path.z, 0.0))
+    return sensors_from_imc.nav_controller_output(path, state, bearing, (path.z, 0.0))
 
 
 def estimator_status(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
@@ -78,7 +78,7 @@ def estimator_status(sources: TelemetrySources, _: Flavor, now: float) -> Fields
 def water_depth(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     found = model.place()
-    return sensors_from_imc.water_depth(*found, model.time(found[0])) if found and model.kind.afloat else None
+    return sensors_from_imc.water_depth(*found, model.boot_time_ms(found[0])) if found and model.kind.afloat else None
 
 
 def home_position(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:

@@ -5,7 +5,7 @@ from zlib import crc32
 
 import imc
 from mavlink import ARMED, CUSTOM_MODE, Fields, Flavor, Mode
-from mavlink.missions import first_item, opaque_id
+from mavlink.missions import first_item_seq, opaque_id
 from mavlink.translate import from_imc, sensors_from_imc
 from mavlink.vehicle.latest_values import value_of
 from mavlink.vehicle.telemetry.sources import TelemetrySources
@@ -22,7 +22,7 @@ def heartbeat(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
         "autopilot": flavor.autopilot,
         "base_mode": CUSTOM_MODE | mode.flags | armed,
         "custom_mode": model.custom_mode(flavor),
-        "system_status": model.health.status(model.latest.vehicle),
+        "system_status": model.health.mav_state(model.latest.vehicle),
         "mavlink_version": 3,
     }
 
@@ -52,7 +52,7 @@ def system_time(sources: TelemetrySources, _: Flavor, now: float) -> Fields:
 
 
 def mission_current(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
-    mission, zero = sources.mission, first_item(flavor)
+    mission, zero = sources.mission, first_item_seq(flavor)
     exists = mission.plan is not None
     return {
         "seq": mission.current + zero if exists else 0,
@@ -72,7 +72,7 @@ def extended_state(sources: TelemetrySources, _: Flavor, now: float) -> Fields:
     vehicle = model.latest.vehicle
     kind = vehicle.maneuver_type if vehicle is not None else None
     rises, lands = kind == imc.Takeoff.ID, kind == imc.Land.ID or model.latest.is_landing
-    return from_imc.flying_state(model.latest.motors_running, rises=rises, lands=lands)
+    return from_imc.aircraft_extended_state(model.latest.motors_running, rises=rises, lands=lands)
 
 
 def named_values(sources: TelemetrySources, _: Flavor, now: float) -> Sequence[Fields]:
@@ -90,7 +90,7 @@ def available_modes(sources: TelemetrySources, flavor: Flavor, now: float) -> Se
             "mode_index": index,
             "standard_mode": mode.standard,
             "custom_mode": number,
-            "properties": model.kind.properties(mode),
+            "properties": model.kind.mode_properties(mode),
             "mode_name": mode.name.capitalize().encode(),
         }
         for index, (mode, number) in enumerate(modes, 1)

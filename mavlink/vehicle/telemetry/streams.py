@@ -66,7 +66,9 @@ STREAMS: Mapping[str, MessageStream] = {
             "GLOBAL_POSITION_INT", "position_rate", POSITION, "EstimatedState", motion.global_position, low=1.0
         ),
         MessageStream("MISSION_CURRENT", 1.0, STATUS, "the mission, PlanControlState", status.mission_current, low=0.2),
-        MessageStream("NAV_CONTROLLER_OUTPUT", 1.0, STATUS, "PathControlState, EstimatedState", motion.path_control),
+        MessageStream(
+            "NAV_CONTROLLER_OUTPUT", 1.0, STATUS, "PathControlState, EstimatedState", motion.nav_controller_output
+        ),
         MessageStream(
             "VFR_HUD",
             "position_rate",

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from shoal.campaigns.cluster.protocol import JsonLine, encode_line, job_from_line, result_to_line
-from shoal.campaigns.executors import make_workspace_runner
+from shoal.campaigns.executor_factory import make_workspace_runner
 from shoal.campaigns.jobs import ProcessPool, StudyRunner
 from shoal.campaigns.studies import OriginalPathsExecutor, Workspace, load_study
 from support.file_errors import describe_os_error

@@ -11,7 +11,7 @@ from types import TracebackType
 
 from shoal.campaigns.jobs.job import Job, RunJob, UnfinishedResult
 from shoal.campaigns.jobs.runner import ScenarioRunner
-from shoal.campaigns.jobs.worker_process import WorkerProcess, run_caught
+from shoal.campaigns.jobs.worker_process import WorkerProcess, run_job_catching_errors
 from shoal.scenarios import ScenarioResult
 
 WALL_LIMIT = 600.0  # s
@@ -70,7 +70,7 @@ class ProcessPool:
         """
         if self._count == 0:
             self._local_runner = self._local_runner or self._make_runner()
-            yield from ((job, run_caught(self._local_runner, job)) for job in jobs)
+            yield from ((job, run_job_catching_errors(self._local_runner, job)) for job in jobs)
             return
         coming = iter(jobs)
         try:

@@ -34,7 +34,7 @@ class ScenarioRunner:
         except ScenarioFileError as error:
             return job.failed_result(str(error), UnreadableResult)
 
-    def load_draft(self, path: Path) -> ScenarioDocument:
+    def load_document(self, path: Path) -> ScenarioDocument:
         """The draft of a file."""
         return load_document(path)
 
@@ -57,14 +57,14 @@ class ScenarioRunner:
                 raise ScenarioFileError(f"{path}: a scenario is a file")  # a pipe would never end
             if len(self._drafts) >= MAX_CACHED_DRAFTS:
                 del self._drafts[next(iter(self._drafts))]
-            self._drafts[path] = self.load_draft(path)
+            self._drafts[path] = self.load_document(path)
         return self._drafts[path]
 
 
 class StudyRunner(ScenarioRunner):
     """Runs scenarios, also those that are inside a study or have distributions in place of values."""
 
-    def load_draft(self, path: Path) -> ScenarioDocument:
+    def load_document(self, path: Path) -> ScenarioDocument:
         """The draft of a scenario's file or of a study's."""
         return load_template(path, ScenarioDocument).draft
 

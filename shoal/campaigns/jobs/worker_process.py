@@ -141,7 +141,7 @@ def _process_main(
             job = pipe.recv()
             pipe.send(BEGUN)
             faulthandler.dump_traceback_later(wall_limit, file=hung)
-            result = run_caught(do, job)
+            result = run_job_catching_errors(do, job)
             faulthandler.cancel_dump_traceback_later()
             pipe.send(result)
             del job, result
@@ -152,7 +152,7 @@ def _process_main(
     _remove_folder(folder)
 
 
-def run_caught(run_job: RunJob, job: Job) -> ScenarioResult:
+def run_job_catching_errors(run_job: RunJob, job: Job) -> ScenarioResult:
     """Do a job; what goes wrong is its result: a line that says what, and then where."""
     try:
         return run_job(job)

@@ -27,7 +27,7 @@ class SearchSchedule:
         self._parts: dict[int, str] = {}
         self.total_runs: int | None = None
 
-    def evaluate(self) -> None:
+    def apply_stopping_rule(self) -> None:
         """Nothing follows from a run alone; see `rounds`."""
 
     def raw_values(self, run: int) -> ValueChanges:

@@ -44,7 +44,7 @@ class DryRun:
             raise
         return {**self._fixed, **first}
 
-    def check_other_runs(self, first: Mapping[str, object], most: int, search: SearchConfig | None) -> None:
+    def check_extreme_values(self, first: Mapping[str, object], most: int, search: SearchConfig | None) -> None:
         """Refuse words, and the smallest and largest numbers, with which no run can begin.
 
         Where values do not go together in a later run, its row tells it.

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from runtime.profile import copy_in_root
+from runtime.profile import path_in_root
 from shoal.campaigns.pass_rate import StoppingRule
 from shoal.campaigns.sampling import (
     FIXED_SIZE_SAMPLINGS,
@@ -135,7 +135,7 @@ class _Reader:
         rehearsal = DryRun(self._draft, design, self._lines(), self._fixed)
         first = rehearsal.first_valid_values(ending.max_runs)
         if not has_begun:
-            rehearsal.check_other_runs(first, ending.max_runs, search)
+            rehearsal.check_extreme_values(first, ending.max_runs, search)
         bundle = self._bundle(design, path, first)
         digest = self._digest(design, bundle, search)
         about = self._text("description", "")
@@ -149,7 +149,7 @@ class _Reader:
 
     def _scenario_file(self) -> Path:
         node = self._nodes["scenario"]
-        path = copy_in_root(self._path.parent / node.text())
+        path = path_in_root(self._path.parent / node.text())
         if not path.is_file():
             known = [found.name for found in path.parent.glob("*.scenario.yaml")]
             node.fail(with_suggestion(f"there is no file {node.text()!r}", node.text(), known))
@@ -269,7 +269,7 @@ class _Reader:
 
     def _named_files(self) -> Iterator[tuple[str, Path]]:
         for node in self._nodes["files"].items() if "files" in self._nodes else ():
-            place = copy_in_root(self._path.parent / node.text())
+            place = path_in_root(self._path.parent / node.text())
             if not place.exists():
                 node.fail(f"there is no file or folder {node.text()!r}")
             for file in sorted(place.rglob("*")) if place.is_dir() else [place]:

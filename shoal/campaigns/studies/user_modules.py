@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import runtime
-from support.packages import PACKAGES, TASKS
+from support.top_level_packages import PACKAGES, TASKS
 
 LIBRARIES = ("site-packages", "dist-packages")  # also those of a user and of Debian
 SHOAL = Path(runtime.__file__).resolve().parent.parent

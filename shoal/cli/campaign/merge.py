@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from shoal.campaigns import merge_results, missing_paths, open_results, resume_command
-from shoal.cli.campaign.arguments import FOLDER, errors_as_messages
+from shoal.cli.campaign.campaign_errors import FOLDER, errors_as_messages
 from shoal.logs.inspect import format_count
 from support.text import printable
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import click
 
 from shoal.campaigns import campaign_html, open_results
-from shoal.cli.campaign.arguments import FILE, FOLDER, errors_as_messages
+from shoal.cli.campaign.campaign_errors import FILE, FOLDER, errors_as_messages
 from shoal.cli.campaign.progress_text import excluded_runs_text, progress_line
-from support.file_errors import naming_path
+from support.file_errors import add_path_to_errors
 from support.text import printable
 
 
@@ -20,7 +20,7 @@ def report(folder: Path, out: Path | None) -> None:
         data = open_results(folder)
         place = out or folder / "report.html"
         text = campaign_html(data, place.parent)
-        with naming_path(place):
+        with add_path_to_errors(place):
             place.write_text(text, encoding="utf-8")
     click.echo(f"{printable(str(place))}: {progress_line(data)}")
     for words in filter(None, (data.progress_text, excluded_runs_text(data))):

@@ -6,8 +6,8 @@ from pathlib import Path
 import click
 
 from shoal.campaigns import RepeatedRun, StudyRunner, open_results, repeat_run
-from shoal.cli.campaign.arguments import FILE, FOLDER, errors_as_messages, last_line
-from shoal.cli.options import check_log_folder, code_option, parse_values, search_user_code, values_option
+from shoal.cli.campaign.campaign_errors import FILE, FOLDER, errors_as_messages, last_line
+from shoal.cli.options import add_user_task_folders, check_log_folder, code_option, parse_values, values_option
 from support.text import printable
 
 
@@ -33,7 +33,7 @@ def rerun(
     """
     with errors_as_messages():
         data = open_results(folder)
-        search_user_code(code, [str(study or data.metadata["file"])])
+        add_user_task_folders(code, [str(study or data.metadata["file"])])
         if log_dir is not None:
             check_log_folder(log_dir)
         again = repeat_run(data, number, StudyRunner(), changes=parse_values(values), log_root=log_dir, file=study)

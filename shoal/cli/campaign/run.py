@@ -29,14 +29,14 @@ from shoal.campaigns import (
     shard_folder,
 )
 from shoal.cli import STOPPED
-from shoal.cli.campaign.arguments import FILE, FOLDER, errors_as_messages, last_line
+from shoal.cli.campaign.campaign_errors import FILE, FOLDER, errors_as_messages, last_line
 from shoal.cli.campaign.progress_text import excluded_runs_text, print_findings, progress_line
 from shoal.cli.optional_extra import require_extra
 from shoal.cli.options import (
+    add_user_task_folders,
     check_log_folder,
     code_option,
     parse_values,
-    search_user_code,
     values_option,
 )
 from shoal.cli.worker_options import check_wall_limit, wall_limit_option, workers_option
@@ -91,7 +91,7 @@ def run(
     if on:
         check_cluster_options(on, workers)
     with errors_as_messages():
-        search_user_code(code, [str(study)])
+        add_user_task_folders(code, [str(study)])
         plan = load_study(study, fixed=parse_values(values), runs=runs, logs=logs)
         folder = shard_folder(out or Path("campaigns") / plan.name, shard)
         if plan.logs != "none":

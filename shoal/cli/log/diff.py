@@ -111,7 +111,7 @@ def _first(found: LogDifference) -> list[str]:
 def _what(place: LogMessage, found: LogDifference) -> str:
     message = place.message
     assert message is not None
-    who = f"{found.names.entity(message.src, message.src_ent)} of {found.names.system(message.src)}"
+    who = f"{found.names.entity_label(message.src, message.src_ent)} of {found.names.system_name(message.src)}"
     return f"{type(message).__name__} of {who}, byte {place.offset}"
 
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from shoal.cli.remote_options import (
-    exit_negative,
+from shoal.cli.remote_command import (
+    exit_with_reason,
     json_option,
     network_options,
     print_json_line,
@@ -47,13 +47,13 @@ def fetch(
     async def act(there: AsyncRemoteVehicle) -> list[tuple[RemoteLog, Path | None]]:
         found = await there.log.list()
         if not found:
-            exit_negative(f"{there.name} has no logs")
+            exit_with_reason(f"{there.name} has no logs")
         if only_list:
             return [(log, None) for log in found]
         chosen = found if everything else [log for log in found if any(word in log.name for word in logs)]
         chosen = chosen if logs or everything else found[-1:]
         if not chosen:
-            exit_negative(f"{there.name} has no log with {' or '.join(logs)} in its name; --list shows all")
+            exit_with_reason(f"{there.name} has no log with {' or '.join(logs)} in its name; --list shows all")
         total, done = sum(log.size for log in chosen), 0  # integers
 
         def show(step: int) -> None:

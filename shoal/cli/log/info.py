@@ -48,14 +48,14 @@ def info(log: Path, entities: bool, as_json: bool) -> None:
     if entities:
         table = plain_table("entity", "id", "of", "count", "rate", "bytes", right=("id", "count", "rate", "bytes"))
         for (src, entity), tally in summary.by_entity.items():
-            label, system = summary.names.entity(src, entity), summary.names.system(src)
+            label, system = summary.names.entity_label(src, entity), summary.names.system_name(src)
             table.add_row(printable(label), str(entity), printable(system), *_figures(tally))
         console.print()
         console.print(table)
 
 
 def _facts(summary: LogSummary, logs: list[Path]) -> list[tuple[str, str]]:
-    others = [summary.names.system(src) for src in summary.clocks if src != summary.owner]
+    others = [summary.names.system_name(src) for src in summary.clocks if src != summary.owner]
     heard = f", also messages from {', '.join(others)}" if others else ""
     packed = f", {format_size(summary.unpacked)} unpacked" if summary.path.suffix != ".lsf" else ""
     source = summary.schema_source or "built-in, none beside the log"
@@ -69,16 +69,18 @@ def _facts(summary: LogSummary, logs: list[Path]) -> list[tuple[str, str]]:
         if place is not None:
             facts.append(("run", f"log {place.number} of the run that began with {place.first}; --run takes them all"))
     facts += [
-        ("system", f"{summary.names.system(summary.owner)}{heard}"),
+        ("system", f"{summary.names.system_name(summary.owner)}{heard}"),
         ("from", format_time(summary.start)),
         ("to", f"{format_time(summary.end)} ({format_duration(summary.duration)})"),
         ("messages", f"{format_count(summary.packets, 'message')} of {format_count(len(summary.by_type), 'type')}"),
         ("size", f"{format_size(summary.file_size)}{packed}"),
         ("schema", f"IMC {summary.schema.version}: {source}"),
     ]
-    for step in summary.steps[:MOST_LINES]:
+    for step in summary.clock_steps[:MOST_LINES]:
         leap = format_duration(step.after - step.before)
-        text = f"of {summary.names.system(step.src)} set by {leap} at {format_time(step.before)}, byte {step.offset}"
+        text = (
+            f"of {summary.names.system_name(step.src)} set by {leap} at {format_time(step.before)}, byte {step.offset}"
+        )
         facts.append(("clock", text))
     if summary.losses:
         lost = sum(loss.length for loss in summary.losses)

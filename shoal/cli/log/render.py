@@ -7,7 +7,7 @@ import click
 from shoal.cli.log.arguments import LOG, errors_as_messages, open_log, progress_bar
 from shoal.cli.log.export import default_output_name
 from shoal.cli.optional_extra import require_extra
-from shoal.cli.options import code_of_log_option, search_user_code
+from shoal.cli.options import add_user_task_folders, code_of_log_option
 from shoal.logs.inspect import format_count
 from support.atomic_files import new_folder
 from support.text import printable
@@ -41,7 +41,7 @@ def render(
 
     The pictures of a virtual run are, byte for byte, those that the cameras would have taken in it.
     """
-    search_user_code(code, of_log=True)
+    add_user_task_folders(code, of_log=True)
     with errors_as_messages(), require_extra("vision"):
         from shoal.rendering import render_log as render_log  # needs NumPy and Pillow
 

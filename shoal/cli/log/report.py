@@ -7,7 +7,7 @@ import click
 from shoal.cli.log.arguments import LOG, errors_as_messages, logs_of_argument, open_log, progress_bar, run_log_options
 from shoal.logs.inspect import format_size
 from shoal.logs.inspect import render_report as draw
-from support.file_errors import naming_path
+from support.file_errors import add_path_to_errors
 from support.text import printable
 
 
@@ -23,6 +23,6 @@ def report(log: Path, out: Path | None) -> None:
             text = draw(opened, tell)
         logs = logs_of_argument(log)
         out = out or (opened.path.parent / "report.html" if len(logs) == 1 else logs[0] / "report-run.html")
-        with naming_path(out):
+        with add_path_to_errors(out):
             out.write_text(text, encoding="utf-8")
     click.echo(printable(f"{format_size(len(text.encode()))}: {out}"))

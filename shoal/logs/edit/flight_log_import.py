@@ -7,8 +7,8 @@ from typing import Protocol
 import imc
 from imc.lsf import ReportProgress
 from mavlink import LogRecord, dataflash, load_dialect, ulog
-from mavlink.translate import DataFlashTranslator, LoggedFlight, ULogTranslator, survey_dataflash, survey_ulog
-from shoal.logs.edit.imported_log import (
+from mavlink.translate import DataFlashTranslator, LoggedFlight, ULogTranslator, scan_dataflash, scan_ulog
+from shoal.logs.edit.import_writer import (
     CONVERSION_ERRORS,
     ImportReport,
     NothingToImport,
@@ -45,7 +45,7 @@ def import_dataflash(
     the autopilot, and a note says so. Raises NothingToImport, OSError.
     """
     log = dataflash.DataFlash(path)
-    flight = survey_dataflash(log)
+    flight = scan_dataflash(log)
     translator = DataFlashTranslator(flight, load_dialect().enumerations)
     return _import(log, flight, translator, folder, system, progress)
 
@@ -53,7 +53,7 @@ def import_dataflash(
 def import_ulog(path: Path, folder: Path, system: str = "", progress: ReportProgress = lambda _: None) -> ImportReport:
     """The same for a ULog file of PX4. Raises BadULog too."""
     log = ulog.ULog(path)
-    flight = survey_ulog(log)
+    flight = scan_ulog(log)
     translator = ULogTranslator(flight)
     done = _import(log, flight, translator, folder, system, progress)
     if translator.dropped:
@@ -75,14 +75,14 @@ def _import(
             try:
                 vehicle.write(translator.translate(record))
             except CONVERSION_ERRORS:
-                skipped.count(record.name, time)
+                skipped.count_record(record.name, time)
             last = time
             if count % 1000 == 0:
                 progress(log.position / log.size)
         if not vehicle.count:
             raise NothingToImport(f"{log.path}: nothing in its {log.size} bytes is known of an autopilot")
         vehicle.write(translator.finish(last))
-        vehicle.stop(last)
+        vehicle.write_log_end(last)
     finally:
         writer.close()
     notes = [f"{log.path}: no GPS has told the time: times count from the start of the autopilot"]

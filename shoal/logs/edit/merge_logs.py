@@ -14,7 +14,7 @@ from imc.layout import SMALLEST_PACKET
 from imc.lsf import ReportProgress
 from imc.schema import MessageType
 from runtime.logs import NAMING, Array, SystemNames, create_log, packet_blocks, type_name
-from support.file_errors import naming_path
+from support.file_errors import add_path_to_errors
 
 
 class MergeConflict(ValueError):
@@ -41,7 +41,7 @@ def merge(
     the logs define a message in them differently, ValueError if there is no message, FileExistsError, OSError.
     """
     merged = MergeReport()
-    with naming_path(tempfile.gettempdir()), tempfile.TemporaryFile() as spill:
+    with add_path_to_errors(tempfile.gettempdir()), tempfile.TemporaryFile() as spill:
         collected = _SpilledPackets(spill)
         for number, log in enumerate(logs):
             merged.losses += [(log.path, loss) for loss in collected.read_log(number, log, progress)]
@@ -148,7 +148,7 @@ def _misfit(candidate: imc.Log, log: imc.Log, used: set[int]) -> str:
 
 
 def _layout(message: MessageType) -> object:
-    return message.abbrev, message.wire, [field.attribute for field in message.fields]
+    return message.abbrev, message.wire_codes, [field.attribute for field in message.fields]
 
 
 def _label_conflicts(logs: list[imc.Log], names: list[SystemNames]) -> list[str]:
@@ -159,6 +159,6 @@ def _label_conflicts(logs: list[imc.Log], names: list[SystemNames]) -> list[str]
         for key, label in known.labels.items():
             before, path = first.setdefault(key, (label, log.path))
             if before != label:
-                who = f"entity {key[1]} of {known.system(key[0])}"
+                who = f"entity {key[1]} of {known.system_name(key[0])}"
                 found.append(f"{who} is {before!r} in {path} and {label!r} in {log.path}")
     return found

@@ -6,7 +6,7 @@ from pathlib import Path
 from imc.lsf import ReportProgress
 from mavlink import AUTOPILOT_NONE, GROUND_STATION, Dialect, ReceivedMessage, Tlog, load_dialect
 from mavlink.translate import AutopilotTranslator, TransactionTranslator
-from shoal.logs.edit.imported_log import (
+from shoal.logs.edit.import_writer import (
     CONVERSION_ERRORS,
     ImportReport,
     NothingToImport,
@@ -34,7 +34,7 @@ class _ImportedSystem:
                 try:
                     self.log.write(translator.translate(message, time))
                 except CONVERSION_ERRORS:
-                    self.skipped.count(message.name, time)
+                    self.skipped.count_record(message.name, time)
 
 
 def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportProgress = lambda _: None) -> ImportReport:
@@ -74,7 +74,7 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportProg
                 progress(tlog.position / tlog.size)
         for heard in systems.values():
             heard.log.write(heard.transactions.finish(last))
-            heard.log.stop(last)
+            heard.log.write_log_end(last)
     finally:
         writer.close()
     counts = {heard.log.name: heard.log.count for heard in systems.values()}

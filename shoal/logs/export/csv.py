@@ -68,7 +68,7 @@ def _columns(source: LogSource, table: MessageTable) -> list[list[str]]:
     pairs: list[tuple[int, int]] = list(
         zip(np.asarray(columns["src"]).tolist(), np.asarray(columns["src_ent"]).tolist(), strict=True)
     )
-    known = {pair: (source.names.system(pair[0]), source.names.entity(*pair)) for pair in set(pairs)}
+    known = {pair: (source.names.system_name(pair[0]), source.names.entity_label(*pair)) for pair in set(pairs)}
     found = [list(map(repr, times)), [_utc(time) for time in times]]
     found += [list(json_columns([known[pair][place] for pair in pairs], "plaintext")) for place in (0, 1)]
     found += [column_texts(columns[name], "uint16_t") for name in HEADER[1:]]

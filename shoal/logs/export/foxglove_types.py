@@ -75,30 +75,30 @@ SCENE = RosType(
 class CdrBody(bytearray):
     """A message in CDR, behind its encapsulation: values are aligned as they are appended."""
 
-    def number(self, code: str, *values: float) -> "CdrBody":
+    def append_number(self, code: str, *values: float) -> "CdrBody":
         """Append values with the letter of `struct`."""
         self += bytes(-len(self) % SIZES[code]) + struct.pack(f"<{len(values)}{code}", *values)
         return self
 
-    def time(self, nanoseconds: int) -> "CdrBody":
-        return self.number("I", *divmod(nanoseconds, BILLION))
+    def append_time(self, nanoseconds: int) -> "CdrBody":
+        return self.append_number("I", *divmod(nanoseconds, BILLION))
 
-    def text(self, words: str) -> "CdrBody":
-        self.number("I")
+    def append_text(self, words: str) -> "CdrBody":
+        self.append_number("I")
         self += cdr_string(words.encode("utf-8", "replace"))
         return self
 
 
 def image_annotations(time: int, marks: Sequence[tuple[float, float, float, str]]) -> CdrBody:
     """An ANNOTATIONS at a time (ns): circles at column and row, with a diameter (px), and a text beside each."""
-    body = CdrBody().time(time).number("I", len(marks))
+    body = CdrBody().append_time(time).append_number("I", len(marks))
     for u, v, diameter, _ in marks:
-        body.time(time).number("d", u, v, diameter, 2.0, *NONE, *YELLOW).number("I", 0)
-    body.number("I", 0, len(marks))
+        body.append_time(time).append_number("d", u, v, diameter, 2.0, *NONE, *YELLOW).append_number("I", 0)
+    body.append_number("I", 0, len(marks))
     for u, v, diameter, words in marks:
-        body.time(time).number("d", u + diameter / 2.0, v - diameter / 2.0).text(words)
-        body.number("d", 14.0, *YELLOW, *SHADE).number("I", 0)
-    return body.number("I", 0)
+        body.append_time(time).append_number("d", u + diameter / 2.0, v - diameter / 2.0).append_text(words)
+        body.append_number("d", 14.0, *YELLOW, *SHADE).append_number("I", 0)
+    return body.append_number("I", 0)
 
 
 def scene_update(
@@ -106,10 +106,14 @@ def scene_update(
 ) -> CdrBody:
     """A SCENE at a time, for so long (ns): balls by their ids, each at a place, with a diameter (m) and a text."""
     given = list(things)
-    body = CdrBody().number("I", 0, len(given))
+    body = CdrBody().append_number("I", 0, len(given))
     for name, place, diameter, words in given:
-        body.time(time).text(frame).text(name).time(lifetime).number("B", 0)
-        body.number("I", 0, 0, 0, 1).number("d", *place, *STEADY, diameter, diameter, diameter, *YELLOW)
-        body.number("I", 0, 0, 0, 1).number("d", *place[:2], place[2] + diameter, *STEADY).number("B", 1)
-        body.number("d", 14.0).number("B", 1).number("d", *YELLOW).text(words).number("I", 0)
+        body.append_time(time).append_text(frame).append_text(name).append_time(lifetime).append_number("B", 0)
+        body.append_number("I", 0, 0, 0, 1).append_number("d", *place, *STEADY, diameter, diameter, diameter, *YELLOW)
+        body.append_number("I", 0, 0, 0, 1).append_number("d", *place[:2], place[2] + diameter, *STEADY).append_number(
+            "B", 1
+        )
+        body.append_number("d", 14.0).append_number("B", 1).append_number("d", *YELLOW).append_text(
+            words
+        ).append_number("I", 0)
     return body

@@ -9,12 +9,12 @@ import numpy as np
 
 import imc
 from imc.layout import ADDRESS_FIELDS
-from imc.lsf import ReportProgress, packed_schema
+from imc.lsf import ReportProgress, gzip_schema
 from runtime.logs import Array
 from shoal.logs.export import foxglove_types, ros_standard_types
 from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, logged_cameras, photos_of_other_lenses
 from shoal.logs.export.cdr import ENCAPSULATION, CdrError, CdrRecords, CdrWriter, Item, cdr_string, make_cdr_writer
-from shoal.logs.export.detections import MUG, DetectionCollector, DetectionPoint, SystemDetections
+from shoal.logs.export.detection_positions import MUG, DetectionCollector, DetectionPoint, SystemDetections
 from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform, missing_info_reason
 from shoal.logs.export.mcap_writer import MESSAGE, MESSAGE_LENGTH, McapChunk, McapWriter
 from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch, nanoseconds
@@ -61,13 +61,13 @@ def export_mcap(
             export.write_photos(source.log.path.parent / "Photos")
         export.close()
         file.finish()
-        return file.messages
+        return file.message_count
 
 
 def _attach(file: McapWriter, source: LogSource) -> None:
     schema = source.log.schema_source
     if schema is None:
-        file.add_attachment("IMC.xml.gz", "application/gzip", 0, packed_schema(source.schema))
+        file.add_attachment("IMC.xml.gz", "application/gzip", 0, gzip_schema(source.schema))
     for name in BESIDE:
         path = source.log.path.parent / name
         if (path == schema or (name == "Config.ini" and path.is_file())) and path.stat().st_size <= LARGEST_BESIDE:
@@ -123,18 +123,18 @@ class _Export:
             for number, (time, spot) in enumerate(zip(times, found.spots, strict=True)):
                 north, east, down = spot.place
                 thing = str(spot.id), (east, north, -down), BALL, self._called(src, spot)
-                parts = names.system(src), MUG, names.entity(src, spot.entity), "scene"
+                parts = names.system_name(src), MUG, names.entity_label(src, spot.entity), "scene"
                 body = foxglove_types.scene_update(time, ros_standard_types.MAP.decode(), LIFETIME, [thing])
                 chunk.add(self._topics.channel(parts, foxglove_types.SCENE), number, time, ENCAPSULATION + body)
             self._file.add_chunk(chunk)
 
     def _called(self, src: int, spot: DetectionPoint) -> str:
-        return f"{self._source.names.entity(src, spot.entity)} {spot.id}"
+        return f"{self._source.names.entity_label(src, spot.entity)} {spot.id}"
 
     def write_photos(self, folder: Path) -> None:
         """Write the pictures in a folder that were taken in the selected time."""
         source = self._source
-        system, cameras = source.names.system(source.summary.owner), logged_cameras(folder)
+        system, cameras = source.names.system_name(source.summary.owner), logged_cameras(folder)
         models, detections = load_camera_models(folder, cameras), self._detections.get(source.summary.owner)
         unlike = photos_of_other_lenses(source, models)
         for number, photo in enumerate(find_photos(folder, source.summary.start)):
@@ -192,7 +192,7 @@ class _Export:
         if channel is not None:
             return channel
         names = self._source.names
-        system, label = names.system(src), names.entity(src, entity)
+        system, label = names.system_name(src), names.entity_label(src, entity)
         parts = (system, message.abbrev, label, *([suffix] if suffix else []))
         channel = self._known[key] = self._topics.channel(
             parts,
@@ -217,7 +217,7 @@ class _Export:
     def _write_array(
         self, chunk: McapChunk, message: imc.MessageType, array: Array, src: int, times: Array, numbers: Array
     ) -> None:
-        frame = ros_name(self._source.names.system(src)).encode()
+        frame = ros_name(self._source.names.system_name(src)).encode()
         type_, _ = self._type(message)
         self._pieces.add(message.abbrev, src, array)
         record = self._records.get((message.id, frame))
@@ -297,14 +297,14 @@ class _Export:
 
     def _head(self, src: int) -> tuple[Callable[..., bytes], bytes]:
         """Packs header and addresses of messages from a system: the function, and the frame to give it."""
-        frame = cdr_string(ros_name(self._source.names.system(src)).encode())
+        frame = cdr_string(ros_name(self._source.names.system_name(src)).encode())
         layout = struct.Struct(f"<II{len(frame)}s{len(frame) % 2}xHBxHB")
         self._heads[src] = layout.pack, frame
         return self._heads[src]
 
     def _write_entry(self, chunk: McapChunk, entry: imc.Message, time: int, number: int) -> None:
         names = self._source.names
-        name = f"{names.system(entry.src)}.{names.entity(entry.src, entry.src_ent)}"
+        name = f"{names.system_name(entry.src)}.{names.entity_label(entry.src, entry.src_ent)}"
         body = ros_standard_types.log_body(time, entry, name)
         chunk.add(self._topics.channel(("rosout",), ros_standard_types.LOG), number, time, ENCAPSULATION + body)
 

@@ -58,7 +58,7 @@ class McapChunk:
         length = MESSAGE_LENGTH + len(data)
         self._append(MESSAGE_HEAD.pack(Opcode.MESSAGE, length, channel, sequence, time, time) + data)
 
-    def end(self) -> tuple[bytes, MessageIndex]:
+    def finish(self) -> tuple[bytes, MessageIndex]:
         """All records, and their index, sorted by channel and time."""
         single = np.array(self._single, np.int64).reshape(-1, 3).T
         places = [*self._places, MessageIndex(*single)]
@@ -89,7 +89,7 @@ class McapWriter:
         self._record(records.Header(profile, library))
 
     @property
-    def messages(self) -> int:
+    def message_count(self) -> int:
         """The number of messages."""
         return self._counts.total()
 
@@ -117,7 +117,7 @@ class McapWriter:
 
     def add_chunk(self, chunk: McapChunk) -> None:
         """Compress and write the messages of a chunk; one without messages is skipped."""
-        data, place = chunk.end()
+        data, place = chunk.finish()
         if not len(place.channels):
             return
         first, last = int(place.times.min()), int(place.times.max())
@@ -184,7 +184,7 @@ class McapWriter:
             channel_count=len(self._channels),
             channel_message_counts=dict(self._counts),
             chunk_count=len(self._chunks),
-            message_count=self.messages,
+            message_count=self.message_count,
             message_end_time=max((last for _, last in self._times), default=0),
             message_start_time=min((first for first, _ in self._times), default=0),
             metadata_count=len(self._metadata),

@@ -171,8 +171,8 @@ def nanoseconds(times: Array) -> Array:
 
 def _layout(message: imc.MessageType) -> np.dtype[np.void] | None:
     """The dtype of a message's packet; None if the message has text, bytes or other messages."""
-    if VARIABLE.intersection(message.wire):
+    if VARIABLE.intersection(message.wire_codes):
         return None
     header = {name if name in ADDRESS_FIELDS else f"_{name}": code for name, code in HEADER_FIELDS.items()}
-    fields = {field_.attribute: code for field_, code in zip(message.fields, message.wire, strict=True)}
+    fields = {field_.attribute: code for field_, code in zip(message.fields, message.wire_codes, strict=True)}
     return np.dtype(numpy_columns({**header, **fields, "_crc": "H"}))

@@ -99,7 +99,7 @@ def export_netcdf(source: LogSource, path: Path, progress: ReportProgress = lamb
     rows = 0
     try:
         with _nc.Dataset(str(path), "w", format="NETCDF4") as file:
-            owner = source.names.system(source.summary.owner)
+            owner = source.names.system_name(source.summary.owner)
             file.setncatts({"Conventions": "CF-1.11", "title": f"IMC log of {owner}", "history": "shoal log export"})
             for batch in source.batches(progress):
                 for group in source.groups(batch):
@@ -131,8 +131,8 @@ def _name_speakers(file: Any, source: LogSource, speakers: dict[int, int]) -> No
     columns = (
         ("src", "i4", [src for src, _ in pairs], "IMC id of the system"),
         ("src_ent", "u1", [entity for _, entity in pairs], "id of the entity"),
-        ("system", str, json_columns([names.system(src) for src, _ in pairs], "plaintext"), "name of the system"),
-        ("label", str, json_columns([names.entity(*pair) for pair in pairs], "plaintext"), "label of the entity"),
+        ("system", str, json_columns([names.system_name(src) for src, _ in pairs], "plaintext"), "name of the system"),
+        ("label", str, json_columns([names.entity_label(*pair) for pair in pairs], "plaintext"), "label of the entity"),
     )
     for name, kind, values, title in columns:
         variable = file.createVariable(name, kind, (ENTITY,), fill_value=False)

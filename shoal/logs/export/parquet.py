@@ -103,7 +103,7 @@ class _File:
         keys = np.asarray(systems).astype(np.int64) << 8 | np.asarray(entities)
         found, places = np.unique(keys, return_inverse=True)
         pairs = [(key >> 8, key & 0xFF) for key in found.tolist()]
-        names = (self._names.system(src) for src, _ in pairs), (self._names.entity(*pair) for pair in pairs)
+        names = (self._names.system_name(src) for src, _ in pairs), (self._names.entity_label(*pair) for pair in pairs)
         system, label = ([_clean(text) for text in texts] for texts in names)
         return _dictionary(system, places), _dictionary(label, places)
 

@@ -133,7 +133,7 @@ def _units(source: LogSource, tables: dict[str, Array]) -> Iterator[ImuSamples]:
     for entity in np.intersect1d(rates["src_ent"], forces["src_ent"]).tolist():
         turning, pushing = rates[rates["src_ent"] == entity], forces[forces["src_ent"] == entity]
         times, first, second = np.intersect1d(turning["timestamp"], pushing["timestamp"], return_indices=True)
-        label = source.names.entity(source.summary.owner, int(entity))
+        label = source.names.entity_label(source.summary.owner, int(entity))
         alone = len(turning) + len(pushing) - 2 * len(times)
         if alone:
             source.skipped[f"{label} has no rates and force at the same time"] += alone

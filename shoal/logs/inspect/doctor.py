@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Literal
 
 import imc
-from imc.addresses import UNKNOWN_ENTITY
 from imc.discovery import displayable_name
 from imc.lsf import ParallelMap, ReportProgress
+from imc.reserved_ids import UNKNOWN_ENTITY
 from runtime.logs import LogSummary, PacketBlock, create_log, summarize, type_name
 from shoal.logs.inspect.formatting import format_count, format_duration, format_time
 from shoal.logs.inspect.gaps import MessageIntervals
@@ -168,21 +168,21 @@ def _layouts(layouts: SchemaCheck, schema: imc.Schema) -> list[LogProblem]:
 
 def _clocks(summary: LogSummary) -> list[LogProblem]:
     found: list[LogProblem] = []
-    if summary.steps:
+    if summary.clock_steps:
         places = _few(
             [
-                f"byte {step.offset}: {summary.names.system(step.src)} by {format_duration(step.after - step.before)}"
-                f" at {format_time(step.before)}"
-                for step in summary.steps
+                f"byte {step.offset}: {summary.names.system_name(step.src)} "
+                f"by {format_duration(step.after - step.before)} at {format_time(step.before)}"
+                for step in summary.clock_steps
             ]
         )
-        text = f"clocks jump: {format_count(len(summary.steps), 'time')}"
+        text = f"clocks jump: {format_count(len(summary.clock_steps), 'time')}"
         meaning = "The clock was set during the log, or nothing was recorded for a while; curves over time break there."
         found.append(
             LogProblem("warning", text, places, meaning, "Cut the log at the jump: shoal log cut --from/--to.")
         )
     for src, clock in summary.clocks.items():
-        who = summary.names.system(src)
+        who = summary.names.system_name(src)
         if clock.outliers:
             text = f"{format_count(clock.outliers, 'message')} of {who} with times far from those around them"
             found.append(LogProblem("note", text, (), "They were stored and logged later, or have no time."))
@@ -199,7 +199,7 @@ def _gaps(rhythms: MessageIntervals, summary: LogSummary) -> list[LogProblem]:
     for (identity, src, entity), rhythm in rhythms.found.items():
         if src == summary.owner and (gaps := rhythm.gaps(summary.end, LONG_ENOUGH * summary.duration)):
             more = f", and {len(gaps) - 1} more" if len(gaps) > 1 else ""
-            who = f"{type_name(summary.schema, identity)} of {summary.names.entity(src, entity)}"
+            who = f"{type_name(summary.schema, identity)} of {summary.names.entity_label(src, entity)}"
             when = f"silent for {format_duration(gaps[0].length)} from {format_time(gaps[0].begin)}"
             rows.append((gaps[0].length, f"{who} (every {rhythm.period:.2g} s): {when}{more}"))
     if not rows:
@@ -215,7 +215,7 @@ def _entities(summary: LogSummary) -> list[LogProblem]:
     own = [(src, entity) for src, entity in summary.by_entity if src == summary.owner]
     nameless = [key for key in own if key[1] != UNKNOWN_ENTITY and key not in names.labels]
     if nameless:
-        places = _few([f"entity {entity} of {names.system(src)}" for src, entity in sorted(nameless)])
+        places = _few([f"entity {entity} of {names.system_name(src)}" for src, entity in sorted(nameless)])
         text = f"{format_count(len(nameless), 'entity', 'entities')} without a label"
         meaning = "No EntityInfo or EntityList names them; they can only be told apart by number."
         found.append(LogProblem("note", text, places, meaning))
@@ -226,14 +226,14 @@ def _entities(summary: LogSummary) -> list[LogProblem]:
         ids = {entity for system, entity in {**names.labels, **dict.fromkeys(summary.by_entity)} if system == src}
         ids.discard(UNKNOWN_ENTITY)
         if len(ids) >= NEARLY_ALL:
-            text = f"{names.system(src)} has {format_count(len(ids), 'entity', 'entities')}"
+            text = f"{names.system_name(src)} has {format_count(len(ids), 'entity', 'entities')}"
             meaning = "There are only 255 ids; all further entities share 255, and cannot be told apart."
             found.append(LogProblem("warning", text, (), meaning, "Disable tasks that the vehicle does not need."))
     if names.earlier:
         several: list[str] = []
         for (src, entity), labels in sorted(names.earlier.items()):
-            each = [*map(displayable_name, labels), names.entity(src, entity)]
-            several.append(f"entity {entity} of {names.system(src)}: {', '.join(_few(each))}")
+            each = [*map(displayable_name, labels), names.entity_label(src, entity)]
+            several.append(f"entity {entity} of {names.system_name(src)}: {', '.join(_few(each))}")
         text = f"{format_count(len(names.earlier), 'entity', 'entities')} with several labels"
         meaning = "The log has several runs of a vehicle; readers use one label for all of it."
         found.append(LogProblem("warning", text, _few(several), meaning, "Look at the runs one by one: shoal log cut."))

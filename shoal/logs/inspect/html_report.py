@@ -41,7 +41,7 @@ def render_page(content: ReportData) -> str:
     script = (_HERE / "report.js").read_text(encoding="utf-8")
     allowed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{allowed}'; base-uri 'none'"
-    name = summary.names.system(summary.owner)
+    name = summary.names.system_name(summary.owner)
     title = f"{name}, {format_time(summary.start)}"
     duration = max(summary.duration, 0.0) if math.isfinite(summary.duration) else 0.0
     parts = [
@@ -260,8 +260,8 @@ def _troubles(summary: LogSummary) -> str:
         (f"byte {loss.offset}", format_count(loss.length, "byte"), loss.reason)
         for loss in summary.losses[:MOST_ENTRIES]
     ]
-    for step in summary.steps[:MOST_ENTRIES]:
-        what = f"the clock of {summary.names.system(step.src)} was set at {format_time(step.before)}"
+    for step in summary.clock_steps[:MOST_ENTRIES]:
+        what = f"the clock of {summary.names.system_name(step.src)} was set at {format_time(step.before)}"
         rows.append((f"byte {step.offset}", format_duration(step.after - step.before), what))
     return _section("Damage and clock steps", _table(("where", "how much", "what"), rows, (1,))) if rows else ""
 

@@ -128,7 +128,7 @@ def read_report_data(log: imc.Log, summary: LogSummary) -> ReportData:
         content.entries.append(LogbookLine(entry.timestamp - summary.start, _level(entry), entry.context, entry.text))
     content.entries.sort(key=lambda entry: entry.time)
     content.detection_scores = score_detections(
-        log, summary, lambda entity: summary.names.entity(summary.owner, entity)
+        log, summary, lambda entity: summary.names.entity_label(summary.owner, entity)
     )
     return content
 
@@ -202,7 +202,7 @@ def _states(content: ReportData, messages: list[Any]) -> None:
     for message in messages:
         by_entity.setdefault(message.src_ent, []).append(message)
     for number, states in by_entity.items():
-        label = names.entity(owner, number)
+        label = names.entity_label(owner, number)
         if label in content.entities:
             label = f"{label} ({number})"
         rows = [(m.timestamp, _named(imc.EntityState.State, m.state), m.description) for m in states]

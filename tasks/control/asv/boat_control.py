@@ -32,7 +32,7 @@ class BoatController(Task):
         """Move the actuators for the loops in `mask`, `dt` s after the last call; True if all references are set."""
         raise NotImplementedError
 
-    def rest(self) -> None:
+    def center_actuators(self) -> None:
         """Move the actuators to neutral."""
         raise NotImplementedError
 
@@ -44,14 +44,14 @@ class BoatController(Task):
         for law in (self._heading, self._speed):
             if law is not None:
                 law.reset()
-        self.rest()
+        self.center_actuators()
         self.set_entity_state(State.NORMAL, "idle")
 
     def stop(self) -> None:
-        self.rest()
+        self.center_actuators()
 
     @consume
-    def enable(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         before = self._loops.mask
         if not self._loops.receive(loops):
             return
@@ -62,22 +62,22 @@ class BoatController(Task):
             self._speed.reset()
         self._complete, self._given_up = self.now, False
         if not mask:
-            self.rest()
+            self.center_actuators()
         self.set_entity_state(State.NORMAL, "active" if mask else "idle")
 
     @consume
-    def go_to_heading(self, desired: imc.DesiredHeading) -> None:
+    def set_desired_heading(self, desired: imc.DesiredHeading) -> None:
         if self._heading is not None and self._loops.mask & Loops.YAW and self._is_number(desired.value, "heading"):
             self._heading.heading = desired.value
 
     @consume
-    def turn_at(self, desired: imc.DesiredHeadingRate) -> None:
+    def set_desired_heading_rate(self, desired: imc.DesiredHeadingRate) -> None:
         rate = self._loops.mask & Loops.YAW_RATE
         if self._heading is not None and rate and self._is_number(desired.value, "heading rate"):
             self._heading.desired_rate = desired.value
 
     @consume
-    def go_at(self, desired: imc.DesiredSpeed) -> None:
+    def set_desired_speed(self, desired: imc.DesiredSpeed) -> None:
         if self._speed is not None and self._loops.mask & Loops.SPEED and not self._speed.set_desired(desired):
             self.log.warning(f"invalid desired speed: {desired.value} in unit {desired.speed_units}")
 
@@ -85,13 +85,13 @@ class BoatController(Task):
     def brake(self, brake: imc.Brake) -> None:
         self._braking = brake.op == imc.Brake.Op.START
         if self._braking:
-            self.rest()
+            self.center_actuators()
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        if self.addressed(abort):
+        if self.is_addressed_to_me(abort):
             self._loops.mask = 0
-            self.rest()
+            self.center_actuators()
             self.set_entity_state(State.NORMAL, "idle")
 
     @consume
@@ -113,11 +113,11 @@ class BoatController(Task):
             return
         silent = [entity for entity, at in self._reports.items() if self.now - at > self.actuator_timeout]
         if self.now - max(self._controlled, self._complete) > LONGEST_STEP:
-            self.rest()
+            self.center_actuators()
             self.set_entity_state(State.ERROR, "EstimatedState is missing")
         elif silent:
             self._given_up = True
-            self.rest()
+            self.center_actuators()
             names = (self.vehicle.entities.label(self.system, entity) for entity in silent)
             self.set_entity_state(State.ERROR, f"no report of {', '.join(names)} for {self.actuator_timeout:g} s")
 
@@ -148,13 +148,13 @@ class HeadingTask(BoatController):
         if before is not None:
             self.heading_controller.heading, self.heading_controller.desired_rate = before.heading, before.desired_rate
 
-    def steer(self, state: imc.EstimatedState, mask: int, dt: float, limit: float) -> float | None:
+    def steering_effort(self, state: imc.EstimatedState, mask: int, dt: float, limit: float) -> float | None:
         """Effort that turns the boat to starboard, between -`limit` and `limit`; None without a reference."""
         effort = self.heading_controller.effort(mask, state.psi, state.r, dt, limit)
         if effort is not None and mask & Loops.YAW and not mask & Loops.YAW_RATE:
             self.publish(imc.DesiredHeadingRate(value=self.heading_controller.rate))
         if self.log_parcels:
-            self.publish(self.heading_controller.parts)
+            self.publish(self.heading_controller.pid_parts)
         return effort
 
 
@@ -196,7 +196,7 @@ class SpeedTask(BoatController):
         if before is not None:
             self.speed_controller.desired = before.desired
 
-    def accelerate(self, state: imc.EstimatedState, mask: int, dt: float, *, held: bool = False) -> float | None:
+    def thrust_fraction(self, state: imc.EstimatedState, mask: int, dt: float, *, held: bool = False) -> float | None:
         """Fraction of full actuation for the desired speed; 0 with the loop off, None without a reference."""
         if not mask & Loops.SPEED:
             return 0.0
@@ -204,5 +204,5 @@ class SpeedTask(BoatController):
             return None
         share = self.speed_controller.actuation(state.u, dt, held=held)
         if self.log_parcels:
-            self.publish(self.speed_controller.parts)
+            self.publish(self.speed_controller.pid_parts)
         return max(-self.highest_thrust, min(self.highest_thrust, share))

@@ -48,15 +48,15 @@ class HeadingAndSpeed(HeadingTask, SpeedTask):
     def actuate(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
         turning = bool(mask & Loops.YAW) and not mask & Loops.YAW_RATE
         off = turning and abs(self.heading_controller.error(state.psi)) > math.radians(self.heading_error)
-        share = self.accelerate(state, mask, dt, held=off)
-        effort = self.steer(state, mask, dt, self.highest_difference)
+        share = self.thrust_fraction(state, mask, dt, held=off)
+        effort = self.steering_effort(state, mask, dt, self.highest_difference)
         ahead = share * abs(share) if share is not None and not off else 0.0
         limits = self.highest_thrust**2, self.reverse * self.highest_thrust**2
         forces = allocate_thrust(ahead, effort or 0.0, *limits, turn_first=self.share_saturation)
         self._thrust(*motor_actuations(forces, self.reverse))
         return share is not None and effort is not None
 
-    def rest(self) -> None:
+    def center_actuators(self) -> None:
         self._thrust(0.0, 0.0)
 
     def _thrust(self, port: float, starboard: float) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import imc
 from autonomy.control import EnabledLoops
-from mavlink import ARMED, Fields, ReceivedMessage, Signing, SigningTime, load_dialect, read_key, system_of
+from mavlink import ARMED, Fields, ReceivedMessage, Signing, SigningTime, load_dialect, mavlink_system_id, read_key
 from mavlink.autopilot import (
     CRITICAL,
     NAVIGATION,
@@ -16,9 +16,9 @@ from mavlink.autopilot import (
     GuidedGoal,
     Leg,
     LegProgress,
+    MissionBuilder,
     MissionClient,
     MissionMap,
-    MissionWriter,
     ModeController,
     OnResult,
     SensorHealth,
@@ -35,7 +35,7 @@ from mavlink.autopilot import (
 from mavlink.translate import ENTITIES
 from runtime import ParameterError, State, Task, consume, expect, param, periodic
 from runtime.vehicle import general_number
-from tasks.control.autopilot.device import open_device, parse_address
+from tasks.control.autopilot.autopilot_address import open_device, parse_address
 
 Loops = imc.CLoopsMask
 Status = imc.ArmingState.State
@@ -110,7 +110,7 @@ class MAVLink(Task):
             self._key = read_key(Path(self._where.key).expanduser()) if self._where.key else b""
         except (ValueError, OSError, RuntimeError) as error:
             raise ParameterError("Address", str(error)) from None
-        self._parts = {label: self.reserve(label) for label in (PATH_CONTROL, *ENTITIES[1:])}
+        self._parts = {label: self.reserve_entity(label) for label in (PATH_CONTROL, *ENTITIES[1:])}
         self._highest = general_number(self.vehicle.profile, "Absolute Maximum Altitude", math.inf)
 
     def start(self) -> None:
@@ -129,7 +129,7 @@ class MAVLink(Task):
             self.device,
             self.log.warning,
             self.autopilot_id,
-            own=system_of(self.system),
+            own=mavlink_system_id(self.system),
             datagrams=self._where.scheme.startswith("udp"),
             signing=Signing(self._key, SigningTime(lambda: self.now)) if self._key else None,
         )
@@ -139,7 +139,7 @@ class MAVLink(Task):
             self._send_command,
             self.connection.send,
             self.log.warning,
-            lambda: self._telemetry.reason(self.now),
+            lambda: self._telemetry.recent_text(self.now),
             missions,
         )
         self.set_entity_state(State.BOOT, f"waiting for an autopilot at {self.address}")
@@ -152,7 +152,7 @@ class MAVLink(Task):
     def _dispatch(self, message: ReceivedMessage) -> None:
         name, values = message.name, message.values
         if name == "HEARTBEAT":
-            self.note_beat(values)
+            self.on_heartbeat(values)
         elif name == "COMMAND_ACK":
             if self.connection.is_for_us(message):
                 self.connection.commands.receive(values["command"], values["result"], self.now)
@@ -168,7 +168,7 @@ class MAVLink(Task):
         self._translate(message)
 
     @expect(every="input_timeout")
-    def note_beat(self, values: Mapping[str, int]) -> None:
+    def on_heartbeat(self, values: Mapping[str, int]) -> None:
         """Take a HEARTBEAT: mode and arming."""
         controller, first = self.controller, self._beaten == -math.inf
         if first:
@@ -227,17 +227,17 @@ class MAVLink(Task):
             self.publish(report)
 
     @consume
-    def enable(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if self._loops.receive(loops) and not self._loops.mask:
-            self.controller.release(self.now)
+            self.controller.hold_position(self.now)
 
     @consume
-    def limit(self, limits: imc.OperationalLimits) -> None:
+    def on_operational_limits(self, limits: imc.OperationalLimits) -> None:
         highest = limits.max_altitude if limits.mask & imc.OpLimitsMask.MAX_ALT else math.inf
         self._limit = highest if highest >= 0.0 else self._limit
 
     @consume
-    def begin(self, path: imc.DesiredPath) -> None:
+    def follow_path(self, path: imc.DesiredPath) -> None:
         """Follow a path."""
         controller = self.controller
         if not self._loops.mask:
@@ -259,50 +259,52 @@ class MAVLink(Task):
         self.publish(imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
 
     @consume
-    def remember(self, plan: imc.PlanSpecification) -> None:
+    def upload_plan(self, plan: imc.PlanSpecification) -> None:
         """Put the plan that begins into the autopilot's memory."""
         self._mission_map.upload_plan(plan, self._writer, self.now)
 
-    def _writer(self) -> MissionWriter:
+    def _writer(self) -> MissionBuilder:
         """Makes missions. Raises ValueError without a position."""
         controller = self.controller
         if controller.vehicle is None or controller.position is None:
             raise ValueError("the autopilot is unknown, or its position is")
         course = math.radians(self.landing_course) if self.landing_course >= 0.0 else None
         final = landing_approach(self.approach_length, self.approach_height, course, self._wind, controller.position)
-        return MissionWriter(controller.vehicle, controller.position, self.geoid_undulation, final)
+        return MissionBuilder(controller.vehicle, controller.position, self.geoid_undulation, final)
 
     @consume
-    def aid(self, fix: imc.GpsFix) -> None:
+    def aid_with_gps_fix(self, fix: imc.GpsFix) -> None:
         """Give the autopilot the position of another sensor."""
         if self.aiding_entity and self.vehicle.entities.label(self.system, fix.src_ent) == self.aiding_entity:
             self._aid(fix)
 
     @consume(others=True)
-    def aid_from_afar(self, fix: imc.UsblFixExtended) -> None:
+    def aid_with_usbl_fix(self, fix: imc.UsblFixExtended) -> None:
         """Give it what a ship's USBL says of this vehicle."""
         if self.aiding_entity == USBL and fix.target == self.system_name:
             self._aid(usbl_fix(fix, self.geoid_undulation))
 
     def _aid(self, fix: imc.GpsFix) -> None:
-        if self.connection.is_connected and not self._lost and is_usable_fix(fix):
+        if self.connection.has_autopilot and not self._lost and is_usable_fix(fix):
             self.connection.send("GPS_INPUT", gps_input_fields(fix, self.geoid_undulation, self.now))
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
         """End the flight; but one of the vehicle itself does not interrupt a pilot whom Shoal does not lead."""
-        if self.addressed(abort) and not (abort.src == self.system and self.controller.goal is GuidedGoal.NONE):
+        if self.is_addressed_to_me(abort) and not (
+            abort.src == self.system and self.controller.goal is GuidedGoal.NONE
+        ):
             self._loops.mask = 0
             self.controller.end_flight(self.ending, self.now)
             self._control()
 
     @periodic(TICK)
-    def work(self) -> None:
+    def check_timeouts(self) -> None:
         """Do what is due, and judge how the autopilot is."""
         self.connection.commands.tick(self.now)
         self.controller.missions.tick(self.now)
         controller, vehicle = self.controller, self.controller.vehicle
-        if self.connection.is_connected and not self._lost and self.now - self._beaten > self.input_timeout:
+        if self.connection.has_autopilot and not self._lost and self.now - self._beaten > self.input_timeout:
             self._on_silence()
         idles = controller.goal is GuidedGoal.HOLD and vehicle is not None and vehicle.flies and controller.armed
         if idles and 0.0 < self.idle_timeout < self.now - controller.since:
@@ -311,15 +313,15 @@ class MAVLink(Task):
         self._control()
 
     @periodic(1.0)
-    def beat(self) -> None:
+    def send_heartbeat(self) -> None:
         """Tell that Shoal is there, compare the clocks, and ask again for what does not come."""
         self.connection.send_heartbeat()
-        if not self.connection.is_connected or self._lost:
+        if not self.connection.has_autopilot or self._lost:
             return
         self.connection.send_timesync(self.now_ns)
         if self._telemetry.is_silent("SYS_STATUS", self.now, FORGOTTEN):
             self._sensors.expire()
-        missing = self._telemetry.missing(self.now)
+        missing = self._telemetry.missing_messages(self.now)
         late = self.now - self._asked > REPEAT
         if missing and late:
             self._request_messages()
@@ -330,7 +332,7 @@ class MAVLink(Task):
 
     def _control(self) -> None:
         """Let the controller do what is next, and show how it is going."""
-        if self.connection.is_connected and not self._lost:
+        if self.connection.has_autopilot and not self._lost:
             self.controller.tick(self.now)
             error = self.controller.error
             self._show(PATH_CONTROL, State.ERROR if error else State.NORMAL, error or self.controller.goal.name.lower())

@@ -49,7 +49,7 @@ class Allocator(Task):
             self.publish(imc.SetServoPosition(id=number, value=0.0))
 
     @consume
-    def enable(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if not self._loops.receive(loops):
             return
         if self._loops.mask:
@@ -83,7 +83,7 @@ class Allocator(Task):
             self.set_entity_state(State.NORMAL, "active" if self._loops.mask else "idle")
 
     @consume
-    def brake(self, brake: imc.Brake) -> None:
+    def on_brake(self, brake: imc.Brake) -> None:
         self._braking = brake.op == imc.Brake.Op.START
 
     @consume

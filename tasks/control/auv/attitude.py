@@ -97,11 +97,11 @@ class Attitude(Task):
         )
         if not hasattr(self, "_depth"):  # what they remember stays if parameters change
             self._depth, self._attitude = DepthController(depth), AttitudeController(attitude)
-        self._depth.tune(depth)
-        self._attitude.tune(attitude)
+        self._depth.set_gains(depth)
+        self._attitude.set_gains(attitude)
         self._depth.limits = self._own_limits()
         names = PARCELS if self.log_parcels else ()
-        self._parcels: Mapping[str, Entity] = {name: self.reserve(f"{name} Parcel") for name in names}
+        self._parcels: Mapping[str, Entity] = {name: self.reserve_entity(f"{name} Parcel") for name in names}
 
     def start(self) -> None:
         self._loops = EnabledLoops(VERTICAL | HORIZONTAL)
@@ -112,7 +112,7 @@ class Attitude(Task):
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def enable(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         before = self._loops.mask
         if not self._loops.receive(loops):
             return
@@ -126,19 +126,19 @@ class Attitude(Task):
         self.set_entity_state(State.NORMAL, "active" if mask else "idle")
 
     @consume
-    def limit(self, limits: imc.OperationalLimits) -> None:
+    def on_operational_limits(self, limits: imc.OperationalLimits) -> None:
         """Apply limits of depth and altitude if they are stricter than the vehicle's own."""
         self._depth.limits = self._own_limits().tightened(limits)
 
     @consume
-    def go_to_z(self, desired: imc.DesiredZ) -> None:
+    def set_desired_z(self, desired: imc.DesiredZ) -> None:
         """Set the desired depth or altitude; publish it again if a limit changes it."""
         if not self._loops.mask & VERTICAL or not self._is_number(desired.value, "depth or altitude"):
             return
         if desired.z_units not in (Units.DEPTH, Units.ALTITUDE):
             self.log.warning(f"desired z in unit {desired.z_units} is neither a depth nor an altitude")
             return
-        limited = self._depth.within_limits(desired)
+        limited = self._depth.clamp_to_limits(desired)
         if limited != desired.value:
             desired = imc.DesiredZ(value=limited, z_units=desired.z_units)
             self.publish(desired)
@@ -147,17 +147,17 @@ class Attitude(Task):
             self._depth.reset()
 
     @consume
-    def go_to_pitch(self, desired: imc.DesiredPitch) -> None:
+    def set_desired_pitch(self, desired: imc.DesiredPitch) -> None:
         if self._is_number(desired.value, "pitch"):
             self._pitch_reference = clamp(desired.value, math.radians(self.maximum_pitch_reference))
 
     @consume
-    def go_to_heading(self, desired: imc.DesiredHeading) -> None:
+    def set_desired_heading(self, desired: imc.DesiredHeading) -> None:
         if self._is_number(desired.value, "heading"):
             self._heading_reference = desired.value
 
     @consume
-    def go_to_heading_rate(self, desired: imc.DesiredHeadingRate) -> None:
+    def set_desired_heading_rate(self, desired: imc.DesiredHeadingRate) -> None:
         if self._is_number(desired.value, "heading rate"):
             self._rate_reference = clamp(desired.value, math.radians(self.maximum_heading_rate))
 

@@ -43,7 +43,7 @@ class Brakes(Task):
         self._release()
 
     @consume
-    def enable(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if self._loops.receive(loops):
             self._near = self._clear = 0
             self._release()

@@ -69,7 +69,7 @@ class Speed(Task):
         )
         if not hasattr(self, "_law"):  # the rotation rate stays if parameters change
             self._law = ThrusterController(gains)
-        self._law.tune(gains)
+        self._law.set_gains(gains)
 
     def start(self) -> None:
         self._loops = EnabledLoops(imc.CLoopsMask.SPEED)
@@ -84,7 +84,7 @@ class Speed(Task):
         self.publish(imc.SetThrusterActuation(id=0, value=0.0))
 
     @consume
-    def enable(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if not self._loops.receive(loops):
             return
         self._rest()
@@ -95,7 +95,7 @@ class Speed(Task):
             self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def desire(self, speed: imc.DesiredSpeed) -> None:
+    def set_desired_speed(self, speed: imc.DesiredSpeed) -> None:
         if not self._loops.mask:
             return
         if not math.isfinite(speed.value) or speed.speed_units not in tuple(imc.SpeedUnits):
@@ -114,7 +114,7 @@ class Speed(Task):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        if self.addressed(abort):
+        if self.is_addressed_to_me(abort):
             self._loops.mask = 0
             self._rest()
             self._thrust(0.0)
@@ -125,7 +125,7 @@ class Speed(Task):
         self._stream = stream.x, stream.y, stream.z
 
     @consume
-    def follow(self, state: imc.EstimatedState) -> None:
+    def control_speed(self, state: imc.EstimatedState) -> None:
         """Move the rotation rate towards that of a speed in m/s."""
         self._stated, self._state = self.now, state
         desired = self._desired
@@ -140,7 +140,7 @@ class Speed(Task):
             self.publish(imc.ControlParcel(p=parts.p, i=parts.i, d=parts.d, a=parts.p + parts.i + parts.d))
 
     @consume
-    def drive(self, rpm: imc.Rpm) -> None:
+    def control_rpm(self, rpm: imc.Rpm) -> None:
         desired, wanted = self._desired, None
         before, self._driven = self._driven, rpm.timestamp
         if desired is not None and desired.speed_units != imc.SpeedUnits.PERCENTAGE:

@@ -123,7 +123,7 @@ class PathFollowerTask(Task):
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def enable(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if not self._loops.receive(loops):
             return
         if self._loops.mask:
@@ -144,11 +144,11 @@ class PathFollowerTask(Task):
         self._uncertainty = self.cross_uncertainty * math.sqrt(largest) if 0.0 <= largest < math.inf else 0.0
 
     @consume
-    def brake(self, brake: imc.Brake) -> None:
+    def on_brake(self, brake: imc.Brake) -> None:
         self._divergence.restart(self.now + (LONGEST_BRAKE if brake.op == imc.Brake.Op.START else 0.0))
 
     @consume
-    def begin(self, path: imc.DesiredPath) -> None:
+    def follow_path(self, path: imc.DesiredPath) -> None:
         """Follow a path, as soon as there is an EstimatedState."""
         if not self._loops.mask:
             return
@@ -168,7 +168,7 @@ class PathFollowerTask(Task):
         if self._path is None:
             return
         if before is not None and (before.lat, before.lon) != (state.lat, state.lon):
-            self._guidance.move(self._track_of(self._path, state))
+            self._guidance.update_track(self._track_of(self._path, state))
         elif before is not None:
             self._notice_jump(math.hypot(state.x - before.x, state.y - before.y))
         if state.timestamp - self._cycled >= 1.0 / self.control_frequency - EARLY:
@@ -191,7 +191,7 @@ class PathFollowerTask(Task):
         if track.length > LONGEST or (
             track.length == 0.0 and path.lradius <= 0.0 and math.dist(at, track.end) > LONGEST
         ):
-            self._guidance.move(track)
+            self._guidance.update_track(track)
             self._fail(f"the desired path is longer than {LONGEST / 1000:g} km")
             return
         distance = math.dist(at, track.end)
@@ -301,7 +301,7 @@ class PathFollowerTask(Task):
         if guidance.near and self.now - self._ended > self.new_reference_timeout:
             self._fail("expected new path control reference")
         elif not guidance.loitering and not guidance.near:
-            error = self._divergence.error(self.now, guidance.where, guidance.target, self._uncertainty)
+            error = self._divergence.error_text(self.now, guidance.where, guidance.target, self._uncertainty)
             if error:
                 self._fail(error)
 

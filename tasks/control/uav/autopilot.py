@@ -93,7 +93,7 @@ class Autopilot(Task):
         )
         if not hasattr(self, "_law"):  # what it remembers stays if parameters change
             self._law = MultirotorController(gains)
-        self._law.tune(gains)
+        self._law.set_gains(gains)
 
     def start(self) -> None:
         self._loops = EnabledLoops(Loops.VELOCITY)
@@ -113,14 +113,14 @@ class Autopilot(Task):
         self._publish_status()
 
     @consume
-    def enable(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if self._loops.receive(loops):
             self._heading, self._referred = None, self.now if self._loops.mask else -math.inf
             if self._loops.mask:
                 self._landing, self._erred = "", False
 
     @consume
-    def go(self, velocity: imc.DesiredVelocity) -> None:
+    def set_desired_velocity(self, velocity: imc.DesiredVelocity) -> None:
         """Set the desired velocity: ahead, to starboard and down, in a level frame."""
         if not self._loops.mask or self._state is None:
             return
@@ -132,7 +132,7 @@ class Autopilot(Task):
         self._referred = self.now
 
     @consume
-    def head(self, heading: imc.DesiredHeading) -> None:
+    def set_desired_heading(self, heading: imc.DesiredHeading) -> None:
         if self._loops.mask and math.isfinite(heading.value):
             self._heading = heading.value
 
@@ -147,7 +147,7 @@ class Autopilot(Task):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        if self.addressed(abort):
+        if self.is_addressed_to_me(abort):
             self._loops.mask = 0
             self._land("aborted")
 
@@ -175,7 +175,7 @@ class Autopilot(Task):
             self._fly(state, dt if 0.0 < dt <= LONGEST_STEP else 0.0)
 
     @periodic(1.0 / BLIND_STEP)
-    def watch_state(self, periods: int) -> None:
+    def descend_without_state(self, periods: int) -> None:
         """Descend level if EstimatedState is missing."""
         missing = self.now - self._stated > self.state_timeout
         if (
@@ -253,9 +253,9 @@ class Autopilot(Task):
         if self._phase is FlightPhase.FOLLOW:
             wanted, heading = self._reference, self._kept if self._heading is None else self._heading
         elif self._phase is FlightPhase.LAND:
-            wanted = law.land(state, self._hold)
+            wanted = law.landing_velocity(state, self._hold)
         else:
-            wanted = law.hold(state, self._hold)
+            wanted = law.hold_velocity(state, self._hold)
         command = law.step(state, wanted, heading, dt)
         self._command(command)
         if self._touchdown.update(self.now, law.velocity[2], state.vz, command.thrust):

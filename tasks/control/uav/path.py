@@ -105,7 +105,7 @@ class Path(Task):
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def enable(self, loops: imc.ControlLoops) -> None:
+    def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if not self._loops.receive(loops):
             return
         if not self._loops.mask:
@@ -116,7 +116,7 @@ class Path(Task):
         self.set_entity_state(State.NORMAL, "enabled" if self._loops.mask else "idle")
 
     @consume
-    def limit(self, limits: imc.OperationalLimits) -> None:
+    def on_operational_limits(self, limits: imc.OperationalLimits) -> None:
         """Set limits of altitude and speed. They are sent only once, so they survive new parameters and a restart."""
         before, self._limits = self._limits, MultirotorLimits.from_message(limits) or self._limits
         if self._path is not None and self._state is not None and before != self._limits:
@@ -128,7 +128,7 @@ class Path(Task):
         self._stands, self._heard = arming.state == imc.ArmingState.State.DISARMED, self.now
 
     @consume
-    def begin(self, path: imc.DesiredPath) -> None:
+    def follow_path(self, path: imc.DesiredPath) -> None:
         """Follow a path, as soon as there is an EstimatedState."""
         if not self._loops.mask:
             return
@@ -193,7 +193,7 @@ class Path(Task):
         start, end, circle = guidance.line.start, guidance.line.end, guidance.circle
         end = end[0], end[1], self._down(path, state)
         line = Line((start[0], start[1], self._limited(start[2], path, state)), end)
-        guidance.move(line, replace(circle, center=end) if circle is not None else None)
+        guidance.update_path(line, replace(circle, center=end) if circle is not None else None)
         self._reported = -math.inf
         self._divergence.restart(self.now)
 
@@ -214,7 +214,7 @@ class Path(Task):
         """A height of a path within the limits, m below the reference."""
         lowest = 0.0 if path.flags & Flags.LAND else self._limits.lowest
         highest = min(self._limits.highest, self._highest)
-        return MultirotorLimits(lowest, highest).limit(down, state, self.altitude_margin)
+        return MultirotorLimits(lowest, highest).limit_height(down, state, self.altitude_margin)
 
     def _cycle(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
         guidance = self._guidance
@@ -235,7 +235,7 @@ class Path(Task):
             self._reported = state.timestamp
             self._report(path, where, state, speed)
         if not guidance.near and not guidance.loitering:
-            error = self._divergence.error(self.now, where, where.course, 0.0)
+            error = self._divergence.error_text(self.now, where, where.course, 0.0)
             if error:
                 self._fail(error)
 

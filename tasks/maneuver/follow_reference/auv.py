@@ -1,7 +1,7 @@
 """Follows references that another system sends."""
 
 import imc
-from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime import param
 from tasks.maneuver.maneuver_task import Completed, Loops, Maneuver, ManeuverError, PathEnd, PathFlags
 from tasks.maneuver.spiral import vertical_error
@@ -67,7 +67,7 @@ class AUV(Maneuver):
         speed, z = reference.speed, reference.z
         lat, lon = reference.lat, reference.lon
         if not reference.flags & Has.LOCATION:
-            lat, lon = (before.lat, before.lon) if before else imc.coordinates.absolute(state)[:2]
+            lat, lon = (before.lat, before.lon) if before else imc.coordinates.absolute_position(state)[:2]
         leg = PathEnd(
             lat, lon, self.default_z, UNITS[self.default_z_units], self.default_speed, SPEEDS[self.default_speed_units]
         )
@@ -101,11 +101,11 @@ class AUV(Maneuver):
         self._tell((Near.XY_NEAR if near else 0) | (Near.Z_NEAR if deep else 0) or Near.FAR)
 
     def _begin_doing(self, leg: PathEnd, doing: Doing) -> None:
-        self.control(0 if doing is Doing.HOVER else Loops.PATH)
+        self.set_control_loops(0 if doing is Doing.HOVER else Loops.PATH)
         if doing is Doing.GOTO:
-            self.steer(leg, flags=PathFlags.DIRECT if self._reference.flags & Has.DIRECT else 0)
+            self.start_path(leg, flags=PathFlags.DIRECT if self._reference.flags & Has.DIRECT else 0)
         elif doing in (Doing.LOITER, Doing.ELEVATOR):
-            self.steer(leg, radius=self._radius() or self.loitering_radius)
+            self.start_path(leg, radius=self._radius() or self.loitering_radius)
 
     def _radius(self) -> float:
         if self._reference.flags & Has.RADIUS:

@@ -235,7 +235,7 @@ class Navigation(Task):
             estimator.advance(estimator.position, now, dt, new_attitude, new_rates)
             if fix is not None:
                 decision = estimator.correct(estimator.position, now, fix)
-                checks.receive_correction(now, estimator.position, decision)
+                checks.report_position_reset(now, estimator.position, decision)
         self._publish_state()
         self._update_entity_state()
 

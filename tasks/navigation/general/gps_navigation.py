@@ -15,6 +15,7 @@ from autonomy.navigation import (
     NORTH,
     STREAM_EAST,
     STREAM_NORTH,
+    ASVFilter,
     AttitudeCheck,
     FixGate,
     GateDecision,
@@ -22,9 +23,8 @@ from autonomy.navigation import (
     Reason,
     SampleMean,
     StuckDetector,
-    SurfaceFilter,
     fix_variance,
-    is_located,
+    has_plausible_position,
     missing_reason,
 )
 from runtime import State, Task, consume, param, periodic
@@ -102,7 +102,7 @@ class GPSNavigation(Task):
         self._fix: imc.GpsFix | None = None
         self._manual: imc.GpsFix | None = None
         self._reference: imc.GpsFix | None = None
-        self._filter = SurfaceFilter(1.0, 1.0, 0.25, self.process, self.sway_decay)
+        self._filter = ASVFilter(1.0, 1.0, 0.25, self.process, self.sway_decay)
         self._jumps = JumpGate(CONTRADICTIONS, AGREEMENT)
         self._attitude_noise = StuckDetector()
         self._check = AttitudeCheck(max(1, round(PATIENCE * self.execution_frequency)))
@@ -143,10 +143,10 @@ class GPSNavigation(Task):
     @consume
     def on_gps_fix(self, fix: imc.GpsFix) -> None:
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
-            self._manual = fix if is_located(fix) else self._manual
+            self._manual = fix if has_plausible_position(fix) else self._manual
         elif self._is_from(fix, self.gps):
             reason = self._gate.reject_reason(fix)
-            if reason is None and not is_located(fix):
+            if reason is None and not has_plausible_position(fix):
                 reason = Reason.INVALID
             if reason is None:
                 self._fix, self._fixed = fix, self.now

@@ -17,8 +17,8 @@ from autonomy.navigation import (
     Reason,
     SampleMean,
     StuckDetector,
+    has_plausible_position,
     horizontal_variance,
-    is_located,
     mean_fix,
     missing_reason,
     offset_from,
@@ -45,7 +45,7 @@ INITIAL_VELOCITY, INITIAL_BIAS = 0.01, 0.01  # variances at rest, (m/s)², (m/s�
 FLYING_VELOCITY = 25.0  # (m/s)², variance in the air
 
 
-def height_of(pressure: float) -> float:
+def pressure_altitude(pressure: float) -> float:
     """Height (m) of a pressure (hPa) above that of 1013.25 hPa in the standard atmosphere; ISO 2533:1975."""
     return 288.15 / 0.0065 * (1.0 - (pressure / 1013.25) ** (1.0 / 5.25588))
 
@@ -134,7 +134,7 @@ class Navigation(Task):
         possible = 0.0 < pressure.value < 2000.0 and self._is_from(pressure, self.barometer)
         if not possible or self._pressure_noise.update(pressure.value):
             return
-        height = height_of(pressure.value)
+        height = pressure_altitude(pressure.value)
         if not self._roughness.update(height):
             self._height.add(self.now, height)
 
@@ -143,7 +143,11 @@ class Navigation(Task):
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             return
         reason = self._fix_gate.reject_reason(fix)
-        if reason is Reason.LOST_VAL_BIT or not is_located(fix) or self._fix_noise.update(fix.lat + fix.lon):
+        if (
+            reason is Reason.LOST_VAL_BIT
+            or not has_plausible_position(fix)
+            or self._fix_noise.update(fix.lat + fix.lon)
+        ):
             reason = Reason.INVALID
         elif not fix.hacc <= self.largest_hacc:
             reason = Reason.ABOVE_MAX_HACC

@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from imc.discovery import LOOPBACK, Service
-from runtime.networks import EVERYWHERE, is_local
+from imc.reserved_ids import UNKNOWN_SYSTEM
+from runtime.network_interfaces import EVERYWHERE, is_loopback_address
 
 LOCAL, EXTERNAL = imc.AnnounceService.ServiceType.LOCAL, imc.AnnounceService.ServiceType.EXTERNAL
 ANY = "imc+any"
@@ -15,7 +15,7 @@ SYSTEM_TYPES = tuple(kind.name.lower() for kind in imc.SystemType)
 
 def announcement(name: str, system_type: str, state: imc.EstimatedState | None, services: str) -> imc.Announce:
     """The Announce of a vehicle. Position 0, 0 means unknown, as in DUNE."""
-    lat, lon, height = absolute(state) if state is not None and (state.lat or state.lon) else (0.0, 0.0, 0.0)
+    lat, lon, height = absolute_position(state) if state is not None and (state.lat or state.lon) else (0.0, 0.0, 0.0)
     return imc.Announce(
         sys_name=name,
         sys_type=imc.SystemType[system_type.upper()],
@@ -27,11 +27,11 @@ def announcement(name: str, system_type: str, state: imc.EstimatedState | None, 
     )
 
 
-def own_messages(schema: imc.Schema) -> dict[int, str]:
+def custom_message_signatures(schema: imc.Schema) -> dict[int, str]:
     """The signatures of the messages that are not the built-in ones, by id."""
     usual = imc.builtin().types_by_id
     own = (schema.by_id(m.id) for m in schema.messages if usual.get(m.id) != m)
-    return {kind.ID: imc.signature(kind) for kind in own}
+    return {kind.ID: imc.definition_checksum(kind) for kind in own}
 
 
 def expand_any_transport(services: Iterable[Service]) -> list[Service]:
@@ -45,7 +45,7 @@ def expand_any_transport(services: Iterable[Service]) -> list[Service]:
     return each
 
 
-def local_services(offered: Iterable[tuple[Service, int]]) -> list[Service]:
+def loopback_services(offered: Iterable[tuple[Service, int]]) -> list[Service]:
     """The services for programs of this computer, of those with their `service_type`; 0.0.0.0 becomes 127.0.0.1."""
     return [
         service._replace(address=LOOPBACK) if service.address == EVERYWHERE else service
@@ -59,7 +59,7 @@ def external_services(offered: Iterable[tuple[Service, int]], addresses: Iterabl
     addresses = list(addresses)
     found: list[Service] = []
     for service, where in offered:
-        if where & EXTERNAL and not is_local(service.address):
+        if where & EXTERNAL and not is_loopback_address(service.address):
             places = addresses if service.address == EVERYWHERE else [service.address]
             found += [service._replace(address=address) for address in places]
     return found

@@ -3,9 +3,9 @@
 from collections.abc import Collection
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
 from imc.layout import LITTLE_ENDIAN, SMALLEST_PACKET
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from tasks.transports.imc_links.console_acl import ConsoleAcl
 from tasks.transports.imc_links.peer_table import ELSEWHERE, MALFORMED, UNKNOWN, Peer, PeerTable
 
@@ -57,7 +57,7 @@ class DatagramFilter:
             return MALFORMED
         if source == self._system:
             return SPOOFED
-        peer = self._peers.sender(source, address, now, self._rate)
+        peer = self._peers.identify_sender(source, address, now, self._rate)
         if peer is UNKNOWN:
             peer = self._add_peer(source, address, port, now)
             if peer is UNKNOWN and self._is_strangers_abort(packet, now):

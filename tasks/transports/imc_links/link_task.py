@@ -25,7 +25,7 @@ STATES = (imc.Announce, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState,
 """What somebody who has just come is told at once, if it is listed; some come only every 10 s."""
 
 
-def read_option(option: str, make: Callable[[], T]) -> T:
+def parse_option(option: str, make: Callable[[], T]) -> T:
     """What `make` reads from an option. Raises ParameterError."""
     try:
         return make()
@@ -65,17 +65,17 @@ class ImcLinkTask(Task):
         self.messages = self.message_list(self.transports, self.rate_limiters)
         if getattr(self, "subscriptions", None) is not None:
             self.set_subscriptions(False)
-            self.refresh()
+            self.refresh_subscriptions()
 
-    def refresh(self) -> None:
+    def refresh_subscriptions(self) -> None:
         """Call `set_subscriptions`, according to whether there is somebody to send to, after a change of parameters."""
 
     def message_list(self, names: Iterable[str], rates: Iterable[str]) -> MessageList:
         """A list with the entity filters of this task. Raises ParameterError."""
         rates, entities, custom = list(rates), self.filtered_entities, self.custom_filters
-        read_option("Rate Limiters", lambda: [parse_rate(item) for item in rates if item.strip()])
-        read_option("Filtered Entities", lambda: [parse_entities(item) for item in entities if item.strip()])
-        read_option("Custom Filters", lambda: [parse_custom(item) for item in custom if item.strip()])
+        parse_option("Rate Limiters", lambda: [parse_rate(item) for item in rates if item.strip()])
+        parse_option("Filtered Entities", lambda: [parse_entities(item) for item in entities if item.strip()])
+        parse_option("Custom Filters", lambda: [parse_custom(item) for item in custom if item.strip()])
         schema, label = self.vehicle.bus.messages, self.vehicle.entities.label
         return MessageList(names, rates, entities, custom, schema=schema, label=label)
 
@@ -120,7 +120,7 @@ class ImcLinkTask(Task):
         if wanted == bool(self.subscriptions):
             return
         for subscription in self.subscriptions:
-            self.vehicle.bus.remove(subscription)
+            self.vehicle.bus.remove_subscription(subscription)
         kinds, others = self.sent_types() if wanted else (), not self.local_messages_only
         self.subscriptions = [Subscription(kind, self.transmit, self, others=others, packets=True) for kind in kinds]
         for subscription in self.subscriptions:

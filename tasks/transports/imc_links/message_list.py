@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable
 
 import imc
-from imc.addresses import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
+from imc.reserved_ids import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
 from imc.schema import message_named
 from support.text import quoted
 from tasks.transports.imc_links.custom_filters import Custom, parse_custom

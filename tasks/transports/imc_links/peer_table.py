@@ -129,7 +129,7 @@ class PeerTable:
         peer.addresses = dict(fresh[:MOST_ADDRESSES])
         return peer
 
-    def sender(self, system: int, address: str, now: float, rate: float) -> Peer | str:
+    def identify_sender(self, system: int, address: str, now: float, rate: float) -> Peer | str:
         """The peer that a datagram is from; else why it is not taken. It may send `rate` per second."""
         peer = self.by_id.get(system)
         if peer is None:

@@ -5,7 +5,7 @@ import socket
 import imc
 from imc.discovery import Service
 from runtime import Task
-from runtime.networks import is_local
+from runtime.network_interfaces import is_loopback_address
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
 
 
@@ -33,7 +33,7 @@ def listening_socket(address: str, first: int, tries: int) -> socket.socket:
 
 def report_opened(task: Task, service: Service, wanted: int, risk: str, *, announced: bool = True) -> None:
     """Tell where a task listens: a port other than the wanted one, and the risk if others reach it. Announce it."""
-    local = is_local(service.address)
+    local = is_loopback_address(service.address)
     if not local:
         task.log.warning(f"listens at {service.address}:{service.port} without passwords: {risk}")
     if wanted not in (0, service.port):

@@ -4,8 +4,8 @@ import math
 from collections.abc import Collection
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from support.wgs84 import displacement
 
 UNDER_WATER = 0.5  # m of depth from which no radio wave gets out
@@ -52,4 +52,4 @@ class RadioRange:
         own, other = self._own, self._others.get(system)
         if own is None or other is None or (own.depth > UNDER_WATER and not self._under_water):
             return False
-        return math.hypot(*displacement(*absolute(own), other.lat, other.lon, other.height)) <= self._distance
+        return math.hypot(*displacement(*absolute_position(own), other.lat, other.lon, other.height)) <= self._distance

@@ -9,7 +9,7 @@ from typing import Any
 from imc.discovery import BROADCAST, LOOPBACK, MULTICAST
 from runtime import Task
 from runtime.kernel import Timer
-from runtime.networks import EVERYWHERE, interfaces, is_local
+from runtime.network_interfaces import EVERYWHERE, interfaces, is_loopback_address
 from runtime.task import ParameterError
 from support.text import quoted
 
@@ -31,7 +31,7 @@ def network_address(task: Task, own: str) -> str:
     return address
 
 
-def network_speed(task: Task) -> float:
+def network_time_scale(task: Task) -> float:
     """How many seconds pass for a vehicle in one of other systems."""
     speed = task.vehicle.kernel.clock.speed
     return speed if speed < math.inf else 1.0
@@ -39,12 +39,12 @@ def network_speed(task: Task) -> float:
 
 def network_time(task: Task) -> float:
     """Seconds as they pass for other systems: on a scaled clock the vehicle's own pass faster."""
-    return task.now / network_speed(task)
+    return task.now / network_time_scale(task)
 
 
 def network_after(task: Task, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
     """Call a function after so many seconds of other systems."""
-    return task.after(seconds * network_speed(task), function, *args)
+    return task.after(seconds * network_time_scale(task), function, *args)
 
 
 def check_address(text: str) -> None:
@@ -55,7 +55,7 @@ def check_address(text: str) -> None:
         raise ValueError(f"{quoted(text)} is not an IPv4 address") from None
 
 
-def bound(address: str, port: int) -> socket.socket:
+def bind_udp_socket(address: str, port: int) -> socket.socket:
     """A UDP socket that nobody shares, at an address of this computer. Raises OSError if it is taken."""
     opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
@@ -68,7 +68,7 @@ def bound(address: str, port: int) -> socket.socket:
     return opened
 
 
-def send(sender: socket.socket, packet: bytes, place: tuple[str, int]) -> None:
+def send_packet(sender: socket.socket, packet: bytes, place: tuple[str, int]) -> None:
     """Send a packet. Raises OSError."""
     try:
         sender.sendto(packet, place)
@@ -76,7 +76,7 @@ def send(sender: socket.socket, packet: bytes, place: tuple[str, int]) -> None:
         sender.sendto(packet, place)
 
 
-def announce_sockets(address: str, port: int, group: str = MULTICAST) -> list[socket.socket]:
+def open_announce_receivers(address: str, port: int, group: str = MULTICAST) -> list[socket.socket]:
     """Sockets that take announcements: sent to `address`, the group, and, unless it is of loopback, to all.
 
     At an address of one interface, those from other interfaces are not taken, but those of this computer are.
@@ -85,13 +85,13 @@ def announce_sockets(address: str, port: int, group: str = MULTICAST) -> list[so
     places = [address] if address == EVERYWHERE else list(dict.fromkeys((address, LOOPBACK)))
     opened: list[socket.socket] = []
     try:
-        opened.extend(bound(place, port) for place in places)
+        opened.extend(bind_udp_socket(place, port) for place in places)
         if address == EVERYWHERE:
             _join(opened[0], group, [interface.address for interface in interfaces()])
         else:
-            for place in (group, *(() if is_local(address) else (BROADCAST,))):
+            for place in (group, *(() if is_loopback_address(address) else (BROADCAST,))):
                 try:
-                    opened.append(bound(place, port))
+                    opened.append(bind_udp_socket(place, port))
                 except OSError:
                     continue  # no such network here
             for further in opened[len(places) : len(places) + 1]:
@@ -104,7 +104,7 @@ def announce_sockets(address: str, port: int, group: str = MULTICAST) -> list[so
     return opened
 
 
-def announcer(address: str = "") -> socket.socket:
+def open_announce_sender(address: str = "") -> socket.socket:
     """A socket that sends announcements, to a group by the interface that has this address.
 
     What it sends to a group does not come back to this computer, which gets announcements at its own addresses.

@@ -11,7 +11,7 @@ from runtime.kernel import Timer
 from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
 from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
-from tasks.transports.imc_links.link_task import ImcLinkTask, read_option
+from tasks.transports.imc_links.link_task import ImcLinkTask, parse_option
 from tasks.transports.imc_links.peer_table import MALFORMED, ON_THE_BUS, DropCounts
 from tasks.transports.imc_links.sockets import network_after, network_time
 
@@ -73,7 +73,7 @@ class PacketStream:
                 self.socket.shutdown(socket.SHUT_WR)
         return True
 
-    def acquire(self, cost: float, rate: float, now: float) -> float:
+    def rate_limit_delay(self, cost: float, rate: float, now: float) -> float:
         """The time (s) until the peer may send more, which has cost so much; it may `rate` per second."""
         self.left = min(rate, self.left + max(0.0, now - self.filled) * rate) - cost
         self.filled = now
@@ -101,7 +101,7 @@ class StreamLinkTask(ImcLinkTask):
     )
 
     def configure(self) -> None:
-        self.commanders = read_option("Consoles", lambda: ConsoleAcl(self.consoles, self.vehicle.systems.id))
+        self.commanders = parse_option("Consoles", lambda: ConsoleAcl(self.consoles, self.vehicle.systems.id))
         super().configure()
 
     def start(self) -> None:
@@ -118,13 +118,13 @@ class StreamLinkTask(ImcLinkTask):
             stream.socket.close()
         self.streams = []
 
-    def refresh(self) -> None:
+    def refresh_subscriptions(self) -> None:
         self.set_subscriptions(bool(self.streams))
 
     def add_stream(self, stream: PacketStream) -> None:
         self.streams.append(stream)
         self.watch(stream.socket, lambda: self.receive(stream))
-        self.refresh()
+        self.refresh_subscriptions()
         stream.waiting += b"".join(self.last_states(self.messages))
         self.flush_soon()
 
@@ -135,7 +135,7 @@ class StreamLinkTask(ImcLinkTask):
         self.streams.remove(stream)
         self.unwatch(stream.socket)
         stream.socket.close()
-        self.refresh()
+        self.refresh_subscriptions()
         if warn:
             self.log.warning(f"connection with {stream.name} ended: {why}")
         self.on_closed(stream, why)
@@ -163,7 +163,9 @@ class StreamLinkTask(ImcLinkTask):
         elif stream.rubbish > LONGEST_RUBBISH:
             self.close_stream(stream, "it sends no IMC")
         else:
-            pause = stream.acquire(len(packets or ()) + rubbish / RUBBISH, self.maximum_rate, network_time(self))
+            pause = stream.rate_limit_delay(
+                len(packets or ()) + rubbish / RUBBISH, self.maximum_rate, network_time(self)
+            )
             if pause and stream in self.streams:
                 self.unwatch(stream.socket)
                 network_after(self, pause, self.resume, stream)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from mavlink import parse_link_url
 from mavlink.vehicle import DATAGRAMS_PER_SECOND, Session
 from runtime import State
-from tasks.transports.mavlink_links.links import Link, LinkHost
+from tasks.transports.mavlink_links.base_link import Link, LinkHost
 from tasks.transports.mavlink_links.stream_links import StreamLink, TcpListenerLink
 from tasks.transports.mavlink_links.udp_links import UdpLink
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import imc
 from imc.discovery import Services
 from imc.lsf import Log
-from mavlink import KINDS, Dialect, Flavor, Mode, mode_number, system_of
+from mavlink import KINDS, Dialect, Flavor, Mode, mavlink_system_id, mode_number
 from mavlink.translate import from_imc
 from mavlink.vehicle import (
     GUIDED_PLANS,
@@ -59,7 +59,7 @@ class LoggedIdentity(NamedTuple):
     undulation: float
 
 
-def identify(path: Path, wanted: str = "") -> LoggedIdentity | str:
+def identify_log_owner(path: Path, wanted: str = "") -> LoggedIdentity | str:
     """The owner of a log, or its system with a name or id; else why there is none."""
     try:
         log = Log(path)
@@ -73,7 +73,7 @@ def identify(path: Path, wanted: str = "") -> LoggedIdentity | str:
             if owner in announced and not wanted:
                 break
         if wanted:
-            (owner,) = names.find_systems((wanted,), announced) or (owner,)
+            (owner,) = names.system_ids((wanted,), announced) or (owner,)
     except (OSError, ValueError) as error:
         return f"{path}: {error}"
     about, options = announced.get(owner), _configured(log.path.parent)
@@ -82,9 +82,9 @@ def identify(path: Path, wanted: str = "") -> LoggedIdentity | str:
     chosen = int(number) if number.isdecimal() and len(number) <= 3 else 0
     return LoggedIdentity(
         owner,
-        names.system(owner),
+        names.system_name(owner),
         kind if kind in KINDS else TYPES.get(about.sys_type if about is not None else -1, "submarine"),
-        chosen or told or system_of(owner),
+        chosen or told or mavlink_system_id(owner),
         _number(options.get("Geoid Undulation", "")),
     )
 
@@ -112,7 +112,7 @@ class LoggedPlans(PlanClient):
         super().__init__(port)
         self._stored: dict[str, imc.PlanSpecification] = {}
 
-    def learn(self, plan: imc.PlanSpecification) -> None:
+    def add_plan(self, plan: imc.PlanSpecification) -> None:
         self._stored.pop(plan.plan_id, None)
         self._stored[plan.plan_id] = plan
         for name in list(islice(self._stored, max(0, len(self._stored) - MOST_PLANS))):
@@ -163,7 +163,7 @@ class LoggedVehicle(VehicleModel):
         self._date: float | None = None
         super().__init__(identity, port, options, self._parts.values)
 
-    def restart(self) -> None:
+    def reset(self) -> None:
         """Forget all but home."""
         self.latest.clear()
         self._parts.clear()
@@ -175,7 +175,7 @@ class LoggedVehicle(VehicleModel):
         """The label of an entity of the log, as far as it is known."""
         return self._parts[entity].label if entity in self._parts else f"entity {entity}"
 
-    def learn(self, message: imc.Message, date: float = math.nan) -> None:
+    def learn_entities(self, message: imc.Message, date: float = math.nan) -> None:
         """Take the entities that a message tells; `date` is its time in the log, in s since 1970."""
         self._date = date if FIRST_TIME < date < LAST_TIME else self._date
         match message:
@@ -253,22 +253,22 @@ class LoggedEndpoint(VehicleEndpoint):
         plans = LoggedPlans(port)
         super().__init__(dialect, model, port, equipment, warn=warn, plans=plans, refusal=REFUSAL)
 
-    def restart(self) -> None:
+    def reset(self) -> None:
         """Forget all but home: the replay goes on elsewhere in the log."""
-        self.model.restart()
+        self.model.reset()
         self.plans.forget()
-        self.mission.show("", 0.0)
+        self.mission.use_plan("", 0.0)
 
-    def learn(self, message: imc.Message, date: float = math.nan) -> None:
+    def learn_entities_and_plans(self, message: imc.Message, date: float = math.nan) -> None:
         """Take the entities and plans that a message tells; `date` is its time in the log, in s since 1970."""
-        self.model.learn(message, date)
+        self.model.learn_entities(message, date)
         match message:
             case imc.PlanDB(arg=imc.PlanSpecification() as plan) | imc.PlanControl(arg=imc.PlanSpecification() as plan):
-                self.plans.learn(plan)
+                self.plans.add_plan(plan)
             case imc.PlanSpecification():
-                self.plans.learn(message)
+                self.plans.add_plan(message)
                 if message.plan_id not in GUIDED_PLANS and not message.plan_id.endswith(REST_SUFFIX):
-                    self.mission.show(message.plan_id, 0.0)
+                    self.mission.use_plan(message.plan_id, 0.0)
             case _:
                 pass
 

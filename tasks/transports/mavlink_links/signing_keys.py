@@ -7,14 +7,14 @@ from pathlib import Path
 from mavlink import LinkUrl, Signing, SigningTime, parse_link_url, read_key
 from runtime import Task
 from support.atomic_files import write_file
-from tasks.transports.imc_links.sockets import network_speed
+from tasks.transports.imc_links.sockets import network_time_scale
 
 SAVE_PERIOD = 60.0  # s
 TICKS = 100_000  # per second
 OTHERS = 0o077  # what others than the owner may do with a file
 
 
-def usable_link_url(text: str) -> LinkUrl:
+def parse_link_url_and_key(text: str) -> LinkUrl:
     """`parse_link_url`, which also reads the key. Raises ValueError."""
     url = parse_link_url(text)
     if url.key:
@@ -38,7 +38,7 @@ class SigningKeys:
     def __init__(self, task: Task):
         self._task = task
         self._file = task.vehicle.state_folder / task.system_name / "MAVLink time"
-        self._speed, self._start = network_speed(task), task.vehicle.start_time
+        self._speed, self._start = network_time_scale(task), task.vehicle.start_time
         self._signings: dict[bytes, Signing] = {}
         self._reported: set[str] = set()
         self._time: SigningTime | None = None

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from mavlink import SERIAL, Dialect, LinkUrl, StreamSplitter
 from mavlink.vehicle.telemetry import STREAMS
-from runtime.devices import Address, Device, DeviceLog, RawChunks, SerialPort, TcpConnection, TcpServer
-from tasks.transports.mavlink_links.links import Link, LinkHost, Peer, peer_name
+from runtime.devices import Address, Device, DeviceLog, RawChunks, SerialPort, TcpConnection, TcpServerAddress
+from tasks.transports.mavlink_links.base_link import Link, LinkHost, Peer, peer_name
 
 LEAST_ROOM, MOST_ROOM = 2048, 16384  # bytes that may wait; between these, as many as the line carries in a second
 SYSTEM_ROOM = 16384  # bytes that the system keeps for a slow peer
@@ -25,12 +25,12 @@ class NullLog:
     def error(self, text: str) -> None: ...
 
 
-class AcceptedConnection:
+class ClientAddress:
     """A TCP connection that a station has made, in the place of an address that can be opened."""
 
     starts_midway = datagrams = False
     speed = 1e6
-    max_rate = TcpServer.max_rate
+    max_rate = TcpServerAddress.max_rate
     host = ""
 
     def __init__(self, opened: socket.socket, name: str):
@@ -61,7 +61,7 @@ class StreamConnection:
         self.rubbish = 0  # bytes since the last good message
         self._link, self._host, self._peer = link, host, peer
         self._on_change = on_change
-        self._telemetry = telemetry(host.endpoint.dialect)
+        self._telemetry = telemetry_message_ids(host.endpoint.dialect)
         self._splitter = StreamSplitter(host.endpoint.dialect)
         self._passed = -1
         self._queue: deque[bytes] = deque()
@@ -89,10 +89,10 @@ class StreamConnection:
 
     def tick(self) -> None:
         """Give up a frame that was not continued since the last call."""
-        if self._splitter.waiting and self._splitter.passed == self._passed:
+        if self._splitter.bytes_waiting and self._splitter.passed == self._passed:
             messages, damages = self._splitter.flush()
             self._link.counts["malformed"] += damages
-            self._link.accept(self._peer, messages, self._link.sessions[self._peer].bucket)
+            self._link.handle_messages(self._peer, messages, self._link.sessions[self._peer].bucket)
         self._passed = self._splitter.passed
 
     def close(self) -> None:
@@ -114,7 +114,7 @@ class StreamConnection:
 
     def _flush(self) -> None:
         self._flushing = False
-        while self._queue and not self._device.waiting and self._device.is_open:
+        while self._queue and not self._device.unsent_bytes and self._device.is_open:
             frame = self._queue.popleft()
             self._size -= len(frame)
             self._device.write(frame)
@@ -123,7 +123,7 @@ class StreamConnection:
             self._host.after(FLUSH_PERIOD, self._flush)
 
 
-def telemetry(dialect: Dialect) -> frozenset[bytes]:
+def telemetry_message_ids(dialect: Dialect) -> frozenset[bytes]:
     """The ids, as in a frame, of the messages that come again by themselves."""
     names = (name for name, stream in STREAMS.items() if stream.rate)
     return frozenset(dialect.by_name[name].id.to_bytes(3, "little") for name in names)
@@ -142,7 +142,7 @@ class StreamLink(Link):
         if url.scheme == SERIAL:
             address = SerialPort(url.host, url.baud)
         else:
-            address = TcpServer(url.host, url.port, waiting=SYSTEM_ROOM)
+            address = TcpServerAddress(url.host, url.port, waiting=SYSTEM_ROOM)
         address.name = url.text
         self._connection = StreamConnection(self, self._host, self._peer, address, self._on_change)
 
@@ -180,7 +180,7 @@ class TcpListenerLink(Link):
     def __init__(self, url: LinkUrl, number: int, host: LinkHost):
         super().__init__(url, number, host)
         self._socket: socket.socket | None = None
-        self._connections: dict[Peer, tuple[StreamConnection, AcceptedConnection]] = {}
+        self._connections: dict[Peer, tuple[StreamConnection, ClientAddress]] = {}
 
     def _open(self) -> None:
         made = socket.socket(socket.AF_INET6 if ":" in self.url.host else socket.AF_INET, socket.SOCK_STREAM)
@@ -253,7 +253,7 @@ class TcpListenerLink(Link):
             self._accept(opened, peer)
         if self._socket is not None:
             self._host.unwatch(self._socket)
-            self._host.after(PAUSE * self._host.speed, self._resume)
+            self._host.after(PAUSE * self._host.clock_speed, self._resume)
 
     def _resume(self) -> None:
         if self._socket is not None:
@@ -266,7 +266,7 @@ class TcpListenerLink(Link):
             self.reject(peer)
             return
         try:
-            address = AcceptedConnection(opened, peer_name(peer))
+            address = ClientAddress(opened, peer_name(peer))
         except OSError:
             opened.close()
             return

@@ -30,7 +30,7 @@ class TelemetryLogs:
         self._stopped = False
         self._trouble = ""
 
-    def sending(
+    def recording_transmit(
         self, flavor: Flavor, transmit: Callable[[bytes], object], now: Callable[[], float]
     ) -> Callable[[bytes], object]:
         """A `transmit` that also records what it sends."""
@@ -38,30 +38,30 @@ class TelemetryLogs:
         def send(frame: bytes) -> object:
             if frame[2]:  # signed: the record must be a whole frame without that
                 for message in split(frame, self._dialect)[0]:
-                    self.receive(flavor, message, now())
+                    self.record_received(flavor, message, now())
             else:
                 self._add(flavor, frame, now())
             return transmit(frame)
 
         return send
 
-    def receive(self, flavor: Flavor, message: ReceivedMessage, now: float) -> None:
+    def record_received(self, flavor: Flavor, message: ReceivedMessage, now: float) -> None:
         """Record a received message."""
         if message.name != SECRET:
             parts = message.definition, message.payload, message.sequence, message.system, message.component
             self._add(flavor, encode(*parts), now)
 
-    def follow(self, log: imc.LoggingControl) -> None:
+    def on_logging_control(self, log: imc.LoggingControl) -> None:
         """Go on in the folder of the log that begins; without a log nothing is recorded."""
         if log.op == Op.STARTED:
             self._stopped = False
             folder = (self._root / log.name).resolve()
             if folder.is_relative_to(self._root.resolve()):
-                self.enter(folder)
+                self.set_folder(folder)
         elif log.op == Op.STOPPED:
             self.close()
 
-    def enter(self, folder: Path | None) -> None:
+    def set_folder(self, folder: Path | None) -> None:
         """Write to the files of another folder from now on."""
         if self._folder not in (None, folder):
             self.flush()
@@ -86,7 +86,7 @@ class TelemetryLogs:
 
     def close(self) -> None:
         """Record nothing until the next log begins."""
-        self.enter(None)
+        self.set_folder(None)
         self._stopped = True
 
     def _add(self, flavor: Flavor, frame: bytes, now: float) -> None:

@@ -5,7 +5,7 @@ import socket
 from mavlink import LONGEST_DATAGRAM, LinkUrl
 from mavlink.vehicle import Session
 from runtime.devices import resolve_host
-from tasks.transports.mavlink_links.links import Link, LinkHost, Peer
+from tasks.transports.mavlink_links.base_link import Link, LinkHost, Peer
 
 AT_ONCE = 32
 LOOK_UP_PERIOD = 5.0  # s between two attempts to find the address of a name
@@ -26,7 +26,7 @@ class UdpLink(Link):
         self._looking, self._look_due = False, 0.0
 
     def _open(self) -> None:
-        if not self.url.is_named:
+        if not self.url.has_hostname:
             self._open_at(self.url.host)
 
     def close(self) -> None:
@@ -39,7 +39,7 @@ class UdpLink(Link):
     def tick(self) -> None:
         super().tick()
         silent = not any(session.contact for session in self.sessions.values())
-        if self.url.is_named and silent and not self._looking and self._host.now >= self._look_due:
+        if self.url.has_hostname and silent and not self._looking and self._host.now >= self._look_due:
             self._looking = True
             self._host.offload(resolve_host, self.url.host, then=self._found)
 
@@ -101,7 +101,7 @@ class UdpLink(Link):
     def _found(self, address: str | OSError) -> None:
         """Call the address of a name, which may have changed."""
         self._looking = False
-        self._look_due = self._host.now + AGAIN_PERIOD * self._host.speed
+        self._look_due = self._host.now + AGAIN_PERIOD * self._host.clock_speed
         try:
             if isinstance(address, OSError):
                 raise address
@@ -112,9 +112,9 @@ class UdpLink(Link):
                 self._open_at(address)
                 self.is_open = True
         except OSError as error:
-            self._look_due = self._host.now + LOOK_UP_PERIOD * self._host.speed
+            self._look_due = self._host.now + LOOK_UP_PERIOD * self._host.clock_speed
             if self._socket is None:
-                self.fail(error)
+                self.log_failure(error)
 
     def _read(self) -> None:
         """Take what has arrived, AT_ONCE datagrams at most."""

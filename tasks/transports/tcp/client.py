@@ -46,29 +46,29 @@ class Client(StreamLinkTask):
             self.pending = None
 
     def connect_soon(self, pause: float) -> None:
-        network_after(self, pause, self.begin)
+        network_after(self, pause, self.begin_connecting)
 
-    def begin(self) -> None:
+    def begin_connecting(self) -> None:
         """Begin to connect, without waiting for it."""
         self.pending = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         self.pending.setblocking(False)
         failed = self.pending.connect_ex((self.server_address, self.server_port))
         if failed in (0, errno.EINPROGRESS):
-            self.look(network_time(self) + PATIENCE)
+            self.check_connected(network_time(self) + PATIENCE)
         else:
-            self.fail(os.strerror(failed))
+            self.retry_later(os.strerror(failed))
 
-    def look(self, deadline: float) -> None:
+    def check_connected(self, deadline: float) -> None:
         """See whether the connection is made."""
         assert self.pending is not None
         if not select.select([], [self.pending], [], 0)[1]:
             if network_time(self) >= deadline:
-                self.fail(f"no answer for {PATIENCE:g} s")
+                self.retry_later(f"no answer for {PATIENCE:g} s")
             else:
-                network_after(self, LOOK, self.look, deadline)
+                network_after(self, LOOK, self.check_connected, deadline)
             return
         if failed := self.pending.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
-            self.fail(os.strerror(failed))
+            self.retry_later(os.strerror(failed))
             return
         name = f"{self.server_address}:{self.server_port}"
         opened, self.pending = self.pending, None
@@ -76,7 +76,7 @@ class Client(StreamLinkTask):
         self.log.info(f"connected with {name}")
         self.add_stream(PacketStream(opened, self.server_address, name, network_time(self)))
 
-    def fail(self, why: str) -> None:
+    def retry_later(self, why: str) -> None:
         """Try again later; the same reason is logged once."""
         if self.pending is not None:
             self.pending.close()
@@ -90,7 +90,7 @@ class Client(StreamLinkTask):
 
     def on_closed(self, stream: PacketStream, why: str) -> None:
         self.pause = FIRST_PAUSE if stream.taken else self.pause
-        self.fail(why)
+        self.retry_later(why)
 
     def report(self) -> None:
         state = State.NORMAL if self.streams else State.FAULT

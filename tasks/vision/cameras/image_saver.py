@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 import imc
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from runtime import ParameterError, State, Task, consume, param
 from runtime.logs import find_log_folder
-from runtime.profile import copy_in_root
+from runtime.profile import path_in_root
 from support.pose import Pose
 from tasks.vision.cameras.camera_records import CAMERAS_FILE, write_cameras
 from tasks.vision.cameras.image_writer import (
     FORMATS,
     ORDERS,
+    parse_picture_request,
     photo_name,
     picture_event_data,
-    requested_series,
     write_picture,
 )
 from world.optics import CameraModel
@@ -105,12 +105,12 @@ class ImageSaverTask(Task):
             self._keep_in(self._log_root, self._log_root)
 
     @consume(others=True)
-    def on_event(self, order: imc.Event) -> None:
+    def on_picture_request(self, order: imc.Event) -> None:
         """Write the next images, as many and as often as asked for, or no more."""
         if order.topic not in ORDERS or self.system not in (order.src, order.dst):
             return
         try:
-            series = requested_series(order, self.entity.label)
+            series = parse_picture_request(order, self.entity.label)
         except ValueError as error:
             self.log.warning(f"{order.topic}: {error}")
             return
@@ -126,7 +126,7 @@ class ImageSaverTask(Task):
         """
         path = Path(name).expanduser()
         beside = self.vehicle.profile.folder / path
-        return copy_in_root(beside if beside.exists() else path)
+        return path_in_root(beside if beside.exists() else path)
 
     def should_save(self) -> bool:
         """Whether to write the image that is exposed now."""
@@ -142,7 +142,7 @@ class ImageSaverTask(Task):
         if state is None:
             return PictureLocation(nowhere, math.nan, nowhere)
         try:
-            place = absolute(state)
+            place = absolute_position(state)
         except (ArithmeticError, ValueError):
             place = nowhere  # an impossible latitude is no reason to lose the picture
         return PictureLocation(place, state.depth, (state.phi, state.theta, state.psi))

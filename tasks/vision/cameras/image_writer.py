@@ -25,7 +25,7 @@ def photo_name(camera: str, index: int, time: float, kind: str = "PNG") -> str:
     return f"{re.sub(r'[^A-Za-z0-9]+', '_', camera)}_{index:06d}_{time:.6f}.{FORMATS[kind]}"
 
 
-def requested_series(order: imc.Event, camera: str) -> tuple[float, float] | None:
+def parse_picture_request(order: imc.Event, camera: str) -> tuple[float, float] | None:
     """How many pictures a camera is asked for, and the seconds between them; None if others are asked.
 
     `data` is "camera=LABEL;count=N;period=S": without a label all cameras are asked, and without a count one picture;

@@ -133,7 +133,7 @@ class RenderedCameraTask(ImageSaverTask):
         self.viewpoint.update_estimate(state)
 
     @consume
-    def on_simulated_state(self, truth: imc.SimulatedState) -> None:
+    def update_truth(self, truth: imc.SimulatedState) -> None:
         self.viewpoint.update_truth(truth)
 
     @periodic("frame_rate")

@@ -74,6 +74,6 @@ def test_the_integral_stays_within_its_limit():
     for _ in range(200):
         law.step(STILL, AttitudeReference(0.1), 0.1)
     assert law.pitch.i == pytest.approx(0.1)
-    law.tune(GAINS)
+    law.set_gains(GAINS)
     law.step(STILL, AttitudeReference(0.1), 0.1)
     assert law.pitch.i == 0.0

@@ -77,8 +77,8 @@ def test_without_altitude_the_depth_is_kept():
 def test_references_and_vehicle_stay_within_the_limits():
     law = over(-1.0, altitude_margin=0.2)
     law.limits = OperatingLimits(deepest=10.0, lowest=1.0)
-    assert [law.within_limits(depth(z)) for z in (-1.0, 5.0, 9.5)] == [0.0, 5.0, 9.0]
-    assert [law.within_limits(altitude(z)) for z in (0.5, 3.0)] == [1.2, 3.0]
+    assert [law.clamp_to_limits(depth(z)) for z in (-1.0, 5.0, 9.5)] == [0.0, 5.0, 9.0]
+    assert [law.clamp_to_limits(altitude(z)) for z in (0.5, 3.0)] == [1.2, 3.0]
     assert law.step(STILL.replace(depth=9.6), -0.2, 0.05) == pytest.approx(0.05)
     assert law.held == "maximum depth"
     assert law.step(STILL.replace(depth=30.0), -0.2, 0.05) == STEEPEST
@@ -106,5 +106,5 @@ def test_at_the_surface_a_pitch_may_be_held():
 def test_other_gains_begin_anew_but_keep_the_depth():
     law = over(-1.0)
     law.step(STILL, altitude(2.0), 0.05)
-    law.tune(DepthGains(PIDGains(1.0, 0.0, 0.0, limit=STEEPEST)))
+    law.set_gains(DepthGains(PIDGains(1.0, 0.0, 0.0, limit=STEEPEST)))
     assert law.step(STILL.replace(depth=3.1), altitude(2.0), 0.05) == pytest.approx(0.1)

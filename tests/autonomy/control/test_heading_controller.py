@@ -53,4 +53,4 @@ def test_turning_faster_is_damped():
     law.desired_rate = 0.0
     law.effort(YAW_RATE, 0.0, 0.0, 0.1, 1.0)
     assert law.effort(YAW_RATE, 0.0, 0.01, 0.1, 1.0) == pytest.approx(-0.2)
-    assert law.parts.d == pytest.approx(-0.2)
+    assert law.pid_parts.d == pytest.approx(-0.2)

@@ -14,8 +14,8 @@ STATE = imc.EstimatedState(z=-10.0, alt=12.0)  # the ground is 2 m below the ref
 def test_heights_stay_between_the_limits():
     limits = MultirotorLimits(lowest=5.0, highest=30.0)
     assert ground_level(STATE) == 2.0
-    assert [limits.limit(down, STATE, 0.5) for down in (-50.0, -10.0, 0.0)] == [-27.5, -10.0, -3.5]
-    assert MultirotorLimits().limit(-1e4, STATE, 0.5) == -1e4
+    assert [limits.limit_height(down, STATE, 0.5) for down in (-50.0, -10.0, 0.0)] == [-27.5, -10.0, -3.5]
+    assert MultirotorLimits().limit_height(-1e4, STATE, 0.5) == -1e4
 
 
 def test_limits_of_a_message_are_taken_or_none():

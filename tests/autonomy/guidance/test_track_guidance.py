@@ -35,7 +35,7 @@ def guide(track, law=FIELD, **gains):
 
 def test_the_field_leads_along_its_track_and_in_at_the_entry_angle():
     def at(y):
-        return FIELD.along(progress(NORTH, (50.0, y), 1.0, 0.0, 0.0), 0.0)
+        return FIELD.line_course(progress(NORTH, (50.0, y), 1.0, 0.0, 0.0), 0.0)
 
     assert at(0.0) == 0.0
     assert math.degrees(at(5.0)) == pytest.approx(-15.0)
@@ -55,7 +55,7 @@ def test_a_circle_is_gone_around_on_its_side(law, side):
 
 def test_pursuit_steers_to_the_end():
     where = progress(NORTH, (50.0, 50.0), 1.0, 0.0, 0.0)
-    assert PURSUIT.along(where, 0.0) == pytest.approx(math.radians(-45.0))
+    assert PURSUIT.line_course(where, 0.0) == pytest.approx(math.radians(-45.0))
 
 
 def test_on_its_track_a_vehicle_steers_its_bearing_and_counts_the_time():
@@ -99,7 +99,7 @@ def test_past_the_end_it_steers_back():
 def test_a_track_may_move_on_the_way():
     guidance = guide(NORTH)
     guidance.step(moving(96.0, 0.0))
-    guidance.move(Track((0.0, 10.0), (100.0, 10.0)))
+    guidance.update_track(Track((0.0, 10.0), (100.0, 10.0)))
     guidance.step(moving(50.0, 10.0))
     assert guidance.near
     assert guidance.where.y == pytest.approx(0.0)

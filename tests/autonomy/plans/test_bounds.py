@@ -101,7 +101,7 @@ def test_what_is_exactly_at_a_limit_is_allowed(height):
 def test_stricter_limits_count():
     limits = imc.OperationalLimits(mask=imc.OpLimitsMask.MAX_ALT, max_altitude=15.0)
     assert check(TAKEOFF, goto(), limits=limits) == "m1: an altitude of 20 m is above the limit of 15 m"
-    assert PlanBounds().altitude == math.inf
+    assert PlanBounds().max_altitude == math.inf
 
 
 def fence(**fields):

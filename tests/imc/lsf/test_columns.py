@@ -306,7 +306,7 @@ def test_labels_come_from_lists_too(tmp_path: Path) -> None:
 def test_positions_are_those_of_the_objects() -> None:
     log = Log(LOGS / "dune-mission-cut")
     found = log.positions()
-    expected = [imc.coordinates.absolute(message) for message in log.messages(imc.EstimatedState)]
+    expected = [imc.coordinates.absolute_position(message) for message in log.messages(imc.EstimatedState)]
     for number, name in enumerate(("lat", "lon", "height")):
         np.testing.assert_allclose(found[name], [position[number] for position in expected], rtol=0, atol=1e-8)
     fixes = log.positions("GpsFix")

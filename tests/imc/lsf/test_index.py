@@ -66,7 +66,7 @@ def test_packets_sorted_in_parts_are_where_they_are(
     monkeypatch.setattr("imc.lsf.index.TOGETHER", together)
     log = Log(write_log(tmp_path / "Data.lsf"))
     whole = [(packet, offset) for offset, packet in log.packets()]
-    places = log.index().places()
+    places = log.index().packet_positions()
     assert places.offsets.tolist() == [offset for _, offset in whole]
     assert places.big.tolist() == [packet[0] == 0xFE for packet, _ in whole]
     assert [int(end - begin) for begin, end in zip(places.offsets, places.ends, strict=True)] == [

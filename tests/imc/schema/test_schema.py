@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import imc
-from imc.generate import main, source
-from imc.schema import load_beside
-from imc.schema.files import definitions
+from imc.generate import main, messages_source
+from imc.schema import load_unless_builtin
+from imc.schema.files import builtin_from_yaml
 
 PACKAGE = Path(imc.__file__).parent
 PUBLIC = PACKAGE / "definitions" / "imc-5.4.31.yaml"
@@ -49,8 +49,8 @@ def write(folder: Path, text: str, name: str = "own.yaml") -> Path:
 
 def test_generated_files_are_current() -> None:
     assert main(["--check"]) == 0
-    assert (PACKAGE / "messages.py").read_text(encoding="utf-8") == source(definitions())
-    assert imc.builtin() == definitions()
+    assert (PACKAGE / "messages.py").read_text(encoding="utf-8") == messages_source(builtin_from_yaml())
+    assert imc.builtin() == builtin_from_yaml()
 
 
 @pytest.mark.parametrize(
@@ -70,10 +70,10 @@ def test_check_notices_an_edited_file(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_definitions_that_are_the_built_in_ones_are_not_read_twice(tmp_path: Path) -> None:
     ours = imc.dump(imc.builtin())
     (tmp_path / "IMC.xml.gz").write_bytes(gzip.compress(ours))
-    assert load_beside(tmp_path / "IMC.xml.gz") is imc.builtin()
+    assert load_unless_builtin(tmp_path / "IMC.xml.gz") is imc.builtin()
     assert imc.load(tmp_path / "IMC.xml.gz") == imc.builtin()
     (tmp_path / "IMC.xml").write_bytes(ours.replace(b'unit="rad"', b'unit="mrad"', 1))
-    assert load_beside(tmp_path / "IMC.xml") != imc.builtin()
+    assert load_unless_builtin(tmp_path / "IMC.xml") != imc.builtin()
 
 
 def test_built_in_schema() -> None:

@@ -62,5 +62,5 @@ def test_who_heads_for_the_target_ends_on_the_circle(flags, away):
         turned += math.remainder(math.atan2(east, north) - before, math.tau)
     assert math.hypot(north, east) == pytest.approx(20.0, abs=0.3)
     assert turned * (-1.0 if flags else 1.0) > 6.0
-    assert leg.advance(ReportedPosition(lat, lon, 40.0, 10.0), ArrivalTolerance(2.0, 0.4))
+    assert leg.update_arrival(ReportedPosition(lat, lon, 40.0, 10.0), ArrivalTolerance(2.0, 0.4))
     assert leg.loitering

@@ -54,7 +54,7 @@ def test_setpoints_stream_before_offboard_and_on_until_it_has_left_it():
     assert len(before) >= 5
     line.pilot.mode = line.pilot.vehicle.guided
     line.run(1.0)
-    line.pilot.release(line.now)
+    line.pilot.hold_position(line.now)
     line.run(1.0)
     times = [time for time, name, _ in line.said if name == POSITION_TARGET]
     assert max(b - a for a, b in pairwise(times)) < 0.5
@@ -68,7 +68,7 @@ def test_setpoints_stream_before_offboard_and_on_until_it_has_left_it():
 def test_a_hold_that_is_refused_gives_way_to_one_that_needs_no_position(kind, hold, instead):
     line = Deaf(steered_vehicle(ARDUPILOT, kind), result=4)
     line.pilot.mode = 3
-    line.pilot.release(0.0)
+    line.pilot.hold_position(0.0)
     line.run(12.0)
     asked = [fields["param2"] for _, _, fields in line.said]
     assert asked[:4] == [hold] * 3 + [instead]
@@ -89,7 +89,7 @@ def test_orders_that_took_several_tries_leave_the_next_ones_theirs():
     """On a bad line, HEARTBEAT may show only after the third time that it is armed."""
     rover = steered_vehicle(ARDUPILOT, 10)
     line = Deaf(rover)
-    line.pilot.missions, line.pilot.armed, line.pilot.mode = Remembered(), False, rover.ready
+    line.pilot.missions, line.pilot.armed, line.pilot.mode = Remembered(), False, rover.arming_mode
     leg = Leg(path(), HERE, 0.0)
     leg.item = 1
     line.pilot.follow(leg, 0.0)
@@ -128,7 +128,7 @@ def test_a_hold_after_a_plan_does_not_fight_a_failsafe_that_the_leg_has_not_noti
     line.pilot.follow(Leg(path(), HERE, 10.0), 0.0)
     line.run(1.0)
     line.pilot.mode = 6  # RTL, in the same HEARTBEAT that says critical
-    line.pilot.release(line.now)
+    line.pilot.hold_position(line.now)
     line.said.clear()
     line.run(5.0)
     assert not line.said

@@ -53,7 +53,7 @@ class Peer:
             self.received.append((self.now, message.name, message.values))
             self.answer_to(message.name, message.values)
 
-    def reply_to(self, data):
+    def set_destination(self, data):
         """The sender of a datagram is the autopilot; there is only one."""
 
     def say(self, name, **values):
@@ -179,7 +179,7 @@ def test_a_mode_is_asked_for_until_a_heartbeat_shows_it():
     peer = Peer()
     peer.mode = peer.controller.mode = GUIDED
     peer.lost = ["HEARTBEAT"]
-    peer.controller.release(0.0)
+    peer.controller.hold_position(0.0)
     for tick in range(50):
         peer.run(0.2 * tick)
         peer.controller.tick(peer.now)
@@ -192,7 +192,7 @@ def test_a_mode_is_asked_for_until_a_heartbeat_shows_it():
 def test_a_mode_that_is_refused_is_told():
     peer = Peer(DENIED)
     peer.mode = peer.controller.mode = GUIDED
-    peer.controller.release(0.0)
+    peer.controller.hold_position(0.0)
     for tick in range(50):
         peer.run(0.2 * tick)
         peer.controller.tick(peer.now)

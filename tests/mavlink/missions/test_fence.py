@@ -10,7 +10,7 @@ from mission_samples import GARBAGE, LAT, LON, NAN, X, Y, fence_corner, packed
 
 import imc
 from autonomy.plans import PlanBounds, PlanGraph, PlanNode, area_violations
-from mavlink.missions import BadItem, MissionCommand, MissionResult, area_of, fence_of
+from mavlink.missions import BadItem, MissionCommand, MissionResult, fence_items, limits_with_fence
 from support.wgs84 import displace, displacement
 
 R = MissionResult
@@ -25,12 +25,14 @@ def polygon(*offsets):
 
 def refusal(items):
     with pytest.raises(BadItem) as caught:
-        area_of(items)
+        limits_with_fence(items)
     return caught.value.seq, caught.value.result, str(caught.value)
 
 
 def test_a_rectangle_is_an_area():
-    limits = area_of(polygon((-50, -20), (150, -20), (150, 20), (-50, 20)), imc.OperationalLimits(mask=1, max_depth=9))
+    limits = limits_with_fence(
+        polygon((-50, -20), (150, -20), (150, 20), (-50, 20)), imc.OperationalLimits(mask=1, max_depth=9)
+    )
     north, east, _ = displacement(LAT, LON, 0.0, limits.lat, limits.lon, 0.0)
     assert (north, east) == pytest.approx((50.0, 0.0), abs=0.02)
     assert (limits.length, limits.width) == pytest.approx((200.0, 40.0), abs=0.03)
@@ -42,7 +44,7 @@ def test_a_plan_stays_inside_the_same_rectangle():
     """Turned by 30° and drawn counterclockwise."""
     c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
     corners = [(-50, 20), (150, 20), (150, -20), (-50, -20)]
-    limits = area_of(polygon(*((c * x - s * y, s * x + c * y) for x, y in corners)))
+    limits = limits_with_fence(polygon(*((c * x - s * y, s * x + c * y) for x, y in corners)))
     for x, y, inside in ((149, 19, True), (-49, -19, True), (151, 0, False), (0, 21, False), (-51, 0, False)):
         lat, lon, _ = displace(LAT, LON, 0.0, c * x - s * y, s * x + c * y)
         graph = PlanGraph(imc.PlanSpecification(), {"m": PlanNode("m", imc.Goto(lat=lat, lon=lon), (), ())}, "m")
@@ -60,32 +62,32 @@ def test_an_area_comes_back(lat, lon, orientation, length, width):
     limits = imc.OperationalLimits(
         mask=AREA | 2, lat=lat, lon=lon, orientation=orientation, length=length, width=width, min_altitude=3.0
     )
-    items = fence_of(limits)
-    again = area_of(items, limits.replace(mask=2, lat=0.0, lon=0.0))
+    items = fence_items(limits)
+    again = limits_with_fence(items, limits.replace(mask=2, lat=0.0, lon=0.0))
     assert (again.mask, again.min_altitude) == (AREA | 2, 3.0)
     north, east, _ = displacement(lat, lon, 0.0, again.lat, again.lon, 0.0)
     assert math.hypot(north, east) < 0.02
     assert (again.length, again.width) == pytest.approx((length, width), abs=0.03)
     assert abs(math.remainder(again.orientation - orientation, math.tau)) * length < 0.05
-    for one, other in zip(fence_of(again), items, strict=True):  # to the rounding of items
+    for one, other in zip(fence_items(again), items, strict=True):  # to the rounding of items
         assert abs(one.x - other.x) <= 2
         assert abs(one.y - other.y) * math.cos(lat) <= 2
 
 
 def test_no_fence_is_no_area():
     limits = imc.OperationalLimits(mask=AREA | 1, max_depth=9, lat=LAT, length=100.0, width=100.0)
-    assert area_of([], limits) == imc.OperationalLimits(mask=1, max_depth=9)
-    assert area_of([]) == imc.OperationalLimits()
-    assert fence_of(imc.OperationalLimits(mask=1)) == []
-    assert fence_of(limits.replace(length=NAN)) == []
-    assert fence_of(limits.replace(width=0.0)) == []
+    assert limits_with_fence([], limits) == imc.OperationalLimits(mask=1, max_depth=9)
+    assert limits_with_fence([]) == imc.OperationalLimits()
+    assert fence_items(imc.OperationalLimits(mask=1)) == []
+    assert fence_items(limits.replace(length=NAN)) == []
+    assert fence_items(limits.replace(width=0.0)) == []
 
 
 def test_a_box_of_meridians_is_a_rectangle():
     """What a console draws, 3 km wide."""
     box = [fence_corner(x, y) for x, y in ((X, Y), (X + 270_000, Y), (X + 270_000, Y + 357_000), (X, Y + 357_000))]
-    assert area_of(box).length == pytest.approx(2999, abs=5)
-    assert packed(fence_of(area_of(box))) != packed(box)  # but no exact one
+    assert limits_with_fence(box).length == pytest.approx(2999, abs=5)
+    assert packed(fence_items(limits_with_fence(box))) != packed(box)  # but no exact one
 
 
 SQUARE = polygon((0, 0), (100, 0), (100, 100), (0, 100))
@@ -137,7 +139,7 @@ def test_any_items_are_an_area_or_refused(items, fenced):
         ]
     limits = imc.OperationalLimits()
     with contextlib.suppress(BadItem):
-        limits = area_of(items)
+        limits = limits_with_fence(items)
     assert imc.decode(imc.encode(limits)) == limits
 
 
@@ -147,5 +149,5 @@ FIGURES = st.floats(width=32)
 @given(st.builds(imc.OperationalLimits, mask=st.just(64), lat=FIGURES, lon=FIGURES, orientation=FIGURES,
                  length=FIGURES, width=FIGURES))  # fmt: skip
 def test_any_limits_have_a_fence_or_none(limits):
-    for item in fence_of(limits):
+    for item in fence_items(limits):
         assert max(2 * abs(item.x), abs(item.y)) <= 1_800_000_000

@@ -29,7 +29,7 @@ from mission_samples import (
 )
 
 import imc
-from mavlink.missions import MOST_ITEMS, BadItem, Item, MissionCommand, first_item, home_item, items_of, plan_of
+from mavlink.missions import MOST_ITEMS, BadItem, Item, MissionCommand, first_item_seq, home_item, items_of, plan_of
 from support.wgs84 import displace
 
 C = MissionCommand
@@ -135,7 +135,7 @@ def for_ardupilot(items, craft):
 def test_missions_come_back_bit_by_bit(vehicle, data, flavor):
     craft = replace(VEHICLES[vehicle], speed=1.25)
     items = data.draw(canonical(craft))
-    if first_item(flavor):
+    if first_item_seq(flavor):
         items = for_ardupilot(items, craft)
     made, table = plan_of(items, flavor, craft)
     again = items_of(made, flavor, craft)

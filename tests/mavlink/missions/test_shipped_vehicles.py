@@ -38,7 +38,7 @@ SEABED = 8.0  # m below the vehicle
 def vehicle_of(profile, folder, modes=()):
     """A vehicle that is built but not started, and the maneuvers that it knows."""
     vehicle = prepare(profile, modes, log_root=folder / "log", state_folder=folder / "db").vehicle
-    return vehicle, {task.kind().ID for task in vehicle.tasks if isinstance(task, Maneuver)}
+    return vehicle, {task.message_type().ID for task in vehicle.tasks if isinstance(task, Maneuver)}
 
 
 @pytest.fixture(scope="module", params=sorted(PROFILES))

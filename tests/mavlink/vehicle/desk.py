@@ -28,7 +28,7 @@ class Options:
 
     rates = MappingProxyType({"ATTITUDE": 10.0, "SYS_STATUS": 2.0})
     hold_speed, hold_radius, takeoff_altitude = 1.2, 0.0, 10.0
-    gcs_timeout, gcs_action, speed = 0.0, "Hold", 1.0
+    gcs_timeout, gcs_action, clock_speed = 0.0, "Hold", 1.0
     detection_markers = False
 
 
@@ -126,7 +126,7 @@ class Desk:
         self.traits = LinkTraits(FLAVORS[flavor])
         self.session = self.endpoint.connect(self.traits, self.frames.append, BOOT)
 
-    def limit(self, option):
+    def profile_limit(self, option):
         return math.inf
 
     def set_parameter(self, entity, name, text):
@@ -166,7 +166,7 @@ class Desk:
         (message,), _ = split(self.frame(name, **fields), DIALECT)
         self.said()
         if is_addressed(message, 26):
-            self.session.receive(self.now)
+            self.session.note_contact(self.now)
             self.endpoint.dispatch(self.session, message, self.now)
         return self.said()
 

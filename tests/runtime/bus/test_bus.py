@@ -34,7 +34,7 @@ def depth(value, src=OWN):
 
 def test_what_is_published_here_goes_out_as_the_same_bytes(bus):
     wire = Wire()
-    bus.attach(wire)
+    bus.attach_transport(wire)
     message, packet = depth(1.0)
     bus.dispatch(message, packet, None)
     assert wire.sent[0] is packet
@@ -53,7 +53,7 @@ def test_what_is_published_as_of_other_definitions_is_heard_by_those_of_its_mess
 
 def test_what_comes_in_is_delivered_and_not_sent_back(bus):
     wire, heard = Wire(), []
-    bus.attach(wire)
+    bus.attach_transport(wire)
     bus.subscribe(Subscription(imc.Depth, heard.append))
     bus.subscribe(Subscription(imc.Message, lambda message, packet: heard.append(packet), others=True, packets=True))
     message, packet = depth(2.0)
@@ -66,7 +66,7 @@ def test_what_comes_in_is_delivered_and_not_sent_back(bus):
 @pytest.mark.parametrize("junk", [b"", b"junk", b"T\xfe", bytes(100), depth(1.0)[1][:-1], depth(1.0)[1][:-1] + b"x"])
 def test_junk_from_outside_is_counted_and_harms_nobody(bus, junk):
     wire, heard = Wire(), []
-    bus.attach(wire)
+    bus.attach_transport(wire)
     bus.subscribe(Subscription(imc.Depth, heard.append))
     bus.on_malformed = lambda source, reason: heard.append(reason)
     wire.receive(junk)
@@ -95,7 +95,7 @@ def test_until_resume_everything_is_kept_in_order():
 def test_who_sent_a_request_knows_when_its_handlers_run_also_if_it_came_before_the_vehicle_had_started():
     kernel = Kernel(VirtualClock(0))
     bus, told, wire = Bus(kernel, OWN), [], Wire()
-    bus.attach(wire)
+    bus.attach_transport(wire)
     bus.subscribe(Subscription(imc.Message, lambda message, packet: told.append(packet), others=True, packets=True))
     for value in (1.0, 2.0):
         request = Request(depth(value, OTHER)[1] + b"behind the packet")
@@ -133,9 +133,9 @@ def test_a_relayed_packet_keeps_its_header_and_loses_what_follows_it():
 
 
 def test_a_peer_that_is_faster_than_this_process_costs_packets_and_no_memory(bus, monkeypatch):
-    monkeypatch.setattr("runtime.bus.inbox.MOST_OF_ONE", 100)
+    monkeypatch.setattr("runtime.bus.packet_inbox.MOST_OF_ONE", 100)
     wire, heard = Wire(), []
-    bus.attach(wire)
+    bus.attach_transport(wire)
     bus.subscribe(Subscription(imc.Depth, heard.append))
     for number in range(250):
         wire.receive(depth(number)[1])
@@ -223,7 +223,7 @@ class TestPipe(TransportContract):
         ends[0].other, ends[1].other = ends[1], ends[0]
         for bus, end in zip((first, second), ends, strict=True):
             bus.release_backlog()
-            bus.attach(end)
+            bus.attach_transport(end)
         yield Link(first, second, ends[0], lambda: [kernel.run() for kernel in kernels])
         for kernel in kernels:
             kernel.close()
@@ -235,9 +235,9 @@ def test_a_transport_that_does_not_open_leaves_the_others(bus):
             raise ConnectionError("no network")
 
     wire = Wire()
-    bus.attach(wire)
+    bus.attach_transport(wire)
     with pytest.raises(ConnectionError):
-        bus.attach(Refusing())
+        bus.attach_transport(Refusing())
     message, packet = depth(1.0)
     bus.dispatch(message, packet, None)
     assert wire.sent == [packet]
@@ -251,11 +251,11 @@ def test_all_transports_are_closed_even_if_one_fails(bus):
 
     wires = Wire(), Failing(), Wire()
     for wire in wires:
-        bus.attach(wire)
+        bus.attach_transport(wire)
     with pytest.raises(OSError, match="cable is gone"):
-        bus.detach()
+        bus.close_transports()
     assert [wire.closed for wire in wires] == [1, 1, 1]
-    assert not bus.is_attached
+    assert not bus.has_transports
 
 
 def test_instruments_observe_every_subscription(bus):
@@ -263,10 +263,10 @@ def test_instruments_observe_every_subscription(bus):
         def __init__(self):
             self.types = []
 
-        def subscribed(self, subscription):
+        def on_subscribe(self, subscription):
             self.types.append(subscription.type)
 
-        def reconfigured(self, owner):
+        def on_reconfigure(self, owner):
             """Not of interest here."""
 
     observers = Observer(), Observer()
@@ -279,10 +279,10 @@ def test_instruments_observe_every_subscription(bus):
 def test_all_transports_of_a_shipped_vehicle_carry_the_same_packets(tmp_path):
     profile = load_profile("lauv-noptilus-1")
     clock = VirtualClock(profile.start_time_ns)
-    vehicle = build(profile, profile.select("Simulation"), clock=clock, log_root=tmp_path).vehicle
+    vehicle = build(profile, profile.parse_modes("Simulation"), clock=clock, log_root=tmp_path).vehicle
     wires = Wire(), Wire()
     for wire in wires:
-        vehicle.bus.attach(wire)
+        vehicle.bus.attach_transport(wire)
     vehicle.start()
     vehicle.run(3.0)
     wires[0].receive(b"junk of a stranger")
@@ -312,7 +312,7 @@ def test_strangers_wait_for_the_vehicle_only_while_it_has_something_to_do():
     kernel = Kernel(StandingClock())
     bus, wire, heard, own = Bus(kernel, OWN), Wire(), [], []
     bus.release_backlog()
-    bus.attach(wire)
+    bus.attach_transport(wire)
     bus.subscribe(Subscription(imc.Depth, lambda message: heard.append(message.value), others=True))
     for number in range(1000):
         wire.receive(depth(number, src=OTHER)[1])

@@ -1,6 +1,6 @@
 """Who sends most is named, whatever others send."""
 
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.bus import DropCounter
 from runtime.bus.drop_counter import MOST_NAMED
 

@@ -102,25 +102,25 @@ class TransportContract:
 
     def test_a_second_transport_is_added_to_the_first(self, link: Link) -> None:
         heard, wire = listen(link.second), Wire()
-        link.first.attach(wire)
+        link.first.attach_transport(wire)
         packet = publish(link.first, 5.0)
         link.until(lambda: heard == [5.0])
         assert wire.sent == [packet]
 
     def test_what_is_received_is_not_sent_on(self, link: Link) -> None:
         heard, wire = listen(link.second), Wire()
-        link.second.attach(wire)
+        link.second.attach_transport(wire)
         publish(link.first, 6.0)
         link.until(lambda: heard == [6.0])
         assert wire.sent == []
 
     def test_after_close_nothing_is_sent_or_received(self, link: Link) -> None:
         first, second, wire = listen(link.first), listen(link.second), Wire()
-        link.first.attach(wire)
+        link.first.attach_transport(wire)
         publish(link.first, 7.0)
         link.until(lambda: second == [7.0])
-        link.first.detach()
-        assert (wire.closed, link.first.is_attached) == (1, False)
+        link.first.close_transports()
+        assert (wire.closed, link.first.has_transports) == (1, False)
         publish(link.first, 8.0)
         publish(link.second, 9.0)
         message = imc.Depth(value=10.0, src=FIRST)

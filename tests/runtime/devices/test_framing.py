@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.devices import FrameSplitter, LineSplitter, RawChunks, Splitter, line_size, parse_number
+from runtime.devices import FrameSplitter, LineSplitter, RawChunks, Splitter, line_frame_size, parse_number
 
 portions = st.lists(st.integers(0, 40), max_size=30)
 noise = st.binary(max_size=60)
@@ -35,7 +35,7 @@ def frame_of(payload: bytes) -> bytes:
 
 
 def frames() -> FrameSplitter:
-    return FrameSplitter({b"S": size_of, b"$G": line_size(50)}, valid=is_valid, longest=300)
+    return FrameSplitter({b"S": size_of, b"$G": line_frame_size(50)}, valid=is_valid, longest=300)
 
 
 @given(st.lists(st.binary(max_size=50)), portions)
@@ -49,15 +49,15 @@ def test_lines_do_not_depend_on_portions(lines: list[bytes], cuts: list[int]) ->
 def test_lines_are_bounded_and_every_byte_is_accounted_for(data: bytes, cuts: list[int], midway: bool) -> None:
     at_once, lines = LineSplitter(longest=20), LineSplitter(longest=20)
     for splitter in (at_once, lines):
-        splitter.begin(midway=midway)
+        splitter.reset(midway=midway)
     found = fed(lines, data, cuts)
     assert found == at_once.feed(data)
-    assert (lines.skipped_bytes, lines.damaged, lines.waiting) == (
+    assert (lines.skipped_bytes, lines.damaged, lines.unfinished_bytes) == (
         at_once.skipped_bytes,
         at_once.damaged,
-        at_once.waiting,
+        at_once.unfinished_bytes,
     )
-    assert lines.waiting <= 20
+    assert lines.unfinished_bytes <= 20
     assert all(0 < len(line) <= 20 for line in found)
     assert lines.skipped_bytes + sum(map(len, found)) <= len(data)
 
@@ -70,7 +70,7 @@ def test_a_line_that_is_too_long_costs_only_itself() -> None:
 
 def test_the_second_half_of_a_line_is_none() -> None:
     lines = LineSplitter()
-    lines.begin(midway=True)
+    lines.reset(midway=True)
     assert lines.feed(b"0.123\r\n 1500.124\r\n") == [b"1500.124"]
 
 
@@ -84,7 +84,11 @@ def test_frames_do_not_depend_on_portions(pieces: list[bytes], cuts: list[int]) 
     data = b"".join(pieces)
     at_once, cut = frames(), frames()
     assert fed(cut, data, cuts) == at_once.feed(data)
-    assert (cut.skipped_bytes, cut.damaged, cut.waiting) == (at_once.skipped_bytes, at_once.damaged, at_once.waiting)
+    assert (cut.skipped_bytes, cut.damaged, cut.unfinished_bytes) == (
+        at_once.skipped_bytes,
+        at_once.damaged,
+        at_once.unfinished_bytes,
+    )
 
 
 @given(st.lists(st.binary(max_size=40), max_size=12), st.binary(max_size=40).filter(lambda b: not {*b} & {*b"S$"}))
@@ -101,8 +105,8 @@ def test_frames_are_bounded_and_every_byte_is_accounted_for(data: bytes, cuts: l
         {b"\xb5\x62": lambda head: int.from_bytes(head[2:4], "little") if len(head) > 3 else None}, longest=64
     )
     found = fed(cut, data, cuts)
-    assert cut.waiting < 64
-    assert cut.skipped_bytes + cut.waiting + sum(map(len, found)) == len(data)
+    assert cut.unfinished_bytes < 64
+    assert cut.skipped_bytes + cut.unfinished_bytes + sum(map(len, found)) == len(data)
 
 
 def test_a_good_frame_inside_a_damaged_one_is_found() -> None:

@@ -5,7 +5,7 @@ import socket
 import pytest
 
 from runtime import Script, State
-from runtime.devices.addresses import KEEPALIVE, Datagram, UdpSocket
+from runtime.devices.connections import KEEPALIVE, Datagram, UdpSocket
 from tests.outside import REFUSED, TIMED_OUT, free_port
 from tests.runtime.devices.sounder import depths, played, sounder_of, states, until
 
@@ -112,7 +112,7 @@ def test_an_answer_may_go_to_one_of_several_senders() -> None:
         assert pieces == [b"ours", b"foreign"]
         assert isinstance(pieces[0], Datagram)
         assert pieces[0].source == first.getsockname()
-        opened.reply_to(first.getsockname())
+        opened.set_destination(first.getsockname())
         second.sendto(b"foreign", ("127.0.0.1", port))
         assert opened.read() == [b"foreign"]
         opened.write(b"answer")

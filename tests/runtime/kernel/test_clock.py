@@ -194,7 +194,7 @@ def test_a_clock_says_that_no_time_will_ever_pass(base):
 def swim(clock, folder):
     """The log of five seconds of a shipped vehicle."""
     profile = load_profile("lauv-noptilus-1")
-    vehicle = build(profile, profile.select("Simulation"), clock=clock, log_root=folder).vehicle
+    vehicle = build(profile, profile.parse_modes("Simulation"), clock=clock, log_root=folder).vehicle
     vehicle.start()
     vehicle.run(5.0)
     vehicle.close()

@@ -226,7 +226,7 @@ def test_every_instrument_sees_every_call_before_it_is_made(kernel):
         def __init__(self, name):
             self.name = name
 
-        def calling(self, function, args):
+        def before_call(self, function, args):
             seen.append((self.name, args[0].args if isinstance(args[0], Timer) else args))
 
     seen = []

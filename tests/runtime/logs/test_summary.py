@@ -29,13 +29,13 @@ def test_log_of_dune():
     assert {name: tally.count for name, tally in summary.by_type.items()} == log.counts()
     assert summary.packets == 6647
     assert summary.owner == VEHICLE
-    assert summary.names.system(VEHICLE) == "lauv-noptilus-1"
-    assert summary.names.system(16384) == "ccu-ref"
+    assert summary.names.system_name(VEHICLE) == "lauv-noptilus-1"
+    assert summary.names.system_name(16384) == "ccu-ref"
     assert summary.duration == pytest.approx(5.03, abs=0.01)
     assert summary.by_type["SimulatedState"].rate == pytest.approx(100.0, rel=0.01)
     assert "AHRS" in summary.names.labels.values()
     assert summary.names.labels[VEHICLE, 0] == "Daemon"
-    assert (summary.losses, summary.steps) == ([], [])
+    assert (summary.losses, summary.clock_steps) == ([], [])
     assert summary.unpacked == 320106
 
 
@@ -45,8 +45,8 @@ def test_rates_sizes_and_speakers(make_log):
     voltage = summary.by_type["Voltage"]
     assert (voltage.count, voltage.size) == (102, 102 * 26)
     assert summary.by_entity[VEHICLE, 7].count == 102
-    assert summary.names.entity(VEHICLE, 8) == "GPS"
-    assert summary.names.entity(VEHICLE, 9) == "entity 9"
+    assert summary.names.entity_label(VEHICLE, 8) == "GPS"
+    assert summary.names.entity_label(VEHICLE, 9) == "entity 9"
     assert (summary.start, summary.duration) == (START, pytest.approx(10.0))
 
 
@@ -64,7 +64,7 @@ def test_damage_has_its_place(make_log):
 @pytest.mark.parametrize("leap", [-3600.0, -2.0, 30.0, 1e6])
 def test_a_clock_that_is_set_is_one_step(make_log, leap):
     messages = [at(n / 10 + (leap if n >= 500 else 0.0)) for n in range(1000)]
-    (step,) = summarize(imc.Log(make_log(messages))).steps
+    (step,) = summarize(imc.Log(make_log(messages))).clock_steps
     assert step.offset == 500 * 26
     assert step.after - step.before == pytest.approx(leap + 0.1, abs=0.01)
 
@@ -73,7 +73,7 @@ def test_a_clock_that_is_set_is_one_step(make_log, leap):
 def test_a_stray_time_is_no_step_and_does_not_stretch_the_log(make_log, stray):
     messages = [at(stray if n == 300 else n / 10) for n in range(1000)]
     summary = summarize(imc.Log(make_log(messages)))
-    assert summary.steps == []
+    assert summary.clock_steps == []
     assert (summary.start, summary.end) == (START, pytest.approx(START + 99.9))
     assert summary.clocks[VEHICLE].outliers == 1
 
@@ -106,12 +106,12 @@ def test_names_are_found_by_case_number_or_nearest():
     names.learn(imc.EntityList(src=VEHICLE, op=imc.EntityList.Op.REPORT, list="GPS=31;Depth Sensor=27;bad;=4;x=999;"))
     assert names.labels == {(VEHICLE, 31): "GPS", (VEHICLE, 27): "Depth Sensor"}
     present = [VEHICLE, OPERATOR]
-    assert names.find_systems(["CCU-1", "0x1A"], present) == {OPERATOR, VEHICLE}
-    assert names.find_entities(["gps", "27"], names.labels) == {(VEHICLE, 31), (VEHICLE, 27)}
+    assert names.system_ids(["CCU-1", "0x1A"], present) == {OPERATOR, VEHICLE}
+    assert names.entity_ids(["gps", "27"], names.labels) == {(VEHICLE, 31), (VEHICLE, 27)}
     assert find_types(["estimatedstate", "303"], imc.builtin()) == {imc.EstimatedState.ID, 303}
     for call in (
-        lambda: names.find_systems(["cc-1"], present),
-        lambda: names.find_entities(["Depth Sensr"], names.labels),
+        lambda: names.system_ids(["cc-1"], present),
+        lambda: names.entity_ids(["Depth Sensr"], names.labels),
         lambda: find_types(["EstimatedStat"], imc.builtin()),
     ):
         with pytest.raises(UnknownNameError, match="did you mean"):

@@ -54,7 +54,7 @@ def test_a_tree_in_the_manner_of_dune() -> None:
         "auv/simulator.ini",
         "hardware/box/basic.ini",
     ]
-    assert (mantaray.name, mantaray.vehicle, mantaray.system) == ("lauv-mantaray-7", "lauv-mantaray-7", 0x1F)
+    assert (mantaray.name, mantaray.vehicle, mantaray.system_id) == ("lauv-mantaray-7", "lauv-mantaray-7", 0x1F)
     assert mantaray.systems == {"lauv-mantaray-7": 0x1F, "ccu-harbour": 16417}
     assert values(mantaray)["Transports.Speaker"] == {
         "Enabled": "Always",
@@ -69,12 +69,12 @@ def test_a_tree_in_the_manner_of_dune() -> None:
     assert swimmer["Seed"].value == "42"
     assert swimmer["Active"].attributes == {"scope": "maneuver", "visibility": "user"}
     assert mantaray.config.value("General", "Absolute Maximum Depth") == "40"
-    assert [str(p) for p in mantaray.problems if "not-everybody" not in p.text] == []
-    assert [problem.line for problem in mantaray.problems] == [6]
+    assert [str(p) for p in mantaray.file_problems if "not-everybody" not in p.text] == []
+    assert [problem.line for problem in mantaray.file_problems] == [6]
     again = Profile(MANTARAY, parse_text(mantaray.dump()))
     assert values(again) == values(mantaray)
     assert again.config.sections["Simulators.Swimmer"].options["Active"].attributes == swimmer["Active"].attributes
-    assert not again.problems
+    assert not again.file_problems
 
 
 def parse_text(text: str):
@@ -184,11 +184,11 @@ def test_a_vehicle_name_must_do_for_a_folder(name: str) -> None:
 
 def test_vehicle_and_system() -> None:
     auv = profile("[General]\nVehicle = auv-x")
-    assert auv.system == derived_id("auv-x") == 0xA000 | crc16.arc(b"auv-x") & 0x1FFF
+    assert auv.system_id == derived_id("auv-x") == 0xA000 | crc16.arc(b"auv-x") & 0x1FFF
     assert profile("[A]").vehicle == "auv"
     assert derived_id("") == derived_id("unknown") == 0xFFFF
     auv = profile("[General]\nVehicle = a\n[IMC Addresses]\na = 26\nb = 0x001B\nc = many\nd = 99999\n", vehicle="b")
-    assert (auv.vehicle, auv.system, auv.systems) == ("b", 27, {"a": 26, "b": 27})
+    assert (auv.vehicle, auv.system_id, auv.systems) == ("b", 27, {"a": 26, "b": 27})
 
 
 def test_modes() -> None:
@@ -196,13 +196,13 @@ def test_modes() -> None:
         "[Profiles]\nTank = In the tank.\n[A.B]\nEnabled = Tank, Hardware\n[A.C]\nEnabled = Always\n[A.D]\nX = 1"
     )
     assert set(auv.modes) == {"Hardware", "Simulation", "Hardware/Simulation", "Tank"}
-    assert auv.select("Tank, Simulation") == auv.select(["Tank", "Simulation"]) == {"Tank", "Simulation"}
-    assert auv.select("") == frozenset()
+    assert auv.parse_modes("Tank, Simulation") == auv.parse_modes(["Tank", "Simulation"]) == {"Tank", "Simulation"}
+    assert auv.parse_modes("") == frozenset()
     sections = ("A.B", "A.C", "A.D", "A.E")
-    assert [auv.enabled(section, ["Hardware"]) for section in sections] == [True, True, False, False]
-    assert [auv.enabled(section, ["Simulation"]) for section in sections] == [False, True, False, False]
+    assert [auv.is_task_enabled(section, ["Hardware"]) for section in sections] == [True, True, False, False]
+    assert [auv.is_task_enabled(section, ["Simulation"]) for section in sections] == [False, True, False, False]
     with pytest.raises(ProfileError, match=r"unknown mode 'simulation' \(did you mean 'Simulation'\?\)"):
-        auv.select("simulation")
+        auv.parse_modes("simulation")
 
 
 def test_tasks_come_in_the_order_of_bytes() -> None:
@@ -260,7 +260,7 @@ def test_saved_parameters_have_the_last_word_but_for_the_command_line(tmp_path: 
     Path("auv-saved.ini").write_bytes(b"| garbage\n\0\n[A]\nX = 5\n")
     auv = profile(text)
     assert auv.options("A")["X"] == "5"
-    assert {(p.severity, p.line) for p in auv.problems} == {("warning", 1), ("warning", 2)}
+    assert {(p.severity, p.line) for p in auv.file_problems} == {("warning", 1), ("warning", 2)}
 
 
 def test_the_effective_configuration_is_the_same_wherever_the_files_are(tmp_path: Path) -> None:
@@ -286,7 +286,7 @@ def test_profiles_are_read_again_from_their_dump(
     except ValueError:
         return
     auv = Profile(path, read_config(path))
-    assert not auv.problems
+    assert not auv.file_problems
     dump = auv.dump()
     path.write_text(dump, encoding="utf-8")
     assert Profile(path, read_config(path)).dump() == dump
@@ -307,4 +307,4 @@ def test_a_profile_of_ones_own_builds_on_shoals(tmp_path: Path) -> None:
     (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n[General]\nVehicle = mine\n")
     profile = load_profile(tmp_path / "mine.ini")
     assert profile.vehicle == "mine"
-    assert profile.enabled("Simulators.GPS", ["Simulation"])
+    assert profile.is_task_enabled("Simulators.GPS", ["Simulation"])

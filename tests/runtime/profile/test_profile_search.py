@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from runtime.profile import copy_in_root
+from runtime.profile import path_in_root
 
 
 def test_a_copy_counts_instead_of_its_file_but_a_folder_in_which_files_may_lack_does_not(
@@ -17,10 +17,10 @@ def test_a_copy_counts_instead_of_its_file_but_a_folder_in_which_files_may_lack_
         (place / "camera.yaml").touch()
     (folder / "cam0").mkdir()
     monkeypatch.setenv("SHOAL_ROOT", str(root))
-    assert copy_in_root(folder / "camera.yaml") == copies / "camera.yaml"
-    assert copy_in_root(folder) == folder
-    assert copy_in_root(folder / "cam0") == folder / "cam0"
+    assert path_in_root(folder / "camera.yaml") == copies / "camera.yaml"
+    assert path_in_root(folder) == folder
+    assert path_in_root(folder / "cam0") == folder / "cam0"
     (folder / "camera.yaml").unlink()
     (folder / "cam0").rmdir()
     folder.rmdir()
-    assert copy_in_root(folder) == copies  # of another computer
+    assert path_in_root(folder) == copies  # of another computer

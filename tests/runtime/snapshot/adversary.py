@@ -53,7 +53,7 @@ OTHERS: list[Any] = [
     ["partial", ["type", "imc.messages:Goto"], [], {}],
     ["method", ["task", "Daemon"], "offload"],
     ["method", ["task", "Daemon"], "__init__"],
-    ["method", ["bus"], "attach"],
+    ["method", ["bus"], "attach_transport"],
     ["method", ["kernel"], "close"],
     ["method", ["task", "Transports.Logging"], "_restart"],
     ["enum", "imc.messages:CLoopsMask", "x"],

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import imc
 from runtime import State, Task, periodic
 from runtime.kernel import VirtualClock
-from runtime.snapshot import load, restore, save
+from runtime.snapshot import load, restore, take_snapshot
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 
@@ -59,7 +59,7 @@ def through(items: object) -> Any:
     task: Any = vehicle.task("Keeper")
     task.items = items
     again = keeper(vehicle.kernel.now_ns)
-    restore(again, load(save(vehicle)))
+    restore(again, load(take_snapshot(vehicle)))
     vehicle.close()
     again.close()
     return again.task("Keeper")

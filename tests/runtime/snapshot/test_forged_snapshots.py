@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from runtime.snapshot import load, save
+from runtime.snapshot import load, take_snapshot
 from tests.runtime.snapshot.adversary import forgeries, opened, outcome, running, sealed, texts
 
 TEXT: Any = "x"  # where the types promise a number
@@ -25,7 +25,7 @@ def states(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     found = dict[str, bytes]()
     for profile, seconds in (("lauv-noptilus-1", 1.03), ("caravel", 3.03)):
         vehicle = running(profile, tmp_path_factory.mktemp(profile), seconds)
-        found[profile] = save(vehicle)
+        found[profile] = take_snapshot(vehicle)
         vehicle.close()
     assert load(found["caravel"]).journals
     return found
@@ -158,7 +158,7 @@ def test_a_task_takes_only_attributes_of_its_own(
         ),
         (["method", ["task", "Daemon"], "offload"], "'offload' of a Daemon cannot be called"),
         (["method", ["task", "Daemon"], "__init__"], "'__init__' of a Daemon cannot be called"),
-        (["method", ["bus"], "attach"], "'attach' of a Bus cannot be called"),
+        (["method", ["bus"], "attach_transport"], "'attach_transport' of a Bus cannot be called"),
         (["method", ["vehicle"], "close"], "'close' of a Vehicle cannot be called"),
         (["method", ["new", 10**6, "object", "tasks.transports.logging:Logging", []], "_tick"], "a Logging is nothing"),
         (["type", "tasks.plan.store:PlanStore"], "the class PlanStore is nothing"),

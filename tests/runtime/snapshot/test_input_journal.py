@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import imc
 from runtime import Script, State, Task, consume, param, periodic
 from runtime.kernel import SECOND, VirtualClock
-from runtime.snapshot import InputJournals, SnapshotError, load, restore, save
+from runtime.snapshot import InputJournals, SnapshotError, load, restore, take_snapshot
 from runtime.snapshot.input_journal import MANY
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
@@ -41,7 +41,7 @@ class Walker(Task):
     def start(self) -> None:
         self.latest: imc.Temperature | None = None
         self.steps = 0
-        self.walking = self.run(self.walk, "on")
+        self.walking = self.start_script(self.walk, "on")
         self.reaction: Script | None = None
         self.set_entity_state(State.NORMAL, "walking")
 
@@ -52,7 +52,7 @@ class Walker(Task):
     def keep(self, message: imc.Temperature) -> None:
         self.latest = message
         if message.value > 0.8 and (self.reaction is None or self.reaction.done):
-            self.reaction = self.run(self.react, message)
+            self.reaction = self.start_script(self.react, message)
         elif message.value < 0.1 and self.reaction is not None:
             self.reaction.cancel()
 
@@ -105,7 +105,7 @@ def go_on(snapshot: bytes, *tasks: type[Task], seed: int = 0, until: float = LEN
             InputJournals(vehicle)
         restore(vehicle, load(snapshot))
         vehicle.kernel.run(until=round(until * SECOND))
-        return save(vehicle) if again else list(heard)
+        return take_snapshot(vehicle) if again else list(heard)
     finally:
         vehicle.close()
 
@@ -120,7 +120,7 @@ def test_scripts_go_on_from_any_moment(times: list[float], seed: int) -> None:
     saved: list[bytes] = []
     for time in sorted(times):
         vehicle.kernel.run(until=round(time * SECOND))
-        saved.append(save(vehicle))
+        saved.append(take_snapshot(vehicle))
     vehicle.kernel.run(until=round(LENGTH * SECOND))
     whole = list(heard)
     vehicle.close()
@@ -145,7 +145,7 @@ class Sleeper(Task):
     def keep(self, message: imc.Temperature) -> None:
         self.count += 1
         if self.count == 4 * MANY:
-            self.run(self.nap)
+            self.start_script(self.nap)
 
     async def nap(self, script: Script) -> None:
         await script.sleep(2.0)
@@ -158,11 +158,11 @@ def test_a_journal_begins_anew_while_no_script_runs() -> None:
     journals = InputJournals(vehicle)
     vehicle.start()
     vehicle.run(4 * MANY / 7 + 1.0)
-    journal = journals.of(vehicle.task("Sleeper"))
+    journal = journals.journal_of(vehicle.task("Sleeper"))
     assert journal.past is not None
     assert len(journal.entries) < 2 * MANY
     assert len(journal.past.chunks) <= 1
-    snapshot = save(vehicle)
+    snapshot = take_snapshot(vehicle)
     assert len(snapshot) < 20_000
     vehicle.run(2.0)
     end = vehicle.kernel.now_ns
@@ -178,7 +178,7 @@ class Moody(Task):
     mood = 5.0
 
     def start(self) -> None:
-        self.run(self.brood)
+        self.start_script(self.brood)
 
     async def brood(self, script: Script) -> None:
         await script.sleep(Moody.mood)
@@ -192,7 +192,7 @@ class Hoarder(Task):
         self.after(50.0, self.begin)
 
     def begin(self) -> None:
-        self.run(self.wait)
+        self.start_script(self.wait)
 
     async def wait(self, script: Script) -> None:
         await script.sleep(5.0)
@@ -206,7 +206,7 @@ class Roundabout(Task):
     """Schedules a callable that has no name."""
 
     def start(self) -> None:
-        self.run(self.wait)
+        self.start_script(self.wait)
 
     @periodic(1.0)
     def tick(self) -> None:
@@ -248,7 +248,7 @@ def saved_after(seconds: float, *tasks: type[Task], journals: bool = True) -> by
             InputJournals(vehicle)
         vehicle.start()
         vehicle.run(seconds)
-        return save(vehicle)
+        return take_snapshot(vehicle)
     finally:
         vehicle.close()
 
@@ -286,10 +286,10 @@ def test_a_script_of_somebody_else_is_refused() -> None:
     vehicle = vehicle_of(Weather)
     InputJournals(vehicle)
     vehicle.start()
-    vehicle.task("Weather").run(elsewhere)
+    vehicle.task("Weather").start_script(elsewhere)
     vehicle.run(1.0)
     with pytest.raises(SnapshotError, match="Weather runs a script that is not a method of its class"):
-        save(vehicle)
+        take_snapshot(vehicle)
     vehicle.close()
 
 

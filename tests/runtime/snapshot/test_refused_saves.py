@@ -10,7 +10,7 @@ import pytest
 
 import imc
 from runtime.bus import Subscription
-from runtime.snapshot import SnapshotError, save
+from runtime.snapshot import SnapshotError, take_snapshot
 from runtime.vehicle import Vehicle
 from tests.runtime.snapshot.adversary import outcome, running
 
@@ -42,7 +42,7 @@ def vehicle(tmp_path: Path) -> Iterator[Vehicle]:
 
 def refused(vehicle: Vehicle) -> str:
     with pytest.raises(SnapshotError) as caught:
-        save(vehicle)
+        take_snapshot(vehicle)
     assert " at 0x" not in str(caught.value)
     return str(caught.value)
 
@@ -50,7 +50,7 @@ def refused(vehicle: Vehicle) -> str:
 def test_an_observer_that_cannot_be_restored_is_refused_at_the_save(vehicle: Vehicle) -> None:
     watcher = Watcher()
     vehicle.observe(imc.EstimatedState, watcher.see)
-    save(vehicle)  # it only watches
+    take_snapshot(vehicle)  # it only watches
     vehicle.kernel.after(9.0, watcher.see)
     assert re.match(r"the observer Watcher has a pending call", refused(vehicle))
 
@@ -59,7 +59,7 @@ def test_an_observer_that_the_run_does_not_need_may_have_calls(vehicle: Vehicle,
     whistler = Whistler()
     vehicle.observe(imc.EstimatedState, whistler.see)
     vehicle.kernel.after(9.0, whistler.see)
-    assert outcome(save(vehicle), tmp_path) == ""
+    assert outcome(take_snapshot(vehicle), tmp_path) == ""
 
 
 def whistle() -> None:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import imc
 from runtime import State
-from runtime.snapshot import load, restore, save
+from runtime.snapshot import load, restore, take_snapshot
 from runtime.snapshot.serializer import StateReader, StateWriter
 from tests.runtime.snapshot.keeper import Box, Pair, keeper, through
 
@@ -91,7 +91,7 @@ def test_timers_go_on_also_those_that_a_task_holds() -> None:
     vehicle.start()
     vehicle.run(1.0)
     again = keeper(vehicle.kernel.now_ns)
-    restore(again, load(save(vehicle)))
+    restore(again, load(take_snapshot(vehicle)))
     task: Any = again.task("Keeper")
     assert (task.later.function, task.later.args) == (task.say, ("late", 3))
     assert task.over.function is None

@@ -14,7 +14,7 @@ import imc
 from runtime import Task
 from runtime.kernel import SECOND, VirtualClock
 from runtime.profile import load_profile, read_sections
-from runtime.snapshot import SnapshotError, load, restore, save
+from runtime.snapshot import SnapshotError, load, restore, take_snapshot
 from runtime.snapshot.serializer import StateReader
 from runtime.vehicle import Vehicle, build
 from shoal.rerun import resume_snapshot
@@ -56,7 +56,7 @@ def whole(
     saved: list[bytes] = []
     for time in times:
         run_to(vehicle, time)
-        saved.append(save(vehicle))
+        saved.append(take_snapshot(vehicle))
     run_to(vehicle, length)
     vehicle.close()
     return saved
@@ -164,10 +164,10 @@ def test_a_script_cannot_be_saved() -> None:
 
     vehicle = keeper()
     vehicle.start()
-    vehicle.task("Keeper").run(wait)
+    vehicle.task("Keeper").start_script(wait)
     vehicle.run(1.0)
     with pytest.raises(SnapshotError, match="Keeper runs a script"):
-        save(vehicle)
+        take_snapshot(vehicle)
     vehicle.close()
 
 
@@ -206,7 +206,7 @@ def accurate(vehicle: Vehicle, text: str) -> Task:
     parameter = task.parameter_set.find(HACC)
     assert parameter is not None
     task.parameter_set.set(parameter, parameter.parse(text))
-    vehicle.remember(task)
+    vehicle.update_effective_config(task)
     return task
 
 
@@ -221,11 +221,11 @@ def test_parameters_that_were_changed_are_still_saved_after_a_snapshot(tmp_path:
     of_profile = vehicle.task(GPS).parameter_set.text(vehicle.task(GPS).parameters()[HACC])
     accurate(vehicle, "7.5")
     run_to(vehicle, 1.0)
-    state = save(vehicle)
+    state = take_snapshot(vehicle)
     vehicle.close()
     assert load(state).profile == {GPS: {HACC: of_profile.encode()}}
     again = resume_snapshot(load(state), tmp_path / "b")
-    second = save(again)
+    second = take_snapshot(again)
     assert saved_parameters(again, tmp_path / "c") == {HACC: "7.5"}
     again.close()
     assert load(second).profile == load(state).profile
@@ -240,7 +240,7 @@ def test_parameters_that_a_vehicle_does_not_have_are_refused(tmp_path: Path, pro
     vehicle = vehicle_of("lauv-noptilus-1", tmp_path / "a")
     vehicle.start()
     run_to(vehicle, 1.0)
-    state = load(save(vehicle))
+    state = load(take_snapshot(vehicle))
     vehicle.close()
     state.profile = profile
     with pytest.raises(SnapshotError, match=r"not a valid snapshot: .*(GPX|HACK)"):
@@ -251,7 +251,7 @@ def test_a_vehicle_whose_task_refuses_an_override_is_closed(tmp_path: Path) -> N
     vehicle = vehicle_of("lauv-noptilus-1", tmp_path / "a")
     vehicle.start()
     run_to(vehicle, 1.0)
-    state = load(save(vehicle))
+    state = load(take_snapshot(vehicle))
     vehicle.close()
     seen: list[Vehicle] = []
     override = f"{GPS}:Initial Position=100, 0"
@@ -266,7 +266,7 @@ def test_another_vehicle_is_refused(tmp_path: Path) -> None:
     vehicle = keeper()
     vehicle.start()
     vehicle.run(1.0)
-    state = load(save(vehicle))
+    state = load(take_snapshot(vehicle))
     vehicle.close()
     other = vehicle_of("lauv-noptilus-1", tmp_path, state.time)
     with pytest.raises(SnapshotError, match="other tasks than the snapshot"):

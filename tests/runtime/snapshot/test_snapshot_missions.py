@@ -10,7 +10,7 @@ import pytest
 
 import imc
 from runtime.kernel import SECOND
-from runtime.snapshot import InputJournals, Snapshot, load, save
+from runtime.snapshot import InputJournals, Snapshot, load, take_snapshot
 from shoal.missions import Mission, load_plan, prepare
 from shoal.rerun import resume_snapshot
 
@@ -70,7 +70,7 @@ def fly(folder: Path, times: Iterable[int] = ()) -> Flight:
     mission.begin()
     for time in times:
         vehicle.kernel.run(until=time)
-        saved.append(load(save(vehicle)))
+        saved.append(load(take_snapshot(vehicle)))
     vehicle.run(200.0)
     vehicle.close()
     return Flight(heard, changes, saved, mission.report.outcome)

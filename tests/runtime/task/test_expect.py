@@ -7,7 +7,7 @@ import pytest
 import imc
 from runtime import State, Task, consume, expect, param
 from runtime.kernel import VirtualClock
-from runtime.snapshot import load, restore, save
+from runtime.snapshot import load, restore, take_snapshot
 from runtime.task import expected_methods
 from runtime.testing import START, NoProfile, Run, simulate
 from runtime.vehicle import Vehicle
@@ -86,7 +86,7 @@ def test_what_is_expected_is_in_snapshots() -> None:
     vehicle = made()
     vehicle.start()
     vehicle.run(1.0)
-    snapshot = load(save(vehicle))
+    snapshot = load(take_snapshot(vehicle))
     other = made(snapshot.time)
     restore(other, snapshot)
     other.run(1.5)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from runtime.task import Parameter, param
 from runtime.task.parameter_set import ParameterSet
-from runtime.task.parameters import declared
+from runtime.task.parameters import declared_parameters
 
 
 class Pump:
@@ -19,7 +19,7 @@ class Pump:
     levels: list[float] = param([1.0], "m", "Levels.", size=(1, 3))
 
 
-PARAMETERS = declared(Pump)
+PARAMETERS = declared_parameters(Pump)
 
 
 def test_names_types_and_units_come_from_the_declaration():
@@ -88,7 +88,7 @@ def test_push_and_pop_bring_back_what_is_not_global():
         mass: float = param(2.0, "kg", "Mass.")
 
     owner = Owner()
-    values = ParameterSet(owner, declared(Owner))
+    values = ParameterSet(owner, declared_parameters(Owner))
     values.restore({"Speed": 1.0, "Mass": 2.0})
     values.push()
     values.restore({"Speed": 5.0, "Mass": 6.0})
@@ -111,9 +111,9 @@ def test_mistakes_of_the_author_are_named():
         speed: float = param(-1.0, "m/s", "Speed.", minimum=0.0)
 
     with pytest.raises(TypeError, match=r"Wrong\.speed"):
-        declared(Wrong)
+        declared_parameters(Wrong)
     with pytest.raises(TypeError, match=r"Default\.speed: the default -1 is below"):
-        declared(Default)
+        declared_parameters(Default)
 
 
 def test_a_class_shows_its_declaration():
@@ -130,7 +130,7 @@ def test_a_subclass_declares_a_parameter_anew_or_not_at_all():
     class Careless(Pump):
         count = 5
 
-    assert [p.name for p in declared(Bilge).values()][:2] == ["Bilge Flow", "Count"]
-    assert "Flow" not in declared(Bilge)
+    assert [p.name for p in declared_parameters(Bilge).values()][:2] == ["Bilge Flow", "Count"]
+    assert "Flow" not in declared_parameters(Bilge)
     with pytest.raises(TypeError, match=r"Careless\.count is a parameter"):
-        declared(Careless)
+        declared_parameters(Careless)

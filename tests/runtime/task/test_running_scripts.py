@@ -21,7 +21,7 @@ def test_a_script_waits_hears_and_acts_in_order():
         """Runs a mission."""
 
         def start(self):
-            self.script = self.run(mission)
+            self.script = self.start_script(mission)
 
     run = simulate(Captain, [imc.Depth(value=v, timestamp=float(v)) for v in range(9)], seconds=20.0)
     assert [(p.value, p.timestamp - START) for p in run.of(imc.Pressure)] == [(6.0, 8.0)]
@@ -38,7 +38,7 @@ def test_an_error_in_a_script_is_the_tasks_error():
         """Fails."""
 
         def start(self):
-            self.run(mission)
+            self.start_script(mission)
 
     with pytest.raises(ValueError, match="no such waypoint") as caught:
         simulate(Captain, seconds=5.0)
@@ -50,7 +50,7 @@ class Captain(Task):
     """Runs the scripts that it is given."""
 
     def run_all(self, *scripts):
-        self.orders = [self.run(script) for script in scripts]
+        self.orders = [self.start_script(script) for script in scripts]
 
 
 def captain(*scripts):

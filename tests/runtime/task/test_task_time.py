@@ -99,7 +99,7 @@ def test_nothing_from_before_a_restart_reaches_the_task_after_it():
             self.seen = getattr(self, "seen", [])
             self.after(2.0, self.seen.append, ("timer", self.starts))
             self.offload(int, then=self.offloaded(self.starts), latency=2.0)
-            self.run(self.wait, self.starts)
+            self.start_script(self.wait, self.starts)
             if self.starts == 1:
                 self.after(1.5, int, "no number")
 

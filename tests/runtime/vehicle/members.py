@@ -34,7 +34,7 @@ class Diver(Task):
 
     @consume
     def answer(self, depth: imc.Depth) -> None:
-        self.run(self.wait, depth.value)
+        self.start_script(self.wait, depth.value)
 
     async def wait(self, script, value) -> None:
         await script.sleep(self.patience)

@@ -10,7 +10,7 @@ from runtime.bus import Bus
 from runtime.kernel import SECOND, Kernel, VirtualClock
 from runtime.testing import START, NoProfile
 from runtime.vehicle import Fleet, FleetError, Vehicle
-from runtime.vehicle.fleet import Neighbor
+from runtime.vehicle.fleet import InProcessTransport
 from shoal.missions import Mission, parse_plan, prepare
 from tests.runtime.bus.transport_contract import FIRST, SECOND_, Link, TransportContract, Wire
 from tests.runtime.vehicle.members import recorded, vehicle
@@ -114,7 +114,7 @@ def test_whole_vehicles_that_hear_everything_of_each_other_do_their_own_plans(tm
 
 def test_a_fleet_is_not_connected_where_a_bus_reaches_further():
     with Fleet(VirtualClock(0)) as fleet:
-        vehicle("far", fleet=fleet).bus.attach(Wire())
+        vehicle("far", fleet=fleet).bus.attach_transport(Wire())
         with pytest.raises(FleetError, match="bus of far is already connected to other processes"):
             fleet.connect()
 
@@ -124,9 +124,9 @@ class TestNeighbor(TransportContract):
     def link(self):
         kernel, buses = Kernel(VirtualClock(0)), []
         ends = [Bus(kernel, system) for system in (FIRST, SECOND_)]
-        transports = [Neighbor(bus, buses, (imc.Message,)) for bus in ends]
+        transports = [InProcessTransport(bus, buses, (imc.Message,)) for bus in ends]
         for bus, transport in zip(ends, transports, strict=True):
             bus.release_backlog()
-            bus.attach(transport)
+            bus.attach_transport(transport)
         yield Link(*ends, transports[0], kernel.run)
         kernel.close()

@@ -209,7 +209,7 @@ def test_a_task_that_cannot_be_made_leaves_nothing_behind():
         """Fails in configure()."""
 
         def configure(self):
-            self.reserve("Spare")
+            self.reserve_entity("Spare")
             raise KeyError("what")
 
     vehicle = Vehicle("v", 1, clock=VirtualClock(0), profile=NoProfile())
@@ -249,7 +249,7 @@ class Everywhere(Task):
             "start": fail,
             "after": lambda: self.after(0.1, fail),
             "at": lambda: self.at(self.now + 0.1, lambda: fail(self)),
-            "script": lambda: self.run(failing_script),
+            "script": lambda: self.start_script(failing_script),
             "offload": lambda: self.offload(fail, then=print),
             "then": lambda: self.offload(int, then=fail),
             "watch": lambda: (self.watch(self.sockets[0], lambda: fail(self)), self.sockets[1].send(b"x")),

@@ -11,7 +11,7 @@ import imc
 from runtime import Task
 from runtime.kernel import SECOND, LivelockError, ScaledClock, VirtualClock, WallClock
 from runtime.profile import load_profile
-from runtime.snapshot import SnapshotError, save
+from runtime.snapshot import SnapshotError, take_snapshot
 from runtime.testing import START, NoProfile
 from runtime.vehicle import Fleet, FleetError, Vehicle, build
 from tests.runtime.vehicle.members import Diver, Echo, Impatient, alone, recorded, run, together, vehicle
@@ -280,4 +280,4 @@ def test_a_vehicle_of_a_fleet_cannot_be_saved():
         fleet.start()
         fleet.run(1.0)
         with pytest.raises(SnapshotError, match="several vehicles on one kernel cannot be saved"):
-            save(fleet.vehicles[0])
+            take_snapshot(fleet.vehicles[0])

@@ -207,7 +207,7 @@ def test_a_value_that_is_set_back_is_told_and_saved_as_it_is(tmp_path):
     task = vehicle.add(Valve, "Valve")
     for turns in (3, 3, 2):
         task.turns = turns
-        vehicle.remember(task)
+        vehicle.update_effective_config(task)
         path = vehicle.save_parameters(task)
     vehicle.close()
     assert notes.told == ["Turns=3", "Turns=2"]

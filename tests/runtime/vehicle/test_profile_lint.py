@@ -9,7 +9,7 @@ import pytest
 from runtime import Task, param
 from runtime.profile import Profile, load_profile
 from runtime.task import shared_options
-from runtime.vehicle import check_profile, explain
+from runtime.vehicle import check_profile, explain_section
 from support.diagnostics import Problem, ProfileError
 
 TREE = Path(__file__).parents[2] / "data/profiles"
@@ -237,7 +237,7 @@ def test_a_tree_in_the_manner_of_dune_has_warnings_and_notes_only() -> None:
 
 def test_explain_says_value_unit_meaning_and_origin() -> None:
     profile = load_profile("lauv-mantaray-7", [TREE], overrides=["Simulators.Swimmer:Model=full"])
-    rows = {row.option: row for row in explain(profile, "Simulators.Swimmer", Swimmer)}
+    rows = {row.option: row for row in explain_section(profile, "Simulators.Swimmer", Swimmer)}
     assert next(iter(rows)) == "Enabled"
     position = rows["Initial Position"]
     assert (position.value, position.unit, position.meaning) == ("41.18, -8.70", "deg", "Latitude and longitude.")
@@ -251,7 +251,9 @@ def test_explain_says_value_unit_meaning_and_origin() -> None:
 
 def test_explain_says_what_made_a_list_and_what_was_overwritten() -> None:
     row = next(
-        r for r in explain(load_profile("lauv-mantaray-7", [TREE]), "Transports.Speaker") if r.option == "Transports"
+        r
+        for r in explain_section(load_profile("lauv-mantaray-7", [TREE]), "Transports.Speaker")
+        if r.option == "Transports"
     )
     assert [(Path(origin.file).name, origin.line) for origin in row.origins] == [
         ("lauv-mantaray-7.ini", 24),
@@ -259,15 +261,17 @@ def test_explain_says_what_made_a_list_and_what_was_overwritten() -> None:
         ("transports.ini", 5),
         ("transports.ini", 4),
     ]
-    depth = next(r for r in explain(load_profile("lauv-mantaray-7", [TREE]), "General") if r.option.endswith("Depth"))
+    depth = next(
+        r for r in explain_section(load_profile("lauv-mantaray-7", [TREE]), "General") if r.option.endswith("Depth")
+    )
     assert (depth.value, depth.unit) == ("40", "m")
     assert [(Path(origin.file).name, origin.line) for origin in depth.overwritten] == [("basic.ini", 9)]
 
 
 def test_explain_of_an_unknown_section_names_the_nearest() -> None:
     with pytest.raises(ProfileError, match=r"no section \[Simulators.Swimer\] \(did you mean 'Simulators.Swimmer'\?\)"):
-        explain(written(GOOD), "Simulators.Swimer")
-    assert explain(written(GOOD), "Simulators.Swimmer/2", Swimmer)[0].value == "Never"
+        explain_section(written(GOOD), "Simulators.Swimer")
+    assert explain_section(written(GOOD), "Simulators.Swimmer/2", Swimmer)[0].value == "Never"
 
 
 @pytest.mark.parametrize(
@@ -291,7 +295,7 @@ def test_a_section_that_several_tasks_read() -> None:
         "auv.ini:16: warning: [Pool/Left] nothing reads 'Depth' (shoal explain lists those of Pool/Left)",
         "auv.ini:17: warning: nothing reads [Pool/Right] (write 'Right' in Lanes of [Pool])",
     ]
-    first, *_, second, _ = explain(written(text), "Pool", shared=shared_options([Diver], "Pool"))
+    first, *_, second, _ = explain_section(written(text), "Pool", shared=shared_options([Diver], "Pool"))
     assert (first.option, first.value, first.unit, first.origin) == ("Depth", "5", "m", "default")
     assert second.meaning == "unknown; did you mean 'Depth'?"
     assert shared_options([Diver, Swimmer], "Pools") == {}

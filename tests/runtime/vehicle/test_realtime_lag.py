@@ -19,7 +19,7 @@ class Busy(Task):
 def run(clock, seconds, folder):
     """A shipped vehicle with a busy task."""
     profile = load_profile("lauv-noptilus-1", overrides=("Transports.MAVLink:Enabled=Never",))
-    vehicle = build(profile, profile.select(["Kinematic"]), clock=clock, log_root=folder).vehicle
+    vehicle = build(profile, profile.parse_modes(["Kinematic"]), clock=clock, log_root=folder).vehicle
     vehicle.add(Busy, "Busy")
     said = []
     write = vehicle.daemon.log.warning
@@ -37,8 +37,8 @@ def test_a_clock_that_cannot_keep_its_factor_says_which_it_reaches(monkeypatch, 
     assert len(told) == 1
     assert told[0].endswith("times as fast as real time, not 500 times")
     assert str(vehicle.realtime_lag).endswith("x of 500x")
-    assert vehicle.realtime_lag.since(30.0, 1.0) == "30x of 500x"
-    assert vehicle.realtime_lag.since(30.0, 0.06) == ""
+    assert vehicle.realtime_lag.describe_run(30.0, 1.0) == "30x of 500x"
+    assert vehicle.realtime_lag.describe_run(30.0, 0.06) == ""
 
 
 def test_a_system_time_that_is_set_is_told_and_does_not_reach_the_vehicle(monkeypatch, tmp_path):

@@ -189,7 +189,7 @@ def test_a_vehicle_that_runs_twice_on_one_bus_is_told_so_once():
 
     async def twin(script):
         wire, vehicle = Wire(), script.task.vehicle
-        vehicle.bus.attach(wire)
+        vehicle.bus.attach_transport(wire)
         for entity in (0, vehicle.find("Pump").entity.id, vehicle.find("Pump").entity.id):
             wire.receive(imc.encode(imc.Temperature(src=0x1A, src_ent=entity, timestamp=script.now)))
             await script.sleep(0.1)
@@ -207,11 +207,11 @@ def test_tasks_share_what_they_make_of_the_profile_until_a_parameter_changes():
         made.append((value("Pool", "Depth"), value(section_name(Pump), "Flow")))
         return made[-1]
 
-    assert [changes.shared(pool), changes.shared(pool)] == [("3", "1.5")] * 2
-    changes.remember(run.task)
-    changes.shared(pool)
+    assert [changes.shared_object(pool), changes.shared_object(pool)] == [("3", "1.5")] * 2
+    changes.update_from_task(run.task)
+    changes.shared_object(pool)
     assert len(made) == 1
     run.task.flow = 4.0
-    changes.remember(run.task)
-    changes.shared(pool)
+    changes.update_from_task(run.task)
+    changes.shared_object(pool)
     assert len(made) == 2

@@ -13,8 +13,8 @@ import imc
 import runtime.zenoh.publishers
 from runtime.zenoh import ZenohConfig, ZenohTransport
 from runtime.zenoh.error_counter import ErrorCounter
+from runtime.zenoh.failover_listener import is_in_use
 from runtime.zenoh.key_expressions import key_chunk, message_key
-from runtime.zenoh.rendezvous import is_in_use
 from runtime.zenoh.subscribers import Subscribers
 from tests.outside import until
 from tests.runtime.zenoh.processes import local_port
@@ -298,10 +298,10 @@ def test_what_was_lost_at_the_end_is_told_with_the_name_of_the_process(caplog: p
     told: list[str] = []
     lost = ErrorCounter("were lost", told.append)
     tell = logging.getLogger("shoal.zenoh").warning
-    lost.end("lauv", tell)
+    lost.report_final("lauv", tell)
     assert not caplog.text
     lost.count("at imc/a/b/c")
     lost.count("at imc/a/b/d", 2)
     assert told == ["1 packets were lost; at imc/a/b/c"]
-    lost.end("lauv, process vision", tell)
+    lost.report_final("lauv, process vision", tell)
     assert re.search(r"lauv, process vision: 2 packets were lost, the last 0.\d s before the end, beside", caplog.text)

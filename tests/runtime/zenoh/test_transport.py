@@ -253,7 +253,7 @@ class TestZenoh(TransportContract):
         transports = [ZenohTransport(config, lambda system: f"system-{system}", lambda *_: "Tank") for _ in buses]
         for bus, transport in zip(buses, transports, strict=True):
             bus.release_backlog()
-            bus.attach(transport)
+            bus.attach_transport(transport)
 
         def run() -> None:
             for kernel in kernels:
@@ -274,5 +274,5 @@ class TestZenoh(TransportContract):
         link.settle()
         yield link
         for bus, kernel in zip(buses, kernels, strict=True):
-            bus.detach()
+            bus.close_transports()
             kernel.close()

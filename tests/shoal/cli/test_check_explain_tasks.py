@@ -12,7 +12,7 @@ from runtime.profile import load_profile, own_etc
 from runtime.vehicle import build
 from shoal.cli import main
 from support.durations import parse_duration
-from tasks.transports.mavlink_links.vehicle_views import task_parameters
+from tasks.transports.mavlink_links.task_views import task_parameters
 from tests.outside import NO_FILE
 
 
@@ -199,7 +199,7 @@ def test_explain_says_who_set_what(shoal):
 @pytest.mark.parametrize("section", ["Simulators.IMU/AHRS", "Navigation.AUV.Navigation", "Supervisors.Failsafe"])
 def test_explain_shows_the_names_that_ground_stations_show(shoal, tmp_path, section):
     profile = load_profile("lauv-noptilus-1")
-    vehicle = build(profile, profile.select("Simulation"), clock=VirtualClock(0), log_root=tmp_path).vehicle
+    vehicle = build(profile, profile.parse_modes("Simulation"), clock=VirtualClock(0), log_root=tmp_path).vehicle
     names = {
         entry.parameter.name: entry.id
         for entry in ParameterTable(task_parameters(vehicle.tasks))

@@ -63,7 +63,7 @@ def test_malformed_packets_of_others_are_counted_in_the_last_line_and_in_the_log
     vehicle = Vehicle("v", 0x1A, clock=VirtualClock(0), profile=NoProfile(), log_root=tmp_path)
     status, wire, texts = StatusDisplay(vehicle, "a vehicle", None), Wire(), []
     vehicle.observe(imc.LogBookEntry, lambda entry: texts.append(entry.text))
-    vehicle.bus.attach(wire)
+    vehicle.bus.attach_transport(wire)
     vehicle.start()
     for packet in (b"", b"junk of a stranger", imc.encode(imc.Depth(src=7))[:-1]):
         wire.receive(packet)

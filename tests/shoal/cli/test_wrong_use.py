@@ -198,7 +198,7 @@ class Careless(Task):
     def start(self) -> None:
         with pytest.raises(TypeError, match=r"publish takes a message, such as imc.Depth\(value=1.0\), not 5"):
             self.publish(self.number)
-        self.run(self.listen)
+        self.start_script(self.listen)
 
 
 def test_a_task_that_confuses_values_and_messages_is_told():

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mavlink import SYSTEMS, system_of
+from mavlink import SYSTEMS, mavlink_system_id
 from runtime.profile import load_profile
 from runtime.vehicle import check_profile, find_task
 from shoal.fleet import FleetConfig, FleetFileError, load_fleet
@@ -72,9 +72,9 @@ def test_vehicles_start_in_rows_from_west_to_east(tmp_path: Path) -> None:
 def test_the_settings_of_each_member_are_valid(tmp_path: Path) -> None:
     for member in roster(tmp_path, FLEET).vehicles[-3:]:
         profile = load_profile(member.profile, [tmp_path], vehicle=member.name, overrides=member.overrides)
-        problems = check_profile(profile, {}, profile.select(member.modes), find_task)
+        problems = check_profile(profile, {}, profile.parse_modes(member.modes), find_task)
         assert [p for p in problems if p.severity == "error"] == []
-        assert profile.system == member.system
+        assert profile.system_id == member.system
         assert "Zenoh:Hear=Abort, Announce" in member.overrides
 
 
@@ -131,9 +131,9 @@ vehicles:
 def test_no_two_vehicles_have_one_mavlink_id(tmp_path: Path) -> None:
     """The ids that follow from the names of ten vehicles are eight MAVLink ids."""
     members = roster(tmp_path, "vehicles: [{name: 'lauv-{number}', count: 240}, {name: lauv-noptilus-1}]").vehicles
-    assert len({system_of(member.system) for member in members[:10]}) == 8
+    assert len({mavlink_system_id(member.system) for member in members[:10]}) == 8
     given = [setting(member, "Transports.MAVLink", "System Id") for member in members]
-    ids = [int(text or 0) or system_of(member.system) for text, member in zip(given, members, strict=True)]
+    ids = [int(text or 0) or mavlink_system_id(member.system) for text, member in zip(given, members, strict=True)]
     assert len(set(ids)) == len(members)
     assert set(ids) <= set(range(1, SYSTEMS + 1))
 

@@ -30,7 +30,9 @@ NEEDED = {
 def vehicle(request, tmp_path):
     profile = load_profile(request.param)
     clock = VirtualClock(profile.start_time_ns)
-    made = build(profile, profile.select("Simulation"), clock=clock, log_root=tmp_path, state_folder=tmp_path).vehicle
+    made = build(
+        profile, profile.parse_modes("Simulation"), clock=clock, log_root=tmp_path, state_folder=tmp_path
+    ).vehicle
     yield made
     made.close()
 
@@ -92,7 +94,7 @@ def test_every_listed_parameter_is_answered_with_the_listed_value(vehicle):
     assert labels[1:] == sorted(labels[1:])
     for label in labels:
         query = imc.QueryEntityParameters(name=label, visibility="developer", scope="global")
-        packet = imc.encode_as(query, 0.0, 0x4000, 0, vehicle.system, 255)
+        packet = imc.encode_with_header(query, 0.0, 0x4000, 0, vehicle.system, 255)
         vehicle.bus.deliver(imc.decode(packet), packet)
         vehicle.run(0.2)
     types = {"string", "boolean", "integer", "real", *(f"list:{t}" for t in ("string", "boolean", "integer", "real"))}
@@ -159,7 +161,7 @@ def test_what_operators_set_in_the_field_is_visible_to_users(vehicle):
     }
     assert sorted(shown["Fuel Monitor"]) == ["Error Level", "Warning Level"]
     query = imc.QueryEntityParameters(name="Fuel Monitor", visibility="user", scope="global")
-    packet = imc.encode_as(query, 0.0, 0x4000, 0, vehicle.system, 255)
+    packet = imc.encode_with_header(query, 0.0, 0x4000, 0, vehicle.system, 255)
     vehicle.bus.deliver(imc.decode(packet), packet)
     vehicle.run(0.2)
     found = [[param.name for param in answer.params] for answer in answers if answer.dst == 0x4000]

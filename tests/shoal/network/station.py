@@ -50,7 +50,7 @@ class Station:
             self.data.sendto(packet, ("127.0.0.1", port))
 
     def packet(self, message: imc.Message) -> bytes:
-        return imc.encode_as(message, time.time() + self.clock, self.system, 0, 0xFFFF, 0xFF)
+        return imc.encode_with_header(message, time.time() + self.clock, self.system, 0, 0xFFFF, 0xFF)
 
     def send(self, *packets: bytes) -> None:
         for packet in packets:

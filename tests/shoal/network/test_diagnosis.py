@@ -10,8 +10,8 @@ import pytest
 
 import imc
 from imc.discovery import Endpoint
-from runtime.networks import Interface
-from shoal.network import Console, Diagnosis, Network, NetworkError, UDPLink, VehicleLost, diagnose
+from runtime.network_interfaces import Interface
+from shoal.network import ConsoleIdentity, Diagnosis, Network, NetworkError, UDPLink, VehicleLost, diagnose
 from tests.outside import slowness
 from tests.shoal.network.station import OWN, Station, discovery_ports, living
 
@@ -74,7 +74,7 @@ def test_a_system_that_only_announces_itself():
 
 def test_another_console_that_greets_us_before_its_announce_is_nothing_wrong():
     def greeting(station):
-        return [imc.encode_as(imc.Heartbeat(), time.time(), 0x4001, 0, 0xFFFF, 0xFF)]
+        return [imc.encode_with_header(imc.Heartbeat(), time.time(), 0x4001, 0, 0xFFFF, 0xFF)]
 
     assert texts(examine(announces=False, beats=False, also=greeting)) == [": no vehicle is heard"]
 
@@ -179,7 +179,7 @@ def test_two_that_have_only_announced_themselves_are_not_commanded(monkeypatch):
             first.send(first.packet(imc.Heartbeat()))
             second.close()
             deadline = time.monotonic() + 5.0
-            while network.systems["station"].clash:
+            while network.systems["station"].conflict_text:
                 assert time.monotonic() < deadline
                 await asyncio.sleep(0.05)
         first.close()
@@ -206,7 +206,7 @@ def test_a_network_whose_address_has_gone_does_not_end_our_announcements(monkeyp
 def test_two_programs_with_one_id_are_told_of():
     async def act() -> None:
         ports = discovery_ports()
-        console = Console(0x4101, "0x4101")
+        console = ConsoleIdentity(0x4101, "0x4101")
         older, newer = UDPLink(ports=ports), UDPLink(ports=ports)
         async with Network([older], console) as network, Network([newer], console), asyncio.timeout(20.0):
             async with living(Station(ports)):

@@ -23,13 +23,13 @@ def test_a_second_vehicle_of_one_name_counts_as_long_as_it_is_heard() -> None:
     otter = systems.find_or_add("otter")
     assert otter is not None
     for number in (3, 4):
-        systems.identify(otter, number, f"at 10.0.0.{number}")
+        systems.assign_id(otter, number, f"at 10.0.0.{number}")
     assert (otter.id, otter.others) == (3, {4: "at 10.0.0.4"})
     otter.seen[4] -= FORGOTTEN
-    systems.identify(otter, 3, "")
-    assert (otter.ids, otter.clash) == ([3], "")
-    systems.identify(otter, 4, "")
-    assert "with the ids 0x0003, 0x0004" in otter.clash
+    systems.assign_id(otter, 3, "")
+    assert (otter.ids, otter.conflict_text) == ([3], "")
+    systems.assign_id(otter, 4, "")
+    assert "with the ids 0x0003, 0x0004" in otter.conflict_text
     otter.seen[3] -= FORGOTTEN
-    systems.identify(otter, 4, "")
-    assert (otter.id, otter.ids, otter.clash) == (4, [4], "")
+    systems.assign_id(otter, 4, "")
+    assert (otter.id, otter.ids, otter.conflict_text) == (4, [4], "")

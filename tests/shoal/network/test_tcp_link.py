@@ -21,7 +21,7 @@ OWN = 0x0B01
 
 
 def packet(message: imc.Message) -> bytes:
-    return imc.encode_as(message, time.time(), OWN, 0, 0xFFFF, 0xFF)
+    return imc.encode_with_header(message, time.time(), OWN, 0, 0xFFFF, 0xFF)
 
 
 @contextlib.asynccontextmanager

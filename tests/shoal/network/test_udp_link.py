@@ -4,7 +4,7 @@ import asyncio
 import time
 
 import imc
-from shoal.network import Console, UDPLink, udp_link
+from shoal.network import ConsoleIdentity, UDPLink, udp_link
 from tests.shoal.network.station import Station, discovery_ports
 
 
@@ -48,7 +48,7 @@ def test_a_system_behind_a_network_that_was_cut_is_back_before_it_announces_itse
                 station.send(station.packet(imc.Heartbeat()))
             return ear.beats
 
-        await link.open(ear, Console(0x4321, "test"))
+        await link.open(ear, ConsoleIdentity(0x4321, "test"))
         station.announce()
         await until(speaks)
         await until(lambda: not ear.there)

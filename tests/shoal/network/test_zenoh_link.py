@@ -111,7 +111,7 @@ def speaking(name: str, number: int) -> Iterator[str]:
 
         def speak() -> None:
             while not has_ended.wait(0.02):
-                packet = imc.encode_as(imc.Heartbeat(), time.time(), number, 0, 0xFFFF, 0xFF)
+                packet = imc.encode_with_header(imc.Heartbeat(), time.time(), number, 0, 0xFFFF, 0xFF)
                 session.put(f"imc/{name}/Heartbeat/Daemon", packet)
 
         thread = threading.Thread(target=speak)

@@ -21,7 +21,7 @@ def run(root: Path, change):
     """The log of a run in which `change(vehicle)` happens after 6.2 s."""
     settings = [f"Vision.FisheyeCamera:{setting}" for setting in ("Size=48", "Face Size=24", "Frame Rate=2")]
     profile = load_profile("lauv-noptilus-1", overrides=[*settings, "Plan.Autostart:Enabled=Never"])
-    modes = profile.select("Simulation,Camera")
+    modes = profile.parse_modes("Simulation,Camera")
     vehicle = build(profile, modes, clock=VirtualClock(profile.start_time_ns), log_root=root).vehicle
     vehicle.start()
     vehicle.kernel.after(6.2, change, vehicle)

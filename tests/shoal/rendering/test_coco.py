@@ -26,7 +26,7 @@ def log(tmp_path, monkeypatch):
 
     def sail(*overrides, order=None):
         profile = load_profile("otter", overrides=[*SIZES, GLIDERS, *overrides])
-        made = build(profile, profile.select("Simulation,Camera"), clock=VirtualClock(profile.start_time_ns))
+        made = build(profile, profile.parse_modes("Simulation,Camera"), clock=VirtualClock(profile.start_time_ns))
         vehicle = made.vehicle
         vehicle.start()
         vehicle.run(5.2)

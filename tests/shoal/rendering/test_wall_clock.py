@@ -26,7 +26,7 @@ def run(tmp_path_factory):
     root = tmp_path_factory.mktemp("wall")
     camera = [f"Vision.FisheyeCamera:{setting}" for setting in SETTINGS]
     profile = load_profile("lauv-noptilus-1", overrides=[*camera, "World:Gliders=1 0.3, 3 -1"])
-    made = build(profile, profile.select("Simulation,Camera"), clock=WallClock(), log_root=root)
+    made = build(profile, profile.parse_modes("Simulation,Camera"), clock=WallClock(), log_root=root)
     vehicle = made.vehicle
     vehicle.start()
     while len(list(root.glob("*/*/*_dive/Photos/*.png"))) < 5:

@@ -89,7 +89,7 @@ def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
     log = run(tmp_path, "lauv-noptilus-1", 9.0, mode="Simulation")
     assert log.path.parent.name == "000005_dive"
     profile = load_profile(log.path.parent / "Config.ini")
-    enabled = {s: find_task(s) for s in profile.config.sections if profile.enabled(s, ["Simulation"])}
+    enabled = {s: find_task(s) for s in profile.config.sections if profile.is_task_enabled(s, ["Simulation"])}
     every = [s for s, cls in enabled.items() if not cls.external and not s.startswith("Transports.")]
     assert len(every) > 40
     for sections in (["Plan.Engine"], ["Maneuver.Loiter"], ["Simulators.Servos"], [CAMERA], every):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import imc
 from autonomy.plans import parse_condition
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from shoal.scenarios.conditions import ExpressionScope, parse_expression, parse_scenario_condition
 from shoal.scenarios.robustness import NO_NUMBER
 from support.wgs84 import offset
@@ -73,7 +73,7 @@ def test_angles_are_in_radians_and_wrap():
 def test_distances_are_those_of_exact_positions():
     a = imc.SimulatedState(lat=0.7, lon=-0.15, height=2.0, x=2000.0, y=-900.0, z=30.0)
     b = imc.EstimatedState(lat=0.7004, lon=-0.1503, height=0.0, x=-300.0, y=400.0, z=3.0)
-    expected = math.hypot(*offset(*absolute(a)[:2], *absolute(b)[:2]))
+    expected = math.hypot(*offset(*absolute_position(a)[:2], *absolute_position(b)[:2]))
     found = parse_expression("distance(SimulatedState, EstimatedState)", ALONE)
     assert found.value([a, b]) == pytest.approx(expected, rel=1e-5)
     assert found.value([a.replace(lat=0.7004, lon=-0.1503), b]) == pytest.approx(math.hypot(2300.0, 1300.0), rel=1e-5)

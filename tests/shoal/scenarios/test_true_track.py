@@ -14,7 +14,7 @@ def test_a_track_has_a_true_position_every_five_seconds_of_its_own_vehicle():
     for tenth in range(200):
         for system in (7, 8):
             state = imc.SimulatedState(lat=lat, lon=lon, x=tenth * 1.0, z=0.1 * tenth)
-            track.receive(state.replace(src=system, timestamp=1000.0 + 0.1 * tenth))
+            track.record_position(state.replace(src=system, timestamp=1000.0 + 0.1 * tenth))
     assert len(track.points) == 3 * 4
     assert track.points[:3] == [41.0, -8.0, 0.0]
     assert track.points[3::3] == pytest.approx(
@@ -26,5 +26,5 @@ def test_a_track_has_a_true_position_every_five_seconds_of_its_own_vehicle():
 def test_a_place_that_is_no_number_is_left_out():
     track = TrueTrack(system=7)
     for value in (math.nan, math.inf, 0.0):
-        track.receive(imc.SimulatedState(lat=value, src=7, timestamp=1.0))
+        track.record_position(imc.SimulatedState(lat=value, src=7, timestamp=1.0))
     assert track.points == [0.0, 0.0, 0.0]

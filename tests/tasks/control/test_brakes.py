@@ -25,8 +25,8 @@ class Sonar(Brakes):
 
     def configure(self) -> None:
         super().configure()
-        self.reserve(self.echo_sounder)
-        self.reserve(self.other)
+        self.reserve_entity(self.echo_sounder)
+        self.reserve_entity(self.other)
 
 
 def braked(ranges, *more, label="Echo Sounder", seconds=None, depth=3.0, validity=1, **parameters):

@@ -161,7 +161,7 @@ def test_teleoperation_moves_the_vehicle_until_its_operator_leaves(tmp_path: Pat
     vehicle.observe(imc.PlanControl, lambda m: replies.append(m.info) if m.dst == CCU else None)
 
     def say(message, now):
-        packet = imc.encode_as(message, now, CCU, 3, OWN, 0xFF)
+        packet = imc.encode_with_header(message, now, CCU, 3, OWN, 0xFF)
         vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     async def console(script):
@@ -175,7 +175,7 @@ def test_teleoperation_moves_the_vehicle_until_its_operator_leaves(tmp_path: Pat
         say(imc.TeleoperationDone(), script.now)
 
     vehicle.start()
-    vehicle.kernel.soon(vehicle.daemon.run, console)
+    vehicle.kernel.soon(vehicle.daemon.start_script, console)
     vehicle.run(48.0)
     vehicle.close()
 

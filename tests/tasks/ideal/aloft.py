@@ -48,7 +48,7 @@ class Flight:
         if isinstance(event, str):
             self.vehicle.task(event).disconnect()
         else:
-            packet = imc.encode_as(event, self.vehicle.kernel.now_ns / 1e9, event.src, 0xFF, event.dst, 0xFF)
+            packet = imc.encode_with_header(event, self.vehicle.kernel.now_ns / 1e9, event.src, 0xFF, event.dst, 0xFF)
             self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     def _note(self, found, word):

@@ -130,7 +130,7 @@ def sail(sailing: Sailing) -> Voyage:
                     vehicle.kernel.after(0.0, _break).owner = vehicle.task(what)
 
         vehicle.start()
-        vehicle.kernel.soon(vehicle.daemon.run, happen)
+        vehicle.kernel.soon(vehicle.daemon.start_script, happen)
         try:
             vehicle.run(sailing.until)
         finally:
@@ -144,7 +144,7 @@ def _break() -> None:
 
 
 def _packed(message: imc.Message, now: float) -> tuple[imc.Message, bytes]:
-    packet = imc.encode_as(message, now, message.src, message.src_ent, message.dst, message.dst_ent)
+    packet = imc.encode_with_header(message, now, message.src, message.src_ent, message.dst, message.dst_ent)
     return imc.decode(packet), packet
 
 

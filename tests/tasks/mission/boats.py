@@ -62,7 +62,7 @@ def sail(boat, plan, *overrides, seed=1, happen=None, until=None, keep_all=False
         if keep_all:
             vehicle.observe(imc.Message, lambda _, packet: voyage.packets.append(packet), packets=True)
         if happen is not None:
-            vehicle.kernel.soon(vehicle.daemon.run, lambda script: happen(vehicle, script))
+            vehicle.kernel.soon(vehicle.daemon.start_script, lambda script: happen(vehicle, script))
         if until is None:
             voyage.report = Mission(vehicle, plan).fly(2000.0)
             return voyage
@@ -73,7 +73,7 @@ def sail(boat, plan, *overrides, seed=1, happen=None, until=None, keep_all=False
             script.publish(imc.PlanControl(plan_id=plan.plan_id, arg=plan, dst=vehicle.system))
 
         vehicle.start()
-        vehicle.kernel.soon(vehicle.daemon.run, command)
+        vehicle.kernel.soon(vehicle.daemon.start_script, command)
         try:
             vehicle.run(until)
         finally:

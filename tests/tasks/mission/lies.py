@@ -6,7 +6,7 @@ from flying import goto, place, plan_of
 from lean import BLIND
 
 import imc
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from support.wgs84 import displacement
 from tests.tasks.mission.underway import Underway, underway
 
@@ -123,6 +123,6 @@ class Flight:
     def _compare(self, state):
         if self.truth is None:
             return
-        north, east, _ = displacement(self.truth.lat, self.truth.lon, 0.0, *absolute(state)[:2], 0.0)
+        north, east, _ = displacement(self.truth.lat, self.truth.lon, 0.0, *absolute_position(state)[:2], 0.0)
         self.astray = max(self.astray, math.hypot(north - self.truth.x, east - self.truth.y))
         self.wrong_depth = max(self.wrong_depth, abs(state.z - self.truth.z))

@@ -65,7 +65,7 @@ def test_an_absurd_time_from_the_database_is_refused(tmp_path, arrival):
     vehicle.observe(imc.PlanControl, heard.append)
 
     def say(message):
-        packet = imc.encode_as(message, vehicle.kernel.now_ns * 1e-9, CCU, 3, vehicle.system, 0xFF)
+        packet = imc.encode_with_header(message, vehicle.kernel.now_ns * 1e-9, CCU, 3, vehicle.system, 0xFF)
         vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     later = vehicle.kernel.now_ns

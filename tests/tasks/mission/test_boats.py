@@ -151,7 +151,7 @@ def test_each_task_says_the_same_again_from_the_log(boat, tmp_path):
 
 def test_a_boat_circles_by_itself_until_it_is_given_a_plan(tmp_path):
     profile = load_profile("otter")
-    selected = profile.select("Simulation")
+    selected = profile.parse_modes("Simulation")
     vehicle = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=tmp_path).vehicle
     positions = []
     vehicle.observe(imc.SimulatedState, lambda m: positions.append((m.x, m.y)))

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 import imc
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from runtime import State
 from runtime.logs import summarize
 from shoal.logs.inspect.report_data import read_report_data
@@ -39,7 +39,7 @@ def start(folder, profile="lauv-noptilus-1", mode="Simulation", seconds=15.0, ki
 
 def away(state):
     """Distance of a state from the start (m)."""
-    return math.hypot(*displacement(*START, 0.0, *absolute(state)[:2], 0.0)[:2])
+    return math.hypot(*displacement(*START, 0.0, *absolute_position(state)[:2], 0.0)[:2])
 
 
 @pytest.mark.parametrize(("profile", "mode"), VEHICLES)

@@ -180,7 +180,9 @@ def test_two_flights_are_the_same(tmp_path):
 
 def test_without_a_plan_of_others_it_flies_circles(tmp_path):
     profile = load_profile("hexa-00")
-    made = build(profile, profile.select("Simulation"), clock=VirtualClock(profile.start_time_ns), log_root=tmp_path)
+    made = build(
+        profile, profile.parse_modes("Simulation"), clock=VirtualClock(profile.start_time_ns), log_root=tmp_path
+    )
     heights = []
     made.vehicle.observe(imc.SimulatedState, lambda m: heights.append(m.z))
     made.vehicle.start()

@@ -92,10 +92,10 @@ def dive(maneuvers, overrides=(), *, steer=(), silent="", at=0.0, profile="lauv-
                     vehicle.task(silent).disconnect()
                 for order in [order for since, order in steer if elapsed >= since][-1:]:
                     message = imc.RemoteActions(actions=order) if isinstance(order, str) else order
-                    packet = imc.encode_as(message, script.now, CCU, 0, OWN, 0xFF)
+                    packet = imc.encode_with_header(message, script.now, CCU, 0, OWN, 0xFF)
                     vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
-        vehicle.kernel.soon(vehicle.daemon.run, happen)
+        vehicle.kernel.soon(vehicle.daemon.start_script, happen)
         result.reason = Mission(vehicle, plan).fly(seconds).reason
     assert all(math.isfinite(s.x + s.y + s.z + s.u + s.v + s.w + s.p + s.q + s.r + s.theta) for s in result.states)
     return result

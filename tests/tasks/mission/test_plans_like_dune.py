@@ -32,9 +32,9 @@ class Flown:
     def _say(self, message):
         """Publish it as its source; without one, as a task of the vehicle that gives no destination."""
         if message.src == 0xFFFF:
-            self.vehicle.find("GPS").publish(message)
+            self.vehicle.task_by_label("GPS").publish(message)
             return
-        packet = imc.encode_as(message, self.vehicle.kernel.now_ns * 1e-9, message.src, 3, message.dst, 0xFF)
+        packet = imc.encode_with_header(message, self.vehicle.kernel.now_ns * 1e-9, message.src, 3, message.dst, 0xFF)
         self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     def legs(self):

@@ -10,7 +10,7 @@ from flying import BROADCAST, CCU, control, plan_of
 
 import imc
 from runtime.kernel import SECOND, VirtualClock
-from runtime.snapshot import InputJournals, load, restore, save
+from runtime.snapshot import InputJournals, load, restore, take_snapshot
 from shoal.missions import prepare
 from support import wgs84
 
@@ -84,7 +84,7 @@ def vehicle(folder, **options):
 
 
 def say(vehicle, message):
-    packet = imc.encode_as(message, vehicle.kernel.now_ns / SECOND, CCU, 3, message.dst, message.dst_ent)
+    packet = imc.encode_with_header(message, vehicle.kernel.now_ns / SECOND, CCU, 3, message.dst, message.dst_ent)
     vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
 
@@ -100,7 +100,7 @@ def diving():
         diver.run(DIVE)
         say(diver, control(imc.PlanControl.Op.START, -1.0, plan.plan_id, 1, arg=plan))
         diver.run(FAULT - DIVE)
-        yield load(save(diver))
+        yield load(take_snapshot(diver))
         diver.close()
 
 
@@ -184,7 +184,7 @@ def test_a_dvl_that_stays_silent_ends_the_plan_after_a_minute(diving, tmp_path):
 
 
 @pytest.mark.parametrize("silent", ["Supervisors.Vehicle", "Supervisors.Failsafe", "Maneuver.Goto"])
-@pytest.mark.parametrize("dst", [imc.addresses.UNKNOWN_SYSTEM, BROADCAST])
+@pytest.mark.parametrize("dst", [imc.reserved_ids.UNKNOWN_SYSTEM, BROADCAST])
 def test_an_abort_to_everybody_is_obeyed_whoever_is_silent(silent, dst, diving, tmp_path):
     dive = Dive(diving, tmp_path, [silent], abort=imc.Abort(dst=dst), seconds=1.0)
     assert dive.thrust == 0.0

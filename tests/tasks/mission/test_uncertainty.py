@@ -3,7 +3,7 @@
 import pytest
 
 import imc
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
@@ -31,7 +31,7 @@ def normalised_error(folder, seed: int) -> float:
     vehicle.close()
     truth, estimate, sure = (latest[k] for k in (imc.SimulatedState, imc.EstimatedState, imc.NavigationUncertainty))
     assert estimate.depth > 1.0
-    north, east, _ = displacement(truth.lat, truth.lon, 0.0, *absolute(estimate)[:2], 0.0)
+    north, east, _ = displacement(truth.lat, truth.lon, 0.0, *absolute_position(estimate)[:2], 0.0)
     return (north - truth.x) ** 2 / sure.x + (east - truth.y) ** 2 / sure.y
 
 

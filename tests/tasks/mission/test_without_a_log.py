@@ -6,7 +6,7 @@ import pytest
 
 import imc
 from imc.codec import Codec
-from imc.compiler import Passage
+from imc.codec_compiler import Passage
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
@@ -19,7 +19,7 @@ def flown(profile: str, root: Path, *overrides: str) -> list[imc.Message]:
     loaded = load_profile(profile, overrides=overrides)
     vehicle = build(
         loaded,
-        loaded.select(["Simulation"]),
+        loaded.parse_modes(["Simulation"]),
         clock=VirtualClock(loaded.start_time_ns),
         seed=3,
         log_root=root / "log",
@@ -40,7 +40,7 @@ def test_a_run_without_a_log_is_the_same_and_encodes_nothing(
 ) -> None:
     logged = flown(profile, tmp_path)
     asked: set[tuple[type[imc.Message], bool]] = set()
-    passage = Codec.round_trip
+    passage = Codec.round_trip_function
 
     def noted(codec: Codec, kind: type[imc.Message], encodes: bool) -> Passage:
         asked.add((kind, encodes))

@@ -10,7 +10,7 @@ from lean import UNLOGGED
 
 import imc
 from runtime.kernel import SECOND, VirtualClock
-from runtime.snapshot import InputJournals, Snapshot, load, restore, save
+from runtime.snapshot import InputJournals, Snapshot, load, restore, take_snapshot
 from runtime.vehicle import Vehicle
 from shoal.missions import prepare
 
@@ -60,14 +60,14 @@ def underway(
         vehicle.run(START)
         say(vehicle, control(imc.PlanControl.Op.START, -1.0, plan.plan_id, 1, arg=plan, dst=vehicle.system))
         vehicle.run(moment - START)
-        state = load(save(vehicle))
+        state = load(take_snapshot(vehicle))
         vehicle.close()
     return Underway(profile, overrides, state, heard)
 
 
 def say(vehicle: Vehicle, message: imc.Message) -> None:
     """Publish a message as one of a console."""
-    packet = imc.encode_as(message, vehicle.kernel.now_ns / SECOND, CCU, 3, message.dst, message.dst_ent)
+    packet = imc.encode_with_header(message, vehicle.kernel.now_ns / SECOND, CCU, 3, message.dst, message.dst_ent)
     vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import imc
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from runtime import State, Task
 from runtime.testing import simulate
 from support.wgs84 import displace, displacement
@@ -60,7 +60,7 @@ def errors(run, begin=0.0, **options):
     for state in run.of(imc.EstimatedState):
         time = state.timestamp - run.vehicle.start_time
         if time >= begin:
-            lat, lon, _ = absolute(state)
+            lat, lon, _ = absolute_position(state)
             north, east, _ = displacement(LAT, LON, 0.0, lat, lon, 0.0)
             x, y, *_ = truth(time, **options)
             found.append(math.hypot(north - x, east - y))

@@ -9,7 +9,7 @@ import imc
 from runtime import State
 from runtime.testing import simulate
 from support.wgs84 import displacement
-from tasks.navigation.uav.navigation import GRAVITY, Navigation, height_of
+from tasks.navigation.uav.navigation import GRAVITY, Navigation, pressure_altitude
 from tasks.simulators.barometer import Barometer
 from tasks.simulators.gps import GPS
 from tasks.simulators.imu import IMU
@@ -96,11 +96,11 @@ def test_accelerations_move_it_between_fixes():
 
 
 def test_a_lower_pressure_is_a_height():
-    assert height_of(1013.25) == 0.0
-    assert height_of(898.74) == pytest.approx(1000.0, abs=0.2)
+    assert pressure_altitude(1013.25) == 0.0
+    assert pressure_altitude(898.74) == pytest.approx(1000.0, abs=0.2)
     feed = [*sensors(3.0), *sensors(30.0, start=3.0, pressure=998.8)]
     last = simulate(Navigation, feed=feed, **ANY).of(imc.EstimatedState)[-1]
-    assert last.z == pytest.approx(height_of(1000.0) - height_of(998.8), abs=0.1)
+    assert last.z == pytest.approx(pressure_altitude(1000.0) - pressure_altitude(998.8), abs=0.1)
     assert last.alt == pytest.approx(-last.z)
 
 

@@ -44,7 +44,7 @@ class Restarting(Autostart):
 
     @consume
     def begin(self, plan: imc.PlanControlState) -> None:
-        super().on_plan_control_state(plan)
+        super().start_when_ready(plan)
         self.start()
 
 

@@ -11,7 +11,7 @@ from runtime import State
 from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.plan.db import DB
-from tasks.plan.store import PlanChange, PlanStore, fields_of
+from tasks.plan.store import PlanChange, PlanStore, serialize_fields
 
 Op = imc.PlanDB.Op
 Type = imc.PlanDB.Type
@@ -49,17 +49,17 @@ def test_set_tells_the_digest_of_the_fields():
 def test_what_was_set_comes_back_to_the_byte():
     plan = recorded()
     _, got, info = served(ask(Op.SET, plan.plan_id, plan), ask(Op.GET, plan.plan_id), ask(Op.GET_INFO, plan.plan_id))
-    assert fields_of(got.arg) == fields_of(plan)
-    assert info.arg.md5 == md5(fields_of(plan)).digest()
+    assert serialize_fields(got.arg) == serialize_fields(plan)
+    assert info.arg.md5 == md5(serialize_fields(plan)).digest()
 
 
 @pytest.mark.parametrize("op", [Op.GET_STATE, Op.GET_DSTATE])
 def test_the_state_has_the_digest_of_all_digests(op):
     *_, reply = served(ask(Op.SET, "b", B), ask(Op.SET, "a", A, at=2.0), ask(op, at=3.0))
     state = reply.arg
-    assert (reply.op, state.plan_count, state.plan_size) == (op, 2, len(fields_of(A)) + len(fields_of(B)))
+    assert (reply.op, state.plan_count, state.plan_size) == (op, 2, len(serialize_fields(A)) + len(serialize_fields(B)))
     assert [info.plan_id for info in state.plans_info] == ["a", "b"]
-    assert state.md5 == md5(b"".join(md5(fields_of(plan)).digest() for plan in (A, B))).digest()
+    assert state.md5 == md5(b"".join(md5(serialize_fields(plan)).digest() for plan in (A, B))).digest()
     assert state.change_time == pytest.approx(1_767_225_602.0)
 
 
@@ -86,7 +86,7 @@ def test_mistakes_change_nothing(request_, reason):
     replies = served(ask(Op.SET, "a", A), request_, ask(Op.GET_STATE))
     assert told(replies)[1:] == [("FAILURE", reason), ("SUCCESS", "OK")]
     assert (replies[1].request_id, replies[1].dst, replies[1].arg) == (77, CCU, None)
-    assert replies[2].arg.md5 == md5(md5(fields_of(A)).digest()).digest()
+    assert replies[2].arg.md5 == md5(md5(serialize_fields(A)).digest()).digest()
 
 
 def test_a_second_set_updates_and_the_same_request_twice_is_harmless():

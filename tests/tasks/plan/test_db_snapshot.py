@@ -5,7 +5,7 @@ from flying import CCU, OWN, goto, plan_of
 
 import imc
 from runtime.kernel import VirtualClock
-from runtime.snapshot import SnapshotError, load, restore, save
+from runtime.snapshot import SnapshotError, load, restore, take_snapshot
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from tasks.plan.db import DB
@@ -38,7 +38,7 @@ def test_plans_go_on(tmp_path):
         assert ask(vehicle, Op.SET, plan_id=name, arg=plan).type == imc.PlanDB.Type.SUCCESS
     ask(vehicle, Op.DEL, plan_id="zweite")
     again = vehicle_of(tmp_path, vehicle.kernel.now_ns)
-    restore(again, load(save(vehicle)))
+    restore(again, load(take_snapshot(vehicle)))
     for request in ({"op": Op.GET_DSTATE}, {"op": Op.GET, "plan_id": "first"}, {"op": Op.GET, "plan_id": "\udcff"}):
         assert ask(again, **request) == ask(vehicle, **request)
     assert ask(again, Op.GET, plan_id="zweite").info == "undefined plan"
@@ -53,5 +53,5 @@ def test_plans_in_a_file_are_refused(tmp_path):
     vehicle.start()
     vehicle.run(1.0)
     with pytest.raises(SnapshotError, match=r"Plan.DB keeps its plans in a file"):
-        save(vehicle)
+        take_snapshot(vehicle)
     vehicle.close()

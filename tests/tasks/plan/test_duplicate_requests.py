@@ -41,9 +41,9 @@ def test_only_so_many_are_remembered():
     assert [copies.is_duplicate(request) for request in requests] == [False] * (MOST + 1)
     assert not copies.is_duplicate(requests[0])
     assert copies.is_duplicate(requests[-1])
-    assert copies.answer(requests[-1]) is None
+    assert copies.last_answer(requests[-1]) is None
     copies.remember_answer(requests[-1], PLAN)
-    assert copies.answer(requests[-1]) == PLAN
+    assert copies.last_answer(requests[-1]) == PLAN
 
 
 def test_what_has_no_time_or_is_our_own_is_never_a_copy():

@@ -26,7 +26,7 @@ class Late(Task):
 def truth(name, clock, seconds, folder, *tasks):
     """The SimulatedState of a shipped vehicle on a clock."""
     profile = load_profile(name, overrides=[*ALONE, "Simulators.GPS:Activation Depth=1"])
-    vehicle = build(profile, profile.select(["Simulation"]), clock=clock, log_root=folder).vehicle
+    vehicle = build(profile, profile.parse_modes(["Simulation"]), clock=clock, log_root=folder).vehicle
     found = []
     vehicle.observe(imc.SimulatedState, found.append)
     for task in tasks:

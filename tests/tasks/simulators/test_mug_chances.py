@@ -126,7 +126,7 @@ def test_a_detector_of_pictures_agrees_with_the_camera_without_pixels(tmp_path):
     }
     overrides = [f"Simulators.MUGDetectionCamera:{name}={value}" for name, value in mug_camera.items()]
     loaded = load_profile("lauv-noptilus-1", overrides=["World:Gliders=1 0.3, 3 1.5, 12 7", *overrides])
-    selected = loaded.select("Simulation")
+    selected = loaded.parse_modes("Simulation")
     vehicle = build(loaded, selected, clock=VirtualClock(loaded.start_time_ns), log_root=tmp_path).vehicle
     (simulated,) = (task for task in vehicle.tasks if isinstance(task, MUGDetectionCamera))
     mount = simulated.mounts[0]
@@ -147,7 +147,7 @@ def test_a_detector_of_pictures_agrees_with_the_camera_without_pixels(tmp_path):
         if mug.src_ent == simulated.entity.id:
             by_geometry.append(mug)
         else:
-            by_pixels.append((mug, detector.offset_of(mug.id)[2]))
+            by_pixels.append((mug, detector.glider_offset(mug.id)[2]))
 
     vehicle.observe(imc.EstimatedMugState, note)
     vehicle.start()

@@ -9,7 +9,7 @@ import pytest
 import imc
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
-from runtime.snapshot import load, restore, save
+from runtime.snapshot import load, restore, take_snapshot
 from runtime.vehicle import Vehicle, build
 
 PROFILE = """
@@ -147,7 +147,7 @@ def test_it_goes_on_from_a_snapshot_with_the_same_bytes(tmp_path, time):
     first = vehicle(tmp_path / "a")
     first.start()
     swim_to(first, 0.0, time)
-    state = load(save(first))
+    state = load(take_snapshot(first))
     swim_to(first, time, LENGTH)
     first.close()
     second = vehicle(tmp_path / "b", state.time)

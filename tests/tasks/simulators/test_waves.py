@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from runtime.profile import load_profile, read_sections
-from runtime.snapshot import load, save
+from runtime.snapshot import load, take_snapshot
 from runtime.testing import simulate
 from shoal.missions import load_plan, prepare
 from shoal.rerun import resume_snapshot
@@ -78,7 +78,7 @@ def test_a_run_in_waves_is_the_same_again_and_after_a_snapshot(tmp_path):
     vehicle = prepare("otter", overrides=WAVES, log_root=tmp_path / "log").vehicle
     vehicle.start()
     vehicle.run(8.0)
-    snapshot, states = load(save(vehicle)), list[imc.SimulatedState]()
+    snapshot, states = load(take_snapshot(vehicle)), list[imc.SimulatedState]()
     vehicle.observe(imc.SimulatedState, states.append)
     vehicle.run(3.0)
     vehicle.close()

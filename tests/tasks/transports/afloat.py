@@ -29,7 +29,7 @@ class Afloat:
         loaded = load_profile("lauv-noptilus-1", overrides=["Plan.Autostart:Enabled=Never"])
         made = build(
             loaded,
-            loaded.select(["Simulation"]),
+            loaded.parse_modes(["Simulation"]),
             clock=parse_clock("virtual", loaded.start_time_ns),
             log_root=folder / "log",
             state_folder=folder / "db",

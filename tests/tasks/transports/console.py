@@ -19,7 +19,7 @@ class Console:
         clock = VirtualClock(loaded.start_time_ns)
         made = build(
             loaded,
-            loaded.select("Simulation"),
+            loaded.parse_modes("Simulation"),
             clock=clock,
             log_root=folder / "log",
             state_folder=self.state_folder,
@@ -39,7 +39,7 @@ class Console:
 
     def send(self, message, dst=None):
         dst = self.vehicle.system if dst is None else dst
-        packet = imc.encode_as(message, self.now, self.system, 0, dst, message.dst_ent)
+        packet = imc.encode_with_header(message, self.now, self.system, 0, dst, message.dst_ent)
         self.vehicle.bus.deliver(self.vehicle.bus.decode(packet), packet)
 
     def run(self, seconds):

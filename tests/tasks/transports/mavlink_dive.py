@@ -6,7 +6,7 @@ from runtime.kernel import parse_clock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from tasks.transports.mavlink import MAVLink
-from tasks.transports.mavlink_links.links import Link
+from tasks.transports.mavlink_links.base_link import Link
 from tests.outside import free_port
 from tests.tasks.transports.mavlink_station import deliver
 
@@ -27,7 +27,7 @@ class Dive:
         loaded = load_profile(PROFILE, overrides=quiet)
         made = build(
             loaded,
-            loaded.select(["Kinematic", "Camera"]),
+            loaded.parse_modes(["Kinematic", "Camera"]),
             clock=parse_clock("virtual", loaded.start_time_ns),
             log_root=folder / "log",
             state_folder=folder / "db",

@@ -17,7 +17,7 @@ def record(folder, profile, seconds):
     loaded = load_profile(profile)
     made = build(
         loaded,
-        loaded.select(["Simulation"]),
+        loaded.parse_modes(["Simulation"]),
         clock=parse_clock("virtual", loaded.start_time_ns),
         log_root=folder / "log",
         state_folder=folder / "db",

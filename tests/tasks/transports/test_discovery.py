@@ -10,7 +10,7 @@ import pytest
 import imc
 from imc.discovery import MULTICAST, Service, Services
 from runtime.kernel import WallClock
-from runtime.networks import Interface
+from runtime.network_interfaces import Interface
 from runtime.testing import simulate
 from tasks.transports import discovery
 from tasks.transports.announce import BREAK, Announce

@@ -8,7 +8,7 @@ import imcpy
 import pytest
 
 import imc
-from imc.addresses import UNKNOWN_ENTITY
+from imc.reserved_ids import UNKNOWN_ENTITY
 from tests.tasks.transports.console import CONSOLE, plan_control
 
 

@@ -158,7 +158,7 @@ def test_a_log_that_an_operator_begins_in_the_middle_of_a_plan_has_the_plan(tmp_
     request = imc.LoggingControl(op=Op.REQUEST_START, name="look")
 
     def prepared(vehicle: Vehicle) -> None:
-        packet = imc.encode_as(request, vehicle.start_time, OPERATOR, 3, vehicle.system, 0xFF)
+        packet = imc.encode_with_header(request, vehicle.start_time, OPERATOR, 3, vehicle.system, 0xFF)
         vehicle.kernel.after(9.0, vehicle.bus.dispatch, imc.decode(packet), packet, None)
 
     assert flown("lauv-noptilus-1", tmp_path, prepared).completed
@@ -175,7 +175,7 @@ def test_a_thousand_requests_make_few_logs_and_lose_nothing(tmp_path: Path) -> N
     def prepared(vehicle: Vehicle) -> None:
         for number in range(1000):
             request = imc.LoggingControl(op=Op.REQUEST_START, name=f"n{number}")
-            packet = imc.encode_as(request, vehicle.start_time, OPERATOR, 3, vehicle.system, 0xFF)
+            packet = imc.encode_with_header(request, vehicle.start_time, OPERATOR, 3, vehicle.system, 0xFF)
             vehicle.kernel.after(2.0 + number / 1000, vehicle.bus.dispatch, imc.decode(packet), packet, None)
 
     assert flown("lauv-noptilus-1", tmp_path, prepared).completed
@@ -211,7 +211,9 @@ def test_plans_are_kept_in_memory_where_no_file_can_be_made(tmp_path: Path) -> N
     try:
         vehicle.start()
         for op in (imc.PlanDB.Op.SET, imc.PlanDB.Op.GET):
-            packet = imc.encode_as(imc.PlanDB(op=op, plan_id="p", arg=plan), 1.0, OPERATOR, 3, vehicle.system, 0xFF)
+            packet = imc.encode_with_header(
+                imc.PlanDB(op=op, plan_id="p", arg=plan), 1.0, OPERATOR, 3, vehicle.system, 0xFF
+            )
             vehicle.kernel.after(2.0, vehicle.bus.dispatch, imc.decode(packet), packet, None)
         vehicle.run(4.0)
         state = vehicle.task("Plan.DB").entity

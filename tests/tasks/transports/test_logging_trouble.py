@@ -108,9 +108,9 @@ def test_a_log_that_has_ended_and_waits_for_its_folder_is_not_given_up(tmp_path:
     series.begin("20260101/000000", "none", {}).data.write(imc.encode(imc.Temperature(value=4.0)))
     series.end()
     with pytest.raises(FileNotFoundError):
-        series.settle()
+        series.flush()
     disk.unlink()
-    series.settle()
+    series.flush()
     assert imc.Log(disk / "vehicle" / "20260101" / "000000").counts()["Temperature"] == 1
     assert not series.waiting_logs
 

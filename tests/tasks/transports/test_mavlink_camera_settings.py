@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from mavlink.vehicle.camera.camera_telemetry import ALL
 from mavlink.vehicle.camera.component import parse_video
-from mavlink.vehicle.camera.streams import ALL
 from tests.tasks.transports.mavlink_dive import (
     ACCEPTED,
     FISHEYE,

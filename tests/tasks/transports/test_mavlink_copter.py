@@ -123,7 +123,9 @@ class Pilot:
         vehicle.observe(imc.PlanControlState, self.follow)
 
     def publish(self, message):
-        packet = imc.encode_as(message, self.vehicle.kernel.now_ns / 1e9, 0x4000, 0xFF, self.vehicle.system, 0xFF)
+        packet = imc.encode_with_header(
+            message, self.vehicle.kernel.now_ns / 1e9, 0x4000, 0xFF, self.vehicle.system, 0xFF
+        )
         self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     def begin(self):

@@ -133,7 +133,7 @@ def test_a_vehicle_that_has_lost_its_stations_does_what_its_profile_says(action,
     flown.vehicle.run(15.0)
     flown.link.gcs_timeout, flown.link.gcs_action = 10.0, action
     state = flown.link.endpoint.model.latest.state
-    lat, lon = (math.degrees(angle) for angle in coordinates.absolute(state)[:2])
+    lat, lon = (math.degrees(angle) for angle in coordinates.absolute_position(state)[:2])
     console = Helmsman(flown)
     link, session = flown.link, console.session
 
@@ -167,7 +167,7 @@ def test_the_uploaded_mission_is_there_again_after_a_restart(tmp_path):
     flown.vehicle.run(1.0)
     flown.link.start()
     assert flown.link.endpoint.mission.plan is None
-    flown.link.recall(imc.PlanDBState(plans_info=(imc.PlanDBInformation(plan_id="mavlink"),)))
+    flown.link.restore_uploaded_mission(imc.PlanDBState(plans_info=(imc.PlanDBInformation(plan_id="mavlink"),)))
     flown.vehicle.run(1.0)
     flown.vehicle.close()
     assert flown.link.endpoint.mission.plan.plan_id == "mavlink"

@@ -11,7 +11,7 @@ from pymavlink.mavftp import MAVFTP
 from mavlink.vehicle.files.ftp_messages import FtpOpcode, checksum
 from mavlink.vehicle.files.ftp_server import FtpServer
 from mavlink.vehicle.files.virtual_files import VirtualFiles
-from mavlink.vehicle.parameters.metadata import ComponentMetadata, description, packed
+from mavlink.vehicle.parameters.metadata import ComponentMetadata, description, packed_parameters
 from mavlink.vehicle.parameters.table import ParameterTable
 from runtime import Task, param
 from runtime.kernel import VirtualClock
@@ -19,7 +19,7 @@ from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.transports.mavlink_links.disk_folders import DiskFolders
-from tasks.transports.mavlink_links.vehicle_views import task_parameters
+from tasks.transports.mavlink_links.task_views import task_parameters
 from tests.tasks.transports.mavlink_files import request, taken
 
 # github.com/mavlink/mavlink, component_metadata/parameter.schema.json and general.schema.json
@@ -37,7 +37,7 @@ GENERAL = {"version", "vendorName", "modelName", "firmwareVersion", "hardwareVer
 def vehicle(request, tmp_path_factory):
     profile = load_profile(request.param)
     folder = tmp_path_factory.mktemp("log")
-    return build(profile, profile.select("Simulation"), clock=VirtualClock(0), log_root=folder).vehicle
+    return build(profile, profile.parse_modes("Simulation"), clock=VirtualClock(0), log_root=folder).vehicle
 
 
 @pytest.fixture(scope="module")
@@ -159,14 +159,14 @@ def test_packed_parameters_as_pymavlink_reads_them(metadata, vehicle, query):
     kinds = {6: 3, 9: 4}  # MAV_PARAM_TYPE to AP_PARAM
     expected = [(entry.id.encode(), pytest.approx(entry.value), kinds[entry.type]) for entry in table]
     assert found.params == expected
-    defaults = [(e.id.encode(), pytest.approx(e.number(e.parameter.default)), kinds[e.type]) for e in table]
+    defaults = [(e.id.encode(), pytest.approx(e.to_number(e.parameter.default)), kinds[e.type]) for e in table]
     assert found.defaults == (defaults if query else None)
 
 
 def test_packed_parameters_are_those_of_now():
     vehicle = simulate(Sonar, seconds=0.0).vehicle
     table = ParameterTable(task_parameters(vehicle.tasks))
-    before = packed(table, with_defaults=False)
-    vehicle.find("Sonar").gain = 2.0
-    assert len(packed(table, with_defaults=False)) == len(before)
-    assert packed(table, with_defaults=False) != before
+    before = packed_parameters(table, with_defaults=False)
+    vehicle.task_by_label("Sonar").gain = 2.0
+    assert len(packed_parameters(table, with_defaults=False)) == len(before)
+    assert packed_parameters(table, with_defaults=False) != before

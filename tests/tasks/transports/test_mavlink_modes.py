@@ -70,7 +70,7 @@ def test_modes_are_listed_once_all_or_one_and_the_last_one_ends_the_list(flown, 
 
 def test_only_an_aircraft_is_not_steered_by_hand():
     for name, kind in KINDS.items():
-        hidden = [mode.name for mode in kind.modes if kind.properties(mode) & NOT_SELECTABLE]
+        hidden = [mode.name for mode in kind.modes if kind.mode_properties(mode) & NOT_SELECTABLE]
         assert hidden == ([] if kind.afloat else ["TELEOPERATION"]), name
 
 

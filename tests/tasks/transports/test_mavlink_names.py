@@ -9,7 +9,7 @@ from mavlink.vehicle.parameters.table import ParameterTable
 from runtime.kernel import parse_clock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from tasks.transports.mavlink_links.vehicle_views import task_parameters
+from tasks.transports.mavlink_links.task_views import task_parameters
 
 KEPT = Path(__file__).with_name("mavlink_names.txt")
 PROFILES = ["lauv-noptilus-1", "otter", "caravel", "hexa-00"]
@@ -28,7 +28,7 @@ def shown(profile, tmp_path):
     loaded = load_profile(profile)
     made = build(
         loaded,
-        loaded.select(["Simulation"]),
+        loaded.parse_modes(["Simulation"]),
         clock=parse_clock("virtual", loaded.start_time_ns),
         log_root=tmp_path / "log",
         state_folder=tmp_path / "db",

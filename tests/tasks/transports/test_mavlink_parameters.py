@@ -20,7 +20,7 @@ from mavlink.vehicle.parameters.table import (
 )
 from runtime import Task, param
 from runtime.testing import simulate
-from tasks.transports.mavlink_links.vehicle_views import task_parameters
+from tasks.transports.mavlink_links.task_views import task_parameters
 
 PX4, ARDUPILOT = FLAVORS["px4"], FLAVORS["ardupilot"]
 WORDS = st.text(max_size=40)
@@ -91,9 +91,9 @@ def test_the_two_encodings_of_an_integer(sonar):
 def test_integers_survive_bytewise(value):
     table = ParameterTable(task_parameters(simulate((Sonar), seconds=0.0, section="Sonar", pings=value).vehicle.tasks))
     entry = table.of("Sonar", "Pings")
-    assert int(entry.text(entry.encoded(PX4), INT32, PX4)) == value
+    assert int(entry.decode_text(entry.encoded(PX4), INT32, PX4)) == value
     if abs(value) <= 2**24:
-        assert int(entry.text(entry.encoded(ARDUPILOT), INT32, ARDUPILOT)) == value
+        assert int(entry.decode_text(entry.encoded(ARDUPILOT), INT32, ARDUPILOT)) == value
 
 
 def test_pattern_of_a_signalling_nan_survives_as_integer(sonar):
@@ -105,7 +105,7 @@ def test_pattern_of_a_signalling_nan_survives_as_integer(sonar):
 def test_floats_survive(flavor, value):
     parameter = Sonar.parameters()["Gain"]
     entry = next(e for e in ParameterTable(task_parameters(TASKS)) if e.parameter is parameter)
-    text = entry.text(struct.pack("<f", value), REAL32, flavor)
+    text = entry.decode_text(struct.pack("<f", value), REAL32, flavor)
     assert np.float32(float(text)) == np.float32(value)
 
 

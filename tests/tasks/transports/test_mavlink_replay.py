@@ -14,7 +14,7 @@ from runtime import State, Task, consume
 from runtime.testing import simulate
 from shoal.logs.edit.tlog_import import import_tlog
 from support import wgs84
-from tasks.transports.mavlink_links.logged_vehicle import REFUSAL, identify
+from tasks.transports.mavlink_links.logged_vehicle import REFUSAL, identify_log_owner
 from tasks.transports.mavlink_replay import MAVLinkReplay
 from tests.tasks.transports.mavlink_playback import position, record, show
 
@@ -52,7 +52,7 @@ def at(log, kind, elapsed):
 
 
 def metres_between(state, values):
-    lat, lon, _ = coordinates.absolute(state)
+    lat, lon, _ = coordinates.absolute_position(state)
     place = math.radians(values["lat"] / 1e7), math.radians(values["lon"] / 1e7)
     return math.hypot(*wgs84.displacement(lat, lon, 0.0, *place, 0.0)[:2])
 
@@ -91,7 +91,7 @@ async def items(station):
 
 
 def test_a_copter_is_what_its_configuration_says(flight):
-    assert identify(flight).kind == "hexacopter"
+    assert identify_log_owner(flight).kind == "hexacopter"
     home = next(imc.Log(flight).messages("EstimatedState"))
 
     async def watch(station, player):
@@ -275,4 +275,4 @@ def test_a_damaged_configuration_is_not_believed(dive, tmp_path, content):
     (tmp_path / "Data.lsf.gz").symlink_to(dive / "Data.lsf.gz")
     (tmp_path / "IMC.xml.gz").symlink_to(dive / "IMC.xml.gz")
     (tmp_path / "Config.ini").write_text(content)
-    assert identify(tmp_path) == identify(dive)
+    assert identify_log_owner(tmp_path) == identify_log_owner(dive)

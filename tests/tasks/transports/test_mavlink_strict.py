@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from mavlink import system_of
+from mavlink import mavlink_system_id
 from mavlink.missions import MissionCommand
 from mavlink.vehicle.files.ftp_messages import FtpErrorCode, FtpOpcode, checksum
 from shoal.missions import prepare
@@ -118,9 +118,9 @@ def test_everything_gets_through_in_real_time(tmp_path):
     thread.start()
     line = Line(port, lambda: time.sleep(0.002), time.monotonic, **BAD)
     try:
-        peer = Peer(line, system_of(vehicle.system))
+        peer = Peer(line, mavlink_system_id(vehicle.system))
         peer.ask(1.0, ("HOME_POSITION",), "HEARTBEAT", retries=60, type=6)
-        table = vehicle.find("MAVLink").endpoint.parameters
+        table = vehicle.task_by_label("MAVLink").endpoint.parameters
         assert converse(peer, table.of("MAVLink", "Hold Speed").id.encode()) == len(table)
     finally:
         vehicle.kernel.post(vehicle.stop)

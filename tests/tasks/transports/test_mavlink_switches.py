@@ -3,7 +3,7 @@
 import pytest
 
 import imc
-from mavlink.vehicle.command.relays import parse_button, parse_light
+from mavlink.vehicle.command.relays_lights_buttons import parse_button, parse_light
 from tests.tasks.transports.test_mavlink_manual import Helmsman
 from tests.tasks.transports.test_mavlink_vehicles import Commanded
 

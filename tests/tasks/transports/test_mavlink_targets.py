@@ -34,7 +34,7 @@ def flown(request, tmp_path):
 def away(flown):
     """How far the true vehicle is from home, north and east."""
     home, truth = flown.link.endpoint.model.home, flown.truths[-1]
-    lat, lon, _ = coordinates.absolute(imc.EstimatedState(lat=truth.lat, lon=truth.lon, x=truth.x, y=truth.y))
+    lat, lon, _ = coordinates.absolute_position(imc.EstimatedState(lat=truth.lat, lon=truth.lon, x=truth.x, y=truth.y))
     return wgs84.displacement(home.lat, home.lon, 0.0, lat, lon, 0.0)[:2]
 
 

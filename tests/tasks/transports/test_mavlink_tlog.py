@@ -98,7 +98,7 @@ def test_all_frames_of_both_sides_are_recorded_and_can_be_read_and_imported(sail
 def test_a_shipped_vehicle_leaves_a_recording_beside_its_log(profile, kind, tmp_path):
     loaded = load_profile(profile)
     clock = parse_clock("virtual", loaded.start_time_ns)
-    selected = loaded.select(["Simulation"])
+    selected = loaded.parse_modes(["Simulation"])
     vehicle = build(loaded, selected, clock=clock, log_root=tmp_path / "log", state_folder=tmp_path / "db").vehicle
     names = {12: "submarine", 11: "boat", 13: "hexacopter"}
     links = [f"udpout:{HOST}:{free_ports(1)[0]}:ardupilot"]
@@ -154,7 +154,7 @@ told = []
 
 
 def test_a_full_disk_is_told_once_survived_and_costs_no_frame(logs, tmp_path):
-    send = logs.sending(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
+    send = logs.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
     logs.enter(tmp_path)
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     for number in range(300):
@@ -175,7 +175,7 @@ def test_a_full_disk_is_told_once_survived_and_costs_no_frame(logs, tmp_path):
 
 
 def test_what_waits_for_a_folder_that_is_not_there_is_bounded(logs, tmp_path):
-    send = logs.sending(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
+    send = logs.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
     logs.enter(tmp_path / "nowhere")
     many = MOST_WAITING // (len(frame()) + 8) + 10
     for number in range(many):
@@ -188,7 +188,7 @@ def test_what_waits_for_a_folder_that_is_not_there_is_bounded(logs, tmp_path):
 
 @pytest.mark.parametrize("name", ["../../outside", "/tmp/outside"])
 def test_the_name_of_a_log_leads_nowhere_else(logs, tmp_path, name):
-    send = logs.sending(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
+    send = logs.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
     logs.follow(imc.LoggingControl(op=Op.STARTED, name=name))
     send(frame())
     logs.flush()
@@ -200,7 +200,7 @@ def test_signatures_and_keys_are_not_recorded(logs, tmp_path):
     link.signing.secret_key, link.signing.sign_outgoing, link.signing.link_id = b"k" * 32, True, 0
     signed = mavlink.MAVLink_heartbeat_message(12, 3, 81, 0, 4, 3).pack(link)
     assert signed[2] == SIGNED
-    send = logs.sending(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
+    send = logs.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
     logs.enter(tmp_path)
     assert send(signed) == signed
     secret = mavlink.MAVLink_setup_signing_message(26, 1, b"secret" * 5 + b"xy", 1).pack(mavlink.MAVLink(None))

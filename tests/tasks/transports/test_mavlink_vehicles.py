@@ -49,7 +49,7 @@ class Commanded:
         loaded.override(f"Plan.Autostart:Enabled={'Simulation' if autostart else 'Never'}")
         made = build(
             loaded,
-            loaded.select(["Simulation"]),
+            loaded.parse_modes(["Simulation"]),
             clock=parse_clock("virtual", loaded.start_time_ns),
             log_root=folder / "log",
             state_folder=folder / "db",
@@ -65,7 +65,7 @@ class Commanded:
         self.vehicle.observe(imc.VehicleState, lambda _: self.modes.append(self.link.endpoint.model.mode.name))
 
     def say(self, message):
-        packet = imc.encode_as(message, self.vehicle.kernel.now_ns / 1e9, 0x4000, 1, self.vehicle.system, 0xFF)
+        packet = imc.encode_with_header(message, self.vehicle.kernel.now_ns / 1e9, 0x4000, 1, self.vehicle.system, 0xFF)
         self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
 
     def begin(self, plan):
@@ -143,7 +143,7 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
     flown.vehicle.run(1.0)
     long = "lauv-twin-" + "x" * 5000
     other = imc.Announce(sys_name="lauv-twin", sys_type=imc.SystemType.UUV, src=0x421A)
-    packet = imc.encode_as(other, flown.vehicle.kernel.now_ns / 1e9, 0x421A, 0, 0xFFFF, 0xFF)
+    packet = imc.encode_with_header(other, flown.vehicle.kernel.now_ns / 1e9, 0x421A, 0, 0xFFFF, 0xFF)
     for _ in range(2):
         flown.vehicle.bus.dispatch(imc.decode(packet), packet, None)
     told = Services.of([Service("mavlink+info", "10.0.0.7", path="/system/27")])
@@ -153,7 +153,7 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
         (long, 0x441A, ""),
     ):
         heard = other.replace(sys_name=name, services=services)
-        packet = imc.encode_as(heard, flown.vehicle.kernel.now_ns / 1e9, source, 0, 0xFFFF, 0xFF)
+        packet = imc.encode_with_header(heard, flown.vehicle.kernel.now_ns / 1e9, source, 0, 0xFFFF, 0xFF)
         flown.vehicle.bus.dispatch(imc.decode(packet), packet, None)
     flown.vehicle.run(1.0)
     flown.vehicle.close()

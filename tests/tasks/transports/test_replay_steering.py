@@ -9,7 +9,7 @@ import imc
 from imc.lsf import LsfWriter
 from runtime import ParameterError, State, Task, consume
 from runtime.testing import START, simulate
-from shoal.cli.keyboard import handle_keys
+from shoal.cli.replay_keyboard import handle_keys
 from tasks.transports.replay import Replay
 from tasks.transports.replayed_log import LogTime
 

@@ -98,7 +98,7 @@ def test_a_log_says_what_each_picture_is_and_the_folder_what_each_camera(tmp_pat
     """On a shipped vehicle, whose navigation drifts: truth and estimate are both told, by each camera."""
     loaded = load_profile("lauv-noptilus-1")
     vehicle = build(
-        loaded, loaded.select("Simulation,Camera"), clock=VirtualClock(loaded.start_time_ns), log_root=tmp_path
+        loaded, loaded.parse_modes("Simulation,Camera"), clock=VirtualClock(loaded.start_time_ns), log_root=tmp_path
     ).vehicle
     options = {"entity_label": "Bow", "frame_rate": 1.0, "save_images": True, "distortion": [-0.1]}
     vehicle.add(Camera, "Vision.Camera/Bow", **options, mount_position=[1.0, 0.0, 0.1])

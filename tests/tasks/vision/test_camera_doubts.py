@@ -20,7 +20,7 @@ def doubted(tmp_path):
         (tmp_path / "lens.json").write_text(json.dumps(WOODSCAPE))
         profile = load_profile(vehicle, overrides=[f"Vision.Camera/Left:{option}" for option in options])
         clock = VirtualClock(profile.start_time_ns)
-        made = build(profile, profile.select("Simulation, Stereo"), clock=clock, log_root=tmp_path).vehicle
+        made = build(profile, profile.parse_modes("Simulation, Stereo"), clock=clock, log_root=tmp_path).vehicle
         texts = [problem.text for problem in config_warnings(made, profile) if "Vision.Camera/Left" in problem.text]
         made.close()
         return texts

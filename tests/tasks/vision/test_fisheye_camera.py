@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import imc
-from imc.coordinates import absolute
+from imc.coordinates import absolute_position
 from runtime import Frame, ParameterError
 from runtime.kernel import VirtualClock, WallClock
 from runtime.profile import load_profile
@@ -146,7 +146,7 @@ def test_pictures_are_taken_on_request(tmp_path):
     assert {f"ship/{told['file']}" for _, told in pictures(run)} == set(photos(tmp_path))
     assert [int(told["number"]) for _, told in pictures(run)] == list(range(6))
     time, told = pictures(run)[-1]
-    lat, lon, height = absolute(state(x=time - 0.05, lat=0.7, lon=-0.1, height=50.0))
+    lat, lon, height = absolute_position(state(x=time - 0.05, lat=0.7, lon=-0.1, height=50.0))
     assert math.radians(float(told["lat"])) == pytest.approx(lat, abs=2e-8)
     assert math.radians(float(told["lon"])) == pytest.approx(lon, abs=2e-8)
     assert (float(told["height"]), float(told["depth"])) == (pytest.approx(height, abs=1e-3), 5.0)
@@ -204,7 +204,7 @@ def test_pictures_that_are_written_again_make_the_entity_normal(tmp_path, kind):
         f"Vision.FisheyeCamera:{text}" for text in ("Size=32", "Face Size=16", "Frame Rate=5", f"Image Format={kind}")
     ]
     profile = load_profile("lauv-noptilus-1", overrides=overrides)
-    selected = profile.select(["Simulation", "Camera"])
+    selected = profile.parse_modes(["Simulation", "Camera"])
     vehicle = build(profile, selected, clock=VirtualClock(START), log_root=tmp_path).vehicle
     camera = next(task for task in vehicle.tasks if isinstance(task, FisheyeCamera))
     vehicle.start()
@@ -239,7 +239,7 @@ def test_a_latency_drops_no_frames_of_a_shipped_vehicle_on_a_virtual_clock(rate,
     values = {"Enabled": "Always", "Frame Rate": rate, "Size": 16, "Face Size": 16}
     overrides = tuple(f"Vision.FisheyeCamera:{name}={value}" for name, value in values.items())
     profile = load_profile("lauv-noptilus-1", overrides=overrides)
-    vehicle = build(profile, profile.select(["Kinematic"]), clock=VirtualClock(START), log_root=tmp_path).vehicle
+    vehicle = build(profile, profile.parse_modes(["Kinematic"]), clock=VirtualClock(START), log_root=tmp_path).vehicle
     frames = []
     vehicle.observe(Frame, frames.append)
     vehicle.start()

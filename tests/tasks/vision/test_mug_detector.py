@@ -63,7 +63,7 @@ def test_offsets_are_from_where_the_vehicle_is_when_they_are_published():
 def sailed(profile, seconds, folder, *overrides):
     """What the detector of a shipped vehicle publishes, with its errors, and what is true meanwhile."""
     loaded = load_profile(profile, overrides=[GLIDERS, "Vision.FisheyeCamera:Save Images=false", *overrides])
-    selected = loaded.select("Simulation,Camera,Detector")
+    selected = loaded.parse_modes("Simulation,Camera,Detector")
     vehicle = build(loaded, selected, clock=VirtualClock(loaded.start_time_ns), log_root=folder).vehicle
     (detector,) = (task for task in vehicle.tasks if isinstance(task, MUGDetector))
     seen, truths = [], []

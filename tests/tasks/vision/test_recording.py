@@ -15,7 +15,7 @@ from runtime.kernel import WallClock
 from runtime.testing import START, simulate
 from support.pose import DOWN, Pose
 from tasks.vision.cameras.camera_records import write_cameras
-from tasks.vision.cameras.image_files import ImageSequence, read_picture
+from tasks.vision.cameras.image_sequence import ImageSequence, read_picture
 from tasks.vision.cameras.image_writer import photo_name, write_picture
 from tasks.vision.recording import Recording
 from tests.outside import NO_FILE
@@ -305,7 +305,7 @@ class Endless:
 
 def test_a_video_is_not_closed_while_it_is_read(tmp_path, monkeypatch):
     endless = Endless()
-    monkeypatch.setattr("tasks.vision.cameras.image_files.open_video", lambda _: endless)
+    monkeypatch.setattr("tasks.vision.cameras.image_sequence.open_video", lambda _: endless)
 
     class Watcher(Task):
         @periodic(50.0)

@@ -15,7 +15,7 @@ from tasks.vision.cameras.rendered_camera import RenderedCameraTask
 @pytest.mark.parametrize("name", ["lauv-noptilus-1", "otter", "caravel", "hexa-00"])
 def test_the_mode_camera_takes_pictures_of_what_is_below(name, tmp_path):
     profile = load_profile(name, overrides=["Vision.FisheyeCamera:Size=64", "Vision.FisheyeCamera:Face Size=32"])
-    selected = profile.select("Simulation, Camera")
+    selected = profile.parse_modes("Simulation, Camera")
     vehicle = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=tmp_path).vehicle
     vehicle.start()
     vehicle.run(8.0)
@@ -31,7 +31,10 @@ def test_a_second_run_of_the_same_moment_has_its_pictures_beside_its_own_log(tmp
     for _ in range(2):
         profile = load_profile("otter", overrides=["Vision.FisheyeCamera:Size=32", "Vision.FisheyeCamera:Face Size=16"])
         made = build(
-            profile, profile.select("Simulation, Camera"), clock=VirtualClock(profile.start_time_ns), log_root=tmp_path
+            profile,
+            profile.parse_modes("Simulation, Camera"),
+            clock=VirtualClock(profile.start_time_ns),
+            log_root=tmp_path,
         )
         made.vehicle.start()
         made.vehicle.run(3.0)
@@ -54,7 +57,7 @@ def names(log):
 @pytest.mark.parametrize(("name", "scene"), [("lauv-noptilus-1", "Seabed"), ("hexa-00", "Sea Surface")])
 def test_all_cameras_of_a_vehicle_see_what_is_below_it(name, scene, tmp_path):
     profile = load_profile(name)
-    selected = profile.select("Simulation, Camera, Stereo")
+    selected = profile.parse_modes("Simulation, Camera, Stereo")
     clock = VirtualClock(profile.start_time_ns)
     vehicle = build(profile, selected, clock=clock, log_root=tmp_path).vehicle
     assert [task.scene for task in vehicle.tasks if isinstance(task, RenderedCameraTask)] == [scene] * 3
@@ -67,7 +70,7 @@ def test_all_cameras_of_a_vehicle_see_what_is_below_it(name, scene, tmp_path):
 def test_the_water_of_the_world_is_that_of_shipped_cameras(water, tmp_path):
     def means(*overrides):
         loaded = load_profile("lauv-noptilus-1", overrides=["Vision.FisheyeCamera:Size=32", *overrides])
-        modes = loaded.select("Simulation, Camera, Stereo")
+        modes = loaded.parse_modes("Simulation, Camera, Stereo")
         vehicle = build(loaded, modes, clock=VirtualClock(loaded.start_time_ns), log_root=tmp_path).vehicle
         found = {}
         vehicle.observe(Frame, lambda frame: found.update({frame.camera: frame.image[..., 0].mean()}))

@@ -36,7 +36,7 @@ LENSES = {
 def sailed(profile, folder):
     """The true states, the frames and the world of a simulated vehicle, that goes its own way for 40 s."""
     loaded = load_profile(profile)
-    selected = loaded.select("Simulation")
+    selected = loaded.parse_modes("Simulation")
     vehicle = build(loaded, selected, clock=VirtualClock(loaded.start_time_ns), log_root=folder).vehicle
     options = {"size": 32, "face_size": 16, "frame_rate": 7.0, "scene": CONTEXT[profile]}
     vehicle.add(fisheye_camera.FisheyeCamera, "Vision.FisheyeCamera/Trial", entity_label="Trial", **options)

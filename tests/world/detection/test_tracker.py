@@ -26,7 +26,7 @@ class Errors:
     """Gauss-Markov errors of a pose, at the height of 10 m."""
 
     def __init__(self, accuracy, random):
-        self.left = accuracy.remaining_share(1.0 / RATE)
+        self.left = accuracy.error_decay(1.0 / RATE)
         self.sigmas = np.sqrt(accuracy.variances(10.0))
         self.random = random
         self.now = random.normal(size=6) * self.sigmas

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from world.optics import LENS_PRESETS, FisheyeModel, Lens, preset_lens
-from world.optics.lens import original_size_criterion
+from world.optics.lens import thesis_image_size
 
 VECTORS = json.loads((Path(__file__).parents[2] / "data/sensors/fisheye.json").read_text())
 
@@ -121,7 +121,7 @@ def test_the_middle_of_the_image_looks_along_the_axis():
 
 
 def test_the_printed_size_criterion():
-    assert original_size_criterion() == pytest.approx(332159737.875, abs=5e-4)
+    assert thesis_image_size() == pytest.approx(332159737.875, abs=5e-4)
 
 
 @pytest.mark.parametrize(("width", "height"), [(64, 48), (65, 49), (1, 1), (2, 7)])

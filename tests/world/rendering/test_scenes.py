@@ -67,7 +67,7 @@ def test_a_pyramid_holds_tones_and_bends_at_all_scales():
     random = np.random.default_rng(5)
     tones = random.random((64, 64), dtype=np.float32)
     bends = 255 * random.random((64, 64), dtype=np.float32)
-    pyramid = procedural_textures.shifting_pyramid(tones, bends)
+    pyramid = procedural_textures.tone_and_shift_pyramid(tones, bends)
     np.testing.assert_array_equal(
         pyramid[:, :64] % procedural_textures.TONES, np.floor(tones * procedural_textures.TONES)
     )

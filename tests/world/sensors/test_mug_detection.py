@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from world.optics import FieldOfViewCamera
 from world.sensors import (
     AttitudeAndHeight,
-    detect_like_original,
     detect_target,
     detection_at_pixel,
     ground_position_sigma,
+    locate_like_original_camera,
     locate_target,
-    mug_reference,
+    original_mug_camera,
     target_in_camera,
 )
 
@@ -63,13 +63,13 @@ def test_physical(row):
 def test_original(row):
     given, camera = row["in"], camera_of(row["in"])
     target, alt, psi = (given["dN"], given["dE"]), given["alt"], given["psi"]
-    assert mug_reference.is_visible(camera, alt, *target) is row["visible"]
-    pixel = mug_reference.to_pixel(camera, alt, psi, *target)
+    assert original_mug_camera.is_visible(camera, alt, *target) is row["visible"]
+    pixel = original_mug_camera.to_pixel(camera, alt, psi, *target)
     assert list(pixel) == row["pixel"]
-    back = mug_reference.to_offset(camera, alt, psi, *pixel)
+    back = original_mug_camera.to_offset(camera, alt, psi, *pixel)
     assert back == pytest.approx(row["ned_from_pixel"], abs=1e-8, rel=1e-9)
-    assert mug_reference.error_bound(camera, alt) == pytest.approx(row["err_bound"], abs=1e-8, rel=1e-9)
-    assert detect_like_original(camera, AttitudeAndHeight(0.0, 0.0, psi, alt), target) == (
+    assert original_mug_camera.error_bound(camera, alt) == pytest.approx(row["err_bound"], abs=1e-8, rel=1e-9)
+    assert locate_like_original_camera(camera, AttitudeAndHeight(0.0, 0.0, psi, alt), target) == (
         back if row["visible"] else None
     )
 
@@ -81,8 +81,8 @@ def test_borders(row):
 
 def test_original_border_is_not_visible():
     limit = 10.0 * math.tan(0.5 * DEFAULT.horizontal)
-    assert not mug_reference.is_visible(DEFAULT, 10.0, limit, 0.0)
-    assert mug_reference.is_visible(DEFAULT, 10.0, math.nextafter(limit, 0.0), 0.0)
+    assert not original_mug_camera.is_visible(DEFAULT, 10.0, limit, 0.0)
+    assert original_mug_camera.is_visible(DEFAULT, 10.0, math.nextafter(limit, 0.0), 0.0)
 
 
 def test_default_example():

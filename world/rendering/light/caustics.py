@@ -45,7 +45,7 @@ class Caustics:
         # Beyond what all light loses with depth, that from one direction loses what is scattered out of it.
         beam, fall = float(water.attenuation[1, 0, 0]), float(water.extinction[1, 0, 0])
         self._loss = ALMOST_STRAIGHT * max(0.0, beam * sun.path_factor_under_water - fall)
-        self._net = caustic_net(Generator(PCG64(SeedSequence([seed, crc32(b"caustics")])))).ravel()
+        self._net = caustic_texture(Generator(PCG64(SeedSequence([seed, crc32(b"caustics")])))).ravel()
 
     def contrast(self, depth: Any) -> Any:
         """Standard deviation of the light at a depth (m), by its mean: 0 at the surface, most at the focus."""
@@ -123,7 +123,7 @@ class Caustics:
         return found - np.float32(1.0)
 
 
-def caustic_net(random: Generator) -> NDArray[np.float32]:
+def caustic_texture(random: Generator) -> NDArray[np.float32]:
     """(TEXELS, TEXELS) seamless lines of light with a mean of 1, so uneven that the product of two deviates by 1.
 
     Rays that fall evenly are bent by the slopes of waves, and counted where they arrive.

@@ -137,7 +137,7 @@ def gamma_encode(linear: Floats) -> Floats:
     return np.sqrt(np.clip(linear, 0.0, 1.0)) * np.float32(255.0)
 
 
-def add_light(pixels: NDArray[np.uint8], veil: Floats) -> None:
+def add_backscatter(pixels: NDArray[np.uint8], veil: Floats) -> None:
     """Adds linear light (3, n, m) to pixels (n, m, 4)."""
     linear = (pixels[..., :3] / np.float32(255.0)) ** 2 + np.moveaxis(veil, 0, -1)
     pixels[..., :3] = gamma_encode(linear)

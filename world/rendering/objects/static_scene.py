@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from support.rotations import Vector
 from world.objects import NorthEast
-from world.rendering.seabed import SeabedRelief
+from world.rendering.seabed import SeabedIntersector
 from world.sea import Bathymetry
 
 Floats = NDArray[np.floating[Any]]
@@ -29,7 +29,7 @@ class StaticScene:
     """A seabed and vertical walls, which reach from the bottom to the surface; without soundings the bottom is flat."""
 
     def __init__(self, seabed: Bathymetry | None = None, walls: Sequence[Wall] = ()):
-        self.relief = SeabedRelief(seabed) if seabed is not None and seabed.has_soundings else None
+        self.relief = SeabedIntersector(seabed) if seabed is not None and seabed.has_soundings else None
         self.walls = tuple(walls)
 
     def height_above_ground(self, north: float, east: float, down: float, flat: float) -> float:
@@ -52,7 +52,7 @@ class StaticScene:
         return found
 
     def occludes(self, place: Vector, rays: Floats, body: Floats, bed: float) -> Bools:
-        """Where (n,) ground or walls hide a body, of nearness `body` (n,), from rays (3, n) as in SeabedRelief.
+        """Where (n,) ground or walls hide a body, of nearness `body` (n,), from rays (3, n) as in SeabedIntersector.
 
         The ground counts as `bed` m deeper; a flat bottom hides nothing.
         """

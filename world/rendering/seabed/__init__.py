@@ -1,7 +1,7 @@
 """The relief of the seabed: where rays meet it, and how it is drawn."""
 
 from world.rendering.seabed.ray_grid import rotate
-from world.rendering.seabed.relief import SeabedRelief
-from world.rendering.seabed.terrain import Terrain
+from world.rendering.seabed.seabed_intersection import SeabedIntersector
+from world.rendering.seabed.seabed_renderer import SeabedRenderer
 
-__all__ = ["SeabedRelief", "Terrain", "rotate"]
+__all__ = ["SeabedIntersector", "SeabedRenderer", "rotate"]

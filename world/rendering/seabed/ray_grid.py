@@ -72,8 +72,8 @@ class RayGrid:
             errors = np.zeros(w.shape)
             for axis in (0, 1):
                 errors += np.abs(second_differences(w, axis)) / 8.0
-            worst = fold_corners(np.where(given, np.inf, errors / most), np.maximum)
-            worst[fold_corners(w, np.maximum) <= nearest] = 0.0
+            worst = reduce_corners(np.where(given, np.inf, errors / most), np.maximum)
+            worst[reduce_corners(w, np.maximum) <= nearest] = 0.0
             found.append(worst)
         return found
 
@@ -108,7 +108,7 @@ def second_differences(values: Floats, axis: int) -> Floats:
     return found
 
 
-def fold_corners(values: Any, fold: Any) -> Any:
+def reduce_corners(values: Any, fold: Any) -> Any:
     """What `fold` makes of the four corners of each cell."""
     rows = fold(values[1:], values[:-1])
     return fold(rows[:, 1:], rows[:, :-1])

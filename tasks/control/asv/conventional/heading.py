@@ -29,11 +29,11 @@ class Heading(HeadingTask):
     def actuate(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
         growth = (self.reference_speed / max(self.slowest, state.u)) ** 2
         limit = math.radians(self.maximum_angle)
-        effort = self.steer(state, mask, dt, limit / growth)
+        effort = self.steering_effort(state, mask, dt, limit / growth)
         self._turn(-growth * (effort or 0.0))
         return effort is not None
 
-    def rest(self) -> None:
+    def center_actuators(self) -> None:
         self._turn(0.0)
 
     def _turn(self, angle: float) -> None:

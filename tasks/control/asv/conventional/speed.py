@@ -10,11 +10,11 @@ class Speed(SpeedTask):
     controlled = Loops.SPEED
 
     def actuate(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
-        share = self.accelerate(state, mask, dt)
+        share = self.thrust_fraction(state, mask, dt)
         self._thrust(share or 0.0)
         return share is not None
 
-    def rest(self) -> None:
+    def center_actuators(self) -> None:
         self._thrust(0.0)
 
     def _thrust(self, value: float) -> None:

@@ -211,7 +211,7 @@ def test_clear_deletes_the_plan_that_was_uploaded_and_no_other(afloat):
     afloat.plans["survey"] = imc.PlanSpecification(
         plan_id="survey", start_man_id="a", maneuvers=(imc.PlanManeuver(maneuver_id="a", data=imc.Goto(lat=0.7)),)
     )
-    afloat.endpoint.mission.receive_database(
+    afloat.endpoint.mission.on_plan_db(
         imc.PlanDB(type=imc.PlanDB.Type.SUCCESS, op=imc.PlanDB.Op.SET, plan_id="survey"), afloat.now
     )
     assert console.current()["total"] == 1

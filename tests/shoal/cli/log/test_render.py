@@ -52,7 +52,7 @@ def sailed(name, folder, cameras=None, seconds=7.0):
     profile = load_profile(name)
     if cameras is not None:
         read_config(cameras, profile.config)
-    made = build(profile, profile.select("Simulation"), clock=VirtualClock(profile.start_time_ns), log_root=folder)
+    made = build(profile, profile.parse_modes("Simulation"), clock=VirtualClock(profile.start_time_ns), log_root=folder)
     made.vehicle.start()
     made.vehicle.run(seconds)
     made.vehicle.close()

@@ -8,7 +8,7 @@ import pytest
 import imc
 from mavlink.ulog import BadULog
 from shoal.logs.edit.flight_log_import import import_dataflash, import_ulog
-from shoal.logs.edit.imported_log import NothingToImport
+from shoal.logs.edit.import_writer import NothingToImport
 from support import wgs84
 from tests.mavlink.flights import DataFlashWriter, ULogWriter
 

@@ -15,7 +15,7 @@ from mavlink.dataflash import DataFlash
 from mavlink.tlog import Tlog
 from mavlink.ulog import BadULog, ULog
 from shoal.logs.edit.flight_log_import import import_dataflash, import_ulog
-from shoal.logs.edit.imported_log import NothingToImport
+from shoal.logs.edit.import_writer import NothingToImport
 from shoal.logs.edit.tlog_import import import_tlog
 from tests.mavlink.flights import DataFlashWriter, ULogWriter
 

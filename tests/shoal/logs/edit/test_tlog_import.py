@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 import imc
 from mavlink import Tlog, load_dialect
 from mavlink.translate import AutopilotTranslator
-from shoal.logs.edit.imported_log import NothingToImport
+from shoal.logs.edit.import_writer import NothingToImport
 from shoal.logs.edit.tlog_import import import_tlog
 from support import wgs84
 

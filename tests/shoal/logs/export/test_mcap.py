@@ -139,7 +139,7 @@ def test_positions_are_those_of_the_coordinates_module(idle):
     packets = packets_of(source.log)
     found = reader.on("/lauv_noptilus_1/EstimatedState/Navigation/location")
     for message, said in found:
-        lat, lon, height = imc.coordinates.absolute(source.schema.decode(packets[message.sequence]))
+        lat, lon, height = imc.coordinates.absolute_position(source.schema.decode(packets[message.sequence]))
         assert said.latitude == pytest.approx(math.degrees(lat), abs=1e-11)
         assert said.longitude == pytest.approx(math.degrees(lon), abs=1e-11)
         assert said.altitude == pytest.approx(height, abs=1e-6)

@@ -29,7 +29,7 @@ def sail(folder, seconds):
 def run(name, overrides, folder, seconds):
     """The last log of a shipped vehicle with camera and detector."""
     profile = load_profile(name, overrides=overrides)
-    selected = profile.select("Simulation,Camera,Detector")
+    selected = profile.parse_modes("Simulation,Camera,Detector")
     vehicle = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=folder).vehicle
     vehicle.start()
     vehicle.run(seconds)
@@ -84,7 +84,7 @@ def test_detections_of_pictures_before_the_log_do_not_count(sailed, tmp_path):
     """The log begins between a picture and what is detected in it."""
     log = imc.Log(sailed)
     summary = summarize(log)
-    entity = next(n for n in range(256) if summary.names.entity(summary.owner, n) == "MUG Detector")
+    entity = next(n for n in range(256) if summary.names.entity_label(summary.owner, n) == "MUG Detector")
     first = next(log.messages("EstimatedMugState", src=summary.owner, src_ent=entity)).timestamp
     cut(log, tmp_path / "part", PacketSelection(first - 0.01, first + 30.0), summary.owner)
     (tmp_path / "part" / "Config.ini").write_bytes((sailed / "Config.ini").read_bytes())

@@ -8,7 +8,7 @@ import threading
 from pathlib import Path
 
 import imc
-from imc.addresses import UNKNOWN_ENTITY
+from imc.reserved_ids import UNKNOWN_ENTITY
 from shoal.missions import parse_plan, prepare
 from tests.outside import ALONE, free_port, until
 
@@ -78,7 +78,7 @@ class Body:
         pipe.flush()
 
     def publish(self, message, source=(CONSOLE, 0xFF)):
-        packet = imc.encode_as(message, self.vehicle.kernel.now_ns / 1e9, *source, self.vehicle.system,
+        packet = imc.encode_with_header(message, self.vehicle.kernel.now_ns / 1e9, *source, self.vehicle.system,
                                UNKNOWN_ENTITY)  # fmt: skip
         self.vehicle.kernel.post(self.vehicle.bus.dispatch, imc.decode(packet), packet, None)
 

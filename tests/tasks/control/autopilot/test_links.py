@@ -68,7 +68,7 @@ def test_an_autopilot_with_another_key_is_not_heard(body, tmp_path):
     boat = body("autopilot-rover", "--key", "right luggage", kind="boat", address=address)
     task = boat.vehicle.find("Autopilot")
     boat.wait(lambda: hasattr(task, "connection") and task.connection.counts["forged"] > 3)
-    assert not task.connection.is_connected
+    assert not task.connection.has_autopilot
     assert not boat.said[imc.EstimatedState]
 
 

@@ -8,25 +8,25 @@ import pytest
 
 import imc
 from imc.discovery import MULTICAST, Endpoint, Service, Services
-from runtime.networks import interfaces
-from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL, announcement, external_services, local_services
+from runtime.network_interfaces import interfaces
+from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL, announcement, external_services, loopback_services
 from tasks.transports.imc_links.recvmmsg import make_datagram_reader, read_one_by_one
-from tasks.transports.imc_links.sockets import announce_sockets, announcer, bound
+from tasks.transports.imc_links.sockets import bind_udp_socket, open_announce_receivers, open_announce_sender
 from tests.outside import IN_USE
 
 
 @pytest.fixture
 def port():
-    with bound("127.0.0.1", 0) as probe:
+    with bind_udp_socket("127.0.0.1", 0) as probe:
         return probe.getsockname()[1]
 
 
 def test_the_port_of_announcements_is_shared_with_nobody(port):
     with contextlib.ExitStack() as stack:
-        for each in announce_sockets("127.0.0.1", port):
+        for each in open_announce_receivers("127.0.0.1", port):
             stack.enter_context(each)
         with pytest.raises(OSError, match=IN_USE):
-            announce_sockets("127.0.0.1", port)
+            open_announce_receivers("127.0.0.1", port)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
             other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             with pytest.raises(OSError, match=IN_USE):
@@ -35,8 +35,8 @@ def test_the_port_of_announcements_is_shared_with_nobody(port):
 
 def test_an_announcement_to_the_group_on_loopback_arrives(port):
     with contextlib.ExitStack() as stack:
-        receivers = [stack.enter_context(each) for each in announce_sockets("127.0.0.1", port)]
-        sender = stack.enter_context(announcer("127.0.0.1"))
+        receivers = [stack.enter_context(each) for each in open_announce_receivers("127.0.0.1", port)]
+        sender = stack.enter_context(open_announce_sender("127.0.0.1"))
         sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)
         sender.sendto(b"group", (MULTICAST, port))
         sender.sendto(b"own", ("127.0.0.1", port))
@@ -47,7 +47,7 @@ def test_an_announcement_to_the_group_on_loopback_arrives(port):
 def test_every_way_of_reading_gives_the_same_datagrams():
     sent = [bytes([i]) * (i * 500) for i in range(100)] + [b"", bytes(65507)]
     for read in (make_datagram_reader(), read_one_by_one):
-        with bound("127.0.0.1", 0) as receiver, bound("127.0.0.1", 0) as sender:
+        with bind_udp_socket("127.0.0.1", 0) as receiver, bind_udp_socket("127.0.0.1", 0) as sender:
             found = []
             for data in sent:
                 sender.sendto(data, receiver.getsockname())
@@ -60,7 +60,7 @@ def test_every_way_of_reading_gives_the_same_datagrams():
 
 
 def test_the_loopback_interface_is_found():
-    assert any(each.is_local and each.address == "127.0.0.1" for each in interfaces())
+    assert any(each.is_loopback and each.address == "127.0.0.1" for each in interfaces())
 
 
 def test_services_are_shown_as_each_side_reaches_them():
@@ -70,7 +70,7 @@ def test_services_are_shown_as_each_side_reaches_them():
         (Service("ftp", "10.0.0.7", 30021), LOCAL | EXTERNAL),
         (Service("http", "0.0.0.0", 8080, "/dune"), EXTERNAL),
     ]
-    local = Services(tuple(local_services(offered)))
+    local = Services(tuple(loopback_services(offered)))
     assert local.endpoints("imc+udp") == (Endpoint("127.0.0.1", 6002),)
     assert local.endpoints("imc+tcp") == (Endpoint("127.0.0.1", 6006),)
     assert local.endpoints("http") == ()

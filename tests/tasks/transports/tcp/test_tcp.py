@@ -291,12 +291,13 @@ def test_a_taken_port_is_left_to_its_owner():
 def test_neptus_commands_the_otter_by_tcp(tmp_path):
     """PlanDB, PlanControl and parameters over one connection of a shipped vehicle."""
     profile = load_profile("otter", overrides=["Transports.TCP.Server:Port=0"])
-    selected = profile.select("Simulation")
+    selected = profile.parse_modes("Simulation")
     others = ("Announce", "Discovery", "UDP", "FTP", "MAVLink")
     only = [
         section.name
         for section in profile.config.sorted_sections()
-        if profile.enabled(section.name, selected) and section.name not in [f"Transports.{name}" for name in others]
+        if profile.is_task_enabled(section.name, selected)
+        and section.name not in [f"Transports.{name}" for name in others]
     ]
     vehicle = build(
         profile, selected, clock=parse_clock("10x", 0), log_root=tmp_path, state_folder=tmp_path, only=only
@@ -329,7 +330,7 @@ def test_neptus_commands_the_otter_by_tcp(tmp_path):
         vehicle.stop()
 
     vehicle.start()
-    vehicle.kernel.soon(vehicle.daemon.run, test)
+    vehicle.kernel.soon(vehicle.daemon.start_script, test)
     vehicle.run(300.0)
     vehicle.close()
     assert [type(m).__name__ for m in answers] == ["PlanDB", "PlanControl", "EntityParameters", "EntityList"]

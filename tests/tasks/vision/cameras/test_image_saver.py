@@ -28,7 +28,7 @@ def states(seconds, rate=10):
 def test_what_is_told_of_a_camera_is_what_it_was_at_the_exposure(tmp_path):
     """A shipped vehicle whose camera gets another lens and place while a picture is on its way."""
     profile = load_profile("lauv-noptilus-1", overrides=["Vision.Camera/Left:Frame Rate=5"])
-    selected = profile.select(["Simulation", "Stereo"])
+    selected = profile.parse_modes(["Simulation", "Stereo"])
     vehicle = build(profile, selected, clock=VirtualClock(START), log_root=tmp_path).vehicle
     left = vehicle.task("Vision.Camera/Left")
     frames, told = [], []
@@ -103,7 +103,7 @@ def test_without_cameras_yaml_pictures_are_written_and_the_entity_says_so(tmp_pa
 def test_two_cameras_whose_pictures_would_have_one_name_are_refused(tmp_path):
     settings = [f"Vision.Camera/{side}:Entity Label={label}" for side, label in (("Left", "Cam 1"), ("Right", "Cam-1"))]
     profile = load_profile("lauv-noptilus-1", overrides=settings)
-    selected = profile.select(["Simulation", "Stereo"])
+    selected = profile.parse_modes(["Simulation", "Stereo"])
     with pytest.raises(Exception, match="pictures of 'Cam-1' and 'Cam 1' would have the same names"):
         build(profile, selected, clock=VirtualClock(START), log_root=tmp_path)
 

@@ -7,7 +7,7 @@ import pytest
 
 from world.rendering.seabed.depth_pyramid import CURVED, LEVELS, REACH, DepthPyramid
 from world.rendering.seabed.horizon_culling import GridHorizon, HorizonSectors, sector_of_rays
-from world.rendering.seabed.relief import SeabedRelief
+from world.rendering.seabed.seabed_intersection import SeabedIntersector
 from world.sea import Bathymetry
 
 PLACE = 1.0, 2.0, 3.0
@@ -65,7 +65,7 @@ def test_no_ray_touches_a_grid_before_or_after_where_the_horizon_tells(level, de
 
 @pytest.mark.parametrize("exact", [False, True])
 def test_what_a_ray_meets_does_not_depend_on_the_rays_beside_it(exact):
-    relief, rays = SeabedRelief(hills()), rays_down(9000)
+    relief, rays = SeabedIntersector(hills()), rays_down(9000)
     together, rough = relief.intersect(PLACE, rays, exact=exact, cell=0.05)
     for own in (slice(3, 7000, 7), slice(4090, 4100)):
         alone, same = relief.intersect(PLACE, rays[:, own], exact=exact, cell=0.05)
@@ -74,7 +74,7 @@ def test_what_a_ray_meets_does_not_depend_on_the_rays_beside_it(exact):
 
 
 def test_a_crossing_that_is_about_known_is_settled():
-    relief, rays = SeabedRelief(hills()), rays_down(2000)
+    relief, rays = SeabedIntersector(hills()), rays_down(2000)
     expected, _ = relief.intersect(PLACE, rays, exact=True)
     near = np.flatnonzero((expected > 0.1) & (rays[2] > 0.3))
     found, good = relief.refine(PLACE, rays[:, near], expected[near] * 1.03)

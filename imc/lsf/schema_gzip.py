@@ -1,0 +1,14 @@
+"""The definitions that lie beside the data of a log."""
+
+from imc.lsf.gzip_members import compress_member
+from imc.schema import Schema, dump
+
+KEPT = "packed"
+
+
+def gzip_schema(schema: Schema) -> bytes:
+    """The schema as IMC.xml.gz. It is made once: that takes longer than all else of beginning a log."""
+    beside = vars(schema)  # where its cached properties are; schemas that are equal may have other descriptions
+    if KEPT not in beside:
+        beside[KEPT] = compress_member(dump(schema), level=9)
+    return beside[KEPT]

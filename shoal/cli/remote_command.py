@@ -1,0 +1,252 @@
+"""Shared by the commands for running vehicles: options, the way to a vehicle, completion, exit status."""
+
+import asyncio
+import contextlib
+import functools
+import io
+import json
+import math
+from collections.abc import Callable, Coroutine, Mapping
+from datetime import UTC, datetime
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, NoReturn, TypeVar, cast
+
+import click
+from click.shell_completion import CompletionItem
+
+import imc
+from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, field_value, make_network
+from support.durations import parse_duration
+from support.text import printable
+
+F = TypeVar("F", bound=Callable[..., Any])
+T = TypeVar("T")
+LOOK = 0.6  # s to look for vehicles for a completion
+INTERRUPTED = 130  # exit status after Ctrl-C
+PATIENCE = 1.5  # s to look for one vehicle, for what it completes
+TEXTS = 1000  # longest text shown
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
+
+
+def network_options(function: F) -> F:
+    """Adds --connect and --zenoh-config, which become one argument `connection`: the keywords of `connect`."""
+
+    @click.option(
+        "--connect",
+        "endpoints",
+        multiple=True,
+        metavar="ENDPOINT",
+        help="Where to look, such as tcp/10.0.0.7:7447 [default: SHOAL_CONNECT, else this computer].",
+    )
+    @click.option(
+        "--zenoh-config",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        help="zenoh's own configuration, for TLS and passwords.",
+    )
+    @functools.wraps(function)
+    def inner(*args: Any, endpoints: tuple[str, ...], zenoh_config: Path | None, **kwargs: Any) -> Any:
+        return function(*args, connection={"endpoints": endpoints, "zenoh_config": zenoh_config}, **kwargs)
+
+    return cast(F, inner)
+
+
+def parse_seconds(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
+    """Click callback: seconds of a duration."""
+    try:
+        return None if text is None else parse_duration(text)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None
+
+
+def exit_with_reason(reason: object) -> NoReturn:
+    """End with a sentence and the exit status of the answer *no*."""
+    click.echo(f"Error: {printable(str(reason))}", err=True)
+    raise click.exceptions.Exit(1)
+
+
+def run_on_network(connection: Mapping[str, Any], act: Callable[[Network], Coroutine[Any, Any, T]]) -> T:
+    """Run `act` with all networks."""
+
+    async def run() -> T:
+        async with make_network(**connection) as network:
+            return await act(network)
+
+    return _finish(run())
+
+
+def run_on_vehicle(
+    name: str, connection: Mapping[str, Any], act: Callable[[AsyncRemoteVehicle], Coroutine[Any, Any, T]]
+) -> T:
+    """Run `act` with a vehicle; what the vehicle or the network refuses ends the command with status 1."""
+
+    async def run() -> T:
+        async with connect(name, **connection) as vehicle:
+            return await act(vehicle)
+
+    return _finish(run())
+
+
+def run_on_namesakes(
+    name: str, connection: Mapping[str, Any], act: Callable[[AsyncRemoteVehicle], Coroutine[Any, Any, T]]
+) -> T:
+    """The same also where several vehicles have this name or its id, for what concerns all of them; says so."""
+
+    async def find(network: Network) -> T:
+        system = await network.find_system(name, takes_clash=True)
+        if system.conflict_text:
+            click.echo(printable(f"{system.name}: {system.conflict_text}"), err=True)
+        return await act(AsyncRemoteVehicle(network, system))
+
+    return run_on_network(connection, find)
+
+
+def _finish(task: Coroutine[Any, Any, T]) -> T:
+    try:
+        return asyncio.run(task)
+    except NetworkError as error:
+        exit_with_reason(error)
+    except (imc.EncodeError, ValueError) as error:
+        raise click.UsageError(printable(str(error))) from None
+    except KeyboardInterrupt:
+        raise click.exceptions.Exit(INTERRUPTED) from None
+
+
+def find_message_type(name: str, schema: imc.Schema) -> type[imc.Message]:
+    """The type of a message, whatever the case of its name. Raises UsageError that names the nearest."""
+    names = {known.lower(): known for known in schema.types}
+    if name.lower() not in names:
+        close = [names[word] for word in get_close_matches(name.lower(), names, 3, 0.5)]
+        hint = f"; did you mean {', '.join(close)}?" if close else ""
+        own = "a message of your own needs --messages FILE, the file of [General] Messages"
+        raise click.UsageError(f"there is no message {printable(name)!r}{hint} ({own})")
+    return schema[names[name.lower()]]
+
+
+def format_value(message: imc.Message, name: str, value: Any) -> str:
+    """A value as people read it: names of enumerated values, short numbers."""
+    if isinstance(value, imc.Message):
+        return f"{type(value).__name__}({format_fields(value)})"
+    if isinstance(value, tuple):
+        items = cast(tuple[Any, ...], value)
+        return f"[{', '.join(format_value(message, '', item) for item in items)}]"
+    if isinstance(value, bytes):
+        return f"{len(value)} bytes"
+    if isinstance(value, float):
+        return f"{value:.7g}"
+    info = next((field for field in imc.fields(type(message)) if field.name == name), None)
+    if isinstance(value, int) and info is not None and info.enum is not None:
+        return str(getattr(info.enum(value), "name", None) or value) if value in set(info.enum) else str(value)
+    return repr(printable(str(value))[:TEXTS]) if isinstance(value, str) else str(value)
+
+
+def format_fields(message: imc.Message, names: tuple[str, ...] = ()) -> str:
+    """The fields of a message, or some of them, on one line."""
+    wanted = names or tuple(field.name for field in imc.fields(type(message)))
+    shown: list[str] = []
+    for name in wanted:
+        try:
+            shown.append(f"{name}={format_value(message, name, field_value(message, name))}")
+        except AttributeError:
+            continue
+    return " ".join(shown)
+
+
+def format_clock_time(timestamp: float) -> str:
+    """A time stamp (s since 1970) as the time of the day in UTC."""
+    try:
+        return datetime.fromtimestamp(timestamp, UTC).strftime("%H:%M:%S.%f")[:-3]
+    except (OverflowError, ValueError, OSError):
+        return "--:--:--.---"
+
+
+def print_json_line(value: object) -> None:
+    """Print as JSON on one line."""
+    click.echo(json.dumps(nan_to_null(value), ensure_ascii=True))
+
+
+def nan_to_null(value: Any) -> Any:
+    """The same with null for numbers that JSON does not have."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {str(key): nan_to_null(item) for key, item in cast(dict[object, object], value).items()}
+    if isinstance(value, (list, tuple)):
+        return [nan_to_null(item) for item in cast(list[object], value)]
+    return value
+
+
+def complete_vehicle(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The names of the vehicles on the network."""
+
+    async def look(network: Network) -> list[str]:
+        await asyncio.sleep(LOOK)
+        return [system.name for system in network.vehicles()]
+
+    return _completion_items(_quietly(lambda: run_on_network(_network_options_of(context), look)), incomplete)
+
+
+def complete_message(context: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The names of all messages."""
+    return _completion_items(list((context.params.get("schema") or imc.builtin()).types), incomplete)
+
+
+def complete_plan(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The plans of the vehicle, and plan files."""
+
+    async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
+        return [plan.name for plan in await vehicle.plan.list()]
+
+    items = _completion_items(_complete_from_vehicle(context, look), incomplete)
+    return [CompletionItem(incomplete, type="file"), *items]  # bash forgets what comes before it
+
+
+def complete_entity(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The entities of the vehicle."""
+
+    async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
+        return sorted(await vehicle.param.entities())
+
+    return _completion_items(_complete_from_vehicle(context, look), incomplete)
+
+
+def complete_parameter(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Entities, and after the colon the parameters of one."""
+    entity, colon, _rest = incomplete.partition(":")
+
+    async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
+        if not colon:
+            return sorted(await vehicle.param.entities())
+        return [f"{entity}:{parameter}" for parameter in await vehicle.param.get(entity)]
+
+    return _completion_items(_complete_from_vehicle(context, look), incomplete)
+
+
+def _complete_from_vehicle(
+    context: click.Context, look: Callable[[AsyncRemoteVehicle], Coroutine[Any, Any, list[str]]]
+) -> list[str]:
+    """What `look` finds with the vehicle that was written before."""
+    arguments = [context.params.get("vehicle"), *context.args]  # behind an option without its value, click assigns none
+    name, connection = next(filter(None, arguments), ""), {**_network_options_of(context), "timeout": PATIENCE}
+    return _quietly(lambda: run_on_vehicle(name, connection, look))
+
+
+def _network_options_of(context: click.Context) -> dict[str, Any]:
+    return {key: context.params.get(key) or empty for key, empty in (("endpoints", ()), ("zenoh_config", None))}
+
+
+def _quietly(look: Callable[[], list[str]]) -> list[str]:
+    """Nothing that goes wrong belongs between the words that a shell completes, or onto the line that is written."""
+    try:
+        with contextlib.redirect_stderr(io.StringIO()):
+            return look()
+    except (click.ClickException, click.exceptions.Exit):
+        return []
+
+
+def _completion_items(words: list[str], incomplete: str) -> list[CompletionItem]:
+    return [CompletionItem(word) for word in words if word.lower().startswith(incomplete.lower())]
+
+
+vehicle_argument = click.argument("vehicle", shell_complete=complete_vehicle)
