@@ -51,7 +51,7 @@ class Mission:
 
 @dataclass
 class Flight:
-    """What happened: `violations` by name, `maneuvers` flown, and the last words of the log book."""
+    """What happened: `violations` by name, the `outcome`, and the last words of the log book."""
 
     seed: int
     mission: Mission

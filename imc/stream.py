@@ -35,7 +35,7 @@ class StreamParser:
     A packet is accepted if its CRC is right, even if its id is unknown; the search continues after it. Otherwise the
     search continues one byte later, so that a damaged length hides no good packet. If bytes look like the start of a
     packet, the parser waits for the rest and keeps at most 65535 bytes. `close` stops waiting (at the end of the
-    stream, or after a silence) and searches the bytes after that start; `overtake_packets` does so for a start that has
+    stream, or after a silence) and searches the bytes after that start; `resync_packets` does so for a start that has
     been waited for too long, if there is a packet behind it.
 
     losses: the latest 1000 stretches that are not messages, oldest first; adjoining ones are joined.
@@ -49,7 +49,7 @@ class StreamParser:
         self._search = re.compile(b"|".join(map(re.escape, (self._little, self._big)))).search
         self._waiting = bytearray()
         self._needed = 0
-        self._looked = 1  # how far `overtake_packets` has looked
+        self._looked = 1  # how far `resync_packets` has looked
         self._undecided: list[int] = []  # starts of packets that it has seen
         self._offset = 0
         self._adjoining = False

@@ -109,7 +109,7 @@ def simulate(
     file of such, or a list of (seconds, bytes or text), in which None unplugs the device until the next portion. Of
     several devices it is a dictionary by name. The run then takes at least until the end of the stream.
 
-    `faults` are what goes wrong with tasks, by default with the first: `Injection(Silent(), at=5.0, lasting=3.0)`.
+    `faults` are what goes wrong with tasks, by default with the first: `Injection(Silent(), start=5.0, duration=3.0)`.
     """
     wanted = [tasks] if isinstance(tasks, type) else list(tasks)
     with tempfile.TemporaryDirectory() as folder:

@@ -1,6 +1,7 @@
 """The rules of the house that import-linter cannot check: faces, names, cycles, and who knows what."""
 
 import ast
+import builtins
 import importlib
 import pkgutil
 import re
@@ -99,7 +100,7 @@ def texts_of(tree):
     """The strings of a module that are not docstrings."""
     documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
     owners = [node for node in ast.walk(tree) if isinstance(node, documented) and ast.get_docstring(node)]
-    docstrings = {id(node.body[0].value) for node in owners}
+    docstrings = {id(node.body[0].value) for node in owners if isinstance(node.body[0], ast.Expr)}
     constants = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and id(node) not in docstrings)
     return [node.value for node in constants if isinstance(node.value, str)]
 
@@ -144,6 +145,32 @@ def test_what_a_face_exports_has_a_docstring(trees):
         public = [node for node in trees[path].body if isinstance(node, defined) and node.name in exported]
         told = {node.name for node in public if ast.get_docstring(node)}  # of overloads one has it
         wrong += [f"{path}: {node.name}" for node in public if node.name not in told]
+    assert not wrong
+
+
+NAMED_BY = {
+    **dict.fromkeys((ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.alias), "name"),
+    **{ast.Name: "id", ast.Attribute: "attr", ast.arg: "arg", ast.keyword: "arg"},
+}
+
+
+def test_docstrings_name_what_exists(trees):
+    """Also after a rename: errors, and names like `this_one`, which may be words of a string."""
+    documentation, names, words = {}, set(dir(builtins)), set()
+    for path, tree in trees.items():
+        for node in ast.walk(tree):  # what is around a node comes before it
+            if type(node) in NAMED_BY:
+                names.add(getattr(node, NAMED_BY[type(node)]))
+            elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+                documentation[node.value] = path
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in documentation:
+                words.update(re.findall(r"\w+", node.value))
+    wrong = []
+    for node, path in documentation.items():
+        text = str(node.value)
+        missing = {error for error in re.findall(r"\b[A-Z]\w*(?:Error|InUse)\b", text) if error not in names}
+        missing.update(set(re.findall(r"`([a-z0-9_]*_[a-z0-9_]+)`", text)) - names - words)
+        wrong += [f"{path}:{node.lineno}: there is no {name}" for name in sorted(missing)]
     assert not wrong
 
 

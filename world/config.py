@@ -45,7 +45,7 @@ class WorldError(ValueError):
 class WorldOption(NamedTuple):
     """An option: its unit, what it means, its default, its limits if it is a number, older places that set it.
 
-    `lists` is what the sections begin with that its items name.
+    `section_prefix` is what the sections begin with that its items name.
     """
 
     unit: str

@@ -32,7 +32,7 @@ def allocate_fins(wanted: Torques, effects: Torques, limit: float, crossed: floa
 
 
 def fin_torques(fins: Fins, effects: Torques) -> Torques:
-    """The torques about roll, pitch, yaw (N m) of deflections (rad); the inverse of `allocate` within the limits."""
+    """Torques about roll, pitch, yaw (N m) of deflections (rad); the inverse of `allocate_fins` within the limits."""
     below, port, starboard, above = fins
     roll, pitch, yaw = effects
     return roll * (port - starboard - below + above), -pitch * (port + starboard), -yaw * (below + above)

@@ -88,7 +88,7 @@ class AttitudeCheck:
 class DepthCheck:
     """Compares depth (m) with the vertical speed by velocity log and attitude, and by motor and attitude (m/s).
 
-    `fault` says for people that the depth lies, `velocity_lies` that depth and motor contradict the velocity.
+    `fault` says for people that the depth lies, `velocity_faulty` that depth and motor contradict the velocity.
     """
 
     def __init__(self, count: int):

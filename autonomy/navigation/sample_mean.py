@@ -6,9 +6,9 @@ from support.rotations import Vector
 
 
 class SampleMean:
-    """The mean of vectors between two `take`s; without any, the last mean stays. `last` is the time of the newest.
+    """The mean of vectors between two calls of `update`; without any, the last mean stays. `last` is the newest's time.
 
-    `between` is the mean over the time between two `take`s, by the trapezoidal rule: after a pause of the computer
+    `interval_mean` is the mean over the time between two calls, by the trapezoidal rule: after a pause of the computer
     there may be only one sample, which is that of the end.
     """
 

@@ -58,10 +58,11 @@ def _negation(test: Callable[P, bool]) -> Callable[P, bool]:
 
 
 class GrammarParser(Generic[T]):
-    """Recursive descent over the words of a text; `word` is the next one, None at the end.
+    """Recursive descent over the words of a text; `next_word` is None at the end.
 
-    `pattern` is what a word may be; `single` reads one comparison by means of `take` and `skip`, and returns its test.
-    With `sums`, brackets without a comparison in them are part of a sum, and left to `single`.
+    `pattern` is what a word may be; `read_comparison` reads one comparison by means of `expect` and `accept`, and
+    returns its test. With `sums`, brackets without a comparison in them are part of a sum, and left to
+    `read_comparison`.
     """
 
     def __init__(

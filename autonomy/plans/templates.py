@@ -39,8 +39,7 @@ def plan_from_template(
 ) -> imc.PlanSpecification:
     """The plan of a template: go, sk, come_near, loiter (at the surface), dive, surface, dislodge; flight.
 
-    A flight takes off, circles and lands. `here` is the vehicle's position, `asker` that of the requester. Positions in
-    `params` are in degrees. Raises TemplateError.
+    A flight takes off, circles and lands. Positions in `params` are in degrees. Raises TemplateError.
     """
     speed: dict[str, Any] = {"speed": _number(params, "rpm", defaults.rpm), "speed_units": RPM}
     depth: dict[str, Any] = {"z": _number(params, "depth", defaults.travel_depth), "z_units": DEPTH}

@@ -46,7 +46,7 @@ def iterate_row_corners(
     square: bool,
     right: bool,
 ) -> Iterator[tuple[float, float]]:
-    """The corners of `rows`, one by one; `step` is asked for its length (m) before each step to the next row."""
+    """Those of `row_corners`, one by one; `step` is asked for its length (m) before each step to the next row."""
     if not min(width, length, step()) >= SHORTEST:
         raise ValueError("width, length and step must be at least 1 mm")
     if width > MOST_ROWS * step() * abs(cos(cross_angle)):
@@ -79,7 +79,7 @@ def iterate_row_corners(
 def maneuver_corners(
     area: Rows | RowsCoverage, swath: Callable[[], float] | None = None
 ) -> Iterator[tuple[float, float]]:
-    """North and east (m) of the corners of a maneuver, one by one. Raises ValueError like `rows`.
+    """North and east (m) of the corners of a maneuver, one by one. Raises ValueError like `row_corners`.
 
     The row spacing of RowsCoverage follows from its sonar, or is `swath()` before each step if that is less.
     """

@@ -81,7 +81,7 @@ def _unpacked_chunks(
 
 
 def open_reader(path: Path, members: Members, lose: Lose, spread: ParallelMap | None = None) -> ByteReader:
-    """A reader of parts of a log; `members` is the list that `chunks` filled. Raises OSError.
+    """A reader of parts of a log; `members` is the list that `unpacked_chunks` filled. Raises OSError.
 
     Calls `lose` for damaged members.
     """

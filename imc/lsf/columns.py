@@ -50,7 +50,8 @@ def without_short_packets(kind: MessageType, places: PacketPositions, lose: Lose
 class ColumnReader:
     """Reads messages of one type into rows of `dtype_of(kind)`, one per packet.
 
-    The packets must be `long_enough`. `whole` marks the rows that are whole messages; `lose` is called for the others.
+    Short packets must be left out, see `without_short_packets`. `whole` marks the rows that are whole messages; `lose`
+    is called for the others.
     """
 
     def __init__(self, kind: MessageType, places: PacketPositions, decode: Decode, lose: Lose):

@@ -28,7 +28,7 @@ class ParallelMap(Protocol):
 def unpack_ahead(
     file: BinaryIO, form: Compression, begin: int, spread: ParallelMap | None, unpacked: int = 0
 ) -> Iterator[MemberData]:
-    """Like `unpack`, but unpacks some stretches ahead with `spread`.
+    """Like `unpack_members`, but unpacks some stretches ahead with `spread`.
 
     A stretch goes from one place that looks like the header of a member to a later one. If it is not a sequence of
     whole members, it is unpacked in order, up to the next good member after it.
@@ -49,7 +49,7 @@ def unpack_ahead(
 def _whole_stretches(
     file: BinaryIO, begin: int, unpacked: int, spread: ParallelMap
 ) -> Generator[MemberData, None, tuple[int, int]]:
-    """The pieces of the stretches from `begin` to the first bad one; returns where that one begins, as `unpack`."""
+    """The pieces of the stretches from `begin` to the first bad one; returns its begin, as `unpack_members`."""
     waiting = deque[tuple[int, Iterator[Pieces]]]()
     stretches = _stretches(file, begin)
     while True:

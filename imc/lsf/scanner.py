@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 PIECE = 1 << 19  # small enough for a processor's cache
 GROUP = 16  # packets whose CRCs are checked together
-# Costs in units of the time that `overlapping_right` takes for one byte:
+# Costs in units of the time that `valid_crcs` takes for one byte:
 COST_OF_ONE = 32  # units that one call of `arc` takes
 COST_OF_PREFIXES = 128  # bytes that `arc` checks in one unit
 NO_SYNC, BAD_CRC, CUT = "no packet begins here", "wrong CRC", "packet cut short"
@@ -200,7 +200,7 @@ def _without_most_wrong(
 ) -> tuple["NDArray[np.int64]", bool]:
     """The candidates to check alone, and whether those that end in `data` are known to have right CRCs."""
     # Candidates may overlap, as in data full of synchronization numbers with large sizes. Checking each would then
-    # take quadratic time; `overlapping_right` takes the same time however many there are.
+    # take quadratic time; `valid_crcs` takes the same time however many there are.
     wrong = ends[alone] <= len(data)
     chosen = alone[wrong]
     parts = starts[chosen], ends[chosen]

@@ -43,7 +43,7 @@ def message_rates(autopilot: int, attitude: float, position: float, sensors: flo
 
 
 class FramePort(Protocol):
-    """What frames are written to; `reply_to` chooses the sender of a datagram for that."""
+    """What frames are written to; `set_destination` chooses the sender of a datagram for that."""
 
     def write(self, data: bytes) -> object: ...
     def set_destination(self, piece: bytes) -> object: ...
@@ -56,7 +56,7 @@ class AutopilotConnection:
     comes with its id from another port while it is heard itself. With `signing`, what is not signed by the key has no
     effect. `counts` has what had none: damaged, foreign, unsigned, forged, replayed. `warn` tells people of others who
     use the same ids, once each; `own` is that under which ground stations see this vehicle. Commands go through
-    `orders`.
+    `commands`.
     """
 
     def __init__(

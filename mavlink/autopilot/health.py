@@ -29,7 +29,7 @@ def describe_health(name: str, *, armed: bool, critical: bool, counts: Mapping[s
 class SensorHealth:
     """Shows the states of entities: what the autopilot says of them, and that it does not.
 
-    Navigation is NORMAL only while there are states of it: `navigate` says so.
+    Navigation is NORMAL only while there are states of it: `on_state` says so.
     """
 
     def __init__(self, show: Show) -> None:

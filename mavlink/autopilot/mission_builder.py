@@ -50,7 +50,7 @@ def landing_approach(
 class MissionBuilder:
     """Makes items of the maneuvers of one plan. Raises ValueError for what no item says.
 
-    `undulation` (m) is that of the geoid, `at` where the vehicle is as the plan begins.
+    `undulation` (m) is that of the geoid, `position` where the vehicle is as the plan begins.
     """
 
     vehicle: SteeredVehicle

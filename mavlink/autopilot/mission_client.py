@@ -26,7 +26,7 @@ UNKNOWN_TOTAL = 0xFFFF
 
 
 class MissionPhase(Enum):
-    """NONE: there is no mission of ours. FAILED: it could not be written; `Memory.error` tells why."""
+    """NONE: there is no mission of ours. FAILED: it could not be written; `MissionClient.error` tells why."""
 
     NONE = auto()
     WRITING = auto()

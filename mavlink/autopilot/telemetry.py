@@ -24,9 +24,9 @@ GEOID_ERROR = 5.0  # m
 class Telemetry:
     """Translates what an autopilot says; leaves out what is no number, no place on Earth, or older than it seems.
 
-    undulation: height of the geoid above the ellipsoid (m). patience: s after which a position is too old. unsound: how
-    many messages were left out. at: where the vehicle is, once it is known. flies: whether it is an aircraft. restarts:
-    how often the autopilot has begun anew.
+    undulation: height of the geoid above the ellipsoid (m). patience: s after which a position is too old. invalid: how
+    many messages were left out. position: where the vehicle is, once it is known. flies: whether it is an aircraft.
+    restarts: how often the autopilot has begun anew.
     """
 
     def __init__(self, dialect: Dialect, undulation: float, patience: float) -> None:

@@ -8,7 +8,7 @@ import imc
 
 
 class VehiclePort(Protocol):
-    """The way to the vehicle: what is published goes to its tasks, and `limit` reads its profile."""
+    """The way to the vehicle: what is published goes to its tasks, and `profile_limit` reads its profile."""
 
     @property
     def imc_id(self) -> int: ...

@@ -34,16 +34,16 @@ class _Plan(NamedTuple):
 class Bus:
     """The in-process bus of one vehicle, whose IMC id is `system`.
 
-    Until `resume` it keeps what is published, so that no task misses what others publish while they start.
+    Until `release_backlog` it keeps what is published, so that no task misses what others publish while they start.
     All that is delivered has been through the codec: a receiver here gets the same values as one elsewhere.
     Frames are not messages: they are shared between the tasks of this process, and `frames`, if there is one, carries
     them to other processes of the vehicle.
     What other processes send waits in `inbox`, and gets at most half of the time of a wall clock while the vehicle has
     work to do.
-    `admit` says of each message of this vehicle that another process has sent whether to take it. `decline` gets the
-    system that has sent what cannot be read, and the reason.
-    Counted: `delivered`; of the packets from other processes `malformed`, `refused` by `admit`, and `inbox.dropped` if
-    they arrive too fast.
+    `accepts` says of each message of this vehicle that another process has sent whether to take it. `on_malformed` gets
+    the system that has sent what cannot be read, and the reason.
+    Counted: `delivered`; of the packets from other processes `malformed`, `refused` by `accepts`, and `inbox.dropped`
+    if they arrive too fast.
     """
 
     needs_packets = False

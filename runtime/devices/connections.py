@@ -249,7 +249,7 @@ class UdpSocket:
 
 
 class UdpConnection:
-    """An open UDP socket. Without a destination it answers whom it heard last, or whom `answer` has chosen."""
+    """An open UDP socket. Without a destination it answers whom it heard last, or whom `set_destination` has chosen."""
 
     def __init__(self, opened: socket.socket, to: tuple[str, int] | None):
         self._socket = opened

@@ -50,9 +50,9 @@ class Device:
     """A serial port or socket that a task has opened: `write` sends, and pieces of what arrives go to a handler.
 
     `good` counts the pieces that the handler took, `bad` those that are damaged, or that it did not understand: it
-    raised ValueError, LookupError or struct.error. `skipped` counts bytes that belong to no piece. While the device is
-    missing, `trouble` has been called with the reason, and opening it is tried again, at least every 5 s; "" ends the
-    trouble. Whoever closes the device in `trouble` keeps the reason out of the log book. `log` is where it reports
+    raised ValueError, LookupError or struct.error. `skipped_bytes` belong to no piece. While the device is missing,
+    `trouble` has been called with the reason, and opening it is tried again, at least every 5 s; "" ends the trouble.
+    Whoever closes the device in `trouble` keeps the reason out of the log book. `log` is where it reports
     instead of its owner's log book.
     """
 

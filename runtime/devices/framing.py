@@ -22,7 +22,7 @@ def parse_number(text: str) -> float:
 class Splitter(Protocol):
     """Takes bytes in any portions, and gives complete pieces.
 
-    `skipped` counts the bytes that are in none, `damaged` the pieces among them that could be recognized as such.
+    `skipped_bytes` is how many are in none, `damaged` counts the pieces among them that could be recognized as such.
     """
 
     skipped_bytes: int

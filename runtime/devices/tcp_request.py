@@ -13,10 +13,11 @@ Complete = Callable[[bytearray], bool]
 
 
 class TcpRequester:
-    """A connection to `host` and `port` that `ask` opens when there is none; any failure ends it.
+    """A connection to `host` and `port` that `request` opens when there is none; any failure ends it.
 
-    `ask` waits, so call it where `Task.offload` computes, never in a handler, and one at a time. `close` may be called
-    from any thread: it ends a wait for good. `timeout` is in s, for each answer as a whole, and for the connection.
+    `request` waits, so call it where `Task.offload` computes, never in a handler, and one at a time. `close` may be
+    called from any thread: it ends a wait for good. `timeout` is in s, for each answer as a whole, and for the
+    connection.
     """
 
     def __init__(self, host: str, port: int, timeout: float):

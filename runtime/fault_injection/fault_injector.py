@@ -14,7 +14,7 @@ from support.text import quoted, with_suggestion
 
 @dataclass(frozen=True)
 class Injection:
-    """A fault of a task (its section), from `at` (s from the start of the run), for so many seconds."""
+    """A fault of a task (its section), from `start` (s from the start of the run), for `duration` (s)."""
 
     fault: Fault
     start: float = 0.0
@@ -51,7 +51,7 @@ class FaultInjector:
         source.attach_or_detach()
 
     def schedule(self, injection: Injection) -> None:
-        """Begin and end a fault at its times; call it when the vehicle is started. Raises FaultError like `expect`."""
+        """Begin and end a fault at its times; call it when the vehicle is started. Raises FaultError like `prepare`."""
         self.prepare(injection.task, injection.fault)
         at = nanoseconds(self._vehicle.start_time + injection.start)
         begin = self._vehicle.kernel.at(at, self.begin, injection.task, injection.fault, injection.duration)
@@ -60,7 +60,7 @@ class FaultInjector:
     def begin(self, task: str, fault: Fault, lasting: float = math.inf, where: str = "") -> Callable[[], None]:
         """Begin a fault now; it ends after so many seconds, or when the function that is returned is called.
 
-        `where` is the place in a file that asks for it, for people. Raises FaultError like `expect`.
+        `where` is the place in a file that asks for it, for people. Raises FaultError like `prepare`.
         """
         self.prepare(task, fault)
         source, log = self._sources[task], self._vehicle.daemon.log

@@ -33,7 +33,7 @@ class FaultError(ValueError):
 class Fault:
     """What is wrong with a task; a value that says nothing of the time, and can be used for several tasks.
 
-    Its text is a word or two for the log book. One that `remembers` needs what the task has published before; one that
+    Its text is a word or two for the log book. One with `needs_last` needs what the task has published before; one that
     is `momentary` is over at once, unless it lasts for some time.
     """
 

@@ -15,7 +15,7 @@ PublishFilter = Callable[[Any], Item | None]  # from what the task says to what 
 class PublishInterceptor:
     """What one task publishes and shares: it goes through the `filters` in the order in which they began.
 
-    With `remembers`, `last` has the latest message or frame of each kind, as the task itself would have it. `crashes`
+    With `keeps_last`, `last` has the latest message or frame of each kind, as the task itself would have it. `crashes`
     counts those that keep the task from starting, `acted` has the ids of the spoils that have changed something.
     The task gets its own methods back when nothing is left to do, so that tasks without faults cost nothing.
     """

@@ -29,7 +29,7 @@ class Kernel:
 
     `on_error(owner, exception)` is called when a call raises: it either handles the exception or raises, which ends the
     run. On a wall clock, `on_slow(owner, seconds, handler)` reports a call that took longer than `slow` seconds.
-    `instruments` observe all calls on a virtual clock.
+    `observers` observe all calls on a virtual clock.
     It is a livelock if a virtual clock stands still for `livelock_events` calls; on a wall clock, if the queue does not
     empty within that many calls although timers and sockets are held back.
     """

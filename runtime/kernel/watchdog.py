@@ -38,8 +38,8 @@ class Watchdog:
     runs. A call into a library that has not returned after `HOPELESS_AFTER` is given up: `on_hopeless` is called with
     a text, from the watchdog's thread. A virtual clock only gets warnings, also if the clock itself stands still.
 
-    After `expect_end(seconds)`, which a signal handler may call, `on_hopeless` is called unless the block ends in time.
-    A program that is halted in a debugger is left alone.
+    After `set_stop_deadline(seconds)`, which a signal handler may call, `on_hopeless` is called unless the block ends
+    in time. A program that is halted in a debugger is left alone.
     """
 
     def __init__(self, kernel: Kernel, on_hopeless: Callable[[str], None] | None = None):
@@ -156,7 +156,7 @@ def _in_debugger(stack: list[FrameType]) -> bool:
 
 
 def _raise_in(thread: int, text: str) -> None:
-    """Raise Blocked in another thread as soon as it runs Python code."""
+    """Raise HandlerBlockedError in another thread as soon as it runs Python code."""
 
     class Now(HandlerBlockedError):
         def __init__(self) -> None:  # the thread makes the instance, without arguments

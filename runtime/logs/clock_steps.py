@@ -24,7 +24,7 @@ class ClockStep(NamedTuple):
 class SystemClock:
     """The times of one system's packets, in the order of the log.
 
-    start, end: s since 1970 UTC, without stray times: single ones far from their neighbors. strays: the number of them.
+    start, end: s since 1970 UTC, without stray times: single ones far from their neighbors. outliers: how many.
     """
 
     def __init__(self, src: int):

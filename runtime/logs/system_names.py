@@ -65,12 +65,12 @@ class SystemNames:
         return displayable_name(label) or f"entity {number}"
 
     def system_ids(self, wanted: Iterable[str], present: Iterable[int]) -> set[int]:
-        """Ids of systems given by name or number. Raises UnknownName."""
+        """Ids of systems given by name or number. Raises UnknownNameError."""
         known = {self.system_name(number): number for number in present}
         return {_choose(text, known, "system", _number) for text in wanted}
 
     def entity_ids(self, wanted: Iterable[str], present: Iterable[tuple[int, int]]) -> set[tuple[int, int]]:
-        """(system, entity) of all entities given by label or number. Raises UnknownName."""
+        """(system, entity) of all entities given by label or number. Raises UnknownNameError."""
         known: dict[str, set[tuple[int, int]]] = {}
         for system, number in present:
             for name in {self.entity_label(system, number), str(number)}:
@@ -90,7 +90,7 @@ class SystemNames:
 
 
 def find_types(wanted: Iterable[str], schema: imc.Schema) -> set[int]:
-    """Ids of messages given by name or id. Raises UnknownName."""
+    """Ids of messages given by name or id. Raises UnknownNameError."""
     known = {name: message.id for name, message in schema.types.items()}
     return {_choose(text, known, "message", _number) for text in wanted}
 

@@ -85,7 +85,7 @@ class Profile:
 
     @property
     def file_problems(self) -> list[Problem]:
-        """The problems of the files; `check` finds those of the values."""
+        """The problems of the files; `check_profile` finds those of the values."""
         return self.config.problems
 
     @property

@@ -18,7 +18,7 @@ from runtime.vehicle import Vehicle
 
 MANY = 256  # entries after which a journal is packed, or begins again if no script runs
 TIMER, CHANGED, SET = "", "!changed", "!set"
-"""Entries without a method: the next due timer; parameters changed with `reconfigured`; parameters only set."""
+"""Entries without a method: the next due timer; parameters changed with `on_reconfigure`; parameters only set."""
 
 JournalEntry = tuple[int, int | str, tuple[Any, ...]]
 PlainJournalEntry = tuple[int, int | str, list[Any]]

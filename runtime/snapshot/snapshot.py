@@ -41,8 +41,8 @@ LATEST = 1 << 62  # ns since 1970: the year 2116
 class Snapshot(msgspec.Struct):
     """A vehicle at a time (ns): all calls before this time are done, none at this time.
 
-    A task is in `tasks`, or in `pasts` if it runs a script. timers: in the order in which they run, which decides
-    between timers of the same time. hears: the task of each subscription, in the order in which they are served.
+    A task is in `tasks`, or in `journals` if it runs a script. timers: in the order in which they run, which decides
+    between timers of the same time. subscriptions: the task of each, in the order in which they are served.
     profile: what the profile has for parameters that have been changed since, by task and ini name.
     """
 
@@ -74,7 +74,7 @@ class SnapshotFile(msgspec.Struct, array_like=True):
 def take_snapshot(vehicle: Vehicle) -> bytes:
     """The state of a vehicle on a virtual clock, between two runs of its kernel.
 
-    While scripts run it needs Journals, kept since before they began. Raises SnapshotError naming the task and the
+    While scripts run it needs InputJournals, kept since before they began. Raises SnapshotError naming the task and the
     attribute, or the observer, that cannot be saved.
     """
     if not vehicle.virtual or not vehicle.kernel.idle:

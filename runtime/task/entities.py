@@ -43,7 +43,7 @@ class EntityTable:
 
     An id follows from the label (its CRC-16, or the next free one), so it is the same in every run and every process of
     the vehicle, whatever other tasks run; if two labels lead to one id, the later one gets the next. `known` are
-    labels that already have an id: those of the whole profile (see `allot`), or of a log.
+    labels that already have an id: those of the whole profile (see `assign_ids`), or of a log.
     """
 
     def __init__(self, system: int, known: Mapping[str, int] | None = None):

@@ -25,7 +25,7 @@ class ParameterError(ValueError):
 
 
 class SharedOption(Protocol):
-    """An option of a section that several tasks read; `lists` begins the names of the sections that its items name."""
+    """An option of a section that several tasks read; the sections that its items name begin with `section_prefix`."""
 
     @property
     def unit(self) -> str: ...
@@ -107,7 +107,7 @@ class Parameter:
     def parse(self, text: str) -> Any:
         """The checked value of `text`. An empty text gives the default. Raises ValueError with the reason.
 
-        Numbers are read as in DUNE: the leading number counts, the rest is ignored (see `surplus`).
+        Numbers are read as in DUNE: the leading number counts, the rest is ignored (see `ignored_suffix`).
         """
         words = [word.strip() for word in text.split(",")] if self.is_list else [text.strip()]
         if not text.strip():

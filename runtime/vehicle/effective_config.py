@@ -80,7 +80,7 @@ class EffectiveConfig:
         }
 
     def restore_original_values(self, changed: Mapping[str, Mapping[str, str]]) -> None:
-        """Restore the profile's values from an earlier `changed`. Raises KeyError for an unknown parameter."""
+        """Restore the profile's values from earlier `original_values`. Raises KeyError for an unknown parameter."""
         for name, texts in changed.items():
             original = self._original[name]
             if unknown := texts.keys() - original.keys():

@@ -15,7 +15,7 @@ STARTING_TIME = 20.0  # s until a process that does not appear has failed
 class ProcessMonitor:
     """Keeps the entities of the vehicle's other processes in the main one's table.
 
-    While a process runs it reports their states itself; when it has ended, they are in FAILURE. Call `note` from the
+    While a process runs it reports their states itself; when it has ended, they are in FAILURE. Call `update` from the
     kernel's thread.
     """
 

@@ -85,7 +85,7 @@ class _Checker:
     def _check_general(self) -> None:
         problem = self._profile.vehicle_name_problem()
         self.problems += [problem] if problem else []
-        for value in ("bus", "messages", "start_time_ns", "seed", "entity_ids"):
+        for value in ("bus", "message_schema", "start_time_ns", "seed", "entity_ids"):
             try:
                 getattr(self._profile, value)
             except ProfileError as error:

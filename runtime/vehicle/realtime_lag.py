@@ -17,7 +17,7 @@ HUNG = 10.0  # s of real time in offloaded work, after which it is named
 
 
 class RealtimeLag:
-    """The pace of a vehicle whose clock follows real time; `look` is called about once a second of its time.
+    """The pace of a vehicle whose clock follows real time; `poll` is called about once a second of its time.
 
     `speed` is what the clock reached in the last window, in seconds of the vehicle per second of real time, `merged`
     the share of periodic calls that came so late in it that they were merged with others.

@@ -51,8 +51,8 @@ class Vehicle:
     `state_folder` has the saved parameters, `messages` is the schema of its messages, by default the built-in one,
     `process` which of several processes of the vehicle this is, "" the main one, `running` the names of the tasks that
     are started and not stopped. The task that writes the log sets `keeps_log`, and `log_folder` once the log is there.
-    `blame` turns an exception of a task into the one that the run raises. `recordings` are what devices of tasks send
-    in a test.
+    `attribute_error` turns an exception of a task into the one that the run raises. `recordings` are what devices of
+    tasks send in a test.
     """
 
     def __init__(
@@ -240,12 +240,12 @@ class Vehicle:
         """
         owner = owner_of(handler)
         if isinstance(owner, Task):
-            raise TypeError(f"{owner!r} is part of the vehicle: use @consume or script.hear instead of tap")
+            raise TypeError(f"{owner!r} is part of the vehicle: use @consume or script.receive instead of observe")
         self._observers.append(owner)
         self.bus.subscribe(Subscription(kind, handler, handler, others=True, packets=packets))
 
     def is_observer(self, owner: object) -> bool:
-        """Whether `owner` taps the bus; its state and its timers are not part of the vehicle."""
+        """Whether `owner` observes the bus; its state and its timers are not part of the vehicle."""
         return any(observer is owner for observer in self._observers)
 
     def update_effective_config(self, task: Task) -> None:

@@ -44,9 +44,9 @@ class ZenohTransport:
     request run here, or raises LookupError with the reason why nobody does; `speaks_for` says whether the last messages
     of an entity are this process's to tell. `note` gets the name of another process of the vehicle, and whether it has
     appeared or gone; `tell` gets warnings; both from any thread. `frames` carries those of the vehicle.
-    Counted: `lost`, packets of Shoal processes that did not arrive here (full queue, broken link); `oversize`, payloads
-    larger than any packet; `strange`, packets that their senders may not send, see Gate; `unsent`, packets that zenoh
-    refused.
+    Counted: in `subscribers`, `lost` packets of Shoal processes that did not arrive here (full queue, broken link),
+    `oversize` payloads larger than any packet, and `rejected` packets that their senders may not send, see
+    PacketAuthorizer; `unsent`, packets that zenoh refused.
     """
 
     def __init__(

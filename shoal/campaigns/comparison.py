@@ -60,7 +60,7 @@ class CampaignComparison:
     """The pairs of two campaigns. `only_a` and `only_b` count runs without a partner, `unfinished` pairs of which
     one run did not end, so that nothing is known of it.
 
-    `p` is that of McNemar's exact test: how probable as many or more runs of one side among those whose verdict
+    `p_value` is that of McNemar's exact test: how probable as many or more runs of one side among those whose verdict
     changed are if the change has no effect.
     """
 

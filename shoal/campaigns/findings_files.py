@@ -16,7 +16,7 @@ def read_findings(data: CampaignResults) -> SearchFindings | None:
 def write_findings(study: Study, data: CampaignResults) -> list[Path]:
     """Write what a search has found: a scenario that fails, or the best one and its parameters.
 
-    Raises DataSetError if the files of the study have changed since, and OSError.
+    Raises ResultsError if the files of the study have changed since, and OSError.
     """
     shown = read_findings(data)
     if shown is None or shown.row_to_keep is None:

@@ -26,8 +26,8 @@ _APART_GROUPS = ("logs.", "hashes.")  # a run has these with a log only
 class MergedResults:
     """A data set made of others, of `most` runs if it is whole.
 
-    `missing` runs are in none of them, `unfinished` ones have not ended; `twice` is how many rows were not the first of
-    their run.
+    `missing` runs are in none of them, `unfinished` ones have not ended; `duplicates` is how many rows were not the
+    first of their run.
     """
 
     data: CampaignResults
@@ -42,7 +42,7 @@ def merge_results(folders: Sequence[CampaignResults], out: Path) -> MergedResult
 
     If `out` is a data set already, its runs stay, and count as those of one more. A run that several have counts once,
     and they must agree on it; one that did not end gives way to one that did. Runs after the end of a campaign are left
-    out. The result is what the campaign would have made alone: it can go on there. Raises DataSetError for data sets of
+    out. The result is what the campaign would have made alone: it can go on there. Raises ResultsError for data sets of
     another study or version, or runs that are not the same; OSError.
     """
     if not folders:

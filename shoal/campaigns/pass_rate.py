@@ -48,7 +48,7 @@ class PassRate:
 
 @dataclass(frozen=True)
 class StoppingRule:
-    """After how many runs a campaign ends: `most`, or sooner when the pass rate is known to ± `within`."""
+    """When a campaign ends: after `max_runs`, or sooner when the pass rate is known to ± `target_half_width`."""
 
     max_runs: int
     target_half_width: float | None = None

@@ -41,7 +41,7 @@ def resume_command(data: CampaignResults, runs: int) -> str:
 
 
 def missing_paths(data: CampaignResults) -> list[str]:
-    """Paths that `rest_command` needs and that are not on this computer: of the study's file, and of folders."""
+    """Paths that `resume_command` needs and that are not on this computer: of the study's file, and of folders."""
     return [path for path in (str(data.metadata["file"]), *data.metadata.get("code", ())) if not Path(path).exists()]
 
 

@@ -17,7 +17,7 @@ from shoal.scenarios import ScenarioDocument, ScenarioResult
 class RepeatedRun:
     """A run that was done again: its row then, its result now, and what is not as it was although it should be.
 
-    `values` are those of now, by their place; `drawn` are those of then.
+    `values` are those of now, by their place; `original_values` are those of then.
     """
 
     row: ResultRow
@@ -32,7 +32,7 @@ def reload_study(
 ) -> Study:
     """The study that a data set is of, which may now be another `file`.
 
-    Raises DataSetError if it has changed since, or is not there any more.
+    Raises ResultsError if it has changed since, or is not there any more.
     """
     path = file or Path(str(data.metadata["file"]))
     if not path.is_file():
@@ -58,7 +58,7 @@ def repeat_run(
     """Do a run again; with `changes`, by path, some of its values are others, and nothing has to be as it was.
     `file` is the study's, if it is not where it was.
 
-    Raises DataSetError, and what reading the study raises.
+    Raises ResultsError, and what reading the study raises.
     """
     row, study = data.row(run), reload_study(data, make_draft=make_draft, file=file)
     drawn = study.with_units(changed_values(row, study.design.distributions))

@@ -35,7 +35,7 @@ def describe_conflict() -> str:
 
 def _names() -> tuple[str, ...]:
     """Shoal's packages; not imported, since `support` may be somebody else's."""
-    spec = importlib.util.spec_from_file_location("shoal_packages", ROOT / "support" / "packages.py")
+    spec = importlib.util.spec_from_file_location("shoal_packages", ROOT / "support" / "top_level_packages.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -47,7 +47,7 @@ class VehicleGroup(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class FleetFile(msgspec.Struct, forbid_unknown_fields=True):
-    """A fleet file, as it is written; `Roster` says what it means."""
+    """A fleet file, as it is written; `FleetConfig` says what it means."""
 
     vehicles: Annotated[list[VehicleGroup], msgspec.Meta(min_length=1)]
     name: str = "fleet"

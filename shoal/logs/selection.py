@@ -28,7 +28,7 @@ def select_by_names(
     systems: Iterable[str] = (),
     entities: Iterable[str] = (),
 ) -> PacketSelection:
-    """A selection by names. Raises UnknownName for a name that the log or its schema does not have."""
+    """A selection by names. Raises UnknownNameError for a name that the log or its schema does not have."""
     called = frozenset(find_types(types, summary.schema))
     of_systems = frozenset(summary.names.system_ids(systems, summary.clocks))
     of_entities = frozenset(summary.names.entity_ids(entities, summary.by_entity))

@@ -47,8 +47,9 @@ class NoAnswer(NetworkError):
 class Network:
     """Hears all links; `systems` by name. An asynchronous context manager.
 
-    Systems with one name and several ids are two vehicles: neither is commanded, see `System.others`. `expects_all`:
-    that a link does not work is worth to be told also if others do.
+    Systems with one name and several ids are two vehicles: neither is commanded, see
+    `NetworkSystem.systems_with_same_id`. `expects_all`: that a link does not work is worth to be told also if others
+    do.
     """
 
     def __init__(
@@ -150,14 +151,17 @@ class Network:
     def listen(
         self, system: NetworkSystem | None = None, kinds: Collection[type[imc.Message]] = (), *, takes_old: bool = False
     ) -> MessageListener:
-        """What a system says and what is said to it, or all systems say. To be ended with `end`."""
+        """What a system says and what is said to it, or all systems say. To be ended with `close_listener`."""
         self.subscribe(system, kinds)
         listener = MessageListener(system, kinds, takes_old=takes_old)
         self._listeners.append(listener)
         return listener
 
     def subscribe(self, system: NetworkSystem | None, kinds: Collection[type[imc.Message]] = ()) -> None:
-        """Have `System.latest` follow messages of some types, or all. Raises TypeError for what is no type of them."""
+        """Have `NetworkSystem.latest_message` follow messages of some types, or all.
+
+        Raises TypeError for what is no type of them.
+        """
         wanted = frozenset(check_message_type(kind).__name__ for kind in kinds) or EVERYTHING
         for link in self.links:
             link.subscribe(EVERYBODY if system is None else system.name, wanted)
@@ -238,7 +242,7 @@ class Network:
         return max((link.patience for link in self.links), default=0.0)
 
     def request_labels(self, system: NetworkSystem) -> None:
-        """Ask a system for the labels of its entities, which `System.label` then knows."""
+        """Ask a system for the labels of its entities, which `NetworkSystem.label` then knows."""
         query = self.with_header(system, imc.EntityList(op=imc.EntityList.Op.QUERY)).replace(src_ent=LABELS)
         self._send(system, query, imc.encode(query))
 

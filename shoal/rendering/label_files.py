@@ -15,8 +15,8 @@ COMPRESSION = 1  # of 9
 def write_labels(folder: Path, stem: str, labels: ImageLabels) -> None:
     """Write <stem>.class.png (8 bits), <stem>.instance.png (16 bits) and <stem>.npz to a folder; none has a date.
 
-    The npz has `distance` and `depth` (m, float32) and, if there is any, `flow` (px, float32), as in Labels. Raises
-    OSError.
+    The npz has `distance` and `depth` (m, float32) and, if there is any, `flow` (px, float32), as in ImageLabels.
+    Raises OSError.
     """
     from PIL import Image
 

@@ -52,9 +52,9 @@ Offload = Callable[..., None]
 class ExposedPicture(NamedTuple):
     """A picture: the label of its camera, when it was exposed (s since 1970 UTC), its file, and how it is rendered.
 
-    The shutter's `picture(*shutter_arguments)` makes it, with the camera as it was then, that of `camera_number` with
-    this label. At its instant, the vehicle was at a standpoint among gliders and boards. With `optics_changed` the run
-    took it with another lens or size.
+    The shutter's `take_picture(*shutter_arguments)` makes it, with the camera as it was then, that of `camera_number`
+    with this label. At its instant, the vehicle was at a standpoint among gliders and boards. With `optics_changed` the
+    run took it with another lens or size.
     """
 
     camera: str

@@ -48,7 +48,7 @@ def apply_camera_file(profile: Profile, file: Path | None) -> list[str]:
 
 
 def apply_world_file(profile: Profile, file: Path | None) -> None:
-    """Lay the world of an ini file over that of a profile, option by option. Raises ProfileError like take_cameras."""
+    """Lay the world of an ini file over that of a profile, option by option. Raises ProfileError."""
     given = Config() if file is None else _read(file, profile)
     problems = list[Problem]()
     for section in given.sections.values():

@@ -194,7 +194,7 @@ class RerunComparison:
 
 
 class LastMomentBuffer:
-    """Passes packets on to a comparison; those of the moment `end` (ns since 1970 UTC) only in `settle`.
+    """Passes packets on to a comparison; those of the moment `end` (ns since 1970 UTC) only in `compare_last`.
 
     A run that is stopped by hand ends in the middle of a moment. `now` returns the time (ns since 1970 UTC).
     """

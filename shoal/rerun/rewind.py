@@ -51,7 +51,8 @@ def resume_snapshot(
 
     `definitions` is the IMC.xml.gz of its log, if it has messages of its own.
     `overrides` ("Section:Option=value") change parameters from then on. With `journals` it can be saved again while
-    scripts run. `look_on` is called before the tasks have their state, so that taps receive messages before them.
+    scripts run. `before_start` is called before the tasks have their state, so that observers receive messages before
+    them.
     Raises SnapshotError; if a parameter or value is invalid, before a log is written.
     """
     if _INCLUDES.search(snapshot.configuration):

@@ -177,8 +177,8 @@ class SetParameters(Action):
 class SendMessage(Action):
     """A message arrives, or is published by the vehicle if its source is the vehicle's own.
 
-    `source` is the name of a system, `speaker` and `hearer` are labels of entities; each replaces the number in the
-    header of the message, if it is not empty.
+    `source` is the name of a system, `source_entity` and `target_entity` are labels of entities; each replaces the
+    number in the header of the message, if it is not empty.
     """
 
     message: imc.Message

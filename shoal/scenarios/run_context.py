@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 class RunContext:
     """The vehicles of a run by name, built and not yet started, and their kernel; `warnings` are for the result.
 
-    `channels` are their links by name, `unhappened` tells why events have not happened yet, `overlaps` the values
-    that events have set.
+    `channels` are their links by name, `pending_events` tells why events have not happened yet, `temporary_values` the
+    values that events have set.
     """
 
     def __init__(self, fleet: Fleet, vehicles: Mapping[str, Vehicle], seed: int):

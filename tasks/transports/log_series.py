@@ -28,7 +28,7 @@ class LogSeries:
         return sum(log.unwritten_bytes for log in logs)  # integers
 
     def begin(self, name: str, compression: str, files: Mapping[str, bytes]) -> LogFolder:
-        """Begin a log, in memory until `settle`."""
+        """Begin a log, in memory until `flush`."""
         self._number += 1
         self.current = LogFolder(self._root, name, self._number, compression, files)
         return self.current

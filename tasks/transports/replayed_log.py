@@ -125,7 +125,7 @@ class ReplayedLog:
 
     A packet whose id is another message here than in the log, or has another layout, is skipped and counted in
     `foreign`. `entities` maps labels to ids here; if not empty, the entity ids of the log's owner are translated by
-    label, and those with other labels become 255. Raises UnknownName (a ValueError) if the log does not have a chosen
+    label, and those with other labels become 255. Raises UnknownNameError if the log does not have a chosen
     message, system or entity.
     """
 

@@ -127,7 +127,7 @@ class UnderwaterVehicle:
         return _accelerations(self.model)(self.z, self._attitude, velocity, self._sum_of_fins(), self._thrusts)
 
     def step(self, h: float) -> None:
-        """Advance by `h` s. Raises Diverged."""
+        """Advance by `h` s. Raises DivergedError."""
         a, b, c, d = attitude = self._attitude
         u, v, w, p, q, r = velocity = self.u, self.v, self.w, self.p, self.q, self.r
         north, east, down = self.stream

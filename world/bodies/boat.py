@@ -29,7 +29,7 @@ class Boat:
 
     `x`, `y` are m north and east; `u`, `v` m/s through the water and `r` rad/s in the body frame; `stream` is the
     velocity of the water and `wind` that of the air in m/s north and east. There is no heave, roll or pitch: `z`, `w`,
-    `p` and `q` stay 0; `ride` adds those of waves. Integrated with the midpoint rule.
+    `p` and `q` stay 0; `motion_in_waves` adds those of waves. Integrated with the midpoint rule.
 
     The equations are Fossen's maneuvering model with cross-flow drag and wind (Handbook of Marine Craft Hydrodynamics
     and Motion Control, 2011, ch. 6.4, 6.5 and 8.1). The normal force of a rudder is that of the MMG model with Fujii's
@@ -88,7 +88,7 @@ class Boat:
         self.u, self.v = c * north + s * east, c * east - s * north
 
     def step(self, h: float) -> None:
-        """Advance by `h` s. Raises Diverged."""
+        """Advance by `h` s. Raises DivergedError."""
         half, psi = 0.5 * h, self._psi
         u, v, r = self.u, self.v, self.r
         north, east, _ = self.stream

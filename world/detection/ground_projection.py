@@ -120,7 +120,7 @@ def project_to_plane(
 def point_on_plane(
     optics: RayModel, mount: Floats, standing: PoseOverPlane, pixel: tuple[float, float]
 ) -> tuple[float, float] | None:
-    """North and east (m) of what `sight` sees at a pixel, to the last bit, without the errors."""
+    """North and east (m) of what `project_to_plane` sees at a pixel, to the last bit, without the errors."""
     _, lever, directions, valid = _looks(optics, mount, standing, pixel)
     foot = _foot(directions[0, 0], lever, standing.height) if valid.all() else None
     if foot is None:

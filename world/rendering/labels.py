@@ -26,7 +26,7 @@ BLOCK = 1 << 14  # pixels per step: their arrays fit into the L2 cache
 
 
 class PixelClass(IntEnum):
-    """What a pixel shows: the numbers of `Labels.kinds`."""
+    """What a pixel shows: the numbers of `ImageLabels.kinds`."""
 
     VOID = 0
     """Nothing: the lens does not reach there."""
@@ -65,10 +65,11 @@ class ImageLabels:
     """The labels of one picture, (height, width) as it is, true at the pixel centers.
 
     `distance` (m, float32) is along the ray, `depth` (m, float32) along the camera's axis, negative behind it; both are
-    infinite in the sky and NaN in the void. `kinds` (uint8) are numbers of Kind; `instances` (uint16) those of the
-    objects, 0 elsewhere. `boxes` are those of the objects that the picture would show if they were alone, in the order
-    in which they were given. `flow` (height, width, 2; px, float32) leads to where the same point is seen in the next
-    picture, also beside it; it is NaN in the void, for objects that are gone, and for what the lens no longer covers.
+    infinite in the sky and NaN in the void. `kinds` (uint8) are numbers of PixelClass; `instances` (uint16) those of
+    the objects, 0 elsewhere. `boxes` are those of the objects that the picture would show if they were alone, in the
+    order in which they were given. `flow` (height, width, 2; px, float32) leads to where the same point is seen in the
+    next picture, also beside it; it is NaN in the void, for objects that are gone, and for what the lens no longer
+    covers.
     """
 
     distance: NDArray[np.float32]

@@ -69,7 +69,7 @@ def locate_target(
     believed: AttitudeAndHeight,
     mount: Floats = LOOKING_DOWN,
 ) -> NorthEastOffset | None:
-    """The place (m north and east) that `detect` finds, without its errors."""
+    """The place (m north and east) that `detect_target` finds, without its errors."""
     pixel = _pixel(camera, view, target, mount)
     return point_on_plane(camera, mount, believed.pose_over_plane, pixel) if pixel is not None else None
 
@@ -95,7 +95,7 @@ def detection_at_pixel(
 def locate_like_original_camera(
     camera: FieldOfViewCamera, view: AttitudeAndHeight, target: NorthEastOffset
 ) -> NorthEastOffset | None:
-    """Like `detect`, with the geometry of the original."""
+    """Like `locate_target`, with the geometry of the original."""
     if not original_mug_camera.is_visible(camera, view.height, *target):
         return None
     pixel = original_mug_camera.to_pixel(camera, view.height, view.psi, *target)

@@ -98,7 +98,7 @@ def parse_position(value: object) -> tuple[float, float]:
 
 
 def format_degrees(angle: float) -> str:
-    """An angle (rad) as text in degrees that `quantity` reads back exactly; in rad if no number does."""
+    """An angle (rad) as text in degrees that `parse_quantity` reads back exactly; in rad if no number does."""
     text = math.degrees(angle)
     for digits in range(1, 18):
         short = f"{text:.{digits}g}"

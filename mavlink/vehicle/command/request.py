@@ -76,7 +76,8 @@ class PendingCommand:
 
     `number` is its place among the orders of all stations: after another one, the same order again is meant, and so it
     is from `until` on.
-    Only one that is not finished at `impatient` is told to be in progress: MAVSDK takes that for "busy" in many cases.
+    Only one that is not finished at `progress_due` is told to be in progress: MAVSDK takes that for "busy" in many
+    cases.
     """
 
     message: ReceivedMessage

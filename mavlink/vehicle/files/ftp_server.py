@@ -107,7 +107,7 @@ class FtpServer:
         self._dialogues: dict[Hashable, _Dialogue] = {}
 
     def receive(self, asker: Hashable, payload: bytes, now: float) -> bytes | None:
-        """The payload that answers one of FILE_TRANSFER_PROTOCOL; None if `more` has the answer, or if none is due."""
+        """The payload that answers one of FILE_TRANSFER_PROTOCOL; None if none is due, or `next_payload` has it."""
         request = FtpRequest.parse(payload)
         if request is None:
             return None
@@ -125,7 +125,7 @@ class FtpServer:
             return request.refuse(FtpError.of(error))
 
     def is_busy(self, asker: Hashable) -> bool:
-        """Whether `more` has something to do for an asker."""
+        """Whether `next_payload` has something to do for an asker."""
         dialogue = self._dialogues.get(asker)
         return dialogue is not None and (
             dialogue.sum is not None or any(session.burst for session in dialogue.sessions.values())
@@ -173,7 +173,7 @@ class FtpServer:
         return dialogue
 
     def _serve(self, dialogue: _Dialogue, request: FtpRequest, now: float) -> bytes | None:
-        """Raises Refusal or OSError."""
+        """Raises FtpError or OSError."""
         if request.opcode in WRITING:
             raise FtpError(FtpErrorCode.PROTECTED)
         if request.opcode == FtpOpcode.NONE:

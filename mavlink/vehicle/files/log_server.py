@@ -76,7 +76,10 @@ class LogServer:
         }
 
     def receive(self, asker: Hashable, name: str, values: Mapping[str, Any], now: float, *, first: int = 0) -> None:
-        """A message of a station; `more` has the answers. Logs are numbered from `first` on: 1 for ArduPilot's."""
+        """A message of a station; `next_message` has the answers.
+
+        Logs are numbered from `first` on: 1 for ArduPilot's.
+        """
         handler = self._handlers.get(name)
         if handler is None:
             return
@@ -88,7 +91,7 @@ class LogServer:
         handler(reader, values)
 
     def is_busy(self, asker: Hashable) -> bool:
-        """Whether `more` has something for an asker."""
+        """Whether `next_message` has something for an asker."""
         reader = self._readers.get(asker)
         return reader is not None and bool(reader.entries or reader.ranges)
 

@@ -57,7 +57,7 @@ class DaskExecutor:
     """Does jobs of a study on all workers of a Dask cluster, as many at a time as they have threads.
 
     Each worker gets the files of the study, once. One that has another Shoal, Python or NumPy, or computes otherwise,
-    is refused: `note` hears which and why. Workers may come, go and die; their jobs are done elsewhere. Close it.
+    is refused: `on_notice` hears which and why. Workers may come, go and die; their jobs are done elsewhere. Close it.
 
     Raises ValueError for what is no address, ModuleNotFoundError without the extra `cluster`, OSError if no scheduler
     answers.
@@ -111,7 +111,7 @@ class DaskExecutor:
             self._client.close(timeout=LEAVE)
 
     def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, ScenarioResult]]:
-        """See `Engine.run`. Raises OSError if the scheduler goes away, or no worker is left for `PATIENCE`."""
+        """See `JobExecutor.run`. Raises OSError if the scheduler goes away, or no worker is left for `PATIENCE`."""
         coming = iter(jobs)
         try:
             while self._assign_jobs(coming):

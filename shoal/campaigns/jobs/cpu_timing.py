@@ -17,8 +17,8 @@ class TimedResult(ScenarioResult):
 
 @dataclass
 class TimedRunner:
-    """Does what `do` does, and takes the time. With `only_failed` a run that passes keeps no log: it is run without
-    one first, which is faster, and once more if it fails."""
+    """Does what `run_job` does, and takes the time. With `only_failed` a run that passes keeps no log: it is run
+    without one first, which is faster, and once more if it fails."""
 
     run_job: RunJob
     only_failed: bool

@@ -26,8 +26,8 @@ class ProcessPool:
     `workers` is how many, by default one on each processor; with 0 this process does the jobs itself, without a limit
     of time. Temporary files are in `folder`, by default one of its own, all of which the last process removes if this
     one is killed. A job that takes more than `wall_limit` (s of wall time), or of which two processes die, or five are
-    killed, has a Result with an `error`. `code` are folders with tasks of a user. `make` makes in each process what
-    does the jobs there.
+    killed, has a result with an `error`. `code` are folders with tasks of a user. `make_runner` makes in each process
+    what does the jobs there.
     """
 
     def __init__(

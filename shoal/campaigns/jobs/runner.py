@@ -22,7 +22,7 @@ class ScenarioRunner:
         self._drafts: dict[Path, ScenarioDocument] = {}
 
     def __call__(self, job: Job) -> ScenarioResult:
-        """Run a job's scenario; a file or a value that is wrong is `Unreadable`."""
+        """Run a job's scenario; a file or a value that is wrong is an `UnreadableResult`."""
         try:
             scenario = self._draft(job.path).scenario(job.values)
         except OSError as error:

@@ -29,7 +29,7 @@ _FRAME = re.compile(r'^  File "(.*)", line (\d+) in (\w+|<\w+>)$')
 
 
 class WorkerProcess:
-    """A process that does one job after another. `deaths` and `job` are the caller's to read, `give` sets them.
+    """A process that does one job after another. `deaths` and `job` are the caller's to read, `assign` sets them.
 
     It is spawned, since a copy of this process might lack its threads. Ctrl-C does not reach it, and it ends when this
     process does, however that ends. What its runs leave in the folder of temporary files is removed with it.
@@ -100,7 +100,7 @@ class WorkerProcess:
 
     def _send(self) -> None:
         self._deadline = time.monotonic() + self._wall_limit + GRACE
-        with contextlib.suppress(OSError):  # it has ended: `take` will say so
+        with contextlib.suppress(OSError):  # it has ended: `receive` will say so
             self.pipe.send(self.job)
 
 

@@ -48,7 +48,7 @@ _HERE = Path(__file__).parent
 def campaign_html(data: CampaignResults, beside: Path) -> str:
     """The page of a data set, for a file in the folder `beside`: links to logs are relative to it.
 
-    Text from the data set is escaped. Raises DataSetError if it has no run.
+    Text from the data set is escaped. Raises ResultsError if it has no run.
     """
     rows = data.counted_rows
     if not rows:

@@ -22,7 +22,7 @@ Columns = dict[str, Any]
 class SobolIndex:
     """The share of an output's variance that an input has: alone, and with all that it acts together with.
 
-    Each has the half-width of its interval of 95 %. `total` is NaN where the design does not allow it.
+    Each has the half-width of its interval of 95 %. `total_order` is NaN where the design does not allow it.
     """
 
     first_order: float

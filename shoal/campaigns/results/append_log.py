@@ -21,7 +21,7 @@ class AppendLog:
     """Adds records to a file, one JSON line each, with its CRC-32 before it.
 
     A line that is not whole is that of a process that was killed, or of a full disk: it is cut off when the journal
-    is opened. Only one process may have it open. Raises JournalInUse, and OSError.
+    is opened. Only one process may have it open. Raises AppendLogInUse, and OSError.
     """
 
     def __init__(self, path: Path):

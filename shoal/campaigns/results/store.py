@@ -25,7 +25,9 @@ class ResultsError(ValueError):
 
 @dataclass
 class CampaignResults:
-    """The runs of a campaign, by number. `about` says what they are of, `damaged` how many lines could not be read.
+    """The runs of a campaign, by number. `metadata` says what they are of.
+
+    `damaged_lines` is how many lines could not be read.
 
     `end` is the number of runs after which it was complete; those with a higher number are not part of it. A part of
     a campaign, see `Shard`, has only some of the numbers below.
@@ -63,7 +65,7 @@ class CampaignResults:
         return str(self.metadata["study"])
 
     def row(self, run: int) -> ResultRow:
-        """The row of a run. Raises DataSetError that says which there are."""
+        """The row of a run. Raises ResultsError that says which there are."""
         if run not in self.rows:
             last = max(self.rows, default=-1)
             known = f"it has runs 0 to {last}" if last > 0 else "it has run 0 only" if last == 0 else "it has none"
@@ -97,7 +99,7 @@ def has_results(folder: Path) -> bool:
 
 
 def open_results(folder: Path) -> CampaignResults:
-    """The data set in a folder, also of a campaign that is not over. Raises DataSetError, and OSError."""
+    """The data set in a folder, also of a campaign that is not over. Raises ResultsError, and OSError."""
     path = folder / JOURNAL
     if not path.is_file():
         raise ResultsError(f"{folder} is not the data set of a campaign: it has no {JOURNAL}")
@@ -116,8 +118,8 @@ def _from_records(folder: Path, records: list[Record], damaged: int) -> Campaign
 class ResultsWriter:
     """A data set that is being made, of what `about` says; only one process can have it open. Close it.
 
-    Runs that did not end are left out of what it has, so that they are done again. Raises DataSetError if the folder
-    has runs of another study or of other versions, JournalInUse, and OSError.
+    Runs that did not end are left out of what it has, so that they are done again. Raises ResultsError if the folder
+    has runs of another study or of other versions, AppendLogInUse, and OSError.
     """
 
     def __init__(self, folder: Path, about: Mapping[str, Any]):

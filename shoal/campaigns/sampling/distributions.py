@@ -27,7 +27,7 @@ class StudyFileError(ValueError):
 class Distribution:
     """What a value may be.
 
-    `cells` are all its values if these are few, else empty; a `gridded` one takes each of them in turn, whatever
+    `levels` are all its values if these are few, else empty; one with `is_grid` takes each of them in turn, whatever
     the sampling. Values are numbers in `unit` as written in the file, or texts. `text` is as written.
     """
 

@@ -21,8 +21,8 @@ _SI = ("m", "m/s", "rad", "rpm", "s", "%")  # units of plain numbers
 class SearchConfig:
     """A search among `axes`, by place. All its runs have the `seed` of the scenario.
 
-    Of the runs of the study the first is the scenario as it is, the others are trials, `at_a_time` of which follow
-    from those before. Up to `shrink` runs more make the change that breaks it smaller.
+    Of the runs of the study the first is the scenario as it is, the others are trials, `batch_size` of which follow
+    from those before. Up to `max_shrink_runs` more make the change that breaks it smaller.
     """
 
     objective: SearchObjective

@@ -16,7 +16,7 @@ def suggest_trials(
 ) -> list[ValueChanges]:
     """The next `count` trials, none of which has been done; fewer if there is nothing left to try.
 
-    `told` are trials with what came of them, NaN if that is not known. The answer depends on the arguments alone:
+    `completed` are trials with what came of them, NaN if that is not known. The answer depends on the arguments alone:
     Optuna's sampler (TPE, J. Bergstra 2011) begins anew, so that a search may be ended between any two of these calls.
     Raises ModuleNotFoundError without Optuna.
     """

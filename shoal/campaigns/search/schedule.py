@@ -16,8 +16,8 @@ PART, AS_IT_IS, TRIAL, SMALLER = "part", "as it is", "trial", "smaller"
 class SearchSchedule:
     """What a search runs: the scenario as it is, trials, and changes that are made smaller.
 
-    `rows` are those of the runs that are done, by number, and may grow; `end` is the number of all runs once it is
-    known. If the scenario fails as it is, there is nothing to look for.
+    `rows` are those of the runs that are done, by number, and may grow; `total_runs` is the number of all runs once
+    it is known. If the scenario fails as it is, there is nothing to look for.
     """
 
     def __init__(self, search: SearchConfig, trials: int, seed: int, rows: Mapping[int, ResultRow]):
@@ -28,7 +28,7 @@ class SearchSchedule:
         self.total_runs: int | None = None
 
     def apply_stopping_rule(self) -> None:
-        """Nothing follows from a run alone; see `rounds`."""
+        """Nothing follows from a run alone; see `batches`."""
 
     def raw_values(self, run: int) -> ValueChanges:
         """What a run changes, without units."""

@@ -13,9 +13,9 @@ from shoal.campaigns.search.search_space import ValueChanges, change_size, chang
 
 @dataclass(frozen=True)
 class SearchFindings:
-    """Rows of a search: `as_it_is`, the trials, the best of all, those that fail, the smallest change that does.
+    """Rows of a search: `baseline`, the trials, the best of all, those that fail, the smallest change that does.
 
-    `course` is the best value until each of them (NaN if there is none). Rows are None if there are none such.
+    `best_so_far` is the best value until each of them (NaN if there is none). Rows are None if there are none such.
     """
 
     objective: SearchObjective

@@ -18,7 +18,7 @@ ValueChanges = dict[str, Scalar]
 
 @dataclass(frozen=True)
 class SearchAxis:
-    """What a value may be: `cells`, in rising order if they are `ordered`, and also between them if `continuous`.
+    """What a value may be: `levels`, in rising order if `is_ordered`, and also between them if `is_continuous`.
 
     `default` is the value of the scenario in the same unit, None if it has none.
     """
@@ -95,7 +95,7 @@ def _rounded(value: float, step: float) -> float:
 def change_size(values: Mapping[str, Scalar], axes: Mapping[str, Mapping[str, Any]]) -> tuple[int, float]:
     """How large a change of the scenario is: how many values are others, and how far they have gone along their axes.
 
-    `axes` is as `Axis.about` tells, by place.
+    `axes` is as `SearchAxis.to_dict` tells, by place.
     """
     return len(values), math.fsum(_departure(value, axes[place]) for place, value in values.items())
 

@@ -41,7 +41,7 @@ _RUNS, _UNTIL_MOST = 100, 10_000  # defaults
 
 @dataclass(frozen=True)
 class Study:
-    """What is to be run: the scenario in the file `path` with the values of `design`, and with those in `fixed`.
+    """What is to be run: the scenario in `scenario_path` with the values of `design`, and with those in `fixed`.
 
     `digest` is the same for studies of which each run is the same: it covers the scenario with its files, what varies
     and how, the seed, and the user's tasks; not the number of runs where no run depends on it. `bundle` has the

@@ -23,7 +23,7 @@ class BundleError(ValueError):
 
 @dataclass(frozen=True)
 class Workspace:
-    """The files of a `Bundle` in a folder `root`, below which each has the path that it had."""
+    """The files of a `StudyBundle` in a folder `root`, below which each has the path that it had."""
 
     root: Path
     folder: str

@@ -37,8 +37,8 @@ def merge(
     """Write all packets of the logs, unchanged, to a new log in `folder`, by time and then by log and order.
 
     A packet without a time follows the one before it. A packet that is in several logs is written once, unless
-    `keep_copies`. The packets wait unpacked in a temporary file and take 20 bytes of memory each. Raises Conflict if
-    the logs define a message in them differently, ValueError if there is no message, FileExistsError, OSError.
+    `keep_copies`. The packets wait unpacked in a temporary file and take 20 bytes of memory each. Raises MergeConflict
+    if the logs define a message in them differently, ValueError if there is no message, FileExistsError, OSError.
     """
     merged = MergeReport()
     with add_path_to_errors(tempfile.gettempdir()), tempfile.TemporaryFile() as spill:
@@ -124,7 +124,7 @@ def _filled(times: Array, latest: float) -> Array:
 
 
 def _common_schema(logs: list[imc.Log], ids: list[set[int]]) -> imc.Log:
-    """The log whose definitions fit all packets. Raises Conflict."""
+    """The log whose definitions fit all packets. Raises MergeConflict."""
     reasons: list[str] = []
     for candidate in logs:
         if candidate.schema.sync != logs[0].schema.sync:

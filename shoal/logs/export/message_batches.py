@@ -57,8 +57,8 @@ class MessageBatch(NamedTuple):
 class LogSource:
     """A log, and what to export of it.
 
-    skipped: reason -> number of messages that could not be written; unread: pictures that could not be read; notes:
-    what the export lacks, and why.
+    skipped: reason -> number of messages that could not be written; unreadable_photos: those that could not be read;
+    notes: what the export lacks, and why.
     """
 
     log: imc.Log

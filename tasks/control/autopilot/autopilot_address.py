@@ -67,7 +67,7 @@ def _options(text: str, query: str, known: tuple[str, ...]) -> dict[str, str]:
 
 
 def open_device(task: Task, address: AutopilotAddress, receive: Callable[[bytes], object]) -> Device:
-    """The device of a task at a place; `hear` takes what arrives."""
+    """The device of a task at a place; `receive` takes what arrives."""
     if address.scheme == "serial":
         return task.serial(address.device, address.baud, frames=receive)
     if address.scheme == "tcpout":

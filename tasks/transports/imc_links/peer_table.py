@@ -201,7 +201,8 @@ class PeerTable:
 class DropCounts:
     """How many datagrams were dropped, by reason and sender; senders beyond the first 64 of a reason share a name.
 
-    `forget(now)`, called now and then, makes room: senders of which nothing was dropped for 300 s lose their names.
+    `merge_inactive(now)`, called now and then, makes room: senders of which nothing was dropped for 300 s lose their
+    names.
     """
 
     def __init__(self) -> None:

@@ -15,7 +15,7 @@ def candidate_ports(first: int, tries: int) -> list[int]:
 
 
 def listening_socket(address: str, first: int, tries: int) -> socket.socket:
-    """A TCP socket that listens at the first free one of `ports_from`. Raises OSError."""
+    """A TCP socket that listens at the first free one of `candidate_ports`. Raises OSError."""
     for port in candidate_ports(first, tries):
         opened = socket.socket()
         try:

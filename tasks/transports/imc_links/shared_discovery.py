@@ -87,8 +87,8 @@ class DiscoveryLeader:
 class DiscoveryFollower:
     """Calls `take` with packets and their addresses, until nobody leads any more: then `ended`, once.
 
-    `welcome` is whether the leader has said anything, `silence` how often `count` was called since it did. Raises
-    OSError if nobody leads, or a program of another user.
+    `welcome` is whether the leader has said anything, `silence` how often `count_silence` was called since it did.
+    Raises OSError if nobody leads, or a program of another user.
     """
 
     def __init__(self, task: Task, name: str, take: Callable[[bytes, str], object], ended: Callable[[], object]):

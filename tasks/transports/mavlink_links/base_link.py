@@ -21,7 +21,7 @@ SILENCE = 5.0  # s after which a station may have to make room for another
 
 
 class LinkHost(DeviceOwner, Protocol):
-    """What links need of their task; `speed` is that of its clock."""
+    """What links need of their task; `clock_speed` is that of its clock."""
 
     maximum_peers: int
     clock_speed: float

@@ -26,7 +26,7 @@ LINKS = ["udpout://127.0.0.1:14550", "udpout://127.0.0.1:14540?flavour=px4", "ud
 
 
 class GroundLinks(Task):
-    """Telemetry, commands and parameters over all links, of a vehicle that `make_autopilot` gives."""
+    """Telemetry, commands and parameters over all links, of a vehicle that `make_endpoint` gives."""
 
     external = True
     requires = "mavlink"

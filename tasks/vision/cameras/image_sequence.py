@@ -192,7 +192,7 @@ def safe_file_name(name: str) -> str:
 def find_calibration(source: Path, camera: str) -> tuple[Path, str] | None:
     """The calibration that a folder of pictures has, and which of its cameras; None if there is none.
 
-    Raises ValueError as `pictures_folder`, OSError.
+    Raises ValueError as `find_pictures_folder`, OSError.
     """
     folder = find_pictures_folder(source, camera)
     if (folder / "rgb.txt").is_file():

@@ -34,18 +34,19 @@ def test_a_campaign_whose_processes_are_killed_has_each_row_once(tmp_path):
     (tmp_path / "rest.scenario.yaml").write_text(SCENARIO)
     (tmp_path / "rest.study.yaml").write_text(STUDY)
     study = load_study(tmp_path / "rest.study.yaml")
-    over, killed, chance = threading.Event(), [], random.Random(1)
+    over, progress, killed, chance = threading.Event(), threading.Event(), [], random.Random(1)
 
     def kill():
-        while not over.wait(PERIOD):
-            if running := multiprocessing.active_children():
+        while not over.wait(chance.uniform(0.0, PERIOD)):
+            if progress.is_set() and (running := multiprocessing.active_children()):
+                progress.clear()
                 os.kill(chance.choice(running).pid, signal.SIGKILL)
                 killed.append(1)
 
     killer = threading.Thread(target=kill)
     killer.start()
     try:
-        run_study(study, tmp_path / "disturbed", workers=2)
+        run_study(study, tmp_path / "disturbed", workers=2, on_progress=lambda _: progress.set())
     finally:
         over.set()
         killer.join()

@@ -70,7 +70,7 @@ def test_states_of_entities_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_stranger_does_not_write_to_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(NetworkSystem, "places", ["at \x1b[2J"])
+    monkeypatch.setattr(NetworkSystem, "addresses", ["at \x1b[2J"])
     assert "\\x1b[2J" in ls(monkeypatch, "--for", "0.3s").stderr
     assert "\x1b" not in ls(monkeypatch, "--for", "0.3s").stderr
 

@@ -46,7 +46,7 @@ def test_a_run_without_a_log_is_the_same_and_encodes_nothing(
         asked.add((kind, encodes))
         return passage(codec, kind, encodes)
 
-    monkeypatch.setattr(Codec, "round_trip", noted)
+    monkeypatch.setattr(Codec, "round_trip_function", noted)
     alone = flown(profile, tmp_path / "alone", "Transports.Logging:Enabled=Never")
     assert len(logged) > 5000
     assert {type(message) for message in logged} >= {imc.SimulatedState, imc.EstimatedState}

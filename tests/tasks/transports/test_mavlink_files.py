@@ -36,7 +36,7 @@ def server(tree):
 
 
 def rest(server, asker=STATION):
-    """What `more` has."""
+    """What `next_payload` has."""
     found = []
     while server.is_busy(asker):
         if (payload := server.next_payload(asker, 0.0)) is not None:
