@@ -242,7 +242,7 @@ def fly(seed: int) -> Flight:
 
         def say(message: imc.Message) -> None:
             packet = imc.encode_with_header(message, vehicle.kernel.now_ns * 1e-9, CCU, 1, vehicle.system, 0xFF)
-            vehicle.bus.dispatch(imc.decode(packet), packet, None)
+            vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
 
         def happen(kind: str, name: str) -> None:
             if kind == "abort":
@@ -251,7 +251,7 @@ def fly(seed: int) -> Flight:
                 if "Simulators.Battery" in names:
                     vehicle.task("Simulators.Battery").discharge_to(0.0)
             elif kind == "disconnect":
-                vehicle.task(name).disconnect()
+                vehicle.task(name).cancel_callbacks()
             else:
                 for fault in BREAKS[kind]:
                     faults.begin(name, fault)

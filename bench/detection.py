@@ -19,7 +19,7 @@ from world.detection import (
     project_to_plane,
 )
 from world.optics import PinholeModel
-from world.rendering import Glider, SceneCamera, ScenePose, optical_transform
+from world.rendering import Glider, SceneCamera, ScenePose, optical_to_body_transform
 
 LEAST = 30.0  # per second
 OPTICS = PinholeModel(1280, 960, 1000.0, 1000.0, 640.0, 480.0)
@@ -29,7 +29,10 @@ PLACES = ((1.0, 0.3), (-2.0, 3.0), (2.5, -4.0))
 def main() -> int:
     pictures = int(sys.argv[1]) if len(sys.argv) > 1 else 20
     camera, random = SceneCamera(OPTICS, 640, 6, visibility=30.0), np.random.default_rng(1)
-    tracker, mount = Tracker(DetectionAccuracy(), TrackerSettings(least_separation=0.8)), optical_transform(DOWN)
+    tracker, mount = (
+        Tracker(DetectionAccuracy(), TrackerSettings(least_separation=0.8)),
+        optical_to_body_transform(DOWN),
+    )
     spent = {"color": 0.0, "tracks": 0.0, "markers": 0.0}
     found = 0
     for k in range(pictures):

@@ -106,7 +106,7 @@ def vehicle_with_udp(**values: Any) -> tuple[Vehicle, UDP]:
     assert isinstance(udp, UDP)
     vehicle.start()
     vehicle.run(0.1)
-    services = str(Services.of([Service("imc+udp", "127.0.0.1", 9)]))
+    services = str(Services.from_system_info([Service("imc+udp", "127.0.0.1", 9)]))
     udp.on_announce(imc.Announce(src=CONSOLE, sys_name="console", services=services))
     return vehicle, udp
 
@@ -141,7 +141,7 @@ def peers_cost(count: int) -> tuple[float, float]:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sink:
         sink.bind(("127.0.0.1", 0))
         for system in range(0x4100, 0x4100 + count):
-            services = str(Services.of([Service("imc+udp", "127.0.0.1", sink.getsockname()[1])]))
+            services = str(Services.from_system_info([Service("imc+udp", "127.0.0.1", sink.getsockname()[1])]))
             udp.on_announce(imc.Announce(src=system, sys_name=f"console {system}", services=services))
             udp.on_datagrams([(imc.encode(imc.Heartbeat(src=system)), "127.0.0.1", 1)])
         vehicle.kernel.drain()

@@ -212,7 +212,7 @@ def send_bus(port: int, kind: str, seconds: float, ready: Callable[[], object]) 
     ready()
 
     def publish(message: imc.Message) -> None:
-        bus.dispatch(message, imc.encode(message), None)
+        bus.deliver_and_send(message, imc.encode(message), None)
 
     sent = 0
     if kind == "paced":

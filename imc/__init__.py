@@ -3,11 +3,11 @@
 from imc import coordinates, messages
 from imc.codec import (
     Codec,
+    datagram_packet,
     decode,
     decode_datagram,
     encode,
     encode_with_header,
-    first_packet,
     header,
     packet_id,
     packet_source,
@@ -57,6 +57,7 @@ __all__ = [
     "Violation",
     "builtin",
     "coordinates",
+    "datagram_packet",
     "decode",
     "decode_datagram",
     "definition_checksum",
@@ -64,7 +65,6 @@ __all__ = [
     "encode",
     "encode_with_header",
     "fields",
-    "first_packet",
     "from_dict",
     "from_json",
     "header",

@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple
 from fastcrc.crc16 import arc
 from msgspec.structs import force_setattr
 
-from imc.codec_compiler import Passage, Reader, compile_decoder, compile_round_trip, payload_size
+from imc.codec_compiler import Passage, Reader, check_payload_size, compile_decoder, compile_round_trip
 from imc.encodability import encoding_violations, first_violation
 from imc.errors import DecodeError, EncodeError
 from imc.layout import (
@@ -138,7 +138,7 @@ class Codec:
             if len(data) == size and not arc(data):
                 return cls(*unpack(data, 6)), data
         message = self._read_variable(data)
-        return (message, data) if message is not None else (self._decode(data), first_packet(data))
+        return (message, data) if message is not None else (self._decode(data), datagram_packet(data))
 
     def round_trip_function(self, kind: type[Message], encodes: bool) -> Passage:
         """A function (message of a class, the five values of its header) -> what a receiver of the packet decodes.
@@ -151,7 +151,7 @@ class Codec:
         return found
 
     def _make_passage(self, kind: type[Message], encodes: bool) -> Passage:
-        if not self.decodes_to(kind):
+        if not self.has_message_class(kind):
             return self._general(encodes)
         if not VARIABLE.intersection(kind.WIRE):
             return compile_round_trip(kind, encodes, self._general(encodes))
@@ -176,7 +176,7 @@ class Codec:
 
         return passage
 
-    def decodes_to(self, kind: type[Message]) -> bool:
+    def has_message_class(self, kind: type[Message]) -> bool:
         """Whether `decode` returns messages of this very class; other schemas have classes of their own."""
         try:
             return self._by_id(kind.ID) is kind
@@ -261,7 +261,7 @@ def _packet(message: Message, byteorder: ByteOrder) -> bytes:
         return message.to_packet()
     address = (message.timestamp, message.src, message.src_ent, message.dst, message.dst_ent)
     payload = message.to_inline_big()[2:] + message.surplus
-    body = _HEADERS["big"].pack(message.SYNC, message.ID, payload_size(payload, message), *address) + payload
+    body = _HEADERS["big"].pack(message.SYNC, message.ID, check_payload_size(payload, message), *address) + payload
     return body + arc(body).to_bytes(2, "big")
 
 
@@ -286,7 +286,7 @@ def decode_datagram(data: bytes) -> Message:
     return DEFAULT.decode(data)
 
 
-def first_packet(data: bytes) -> bytes:
+def datagram_packet(data: bytes) -> bytes:
     """The packet at the start of a datagram, without the bytes after it. Raises DecodeError."""
     length = len(data)
     if length >= SMALLEST_PACKET and data.startswith(_LITTLE) and data[4] | data[5] << 8 == length - SMALLEST_PACKET:

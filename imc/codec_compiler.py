@@ -75,7 +75,7 @@ def compile_packet_encoder(cls: "type[Message]", given_header: bool) -> Any:
     """A function message -> little-endian packet; with given_header it also takes the five header values."""
     header = [("" if given_header else "m.") + name for name in ADDRESS_FIELDS]
     address = ", ".join(header)
-    space: dict[str, Any] = {"arc": arc, "head": struct.Struct("<" + HEADER).pack, "sized": payload_size}
+    space: dict[str, Any] = {"arc": arc, "head": struct.Struct("<" + HEADER).pack, "sized": check_payload_size}
     space["footer"] = struct.Struct("<H").pack
     lines = [f"def packet({', '.join(['m', *header]) if given_header else 'm'}):"]
     general = (
@@ -111,7 +111,7 @@ def compile_round_trip(cls: "type[Message]", encodes: bool, general: Passage) ->
     return _compile(lines, "passage", space)
 
 
-def payload_size(payload: bytes, message: "Message") -> int:
+def check_payload_size(payload: bytes, message: "Message") -> int:
     """Size of a payload in bytes. Raises EncodeError if its packet exceeds 65535 bytes."""
     size = len(payload)
     if size > LARGEST_PAYLOAD:

@@ -101,7 +101,9 @@ class Services:
         return cls(tuple(each), len(uris) - len(each))
 
     @classmethod
-    def of(cls, offered: Iterable[Service] = (), *, uid: str | int = "", version: str = "", imc: str = "") -> Self:
+    def from_system_info(
+        cls, offered: Iterable[Service] = (), *, uid: str | int = "", version: str = "", imc: str = ""
+    ) -> Self:
         """What a system announces: its services, its `uid`, its version, and the version of its messages."""
         about = {"uid": ("dune", f"/uid/{uid}"), "version": ("dune", f"/version/{version}")}
         about["imc"] = ("imc+info", f"/version/{imc}")

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from fastcrc.crc16 import arc
 
-from imc.codec import byte_order, first_packet, with_header
+from imc.codec import byte_order, datagram_packet, with_header
 from imc.codec_compiler import LARGEST_PACKET
 from imc.errors import DecodeError, EncodeError
 from imc.layout import FOOTER_SIZE, SMALLEST_PACKET
@@ -54,7 +54,7 @@ class IncompleteMessage:
     size: int = 0
     asked: bool = False
 
-    def missing_parts(self) -> str:
+    def format_missing_parts(self) -> str:
         """The text of MessagePartControl that asks for the missing pieces: their numbers, or ! and the others."""
         missing = _listed(number for number in range(self.count) if number not in self.parts)
         present = "!" + _listed(sorted(self.parts))
@@ -113,7 +113,7 @@ class FragmentAssembler:
         self.counts["complete"] += 1
         return with_header(whole, src=part.src, dst=part.dst)
 
-    def overdue(self, before: float) -> list[tuple[int, int, IncompleteMessage]]:
+    def overdue_messages(self, before: float) -> list[tuple[int, int, IncompleteMessage]]:
         """System, uid and message of those that began before a time (s), and were not asked for."""
         return [(*key, each) for key, each in self._waiting.items() if each.since < before and not each.asked]
 
@@ -146,7 +146,7 @@ def _continues(found: IncompleteMessage, part: MessagePart) -> bool:
 
 def _checked(data: bytes) -> bytes:
     """The packet that pieces make up. Raises DecodeError."""
-    packet = first_packet(data)
+    packet = datagram_packet(data)
     if arc(packet[:-FOOTER_SIZE]) != int.from_bytes(packet[-FOOTER_SIZE:], byte_order(packet)):
         raise DecodeError("wrong CRC")
     return packet

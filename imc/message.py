@@ -9,7 +9,7 @@ from fastcrc.crc16 import arc
 from msgspec.structs import force_setattr
 from msgspec.structs import replace as replace_fields
 
-from imc.codec_compiler import compile_inline_encoder, compile_packet_encoder, payload_size
+from imc.codec_compiler import check_payload_size, compile_inline_encoder, compile_packet_encoder
 from imc.errors import EncodeError
 from imc.layout import HEADER
 
@@ -122,7 +122,7 @@ class Unknown(Message, frozen=True):
 
     def to_packet_with_header(self, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
         mark = "<" if self.byteorder == "little" else ">"
-        size = payload_size(self.payload, self)
+        size = check_payload_size(self.payload, self)
         body = struct.pack(mark + HEADER, self.SYNC, self.id, size, timestamp, src, src_ent, dst, dst_ent)
         body += self.payload
         return body + struct.pack(mark + "H", arc(body))

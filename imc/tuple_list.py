@@ -7,7 +7,7 @@ def parse_tuple_list(text: str) -> dict[str, str]:
     return {name.strip(): value.strip() for name, _, value in pairs}
 
 
-def read_integer(text: str, name: str) -> int | None:
+def parse_tuple_list_integer(text: str, name: str) -> int | None:
     """The integer with a name, as in "src=16385" or "src=0x4001"; None if it is missing or not an integer."""
     try:
         return int(parse_tuple_list(text).get(name, ""), 0)

@@ -20,7 +20,7 @@ from mavlink.modes import (
     Flavor,
     Mode,
     VehicleKind,
-    is_moving,
+    is_maneuvering,
     mode_number,
     mode_of,
 )
@@ -63,7 +63,7 @@ __all__ = [
     "chunks",
     "dataflash",
     "encode",
-    "is_moving",
+    "is_maneuvering",
     "load_dialect",
     "mavlink_system_id",
     "mode_number",

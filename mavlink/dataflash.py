@@ -73,7 +73,7 @@ class DataFlash:
         clock, damaged = RecordTimes(), 0
         definitions = _Definitions(data)
         chain = RecordScanner(data, 0, definitions)
-        while (start := chain.next()) >= 0:
+        while (start := chain.find_next_record()) >= 0:
             self._note(chain, damaged)
             kind = definitions.formats[data[start + 2]]
             if kind.name not in names:

@@ -113,7 +113,7 @@ class Definition:
                 yield field, f"items[{place}]"
             place += field.length if field.kind != "s" and field.length else 1
 
-    def fill(self, payload: bytes) -> bytes:
+    def pad_payload(self, payload: bytes) -> bytes:
         """`payload`, cut or filled with zeros to the size of the definition."""
         return payload[: self.size].ljust(self.size, b"\0")
 

@@ -48,7 +48,7 @@ class ReceivedMessage:
     @property
     def payload(self) -> bytes:
         """The whole payload, with trailing zeros."""
-        return self.definition.fill(self.content)
+        return self.definition.pad_payload(self.content)
 
     @property
     def values(self) -> dict[str, Any]:
@@ -113,7 +113,7 @@ class StreamSplitter:
         data = self._kept + data
         return self._take(data, _scan(data, self._dialect, whole=False, damaged=self._damaged))
 
-    def flush(self) -> tuple[list[ReceivedMessage], int]:
+    def take_remaining_messages(self) -> tuple[list[ReceivedMessage], int]:
         """No longer wait for the end of a frame: the messages in what is kept, which is all that may be damaged."""
         return self._take(self._kept, _scan(self._kept, self._dialect, whole=True, damaged=self._damaged))
 

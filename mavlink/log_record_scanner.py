@@ -51,7 +51,7 @@ class RecordScanner:
         self._size = len(data)
         self._definitions = definitions
 
-    def next(self) -> int:
+    def find_next_record(self) -> int:
         """Where the next record begins, after which `position` is its end; -1 if there is none."""
         while self.position < self._size:
             start = self.position

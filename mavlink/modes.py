@@ -285,14 +285,14 @@ def mode_number(name: str, kind: int, flavor: Flavor, enumerations: Mapping[str,
     return next((number for number, known in {**enumerations.get(group, {}), **names}.items() if known == name), None)
 
 
-def is_moving(vehicle: imc.VehicleState | None) -> bool:
+def is_maneuvering(vehicle: imc.VehicleState | None) -> bool:
     """Whether the vehicle executes a maneuver or is steered, whoever asked for it."""
     return vehicle is not None and vehicle.op_mode in (OpMode.MANEUVER, OpMode.EXTERNAL)
 
 
 def mode_of(vehicle: imc.VehicleState | None, plan: imc.PlanControlState | None, *, aloft: bool = False) -> Mode:
     """The mode of a vehicle with these states; one that is `aloft` holds if nothing else is asked for."""
-    if vehicle is None or not is_moving(vehicle):
+    if vehicle is None or not is_maneuvering(vehicle):
         return Mode.HOLD if aloft else Mode.MANUAL
     if vehicle.op_mode == OpMode.EXTERNAL or vehicle.maneuver_type == imc.Teleoperation.ID:
         return Mode.TELEOPERATION

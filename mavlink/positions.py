@@ -28,7 +28,7 @@ class Home(NamedTuple):
     altitude: float
 
 
-def home_of(state: imc.EstimatedState, *, afloat: bool, undulation: float = 0.0) -> Home | None:
+def home_from_state(state: imc.EstimatedState, *, afloat: bool, undulation: float = 0.0) -> Home | None:
     """Home at the reference point of a state; for a vessel it is at the surface, with altitude 0.
 
     `undulation` is the height of the geoid above the ellipsoid, in m.

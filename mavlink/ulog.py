@@ -69,7 +69,7 @@ class ULog:
         clock.accepts(BEGIN.unpack(data[: BEGIN.size])[2] / 1e6)
         definitions = _Definitions(data)
         chain = RecordScanner(data, BEGIN.size, definitions)
-        while (start := chain.next()) >= 0:
+        while (start := chain.find_next_record()) >= 0:
             self._note(chain, damaged)
             kind, content = data[start + 2 : start + 3], data[start + HEAD.size : chain.position]
             if kind == b"D":

@@ -53,7 +53,7 @@ class NoProfile:
         self._settings = {section: dict(options) for section, options in (settings or {}).items()}
 
     @property
-    def folder(self) -> Path:
+    def base_folder(self) -> Path:
         return Path()
 
     def set(self, section: str, parameters: Mapping[str, Parameter], values: Mapping[str, Any]) -> None:
@@ -139,7 +139,7 @@ def simulate(
             _record(run, {id(message) for _, message, _ in fed})
             vehicle.start()
             for at, message, packet in fed:
-                vehicle.kernel.at(at, vehicle.bus.dispatch, message, packet, None)
+                vehicle.kernel.at(at, vehicle.bus.deliver_and_send, message, packet, None)
             broken = FaultInjector(vehicle)
             for injection in faults:
                 broken.schedule(replace(injection, task=injection.task or made[0].name))

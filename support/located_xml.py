@@ -35,15 +35,15 @@ class Element:
         return self.attributes[name]
 
     @property
-    def description(self) -> str:
+    def description_text(self) -> str:
         """The text of its first <description>, without markup."""
         return next((child.text for child in self.children if child.tag == "description"), "")
 
-    def words(self, name: str) -> tuple[str, ...]:
+    def attribute_words(self, name: str) -> tuple[str, ...]:
         """The comma separated words of an attribute, in lower case."""
         return tuple(word for word in re.split(r"[,\s]+", self.get(name).lower()) if word)
 
-    def descendants(self, *tags: str) -> "list[Element]":
+    def descendants_at_path(self, *tags: str) -> "list[Element]":
         """The descendants along this path of tags."""
         found: list[Element] = [self]
         for tag in tags:
@@ -51,7 +51,7 @@ class Element:
         return found
 
 
-def read_elements(data: bytes, file: str, error: type[ValueError] = ValueError) -> Element:
+def parse_xml_tree(data: bytes, file: str, error: type[ValueError] = ValueError) -> Element:
     """The root element of an XML text. Raises `error` naming file:line."""
     top = Element("", {}, file, 0, error)
     stack = [top]

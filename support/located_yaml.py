@@ -118,7 +118,7 @@ def read_text(path: Path, error: type[ValueError]) -> str:
         raise error(f"{path}: not UTF-8: {wrong.reason} at byte {wrong.start}") from None
 
 
-def read_tree(text: str, file: str, error: type[ValueError] = ValueError) -> Node:
+def parse_yaml_tree(text: str, file: str, error: type[ValueError] = ValueError) -> Node:
     """The one document in the text. Raises `error` naming file:line, also for anchors, tags and duplicate keys."""
     try:
         return _tree(cast(Any, yaml).parse(text, Loader=_LOADER), file, error)

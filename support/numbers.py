@@ -16,6 +16,6 @@ def parse_number(text: str) -> int | float:
     return value
 
 
-def clamp(value: float, limit: float) -> float:
+def clamp_magnitude(value: float, limit: float) -> float:
     """The value, limited to between -`limit` and `limit`."""
     return -limit if value < -limit else limit if value > limit else value

@@ -84,7 +84,7 @@ def wrap(angle: float) -> float:
     return angle if BACK <= angle < HALF_TURN else (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
-def quaternion(r: Sequence[Sequence[float]]) -> Quaternion:
+def quaternion_from_matrix(r: Sequence[Sequence[float]]) -> Quaternion:
     """The unit quaternion w, x, y, z of a rotation, w >= 0 (Shepperd 1978)."""
     (a, b, c), (d, e, f), (g, h, i) = r
     squares = 1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i

@@ -20,7 +20,7 @@ def norm(a: Vector) -> float:
     return math.sqrt(dot(a, a))
 
 
-def limit_components(a: Vector, horizontal: float, up: float, down: float) -> Vector:
+def limit_horizontal_and_vertical(a: Vector, horizontal: float, up: float, down: float) -> Vector:
     """The vector with its horizontal part no longer than `horizontal`, and its vertical between -`up` and `down`."""
     length = math.hypot(a[0], a[1])
     share = horizontal / length if length > horizontal else 1.0

@@ -54,7 +54,7 @@ class PoseHistory:
         return fault
 
     @property
-    def latest(self) -> imc.EstimatedState | None:
+    def latest_state(self) -> imc.EstimatedState | None:
         return self._states[-1][0] if self._states else None
 
     def pose_at(self, time: float, oldest: float) -> Pose | None:

@@ -26,7 +26,7 @@ def world_of(task: Task) -> World:
         raise ParameterError("World", str(error)) from None
 
 
-def check_older_options(task: Task, *options: str) -> None:
+def validate_legacy_options(task: Task, *options: str) -> None:
     """Refuse values of older options of a task that its world cannot have. Raises ParameterError.
 
     When a value changes while the vehicle runs, the world is read again, so that all tasks see the change.
@@ -135,5 +135,7 @@ class TrueState:
         state = self._state
         if state is None or abs(now - state.timestamp) > oldest:  # also of a clock that was set back
             return None
-        (north, east, down), angles = BodyMotion.from_state(state).motion_after(now - state.timestamp)
+        (north, east, down), angles = BodyMotion.from_state(state).predict_displacement_and_angles(
+            now - state.timestamp
+        )
         return WorldPose(self._place[0] + north, self._place[1] + east, state.z + down, angles)

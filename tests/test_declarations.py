@@ -46,7 +46,7 @@ def test_every_profile_has_no_mistakes(name):
 @pytest.mark.parametrize("name", PROFILES)
 def test_every_profile_runs_ten_seconds_in_simulation(name, tmp_path):
     profile = load_profile(name, [own_etc()])
-    selected = profile.parse_modes("Simulation,Camera" if "Camera" in profile.modes else "Simulation")
+    selected = profile.parse_modes("Simulation,Camera" if "Camera" in profile.selectable_modes else "Simulation")
     made = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=tmp_path)
     made.vehicle.start()
     made.vehicle.run(10.0)

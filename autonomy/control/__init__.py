@@ -3,7 +3,7 @@
 from autonomy.control.attitude_controller import AttitudeController, AttitudeGains, AttitudeReference
 from autonomy.control.bottom_estimator import BottomEstimator
 from autonomy.control.depth_controller import DepthController, DepthGains
-from autonomy.control.differential_thrust import allocate_thrust, motor_actuations
+from autonomy.control.differential_thrust import allocate_thrust, forces_to_actuations
 from autonomy.control.echo_classifier import EchoClass, classify_echo
 from autonomy.control.enabled_loops import EnabledLoops
 from autonomy.control.fin_allocation import Fins, allocate_fins, fin_torques
@@ -15,7 +15,7 @@ from autonomy.control.multirotor_controller import (
     MultirotorGains,
 )
 from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, rotor_actuation, tilt_and_thrust
-from autonomy.control.operator_input import AXES, BUTTONS, OperatorInput, format_actions
+from autonomy.control.operator_input import AXES, BUTTONS, OperatorInput, format_actions_request
 from autonomy.control.pid import PID, PIDGains
 from autonomy.control.speed_controller import SpeedController
 from autonomy.control.thruster_controller import STANDSTILL, ThrusterController, ThrusterGains
@@ -52,8 +52,8 @@ __all__ = [
     "allocate_thrust",
     "classify_echo",
     "fin_torques",
-    "format_actions",
-    "motor_actuations",
+    "forces_to_actuations",
+    "format_actions_request",
     "rotor_actuation",
     "tilt_and_thrust",
 ]

@@ -18,7 +18,7 @@ def allocate_thrust(ahead: float, turning: float, highest: float, lowest: float,
     return port, starboard
 
 
-def motor_actuations(forces: Forces, reverse: float) -> Forces:
+def forces_to_actuations(forces: Forces, reverse: float) -> Forces:
     """Actuations of motors whose force grows with the square of their speed, and is `reverse` times as large astern."""
     port, starboard = (
         math.copysign(min(1.0, math.sqrt(abs(force) / (reverse if force < 0.0 else 1.0))), force) for force in forces

@@ -1,6 +1,6 @@
 """Distributes torques to four fins in a cross."""
 
-from support.numbers import clamp
+from support.numbers import clamp_magnitude
 
 Fins = tuple[float, float, float, float]
 Torques = tuple[float, float, float]
@@ -16,13 +16,13 @@ def allocate_fins(wanted: Torques, effects: Torques, limit: float, crossed: floa
     k, m, n = wanted
     roll, pitch, yaw = effects
     free = limit - crossed
-    vertical = clamp(-n / (2.0 * yaw), free) if not crossed else 0.0
-    horizontal = clamp(-m / (2.0 * pitch), free)
+    vertical = clamp_magnitude(-n / (2.0 * yaw), free) if not crossed else 0.0
+    horizontal = clamp_magnitude(-m / (2.0 * pitch), free)
     share = k / roll / 4.0
     left_vertical, left_horizontal = free - abs(vertical), free - abs(horizontal)
-    on_vertical = clamp(share, left_vertical)
-    on_horizontal = clamp(2.0 * share - on_vertical, left_horizontal)
-    on_vertical = clamp(2.0 * share - on_horizontal, left_vertical)
+    on_vertical = clamp_magnitude(share, left_vertical)
+    on_horizontal = clamp_magnitude(2.0 * share - on_vertical, left_horizontal)
+    on_vertical = clamp_magnitude(2.0 * share - on_horizontal, left_vertical)
     return (
         vertical - on_vertical + crossed,
         horizontal + on_horizontal + crossed,

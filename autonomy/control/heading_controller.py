@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import imc
 from autonomy.control.pid import PID
-from support.numbers import clamp
+from support.numbers import clamp_magnitude
 from support.rotations import wrap
 
 Loops = imc.CLoopsMask
@@ -50,7 +50,7 @@ class HeadingController:
         if mask & Loops.YAW_RATE:
             if self.desired_rate is None:
                 return None
-            self.rate = clamp(self.desired_rate, self._maximum_rate)
+            self.rate = clamp_magnitude(self.desired_rate, self._maximum_rate)
         elif mask & Loops.YAW:
             if self.heading is None:
                 return None
@@ -62,10 +62,10 @@ class HeadingController:
         self.p, self.i = self._proportional * error, self._accumulated
         self.d = -self._derivative * (r - turned) / dt if turned is not None and dt > 0.0 else 0.0
         wanted = self._feedforward * self.rate + self.p + self.i + self.d
-        output = clamp(wanted, limit)
+        output = clamp_magnitude(wanted, limit)
         growth = self._integral * error * dt
         if not (wanted != output and growth * wanted > 0.0):
-            self._accumulated = clamp(self._accumulated + growth, limit)
+            self._accumulated = clamp_magnitude(self._accumulated + growth, limit)
         return output
 
     @property

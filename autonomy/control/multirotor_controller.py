@@ -6,9 +6,9 @@ from typing import NamedTuple
 import imc
 from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, tilt_and_thrust
 from autonomy.control.pid import PID, PIDGains
-from support.numbers import clamp
+from support.numbers import clamp_magnitude
 from support.rotations import Vector, wrap
-from support.vectors import add, limit_components, norm
+from support.vectors import add, limit_horizontal_and_vertical, norm
 
 LEVEL, LEARNING = 0.5, 5.0  # m/s, s: when and how fast the weight is learned
 BLIND_THRUST, BLIND_DESCENT, BLIND_GAIN = 0.98, 1.5, 1.0  # share of the weight, m/s, 1/s: a blind descent
@@ -74,21 +74,21 @@ class MultirotorController:
         seconds = 0.5 * norm(velocity) / self.gains.acceleration + REACTION
         return add((state.x, state.y, state.z), velocity, seconds)
 
-    def hold_velocity(self, state: imc.EstimatedState, point: Vector) -> Vector:
+    def position_hold_velocity(self, state: imc.EstimatedState, point: Vector) -> Vector:
         """Velocity (m/s) that keeps the vehicle at a point (m)."""
         k = self.gains.position
         return k * (point[0] - state.x), k * (point[1] - state.y), k * (point[2] - state.z)
 
     def landing_velocity(self, state: imc.EstimatedState, point: Vector) -> Vector:
         """Velocity (m/s) that lands the vehicle below or above a point (m)."""
-        north, east, _ = self.hold_velocity(state, point)
+        north, east, _ = self.position_hold_velocity(state, point)
         low = state.alt < self.gains.landing_altitude
         return north, east, self.gains.landing_rate if low else self.gains.descent
 
     def step(self, state: imc.EstimatedState, velocity: Vector, heading: float, dt: float) -> MultirotorCommand:
         """The command for a velocity (m/s north, east, down) and a heading (rad), `dt` s after the last."""
         gains = self.gains
-        wanted, before = limit_components(velocity, gains.speed, gains.climb, gains.descent), self._ramped
+        wanted, before = limit_horizontal_and_vertical(velocity, gains.speed, gains.climb, gains.descent), self._ramped
         self.velocity, change = wanted, add(wanted, before, -1.0)
         length, longest = norm(change), gains.acceleration * dt
         self._ramped = wanted if length <= longest else add(before, change, longest / length)
@@ -98,14 +98,14 @@ class MultirotorController:
         laws = self._north, self._east, self._down
         n, e, d = (law.step(dt, e, 0.0) + rate * step for law, e, step in zip(laws, error, ahead, strict=True))
         roll, pitch, thrust = tilt_and_thrust((n, e, d), state.psi, gains.tilt)
-        turning = clamp(gains.heading * wrap(heading - state.psi), gains.heading_rate)
+        turning = clamp_magnitude(gains.heading * wrap(heading - state.psi), gains.heading_rate)
         if abs(state.vz) < LEVEL:
             self._weight += min(1.0, dt / LEARNING) * (GRAVITY - self._down.i - self._weight)
         return MultirotorCommand(roll, pitch, turning, thrust)
 
     def descend_blind(self, dt: float) -> MultirotorCommand:
         """The command for a level descent without a state, `dt` s after the last."""
-        brake = clamp(BLIND_GAIN * (BLIND_DESCENT - self.falling), self.gains.acceleration)
+        brake = clamp_magnitude(BLIND_GAIN * (BLIND_DESCENT - self.falling), self.gains.acceleration)
         self.falling += dt * brake
         weight = min(self._weight, GRAVITY)  # one that was learned in a climb nobody noticed is too large
         return MultirotorCommand(0.0, 0.0, 0.0, BLIND_THRUST * weight - brake)

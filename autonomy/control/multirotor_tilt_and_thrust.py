@@ -3,7 +3,7 @@
 import math
 
 from support.rotations import Vector
-from support.vectors import limit_components
+from support.vectors import limit_horizontal_and_vertical
 
 GRAVITY = 9.80665
 LEAST_LIFT = 0.3 * GRAVITY  # m/s²; least upward part of the thrust
@@ -17,7 +17,7 @@ def tilt_and_thrust(acceleration: Vector, psi: float, steepest: float) -> tuple[
     """
     lift = max(LEAST_LIFT, GRAVITY - acceleration[2])
     reach = lift * math.tan(steepest)
-    north, east, _ = limit_components(acceleration, reach, 0.0, 0.0)
+    north, east, _ = limit_horizontal_and_vertical(acceleration, reach, 0.0, 0.0)
     ahead, starboard = north * math.cos(psi) + east * math.sin(psi), east * math.cos(psi) - north * math.sin(psi)
     thrust = math.sqrt(ahead * ahead + starboard * starboard + lift * lift)
     return math.asin(starboard / thrust), math.atan2(-ahead, lift), thrust

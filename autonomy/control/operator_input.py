@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 
-from imc.tuple_list import parse_tuple_list, read_integer
+from imc.tuple_list import parse_tuple_list, parse_tuple_list_integer
 
 FULL = 127.0  # full deflection of an axis, to either side
 AXES = ("Heading", "Thrust", "Pitch")
@@ -22,7 +22,7 @@ class OperatorInput:
 
     def reset(self, custom: str) -> None:
         """Start over; `custom` of Teleoperation may name the only system allowed to steer, as "src=16385"."""
-        self.source = read_integer(custom, "src")
+        self.source = parse_tuple_list_integer(custom, "src")
         self.axes: dict[str, float] = {}
         self._down: set[str] = set()
 
@@ -49,6 +49,6 @@ class OperatorInput:
         return self.axes.get(name, 0.0)
 
 
-def format_actions(buttons: Iterable[str], axes: Iterable[str]) -> str:
+def format_actions_request(buttons: Iterable[str], axes: Iterable[str]) -> str:
     """The text of RemoteActionsRequest that offers buttons and axes to a console."""
     return ";".join([*(f"{b}=Button" for b in buttons), *(f"{a}=Axis" for a in axes), f"Ranges=Range{FULL:.0f}"])

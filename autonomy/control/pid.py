@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
-from support.numbers import clamp
+from support.numbers import clamp_magnitude
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,8 @@ class PID:
         self.d = self._derivative * error_rate
         self.i = self._accumulated
         wanted = self.p + self.i + self.d
-        output = clamp(wanted, self._limit)
+        output = clamp_magnitude(wanted, self._limit)
         growth = self._integral * error * dt
         if growth and not (self._conditional and wanted != output and growth * wanted > 0.0):
-            self._accumulated = clamp(self._accumulated + growth, self._integral_limit)
+            self._accumulated = clamp_magnitude(self._accumulated + growth, self._integral_limit)
         return output

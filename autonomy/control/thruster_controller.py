@@ -54,7 +54,7 @@ class ThrusterController:
         self.speed.reset()
         self.rpm = 0.0
 
-    def step(self, u: float, desired: float, dt: float) -> float:
+    def step_speed_loop(self, u: float, desired: float, dt: float) -> float:
         """The rotation rate (rpm) at a surge of `u` for a desired one (m/s); with a `dt` of 0 it stays as it is.
 
         `dt` is the time since the last step (s).

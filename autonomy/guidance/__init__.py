@@ -3,7 +3,7 @@
 from autonomy.guidance.bottom_guard import BottomGuard
 from autonomy.guidance.divergence_monitor import AlongTrack, CrossTrack, DivergenceMonitor
 from autonomy.guidance.multirotor import NOWHERE, MultirotorGuidance, MultirotorGuidanceGains
-from autonomy.guidance.multirotor_limits import MultirotorLimits, ground_level
+from autonomy.guidance.multirotor_limits import MultirotorLimits, ground_z
 from autonomy.guidance.path_velocity import Circle, Line, MotionLimits
 from autonomy.guidance.pure_pursuit import PurePursuitGains, PurePursuitLaw
 from autonomy.guidance.track import PathProgress, Point, Track, bearing, is_valid_path, progress
@@ -33,7 +33,7 @@ __all__ = [
     "VectorFieldGains",
     "VectorFieldLaw",
     "bearing",
-    "ground_level",
+    "ground_z",
     "is_valid_path",
     "progress",
 ]

@@ -42,7 +42,7 @@ class MultirotorGuidance:
         self._takes_off, self._lands = takes_off, lands
         self.near = self.loitering = self.landing = False
 
-    def update_path(self, line: Line, circle: Circle | None) -> None:
+    def update_path_coordinates(self, line: Line, circle: Circle | None) -> None:
         """Go on along a line and a circle that have moved."""
         self.line, self.circle = line, circle
 

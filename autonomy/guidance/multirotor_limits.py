@@ -8,7 +8,7 @@ import imc
 Bits = imc.OpLimitsMask
 
 
-def ground_level(state: imc.EstimatedState) -> float:
+def ground_z(state: imc.EstimatedState) -> float:
     """The ground, m below the reference."""
     return state.z + max(0.0, state.alt)
 
@@ -31,5 +31,5 @@ class MultirotorLimits:
 
     def limit_height(self, down: float, state: imc.EstimatedState, margin: float) -> float:
         """A height (m below the reference), kept `margin` (m) away from the limits of altitude."""
-        limited = max(down, ground_level(state) - max(0.0, self.highest - margin))
-        return min(limited, ground_level(state) - self.lowest - margin) if self.lowest else limited
+        limited = max(down, ground_z(state) - max(0.0, self.highest - margin))
+        return min(limited, ground_z(state) - self.lowest - margin) if self.lowest else limited

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from support.rotations import Vector
-from support.vectors import add, dot, limit_components, norm
+from support.vectors import add, dot, limit_horizontal_and_vertical, norm
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class MotionLimits:
 
     def limit_velocity(self, velocity: Vector) -> Vector:
         """The velocity, cut to the limits."""
-        return limit_components(velocity, self.speed, self.climb, self.descent)
+        return limit_horizontal_and_vertical(velocity, self.speed, self.climb, self.descent)
 
     def velocity_to(self, offset: Vector) -> Vector:
         """Velocity to a point at an offset (m), to stop there."""

@@ -29,7 +29,7 @@ class Track:
         """Distance from start to end (m)."""
         return math.dist(self.start, self.end)
 
-    def tangent(self) -> "Track":
+    def circle_entry_track(self) -> "Track":
         """The straight track to the start of the circle: abeam of the center, which is on the inner side."""
         direction = self.bearing - self.side * 0.5 * math.pi
         north, east = self.end

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import imc
 from autonomy.guidance.track import PathProgress, Track, bearing, progress
-from support.numbers import clamp
+from support.numbers import clamp_magnitude
 from support.rotations import wrap
 
 SLOWEST_COURSE = 0.2  # m/s; a slower vehicle has no course
@@ -50,12 +50,12 @@ class TrackGuidance:
         """Begin a track; `loitering` if the vehicle is on its circle already."""
         self.near, self.loitering = False, loitering
         self.course = self.target = self.eta = 0.0
-        self.update_track(track)
+        self.update_track_coordinates(track)
 
-    def update_track(self, track: Track) -> None:
+    def update_track_coordinates(self, track: Track) -> None:
         """Go on along a track whose coordinates have changed."""
         self.track = track
-        self._straight = track.tangent() if track.radius > 0.0 else track
+        self._straight = track.circle_entry_track() if track.radius > 0.0 else track
 
     def step(self, state: imc.EstimatedState) -> float:
         """The heading to steer (rad)."""
@@ -75,4 +75,4 @@ class TrackGuidance:
         else:
             target = where.line_of_sight
         self.course, self.target = course, target
-        return wrap(target + clamp(wrap(state.psi - course), LARGEST_DRIFT))
+        return wrap(target + clamp_magnitude(wrap(state.psi - course), LARGEST_DRIFT))

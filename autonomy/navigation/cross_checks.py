@@ -80,7 +80,7 @@ class AttitudeCheck:
             return "pitch does not follow the turn rate"
         return "roll does not follow the turn rate" if abs(self._roll.value) > LEAN_LAG * self._patience else ""
 
-    def latch(self, faulty: bool) -> None:
+    def set_hysteresis(self, faulty: bool) -> None:
         """Hold a fault until the disagreement is half as large as the one that began it."""
         self._patience = RELIEF if faulty else 1.0
 

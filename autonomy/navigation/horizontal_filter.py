@@ -98,7 +98,7 @@ class HorizontalFilter:
             for (a0, a1, a2, a3, a4, a5, a6, a7, a8), g in zip(p, gain, strict=True)
         ]
 
-    def variance(self, index: int) -> float:
+    def state_variance(self, index: int) -> float:
         """Variance of a state."""
         found = self.p[index][index]
         return found if found > 0.0 else 0.0

@@ -73,7 +73,7 @@ class PositionEstimate:
         return self._distance(dn, de, variance) <= CONTRADICTION
 
     @property
-    def contradicted(self) -> bool:
+    def has_rejected_fix(self) -> bool:
         """Whether the latest fix was rejected."""
         return self._gate.rejected > 0
 

@@ -44,7 +44,7 @@ class SensorChecks:
         self._held_fault, self._held_until = "", -math.inf
 
     @property
-    def depth_doubt(self) -> float:
+    def depth_error_bound(self) -> float:
         """How far a faulty depth may be off (m), 0 if it is sound."""
         return self._depth.disagreement if self._depth.fault else 0.0
 
@@ -127,7 +127,7 @@ class SensorChecks:
             self._held_fault, self._held_until = "fixes under water: depth or GPS is wrong", now + FAULT_HOLD
         return position is None and self._deep_fixes >= DEEP_FIXES
 
-    def report_position_reset(self, now: float, position: PositionEstimate, decision: GateDecision) -> None:
+    def check_position_reset(self, now: float, position: PositionEstimate, decision: GateDecision) -> None:
         """Say that fixes have reset the position; a receiver that jumps ends a plan."""
         if decision is GateDecision.RESET:
             self._log.warning("fixes contradict the position, which is reset to theirs")
@@ -148,7 +148,7 @@ class SensorChecks:
             return f"depth {missing_reason(stuck=False, jumps=self._depth.rejects)}"
         if 0.0 < settings.dvl_silence < now - inputs.dvl_time:
             return f"{settings.dvl or 'the velocity log'} is silent"
-        self._attitude.latch(bool(self._attitude.fault))
+        self._attitude.set_hysteresis(bool(self._attitude.fault))
         fault = self._attitude.fault or self._depth.fault
         if fault:
             self._held_fault, self._held_until = fault, now + FAULT_HOLD
@@ -162,7 +162,7 @@ class SensorChecks:
         text = f"active without {' and '.join(silent)}" if silent else "active"
         if inputs.velocity_fault:
             text += f"; DVL: {inputs.velocity_fault}"
-        if position is not None and position.contradicted:
+        if position is not None and position.has_rejected_fix:
             text += "; GPS: contradicts the position"
         if now - self._deep_fix_time < FAULT_HOLD:
             text += "; GPS: has fixes under water"

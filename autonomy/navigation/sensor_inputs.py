@@ -35,10 +35,10 @@ class SensorInputs:
     """
 
     def __init__(self, settings: UnderwaterSettings):
-        self.configure(settings)
+        self.apply_settings(settings)
         self.restart(math.inf)
 
-    def configure(self, settings: UnderwaterSettings) -> None:
+    def apply_settings(self, settings: UnderwaterSettings) -> None:
         """Use other settings; the gates start anew."""
         self.settings = settings
         jumps, largest = settings.dvl_jumps, settings.dvl_largest

@@ -71,7 +71,7 @@ def navigation_uncertainty(
     position: PositionEstimate, vertical: DepthFilter, doubt: float, noise: Sequence[float]
 ) -> imc.NavigationUncertainty:
     """The variances of both filters; that of depth includes a `doubt` (m), `noise` is that of the measurements."""
-    variance = position.filter.variance
+    variance = position.filter.state_variance
     attitude, rate = noise[2], noise[3]
     depth, sinking = vertical.variances
     return imc.NavigationUncertainty(

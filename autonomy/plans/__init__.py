@@ -6,7 +6,7 @@ from autonomy.plans.boolean_grammar import (
     SIGN_PATTERN,
     Connectives,
     GrammarParser,
-    boolean_connectives,
+    predicate_connectives,
 )
 from autonomy.plans.bounds import PlanBounds, area_violations, flight_violations
 from autonomy.plans.conditions import Condition, parse_condition
@@ -41,7 +41,6 @@ __all__ = [
     "TemplateDefaults",
     "TemplateError",
     "area_violations",
-    "boolean_connectives",
     "estimate_maneuver",
     "feasibility_violations",
     "flight_violations",
@@ -51,6 +50,7 @@ __all__ = [
     "parse_condition",
     "parse_graph",
     "plan_from_template",
+    "predicate_connectives",
     "remaining_plan",
     "sequential_plan",
     "value_range_violations",

@@ -31,7 +31,7 @@ class Connectives(NamedTuple, Generic[T]):
     negation: Callable[[T], T]
 
 
-def boolean_connectives() -> Connectives[Callable[P, bool]]:
+def predicate_connectives() -> Connectives[Callable[P, bool]]:
     """What and, or and not mean for functions that say whether something is true."""
     return Connectives(_all_of, _any_of, _negation)
 
@@ -93,7 +93,7 @@ class GrammarParser(Generic[T]):
         self._words.reverse()
 
     @property
-    def next_word(self) -> str | None:
+    def lookahead_word(self) -> str | None:
         return self._words[-1] if self._words else None
 
     def parse(self) -> T:
@@ -104,8 +104,8 @@ class GrammarParser(Generic[T]):
 
     def expect_end(self) -> None:
         """Raise ValueError if there is another word."""
-        if self.next_word is not None:
-            raise ValueError(f"{self.next_word!r} is not expected")
+        if self.lookahead_word is not None:
+            raise ValueError(f"{self.lookahead_word!r} is not expected")
 
     def accept(self, *words: str) -> bool:
         """Whether the next word was one of these, which is then taken."""
@@ -114,7 +114,7 @@ class GrammarParser(Generic[T]):
             self._words.pop()
         return found
 
-    def expect(self, what: str) -> str:
+    def expect_word(self, what: str) -> str:
         if not self._words:
             raise ValueError(f"{what} is missing")
         return self._words.pop()
@@ -125,12 +125,12 @@ class GrammarParser(Generic[T]):
             raise ValueError("a ) is missing")
 
     def expect_comparison(self) -> Callable[[Any, Any], bool]:
-        sign = self.expect("a comparison")
+        sign = self.expect_word("a comparison")
         if sign not in COMPARISONS:
             raise ValueError(f"{sign!r} is not a comparison")
         return COMPARISONS[sign]
 
-    def parse_nested(self, read: Callable[[], R]) -> R:
+    def parse_with_nesting_limit(self, read: Callable[[], R]) -> R:
         """What `read` reads one level further inside. Raises ValueError if that is too deep."""
         self._depth += 1
         if self._depth > MAX_NESTING:
@@ -146,15 +146,15 @@ class GrammarParser(Generic[T]):
         return tests[0] if len(tests) == 1 else self._meaning.any_of(tests)
 
     def _all(self) -> T:
-        tests = [self.parse_nested(self._term)]
+        tests = [self.parse_with_nesting_limit(self._term)]
         while self.accept("and", "&&", ","):
-            tests.append(self.parse_nested(self._term))
+            tests.append(self.parse_with_nesting_limit(self._term))
         return tests[0] if len(tests) == 1 else self._meaning.all_of(tests)
 
     def _term(self) -> T:
         if self.accept("not", "!"):
-            return self._meaning.negation(self.parse_nested(self._term))
-        if self.next_word == "(" and not (self._sums and self._is_sum()):
+            return self._meaning.negation(self.parse_with_nesting_limit(self._term))
+        if self.lookahead_word == "(" and not (self._sums and self._is_sum()):
             self.accept("(")
             inside = self._alternatives()
             self.close_group()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import imc
-from autonomy.plans.boolean_grammar import NUMBER_PATTERN, SIGN_PATTERN, GrammarParser, boolean_connectives
+from autonomy.plans.boolean_grammar import NUMBER_PATTERN, SIGN_PATTERN, GrammarParser, predicate_connectives
 from imc.layout import NUMBERS
 
 LatestMessages: TypeAlias = Mapping[type[imc.Message], imc.Message]
@@ -35,10 +35,10 @@ def parse_condition(text: str) -> Condition:
     kinds: set[type[imc.Message]] = set()
 
     def read_comparison(parser: GrammarParser[Test]) -> Test:
-        word = parser.expect("a condition")
+        word = parser.expect_word("a condition")
         return (lambda _, done: done) if word.lower() in DONE_WORDS else _comparison(word, parser, kinds)
 
-    test = GrammarParser[Test](text, _WORD, read_comparison, boolean_connectives()).parse()
+    test = GrammarParser[Test](text, _WORD, read_comparison, predicate_connectives()).parse()
     return Condition(text, test, frozenset(kinds))
 
 
@@ -56,10 +56,10 @@ def _comparison(word: str, parser: GrammarParser[Test], kinds: set[type[imc.Mess
         raise ValueError(f"{word!r} is neither ManeuverIsDone nor Message.field")
     if field not in {f.name for f in imc.fields(kind) if f.type.split()[0] in NUMBERS}:
         raise ValueError(f"{name} has no numeric field {field!r}")
-    sign = parser.next_word
+    sign = parser.lookahead_word
     compare = parser.expect_comparison()
     try:
-        limit = float(parser.expect("a number"))
+        limit = float(parser.expect_word("a number"))
     except ValueError:
         raise ValueError(f"{word} {sign} needs a number") from None
     kinds.add(kind)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import imc
-from imc.coordinates import maneuver_corners
+from imc.coordinates import maneuver_corner_offsets
 from support.wgs84 import displace, displacement
 
 LatLon = tuple[float, float]  # latitude, longitude (rad)
@@ -32,7 +32,7 @@ class Powertrain:
     hotel: float = 0.0
     ahead: float = 5.0
 
-    def convert_speed(self, value: float, units: int) -> float:
+    def to_meters_per_second(self, value: float, units: int) -> float:
         """A speed in any unit, converted to m/s."""
         if units == imc.SpeedUnits.METERS_PS:
             return value
@@ -60,7 +60,7 @@ class ManeuverEstimate:
 
 def estimate_maneuver(maneuver: imc.Message, start: LatLon | None, train: Powertrain, now: float) -> ManeuverEstimate:
     """Estimate a maneuver from `start`; without it the way to the maneuver is not counted."""
-    speed = train.convert_speed(getattr(maneuver, "speed", CRUISE), getattr(maneuver, "speed_units", 0))
+    speed = train.to_meters_per_second(getattr(maneuver, "speed", CRUISE), getattr(maneuver, "speed_units", 0))
     duration = float(getattr(maneuver, "duration", 0))
     endless = duration or math.inf
     if isinstance(maneuver, imc.IdleManeuver):
@@ -120,7 +120,7 @@ def waypoints(maneuver: imc.Message) -> list[LatLon]:
     if isinstance(maneuver, imc.FollowPath):
         offsets = [(point.x, point.y) for point in maneuver.points if isinstance(point, imc.PathPoint)]
     elif isinstance(maneuver, imc.Rows | imc.RowsCoverage):
-        offsets = maneuver_corners(maneuver)
+        offsets = maneuver_corner_offsets(maneuver)
     return [displace(lat, lon, 0.0, north, east)[:2] for north, east in offsets]
 
 

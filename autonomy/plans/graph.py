@@ -30,7 +30,7 @@ class PlanNode:
     end_actions: Actions
     transitions: list[tuple[Condition, str]] = field(default_factory=list[tuple[Condition, str]])
 
-    def next(self, latest: Mapping[type[imc.Message], imc.Message], *, done: bool) -> str | None:
+    def evaluate_transitions(self, latest: Mapping[type[imc.Message], imc.Message], *, done: bool) -> str | None:
         """Destination of the first transition that holds, None if none does. Raises PlanError if none ever will."""
         for condition, destination in self.transitions:
             if condition.holds(latest, done):

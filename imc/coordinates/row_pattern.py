@@ -76,7 +76,7 @@ def iterate_row_corners(
         ahead, share = -ahead, 2.0 - share
 
 
-def maneuver_corners(
+def maneuver_corner_offsets(
     area: Rows | RowsCoverage, swath: Callable[[], float] | None = None
 ) -> Iterator[tuple[float, float]]:
     """North and east (m) of the corners of a maneuver, one by one. Raises ValueError like `row_corners`.
@@ -110,6 +110,6 @@ def sonar_row_spacing(aperture: float, reach: float, overlap: float) -> float:
     return 2.0 * reach * covered * (1.0 - 0.005 * overlap)
 
 
-def swath_width(aperture: float, altitude: float, overlap: float) -> float:
+def altitude_row_spacing(aperture: float, altitude: float, overlap: float) -> float:
     """Row spacing (m) at an `altitude` (m) above a flat bottom, of which the fan covers 2 altitude tan(aperture/2)."""
     return 2.0 * altitude * tan(0.5 * aperture) * (1.0 - 0.005 * overlap)

@@ -24,7 +24,7 @@ ReportProgress = Callable[[float], None]
 class ByteReader(Protocol):
     """Reads parts of an open log; close it, or use it in a `with` statement."""
 
-    def read(self, begin: int, end: int) -> Any:
+    def read_range(self, begin: int, end: int) -> Any:
         """The bytes from begin to end, fewer if the log ends before, in a buffer that the next call overwrites."""
         ...
 
@@ -95,7 +95,7 @@ class _Plain:
         self._file = file
         self._buffer = bytearray()
 
-    def read(self, begin: int, end: int) -> memoryview:
+    def read_range(self, begin: int, end: int) -> memoryview:
         if len(self._buffer) < end - begin:
             self._buffer = bytearray(end - begin)
         self._file.seek(begin)
@@ -127,7 +127,7 @@ class _Packed:
         self._blocks: list[bytes] = []
         self._end = 0
 
-    def read(self, begin: int, end: int) -> bytes:
+    def read_range(self, begin: int, end: int) -> bytes:
         nearest = bisect_right(self._unpacked, begin) - 1
         known = self._unpacked[nearest] if nearest >= 0 else 0
         if not self._starts or begin < self._starts[0] or known > self._end:

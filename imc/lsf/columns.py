@@ -73,9 +73,9 @@ class ColumnReader:
         for batch in reader.batches(self.places):
             self.fill(slice(begin, begin + batch.starts.size), batch)
             begin += batch.starts.size
-        return self.result()
+        return self.complete_rows()
 
-    def result(self) -> "NDArray[Any]":
+    def complete_rows(self) -> "NDArray[Any]":
         """The rows that are whole messages."""
         return self.rows if self.whole.all() else self.rows[self.whole]
 
@@ -158,7 +158,7 @@ class ColumnReader:
 
 def read_tables(tables: Sequence[ColumnReader], reader: PacketReader) -> None:
     """Fill several tables in one pass over the log. Raises StaleIndex."""
-    for found in reader.read_together([table.places for table in tables]):
+    for found in reader.table_batches([table.places for table in tables]):
         for number, part, batch in found:
             tables[number].fill(part, batch)
 

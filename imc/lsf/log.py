@@ -168,7 +168,7 @@ class Log:
 
         tables = self._with_true_index(read)
         self._whole |= {table.kind.id: table.whole for table in tables}
-        return {table.kind.abbrev: table.result() for table in tables}
+        return {table.kind.abbrev: table.complete_rows() for table in tables}
 
     def objects(self, kind: Kind, **where: Unpack[Conditions]) -> MessageSequence:
         """The messages of a type as a sequence that decodes on access; number i is row i of `array`."""

@@ -56,17 +56,17 @@ class PacketReader:
                 base = int(places.offsets[first])
                 behind = min(last, max(first + 1, int(np.searchsorted(places.offsets, base + WINDOW))))
                 part = places.select(slice(first, behind))
-                yield self._batch(part, base, self._reader.read(base, int(ends[behind - 1])))
+                yield self._batch(part, base, self._reader.read_range(base, int(ends[behind - 1])))
                 first = behind
 
-    def read_together(self, tables: list[PacketPositions]) -> Iterator[list[tuple[int, slice, Batch]]]:
+    def table_batches(self, tables: list[PacketPositions]) -> Iterator[list[tuple[int, slice, Batch]]]:
         """The packets of several tables in one pass: number of the table, part of it, and the packets of that part."""
         import numpy as np
 
         windows = [places.offsets // WINDOW for places in tables]
         for window in np.unique(np.concatenate([np.empty(0, np.int64), *windows])).tolist():
             base = window * WINDOW
-            data = self._reader.read(base, base + WINDOW + LARGEST_PACKET)
+            data = self._reader.read_range(base, base + WINDOW + LARGEST_PACKET)
             found: list[tuple[int, slice, Batch]] = []
             for number, (places, all_of) in enumerate(zip(tables, windows, strict=True)):
                 part = slice(*np.searchsorted(all_of, (window, window + 1)).tolist())

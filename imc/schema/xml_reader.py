@@ -6,7 +6,7 @@ from imc.errors import SchemaError
 from imc.layout import NUMBERS, SYNC
 from imc.schema.definition import Enumeration, Field, Group, MessageType, NamedUnit, Value
 from imc.schema.schema import Schema
-from support.located_xml import Element, read_elements
+from support.located_xml import Element, parse_xml_tree
 from support.numbers import parse_number
 
 HEADER_LAYOUT = (
@@ -34,7 +34,7 @@ DESCRIBED = (
 
 def read_xml(data: bytes, file: str) -> tuple[Schema, dict[str, str]]:
     """The schema in an XML text, and the places of its messages and fields. Raises SchemaError naming file:line."""
-    root = read_elements(data, file, SchemaError)
+    root = parse_xml_tree(data, file, SchemaError)
     if root.tag != "messages":
         raise SchemaError(f"{root.where}: expected <messages>, not <{root.tag}>")
     places: dict[str, str] = {}
@@ -44,13 +44,13 @@ def read_xml(data: bytes, file: str) -> tuple[Schema, dict[str, str]]:
         long_name=root.get("long-name") or name,
         version=root.require("version"),
         sync=_header(root),
-        units=_named(root.descendants("units", "unit")),
-        enumerations=_shared(root.descendants("enumerations", "def")),
-        bitfields=_shared(root.descendants("bitfields", "def")),
+        units=_named(root.descendants_at_path("units", "unit")),
+        enumerations=_shared(root.descendants_at_path("enumerations", "def")),
+        bitfields=_shared(root.descendants_at_path("bitfields", "def")),
         groups=_groups(root),
-        flags=_named(root.descendants("flags", "flag")),
-        categories=tuple(element.require("name") for element in root.descendants("categories", "category")),
-        messages=tuple(_message(element, places) for element in root.descendants("message")),
+        flags=_named(root.descendants_at_path("flags", "flag")),
+        categories=tuple(element.require("name") for element in root.descendants_at_path("categories", "category")),
+        messages=tuple(_message(element, places) for element in root.descendants_at_path("message")),
     )
     schema.descriptions.update(_descriptions(root))
     return schema, places
@@ -60,22 +60,24 @@ def _descriptions(root: Element) -> Iterator[tuple[tuple[str, ...], str]]:
     """The descriptions, by the path of their definitions (see `Schema.descriptions`)."""
     found: list[tuple[tuple[str, ...], Element]] = [((), root)]
     for section, *tags in DESCRIBED:
-        for element in root.descendants(*tags):
+        for element in root.descendants_at_path(*tags):
             path = section, element.get("abbrev") or element.get("name")
             found.append((path, element))
-            for inner in (*element.descendants("field"), *element.descendants("value")):
+            for inner in (*element.descendants_at_path("field"), *element.descendants_at_path("value")):
                 found.append(((*path, inner.get("abbrev")), inner))
-                found += (((*path, inner.get("abbrev"), v.get("abbrev")), v) for v in inner.descendants("value"))
+                found += (
+                    ((*path, inner.get("abbrev"), v.get("abbrev")), v) for v in inner.descendants_at_path("value")
+                )
     for path, element in found:
-        if element.description:
-            yield path, element.description
+        if element.description_text:
+            yield path, element.description_text
 
 
 def _header(root: Element) -> int:
     sync = SYNC
     for tag, layout in (("header", HEADER_LAYOUT), ("footer", FOOTER_LAYOUT)):
-        for element in root.descendants(tag):
-            fields = element.descendants("field")
+        for element in root.descendants_at_path(tag):
+            fields = element.descendants_at_path("field")
             if tuple((field.get("abbrev"), field.get("type")) for field in fields) != layout:
                 raise SchemaError(f"{element.where}: the {tag} differs from that of IMC 5")
             if fields[0].get("value"):
@@ -104,16 +106,16 @@ def _groups(root: Element) -> tuple[Group, ...]:
         Group(
             element.require("abbrev"),
             element.get("name") or element.get("abbrev"),
-            tuple(member.require("abbrev") for member in element.descendants("message-type")),
+            tuple(member.require("abbrev") for member in element.descendants_at_path("message-type")),
         )
-        for element in root.descendants("message-groups", "message-group")
+        for element in root.descendants_at_path("message-groups", "message-group")
     )
 
 
 def _values(element: Element) -> tuple[Value, ...]:
     return tuple(
         Value(_integer(value, "id"), value.require("abbrev"), value.get("name") or value.get("abbrev"))
-        for value in element.descendants("value")
+        for value in element.descendants_at_path("value")
     )
 
 
@@ -125,11 +127,11 @@ def _message(element: Element, places: dict[str, str]) -> MessageType:
         abbrev=abbrev,
         name=element.get("name") or abbrev,
         category=element.get("category"),
-        source=element.words("source"),
-        flags=element.words("flags"),
-        used_by=element.words("used-by"),
+        source=element.attribute_words("source"),
+        flags=element.attribute_words("flags"),
+        used_by=element.attribute_words("used-by"),
         stable=element.get("stable", "true") != "false",
-        fields=tuple(_field(abbrev, field, places) for field in element.descendants("field")),
+        fields=tuple(_field(abbrev, field, places) for field in element.descendants_at_path("field")),
     )
 
 

@@ -4,7 +4,7 @@ from imc.errors import SchemaError
 from imc.layout import SYNC
 from imc.schema.definition import Enumeration, Field, Group, MessageType, NamedUnit, Value
 from imc.schema.schema import Schema
-from support.located_yaml import Node, read_tree
+from support.located_yaml import Node, parse_yaml_tree
 
 _TOP = ("name", "long_name", "version", "sync", "units", "enumerations", "bitfields", "groups", "flags", "categories")
 _MESSAGE = ("id", "name", "category", "source", "flags", "used_by", "stable", "replaces", "description", "fields")
@@ -13,7 +13,7 @@ _FIELD = ("type", "name", "unit", "min", "max", "default", "prefix", "enum", "bi
 
 def read_yaml(text: str, file: str) -> tuple[Schema, dict[str, str]]:
     """The schema in a YAML text, and the file:line of each message and field. Raises SchemaError naming file:line."""
-    top = read_tree(text, file, SchemaError).mapping(*_TOP, "messages", required=("name", "version", "messages"))
+    top = parse_yaml_tree(text, file, SchemaError).mapping(*_TOP, "messages", required=("name", "version", "messages"))
     name = top["name"].text()
     places: dict[str, str] = {}
     described: dict[tuple[str, ...], str] = {}

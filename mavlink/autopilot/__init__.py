@@ -8,10 +8,10 @@ from mavlink.autopilot.boot_clock import BootClock
 from mavlink.autopilot.command_client import ACCEPTED, DROPPED, SILENT, CommandClient, OnResult, result_text
 from mavlink.autopilot.connection import AutopilotConnection, FramePort, message_rates
 from mavlink.autopilot.gps_input import gps_input_fields, is_usable_fix, usbl_fix
-from mavlink.autopilot.health import CRITICAL, NAVIGATION, SensorHealth, describe_health
-from mavlink.autopilot.leg import ArrivalTolerance, Leg, ReportedPosition, height_above_home
+from mavlink.autopilot.health import CRITICAL, NAVIGATION, SensorHealth, describe_autopilot
+from mavlink.autopilot.leg import ArrivalTolerance, Leg, ReportedPosition, path_height_above_home
 from mavlink.autopilot.leg_progress import LegProgress
-from mavlink.autopilot.mission_builder import LandingApproach, MissionBuilder, landing_approach
+from mavlink.autopilot.mission_builder import LandingApproach, MissionBuilder, choose_landing_approach
 from mavlink.autopilot.mission_client import MissionClient, MissionPhase
 from mavlink.autopilot.mission_map import MissionMap
 from mavlink.autopilot.mode_controller import GuidedGoal, ModeController
@@ -45,12 +45,12 @@ __all__ = [
     "SensorHealth",
     "SteeredVehicle",
     "Telemetry",
-    "describe_health",
+    "choose_landing_approach",
+    "describe_autopilot",
     "gps_input_fields",
-    "height_above_home",
     "is_usable_fix",
-    "landing_approach",
     "message_rates",
+    "path_height_above_home",
     "result_text",
     "steered_vehicle",
     "usbl_fix",

@@ -34,7 +34,7 @@ class BootClock:
         self._fastest, self._fastest_at = min(fastest, now - count), now
         return anew
 
-    def synchronize(self, asked: float, count: float, now: float) -> None:
+    def apply_timesync(self, asked: float, count: float, now: float) -> None:
         """Take an answer to TIMESYNC: asked at one time (s), answered at the remote count (s), arrived `now`."""
         took = now - asked
         if not 0.0 <= took <= SLOWEST_ROUND or took > 2.0 * self._round + 0.01:

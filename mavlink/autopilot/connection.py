@@ -86,7 +86,7 @@ class AutopilotConnection:
         self._sequence = 0
 
     @property
-    def has_autopilot(self) -> bool:
+    def has_heard_autopilot(self) -> bool:
         """Whether an autopilot has been heard."""
         return self.autopilot >= 0
 
@@ -115,17 +115,22 @@ class AutopilotConnection:
             if self.system == NOBODY and message.system == self._own:
                 return False  # what this vehicle tells ground stations, which has come back
             kind, autopilot = message.values["type"], message.values["autopilot"]
-            if not self.has_autopilot and kind != GROUND_STATION and autopilot != AUTOPILOT_NONE:
+            if not self.has_heard_autopilot and kind != GROUND_STATION and autopilot != AUTOPILOT_NONE:
                 self.system, self.type, self.autopilot = message.system, kind, autopilot
             return (kind, autopilot) == (self.type, self.autopilot)
-        return self.has_autopilot
+        return self.has_heard_autopilot
 
     def _is_elsewhere(self, source: object, now: float) -> bool:
         return None not in (source, self._source) and source != self._source and now - self._source_at <= SOURCE_TIMEOUT
 
     def _warn_of_duplicate(self, message: ReceivedMessage) -> None:
         """Tell of others with ids that must be unique."""
-        if message.name == "HEARTBEAT" and message.system == self._own and not self.has_autopilot and not self._warned:
+        if (
+            message.name == "HEARTBEAT"
+            and message.system == self._own
+            and not self.has_heard_autopilot
+            and not self._warned
+        ):
             self._warned.add(NOBODY)
             remedy = "if it is one, set Autopilot Id, and another System Id for the ground stations"
             self._warn(f"system {self._own} has this vehicle's own MAVLink id, and is not its autopilot: {remedy}")

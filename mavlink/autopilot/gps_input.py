@@ -5,7 +5,7 @@ import math
 import imc
 from mavlink import Fields
 from mavlink.autopilot.setpoints import degrees_e7
-from mavlink.autopilot.telemetry import is_valid
+from mavlink.autopilot.telemetry import is_valid_message
 
 Validity = imc.GpsFix.Validity
 NO_FIX, FIX_3D = 1, 3  # GPS_FIX_TYPE
@@ -22,7 +22,7 @@ WEEK = 604800  # s
 
 def is_usable_fix(fix: imc.GpsFix) -> bool:
     """Whether a fix has no number that is none, and is on Earth."""
-    return is_valid(fix) and fix.sog >= 0.0
+    return is_valid_message(fix) and fix.sog >= 0.0
 
 
 def gps_input_fields(fix: imc.GpsFix, undulation: float, now: float) -> Fields:

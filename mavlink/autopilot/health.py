@@ -19,7 +19,7 @@ HEALTH: Mapping[str, int] = {
 Show = Callable[[str, State, str], object]
 
 
-def describe_health(name: str, *, armed: bool, critical: bool, counts: Mapping[str, int]) -> tuple[State, str]:
+def describe_autopilot(name: str, *, armed: bool, critical: bool, counts: Mapping[str, int]) -> tuple[State, str]:
     """State and description of an autopilot: what it steers, and how many messages of each kind had no effect."""
     words = "".join(f", {count} {what}" for what, count in sorted(counts.items()) if count)
     words = f"{name}, {'armed' if armed else 'disarmed'}{words}"
@@ -47,11 +47,11 @@ class SensorHealth:
             if label != NAVIGATION or state is State.ERROR:
                 self._show(label, state, words)
 
-    def on_state(self) -> None:
+    def report_navigation_state(self) -> None:
         """There is a new state."""
         self._show(NAVIGATION, *self._navigation)
 
-    def on_states_missing(self, names: list[str], seconds: float) -> None:
+    def report_missing_messages(self, names: list[str], seconds: float) -> None:
         """Messages without which there is no state have not come."""
         self._show(NAVIGATION, State.ERROR, f"no {' and no '.join(names)} for {seconds:g} s")
 

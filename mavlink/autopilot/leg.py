@@ -48,7 +48,7 @@ class ArrivalTolerance:
     vertical: float
 
 
-def height_above_home(
+def path_height_above_home(
     path: imc.DesiredPath, at: ReportedPosition, undulation: float, *, flies: bool, dives: bool
 ) -> float:
     """The height (m) above home at the end of a path. Raises ValueError if this vehicle cannot go there."""
@@ -112,7 +112,7 @@ class Leg:
         self.near = not self.lands and not self.radius
         return before != self.near
 
-    def target(self, at: ReportedPosition, lead: float = LEAD) -> tuple[float, float]:
+    def steering_target(self, at: ReportedPosition, lead: float = LEAD) -> tuple[float, float]:
         """Where to send the vehicle now (rad): the end, or a point on the circle that is `lead` s ahead.
 
         The point is farther out than the circle: who always heads for it moves on the circle itself.
@@ -130,7 +130,7 @@ class Leg:
         Who is always sent there goes at the speed of the leg, if it approaches by 1/lead of the distance each second.
         """
         if self.radius:
-            return self.target(at, lead)
+            return self.steering_target(at, lead)
         track = self._track
         along = progress(track, self._offset(at.lat, at.lon), 0.0, 0.0, 0.0).x + lead * self.speed
         if along >= track.length:

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import imc
 from autonomy.plans import main_sequence
-from imc.coordinates import maneuver_corners
-from mavlink.autopilot.leg import Leg, ReportedPosition, height_above_home
+from imc.coordinates import maneuver_corner_offsets
+from mavlink.autopilot.leg import Leg, ReportedPosition, path_height_above_home
 from mavlink.autopilot.setpoints import AIR_SPEED, GLOBAL, GROUND_SPEED, RELATIVE, degrees_e7
 from mavlink.autopilot.vehicle_modes import SteeredVehicle
 from mavlink.missions import Item, MissionCommand
@@ -32,7 +32,7 @@ class LandingApproach(NamedTuple):
     course: float
 
 
-def landing_approach(
+def choose_landing_approach(
     length: float,
     height: float,
     course: float | None,
@@ -61,7 +61,7 @@ class MissionBuilder:
     _speed: float = 0.0
     _place: tuple[float, float] = (0.0, 0.0)
 
-    def write(self, plan: imc.PlanSpecification) -> list[Item]:
+    def build_plan_items(self, plan: imc.PlanSpecification) -> list[Item]:
         """The items of a plan."""
         chain, remarks = main_sequence(plan)
         if remarks:
@@ -81,13 +81,13 @@ class MissionBuilder:
                 raise ValueError(f"{node.maneuver_id}: {error}") from None
         return self.items
 
-    def write_landing(self, lat: float, lon: float) -> list[Item]:
+    def build_landing_items(self, lat: float, lon: float) -> list[Item]:
         """A plane's landing alone."""
         if not self.vehicle.px4:
             self.add_item(
                 MissionCommand.NAV_WAYPOINT, (lat, lon), self.position.amsl - self.position.above_home, frame=GLOBAL
             )
-        self.add_approach(lat, lon)
+        self.add_landing_approach(lat, lon)
         return self.items
 
     def add_item(
@@ -106,7 +106,7 @@ class MissionBuilder:
         """Above home (m)."""
         path = imc.DesiredPath(end_z=maneuver.z + more, end_z_units=maneuver.z_units)
         vehicle = self.vehicle
-        return height_above_home(path, self.position, self.undulation, flies=vehicle.flies, dives=vehicle.dives)
+        return path_height_above_home(path, self.position, self.undulation, flies=vehicle.flies, dives=vehicle.dives)
 
     def set_speed(self, maneuver: Any) -> None:
         if maneuver.speed_units != imc.SpeedUnits.METERS_PS or not maneuver.speed > 0.0:
@@ -131,7 +131,7 @@ class MissionBuilder:
             self._place = displace(maneuver.lat, maneuver.lon, 0.0, north, east)[:2]
             self.add_item(MissionCommand.NAV_WAYPOINT, self._place, self.height(maneuver, up))
 
-    def add_approach(self, lat: float, lon: float) -> None:
+    def add_landing_approach(self, lat: float, lon: float) -> None:
         """Down to the height of the approach in circles, then straight on to the ground."""
         final = self.approach
         for part, command in ((1.0, MissionCommand.NAV_LOITER_TO_ALT), (PASSING, MissionCommand.NAV_WAYPOINT)):
@@ -149,7 +149,7 @@ class MissionBuilder:
     def add_landing(self, land: imc.Land) -> None:
         lat, lon = (land.lat, land.lon) if (land.lat, land.lon) != (0.0, 0.0) else self._place
         if self.vehicle.roams:
-            self.add_approach(lat, lon)
+            self.add_landing_approach(lat, lon)
         else:
             self.add_item(MissionCommand.NAV_LAND, (lat, lon), 0.0)
 
@@ -195,7 +195,7 @@ WRITERS: Mapping[type[Any], Callable[[MissionBuilder, Any], None]] = {
     imc.FollowPath: lambda w, path: w.add_points(
         path, [(p.x, p.y, p.z) for p in path.points if isinstance(p, imc.PathPoint)]
     ),
-    imc.Rows: lambda w, area: w.add_points(area, [(north, east, 0.0) for north, east in maneuver_corners(area)]),
+    imc.Rows: lambda w, area: w.add_points(area, [(north, east, 0.0) for north, east in maneuver_corner_offsets(area)]),
     imc.Takeoff: MissionBuilder.add_takeoff,
     imc.Land: MissionBuilder.add_landing,
     imc.IdleManeuver: MissionBuilder.add_wait,
@@ -214,7 +214,7 @@ ARRIVALS = frozenset(
 )
 
 
-def find_item(leg: Leg, items: Sequence[Item], begin: int) -> int | None:
+def find_leg_item(leg: Leg, items: Sequence[Item], begin: int) -> int | None:
     """The number of the item that leads along a leg, at `begin` or later; None if there is none."""
     wanted = MissionCommand.NAV_TAKEOFF if leg.takes_off else MissionCommand.NAV_LAND if leg.lands else None
     for number, item in enumerate(items[begin:], begin):
@@ -226,7 +226,7 @@ def find_item(leg: Leg, items: Sequence[Item], begin: int) -> int | None:
     return None
 
 
-def first_item_of(items: Sequence[Item], item: int) -> int:
+def item_group_start(items: Sequence[Item], item: int) -> int:
     """The first of the items without a place that belong to an item: they set the speed, or lead to the landing."""
     land = items[item].command == MissionCommand.NAV_LAND
     while item > 0 and (items[item - 1].frame == NO_PLACE or (land and _leads_down(items, item))):

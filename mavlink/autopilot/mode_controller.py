@@ -70,11 +70,11 @@ class ModeController:
         self._begin(GuidedGoal.NONE, -math.inf)
 
     @property
-    def is_leading(self) -> bool:
+    def is_following_leg(self) -> bool:
         return self.goal in LEADING
 
     @property
-    def is_waiting(self) -> bool:
+    def is_progress_paused(self) -> bool:
         """Whether no progress is expected: the mission is being written, or a plane circles down to its landing."""
         return self.missions.busy or (self.goal is GuidedGoal.LAND and self.vehicle is not None and self.vehicle.roams)
 
@@ -93,7 +93,7 @@ class ModeController:
     def _is_overridden(self) -> bool:
         """Whether somebody has chosen another mode than that which was reached, and the leg has not noticed yet."""
         vehicle = self.vehicle
-        if vehicle is None or not self.is_leading or self._reached is None:
+        if vehicle is None or not self.is_following_leg or self._reached is None:
             return False
         return self.mode not in (self._reached, vehicle.hold, vehicle.land, vehicle.takeoff, vehicle.orbit)
 
@@ -102,14 +102,14 @@ class ModeController:
         self.leg, self._ending = None, ending
         self._begin(GuidedGoal.ENDS, now)
 
-    def on_silence(self, now: float) -> None:
+    def drop_leg_on_silence(self, now: float) -> None:
         """The autopilot has fallen silent: the leg is over, and it has to hold when it is back."""
         self.leg, self.position = None, None
         if self.goal is not GuidedGoal.NONE:
             self._begin(self.goal if self.goal is GuidedGoal.ENDS else GuidedGoal.HOLD, now)
         self._lost_in, self.mode = self.mode, -1
 
-    def on_connected(self, mode: int, armed: bool, now: float) -> None:
+    def restore_goal_on_connection(self, mode: int, armed: bool, now: float) -> None:
         """The autopilot is heard, for the first time or again.
 
         In another mode than before somebody else leads it. One that flies in GUIDED was led by this task before a
@@ -227,7 +227,7 @@ class ModeController:
 
     def _stream(self, vehicle: SteeredVehicle, now: float) -> None:
         """Send setpoints while PX4 is led, or still follows them: it takes an end of the stream for a failure."""
-        led = self.is_leading and self.leg is not None and self.leg.item is None
+        led = self.is_following_leg and self.leg is not None and self.leg.item is None
         if self.position is None or not (led or self.mode == vehicle.guided):
             self._streams_since = math.inf
             return
@@ -287,7 +287,7 @@ class ModeController:
             if self._reached != wanted:
                 self._reached, self._tries = wanted, 0
             return True
-        if self._reached == wanted and self.is_leading:
+        if self._reached == wanted and self.is_following_leg:
             self.fail("a pilot or a failsafe has chosen another mode: Shoal does not steer now")
             self._is_taken_over = True
             return False
@@ -300,7 +300,7 @@ class ModeController:
         if self.armed == bool(wanted):
             self._had_arms = True
             return True
-        if self._had_arms and self.is_leading:
+        if self._had_arms and self.is_following_leg:
             self.fail(f"it was disarmed{self._with_reason()}")
         else:
             self._request("arming" if wanted else "disarming", ARM, (float(wanted),), now)
@@ -310,7 +310,7 @@ class ModeController:
         """Give a command until HEARTBEAT shows its effect; a leg is given up when that takes too long."""
         if self._asked_for != (number, *values):
             self._asked_for, self._tries = (number, *values), 0
-        if self._tries >= TRIES and self.is_leading:
+        if self._tries >= TRIES and self.is_following_leg:
             self.fail(f"{what} was accepted, but did not come{self._with_reason()}")
             return
         self._tries += 1
@@ -332,7 +332,7 @@ class ModeController:
             if result == ACCEPTED:
                 return
             reason = f"{command.what} was {result_text(result)}{self._with_reason()}"
-            if final and self.is_leading:
+            if final and self.is_following_leg:
                 self.fail(reason)
             elif final or aloud:
                 self._warn(reason)

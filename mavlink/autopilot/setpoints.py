@@ -35,7 +35,7 @@ def position_target(vehicle: SteeredVehicle, leg: Leg | None, at: ReportedPositi
     if leg is None:
         (lat, lon), height = (at.lat, at.lon), at.above_home
     else:
-        lat, lon = leg.point_ahead(at, LEAD_OFFBOARD) if vehicle.offboard else leg.target(at)
+        lat, lon = leg.point_ahead(at, LEAD_OFFBOARD) if vehicle.offboard else leg.steering_target(at)
         height = leg.height
     place = {"lat_int": degrees_e7(lat), "lon_int": degrees_e7(lon), "alt": height}
     return {"coordinate_frame": RELATIVE, "type_mask": ONLY_POSITION, **place}

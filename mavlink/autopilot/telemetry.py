@@ -44,19 +44,19 @@ class Telemetry:
         self._above_sea = 0.0  # of home
         self._latest = -math.inf  # time of a state
 
-    def set_vehicle(self, kind: int, *, flies: bool) -> None:
+    def set_vehicle_type(self, kind: int, *, flies: bool) -> None:
         """An autopilot of this MAV_TYPE is heard."""
         self._translator.type, self.flies = kind, flies
 
-    def is_silent(self, name: str, now: float, patience: float = 0.0) -> bool:
+    def is_message_overdue(self, name: str, now: float, patience: float = 0.0) -> bool:
         """Whether a message has not come for some time (s), by default that after which a position is too old."""
         return now - self._received_at.get(name, -math.inf) > (patience or self.patience)
 
     def missing_messages(self, now: float) -> list[str]:
         """What does not come, so that there are no states; empty if there are."""
-        if not self.is_silent(STATE, now):
+        if not self.is_message_overdue(STATE, now):
             return []
-        return [name for name in ESSENTIAL if self.is_silent(name, now)] or ["position"]
+        return [name for name in ESSENTIAL if self.is_message_overdue(name, now)] or ["position"]
 
     def recent_text(self, now: float) -> str:
         """What the autopilot has said of late that may be a reason; "" if it has said nothing."""
@@ -83,13 +83,13 @@ class Telemetry:
         for label, said in self._translator.translate(message, time):
             if isinstance(said, SILENT_KINDS):
                 continue
-            if not is_valid(said):
+            if not is_valid_message(said):
                 self.invalid += 1
             elif isinstance(said, imc.GpsFix):
                 yield label, self._above_ellipsoid(said, values)
             elif not isinstance(said, imc.EstimatedState):
                 yield label, said
-            elif not self.is_silent("GLOBAL_POSITION_INT", now):
+            elif not self.is_message_overdue("GLOBAL_POSITION_INT", now):
                 self._received_at[STATE] = now
                 yield label, self._placed(said)
 
@@ -125,7 +125,7 @@ class Telemetry:
         return state.replace(height=amsl + self.undulation)
 
 
-def is_valid(message: imc.Message) -> bool:
+def is_valid_message(message: imc.Message) -> bool:
     """Whether all numbers of a message are finite, and its position is on Earth."""
     for item in imc.fields(type(message)):
         value = getattr(message, item.name)

@@ -65,7 +65,7 @@ def _loiter_to_alt(builder: PlanBuilder, item: Item) -> None:
     if not builder.context.dives:
         raise MissionError(MissionResult.UNSUPPORTED, "a boat stays at the surface")
     z, units = builder.level = builder.context.level(item.frame, item.z)
-    place, (speed, speed_units) = builder.position(item), builder.speed
+    place, (speed, speed_units) = builder.item_position(item), builder.speed
     lat, lon = place or (0.0, 0.0)
     builder.add(
         imc.Elevator(
@@ -110,7 +110,7 @@ def _return(builder: PlanBuilder, _: Item) -> None:
 def _land(builder: PlanBuilder, item: Item) -> None:
     if item.frame not in POSITIONS:
         raise MissionError(MissionResult.UNSUPPORTED_FRAME, f"frame {item.frame} has no meaning for a position")
-    place = builder.position(item)
+    place = builder.item_position(item)
     if builder.context.dives:
         builder.add_surfacing(place)
         return
@@ -130,7 +130,7 @@ def _takeoff(builder: PlanBuilder, item: Item) -> None:
     builder.level = builder.context.level(item.frame, item.z)
     if builder.context.altitude_above_ground(builder.level) <= 0.0:
         raise MissionError(MissionResult.INVALID_PARAM7, f"altitude {item.z:g} m is not above the ground")
-    leg = builder.fields_for_place(builder.position(item) or (0.0, 0.0))
+    leg = builder.fields_for_place(builder.item_position(item) or (0.0, 0.0))
     builder.add(imc.Takeoff(**leg, takeoff_pitch=math.radians(pitch)))
 
 

@@ -108,7 +108,7 @@ class ConversionContext:
             return self._aloft(frame, z)
         return self._under_water(frame, z) if self.dives else self._at_surface(frame, z)
 
-    def frame_of(self, level: Level) -> tuple[int, float] | None:
+    def frame_and_z(self, level: Level) -> tuple[int, float] | None:
         """Frame and z of a level, None if no frame has it."""
         z, units = level
         if not math.isfinite(z) or abs(z) > FARTHEST_UP:

@@ -34,7 +34,7 @@ def items_of(plan: imc.PlanSpecification, flavor: Flavor, context: ConversionCon
     builder = ItemBuilder(context, unset=0.0 if first else math.nan)
     taken = 0
     while taken < len(chain) and len(builder.items) < MOST_ITEMS:
-        taken += builder.add_leading_maneuvers(chain[taken:])
+        taken += builder.add_next_maneuvers(chain[taken:])
     items, steps = [home_item(context.home)] * first + builder.items, [()] * first + builder.steps
     if taken < len(chain) or len(items) > MOST_ITEMS:
         remarks.append(f"only the first {MOST_ITEMS} items are shown")

@@ -6,7 +6,7 @@ from itertools import islice
 from typing import Any
 
 import imc
-from imc.coordinates import maneuver_corners
+from imc.coordinates import maneuver_corner_offsets
 from mavlink.missions.command_conversion import ROUND, UNCHANGED, camera_switch, turns_duration
 from mavlink.missions.conversion_context import ConversionContext, Level, shortest_decimal
 from mavlink.missions.enums import MISSION, RELATIVE_INT, MissionCommand
@@ -34,7 +34,7 @@ class ItemBuilder:
         self.level: Level | None = None
         self._speed = context.usual_speed
 
-    def add_leading_maneuvers(self, chain: Chain) -> int:
+    def add_next_maneuvers(self, chain: Chain) -> int:
         """Add the first maneuver of a chain, and those after it that the same item says; how many these are."""
         node = chain[0]
         self.switch_camera(node.start_actions)
@@ -52,7 +52,7 @@ class ItemBuilder:
         *numbers: float,
     ) -> None:
         """Add an item for all maneuvers of `chain`, with parameters 1 to 4; without a position x and y are 0."""
-        frame, z = (level and self.context.frame_of(level)) or (RELATIVE_INT, 0.0)
+        frame, z = (level and self.context.frame_and_z(level)) or (RELATIVE_INT, 0.0)
         self.level = level or self.level
         lat, lon = at or (0.0, 0.0)
         if not (abs(lat) <= math.pi / 2 and abs(lon) <= math.pi):
@@ -257,7 +257,7 @@ def _rows(builder: ItemBuilder, chain: Chain) -> int:
 
 def _corners(area: Any) -> Iterator[tuple[float, float, float]]:
     """The corners of rows; raises ValueError only when they are asked for."""
-    for north, east in maneuver_corners(area):
+    for north, east in maneuver_corner_offsets(area):
         yield north, east, 0.0
 
 

@@ -23,7 +23,7 @@ class ItemMap:
         items = self.items_of(maneuver)
         return items[min(max(0, point), len(items) - 1)] if items else None
 
-    def items_begun(self, maneuver: str) -> tuple[int, ...]:
+    def commands_at_maneuver_start(self, maneuver: str) -> tuple[int, ...]:
         """The numbers of the commands that are carried out as a maneuver begins, for MISSION_ITEM_REACHED."""
         items = self.items_of(maneuver)
         if not items or self.steps[items[0]][0] != maneuver:
@@ -33,7 +33,7 @@ class ItemMap:
             start -= 1
         return tuple(range(start, items[0]))
 
-    def items_done(self, maneuver: str) -> tuple[int, ...]:
+    def items_at_maneuver_end(self, maneuver: str) -> tuple[int, ...]:
         """The numbers of the items that are over with a maneuver, for MISSION_ITEM_REACHED."""
         items = self.items_of(maneuver)
         if not items or self.steps[items[-1]][-1] != maneuver:

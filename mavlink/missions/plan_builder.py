@@ -115,7 +115,7 @@ class PlanBuilder:
         """The radius (m) in a parameter, negative for counterclockwise; 0 is the usual one."""
         return self.parameter(item, which, -WIDEST, WIDEST, what="radius") or self.context.radius
 
-    def position(self, item: Item) -> Place | None:
+    def item_position(self, item: Item) -> Place | None:
         """The position (rad) of an item; latitude and longitude 0 are none. Raises MissionError."""
         for value, limit, name, result in (
             (item.x, 90, "latitude", MissionResult.INVALID_PARAM5_X),
@@ -131,7 +131,7 @@ class PlanBuilder:
     def fields_for_item(self, item: Item) -> dict[str, Any]:
         """The fields of a maneuver that goes to an item. Raises MissionError."""
         self.level = self.context.level(item.frame, item.z)
-        place = self.position(item) or self.place
+        place = self.item_position(item) or self.place
         if place is None:
             raise MissionError(MissionResult.INVALID_PARAM5_X, "has no position, and no item before it has one")
         return self.fields_for_place(place)

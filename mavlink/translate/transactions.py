@@ -175,7 +175,7 @@ class TransactionTranslator:
         told = (
             self._mission is not None
             and maneuver is not None
-            and m["seq"] in self._mission.item_map.items_done(maneuver)
+            and m["seq"] in self._mission.item_map.items_at_maneuver_end(maneuver)
         )
         yield AUTOPILOT, log_entry(INFORMATION, "mission", f"{words}: maneuver {maneuver}" if told else words)
 

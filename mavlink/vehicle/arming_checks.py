@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable
 
 import imc
-from mavlink import CRITICAL, EMERGENCY, STANDBY, STATUS, is_moving
+from mavlink import CRITICAL, EMERGENCY, STANDBY, STATUS, is_maneuvering
 from mavlink.vehicle.interfaces import EntityView
 
 State = imc.EntityState.State
@@ -37,7 +37,7 @@ class ArmingChecks:
                 self.aborted, self._aborted_at = True, now
             case imc.VehicleState():
                 self.supervisor_silent = False
-                over = is_moving(message) or now - self._aborted_at > EMERGENCY_LASTS
+                over = is_maneuvering(message) or now - self._aborted_at > EMERGENCY_LASTS
                 self.aborted = self.aborted and (lands or message.op_mode == OpMode.ERROR or not over)
             case _:
                 pass

@@ -22,16 +22,16 @@ from mavlink.vehicle.command import (
     COMMANDS,
     CommandService,
     CommandTargets,
-    ControlService,
     GcsFailsafe,
     OffboardTarget,
     RelayNames,
     Relays,
+    SetpointService,
     VehicleControl,
-    banner_command,
     is_guided_item,
+    make_banner_handler,
     message_requests,
-    refuse,
+    refuse_if_read_only,
 )
 from mavlink.vehicle.files import FileAndLogTransfer, VirtualFiles
 from mavlink.vehicle.id_conflicts import IdConflicts
@@ -41,7 +41,7 @@ from mavlink.vehicle.model import AUTOPILOT, VehicleModel
 from mavlink.vehicle.parameters import ComponentMetadata, ParameterServer, ParameterTable
 from mavlink.vehicle.service import Handler
 from mavlink.vehicle.session import HEARTBEAT_PERIOD, LinkTraits, Session
-from mavlink.vehicle.telemetry import AutopilotTelemetry, NamedValue, StreamService, TelemetrySources
+from mavlink.vehicle.telemetry import AutopilotTelemetry, NamedValue, StreamService, TelemetryContext
 
 TICK_PERIOD = 1.0  # s
 NO_RELAYS = RelayNames()
@@ -103,10 +103,10 @@ class VehicleEndpoint:
         )
         metadata = ComponentMetadata(model.identity.name, self.parameters)
         self.telemetry = AutopilotTelemetry(
-            dialect, TelemetrySources(model, self.mission, metadata, equipment.named_values)
+            dialect, TelemetryContext(model, self.mission, metadata, equipment.named_values)
         )
         self._camera_telemetry = [CameraTelemetry(dialect, camera) for camera in self.cameras]
-        described = {camera.definition_file: partial(getattr, camera, "definition") for camera in self.cameras}
+        described = {camera.definition_file_name: partial(getattr, camera, "definition") for camera in self.cameras}
         self._files = FileAndLogTransfer(VirtualFiles({**metadata.files, **described}, equipment.files))
         self._images = ImageTransmission(self.cameras)
         self._broadcast = CameraBroadcast(model, self.cameras, self._all_sessions, self._send_statustext_now)
@@ -116,12 +116,12 @@ class VehicleEndpoint:
         commands = {number: partial(command, targets) for number, command in COMMANDS.items()}
         self.commands = CommandService(
             model,
-            {**message_requests.COMMANDS, 42428: banner_command(model.kind), **commands},
+            {**message_requests.COMMANDS, 42428: make_banner_handler(model.kind), **commands},
             COMMANDS.keys(),
             refusal,
         )
         self.mission_transfer = MissionTransfer(self.mission)
-        self._control_service = ControlService(targets)
+        self._control_service = SetpointService(targets)
         self._parameter_server = ParameterServer(self.parameters, port, self._all_sessions)
         self._services = (
             self.commands,
@@ -184,7 +184,7 @@ class VehicleEndpoint:
         parts = addressed_sessions(session, message)
         if not parts:
             return "foreign"
-        if session.received.is_duplicate(message, now):
+        if session.received.is_duplicate_order(message, now):
             return "doubled"
         self.failsafe.receive(message, now)
         session.note_contact(now)
@@ -202,14 +202,14 @@ class VehicleEndpoint:
         """Let a component answer a message; most need no answer."""
         component = session.source.component
         handler = self._handlers[component].get(message.name)
-        if component == AUTOPILOT and refuse(session, message, self._refusal, now):
+        if component == AUTOPILOT and refuse_if_read_only(session, message, self._refusal, now):
             return
         if component == AUTOPILOT and is_guided_item(message):
-            self._control_service.go_to_item(session, message, now)
+            self._control_service.execute_guided_item(session, message, now)
         elif handler is not None:
             handler(session, message, now)
 
-    def update(self, message: imc.Message, label: str, now: float) -> None:
+    def receive_imc_message(self, message: imc.Message, label: str, now: float) -> None:
         """Take a message of the vehicle, sent by the entity with a label; what matters is shown immediately."""
         self._now = now
         match message:
@@ -221,7 +221,7 @@ class VehicleEndpoint:
                 self._broadcast.update(message, label, now)
             case imc.EntityParameters():
                 self._broadcast.update(message, label, now)
-                self._parameter_server.update(message)
+                self._parameter_server.send_changed_parameters(message)
             case imc.Abort():
                 self.update_state(message, label, now)
                 self.send_statustext(statustext.EMERGENCY, "Abort", now)
@@ -242,23 +242,23 @@ class VehicleEndpoint:
         self.plans.receive(reply)
         self.send_changes(now)
 
-    def tick(self, now: float) -> None:
+    def check_timeouts(self, now: float) -> None:
         """Once a second: give up what nobody answers, repeat what must be repeated; `poll` does it if nobody else."""
         self._now, self._tick_due = now, now + TICK_PERIOD
         options = self.model.options
         self.model.forget_old(now)
         self.plans.tick(now)
         for service in self._services:
-            service.tick(now)
+            service.check_timeouts(now)
         timeout = options.gcs_timeout
         if timeout and self.failsafe.tick(options.gcs_action, timeout * options.clock_speed, now):
             self._warn(f"no ground station for {timeout:g} s: {options.gcs_action}")
-        self._broadcast.tick(now)
+        self._broadcast.expire_parameter_changes(now)
 
     def poll(self, now: float) -> None:
         """Send what is due."""
         if now >= self._tick_due:
-            self.tick(now)
+            self.check_timeouts(now)
         self._now = now
         self.mission_transfer.poll(now)
         self.model.forget_old(now)
@@ -285,11 +285,11 @@ class VehicleEndpoint:
         before, self._last_shown = self._last_shown, present
         for session in self._all_sessions():
             if before[0] != present[0]:
-                session.send_now("HEARTBEAT", now)
+                session.build_and_send("HEARTBEAT", now)
                 if session.period("CURRENT_MODE"):
-                    session.send_now("CURRENT_MODE", now)
+                    session.build_and_send("CURRENT_MODE", now)
             if before[1] != present[1]:
-                session.send_now("MISSION_CURRENT", now)
+                session.build_and_send("MISSION_CURRENT", now)
 
     def send_statustext(self, severity: int, words: str, now: float) -> None:
         """Send a text to all stations, also to those that connect later."""

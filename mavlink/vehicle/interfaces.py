@@ -160,7 +160,7 @@ class CameraView(Protocol):
     def parameters(self) -> Sequence[ParameterView]: ...
 
     @property
-    def video(self) -> str: ...
+    def video_url(self) -> str: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,7 +199,7 @@ class FileStore(Protocol):
         """The names of the folders that exist now."""
         ...
 
-    def names(self, path: Sequence[bytes]) -> list[tuple[bytes, bool]]:
+    def list_entry_names(self, path: Sequence[bytes]) -> list[tuple[bytes, bool]]:
         """Names of what is in a folder, sorted, and whether each is a folder itself. Raises OSError."""
         ...
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import imc
-from mavlink import Flavor, Mode, VehicleKind, is_moving, mode_of, positions
+from mavlink import Flavor, Mode, VehicleKind, is_maneuvering, mode_of, positions
 from mavlink.missions import ConversionContext
 from mavlink.translate import from_imc, sensors_from_imc
 from mavlink.vehicle.arming_checks import ArmingChecks
@@ -90,12 +90,12 @@ class VehicleModel:
             case imc.EstimatedState() if self.health.aligned and (
                 self.home is None or self.home.lat == self.home.lon == 0.0
             ):
-                home = positions.home_of(message, afloat=self.kind.afloat, undulation=self.undulation)
+                home = positions.home_from_state(message, afloat=self.kind.afloat, undulation=self.undulation)
                 self.home = home or self.home
             case imc.GpsFix() if sensors_from_imc.has_position(message):
                 self.last_fix = message
             case imc.VehicleState():
-                self.held = self.held and not is_moving(message)
+                self.held = self.held and not is_maneuvering(message)
             case imc.ArmingState(state=state) if state != imc.ArmingState.State.ARMED:
                 self.armed = self.armed and not ran
             case _:
@@ -112,7 +112,7 @@ class VehicleModel:
 
     def station_keeping(self) -> imc.StationKeeping | None:
         """A station here, at the present depth or height; None while the position is unknown."""
-        found = self.place()
+        found = self.state_and_position()
         if found is None:
             return None
         place = found[1]
@@ -121,7 +121,7 @@ class VehicleModel:
         else:
             z, units = place.altitude + self.undulation, imc.ZUnits.HEIGHT
         return self.with_hold_radius(
-            imc.StationKeeping(lat=place.lat, lon=place.lon, z=z, z_units=units, speed=self.speed)
+            imc.StationKeeping(lat=place.lat, lon=place.lon, z=z, z_units=units, speed=self.guided_speed)
         )
 
     def with_hold_radius(self, station: imc.StationKeeping) -> imc.StationKeeping:
@@ -136,7 +136,7 @@ class VehicleModel:
         return self.kind.type == SUBMARINE
 
     @property
-    def speed(self) -> float:
+    def guided_speed(self) -> float:
         """The speed of what ground stations ask for, in m/s."""
         return min(self.chosen_speed or self.options.hold_speed, self.limits.max_speed)
 
@@ -145,7 +145,7 @@ class VehicleModel:
         return ConversionContext(
             self.kind,
             self.home,
-            speed=self.speed,
+            speed=self.guided_speed,
             deepest=self.limits.max_depth,
             highest=self.limits.max_altitude,
             fastest=self.limits.max_speed,
@@ -168,7 +168,7 @@ class VehicleModel:
             return Mode.LAND
         vehicle = self.latest.vehicle
         stays = vehicle is not None and vehicle.maneuver_type == imc.StationKeeping.ID
-        match self.guided_plan:
+        match self.active_guided_plan_id:
             case "hold":
                 return Mode.HOLD
             case "goto" | "orbit":
@@ -188,17 +188,19 @@ class VehicleModel:
                 return Mode.HOLD if mode is Mode.MANUAL and self.held else mode
 
     @property
-    def guided_plan(self) -> str:
+    def active_guided_plan_id(self) -> str:
         """What a ground station has asked for and the vehicle does, by a single order; empty if nothing."""
         plan = self.latest.plan
         return (
-            plan.plan_id if plan is not None and plan.plan_id in GUIDED_PLANS and is_moving(self.latest.vehicle) else ""
+            plan.plan_id
+            if plan is not None and plan.plan_id in GUIDED_PLANS and is_maneuvering(self.latest.vehicle)
+            else ""
         )
 
     @property
     def armed_or_moving(self) -> bool:
         """Whether it is armed over MAVLink, moving for any other reason, or has running motors."""
-        return self.armed or is_moving(self.latest.vehicle) or bool(self.latest.motors_running)
+        return self.armed or is_maneuvering(self.latest.vehicle) or bool(self.latest.motors_running)
 
     @property
     def airborne(self) -> bool:
@@ -210,24 +212,24 @@ class VehicleModel:
         """Why the vehicle cannot be armed; empty if it can."""
         return self.health.prearm_failure(self.latest.vehicle)
 
-    def place(self) -> tuple[imc.EstimatedState, positions.GlobalPosition] | None:
+    def state_and_position(self) -> tuple[imc.EstimatedState, positions.GlobalPosition] | None:
         """The present estimate and its position; None if it is missing, old or impossible, or never was aligned."""
         state = self.latest.state if self.health.aligned else None
-        place = self.position(state) if state is not None else None
+        place = self.position_from_state(state) if state is not None else None
         return (state, place) if state is not None and place is not None else None
 
     @property
     def located(self) -> bool:
         """Whether the position is known, and trusted by the navigation."""
-        return self.place() is not None and self.health.position_trusted
+        return self.state_and_position() is not None and self.health.position_trusted
 
     @property
-    def inside_fence(self) -> bool | None:
+    def is_inside_fence(self) -> bool | None:
         """Whether the vehicle is inside its fence; None if there is none, or the position is unknown."""
-        found = self.place()
+        found = self.state_and_position()
         return None if found is None else self.limits.contains(found[1].lat, found[1].lon)
 
-    def position(self, state: imc.EstimatedState) -> positions.GlobalPosition | None:
+    def position_from_state(self, state: imc.EstimatedState) -> positions.GlobalPosition | None:
         """The position in an estimate; None if it is impossible, or home is unknown."""
         if self.home is None:
             return None
@@ -254,6 +256,6 @@ class VehicleModel:
         """The date that stations see, in s since 1970."""
         return now
 
-    def boot_time_ms(self, state: imc.EstimatedState) -> int:
+    def state_boot_time_ms(self, state: imc.EstimatedState) -> int:
         """The time of an estimate in ms since the start."""
         return from_imc.boot_ms(state.timestamp, self.boot)

@@ -63,7 +63,7 @@ class SequenceTracker:
         self._orders: deque[tuple[float, tuple[object, ...]]] = deque(maxlen=MOST_COPIED)
         self._copy_time = COPY_TIME * speed
 
-    def is_duplicate(self, message: ReceivedMessage, now: float) -> bool:
+    def is_duplicate_order(self, message: ReceivedMessage, now: float) -> bool:
         """Whether the network has doubled a datagram with an order; who repeats an order counts on."""
         if message.name not in ONCE:
             return False
@@ -86,7 +86,7 @@ class SequenceTracker:
         sender = self._senders.get((system, component))
         return sender is not None and sender.lost > 0
 
-    def losses(self) -> Iterator[SenderLoss]:
+    def sender_losses(self) -> Iterator[SenderLoss]:
         """The senders of which frames were lost."""
         for (system, component), sender in self._senders.items():
             if sender.lost:

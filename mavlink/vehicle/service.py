@@ -19,7 +19,7 @@ class MavlinkService:
     def handlers(self) -> Mapping[str, Handler]:
         return {}
 
-    def tick(self, now: float) -> None:
+    def check_timeouts(self, now: float) -> None:
         """Called once a second."""
 
     def poll(self, now: float) -> None:

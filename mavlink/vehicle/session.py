@@ -38,7 +38,7 @@ class MessageSource(Protocol):
     def component(self) -> int: ...
 
     @property
-    def notices(self) -> Sequence[tuple[int, str]]:
+    def latest_notices(self) -> Sequence[tuple[int, str]]:
         """The latest texts and their severities, for stations that are new."""
         ...
 
@@ -116,7 +116,7 @@ class Session:
             camera.note_contact(now)
         if not self.contact:
             self.contact = True
-            notices = self.source.notices
+            notices = self.source.latest_notices
             for severity, words in notices[-LOW_NOTICES:] if self.low else notices:
                 self._send_chunks(self._chunks(severity, words))
 
@@ -141,19 +141,19 @@ class Session:
         """Send a message to the component that has sent another."""
         self.send(name, {"target_system": asker.system, "target_component": asker.component, **fields})
 
-    def send_now(self, name: str, now: float, number: int = 0) -> bool:
+    def build_and_send(self, name: str, now: float, number: int = 0) -> bool:
         """Send an offered message, or one of its instances, once; False while the vehicle does not know its values."""
         found = self.source.fields(name, self.flavor, now, number)
         for fields in found:
             self.send(name, fields)
         return bool(found)
 
-    def send_list(self, sends: Sequence[Callable[[], object]], now: float) -> None:
+    def start_list_transfer(self, sends: Sequence[Callable[[], object]], now: float) -> None:
         """Start sending the items of a list, a few at a time; a list that is not finished is dropped."""
         self._list = list(reversed(sends))
         self._list_due = now
 
-    def send_file(self, send: Callable[[float], bool]) -> None:
+    def start_file_transfer(self, send: Callable[[float], bool]) -> None:
         """Call `send(now)`, which sends PACKETS_AT_ONCE, as often as the line allows, until it returns False."""
         self._file = send
 
@@ -191,7 +191,7 @@ class Session:
             if due > now + period:
                 due = now + period
             if due < now + SOON:
-                self.send_now(name, now)
+                self.build_and_send(name, now)
                 due = max(due + period, now)
             self._due[name] = due
         if self._list and self._list_due < now + SOON:

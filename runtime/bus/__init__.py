@@ -2,7 +2,7 @@
 
 from runtime.bus.bus import Bus
 from runtime.bus.camera_frame import Frame
-from runtime.bus.codec_roundtrip import class_in_schema
+from runtime.bus.codec_roundtrip import find_equivalent_class
 from runtime.bus.drop_counter import DropCounter
 from runtime.bus.interfaces import BusObserver, Subscription, Transport
 from runtime.bus.packet_inbox import Request
@@ -15,5 +15,5 @@ __all__ = [
     "Request",
     "Subscription",
     "Transport",
-    "class_in_schema",
+    "find_equivalent_class",
 ]

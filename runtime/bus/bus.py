@@ -10,7 +10,7 @@ import imc
 from imc.layout import SMALLEST_PACKET
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.bus.camera_frame import Frame, FrameTransport
-from runtime.bus.codec_roundtrip import CodecRoundTrip, class_in_schema
+from runtime.bus.codec_roundtrip import CodecRoundTrip, find_equivalent_class
 from runtime.bus.interfaces import BusObserver, Handler, Subscription, Transport
 from runtime.bus.packet_inbox import PacketInbox, Request
 from runtime.kernel import Kernel, owner_of
@@ -97,7 +97,7 @@ class Bus:
         self._subscriptions = list(subscriptions)
         self._forget_routes()
 
-    def has_subscriber(self, owner: object) -> bool:
+    def is_subscribed(self, owner: object) -> bool:
         """Whether `owner` or one of its methods receives messages."""
         return any(s.owner is owner or owner_of(s.handler) is owner for s in self._subscriptions)
 
@@ -116,7 +116,7 @@ class Bus:
         _check_class(kind)
         if not issubclass(kind, imc.Message) or kind.SCHEMA is None or kind.SCHEMA is self.messages:
             return subscription
-        return replace(subscription, type=class_in_schema(kind, self.messages))
+        return replace(subscription, type=find_equivalent_class(kind, self.messages))
 
     def unsubscribe(self, owner: object) -> None:
         """Drop all subscriptions of `owner`."""
@@ -142,7 +142,7 @@ class Bus:
         else:
             seen = self._rounding[kind](message, timestamp, source, speaker, message.dst, message.dst_ent)
         if not direct:
-            self.dispatch(seen, packet, origin)
+            self.deliver_and_send(seen, packet, origin)
             return seen
         self.delivered += 1
         enqueue, alone = self.kernel.enqueue, (seen,)
@@ -151,7 +151,7 @@ class Bus:
                 enqueue((handler, (seen, packet) if packets else alone))
         return seen
 
-    def dispatch(self, message: imc.Message, packet: bytes, origin: object) -> None:
+    def deliver_and_send(self, message: imc.Message, packet: bytes, origin: object) -> None:
         """Deliver `message`, which `packet` decodes to, to all but `origin`, and send it on all transports."""
         self._deliver(message, packet, origin)
         for transport in self._transports:
@@ -186,7 +186,7 @@ class Bus:
         """Whether any transport carries what is published."""
         return bool(self._transports)
 
-    def reaches(self, system: int) -> bool:
+    def is_system_on_transport(self, system: int) -> bool:
         """Whether another system is on the buses that transports join, so that its packets come from there."""
         return any(system in transport.systems for transport in self._transports)
 
@@ -221,7 +221,11 @@ class Bus:
     def _serve(self) -> None:
         """Take some packets; take more after what they cause and, if the vehicle has work to do, as long a pause."""
         began = time.perf_counter()
-        packets = self.inbox.get(len(self.inbox)) if self.kernel.virtual else self.inbox.get(AT_ONCE, BYTES_AT_ONCE)
+        packets = (
+            self.inbox.take_packets(len(self.inbox))
+            if self.kernel.virtual
+            else self.inbox.take_packets(AT_ONCE, BYTES_AT_ONCE)
+        )
         for packet in packets:
             self._receive(packet)
         self.kernel.soon(self._go_on, began)
@@ -276,7 +280,7 @@ class Bus:
     def _plan(self, kind: type[imc.Message], own: bool) -> _Plan:
         receivers = tuple((s.handler, s.owner, s.packets) for s in self._route(kind) if own or s.others)
         busy = self._transports or self.needs_packets or self._backlog is not None
-        direct = not busy and self.messages.codec.decodes_to(
+        direct = not busy and self.messages.codec.has_message_class(
             kind
         )  # else receivers are those of the class that it becomes
         encodes = not direct or any(packets for _, _, packets in receivers)

@@ -14,12 +14,12 @@ class CodecRoundTrip(dict[type[imc.Message], Callable[..., Any]]):
 
     def __missing__(self, kind: type[imc.Message]) -> Callable[..., Any]:
         if not issubclass(kind, imc.Unknown):
-            class_in_schema(kind, self._schema)
+            find_equivalent_class(kind, self._schema)
         passage = self[kind] = self._schema.codec.round_trip_function(kind, self._encodes)
         return passage
 
 
-def class_in_schema(kind: type[imc.Message], schema: imc.Schema) -> type[imc.Message]:
+def find_equivalent_class(kind: type[imc.Message], schema: imc.Schema) -> type[imc.Message]:
     """The class of `schema` for a message of another one. Raises imc.SchemaError if it has no such message."""
     ours = schema.by_id(kind.ID) if kind.ID in schema.types_by_id else None
     if ours is None or imc.definition_checksum(ours) != imc.definition_checksum(kind):

@@ -74,7 +74,7 @@ class PacketInbox:
 
     def put(self, packet: bytes) -> bool:
         """Keep a packet, or drop and count it; whether somebody has to come and take."""
-        place, size = packet_origin(packet), len(packet)
+        place, size = packet_queue_key(packet), len(packet)
         with self._lock:
             queue = self._queues.get(place) or self._begin(place)
             packets = queue.packets
@@ -89,7 +89,7 @@ class PacketInbox:
             asked, self._asked = self._asked, True
             return not asked
 
-    def get(self, most: int, size: int = MOST_BYTES) -> list[bytes]:
+    def take_packets(self, most: int, size: int = MOST_BYTES) -> list[bytes]:
         """The next packets, at most so many, and no further one after so many bytes; the sources take turns."""
         taken: list[bytes] = []
         turns = self._turns
@@ -120,7 +120,7 @@ class PacketInbox:
         return self._queues.setdefault(place, _Queue())
 
 
-def packet_origin(packet: bytes) -> Place:
+def packet_queue_key(packet: bytes) -> Place:
     """Whose packet it is, and whether it is a command or an Abort; what is no packet has no source."""
     if len(packet) < SMALLEST_PACKET:
         return UNKNOWN_SYSTEM, False

@@ -10,7 +10,7 @@ from runtime.devices.connections import (
     resolve_host,
 )
 from runtime.devices.device import Device, DeviceLog, DeviceOwner
-from runtime.devices.framing import FrameSplitter, LineSplitter, RawChunks, Splitter, line_frame_size, parse_number
+from runtime.devices.framing import FrameSplitter, LineSplitter, RawChunks, Splitter, line_size_function, parse_number
 from runtime.devices.scripted_input import InputScript, ScriptedInputs, TimedData
 from runtime.devices.tcp_request import TcpRequester
 
@@ -32,7 +32,7 @@ __all__ = [
     "TcpServerAddress",
     "TimedData",
     "UdpSocket",
-    "line_frame_size",
+    "line_size_function",
     "parse_number",
     "resolve_host",
 ]

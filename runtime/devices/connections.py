@@ -27,7 +27,7 @@ class Connection(Protocol):
 
     def fileno(self) -> int: ...
 
-    def ready(self) -> bool:
+    def is_connected(self) -> bool:
         """Whether it is connected."""
         ...
 
@@ -52,15 +52,15 @@ class Address(Protocol):
     @property
     def name(self) -> str: ...
     @property
-    def speed(self) -> float: ...
+    def bytes_per_second(self) -> float: ...
     @property
-    def max_rate(self) -> float: ...
+    def max_read_rate(self) -> float: ...
     @property
     def starts_midway(self) -> bool: ...
     @property
     def datagrams(self) -> bool: ...
     @property
-    def host(self) -> str:
+    def unresolved_host(self) -> str:
         """The host name to look up before it is opened; empty if there is none."""
         ...
 
@@ -78,13 +78,15 @@ class SerialPort:
     def __init__(self, device: str, baud: int, **settings: Any):
         self.name = device or "serial port"
         self._device = device
-        self.speed = baud / 10.0  # a byte has a start and a stop bit
-        self.max_rate = max(SLOWEST_CAP, 2.0 * self.speed)  # ports over USB may be faster than they are told
+        self.bytes_per_second = baud / 10.0  # a byte has a start and a stop bit
+        self.max_read_rate = max(
+            SLOWEST_CAP, 2.0 * self.bytes_per_second
+        )  # ports over USB may be faster than they are told
         self._baud = baud
         self._settings = settings
 
     @property
-    def host(self) -> str:
+    def unresolved_host(self) -> str:
         return ""
 
     def open(self, number: str) -> "SerialConnection":
@@ -97,7 +99,7 @@ class SerialPort:
         try:
             port = serial.Serial(self._device, self._baud, timeout=0, write_timeout=0, exclusive=True, **self._settings)
         except (OSError, ValueError) as error:
-            raise user_message(error) from None
+            raise user_friendly_error(error) from None
         except Exception as error:  # termios.error is no OSError
             raise OSError(*error.args) from None
         return SerialConnection(port)
@@ -112,7 +114,7 @@ class SerialConnection:
     def fileno(self) -> int:
         return self._port.fileno()
 
-    def ready(self) -> bool:
+    def is_connected(self) -> bool:
         return True
 
     def read(self) -> list[bytes]:
@@ -139,8 +141,8 @@ class TcpServerAddress:
 
     starts_midway = True
     datagrams = False
-    speed = 1e6
-    max_rate = SOCKET_CAP
+    bytes_per_second = 1e6
+    max_read_rate = SOCKET_CAP
 
     def __init__(self, host: str, port: int, *, waiting: int = 0):
         self.name = f"tcp://{host}:{port}"
@@ -149,7 +151,7 @@ class TcpServerAddress:
         self._waiting = waiting
 
     @property
-    def host(self) -> str:
+    def unresolved_host(self) -> str:
         return "" if _is_number(self._host) else self._host
 
     def open(self, number: str) -> "TcpConnection":
@@ -164,7 +166,7 @@ class TcpServerAddress:
                 raise OSError(code, os.strerror(code))
         except (OSError, ValueError, OverflowError) as error:
             made.close()
-            raise user_message(error) from None
+            raise user_friendly_error(error) from None
         return connection
 
 
@@ -186,7 +188,7 @@ class TcpConnection:
     def fileno(self) -> int:
         return self._socket.fileno()
 
-    def ready(self) -> bool:
+    def is_connected(self) -> bool:
         if not self._ready:
             if code := self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
                 raise OSError(code, os.strerror(code))
@@ -225,8 +227,8 @@ class UdpSocket:
 
     starts_midway = False
     datagrams = True
-    speed = 1e6
-    max_rate = SOCKET_CAP
+    bytes_per_second = 1e6
+    max_read_rate = SOCKET_CAP
 
     def __init__(self, port: int, address: str, to: tuple[str, int] | None):
         self.name = f"udp://{address}:{port}"
@@ -234,7 +236,7 @@ class UdpSocket:
         self._to = ("127.0.0.1", to[1]) if to is not None and to[0] == "localhost" else to
 
     @property
-    def host(self) -> str:
+    def unresolved_host(self) -> str:
         return "" if self._to is None or _is_number(self._to[0]) else self._to[0]
 
     def open(self, number: str) -> "UdpConnection":
@@ -244,7 +246,7 @@ class UdpSocket:
             made.bind(self._own)
         except (OSError, ValueError, OverflowError) as error:
             made.close()
-            raise user_message(error) from None
+            raise user_friendly_error(error) from None
         return UdpConnection(made, (number or self._to[0], self._to[1]) if self._to is not None else None)
 
 
@@ -260,7 +262,7 @@ class UdpConnection:
     def fileno(self) -> int:
         return self._socket.fileno()
 
-    def ready(self) -> bool:
+    def is_connected(self) -> bool:
         return True
 
     def read(self) -> list[bytes]:
@@ -296,7 +298,7 @@ class UdpConnection:
         self._socket.close()
 
 
-def user_message(error: Exception) -> OSError:
+def user_friendly_error(error: Exception) -> OSError:
     """An error of opening, with a text for people instead of a library's."""
     number = error.errno if isinstance(error, OSError) else None
     within = error.__context__  # pyserial puts the error of the system into words

@@ -114,7 +114,7 @@ class Device:
         """What to say if nothing that is understood has come for this time."""
         if not self._unheeded:
             return f"{self.name}: no data for {seconds:g} s"
-        hint = "; is the baud rate right?" if self._address.starts_midway and not self._address.host else ""
+        hint = "; is the baud rate right?" if self._address.starts_midway and not self._address.unresolved_host else ""
         return f"{self.name}: nothing valid for {seconds:g} s, in {self._unheeded} bytes{hint}"
 
     def write(self, data: bytes) -> bool:
@@ -145,7 +145,7 @@ class Device:
         self._drop()
         self._send = None
 
-    def on_data(self, data: bytes) -> None:
+    def receive_data(self, data: bytes) -> None:
         """Take bytes that have arrived."""
         now = self._owner.now_ns
         if self._address.datagrams:
@@ -176,7 +176,7 @@ class Device:
             if self._closed:
                 return
 
-    def on_lost(self, error: OSError) -> None:
+    def close_and_retry(self, error: OSError) -> None:
         """The device has gone: close it, and try to open it again later."""
         self._drop()
         self._report(without_errno(error))
@@ -187,8 +187,8 @@ class Device:
     def _try(self) -> None:
         if self._closed or self._connection is not None:
             return
-        if self._address.host:
-            self._owner.offload(resolve_host, self._address.host, then=self._open_at)
+        if self._address.unresolved_host:
+            self._owner.offload(resolve_host, self._address.unresolved_host, then=self._open_at)
         else:
             self._open_at("")
 
@@ -200,7 +200,7 @@ class Device:
                 raise address
             self._connection = self._address.open(address)
         except OSError as error:
-            self.on_lost(error)
+            self.close_and_retry(error)
             return
         self._connecting = True
         self._await(self._owner.now_ns + round(CONNECT_TIMEOUT * SECOND), self._connection)
@@ -210,13 +210,13 @@ class Device:
         if connection is not self._connection:
             return
         try:
-            if not connection.ready():
+            if not connection.is_connected():
                 if self._owner.now_ns >= until:
                     raise OSError("no answer")
                 self._owner.after(CONNECT_PERIOD, self._await, until, connection)
                 return
         except OSError as error:
-            self.on_lost(error)
+            self.close_and_retry(error)
             return
         self._connecting = False
         self._splitter.reset(midway=self._address.starts_midway)
@@ -235,17 +235,17 @@ class Device:
         try:
             portions = connection.read()
         except OSError as error:
-            self.on_lost(error)
+            self.close_and_retry(error)
             return
         began = time.thread_time_ns()
         for data in portions:
-            self.on_data(data)
+            self.receive_data(data)
         self._work += time.thread_time_ns() - began
         self._rest()
 
     def _rest(self) -> None:
         """Leave it for the rest of the second if it sends too much; what does not fit waits, or is lost, outside."""
-        few = self._pieces <= MOST_PIECES and self._bytes <= self._address.max_rate and self._work <= MOST_WORK
+        few = self._pieces <= MOST_PIECES and self._bytes <= self._address.max_read_rate and self._work <= MOST_WORK
         if few or self._connection is None:
             return
         self._owner.unwatch(self._connection)
@@ -295,7 +295,7 @@ class Device:
         try:
             return self._connection.write(data)
         except OSError as error:
-            self.on_lost(error)
+            self.close_and_retry(error)
             return 0
 
     def _begin_to_play(self, send: Callable[[bytes], object]) -> None:
@@ -312,4 +312,4 @@ class Device:
             return
         if self._send is None:
             self._begin_to_play(send)
-        self.on_data(data)
+        self.receive_data(data)

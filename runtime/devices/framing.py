@@ -188,7 +188,7 @@ class FrameSplitter:
         return max(counts, default=0)
 
 
-def line_frame_size(longest: int = LONGEST_LINE) -> Size:
+def line_size_function(longest: int = LONGEST_LINE) -> Size:
     """The size of a frame that is a line: up to and with the line feed."""
 
     def size(head: bytes) -> int | None:

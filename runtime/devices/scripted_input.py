@@ -42,10 +42,10 @@ class ScriptedInputs:
     def input_for(self, name: str, speed: float) -> list[TimedData] | None:
         """The recording for the device `name`, which carries `speed` bytes/s; None if there is none."""
         found = self._by_name.get(name, self._any)
-        return None if found is None else timed_data(found, speed)
+        return None if found is None else recording_to_timed_data(found, speed)
 
 
-def timed_data(recording: InputScript, speed: float) -> list[TimedData]:
+def recording_to_timed_data(recording: InputScript, speed: float) -> list[TimedData]:
     """A recording as portions in the order of time."""
     if isinstance(recording, Path):
         recording = recording.read_bytes()

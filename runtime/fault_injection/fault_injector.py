@@ -40,7 +40,7 @@ class FaultInjector:
         """The faults that have begun and changed nothing: the task has said nothing that they concern."""
         return [text for source, spoil, text in self._spoils if id(spoil) not in source.acted]
 
-    def prepare(self, task: str, fault: Fault) -> None:
+    def prepare_fault(self, task: str, fault: Fault) -> None:
         """Be ready for a fault that comes later: one that repeats values has to know them.
 
         Raises FaultError if there is no such task, or it cannot have this fault.
@@ -52,7 +52,7 @@ class FaultInjector:
 
     def schedule(self, injection: Injection) -> None:
         """Begin and end a fault at its times; call it when the vehicle is started. Raises FaultError like `prepare`."""
-        self.prepare(injection.task, injection.fault)
+        self.prepare_fault(injection.task, injection.fault)
         at = nanoseconds(self._vehicle.start_time + injection.start)
         begin = self._vehicle.kernel.at(at, self.begin, injection.task, injection.fault, injection.duration)
         begin.owner = self._vehicle
@@ -62,7 +62,7 @@ class FaultInjector:
 
         `where` is the place in a file that asks for it, for people. Raises FaultError like `prepare`.
         """
-        self.prepare(task, fault)
+        self.prepare_fault(task, fault)
         source, log = self._sources[task], self._vehicle.daemon.log
         spoil = fault.begin(source, self._begun[task])
         self._begun[task] += 1

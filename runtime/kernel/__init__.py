@@ -1,7 +1,13 @@
 """One queue of events and the clock that it runs on."""
 
 from runtime.kernel.clock import SECOND, Clock, ScaledClock, VirtualClock, WallClock, nanoseconds, parse_clock
-from runtime.kernel.errors import HandlerBlockedError, HandlerError, LivelockError, SimulatedCrash, as_error
+from runtime.kernel.errors import (
+    HandlerBlockedError,
+    HandlerError,
+    LivelockError,
+    SimulatedCrash,
+    to_ordinary_exception,
+)
 from runtime.kernel.kernel import LIVELOCK_EVENTS, Kernel
 from runtime.kernel.observer import KernelObserver
 from runtime.kernel.timer import Readable, Timer, handler_name, owner_of, owner_title
@@ -23,10 +29,10 @@ __all__ = [
     "VirtualClock",
     "WallClock",
     "Watchdog",
-    "as_error",
     "handler_name",
     "nanoseconds",
     "owner_of",
     "owner_title",
     "parse_clock",
+    "to_ordinary_exception",
 ]

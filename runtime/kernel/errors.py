@@ -27,7 +27,7 @@ class SimulatedCrash(RuntimeError):
     """A failure on purpose: its task restarts as on a vehicle, also in a run that another exception would end."""
 
 
-def as_error(error: BaseException) -> Exception:
+def to_ordinary_exception(error: BaseException) -> Exception:
     """`error`, or one that says what it means; raises those that are meant for the program: KeyboardInterrupt."""
     if isinstance(error, Exception):
         return error

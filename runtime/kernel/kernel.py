@@ -7,7 +7,7 @@ from heapq import heapify, heappop, heappush
 from typing import Any
 
 from runtime.kernel.clock import SECOND, Clock
-from runtime.kernel.errors import LivelockError, as_error, raise_error, warn_slow
+from runtime.kernel.errors import LivelockError, raise_error, to_ordinary_exception, warn_slow
 from runtime.kernel.observer import KernelObserver
 from runtime.kernel.selector import WatchedSources
 from runtime.kernel.timer import Readable, Timer, handler_name, owner_of
@@ -64,7 +64,7 @@ class Kernel:
         self.now_ns, self.now = time_ns, time_ns / SECOND
 
     @property
-    def idle(self) -> bool:
+    def is_idle(self) -> bool:
         """Whether nothing else is due now."""
         return not self._due
 
@@ -101,10 +101,10 @@ class Kernel:
 
     def at(self, time_ns: int, function: Callable[..., object], *args: Any) -> Timer:
         timer = Timer(time_ns, function, args)
-        self.reschedule(timer, time_ns)
+        self.schedule_timer(timer, time_ns)
         return timer
 
-    def reschedule(self, timer: Timer, time_ns: int) -> None:
+    def schedule_timer(self, timer: Timer, time_ns: int) -> None:
         """Schedule a timer that is not pending, such as one whose call is being made."""
         now, later = self.now_ns, self._later
         self._arrivals += 1
@@ -120,7 +120,7 @@ class Kernel:
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
         time_ns = self.now_ns + round(seconds * SECOND)
         timer = Timer(time_ns, function, args)
-        self.reschedule(timer, time_ns)
+        self.schedule_timer(timer, time_ns)
         return timer
 
     def after_or_idle(self, seconds: float, function: Callable[[], object]) -> None:
@@ -188,7 +188,7 @@ class Kernel:
             try:
                 function(*args)
             except BaseException as error:
-                self.on_error(self._owner(function, args), as_error(error))
+                self.on_error(self._owner(function, args), to_ordinary_exception(error))
 
     def _run_moment(self) -> None:
         due, instruments, on_error, most = self._due, self.observers, self.on_error, self.livelock_events
@@ -203,7 +203,7 @@ class Kernel:
                 try:
                     function(*args)
                 except BaseException as error:
-                    on_error(self._owner(function, args), as_error(error))
+                    on_error(self._owner(function, args), to_ordinary_exception(error))
                 if busy > most:
                     raise LivelockError(most, self._owner(function, args))
         finally:
@@ -222,7 +222,7 @@ class Kernel:
                 try:
                     function(*args)
                 except BaseException as error:
-                    self.on_error(self._owner(function, args), as_error(error))
+                    self.on_error(self._owner(function, args), to_ordinary_exception(error))
                 ended = time.perf_counter_ns()
                 if ended - began > slow:
                     self.on_slow(self._owner(function, args), (ended - began) / SECOND, handler_name(function, args))

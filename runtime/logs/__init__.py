@@ -1,18 +1,18 @@
 """Reads logs: which systems and entities send in them, when, and what; writes new ones."""
 
 from runtime.logs.clock_steps import without_outliers
-from runtime.logs.header_arrays import Array, PacketBlock, packet_blocks, packet_headers
+from runtime.logs.packet_blocks import Array, PacketBlock, packet_blocks, packet_headers
 from runtime.logs.run_logs import (
     RUN_FILE,
     RunPosition,
-    encode_run_position,
-    find_log_folder,
+    encode_log_run_position,
     logs_of_run,
     missing_logs,
-    run_position,
+    read_log_run_position,
+    resolve_log_folder,
 )
 from runtime.logs.summary import LogSummary, PacketCount, summarize
-from runtime.logs.system_names import KEPT, NAMING, SystemNames, UnknownNameError, find_types, type_name
+from runtime.logs.system_names import KEPT, NAMING, SystemNames, UnknownNameError, find_message_ids, type_name
 from runtime.logs.writer import create_log
 
 __all__ = [
@@ -27,14 +27,14 @@ __all__ = [
     "SystemNames",
     "UnknownNameError",
     "create_log",
-    "encode_run_position",
-    "find_log_folder",
-    "find_types",
+    "encode_log_run_position",
+    "find_message_ids",
     "logs_of_run",
     "missing_logs",
     "packet_blocks",
     "packet_headers",
-    "run_position",
+    "read_log_run_position",
+    "resolve_log_folder",
     "summarize",
     "type_name",
     "without_outliers",

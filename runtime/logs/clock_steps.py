@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.logs.header_arrays import Array
+from runtime.logs.packet_blocks import Array
 
 BACK, AHEAD = 1.0, 10.0  # s
 WINDOW = 16  # packets on each side; a stray time returns to normal within them
@@ -36,7 +36,7 @@ class SystemClock:
         self._times: Array = np.empty(0)
         self._offsets: Array = np.empty(0, np.int64)
 
-    def update(self, times: Array, offsets: Array) -> None:
+    def add_packet_times(self, times: Array, offsets: Array) -> None:
         """Add the times and offsets of more packets."""
         self.packets += len(times)
         self._bound(times)

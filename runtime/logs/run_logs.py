@@ -18,12 +18,12 @@ class RunPosition(msgspec.Struct, frozen=True):
     number: int
 
 
-def encode_run_position(first: str, number: int) -> bytes:
+def encode_log_run_position(first: str, number: int) -> bytes:
     """The content of RUN_FILE."""
     return msgspec.json.encode(RunPosition(first, number)) + b"\n"
 
 
-def find_log_folder(told: Path, current: Path | None) -> Path:
+def resolve_log_folder(told: Path, current: Path | None) -> Path:
     """The folder of the log that a virtual run calls `told`: that of the `current` log may end in _2, _3 ...
 
     The run does not tell this end, since it must not depend on which folders exist.
@@ -35,7 +35,7 @@ def find_log_folder(told: Path, current: Path | None) -> Path:
     return told
 
 
-def run_position(folder: Path) -> RunPosition | None:
+def read_log_run_position(folder: Path) -> RunPosition | None:
     """The place of a log in its run; None if the folder does not say, or not in a way that makes sense."""
     try:
         if not (folder / RUN_FILE).is_file():  # a pipe would be waited for
@@ -54,7 +54,7 @@ def logs_of_run(folder: Path) -> list[Path]:
     the same number.
     """
     folder = folder.absolute()
-    own = run_position(folder)
+    own = read_log_run_position(folder)
     if own is None:
         return [folder]
     begin = own.first.partition("/")[0]
@@ -71,10 +71,10 @@ def logs_of_run(folder: Path) -> list[Path]:
 
 def missing_logs(logs: list[Path]) -> list[int]:
     """The numbers of the logs that are missing before or between these logs of a run."""
-    numbers = [place.number for log in logs if (place := run_position(log))]
+    numbers = [place.number for log in logs if (place := read_log_run_position(log))]
     return sorted(set(range(1, max(numbers, default=0))) - set(numbers))
 
 
 def _same_run(log: Path, own: RunPosition) -> RunPosition | None:
-    place = run_position(log)
+    place = read_log_run_position(log)
     return place if place is not None and place.first == own.first else None

@@ -14,7 +14,7 @@ from imc.layout import SMALLEST_PACKET
 from imc.lsf import ReportProgress
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.logs.clock_steps import ClockStep, SystemClock
-from runtime.logs.header_arrays import Array, PacketBlock, packet_blocks
+from runtime.logs.packet_blocks import Array, PacketBlock, packet_blocks
 from runtime.logs.system_names import KEPT, NAMING, SystemNames, type_name
 
 K = TypeVar("K")
@@ -31,7 +31,7 @@ class PacketCount:
     first: float = math.inf
     last: float = -math.inf
 
-    def add(self, count: int, size: int, first: float, last: float) -> None:
+    def add_packets(self, count: int, size: int, first: float, last: float) -> None:
         self.count += count
         self.size += size
         self.first = min(self.first, first)
@@ -99,7 +99,7 @@ class LogSummary:
         """Tallies by (system, entity), most frequent first."""
         return self._grouped(lambda key: (key[1], key[2]))
 
-    def add(self, block: PacketBlock) -> None:
+    def add_packet_block(self, block: PacketBlock) -> None:
         """Add more packets of the log."""
         heads = block.headers
         offsets = np.asarray(block.offsets)
@@ -108,7 +108,7 @@ class LogSummary:
             own = heads["src"] == src
             own &= plain | ~(own & plain).any()
             clock = self.clocks.setdefault(int(src), SystemClock(int(src)))
-            clock.update(heads["timestamp"][own], offsets[own])
+            clock.add_packet_times(heads["timestamp"][own], offsets[own])
         self._count(heads)
         if self.writer is None:
             controls = np.flatnonzero(heads["id"] == imc.LoggingControl.ID)
@@ -125,7 +125,7 @@ class LogSummary:
         total, first, last = np.add.reduceat(sizes, begins), *_extent(times, begins)
         for row, key in enumerate(found.tolist()):
             tally = self.tallies.setdefault((key >> 24, key >> 8 & 0xFFFF, key & 0xFF), PacketCount())
-            tally.add(int(counts[row]), int(total[row]), float(first[row]), float(last[row]))
+            tally.add_packets(int(counts[row]), int(total[row]), float(first[row]), float(last[row]))
 
     def _learn(self, packet: bytes) -> None:
         try:
@@ -136,7 +136,7 @@ class LogSummary:
     def _grouped(self, group: Callable[[tuple[int, int, int]], K]) -> dict[K, PacketCount]:
         found: dict[K, PacketCount] = {}
         for key, tally in self.tallies.items():
-            found.setdefault(group(key), PacketCount()).add(tally.count, tally.size, tally.first, tally.last)
+            found.setdefault(group(key), PacketCount()).add_packets(tally.count, tally.size, tally.first, tally.last)
         return dict(sorted(found.items(), key=lambda item: -item[1].count))
 
 
@@ -146,7 +146,7 @@ def summarize(
     """Read a log once and sum it up. `progress` gets the share read, 0 to 1; each of `also` gets all packets."""
     summary = LogSummary(log.path, log.schema, log.schema_source, log.path.stat().st_size)
     for block in packet_blocks(log, summary.losses, progress):
-        summary.add(block)
+        summary.add_packet_block(block)
         for observer in also:
             observer(block)
         summary.unpacked = block.offsets[-1] + len(block.packets[-1])

@@ -64,12 +64,12 @@ class SystemNames:
             return "unknown entity" if number == UNKNOWN_ENTITY else f"entity {number}"
         return displayable_name(label) or f"entity {number}"
 
-    def system_ids(self, wanted: Iterable[str], present: Iterable[int]) -> set[int]:
+    def find_system_ids(self, wanted: Iterable[str], present: Iterable[int]) -> set[int]:
         """Ids of systems given by name or number. Raises UnknownNameError."""
         known = {self.system_name(number): number for number in present}
         return {_choose(text, known, "system", _number) for text in wanted}
 
-    def entity_ids(self, wanted: Iterable[str], present: Iterable[tuple[int, int]]) -> set[tuple[int, int]]:
+    def find_entity_ids(self, wanted: Iterable[str], present: Iterable[tuple[int, int]]) -> set[tuple[int, int]]:
         """(system, entity) of all entities given by label or number. Raises UnknownNameError."""
         known: dict[str, set[tuple[int, int]]] = {}
         for system, number in present:
@@ -89,7 +89,7 @@ class SystemNames:
         self.labels[system, number] = label
 
 
-def find_types(wanted: Iterable[str], schema: imc.Schema) -> set[int]:
+def find_message_ids(wanted: Iterable[str], schema: imc.Schema) -> set[int]:
     """Ids of messages given by name or id. Raises UnknownNameError."""
     known = {name: message.id for name, message in schema.types.items()}
     return {_choose(text, known, "message", _number) for text in wanted}

@@ -53,7 +53,7 @@ class Option:
         return list(dict.fromkeys(assignment.origin for assignment in self.history[self._start() :]))
 
     @property
-    def overwritten(self) -> list[Origin]:
+    def overwritten_origins(self) -> list[Origin]:
         """The places of the assignments that a later one replaced, oldest first."""
         kept = self.contributors
         return [o for o in dict.fromkeys(a.origin for a in self.history[: self._start()]) if o not in kept]

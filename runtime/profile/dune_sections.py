@@ -84,7 +84,7 @@ TASKS = dune_tasks.TASKS.union(MULTIPLEXED.values())
 LABEL = "Entity Label"
 
 
-def multiplexer_targets(option: str) -> Iterator[tuple[str, str]]:
+def multiplexer_option_targets(option: str) -> Iterator[tuple[str, str]]:
     """The sections and their options that an option of [Maneuver.Multiplexer] sets here; none if it sets no other's."""
     left, dashes, right = option.partition(" -- ")
     if option == "Enabled":
@@ -110,7 +110,7 @@ def expand_multiplexer(config: Config) -> None:
         if name not in own
     }
     for option in multiplexer.options.values():
-        for name, target in multiplexer_targets(option.name):
+        for name, target in multiplexer_option_targets(option.name):
             if name in added:
                 added[name].options.setdefault(target, option.renamed(target))
     for kind, name in MULTIPLEXED.items():

@@ -14,7 +14,7 @@ from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.profile import dune_sections
 from runtime.profile.config import BLANKS, Config, format_header, format_option, split_list
 from runtime.profile.ini import read_config
-from runtime.profile.profile_search import find_profile, own_etc, path_in_root
+from runtime.profile.profile_search import find_profile, own_etc, resolve_root_copy
 from runtime.task import Parameter
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
 from support.file_errors import describe_os_error
@@ -79,7 +79,7 @@ class Profile:
         return self.path.stem
 
     @property
-    def folder(self) -> Path:
+    def base_folder(self) -> Path:
         """Where relative paths of its values begin."""
         return self.path.parent
 
@@ -111,7 +111,7 @@ class Profile:
         return found
 
     @property
-    def bus(self) -> Literal["inprocess", "zenoh"]:
+    def bus_transport(self) -> Literal["inprocess", "zenoh"]:
         """The transport between processes. Raises ProfileError."""
         text = self.config.value("General", "Bus", BUSES[0])
         if text == "zenoh" or text == "inprocess":
@@ -134,7 +134,7 @@ class Profile:
             places = [source.parent / name, Path(name)]
             if source.name == "Config.ini":  # of a log
                 places.insert(0, source.with_name("IMC.xml.gz"))
-            path = path_in_root(next((place for place in places if place.is_file()), Path(name)))
+            path = resolve_root_copy(next((place for place in places if place.is_file()), Path(name)))
             try:
                 schema = imc.load(path, over=schema)
             except FileNotFoundError:
@@ -189,7 +189,7 @@ class Profile:
         return found
 
     @property
-    def modes(self) -> dict[str, str]:
+    def selectable_modes(self) -> dict[str, str]:
         """The modes that -p can select and their meaning: DUNE's own, and those declared in [Profiles]."""
         return BUILT_IN | {option.name: option.value for option in self.config.options("Profiles")}
 
@@ -197,8 +197,8 @@ class Profile:
         """The selected modes, from a list or separated by commas. Raises ProfileError for an unknown one."""
         chosen = split_list(names) if isinstance(names, str) else [name for text in names for name in split_list(text)]
         for name in chosen:
-            if name not in self.modes:
-                hint = suggestion(name, self.modes)
+            if name not in self.selectable_modes:
+                hint = suggestion(name, self.selectable_modes)
                 raise ProfileError([Problem("error", str(self.path), 0, f"unknown mode {quoted(name)}", hint)])
         return frozenset(chosen)
 
@@ -220,7 +220,7 @@ class Profile:
         named = (self.task_process(name) for name in self.config.sections if self.is_task_enabled(name, modes))
         return list(dict.fromkeys(filter(None, named)))
 
-    def tasks(self, find_task: Callable[[str], T | None], selected: Iterable[str] | None = None) -> dict[str, T]:
+    def find_tasks(self, find_task: Callable[[str], T | None], selected: Iterable[str] | None = None) -> dict[str, T]:
         """What `find_task` returns for each task section, in DUNE's order; only enabled ones if `selected`."""
         found: dict[str, T] = {}
         for section in self.config.sorted_sections():
@@ -258,7 +258,7 @@ class Profile:
         self.config.ensure_section(section, COMMAND_LINE).ensure_option(option).set(value, COMMAND_LINE)
         if section == dune_sections.MULTIPLEXER:
             dune_sections.expand_multiplexer(self.config)
-            for name, target in dune_sections.multiplexer_targets(option):
+            for name, target in dune_sections.multiplexer_option_targets(option):
                 self.config.ensure_section(name, COMMAND_LINE).ensure_option(target).set(value, COMMAND_LINE)
         return section, option
 

@@ -22,7 +22,7 @@ def user_etc() -> Path:
     return Path(os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config"), "shoal/etc")
 
 
-def path_in_root(path: Path) -> Path:
+def resolve_root_copy(path: Path) -> Path:
     """Where to read the file at a path: its copy, if there is one, in the folder SHOAL_ROOT, which has the same paths.
 
     Whatever opens a file that a profile or a scenario names asks this: a campaign reads copies. A folder counts as
@@ -58,7 +58,7 @@ def find_profile(name: str | Path, config_dirs: Iterable[str | Path] = ()) -> Pa
     """
     text = os.fspath(name)
     if text.endswith(".ini"):
-        if (path := path_in_root(Path(text))).exists():
+        if (path := resolve_root_copy(Path(text))).exists():
             return path
         if os.path.dirname(text):
             raise _refusal(text, "there is no such file")

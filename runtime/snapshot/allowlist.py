@@ -93,7 +93,7 @@ def short_repr(value: object) -> str:
 
 
 @functools.cache
-def is_allowed_object(cls: type) -> bool:
+def has_allowed_instances(cls: type) -> bool:
     """Whether objects of a class may be in a snapshot, made without a call of their constructor.
 
     Not what the vehicle owns: a forged task, kernel or bus would have methods that tasks call with all rights.
@@ -107,7 +107,7 @@ def is_allowed_object(cls: type) -> bool:
     return True
 
 
-def is_allowed_class(value: type) -> bool:
+def is_allowed_class_value(value: type) -> bool:
     """Whether a class itself may be a value: a snapshot could otherwise have any constructor called."""
     return issubclass(value, (imc.Message, Frame, Enum))
 
@@ -136,7 +136,7 @@ def allowed_method(owner: Any, name: Any) -> Any:
     return getattr(owner, name)
 
 
-def check_path(text: Any) -> str:
+def check_relative_path(text: Any) -> str:
     """A path within the folder in which it is used. Raises SnapshotError."""
     path = PurePath(text)
     if path.is_absolute() or ".." in path.parts or "\0" in text:
@@ -154,7 +154,7 @@ def check_dtype(text: Any) -> "np.dtype[Any]":
     return dtype
 
 
-def check_size(data: bytes, what: str = "a snapshot") -> None:
+def check_msgpack_size(data: bytes, what: str = "a snapshot") -> None:
     """Raise SnapshotError if msgpack data has more values, or is nested deeper, than a reader should make objects of.
 
     A byte of msgpack can become 60 bytes of memory.

@@ -12,15 +12,15 @@ import numpy as np
 
 import imc
 from runtime.kernel import Timer
-from runtime.snapshot.serializer import attributes
-from runtime.snapshot.task_state import BELONGINGS, entities_of, shared_parts, task_of
+from runtime.snapshot.serializer import attribute_names
+from runtime.snapshot.task_state import BELONGINGS, entities_of, shared_parts, subscription_task
 from runtime.task import Entity, Script, Task, Ticker
 
 DEEPEST = 40
 LARGEST = 1 << 63
 
 
-def state_checksum(task: Task, timers: list[Timer]) -> int:
+def task_state_checksum(task: Task, timers: list[Timer]) -> int:
     """A checksum of a task: attributes, parameters, ticks, pending calls, subscriptions, entities, waiting scripts.
 
     A script counts by the line where it waits and its local variables; a value that a snapshot cannot contain, such as
@@ -28,7 +28,7 @@ def state_checksum(task: Task, timers: list[Timer]) -> int:
     """
     vehicle = task.vehicle
     outline = _Outline({id(part): name for name, part in shared_parts(vehicle)}, timers)
-    hears = [s for s in vehicle.bus.subscriptions if task_of(s) is task]
+    hears = [s for s in vehicle.bus.subscriptions if subscription_task(s) is task]
     frames = [frame for script in task.running_scripts for frame in script.waiting_frames]
     skipped = BELONGINGS.union(task.transient)
     words = [
@@ -101,7 +101,7 @@ class _Outline:
 
     def _object(self, value: Any, kind: type[Any]) -> list[Any]:
         pairs = value.items() if issubclass(kind, dict) else ()
-        names = attributes(value)
+        names = attribute_names(value)
         found = [[self.of(key), self.of(item)] for key, item in pairs]
         return [kind.__qualname__, found, [[name.encode(), self.of(getattr(value, name))] for name in names]]
 

@@ -11,8 +11,16 @@ import msgspec
 import imc
 from runtime.bus import Subscription
 from runtime.kernel import Timer, owner_of
-from runtime.snapshot.allowlist import LARGEST, SnapshotError, check_size
-from runtime.snapshot.task_state import TaskState, TimerState, entities_of, task_of, task_state, timer_state, writer_for
+from runtime.snapshot.allowlist import LARGEST, SnapshotError, check_msgpack_size
+from runtime.snapshot.task_state import (
+    TaskState,
+    TimerState,
+    entities_of,
+    subscription_task,
+    task_state,
+    timer_state,
+    writer_for,
+)
 from runtime.task import Task
 from runtime.vehicle import Vehicle
 
@@ -63,7 +71,7 @@ class InputJournal:
         self.handlers: list[Callable[..., object]] = []
         self.values: TaskValues = _values(task)
 
-    def begin(self, time: int, hears: list[Subscription], timers: list[Timer]) -> None:
+    def restart_journal(self, time: int, hears: list[Subscription], timers: list[Timer]) -> None:
         """Begin again with the present state, in which no script runs."""
         self.begun = True
         self.entries.clear()
@@ -109,7 +117,7 @@ class InputJournal:
 
         def plain(value: object) -> Any:
             if not isinstance(value, imc.Message):
-                return [writer.write(value, f"{self.task.name}: an argument")]
+                return [writer.to_plain_value(value, f"{self.task.name}: an argument")]
             if id(value) not in places:
                 places[id(value)] = len(packets)
                 packets.append(imc.encode(value))
@@ -146,7 +154,7 @@ class InputJournals:
         except KeyError:
             raise SnapshotError(f"{task.name} runs a script that is not a method of its class") from None
 
-    def take_over(self, task: Task, past: JournalStart, handlers: list[Callable[..., object]]) -> None:
+    def resume_journal(self, task: Task, past: JournalStart, handlers: list[Callable[..., object]]) -> None:
         """Continue the journal of a task that has just replayed it."""
         journal = self._journals[id(task)]
         journal.past, journal.entries, journal.values = past, [], _values(task)
@@ -160,7 +168,7 @@ class InputJournals:
         Those of scripts are local functions, which no name in a file could identify. A replay makes the same
         subscriptions in the same order, so their numbers do.
         """
-        task = task_of(subscription)
+        task = subscription_task(subscription)
         journal = self._journals.get(id(task))
         if journal is not None:
             self._handlers[id(subscription.handler)] = journal, len(journal.handlers)
@@ -232,8 +240,8 @@ class InputJournals:
                 due = [timer for timer in (popped, *self._kernel.timers()) if timer is not None and timer.function]
             for handler in journal.handlers:
                 self._handlers.pop(id(handler), None)
-            hears = [s for s in self._vehicle.bus.subscriptions if task_of(s) is journal.task]
-            journal.begin(now, hears, [timer for timer in due if timer.owner is journal.task])
+            hears = [s for s in self._vehicle.bus.subscriptions if subscription_task(s) is journal.task]
+            journal.restart_journal(now, hears, [timer for timer in due if timer.owner is journal.task])
             for number, handler in enumerate(journal.handlers):
                 self._handlers[id(handler)] = journal, number
 
@@ -245,7 +253,7 @@ def unpack_chunk(chunk: bytes) -> JournalChunk:
         data = unpacker.decompress(chunk, LARGEST)
         if not unpacker.eof:
             raise SnapshotError("not a valid snapshot: a journal is cut off")
-        check_size(data, "a journal")
+        check_msgpack_size(data, "a journal")
         return msgspec.msgpack.decode(data, type=JournalChunk)
     except (zlib.error, msgspec.DecodeError):
         raise SnapshotError("not a valid snapshot: a journal is damaged") from None

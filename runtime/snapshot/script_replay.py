@@ -6,7 +6,7 @@ from typing import Any
 from runtime.bus import Subscription
 from runtime.kernel import Timer
 from runtime.snapshot.allowlist import SnapshotError
-from runtime.snapshot.checksum import state_checksum
+from runtime.snapshot.checksum import task_state_checksum
 from runtime.snapshot.input_journal import CHANGED, SET, TIMER, JournalStart, unpack_chunk
 from runtime.snapshot.task_state import (
     check_parameter_values,
@@ -17,7 +17,7 @@ from runtime.snapshot.task_state import (
     restore_subscriptions,
     restore_task,
     restore_timer,
-    task_of,
+    subscription_task,
 )
 from runtime.task import State, Task
 
@@ -47,7 +47,7 @@ def replay_journal(task: Task, past: JournalStart) -> tuple[list[Timer], list[Ca
         vehicle.bus.observers = before
         kernel.clear()
     # A replay repeats the run only if the task depends on nothing but its inputs; otherwise refuse, and do not diverge.
-    if state_checksum(task, timers) != past.checksum:
+    if task_state_checksum(task, timers) != past.checksum:
         raise SnapshotError(
             f"{task.name} cannot be restored: the replay of its journal ended in another state. Another version wrote "
             "the snapshot, or a script depends on more than the messages, timers and state of its task"
@@ -63,7 +63,7 @@ class _Handlers:
         self._task = task
 
     def on_subscribe(self, subscription: Subscription) -> None:
-        if task_of(subscription) is self._task:
+        if subscription_task(subscription) is self._task:
             self.handlers.append(subscription.handler)
 
     def on_reconfigure(self, owner: object) -> None:
@@ -101,7 +101,9 @@ def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> Non
         if time < kernel.now_ns:
             raise SnapshotError("not a valid snapshot: a journal goes back in time")
         kernel.set_now(time)
-        args: list[Any] = [messages[word] if isinstance(word, int) else reader.read(word[0]) for word in words]
+        args: list[Any] = [
+            messages[word] if isinstance(word, int) else reader.from_plain_value(word[0]) for word in words
+        ]
         if isinstance(key, int):
             handlers[key](*args)
         elif key == TIMER:
@@ -117,4 +119,4 @@ def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> Non
             task.parameter_set.restore(check_parameter_values(task, args[0]))
             restore_pushed_parameters(task, args[1])
         else:
-            reader.read(["method", ["task", task.name], key])(*args)
+            reader.from_plain_value(["method", ["task", task.name], key])(*args)

@@ -19,9 +19,9 @@ from runtime.snapshot.allowlist import (
     check_attribute,
     check_dtype,
     check_message,
-    check_path,
-    is_allowed_class,
-    is_allowed_object,
+    check_relative_path,
+    has_allowed_instances,
+    is_allowed_class_value,
 )
 
 LARGEST = 2**63
@@ -41,7 +41,7 @@ class StateWriter:
         self._words = words or ClassAllowlist()
         self._seen: dict[int, tuple[int, object]] = {}
 
-    def write(self, value: Any, where: str) -> Any:
+    def to_plain_value(self, value: Any, where: str) -> Any:
         """The plain form of a value; `where` names it in errors. Raises SnapshotError."""
         if value is None or type(value) in (bool, float, bytes):
             return value
@@ -63,13 +63,13 @@ class StateWriter:
     def _parts(self, value: Any, where: str) -> list[Any]:
         kind = cast(type[Any], type(value))
         if kind in SEQUENCES:
-            return [SEQUENCES[kind], [self.write(item, f"{where}[...]") for item in value]]
+            return [SEQUENCES[kind], [self.to_plain_value(item, f"{where}[...]") for item in value]]
         if kind in (dict, Counter):
             return [kind.__name__.lower(), self._pairs(value.items(), where)]
         if kind is deque:
-            return ["deque", value.maxlen, [self.write(item, f"{where}[...]") for item in value]]
+            return ["deque", value.maxlen, [self.to_plain_value(item, f"{where}[...]") for item in value]]
         if isinstance(value, Enum):
-            return ["enum", self._words.path_of(kind, where), self.write(value.value, where)]
+            return ["enum", self._words.path_of(kind, where), self.to_plain_value(value.value, where)]
         if isinstance(value, type):
             return self._type(cast(type[Any], value), where)
         if isinstance(value, MethodType):
@@ -79,16 +79,16 @@ class StateWriter:
         if kind is functools.partial:
             if not isinstance(value.func, MethodType):
                 raise SnapshotError(f"{where} is a partial of {value.func!r}, which a snapshot cannot contain")
-            words = [self.write(part, where) for part in (value.func, list(value.args), dict(value.keywords))]
+            words = [self.to_plain_value(part, where) for part in (value.func, list(value.args), dict(value.keywords))]
             return ["partial", *words]
         if isinstance(value, tuple):
             return [
                 "named",
                 self._words.path_of(kind, where),
-                [self.write(item, where) for item in cast(tuple[Any, ...], value)],
+                [self.to_plain_value(item, where) for item in cast(tuple[Any, ...], value)],
             ]
         if isinstance(value, PurePath):
-            return ["path", self._try(check_path, str(value), where=where)]
+            return ["path", self._try(check_relative_path, str(value), where=where)]
         return self._object(value, kind, where)
 
     def _object(self, value: Any, kind: type[Any], where: str) -> list[Any]:
@@ -106,7 +106,7 @@ class StateWriter:
             if not isinstance(value.bit_generator, np.random.PCG64):
                 generator = type(value.bit_generator).__name__
                 raise SnapshotError(f"{where} is a random generator {generator}; a snapshot can contain PCG64")
-            state = self.write(dict(value.bit_generator.state), where)
+            state = self.to_plain_value(dict(value.bit_generator.state), where)
             return ["random", type(value.bit_generator).__name__, state]
         if isinstance(value, msgspec.Struct):
             names = value.__struct_fields__
@@ -118,12 +118,12 @@ class StateWriter:
         if kind.__module__.partition(".")[0] in sys.stdlib_module_names or issubclass(kind, CONTAINERS):
             raise SnapshotError(f"{where} is a {kind.__name__}, which a snapshot cannot contain")
         path = self._words.path_of(kind, where)
-        if not is_allowed_object(kind):
+        if not has_allowed_instances(kind):
             raise SnapshotError(f"{where} is a {kind.__name__}, which a snapshot cannot contain")
         return ["object", path, self._of(value, where)]
 
     def _type(self, value: type[Any], where: str) -> list[Any]:
-        if not is_allowed_class(value):
+        if not is_allowed_class_value(value):
             raise SnapshotError(f"{where} is the class {value.__qualname__}, which a snapshot cannot contain")
         return ["type", self._words.path_of(value, where)]
 
@@ -132,10 +132,10 @@ class StateWriter:
             owner = type(value.__self__).__qualname__
             raise SnapshotError(f"{where} is {value.__name__} of a {owner}, which is no part of the vehicle")
         self._try(allowed_method, value.__self__, value.__name__, where=where)
-        return ["method", self.write(value.__self__, where), value.__name__]
+        return ["method", self.to_plain_value(value.__self__, where), value.__name__]
 
     def _of(self, value: Any, where: str) -> list[Any]:
-        names = attributes(value)
+        names = attribute_names(value)
         for name in names:
             self._try(check_attribute, type(value), name, where=where)
         return self._attributes(value, names, where)
@@ -147,10 +147,12 @@ class StateWriter:
             raise SnapshotError(f"{where}: {error}") from None
 
     def _attributes(self, value: Any, names: Collection[str], where: str) -> list[Any]:
-        return [[name, self.write(getattr(value, name), f"{where}.{name}")] for name in names]
+        return [[name, self.to_plain_value(getattr(value, name), f"{where}.{name}")] for name in names]
 
     def _pairs(self, items: Collection[tuple[Any, Any]], where: str) -> list[Any]:
-        return [[self.write(key, where), self.write(item, f"{where}[{key!r}]")] for key, item in items]
+        return [
+            [self.to_plain_value(key, where), self.to_plain_value(item, f"{where}[{key!r}]")] for key, item in items
+        ]
 
 
 class StateReader:
@@ -165,7 +167,7 @@ class StateReader:
         self._words = words or ClassAllowlist()
         self._seen: dict[int, Any] = {}
 
-    def read(self, plain: Any) -> Any:
+    def from_plain_value(self, plain: Any) -> Any:
         if not isinstance(plain, list):
             return plain
         words = cast(list[Any], plain)
@@ -180,25 +182,25 @@ class StateReader:
         if kind == "list":
             made: Any = []
             self._seen[number] = made
-            made += [self.read(item) for item in words[0]]
+            made += [self.from_plain_value(item) for item in words[0]]
         elif kind in ("dict", "counter"):
             made = {} if kind == "dict" else Counter[Any]()
             self._seen[number] = made
             for key, item in words[0]:
-                made[self.read(key)] = self.read(item)
+                made[self.from_plain_value(key)] = self.from_plain_value(item)
         elif kind == "deque":
             made = deque[Any](maxlen=words[0])
             self._seen[number] = made
-            made.extend(self.read(item) for item in words[1])
+            made.extend(self.from_plain_value(item) for item in words[1])
         elif kind == "mapping":
             cls: Any = self._words.find(words[0], dict)
             made = self._seen[number] = cls.__new__(cls)
             for key, item in words[1]:
-                dict[Any, Any].__setitem__(made, self.read(key), self.read(item))
+                dict[Any, Any].__setitem__(made, self.from_plain_value(key), self.from_plain_value(item))
             self._fill(made, words[2])
         elif kind == "object":
             cls = self._words.find(words[0])
-            if not is_allowed_object(cls):
+            if not has_allowed_instances(cls):
                 raise SnapshotError(f"a {cls.__name__} is nothing that a snapshot can contain")
             made = self._seen[number] = object.__new__(cls)
             self._fill(made, words[1])
@@ -208,7 +210,7 @@ class StateReader:
 
     def _fill(self, made: Any, attributes: list[Any]) -> None:
         for name, item in attributes:
-            object.__setattr__(made, check_attribute(cast(type[Any], type(made)), name), self.read(item))
+            object.__setattr__(made, check_attribute(cast(type[Any], type(made)), name), self.from_plain_value(item))
 
     def _value(self, words: list[Any]) -> Any:
         kind, *rest = words
@@ -218,45 +220,46 @@ class StateReader:
             case "str":
                 return rest[0].decode(errors="surrogatepass")
             case "tuple":
-                return tuple(self.read(item) for item in rest[0])
+                return tuple(self.from_plain_value(item) for item in rest[0])
             case "set":
-                return {self.read(item) for item in rest[0]}
+                return {self.from_plain_value(item) for item in rest[0]}
             case "frozenset":
-                return frozenset(self.read(item) for item in rest[0])
+                return frozenset(self.from_plain_value(item) for item in rest[0])
             case "named":
-                return self._words.find(rest[0], tuple)._make(self.read(item) for item in rest[1])
+                return self._words.find(rest[0], tuple)._make(self.from_plain_value(item) for item in rest[1])
             case "enum":
-                return self._words.find(rest[0], Enum)(self.read(rest[1]))
+                return self._words.find(rest[0], Enum)(self.from_plain_value(rest[1]))
             case "type":
                 cls = self._words.find(rest[0])
-                if not is_allowed_class(cls):
+                if not is_allowed_class_value(cls):
                     raise SnapshotError(f"the class {cls.__name__} is nothing that a snapshot can contain")
                 return cls
             case "method":
-                return allowed_method(self.read(rest[0]), rest[1])
+                return allowed_method(self.from_plain_value(rest[0]), rest[1])
             case "partial":
-                function, args, keywords = (self.read(word) for word in rest)
+                function, args, keywords = (self.from_plain_value(word) for word in rest)
                 if not isinstance(function, MethodType):
                     raise SnapshotError("a partial is not of a method")
                 return functools.partial(function, *args, **keywords)
             case "path":
-                return Path(check_path(rest[0]))
+                return Path(check_relative_path(rest[0]))
             case "array":
                 array = np.frombuffer(rest[2], check_dtype(rest[0])).reshape(rest[1])
                 return array.copy() if rest[3] else array
             case "scalar":
                 return np.frombuffer(rest[1], check_dtype(rest[0]))[0]
             case "random":
-                return _generator(rest[0], self.read(rest[1]))
+                return _generator(rest[0], self.from_plain_value(rest[1]))
             case "struct":
                 return _struct(
-                    self._words.find(rest[0], msgspec.Struct), {name: self.read(item) for name, item in rest[1]}
+                    self._words.find(rest[0], msgspec.Struct),
+                    {name: self.from_plain_value(item) for name, item in rest[1]},
                 )
             case _:
                 return self._find(words)
 
 
-def attributes(value: object) -> list[str]:
+def attribute_names(value: object) -> list[str]:
     """The names of the attributes that an object has, including those in slots."""
     declared = (cls.__dict__.get("__slots__", ()) for cls in type(value).__mro__)
     slots = (name for names in declared for name in ([names] if isinstance(names, str) else names))

@@ -10,8 +10,8 @@ from typing import Any
 import msgspec
 
 from runtime.kernel import SECOND, Timer, nanoseconds, owner_of, owner_title
-from runtime.snapshot.allowlist import LARGEST, SnapshotError, check_size, short_repr
-from runtime.snapshot.checksum import state_checksum
+from runtime.snapshot.allowlist import LARGEST, SnapshotError, check_msgpack_size, short_repr
+from runtime.snapshot.checksum import task_state_checksum
 from runtime.snapshot.input_journal import JournalStart
 from runtime.snapshot.script_replay import replay_journal
 from runtime.snapshot.serializer import StateWriter
@@ -23,7 +23,7 @@ from runtime.snapshot.task_state import (
     restore_subscriptions,
     restore_task,
     restore_timer,
-    task_of,
+    subscription_task,
     task_state,
     timer_state,
     writer_for,
@@ -77,16 +77,16 @@ def take_snapshot(vehicle: Vehicle) -> bytes:
     While scripts run it needs InputJournals, kept since before they began. Raises SnapshotError naming the task and the
     attribute, or the observer, that cannot be saved.
     """
-    if not vehicle.virtual or not vehicle.kernel.idle:
+    if not vehicle.has_virtual_time or not vehicle.kernel.is_idle:
         raise SnapshotError("only a virtual run can be saved, and only between two moments")
     if vehicle.failures:
         raise SnapshotError(f"{', '.join(vehicle.failures)}: a task that failed cannot be saved")
     _refuse_strangers(vehicle)
-    timers = [timer for timer in vehicle.kernel.timers() if not vehicle.is_observer(timer.owner)]
+    timers = [timer for timer in vehicle.kernel.timers() if not vehicle.has_observer(timer.owner)]
     if any(isinstance(timer.owner, Task) and timer.owner.vehicle is not vehicle for timer in timers):
         raise SnapshotError("several vehicles on one kernel cannot be saved")
     writer = writer_for(vehicle, timers)
-    hears = [(task, s) for s in vehicle.bus.subscriptions if (task := task_of(s)) is not None]
+    hears = [(task, s) for s in vehicle.bus.subscriptions if (task := subscription_task(s)) is not None]
     plain = [task for task in vehicle.tasks if not task.running_scripts]
     scripted = [task for task in vehicle.tasks if task.running_scripts]
     snapshot = Snapshot(
@@ -105,12 +105,12 @@ def take_snapshot(vehicle: Vehicle) -> bytes:
         [_timer_state(timer, scripted, writer) for timer in timers],
         [task.name for task, _ in hears],
         sorted(vehicle.running),
-        [(e.label, e.id, writer.write(e.state, e.label), e.description, e.stateful) for e in vehicle.entities],
+        [(e.label, e.id, writer.to_plain_value(e.state, e.label), e.description, e.stateful) for e in vehicle.entities],
         [(system, entity, label) for (system, entity), label in vehicle.entities.remote_labels.items()],
-        [(name, writer.write(a.phase, name), a.error) for name, a in vehicle.activations.items()],
+        [(name, writer.to_plain_value(a.phase, name), a.error) for name, a in vehicle.activations.items()],
     )
     data = msgspec.msgpack.encode(snapshot)
-    check_size(data, f"the state of {vehicle.name}")
+    check_msgpack_size(data, f"the state of {vehicle.name}")
     return msgspec.msgpack.encode(SnapshotFile(FORMAT, zlib.crc32(data), data))
 
 
@@ -132,7 +132,7 @@ def load(data: bytes) -> Snapshot:
             raise SnapshotError(f"this is a {short_repr(found.format)}, not a {FORMAT!r}")
         if zlib.crc32(found.snapshot) != found.checksum:
             raise SnapshotError("this snapshot is damaged")
-        check_size(found.snapshot)
+        check_msgpack_size(found.snapshot)
         snapshot = msgspec.msgpack.decode(found.snapshot, type=Snapshot)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         raise SnapshotError("not a valid snapshot: this is another kind of file, or damaged") from None
@@ -192,7 +192,7 @@ def run_with_snapshots(
             vehicle.kernel.run(until=end)
             return missing
         vehicle.kernel.run(until=pause)
-        if vehicle.kernel.now_ns < pause or not vehicle.kernel.idle:
+        if vehicle.kernel.now_ns < pause or not vehicle.kernel.is_idle:
             return missing
         try:
             keep(take_snapshot(vehicle))
@@ -227,7 +227,7 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     vehicle.start_time = snapshot.start_time
     changed = {name: {o: _text(t) for o, t in texts.items()} for name, texts in snapshot.profile.items()}
     try:
-        vehicle.effective_config.restore_original_values(changed)
+        vehicle.effective_config.set_original_values(changed)
     except KeyError as error:
         unknown = short_repr(str(error.args[0]))
         raise SnapshotError(f"not a valid snapshot: the vehicle has no parameter {unknown}") from None
@@ -258,10 +258,10 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
         entity = vehicle.entities.find(label)
         if entity is None or entity.id != number:
             raise SnapshotError(f"the vehicle has no entity {short_repr(label)} of id {number}")
-        entity.state, entity.description, entity.stateful = State(reader.read(phase)), description, stateful
+        entity.state, entity.description, entity.stateful = State(reader.from_plain_value(phase)), description, stateful
     for name, phase, error in snapshot.activations:
         activation = vehicle.activations[name]
-        activation.phase, activation.error = type(activation.phase)(reader.read(phase)), error
+        activation.phase, activation.error = type(activation.phase)(reader.from_plain_value(phase)), error
     for section in snapshot.tasks:
         vehicle.task(section).after_restore()
     vehicle.bus.discard_backlog()
@@ -272,13 +272,13 @@ def _refuse_strangers(vehicle: Vehicle) -> None:
     """Raise SnapshotError for who is no task but takes part in the run, which a restored run would lack silently."""
     for subscription in vehicle.bus.subscriptions:
         owner = owner_of(subscription.handler)
-        if task_of(subscription) is None and not vehicle.is_observer(owner):
+        if subscription_task(subscription) is None and not vehicle.has_observer(owner):
             raise SnapshotError(
                 f"{owner_title(owner)} receives {subscription.type.__name__} and is no task, so it cannot be restored: "
                 "make it a task, or use Vehicle.observe if it only watches"
             )
     for timer in vehicle.kernel.timers():
-        if vehicle.is_observer(timer.owner) and not getattr(timer.owner, "transient", False):
+        if vehicle.has_observer(timer.owner) and not getattr(timer.owner, "transient", False):
             raise SnapshotError(
                 f"the observer {owner_title(timer.owner)} has a pending call, so it cannot be restored: make it a "
                 "task, or set its attribute transient = True if the run does not need it"
@@ -300,7 +300,7 @@ def _replay(vehicle: Vehicle, pasts: dict[str, JournalStart]) -> dict[str, list[
         task = vehicle.task(section)
         timers[section], handlers = replay_journal(task, past)
         if vehicle.journals is not None:
-            vehicle.journals.take_over(task, past, handlers)
+            vehicle.journals.resume_journal(task, past, handlers)
     return timers
 
 
@@ -308,7 +308,9 @@ def _past(task: Task, timers: list[Timer]) -> JournalStart:
     journals = task.vehicle.journals
     if journals is None:
         raise SnapshotError(f"{task.name} runs a script, and no journals are kept")
-    return journals.journal_of(task).snapshot(state_checksum(task, [timer for timer in timers if timer.owner is task]))
+    return journals.journal_of(task).snapshot(
+        task_state_checksum(task, [timer for timer in timers if timer.owner is task])
+    )
 
 
 def _timer_state(timer: Timer, scripted: list[Task], writer: StateWriter) -> TimerState:
@@ -329,8 +331,8 @@ def _timer(state: TimerState, scripted: dict[str, list[Timer]]) -> Timer:
 
 def _arrange(vehicle: Vehicle, turns: list[str]) -> None:
     """Serve the subscriptions of all tasks in the saved order, after those of observers."""
-    others = [s for s in vehicle.bus.subscriptions if task_of(s) is None]
-    own = {task.name: [s for s in vehicle.bus.subscriptions if task_of(s) is task] for task in vehicle.tasks}
+    others = [s for s in vehicle.bus.subscriptions if subscription_task(s) is None]
+    own = {task.name: [s for s in vehicle.bus.subscriptions if subscription_task(s) is task] for task in vehicle.tasks}
     arranged = [own[name].pop(0) for name in turns]
     if any(own.values()):
         raise SnapshotError("not a valid snapshot: a subscription is missing")

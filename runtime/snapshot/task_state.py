@@ -64,7 +64,7 @@ class TaskState(msgspec.Struct, array_like=True):
     subscriptions: list[SubscriptionState]
 
 
-def task_of(subscription: Subscription) -> Task | None:
+def subscription_task(subscription: Subscription) -> Task | None:
     """The task of a subscription; None for other subscribers."""
     owner = subscription.owner
     owner = owner.task if isinstance(owner, Script) else owner
@@ -87,15 +87,15 @@ def task_state(task: Task, hears: Iterable[Subscription], writer: StateWriter) -
         except SnapshotError as error:
             raise SnapshotError(f"{task.name}: {error}") from None
     try:
-        plain = [(name, writer.write(value, f"{task.name}: {name}")) for name, value in state.items()]
+        plain = [(name, writer.to_plain_value(value, f"{task.name}: {name}")) for name, value in state.items()]
     except RecursionError:
         raise SnapshotError(f"the state of {task.name} is nested too deep") from None
     return TaskState(
         task.name,
         _kind(task),
         plain,
-        [writer.write(ticker.state(), task.name) for ticker in task.tickers],
-        writer.write(list(task.parameter_set.pushed), task.name),
+        [writer.to_plain_value(ticker.state(), task.name) for ticker in task.tickers],
+        writer.to_plain_value(list(task.parameter_set.pushed), task.name),
         [_hearing(task, subscription, writer) for subscription in hears],
     )
 
@@ -107,16 +107,16 @@ def timer_state(timer: Timer, writer: StateWriter) -> TimerState:
             f"{owner_title(timer.owner)} has a pending call and is no task, so it cannot be restored: make it a task"
         )
     where = f"{owner_title(timer.owner)}: a pending call"
-    owner, function = writer.write(timer.owner, where), writer.write(timer.function, where)
-    return TimerState(timer.time, owner, function, [writer.write(part, where) for part in timer.args])
+    owner, function = writer.to_plain_value(timer.owner, where), writer.to_plain_value(timer.function, where)
+    return TimerState(timer.time, owner, function, [writer.to_plain_value(part, where) for part in timer.args])
 
 
 def restore_subscriptions(task: Task, state: TaskState, reader: StateReader) -> None:
     """Subscribe a task to its messages again."""
     for hearing in state.subscriptions:
-        handler = reader.read(["method", ["task", task.name], hearing.method])
+        handler = reader.from_plain_value(["method", ["task", task.name], hearing.method])
         task.vehicle.bus.subscribe(
-            Subscription(reader.read(hearing.type), handler, task, hearing.others, hearing.packets)
+            Subscription(reader.from_plain_value(hearing.type), handler, task, hearing.others, hearing.packets)
         )
 
 
@@ -127,15 +127,15 @@ def restore_task(task: Task, state: TaskState, reader: StateReader) -> None:
     declared = {parameter.attribute: parameter for parameter in task.parameter_set.declarations.values()}
     refused = BELONGINGS.union(task.transient)
     for name, plain in state.attributes:
-        value = reader.read(plain)
+        value = reader.from_plain_value(plain)
         if name in refused:
             raise SnapshotError(f"{task.name} cannot have an attribute {short_repr(name)} from a snapshot")
         if name in declared:
             value = check_parameter_value(task, declared[name], value)
         setattr(task, check_attribute(type(task), name), value)
     for ticker, plain in zip(task.tickers, state.tickers, strict=True):
-        _restore_ticker(ticker, *reader.read(plain))
-    restore_pushed_parameters(task, reader.read(state.pushed))
+        _restore_ticker(ticker, *reader.from_plain_value(plain))
+    restore_pushed_parameters(task, reader.from_plain_value(state.pushed))
 
 
 def _restore_ticker(ticker: Ticker, hertz: float, count: int, start: int, missed: int, timer: Any) -> None:
@@ -170,11 +170,11 @@ def check_parameter_value(task: Task, parameter: Parameter, value: Any) -> Any:
 
 def restore_timer(timer: Timer, state: TimerState, reader: StateReader) -> None:
     """Give a timer its owner, function and arguments. Raises SnapshotError."""
-    owner, function = reader.read(state.owner), reader.read(state.function)
+    owner, function = reader.from_plain_value(state.owner), reader.from_plain_value(state.function)
     if not isinstance(owner, (Task, Vehicle, Bus)) or not isinstance(function, (MethodType, partial)):
         raise SnapshotError("not a valid snapshot: a pending call is not one of a task")
     timer.owner, timer.function = owner, cast(Any, function)
-    timer.args = tuple(reader.read(word) for word in state.args)
+    timer.args = tuple(reader.from_plain_value(word) for word in state.args)
 
 
 def writer_for(vehicle: Vehicle, timers: list[Timer]) -> StateWriter:
@@ -206,7 +206,7 @@ def _hearing(task: Task, subscription: Subscription, writer: StateWriter) -> Sub
         raise SnapshotError(
             f"{task.name} receives {subscription.type.__name__} with {handler!r}, which is not one of its methods"
         )
-    kind = writer.write(subscription.type, task.name)
+    kind = writer.to_plain_value(subscription.type, task.name)
     return SubscriptionState(kind, handler.__name__, subscription.others, subscription.packets)
 
 
@@ -254,7 +254,7 @@ def _find(words: list[Any], vehicle: Vehicle, timers: list[Timer]) -> object:
         case ["ticker", str(name), int(index)]:
             return vehicle.task(name).tickers[index]
         case ["ended", str(name)]:
-            return Script.make_ended(vehicle.task(name))
+            return Script.create_ended_script(vehicle.task(name))
         case ["vehicle's", str(name)] if name in OF_VEHICLE:
             return getattr(vehicle, name)
         case [str(name)] if (part := dict(shared_parts(vehicle)).get(name)) is not None:

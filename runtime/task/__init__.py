@@ -13,10 +13,10 @@ from runtime.task.decorators import (
     rate_of,
 )
 from runtime.task.entities import SYSTEM_ENTITY, Entity, EntityError, EntityTable, State, SystemTable, assign_ids
-from runtime.task.logbook import Logbook, one_line, with_location
+from runtime.task.logbook import Logbook, format_exception_line, with_location
 from runtime.task.parameters import Parameter, ParameterError, SharedOption, find_parameter, param
 from runtime.task.script import Inbox, Script
-from runtime.task.task import Task, options_naming_section, shared_options
+from runtime.task.task import Task, section_reference_options, shared_options
 
 __all__ = [
     "HIGHEST_RATE",
@@ -42,12 +42,12 @@ __all__ = [
     "expect",
     "expected_methods",
     "find_parameter",
-    "one_line",
-    "options_naming_section",
+    "format_exception_line",
     "param",
     "periodic",
     "periodic_methods",
     "rate_of",
+    "section_reference_options",
     "shared_options",
     "with_location",
 ]

@@ -200,7 +200,7 @@ class Ticker:
             self._timer = self._kernel.at(due, self._tick)
             self._timer.owner = self._task
         else:
-            self._kernel.reschedule(self._timer, due)
+            self._kernel.schedule_timer(self._timer, due)
 
     def _tick(self) -> None:
         self._count += 1

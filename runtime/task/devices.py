@@ -173,7 +173,7 @@ class DeviceTask:
         device = Device(cast(DeviceOwner, self), address, splitter, take, opened=opened, trouble=tell)
         self._devices = (*self._devices, device)
         recordings = self.vehicle.recordings
-        pieces = recordings.input_for(name, address.speed) if recordings is not None else None
+        pieces = recordings.input_for(name, address.bytes_per_second) if recordings is not None else None
         if recordings is not None and pieces is not None:
             recordings.end = max(recordings.end, self._kernel.now_ns + max((piece.time for piece in pieces), default=0))
             device.play_recording(pieces, lambda data: recordings.sent.append((name, data)))

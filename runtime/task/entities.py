@@ -70,7 +70,7 @@ class EntityTable:
         self._by_id[entity.id] = self._by_label[label] = entity
         return entity
 
-    def adopt(self, number: int, label: str, component: str, process: str) -> Entity | None:
+    def add_process_entity(self, number: int, label: str, component: str, process: str) -> Entity | None:
         """An entity that another process of the vehicle runs; None if its id or label is taken."""
         if number in self._by_id or label in self._by_label or not label:
             return None
@@ -109,7 +109,7 @@ class EntityTable:
             return SYSTEM_ENTITY
         if label in self._known and self._known[label] not in self._by_id:
             return self._known[label]
-        return next_free(label, {*self._by_id, *self._known.values()})
+        return derive_entity_id(label, {*self._by_id, *self._known.values()})
 
 
 def assign_ids(labels: Iterable[str], known: Mapping[str, int]) -> dict[str, int]:
@@ -117,11 +117,11 @@ def assign_ids(labels: Iterable[str], known: Mapping[str, int]) -> dict[str, int
     ids = dict(known)
     for label in dict.fromkeys(labels):
         if label not in ids and len(ids) < LARGEST_ENTITY and label != "Daemon":
-            ids[label] = next_free(label, set(ids.values()))
+            ids[label] = derive_entity_id(label, set(ids.values()))
     return ids
 
 
-def next_free(label: str, taken: set[int]) -> int:
+def derive_entity_id(label: str, taken: set[int]) -> int:
     """The id that follows from a label, or the next free one. Raises EntityError if all are taken."""
     first = crc16.arc(label.encode(errors="surrogateescape")) % LARGEST_ENTITY
     for step in range(LARGEST_ENTITY):

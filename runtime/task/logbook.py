@@ -49,7 +49,7 @@ def truncate_utf8(text: str) -> str:
     return text.encode(errors="replace")[:LONGEST].decode(errors="ignore")
 
 
-def one_line(error: Exception) -> str:
+def format_exception_line(error: Exception) -> str:
     """The exception in one line."""
     return traceback.format_exception_only(error)[0].strip()
 
@@ -58,4 +58,4 @@ def with_location(error: Exception) -> str:
     """The exception and the innermost place in the code that raised it."""
     frames = traceback.extract_tb(error.__traceback__, limit=-1)
     where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno} in {frames[-1].name})" if frames else ""
-    return f"{one_line(error)}{where}"
+    return f"{format_exception_line(error)}{where}"

@@ -183,7 +183,7 @@ class Parameter:
         return _word(value)
 
     @property
-    def imc_type(self) -> str:
+    def xml_type_name(self) -> str:
         """The type's name in DUNE's parameter XML: real, list:integer ..."""
         name = _IMC_TYPES[self.type]
         return f"list:{name}" if self.is_list else name
@@ -197,7 +197,7 @@ class Parameter:
             raise ValueError(f"{item:g} is above the maximum{self._limits()}")
 
     def _limits(self) -> str:
-        parts = [self.imc_type]
+        parts = [self.xml_type_name]
         if self.choices:
             parts.append("one of " + ", ".join(map(str, self.choices)))
         if self.minimum is not None and self.maximum is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import imc
 from runtime.bus import Bus, Subscription
-from runtime.kernel import SECOND, Timer, as_error
+from runtime.kernel import SECOND, Timer, to_ordinary_exception
 
 if TYPE_CHECKING:
     from runtime.task.task import Task
@@ -90,7 +90,7 @@ class Script:
         self._wake(0.0, None)
 
     @classmethod
-    def make_ended(cls, task: "Task") -> "Script":
+    def create_ended_script(cls, task: "Task") -> "Script":
         """A script that has already ended."""
         script = cls(task, task.vehicle.bus, _nothing)
         script.cancel()
@@ -200,7 +200,7 @@ class Script:
         except BaseException as error:
             self.done = True
             self._end()
-            self._kernel.on_error(self.task, as_error(error))
+            self._kernel.on_error(self.task, to_ordinary_exception(error))
         else:
             if self.done:
                 self.cancel()

@@ -11,7 +11,7 @@ from zlib import crc32
 import imc
 from imc.reserved_ids import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.bus import Subscription
-from runtime.kernel import Readable, Timer, as_error, handler_name, nanoseconds
+from runtime.kernel import Readable, Timer, handler_name, nanoseconds, to_ordinary_exception
 from runtime.task.decorators import ConsumerMethod, Ticker, consumer_methods, periodic_methods
 from runtime.task.devices import DeviceTask
 from runtime.task.entities import Entity, State
@@ -147,7 +147,7 @@ class Task(DeviceTask):
         """Publish `message` to the source of `request`."""
         return self.publish(message.replace(dst=request.src, dst_ent=request.src_ent), entity=entity)
 
-    def is_answered_by(self, reply: imc.Message) -> bool:
+    def is_reply_to_me(self, reply: imc.Message) -> bool:
         """Whether a reply is to this task. Others on board number their requests in the same way."""
         return (reply.dst, reply.dst_ent) == (self.system, self.entity.id)
 
@@ -159,14 +159,14 @@ class Task(DeviceTask):
         asks = request.src == self.system or request.src in OPERATORS
         return request.dst == self.system or (request.dst in (UNKNOWN_SYSTEM, BROADCAST) and asks)
 
-    def is_addressed_to_me(self, message: imc.Message) -> bool:
+    def is_addressed_or_broadcast(self, message: imc.Message) -> bool:
         """Whether a message is to this system or to everybody, whoever sent it; for what must not be missed."""
         return message.dst in (self.system, UNKNOWN_SYSTEM, BROADCAST)
 
     def relay(self, packet: bytes) -> imc.Message:
         """Put another system's packet on the bus unchanged, without bytes after it. Raises imc.DecodeError."""
         message, packet = self._bus.decode_first(packet)
-        self._bus.dispatch(message, packet, self)
+        self._bus.deliver_and_send(message, packet, self)
         return message
 
     def publish_frame(self, frame: "Frame") -> None:
@@ -249,7 +249,7 @@ class Task(DeviceTask):
         """The scripts that run."""
         return [script for script in self._scripts if not script.done]
 
-    def connect(self) -> None:
+    def subscribe_handlers(self) -> None:
         """Subscribe the handlers; the vehicle calls it before `start`."""
         for consumer in consumer_methods(type(self)):
             self._bus.subscribe(self._subscription(consumer))
@@ -258,7 +258,7 @@ class Task(DeviceTask):
         """Start the periodic methods; the vehicle calls it after `start`."""
         self._tickers = [Ticker(self, ticking) for ticking in periodic_methods(type(self))]
 
-    def disconnect(self) -> None:
+    def cancel_callbacks(self) -> None:
         """Drop subscriptions, timers, ticks, scripts, watched sockets and results not yet delivered."""
         self._round += 1
         self._bus.unsubscribe(self)
@@ -304,14 +304,14 @@ def _outcome(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[Any, 
     try:
         return function(*args), None
     except BaseException as error:
-        return None, as_error(error)
+        return None, to_ordinary_exception(error)
 
 
 def _ignore(_: object) -> None:
     """For what a thread returns that has ended."""
 
 
-def options_naming_section(tasks: Iterable[type[Task]], section: str) -> set[tuple[str, str]]:
+def section_reference_options(tasks: Iterable[type[Task]], section: str) -> set[tuple[str, str]]:
     """The options, by section and name, one of which must name a section for tasks to read it; none if they do so."""
     return {
         (place, name)

@@ -6,13 +6,13 @@ from functools import partial
 from pathlib import Path
 
 import imc
-from runtime.bus import Bus, class_in_schema
-from runtime.kernel import Clock, Kernel, as_error
+from runtime.bus import Bus, find_equivalent_class
+from runtime.kernel import Clock, Kernel, to_ordinary_exception
 from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune_sections
 from runtime.task import EntityError, ParameterError, Task, assign_ids, consumer_methods, with_location
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.process_monitor import ProcessMonitor
-from runtime.vehicle.profile_lint import zenoh_options
+from runtime.vehicle.profile_lint import parse_zenoh_options
 from runtime.vehicle.task_registry import TaskImportError, find_task, missing_extra, missing_task_reason
 from runtime.vehicle.vehicle import Vehicle
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
@@ -116,7 +116,7 @@ def _build_task(made: Build, profile: Profile, section: Section, process: str | 
             made.skip(section.name, "not in Shoal")
             return []
         return [Problem("error", *section.origin, f"[{section.name}] is not a task", missing_task_reason(section.name))]
-    if vehicle.virtual and cls.external:
+    if vehicle.has_virtual_time and cls.external:
         what = "a device" if cls.requires == "drivers" else "the network"
         made.skip(section.name, f"needs {what}, which is off in virtual time")
     elif extra := missing_extra(cls):
@@ -135,7 +135,7 @@ def _add_task(vehicle: Vehicle, profile: Profile, section: Section, cls: type[Ta
     try:
         for consumer in consumer_methods(cls):
             if issubclass(consumer.type, imc.Message) and consumer.type.SCHEMA is not None:
-                class_in_schema(consumer.type, vehicle.bus.messages)
+                find_equivalent_class(consumer.type, vehicle.bus.messages)
         task = vehicle.add(cls, section.name, profile.options(section.name))
         for option in section.options.values():
             task.parameter_set.redeclare(option.name, option.attributes)
@@ -150,7 +150,7 @@ def _add_task(vehicle: Vehicle, profile: Profile, section: Section, cls: type[Ta
     except EntityError as error:
         return [Problem("error", *_origin(profile, section.name, "Entity Label"), str(error))]
     except BaseException as error:
-        return [Problem("error", *section.origin, f"{section.name}: {with_location(as_error(error))}")]
+        return [Problem("error", *section.origin, f"{section.name}: {with_location(to_ordinary_exception(error))}")]
     return []
 
 
@@ -175,7 +175,7 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
     try:
         config = ZenohConfig.from_options(profile.options("Zenoh"), profile.path.parent)
         config = replace(config, vehicle=vehicle.name)
-        if absent := config.missing_interface():
+        if absent := config.describe_missing_interface():
             raise ValueError(absent)
         transport = ZenohTransport(
             config,
@@ -185,7 +185,9 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
             part=ProcessPart(vehicle.name, vehicle.system, here, vehicle.process or MAIN),
             concerns=partial(_concerns, vehicle),
             speaks_for=partial(_speaks_for, vehicle),
-            note=None if others is None else lambda name, runs: vehicle.kernel.post(others.update, name, runs),
+            note=None
+            if others is None
+            else lambda name, runs: vehicle.kernel.post(others.update_process_state, name, runs),
             tell=lambda words: vehicle.kernel.post(vehicle.daemon.log.warning, words),
         )
         vehicle.bus.attach_transport(transport)
@@ -200,7 +202,7 @@ def _zenoh_origin(profile: Profile, error: str) -> Origin:
 
     Of options that do not go together, the one of the command line is named.
     """
-    wrong = [option.origin for option, found in zenoh_options(profile) if isinstance(found, str)]
+    wrong = [option.origin for option, found in parse_zenoh_options(profile) if isinstance(found, str)]
     named = [option.origin for option in profile.config.options("Zenoh") if option.name in error]
     found = [*wrong, *sorted(named, key=lambda origin: origin != COMMAND_LINE)]
     section = profile.config.sections.get("Zenoh")

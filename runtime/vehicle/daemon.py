@@ -139,7 +139,7 @@ class Daemon(ParameterService):
         self.vehicle.entities.learn_label(info.src, info.src_ent, info.label)
 
     @consume(others=True)
-    def answer_activation(self, request: imc.QueryEntityActivationState) -> None:
+    def answer_activation_states(self, request: imc.QueryEntityActivationState) -> None:
         asked = [
             activation
             for name, activation in self.vehicle.activations.items()

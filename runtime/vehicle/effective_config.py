@@ -15,7 +15,7 @@ class ProfileValues(Protocol):
     """The part of a profile that a running vehicle needs."""
 
     @property
-    def folder(self) -> Path:
+    def base_folder(self) -> Path:
         """Where relative paths of its values begin."""
         ...
 
@@ -79,7 +79,7 @@ class EffectiveConfig:
             if known != original
         }
 
-    def restore_original_values(self, changed: Mapping[str, Mapping[str, str]]) -> None:
+    def set_original_values(self, changed: Mapping[str, Mapping[str, str]]) -> None:
         """Restore the profile's values from earlier `original_values`. Raises KeyError for an unknown parameter."""
         for name, texts in changed.items():
             original = self._original[name]
@@ -98,7 +98,7 @@ class EffectiveConfig:
                 known[parameter.name] = text
                 self._shared.clear()
 
-    def save(self, task: Task, path: Path) -> None:
+    def save_changed_parameters(self, task: Task, path: Path) -> None:
         """Add the parameters of a task that differ from the profile to a file of saved parameters.
 
         Raises OSError, and ValueError for a text that an ini file cannot hold.

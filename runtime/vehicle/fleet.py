@@ -161,7 +161,7 @@ class Fleet:
         """The vehicle that the owner of a call or subscription belongs to: a task or an observer."""
         if isinstance(owner, Task):
             return owner.vehicle
-        return next((vehicle for vehicle in self.vehicles if vehicle.owns(owner)), None)
+        return next((vehicle for vehicle in self.vehicles if vehicle.has_callback_owner(owner)), None)
 
     @property
     def _closing(self) -> bool:

@@ -95,4 +95,6 @@ def _row(
     if option is None or not option.history:
         return OptionRow(name, default, unit, meaning, (), (), parameter)
     origins = tuple(reversed(option.contributors))
-    return OptionRow(name, option.value or default, unit, meaning, origins, tuple(option.overwritten), parameter)
+    return OptionRow(
+        name, option.value or default, unit, meaning, origins, tuple(option.overwritten_origins), parameter
+    )

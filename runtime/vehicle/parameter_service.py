@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import imc
 from imc.reserved_ids import UNKNOWN_SYSTEM
-from runtime.kernel import as_error
+from runtime.kernel import to_ordinary_exception
 from runtime.profile import format_option
 from runtime.task import Parameter, ParameterError, Task, consume
 from runtime.vehicle.reply_quota import ReplyQuota
@@ -167,7 +167,7 @@ class ParameterService(Task):
             task.log.error(f"{error}; the old values stay")
             return False
         except BaseException as error:
-            self._kernel.on_error(task, as_error(error))
+            self._kernel.on_error(task, to_ordinary_exception(error))
             return False
         if self.tells_all:
             self._tell(task)
@@ -199,7 +199,7 @@ def _values(task: Task, chosen: Iterable[Parameter]) -> imc.EntityParameters:
 
 def _typed(task: Task, parameter: Parameter) -> imc.TypedEntityParameter:
     kinds = imc.TypedEntityParameter.Type
-    name = parameter.imc_type.replace("list:", "LIST_").upper().replace("REAL", "FLOAT").replace("BOOLEAN", "BOOL")
+    name = parameter.xml_type_name.replace("list:", "LIST_").upper().replace("REAL", "FLOAT").replace("BOOLEAN", "BOOL")
     low, high = parameter.size or (0, 0)
     return imc.TypedEntityParameter(
         name=parameter.name,

@@ -24,16 +24,16 @@ class ProcessMonitor:
         self.running: set[str] = set()
         for kind, handler in ((imc.EntityState, self._follow), (imc.EntityInfo, self._adopt)):
             vehicle.bus.subscribe(Subscription(kind, handler, handler))
-        for entity in self.entities():
+        for entity in self.entities_of_process():
             entity.orphan = entity.stateful = True
             entity.description = f"process {entity.process} starts"
         vehicle.kernel.after(STARTING_TIME, self._give_up)
 
-    def entities(self, process: str = "") -> list[Entity]:
+    def entities_of_process(self, process: str = "") -> list[Entity]:
         """Those of one other process, or of all."""
         return [e for e in self._vehicle.entities if e.process and process in ("", e.process)]
 
-    def update(self, process: str, runs: bool) -> None:
+    def update_process_state(self, process: str, runs: bool) -> None:
         """A process has appeared, or gone; when the vehicle ends, all go."""
         if runs == (process in self.running) or self._vehicle.stopped or self._vehicle.closing:
             return
@@ -41,7 +41,7 @@ class ProcessMonitor:
         if runs:
             self.running.add(process)
             log.info(f"process {process} runs")
-            for entity in self.entities(process):
+            for entity in self.entities_of_process(process):
                 entity.orphan = False
         else:
             self.running.discard(process)
@@ -50,13 +50,13 @@ class ProcessMonitor:
 
     def _fail(self, process: str, why: str) -> None:
         daemon = self._vehicle.daemon
-        for entity in self.entities(process):
+        for entity in self.entities_of_process(process):
             entity.orphan = entity.stateful = True
             entity.state, entity.description = State.FAILURE, why
             daemon.publish(imc.EntityState(state=entity.state, description=why), entity=entity)
 
     def _give_up(self) -> None:
-        for process in sorted({entity.process for entity in self.entities()} - self.running):
+        for process in sorted({entity.process for entity in self.entities_of_process()} - self.running):
             self._fail(process, f"process {process} does not run")
 
     def _follow(self, report: imc.EntityState) -> None:
@@ -66,7 +66,11 @@ class ProcessMonitor:
 
     def _adopt(self, info: imc.EntityInfo) -> None:
         """Take a further entity of a task of another process into the table."""
-        process = next((e.process for e in self.entities() if e.component == info.component), "")
+        process = next((e.process for e in self.entities_of_process() if e.component == info.component), "")
         entities = self._vehicle.entities
-        if process and entities.by_id(info.id) is None and entities.adopt(info.id, info.label, info.component, process):
+        if (
+            process
+            and entities.by_id(info.id) is None
+            and entities.add_process_entity(info.id, info.label, info.component, process)
+        ):
             self._vehicle.daemon.publish_entities()

@@ -15,8 +15,8 @@ from runtime.profile import (
     parse_imc_id,
     split_list,
 )
-from runtime.task import Parameter, SharedOption, Task, find_parameter, options_naming_section, shared_options
-from runtime.vehicle.task_registry import missing_task_reason, misspelled_task, nearest_task, section_name
+from runtime.task import Parameter, SharedOption, Task, find_parameter, section_reference_options, shared_options
+from runtime.vehicle.task_registry import missing_task_reason, nearest_task, section_name, suggest_task_name
 from runtime.zenoh import ZenohConfig
 from support.diagnostics import Origin, Problem, ProfileError, Severity
 from support.text import corrected_spelling, nearest_word, quoted, suggestion
@@ -44,7 +44,7 @@ def check_profile(
     return sorted(found, key=lambda problem: (order.get(problem.file, len(order)), problem.file, problem.line))
 
 
-def zenoh_options(profile: Profile) -> Iterator[tuple[Option, ZenohConfig | str]]:
+def parse_zenoh_options(profile: Profile) -> Iterator[tuple[Option, ZenohConfig | str]]:
     """The options of [Zenoh], each with its configuration alone, or what is wrong with it."""
     for option in profile.config.options("Zenoh"):
         try:
@@ -85,9 +85,17 @@ class _Checker:
     def _check_general(self) -> None:
         problem = self._profile.vehicle_name_problem()
         self.problems += [problem] if problem else []
-        for value in ("bus", "message_schema", "start_time_ns", "seed", "entity_ids"):
+        profile = self._profile
+        readers: tuple[Callable[[], object], ...] = (
+            lambda: profile.bus_transport,
+            lambda: profile.message_schema,
+            lambda: profile.start_time_ns,
+            lambda: profile.seed,
+            lambda: profile.entity_ids,
+        )
+        for read in readers:
             try:
-                getattr(self._profile, value)
+                read()
             except ProfileError as error:
                 self.problems += error.problems
         for option in self._config.options("General"):
@@ -99,12 +107,12 @@ class _Checker:
             self._say(severity, option.origin, f"[General] unknown option {quoted(option.name)}", hint)
 
     def _check_zenoh(self) -> None:
-        for option, found in zenoh_options(self._profile):
+        for option, found in parse_zenoh_options(self._profile):
             if isinstance(found, str):
                 self._say("error", option.origin, found)
             else:
                 self._check_heard(option, found.hear or ())
-                if absent := found.missing_interface():
+                if absent := found.describe_missing_interface():
                     self._say("warning", option.origin, absent)
 
     def _check_heard(self, option: Option, names: tuple[str, ...]) -> None:
@@ -139,7 +147,7 @@ class _Checker:
 
     def _check_section(self, section: Section) -> None:
         self._check_repetitions(section)
-        runs = not {ALWAYS, *self._profile.modes}.isdisjoint(split_list(section.value("Enabled")))
+        runs = not {ALWAYS, *self._profile.selectable_modes}.isdisjoint(split_list(section.value("Enabled")))
         meant = runs or "Enabled" not in section.options
         find = self._find_task if meant else _lookup(self._tasks)  # what is switched off is not imported
         try:
@@ -199,7 +207,7 @@ class _Checker:
             return
         if self._check_case(section, [*self._tasks, *dune_sections.DATA_SECTIONS]):
             return
-        near = nearest_task(base, [*self._tasks, *dune_sections.TASKS]) or misspelled_task(base)
+        near = nearest_task(base, [*self._tasks, *dune_sections.TASKS]) or suggest_task_name(base)
         meant = runs or (dot and "Enabled" not in section.options)
         hint = f"did you mean [{near}]?" if near else missing_task_reason(base) if meant else ""
         if base in dune_sections.TASKS:
@@ -220,17 +228,17 @@ class _Checker:
 
     def _check_listed(self, section: Section) -> None:
         own = section.name.partition("/")[2]
-        for place, name in options_naming_section(self._tasks.values(), section.name):
+        for place, name in section_reference_options(self._tasks.values(), section.name):
             if own not in split_list(self._config.value(place, name)):
                 hint = f"write {quoted(own)} in {name} of [{place}]"
                 self._say("warning", section.origin, f"nothing reads [{section.name}]", hint)
 
     def _check_multiplexer(self, section: Section) -> None:
-        tasks = ", ".join(dict.fromkeys(name for name, _ in dune_sections.multiplexer_targets("Enabled")))
+        tasks = ", ".join(dict.fromkeys(name for name, _ in dune_sections.multiplexer_option_targets("Enabled")))
         self._say("note", section.origin, f"[{section.name}] stands for a section of each of its maneuvers: {tasks}")
         enabled = section.options.get("Enabled")
         for option in section.options.values():
-            for name, _ in dune_sections.multiplexer_targets(option.name):
+            for name, _ in dune_sections.multiplexer_option_targets(option.name):
                 own = self._config.option(name, "Enabled")
                 if own and enabled and enabled is not option and own.origin != enabled.origin:
                     text = f"[{section.name}] {quoted(option.name)} has no effect: [{name}] has its own Enabled"
@@ -255,14 +263,16 @@ class _Checker:
             text = f"[{section.name}] has no Enabled, so it never runs"
             self._say("warning", option.origin if option else section.origin, text, "write Enabled = Always")
             return
-        names = [ALWAYS, NEVER, *self._profile.modes]
+        names = [ALWAYS, NEVER, *self._profile.selectable_modes]
         for name in [word.strip() for word in option.value.split(",")]:
             if name not in names:
                 text = f"[{section.name}] Enabled: unknown mode {quoted(name)}"
                 self._say("warning", option.origin, text, suggestion(name, names))
 
     def _runs(self, section: str) -> bool:
-        return self._profile.is_task_enabled(section, self._profile.modes if self._selected is None else self._selected)
+        return self._profile.is_task_enabled(
+            section, self._profile.selectable_modes if self._selected is None else self._selected
+        )
 
     def _tell_unknown(self, section: Section, options: list[Option], parameters: Mapping[str, Parameter]) -> None:
         """A warning for each misspelled parameter, and one for the others: DUNE's tasks have many that are not here."""
@@ -308,7 +318,7 @@ class _Checker:
             self._say("warning", option.origin, f"{where}: an item of the list is empty", "remove the extra comma")
 
     def _check_labels(self) -> None:
-        modes = [*self._profile.modes, ""] if self._selected is None else [None]
+        modes = [*self._profile.selectable_modes, ""] if self._selected is None else [None]
         said: set[tuple[str, str]] = set()
         for mode in modes:
             chosen = self._selected if mode is None else {mode}

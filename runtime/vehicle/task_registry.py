@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 from runtime.profile import dune_sections
-from runtime.task import Task, one_line
+from runtime.task import Task, format_exception_line
 from support.text import corrected_spelling, nearest_word, printable, quoted
 from support.top_level_packages import PACKAGES, TASKS
 
@@ -120,7 +120,7 @@ def find_task(section: str) -> type[Task] | None:
 
 def missing_task_reason(section: str) -> str:
     """Why `find_task` finds nothing for a section: a spelling mistake, or what is wrong with its module or class."""
-    if near := misspelled_task(section):
+    if near := suggest_task_name(section):
         return f"did you mean [{near}]?"
     module, cls_name = _module_of(section)
     if not module:
@@ -165,7 +165,7 @@ def nearest_task(name: str, known: Collection[str]) -> str:
     return inside.get(corrected_spelling(rest or group, inside), "") if inside else corrected_spelling(name, known)
 
 
-def misspelled_task(section: str) -> str:
+def suggest_task_name(section: str) -> str:
     """The name of the task, of Shoal, the user or DUNE, that a section almost has; empty if it is not close to any."""
     name = section.partition("/")[0]
     near = nearest_task(name, [*task_modules(), *dune_sections.TASKS]) if name.lower() not in task_modules() else ""
@@ -173,10 +173,10 @@ def misspelled_task(section: str) -> str:
         return near
     wanted = near.rpartition(".")[2]
     try:
-        members = _members(section_group(module), module)
+        members = _members(module_section_group(module), module)
     except TaskImportError:  # told when it is spelled rightly
         members = {}
-    return f"{section_group(module)}.{next((word for word in members if word.lower() == wanted), wanted)}"
+    return f"{module_section_group(module)}.{next((word for word in members if word.lower() == wanted), wanted)}"
 
 
 def _module_of(section: str) -> tuple[str, str]:
@@ -207,7 +207,7 @@ def all_tasks(broken: list[TaskImportError] | None = None) -> dict[str, type[Tas
     found: dict[str, type[Task]] = {}
     for module in task_modules().values():
         wanted = module.rpartition(".")[2].replace("_", "")
-        group = section_group(module)
+        group = module_section_group(module)
         try:
             for name, value in _members(group, module).items():
                 if isinstance(value, type) and issubclass(value, Task) and name.lower() == wanted:
@@ -220,7 +220,7 @@ def all_tasks(broken: list[TaskImportError] | None = None) -> dict[str, type[Tas
     return dict(sorted(found.items()))
 
 
-def section_group(module: str) -> str:
+def module_section_group(module: str) -> str:
     """The beginning of a section's name: Control.AUV for tasks.control.auv.attitude. Short words are acronyms."""
     return ".".join(
         part.upper() if len(part) <= 3 else "".join(word[:1].upper() + word[1:] for word in part.split("_"))
@@ -232,7 +232,7 @@ def section_name(cls: type[Task]) -> str:
     """The section name of a class in a profile."""
     parts = cls.__module__.split(".")
     if parts[0] == TASKS and len(parts) > 2:
-        return f"{section_group(cls.__module__)}.{cls.__name__}"
+        return f"{module_section_group(cls.__module__)}.{cls.__name__}"
     return f"{cls.__module__}.{cls.__name__}"
 
 
@@ -268,7 +268,7 @@ def _told(error: BaseException) -> str:
     """An error during an import, with the place in the user's code."""
     if isinstance(error, SyntaxError):
         return f"{error.filename}:{error.lineno}: SyntaxError: {error.msg}"
-    words = one_line(error) if isinstance(error, Exception) else repr(error)
+    words = format_exception_line(error) if isinstance(error, Exception) else repr(error)
     frames = traceback.extract_tb(error.__traceback__)
     places = [f for f in frames if not f.filename.startswith("<frozen") and f.filename != __file__]
     return f"{places[-1].filename}:{places[-1].lineno}: {words}" if places else words

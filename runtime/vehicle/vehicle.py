@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import imc
 from runtime.bus import Bus, Subscription
 from runtime.devices import ScriptedInputs
-from runtime.kernel import SECOND, Clock, Kernel, SimulatedCrash, as_error, owner_of, owner_title
+from runtime.kernel import SECOND, Clock, Kernel, SimulatedCrash, owner_of, owner_title, to_ordinary_exception
 from runtime.profile import default_label
 from runtime.task import (
     Activation,
@@ -19,7 +19,7 @@ from runtime.task import (
     SystemTable,
     Task,
     consumer_methods,
-    one_line,
+    format_exception_line,
     periodic_methods,
     rate_of,
     with_location,
@@ -121,7 +121,7 @@ class Vehicle:
             fleet.join(self)
 
     @property
-    def virtual(self) -> bool:
+    def has_virtual_time(self) -> bool:
         """Whether time is virtual, so that no task may use the network."""
         return self.kernel.virtual
 
@@ -173,7 +173,7 @@ class Vehicle:
     def start(self) -> None:
         """Connect all tasks, then start them in order; what they publish meanwhile waits until all are started."""
         for task in self.tasks:
-            task.connect()
+            task.subscribe_handlers()
         self._starting = True
         for task in self.tasks:
             self._soon(self._start, task)
@@ -228,9 +228,9 @@ class Vehicle:
             if self.fleet is not None:
                 self.fleet.leave(self)
 
-    def owns(self, owner: object) -> bool:
+    def has_callback_owner(self, owner: object) -> bool:
         """Whether a call belongs to the vehicle: `owner` is the vehicle, its bus, or a receiver of its bus."""
-        return owner is self or owner is self.bus or self.bus.has_subscriber(owner)
+        return owner is self or owner is self.bus or self.bus.is_subscribed(owner)
 
     def observe(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
         """Call `handler` with each delivered message of a type, whoever sent it.
@@ -244,7 +244,7 @@ class Vehicle:
         self._observers.append(owner)
         self.bus.subscribe(Subscription(kind, handler, handler, others=True, packets=packets))
 
-    def is_observer(self, owner: object) -> bool:
+    def has_observer(self, owner: object) -> bool:
         """Whether `owner` observes the bus; its state and its timers are not part of the vehicle."""
         return any(observer is owner for observer in self._observers)
 
@@ -255,7 +255,7 @@ class Vehicle:
     def save_parameters(self, task: Task) -> Path:
         """Save the parameters of a task that differ from the profile; returns the path. Raises OSError, ValueError."""
         path = self.state_folder / f"{self.name}-saved.ini"
-        self.effective_config.save(task, path)
+        self.effective_config.save_changed_parameters(task, path)
         return path
 
     def _start(self, task: Task) -> None:
@@ -294,22 +294,22 @@ class Vehicle:
 
     def _restart(self, task: Task) -> None:
         before = (State.FAILURE, task.entity.description)
-        task.connect()
+        task.subscribe_handlers()
         self._start(task)
         if (task.entity.state, task.entity.description) == before:
             task.set_entity_state(State.NORMAL, "restarted")
 
     def _shut(self, task: Task) -> None:
         try:
-            task.disconnect()
+            task.cancel_callbacks()
         except BaseException as error:
-            self._note(task, as_error(error))
+            self._note(task, to_ordinary_exception(error))
         try:
             if task.name in self.running:
                 self.running.discard(task.name)
                 task.stop()
         except BaseException as error:
-            self._note(task, as_error(error))
+            self._note(task, to_ordinary_exception(error))
         finally:
             task.close_devices()
 
@@ -344,7 +344,7 @@ class Vehicle:
         count = 0 if self.kernel.now_ns - since > HEALTHY_AFTER * SECOND else count
         delay = min(LONGEST_BACKOFF, 2.0 ** min(count, 10))
         self.failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
-        owner.set_entity_state(State.FAILURE, one_line(error))
+        owner.set_entity_state(State.FAILURE, format_exception_line(error))
         owner.log.error(f"{with_location(error)}: restarting in {delay:g} s")
         self._soon(self._restart, owner, delay)
 

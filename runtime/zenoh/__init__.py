@@ -1,25 +1,25 @@
 """A transport that joins the buses of several processes."""
 
-from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, configured_endpoints, error_text
-from runtime.zenoh.failover_listener import FailoverListener
+from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, error_text, read_connect_endpoints
 from runtime.zenoh.key_expressions import key_chunk, message_key
-from runtime.zenoh.presence import DAEMON, ProcessPart, this_host
+from runtime.zenoh.presence import DAEMON, ProcessPart, describe_local_host
 from runtime.zenoh.presence import parse_token as parse_token
 from runtime.zenoh.session_factory import SessionFactory
+from runtime.zenoh.standby_listener import StandbyListener
 from runtime.zenoh.transport import ZenohTransport
 
 __all__ = [
     "DAEMON",
     "LOCAL_PORT",
-    "FailoverListener",
     "ProcessPart",
     "SessionFactory",
+    "StandbyListener",
     "ZenohConfig",
     "ZenohTransport",
-    "configured_endpoints",
+    "describe_local_host",
     "error_text",
     "key_chunk",
     "message_key",
     "parse_token",
-    "this_host",
+    "read_connect_endpoints",
 ]

@@ -16,7 +16,7 @@ from runtime.bus import Frame
 from runtime.zenoh.config import LONGEST_FRAME, error_text
 from runtime.zenoh.error_counter import ErrorCounter
 from runtime.zenoh.key_expressions import PREFIX, key_chunk
-from runtime.zenoh.session_factory import ADVICE, lockable_memory
+from runtime.zenoh.session_factory import ADVICE, describe_lockable_memory
 
 if TYPE_CHECKING:
     import zenoh
@@ -150,7 +150,7 @@ class ZenohFrames:
                 pool = zenoh.shm.ShmProvider.default_backend(cast(Any, len(pixels) * POOL))
             except zenoh.ZError as error:
                 self._shares, pool = False, None
-                needed = f"{len(pixels) * POOL / 2**20:.3g} MB are needed, and {lockable_memory()}"
+                needed = f"{len(pixels) * POOL / 2**20:.3g} MB are needed, and {describe_lockable_memory()}"
                 words = "frames go to other processes without shared memory, which is slower"
                 self._tell(f"{words}: {needed}; {ADVICE} [{error_text(error)}]")
             self._pool = len(pixels), pool

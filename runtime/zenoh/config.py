@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
-from runtime.zenoh.scouting import LOOPBACK
+from runtime.zenoh.loopback_discovery import LOOPBACK
 from runtime.zenoh.security import ENCRYPTED, OPTIONS, Security, checks_identity
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ class ZenohConfig:
             found[name.lower().replace(" ", "_")] = folder / value if isinstance(value, Path) else value
         return cls(**values, security=Security(**secrets))
 
-    def missing_interface(self) -> str:
+    def describe_missing_interface(self) -> str:
         """What is wrong with Scouting: an interface that this computer does not have; "" if nothing."""
         names = [] if self.scouting in (None, *_KEYWORDS) else (self.scouting or "").split(",")
         have = [name for _, name in socket.if_nameindex()]
@@ -230,7 +230,7 @@ def set_option(config: "zenoh.Config", name: str, value: object) -> None:
     cast(Any, config).insert_json5(name, json.dumps(value))
 
 
-def configured_endpoints(path: Path) -> list[str]:
+def read_connect_endpoints(path: Path) -> list[str]:
     """Where a client with this configuration file connects to. Raises ValueError for an invalid file."""
     import zenoh
 

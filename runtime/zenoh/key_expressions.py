@@ -68,7 +68,7 @@ def subscription_keys(vehicle: str, messages: tuple[str, ...] | None) -> tuple[l
     return for_all, [f"{PREFIX}/{key_chunk(system)}/@cmd/**" for system in (vehicle, ALL_SYSTEMS)]
 
 
-def relayed_key(vehicle: str) -> str:
+def relayed_messages_expression(vehicle: str) -> str:
     """The expression of what other processes of a vehicle have heard of systems that are not on the bus."""
     return f"{PREFIX}/{key_chunk(vehicle)}/{HEARD}/**"
 

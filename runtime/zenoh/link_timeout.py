@@ -34,7 +34,7 @@ class LinkTimeout:
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def watch(self, session: "zenoh.Session") -> None:
+    def add_session(self, session: "zenoh.Session") -> None:
         self._sessions.append(session)
         if POSSIBLE and self._thread is None:
             self._thread = threading.Thread(target=self._work, name="zenoh silence", daemon=True)

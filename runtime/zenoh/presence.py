@@ -79,18 +79,18 @@ def siblings_expression(vehicle: str) -> str:
 
 
 def liveliness_token(part: ProcessPart, phase: str, began: int, zid: str) -> str:
-    place = f"{phase}/{began:x}/{key_chunk(host_name())}/{os.getpid()}/{zid}/{part.entities:x}"
+    place = f"{phase}/{began:x}/{key_chunk(local_host_identifier())}/{os.getpid()}/{zid}/{part.entities:x}"
     return f"{PREFIX}/{key_chunk(part.vehicle)}/@run/{place}"
 
 
-def host_name() -> str:
+def local_host_identifier() -> str:
     """The name of this computer, and after a ~ its address on the network, if it has one."""
     return "~".join(filter(None, [socket.gethostname(), _address()]))
 
 
-def this_host() -> str:
+def describe_local_host() -> str:
     """This computer, as people read it."""
-    return _computer(key_chunk(host_name()))
+    return _computer(key_chunk(local_host_identifier()))
 
 
 def _address() -> str:
@@ -165,7 +165,7 @@ class Presence:
                 advice = "tasks beside it need a Process in their sections, and --process"
             raise ConnectionError(
                 f"{self._part.vehicle} already runs on this network: {elder.place_and_start}; "
-                f"this is {this_host()}: {advice}"
+                f"this is {describe_local_host()}: {advice}"
             )
         starting = self._token
         liveliness = self._session.liveliness()

@@ -120,12 +120,12 @@ class Queryables:
         """Whether handlers of a request run now."""
         return self._handling is not None
 
-    def note_log_entry(self, entry: imc.LogBookEntry) -> None:
+    def add_remark(self, entry: imc.LogBookEntry) -> None:
         """Note what is logged while a request is handled; called from the kernel's thread, as `reply`."""
         if self._handling is not None and entry.type in BAD:
             self._handling.remarks.append(entry.text)
 
-    def reply(self, message: imc.Message, packet: bytes) -> None:
+    def forward_reply(self, message: imc.Message, packet: bytes) -> None:
         """Answer the query that a message for one system replies to, if there is one."""
         if not self._open:
             return

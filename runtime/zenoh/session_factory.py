@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 ADVICE = "raise the limit (LimitMEMLOCK= of a systemd unit, ulimit -l of a shell)"
 
 
-def lockable_memory() -> str:
+def describe_lockable_memory() -> str:
     """How much memory this process may lock, for people."""
     with contextlib.suppress(ImportError):  # there is none on Windows
         import resource
@@ -38,10 +38,10 @@ class SessionFactory:
     def open(self, config: "zenoh.Config") -> "zenoh.Session":
         """Raises zenoh.ZError."""
         session = self._open(config)
-        self._silence.watch(session)
+        self._silence.add_session(session)
         return session
 
-    def close(self) -> None:
+    def stop_link_timeout(self) -> None:
         """Call it before the sessions are closed."""
         self._silence.close()
 
@@ -56,7 +56,8 @@ class SessionFactory:
                     raise
             self.shares = False
             self._tell(
-                f"zenoh: no shared memory, since {lockable_memory()}: frames take longer to other processes; {ADVICE}"
+                f"zenoh: no shared memory, since {describe_lockable_memory()}: "
+                f"frames take longer to other processes; {ADVICE}"
             )
         set_option(config, "transport/shared_memory/enabled", False)
         return zenoh.open(config)

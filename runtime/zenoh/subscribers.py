@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from imc.layout import LARGEST_PACKET, SMALLEST_PACKET
 from runtime.zenoh.authorization import PacketAuthorizer
 from runtime.zenoh.error_counter import ErrorCounter
-from runtime.zenoh.key_expressions import PREFIX, key_chunk, relayed_key, subscription_keys
+from runtime.zenoh.key_expressions import PREFIX, key_chunk, relayed_messages_expression, subscription_keys
 from runtime.zenoh.publishers import LATCHED
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class Subscribers:
 
         self._own = str(session.info.zid())
         for_all, commands = subscription_keys(vehicle, messages)
-        of_siblings = [] if self._gate is None else [relayed_key(vehicle)]
+        of_siblings = [] if self._gate is None else [relayed_messages_expression(vehicle)]
         for expression in (*for_all, *commands, *of_siblings):
             ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(RING)
             subscriber = session.declare_subscriber(expression, ring, allowed_origin=zenoh.Locality.REMOTE)

@@ -13,16 +13,16 @@ from runtime.zenoh.authorization import PacketAuthorizer
 from runtime.zenoh.camera_frames import ZenohFrames
 from runtime.zenoh.config import SESSIONS, SessionConfig, ZenohConfig, error_text
 from runtime.zenoh.error_counter import ErrorCounter
-from runtime.zenoh.failover_listener import FailoverListener, is_in_use
 from runtime.zenoh.key_expressions import Delivery, Publication
 from runtime.zenoh.last_value_cache import LastValueCache
 from runtime.zenoh.live_systems import LiveSystems
+from runtime.zenoh.loopback_discovery import HelloSender, hello_message
 from runtime.zenoh.presence import Presence, ProcessPart
 from runtime.zenoh.publishers import Publisher, Publishers
 from runtime.zenoh.queryables import Queryables
 from runtime.zenoh.reliable_queue import ReliableQueue
-from runtime.zenoh.scouting import HelloSender, hello_message
 from runtime.zenoh.session_factory import SessionFactory
+from runtime.zenoh.standby_listener import StandbyListener, is_in_use
 from runtime.zenoh.subscribers import Subscribers
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ class ZenohTransport:
         self._entity_label = entity_label
         self._session: zenoh.Session | None = None
         self._session_factory = SessionFactory(tell)
-        self._rendezvous = FailoverListener(config, self._session_factory)
+        self._rendezvous = StandbyListener(config, self._session_factory)
         self._presence: Presence | None = None
         self._hello_sender: HelloSender | None = None
         self._publishers: Publishers | None = None
@@ -98,7 +98,7 @@ class ZenohTransport:
         try:
             self._session, layout, neighbors = self._enter()
         except ConnectionError:
-            self._session_factory.close()
+            self._session_factory.stop_link_timeout()
             self._rendezvous.close()
             raise
         session = self._session
@@ -146,7 +146,7 @@ class ZenohTransport:
             return
         place = type(message), message.src, message.src_ent, message.dst
         if self._queryables.is_handling and isinstance(message, imc.LogBookEntry):
-            self._queryables.note_log_entry(message)
+            self._queryables.add_remark(message)
         try:
             publisher = self._short.get(place)
             if publisher is None:
@@ -155,7 +155,7 @@ class ZenohTransport:
                 publisher = self._publisher(message, place)
             publisher.last = packet
             if publisher.reliable:
-                self._queryables.reply(message, packet)
+                self._queryables.forward_reply(message, packet)
                 self._reliable_queue.put(type(message).__name__, partial(publisher.put, packet))
             else:
                 publisher.put(packet)
@@ -217,7 +217,7 @@ class ZenohTransport:
         """Undeclare, then close: a session that closes before its subscribers may wait for them forever."""
         if self._hello_sender is not None:
             self._hello_sender.close()
-        self._session_factory.close()
+        self._session_factory.stop_link_timeout()
         self._reliable_queue.close()
         declared = self._presence, self._live_systems, self._queryables, self.frames, self.subscribers, self._publishers
         for part in declared:

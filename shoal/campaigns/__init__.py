@@ -1,10 +1,10 @@
 """Campaigns: many runs of scenarios, what varies in them, and what they show."""
 
 from shoal.campaigns.campaign import run_study
-from shoal.campaigns.cluster import parse_cluster_address
+from shoal.campaigns.cluster import to_dask_address
 from shoal.campaigns.comparison import CampaignComparison, RunPair, compare_campaigns
 from shoal.campaigns.executor_factory import open_executor
-from shoal.campaigns.findings_files import describe_run, read_findings
+from shoal.campaigns.findings_files import compute_findings, describe_run
 from shoal.campaigns.jobs import (
     SCENARIO_SUFFIX,
     WALL_LIMIT,
@@ -28,7 +28,7 @@ from shoal.campaigns.rerun import RepeatedRun, repeat_run
 from shoal.campaigns.result_text import (
     failure_details,
     failure_lines,
-    other_logs_of_run,
+    other_consecutive_logs,
     outcome_to_dict,
     warning_lines,
 )
@@ -62,6 +62,7 @@ __all__ = [
     "UnreadableResult",
     "campaign_html",
     "compare_campaigns",
+    "compute_findings",
     "describe_run",
     "failure_details",
     "failure_lines",
@@ -74,11 +75,9 @@ __all__ = [
     "missing_paths",
     "open_executor",
     "open_results",
-    "other_logs_of_run",
+    "other_consecutive_logs",
     "outcome_to_dict",
-    "parse_cluster_address",
     "parse_shard",
-    "read_findings",
     "repeat_run",
     "rerun_command",
     "rerun_with_logs",
@@ -88,6 +87,7 @@ __all__ = [
     "run_study",
     "scenario_test_command",
     "shard_folder",
+    "to_dask_address",
     "usable_cpus",
     "warning_lines",
 ]

@@ -97,7 +97,7 @@ def _run_batches(
                 run, study.run_seed(run), raw_values, result, versions=software_versions(), cpu=cpu, folder=folder
             )
             writer.add_row({**row, **schedule.extra_columns(run)})
-            schedule.apply_stopping_rule()
+            schedule.update_total_runs()
             on_progress(writer.results)
             if time.monotonic() - written > TABLE_PERIOD:
                 writer.results.write_parquet()
@@ -127,9 +127,9 @@ class _RunSchedule:
         self._runs = shard.runs(study.stopping_rule.max_runs)
         self._evaluated = self._passed = 0
         self.total_runs: int | None = None
-        self.apply_stopping_rule()
+        self.update_total_runs()
 
-    def apply_stopping_rule(self) -> None:
+    def update_total_runs(self) -> None:
         """Judge the runs that have come in."""
         rows = self._data.rows
         while self.total_runs is None:

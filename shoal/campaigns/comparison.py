@@ -76,7 +76,7 @@ class CampaignComparison:
     only_b: int
     unfinished: int
 
-    def check_limit(self, limit: str) -> str:
+    def describe_exceeded_limit(self, limit: str) -> str:
         """A sentence if a limit such as "pass rate < -2 %" or "metrics.drift > 5 %" is exceeded, else empty.
 
         It is a limit of the mean difference B - A; in percentage points of a pass rate, in percent of A otherwise.

@@ -47,5 +47,5 @@ def open_executor(
 
 def make_workspace_runner(workspace: Workspace, make_runner: Callable[[], RunJob], only_failed: bool) -> TimedRunner:
     """Makes in a process what does the jobs there, with the files of a workspace."""
-    workspace.enter()
+    workspace.configure_process()
     return TimedRunner(WorkspaceRunner(workspace, make_runner()), only_failed)

@@ -8,7 +8,7 @@ from shoal.campaigns.search import SearchFindings, summarize_search, write_scena
 from shoal.campaigns.studies import Study, load_study
 
 
-def read_findings(data: CampaignResults) -> SearchFindings | None:
+def compute_findings(data: CampaignResults) -> SearchFindings | None:
     """What the runs of a search have shown; None for other campaigns."""
     return summarize_search(data.metadata["search"], data.counted_rows) if "search" in data.metadata else None
 
@@ -18,13 +18,13 @@ def write_findings(study: Study, data: CampaignResults) -> list[Path]:
 
     Raises ResultsError if the files of the study have changed since, and OSError.
     """
-    shown = read_findings(data)
+    shown = compute_findings(data)
     if shown is None or shown.row_to_keep is None:
         return []
     runs = study.design.runs
     if load_study(study.file, fixed=study.fixed, runs=runs, has_begun=True).digest != study.digest:
         raise ResultsError(f"{study.file}, or a file that it names, has changed: what was found cannot be written")
-    numbers = shown.changes(shown.row_to_keep)
+    numbers = shown.changed_values_of_run(shown.row_to_keep)
     values = {**study.fixed, **study.with_units(numbers)}
     words = [
         f"Found by a search of {study.file.name}.",
@@ -43,9 +43,9 @@ def describe_run(shown: SearchFindings, row: ResultRow, units: dict[str, str]) -
     lines = [f"{goal.text}: {goal.value(row):.4g}{was}"]
     if goal.seeks_failure and row["reason"]:
         lines.append(row["reason"])
-    for place, value in shown.changes(row).items():
+    for place, value in shown.changed_values_of_run(row).items():
         unit = f" {units[place]}" if units.get(place) else ""
-        default = shown.default_value(place)
+        default = shown.default_scenario_value(place)
         usual = "" if default is None else f", instead of {_short(default)}{unit}"
         lines.append(f"{place} = {_short(value)}{unit}{usual}")
     return lines

@@ -31,7 +31,7 @@ def warning_lines(outcome: ScenarioOutcome) -> list[str]:
     return lines
 
 
-def other_logs_of_run(folder: Path) -> list[Path]:
+def other_consecutive_logs(folder: Path) -> list[Path]:
     """The other logs of the run that a log is of, in order: a vehicle begins a new one with a plan, and after it."""
     try:
         logs = logs_of_run(folder)

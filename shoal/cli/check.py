@@ -62,7 +62,7 @@ def check(
             problems = find_problems(profile, known, selected, find_task)
             if not any(problem.severity == "error" for problem in problems):
                 problems += _build_problems(
-                    profile, [{mode} for mode in profile.modes] if selected is None else [selected]
+                    profile, [{mode} for mode in profile.selectable_modes] if selected is None else [selected]
                 )
             problems += _mavlink_id_conflict(profile, speakers)
         except ProfileError as error:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 from rich.console import Console
 
-from mavlink.vehicle.parameters import is_representable, parameter_ids
+from mavlink.vehicle.parameters import is_valid_mavlink_parameter, parameter_ids
 from runtime.profile import Profile, Section, default_label, dune_sections, load_profile, own_etc
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import OptionRow, TaskImportError, all_tasks, find_task
@@ -111,7 +111,7 @@ def _is_shown(row: OptionRow, parameter: Parameter, section: Section | None) -> 
     if editable in ("true", "false"):
         parameter = replace(parameter, editable=editable == "true")
     try:
-        return is_representable(parameter, parameter.parse(row.value))
+        return is_valid_mavlink_parameter(parameter, parameter.parse(row.value))
     except ValueError:
         return False
 

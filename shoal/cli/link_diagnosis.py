@@ -12,7 +12,7 @@ from shoal.cli.remote_command import (
     complete_vehicle,
     json_option,
     network_options,
-    parse_seconds,
+    parse_duration_option,
     print_json_line,
     run_on_network,
 )
@@ -24,7 +24,9 @@ LISTEN = 2.5  # s
 
 @click.command()
 @click.argument("vehicle", required=False, shell_complete=complete_vehicle)
-@click.option("--for", "duration", callback=parse_seconds, metavar="TIME", help="Listen for this time [default: 2.5s].")
+@click.option(
+    "--for", "duration", callback=parse_duration_option, metavar="TIME", help="Listen for this time [default: 2.5s]."
+)
 @messages_option
 @network_options
 @json_option

@@ -17,7 +17,7 @@ from shoal.cli.remote_command import (
     format_clock_time,
     json_option,
     network_options,
-    parse_seconds,
+    parse_duration_option,
     print_json_line,
     run_on_network,
 )
@@ -42,7 +42,9 @@ REFRESH = 0.25  # s
 
 @click.command()
 @click.option("--watch", is_flag=True, help="Keep watching; Ctrl-C ends.")
-@click.option("--for", "duration", callback=parse_seconds, metavar="TIME", help="Listen or watch for this time.")
+@click.option(
+    "--for", "duration", callback=parse_duration_option, metavar="TIME", help="Listen or watch for this time."
+)
 @network_options
 @json_option
 def ls(watch: bool, duration: float | None, connection: dict[str, Any], as_json: bool) -> None:
@@ -81,17 +83,19 @@ def ls(watch: bool, duration: float | None, connection: dict[str, Any], as_json:
 async def _gather(network: Network, duration: float | None) -> None:
     """Wait until every vehicle that is there has said what is shown, but not long."""
     began = time.monotonic()
-    longest = LONGEST if network.patience <= NEAR else network.patience  # over a radio, packets get lost and come late
+    longest = (
+        LONGEST if network.discovery_timeout <= NEAR else network.discovery_timeout
+    )  # over a radio, packets get lost and come late
     has_told, questions, known = duration is not None, StateQueries(network), 0
-    while (past := time.monotonic() - began) < (network.patience if duration is None else duration):
+    while (past := time.monotonic() - began) < (network.discovery_timeout if duration is None else duration):
         await asyncio.sleep(0.02)
         there = network.vehicles()
         questions.send_due(there)
         before, known = known, sum(len(system.latest) for system in there)  # integers
-        if not there and not has_told and past > SILENT and network.patience > PERIOD:
+        if not there and not has_told and past > SILENT and network.discovery_timeout > PERIOD:
             has_told = True
             why = f"since DUNE announces itself every {PERIOD:g} s"
-            click.echo(f"nobody has answered yet; waiting up to {network.patience:g} s, {why}", err=True)
+            click.echo(f"nobody has answered yet; waiting up to {network.discovery_timeout:g} s, {why}", err=True)
         if duration is not None or not there or past < FIRST:
             continue
         is_complete = all(system.latest_message(kind) is not None for system in there for kind in SHOWN)

@@ -24,7 +24,7 @@ from shoal.cli.options import (
     overrides_option,
     parse_period,
 )
-from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_warnings
+from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_profile_warnings
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
 from support.diagnostics import ProfileError
@@ -84,7 +84,7 @@ def mission(
             state_folder=state_folder,
         )
         if isinstance(flown := made.vehicle.profile, Profile):
-            report_warnings(
+            report_profile_warnings(
                 check_profile(flown, {}, flown.parse_modes(flown.value("General", "Selected")), find_task), profile
             )
         check_vehicle_log_folder(made.vehicle)
@@ -138,8 +138,8 @@ def _plain(report: Report) -> dict[str, object]:
         "reason": report.reason,
         "seconds": report.seconds,
         "distance": report.distance,
-        "cross_track": _known(report.cross_track),
-        "depth_error": _known(report.depth_error),
+        "cross_track": _known(report.max_cross_track),
+        "depth_error": _known(report.max_depth_error),
         "deepest": report.deepest,
     }
     legs = [{key: _known(value) for key, value in asdict(leg).items()} for leg in report.legs]
@@ -159,7 +159,7 @@ def _print(title: str, report: Report) -> None:
     table.add_column("maneuver")
     for name in ("time", "distance", "cross-track", "depth error"):
         table.add_column(name, justify="right")
-    total = ManeuverReport("all", 0.0, report.seconds, report.distance, report.cross_track, report.depth_error)
+    total = ManeuverReport("all", 0.0, report.seconds, report.distance, report.max_cross_track, report.max_depth_error)
     for leg in (*report.legs, total):
         table.add_row(
             leg.name,

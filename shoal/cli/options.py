@@ -89,7 +89,7 @@ def _log_in(folder: Path) -> Path | None:
 
 def parse_values(texts: Iterable[str]) -> dict[str, object]:
     """Values by their place in a scenario, of texts such as world/current/north=0.5. Raises click.BadParameter."""
-    from support.located_yaml import read_tree  # slow to import
+    from support.located_yaml import parse_yaml_tree  # slow to import
 
     values: dict[str, object] = {}
     for text in texts:
@@ -98,7 +98,7 @@ def parse_values(texts: Iterable[str]) -> dict[str, object]:
             why = f"{text!r} is no assignment such as world/current/north=0.5"
             raise click.BadParameter(printable(why), param_hint="--set")
         try:
-            values[place.strip()] = read_tree(value.strip(), "the value").value()  # as in the file: 4 is a number
+            values[place.strip()] = parse_yaml_tree(value.strip(), "the value").value()  # as in the file: 4 is a number
         except ValueError as error:
             raise click.BadParameter(printable(f"{text!r}: {error}"), param_hint="--set") from None
     return values

@@ -12,7 +12,7 @@ from shoal.cli.remote_command import (
     run_on_vehicle,
     vehicle_argument,
 )
-from shoal.network import AsyncRemoteVehicle, check_parameter
+from shoal.network import AsyncRemoteVehicle, check_parameter_name
 from support.text import printable
 
 ACTIONS = ("list", "get", "set", "save")
@@ -43,7 +43,7 @@ def param(vehicle: str, action: str, words: tuple[str, ...], connection: dict[st
 
     async def act(there: AsyncRemoteVehicle) -> dict[str, dict[str, str]]:
         if action == "list" and not places:
-            return await there.param.list()
+            return await there.param.get_all()
         found: dict[str, dict[str, str]] = {}
         for entity, parameter, value in places:
             if action == "save":
@@ -52,9 +52,9 @@ def param(vehicle: str, action: str, words: tuple[str, ...], connection: dict[st
             elif action == "set":
                 found.setdefault(entity, {}).update(await there.param.set(entity, {parameter: value}))
             else:
-                values = await there.param.get(entity)
+                values = await there.param.get_entity_parameters(entity)
                 if parameter:
-                    check_parameter(entity, parameter, values)
+                    check_parameter_name(entity, parameter, values)
                 chosen = {parameter: values[parameter]} if parameter else values
                 found.setdefault(entity, {}).update(chosen)
         return found

@@ -52,7 +52,7 @@ def network_options(function: F) -> F:
     return cast(F, inner)
 
 
-def parse_seconds(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
+def parse_duration_option(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
     """Click callback: seconds of a duration."""
     try:
         return None if text is None else parse_duration(text)
@@ -206,7 +206,7 @@ def complete_entity(context: click.Context, _: click.Parameter, incomplete: str)
     """The entities of the vehicle."""
 
     async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
-        return sorted(await vehicle.param.entities())
+        return sorted(await vehicle.param.entity_ids())
 
     return _completion_items(_complete_from_vehicle(context, look), incomplete)
 
@@ -217,8 +217,8 @@ def complete_parameter(context: click.Context, _: click.Parameter, incomplete: s
 
     async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
         if not colon:
-            return sorted(await vehicle.param.entities())
-        return [f"{entity}:{parameter}" for parameter in await vehicle.param.get(entity)]
+            return sorted(await vehicle.param.entity_ids())
+        return [f"{entity}:{parameter}" for parameter in await vehicle.param.get_entity_parameters(entity)]
 
     return _completion_items(_complete_from_vehicle(context, look), incomplete)
 

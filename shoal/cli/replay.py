@@ -10,22 +10,22 @@ from runtime.kernel import parse_clock
 from runtime.logs import summarize
 from runtime.profile import derived_id, load_profile, own_etc
 from runtime.vehicle import Vehicle, find_task, join_zenoh, missing_extra
-from shoal.cli.log.arguments import errors_as_messages, logs_of_argument, run_log_options
+from shoal.cli.log.arguments import errors_as_messages, logs_of_argument, run_selection_options
 from shoal.cli.log.selection_options import split_names
 from shoal.cli.options import check_vehicle_log_folder
 from shoal.cli.replay_keyboard import ReplayControls, replay_keyboard
 from shoal.cli.run import run_options, run_to_end
-from shoal.logs.selection import select_by_names
+from shoal.logs.selection import selection_from_names
 from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
-from tasks.transports.mavlink_links.signing_keys import parse_link_url_and_key
+from tasks.transports.mavlink_links.signing_keys import parse_checked_link_url
 
 NAME = "replay"
 
 
 @click.command()
 @click.argument("log", type=click.Path(exists=True, path_type=Path), required=False)
-@run_log_options("log")
+@run_selection_options("log")
 @click.option(
     "--from", "begin", default="", metavar="PLACE", help="Where to begin: 90, 1h30min or 2026-01-01T00:05:00."
 )
@@ -71,7 +71,7 @@ def replay(
         raise click.ClickException(f"{log}: there is no message in this log")
     if messages or systems or entities:
         with errors_as_messages():
-            select_by_names(summarize(opened), None, None, *map(split_names, (messages, systems, entities)))
+            selection_from_names(summarize(opened), None, None, *map(split_names, (messages, systems, entities)))
     cls = find_task("Transports.Replay")
     assert cls is not None
     try:
@@ -116,7 +116,7 @@ def replay(
 
 def _show_to_stations(vehicle: Vehicle, links: tuple[str, ...], systems: list[str]) -> None:
     """Add the task that shows a vehicle of the log over MAVLink: the one that was chosen, or the log's owner."""
-    if vehicle.virtual:
+    if vehicle.has_virtual_time:
         raise click.UsageError("ground stations need a clock that they can follow: --clock real, or a factor")
     cls = find_task("Transports.MAVLinkReplay")
     assert cls is not None
@@ -124,7 +124,7 @@ def _show_to_stations(vehicle: Vehicle, links: tuple[str, ...], systems: list[st
         raise click.ClickException(f"--mavlink needs pip install 'shoal[{extra}]'")
     for link in links:
         try:
-            parse_link_url_and_key(link)
+            parse_checked_link_url(link)
         except ValueError as error:
             raise click.UsageError(str(error)) from None
     options = {"Shown System": systems[0] if systems else ""} | ({"Links": ", ".join(links)} if links else {})

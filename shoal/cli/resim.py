@@ -10,7 +10,7 @@ from rich.table import Table
 
 import imc
 from shoal.cli.options import add_user_task_folders, code_of_log_option
-from shoal.logs.inspect import format_count
+from shoal.logs.inspect import format_noun_count
 from shoal.rerun import EntityMessage, MessageCount, Resimulation, ResimulationError, resimulate
 from support.diagnostics import ProfileError
 from support.file_errors import describe_os_error
@@ -85,9 +85,9 @@ def print_comparison(done: Resimulation) -> None:
     names = ", ".join(done.tasks)
     total = sum(tally.logged for tally in comparison.counts.values())
     if comparison.equal:
-        click.echo(printable(f"{names}: {format_count(total, 'message')}, 0 bytes of difference"))
+        click.echo(printable(f"{names}: {format_noun_count(total, 'message')}, 0 bytes of difference"))
     else:
-        click.echo(printable(f"{names}: {format_count(comparison.bytes, 'byte')} of difference"))
+        click.echo(printable(f"{names}: {format_noun_count(comparison.bytes, 'byte')} of difference"))
 
 
 def _messages(done: Resimulation, tallies: dict[EntityMessage, MessageCount]) -> Table:
@@ -122,7 +122,7 @@ def _first(done: Resimulation) -> Iterator[str]:
     if first is None or (packet := first.logged or first.published) is None:
         return
     since = imc.header(packet).timestamp - done.begin
-    yield f"first difference: at {since:.3f} s, after {format_count(first.after, 'equal message')}"
+    yield f"first difference: at {since:.3f} s, after {format_noun_count(first.after, 'equal message')}"
     yield f"  log    {_words(done, first.logged, first.published)}"
     yield f"  resim  {_words(done, first.published, first.logged)}"
 

@@ -28,7 +28,7 @@ from shoal.cli.options import (
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
 from shoal.cli.status_display import StatusDisplay
 from shoal.cli.systemd_notify import SystemdNotifier
-from shoal.cli.vehicle_processes import make_managed_process, select_process, stop_with_parent, supervise
+from shoal.cli.vehicle_processes import make_managed_process, resolve_process_option, stop_with_parent, supervise
 from shoal.fleet import Supervisor
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.file_errors import describe_os_error
@@ -119,11 +119,11 @@ def run(
         saved = None if clock.strip().lower() == "virtual" else state_folder
         loaded = load_profile(name, config_dir, vehicle=vehicle, saved=saved, overrides=overrides)
         selected = loaded.parse_modes(profiles)
-        report_warnings(check_profile(loaded, {}, selected, find_task), loaded.name)
+        report_profile_warnings(check_profile(loaded, {}, selected, find_task), loaded.name)
         at = parse_clock(clock, loaded.start_time_ns)
-        over_zenoh = (bus or loaded.bus) == "zenoh" and not at.virtual
+        over_zenoh = (bus or loaded.bus_transport) == "zenoh" and not at.virtual
         others = loaded.processes(selected)
-        part = select_process(process, others, over_zenoh)
+        part = resolve_process_option(process, others, over_zenoh)
         made = build(
             loaded,
             selected,
@@ -134,7 +134,7 @@ def run(
             state_folder=state_folder,
             process=part,
         )
-        if (bus or loaded.bus) == "zenoh":
+        if (bus or loaded.bus_transport) == "zenoh":
             join_zenoh(made.vehicle, loaded)
     except ModuleNotFoundError as error:
         raise click.ClickException(f"{error}; a zenoh bus needs pip install 'shoal[zenoh]'") from None
@@ -143,11 +143,11 @@ def run(
     _report_skipped(made, loaded, selected)
     if saved is not None and (path := saved / f"{loaded.vehicle}-saved.ini").exists():
         click.echo(f"with the parameters saved in {path}", err=True)
-    if made.vehicle.virtual and (bus or loaded.bus) == "zenoh":
+    if made.vehicle.has_virtual_time and (bus or loaded.bus_transport) == "zenoh":
         click.echo(
             "note: on a zenoh bus a virtual run receives messages of others and may not be reproducible", err=True
         )
-    if snapshot_every is not None and not made.vehicle.virtual:
+    if snapshot_every is not None and not made.vehicle.has_virtual_time:
         raise click.UsageError("only a virtual run can be saved; use --clock virtual")
     check_vehicle_log_folder(made.vehicle)
     if snapshot_every is not None:
@@ -223,7 +223,7 @@ def run_to_end(
             with status:
                 if start:
                     vehicle.start()
-                if not vehicle.virtual:  # a virtual run is the same without it, and may be saved
+                if not vehicle.has_virtual_time:  # a virtual run is the same without it, and may be saved
                     vehicle.kernel.soon(host.notify_ready)
                 try:
                     if snapshot_every is None:
@@ -232,7 +232,7 @@ def run_to_end(
                         keep = partial(save_beside_log, vehicle)
                         missing = run_with_snapshots(vehicle, duration, snapshot_every, keep)
                 finally:
-                    if not vehicle.virtual:
+                    if not vehicle.has_virtual_time:
                         watchdog.set_stop_deadline(CLOSING)
                     host.notify_stopping()
                     vehicle.close()
@@ -245,7 +245,7 @@ def run_to_end(
                 )
     absent = supervisor.never_started if supervisor is not None else []
     with contextlib.suppress(OSError):
-        click.echo(status.summary())
+        click.echo(status.run_summary())
         incomplete = report_lost_logs(vehicle)
         if missing:
             report_missing_snapshots(missing)
@@ -268,7 +268,7 @@ def report_missing_snapshots(snapshots: list[OSError]) -> None:
     click.echo(f"{len(snapshots)} snapshot{plural} not saved: {describe_os_error(snapshots[0])}", err=True)
 
 
-def report_warnings(problems: list[Problem], profile: str) -> None:
+def report_profile_warnings(problems: list[Problem], profile: str) -> None:
     """Print the warnings about a profile; its errors are raised when it is built."""
     warnings = [problem for problem in problems if problem.severity == "warning"]
     for problem in warnings[:MOST_WARNINGS]:
@@ -284,7 +284,7 @@ def _report_skipped(made: Build, profile: Profile, selected: frozenset[str]) -> 
     own = [task.name for task in made.vehicle.tasks[1:]]  # the first one is the daemon
     others = {name: section for name, section in profile.config.sections.items() if not name.startswith(LINKS)}
     enabled = {mode for section in others.values() for mode in split_list(section.value("Enabled"))}
-    useful = [mode for mode in profile.modes if mode in enabled and mode not in selected]
+    useful = [mode for mode in profile.selectable_modes if mode in enabled and mode not in selected]
     bridges = made.vehicle.bus.has_transports or not useful  # a profile may have only links, or link a zenoh bus
     asked = [option.origin for name in own if (option := profile.config.option(name, "Enabled"))]
     if own and (bridges or COMMAND_LINE in asked or any(name in others for name in own)):

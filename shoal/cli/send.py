@@ -18,7 +18,7 @@ from shoal.cli.remote_command import (
     format_fields,
     json_option,
     network_options,
-    parse_seconds,
+    parse_duration_option,
     print_json_line,
     run_on_vehicle,
     vehicle_argument,
@@ -32,7 +32,7 @@ from support.text import printable, suggestion
 @click.argument("name", metavar="MESSAGE", shell_complete=complete_message)
 @click.argument("assignments", metavar="[FIELD=VALUE]...", nargs=-1)
 @click.option(
-    "--wait", callback=parse_seconds, metavar="TIME", help="Show for this time what the vehicle replies to us."
+    "--wait", callback=parse_duration_option, metavar="TIME", help="Show for this time what the vehicle replies to us."
 )
 @messages_option
 @network_options

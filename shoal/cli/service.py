@@ -18,7 +18,7 @@ from shoal.cli.options import (
     overrides_option,
     require_text,
 )
-from shoal.cli.vehicle_processes import select_process
+from shoal.cli.vehicle_processes import resolve_process_option
 from support.diagnostics import ProfileError
 from support.file_errors import add_path_to_errors
 
@@ -162,7 +162,7 @@ def service(
         problems = check_profile(loaded, {}, selected, find_task)
         if errors := [problem for problem in problems if problem.severity == "error"]:
             raise ProfileError(errors)
-        part = select_process(process, loaded.processes(selected), (bus or loaded.bus) == "zenoh")
+        part = resolve_process_option(process, loaded.processes(selected), (bus or loaded.bus_transport) == "zenoh")
     except (ProfileError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     sections = [
@@ -171,7 +171,7 @@ def service(
     apart = part is not None and (alone or process is not None)
     enabled = [section for section in sections if not apart or loaded.task_process(section) == part]
     if not enabled:
-        modes = ", ".join(sorted(loaded.modes))
+        modes = ", ".join(sorted(loaded.selectable_modes))
         raise click.ClickException(f"{loaded.name} has nothing to run without a mode; select one with -p: {modes}")
     for section in enabled:
         if (found := find_task(section)) is not None and (extra := missing_extra(found)):

@@ -24,7 +24,7 @@ from shoal.cli.remote_command import (
     format_fields,
     json_option,
     network_options,
-    parse_seconds,
+    parse_duration_option,
     print_json_line,
     run_on_namesakes,
     vehicle_argument,
@@ -45,7 +45,9 @@ WINDOW = 3.0  # s over which a live rate is taken
 @click.option("--fields", default="", help="Only these fields, separated by commas: x,y,depth.")
 @click.option("--entity", default="", shell_complete=complete_entity, help="Only of this entity.")
 @click.option("--hz", is_flag=True, help="Rates of all types, instead of the messages.")
-@click.option("--for", "duration", callback=parse_seconds, metavar="TIME", help="End after this time: 3s, 1min.")
+@click.option(
+    "--for", "duration", callback=parse_duration_option, metavar="TIME", help="End after this time: 3s, 1min."
+)
 @click.option("--count", type=click.IntRange(1), help="End after this many messages.")
 @messages_option
 @network_options

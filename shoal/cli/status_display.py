@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 import imc
-from runtime.logs import find_log_folder
+from runtime.logs import resolve_log_folder
 from runtime.task import Entity, State
 from runtime.vehicle import Vehicle
 from support.text import printable
@@ -84,7 +84,7 @@ class StatusDisplay:
                 self._live.stop()
             self._live = None
 
-    def summary(self) -> str:
+    def run_summary(self) -> str:
         """One line about the run and, without a panel, one for each entity that ended in trouble."""
         real, passed = time.monotonic() - self._began[0], self.now - self._began[1]
         pace = self.vehicle.realtime_lag.describe_run(passed, real) if self.vehicle.realtime_lag is not None else ""
@@ -193,8 +193,8 @@ class StatusDisplay:
         if control.op != imc.LoggingControl.Op.STARTED or control.src != self.vehicle.system:
             return
         folder = self.vehicle.log_root / self.vehicle.name / control.name
-        if self.vehicle.virtual:
-            folder = find_log_folder(folder, self.vehicle.log_folder)
+        if self.vehicle.has_virtual_time:
+            folder = resolve_log_folder(folder, self.vehicle.log_folder)
         if not os.path.isdir(folder):  # another process of the vehicle has it elsewhere
             return
         self.folder = str(folder)

@@ -26,7 +26,7 @@ from shoal.campaigns import (
     failure_lines,
     find_scenario_files,
     junit_xml,
-    other_logs_of_run,
+    other_consecutive_logs,
     outcome_to_dict,
     rerun_with_logs,
     run_jobs,
@@ -209,7 +209,7 @@ class ScenarioRuns:
             if not result.passed:
                 for vehicle, folder in result.logs.items():
                     self._print(f"  log of {vehicle}: {folder}")
-                    for other in other_logs_of_run(folder):
+                    for other in other_consecutive_logs(folder):
                         self._print(f"    of the same run: {other}")
                 self._print(f"  again: {self.reproduction_command(outcome)}")
 

@@ -12,7 +12,7 @@ from shoal.fleet import ManagedProcess, Supervisor
 POLL_PERIOD = 0.25  # s
 
 
-def select_process(process: str | None, others: list[str], over_zenoh: bool) -> str | None:
+def resolve_process_option(process: str | None, others: list[str], over_zenoh: bool) -> str | None:
     """Which process of the vehicle this is, "" the main one; None if all tasks run in one. Raises ClickException."""
     if not over_zenoh:
         if process not in (None, MAIN):

@@ -6,7 +6,7 @@ from typing import Annotated, Any, NoReturn
 
 import msgspec
 
-from support.located_yaml import Node, read_text, read_tree
+from support.located_yaml import Node, parse_yaml_tree, read_text
 from support.text import corrected_spelling, quoted
 
 Count = Annotated[int, msgspec.Meta(ge=1, le=1000)]
@@ -85,7 +85,7 @@ class FleetFileSource:
 
 def read_fleet_file(path: Path) -> tuple[FleetFile, FleetFileSource]:
     """The content of a fleet file. Raises FleetFileError, OSError if it cannot be read."""
-    root = read_tree(read_text(path, FleetFileError), str(path), FleetFileError)
+    root = parse_yaml_tree(read_text(path, FleetFileError), str(path), FleetFileError)
     source = FleetFileSource(root)
     try:
         return msgspec.convert(_texts(root), FleetFile, strict=False), source

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import imc
-from runtime.zenoh import FailoverListener, SessionFactory, ZenohConfig, error_text, parse_token, this_host
+from runtime.zenoh import SessionFactory, StandbyListener, ZenohConfig, describe_local_host, error_text, parse_token
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
 TOLD = (imc.LogBookEntry.Type.ERROR, imc.LogBookEntry.Type.CRITICAL)
@@ -44,7 +44,7 @@ class FleetMonitor:
 
         config = ZenohConfig.from_options({"Mode": "router", "Scouting": "none", **options})
         self._opener = SessionFactory()
-        self._meeting = FailoverListener(config, self._opener)
+        self._meeting = StandbyListener(config, self._opener)
         self._meeting.open()
         client = ZenohConfig.from_options({**_own(options), "Mode": "client", "Scouting": "none"})
         joined: Any = client.build().config
@@ -52,7 +52,7 @@ class FleetMonitor:
         try:
             self._session: Any = self._opener.open(joined)
         except zenoh.ZError as error:
-            self._opener.close()
+            self._opener.stop_link_timeout()
             self._meeting.close()
             words = f"no zenoh at port {client.local_port} of this computer: {error_text(error)}"
             hint = "another program has it, or it wants a password: see Local Port and User under zenoh: in the file"
@@ -82,8 +82,8 @@ class FleetMonitor:
             more = f"; and {len(taken) - MOST_NAMED} more" if len(taken) > MOST_NAMED else ""
             end = " or ".join(f"shoal fleet stop {name}" for name in fleets)
             raise ConnectionError(
-                f"{each}{more}; this is {this_host()}: end what runs{f' ({end})' if end else ''}, or give this fleet "
-                "other names, or a network of its own (Local Port under zenoh: in its file)"
+                f"{each}{more}; this is {describe_local_host()}: end what runs{f' ({end})' if end else ''}, "
+                "or give this fleet other names, or a network of its own (Local Port under zenoh: in its file)"
             )
 
     def _find_running(self, names: Collection[str]) -> dict[str, str]:
@@ -126,7 +126,7 @@ class FleetMonitor:
         self._entries.append((str(sample.key_expr).split("/")[1], sample.payload.to_bytes()))
 
     def close(self) -> None:
-        self._opener.close()
+        self._opener.stop_link_timeout()
         self._log_books.undeclare()
         self._session.close()
         self._meeting.close()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from runtime.logs import Array, LogSummary, find_types
+from runtime.logs import Array, LogSummary, find_message_ids
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class PacketSelection:
     entities: frozenset[tuple[int, int]] | None = None
 
 
-def select_by_names(
+def selection_from_names(
     summary: LogSummary,
     start: float | None = None,
     end: float | None = None,
@@ -29,9 +29,9 @@ def select_by_names(
     entities: Iterable[str] = (),
 ) -> PacketSelection:
     """A selection by names. Raises UnknownNameError for a name that the log or its schema does not have."""
-    called = frozenset(find_types(types, summary.schema))
-    of_systems = frozenset(summary.names.system_ids(systems, summary.clocks))
-    of_entities = frozenset(summary.names.entity_ids(entities, summary.by_entity))
+    called = frozenset(find_message_ids(types, summary.schema))
+    of_systems = frozenset(summary.names.find_system_ids(systems, summary.clocks))
+    of_entities = frozenset(summary.names.find_entity_ids(entities, summary.by_entity))
     return PacketSelection(
         -math.inf if start is None else start,
         math.inf if end is None else end,

@@ -4,7 +4,7 @@ from autonomy.plans.yaml import PlanFileError, parse_plan, plan_text
 from shoal.missions.mission import Mission
 from shoal.missions.plan_files import load_plan
 from shoal.missions.report import COMPLETED, FAILED, LATE, ManeuverReport, Report
-from shoal.missions.simulated_flight import AUTOSTART, fly, prepare, usual_modes
+from shoal.missions.simulated_flight import AUTOSTART, fly, parse_modes_or_default, prepare
 from shoal.missions.start_request import PlanStartRequest, find_start_request
 
 __all__ = [
@@ -20,8 +20,8 @@ __all__ = [
     "find_start_request",
     "fly",
     "load_plan",
+    "parse_modes_or_default",
     "parse_plan",
     "plan_text",
     "prepare",
-    "usual_modes",
 ]

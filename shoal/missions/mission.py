@@ -59,7 +59,7 @@ class Mission:
     def begin(self) -> None:
         """Start the vehicle, and the plan as soon as it is ready; the caller runs the vehicle."""
         self._vehicle.start()
-        self._request.start_timeout()
+        self._request.schedule_timeout()
 
     def fly(self, limit: float, *, snapshot_every: float | None = None) -> Report:
         """Run the vehicle until the plan is over, at most `limit` seconds of its time, and close it.

@@ -74,7 +74,7 @@ def prepare(
     chosen = parse_clock(clock, loaded.start_time_ns) if isinstance(clock, str) else clock
     return build(
         loaded,
-        usual_modes(loaded, modes),
+        parse_modes_or_default(loaded, modes),
         clock=chosen if fleet is None else None,
         fleet=fleet,
         seed=seed,
@@ -83,6 +83,6 @@ def prepare(
     )
 
 
-def usual_modes(profile: Profile, modes: Sequence[str] = ()) -> frozenset[str]:
+def parse_modes_or_default(profile: Profile, modes: Sequence[str] = ()) -> frozenset[str]:
     """These modes of a profile; if there are none, Simulation or else Kinematic. Raises ProfileError."""
-    return profile.parse_modes(list(modes) or [mode for mode in USUAL_MODES if mode in profile.modes][:1])
+    return profile.parse_modes(list(modes) or [mode for mode in USUAL_MODES if mode in profile.selectable_modes][:1])

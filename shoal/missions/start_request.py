@@ -45,9 +45,9 @@ class PlanStartRequest:
     def is_answered_by(self, answer: imc.PlanControl) -> bool:
         """Whether a reply is for this request, not for that of another operator."""
         ours = (answer.op, answer.request_id) == (self._request.op, self._request.request_id)
-        return ours and self._vehicle.daemon.is_answered_by(answer)
+        return ours and self._vehicle.daemon.is_reply_to_me(answer)
 
-    def start_timeout(self) -> None:
+    def schedule_timeout(self) -> None:
         """Start the timeout."""
         self._deadline = self._vehicle.kernel.now_ns + round(self._patience * SECOND)
         self._vehicle.kernel.at(self._deadline, self._lose_patience, self._deadline)
@@ -55,7 +55,7 @@ class PlanStartRequest:
     def _watch(self, state: imc.VehicleState) -> None:
         if not self.is_vehicle_ready and state.src == self._vehicle.system and state.op_mode == CALM:
             self.is_vehicle_ready = True
-            self.start_timeout()
+            self.schedule_timeout()
 
     def _ask(self, state: imc.PlanControlState) -> None:
         if self.is_vehicle_ready and not self.is_sent and state.src == self._vehicle.system and state.state == READY:

@@ -28,7 +28,7 @@ def _add(section: Xml.Element, task: Task, parameter: Parameter) -> None:
     element = Xml.SubElement(section, "param", attributes)
     tags = {
         "name-i18n": parameter.name,
-        "type": parameter.imc_type,
+        "type": parameter.xml_type_name,
         "visibility": parameter.visibility,
         "scope": parameter.scope,
         "default": task.parameter_set.text(parameter),

@@ -8,7 +8,7 @@ from shoal.network.logs import AsyncRemoteLogs, RemoteLog
 from shoal.network.message_filter import field_value, parse_message_filter
 from shoal.network.network import Network, NoAnswer, VehicleLost
 from shoal.network.network_factory import connect, make_network
-from shoal.network.parameters import AsyncRemoteParameters, check_parameter
+from shoal.network.parameters import AsyncRemoteParameters, check_parameter_name
 from shoal.network.plans import AsyncRemotePlans, PlanOutcome, Refused, StoredPlan
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
 from shoal.network.system_table import NetworkSystem
@@ -47,7 +47,7 @@ __all__ = [
     "VehicleConnection",
     "VehicleLost",
     "ZenohLink",
-    "check_parameter",
+    "check_parameter_name",
     "connect",
     "diagnose",
     "field_value",

@@ -102,9 +102,9 @@ class RemotePlans(_BlockingProxy):
 class RemoteParameters(_BlockingProxy):
     """The parameters of a vehicle, by the label of the entity; values are texts."""
 
-    entities = _BlockingProxy.blocking(AsyncRemoteParameters.entities)
-    list = _BlockingProxy.blocking(AsyncRemoteParameters.list)
-    get = _BlockingProxy.blocking(AsyncRemoteParameters.get)
+    entity_ids = _BlockingProxy.blocking(AsyncRemoteParameters.entity_ids)
+    get_all = _BlockingProxy.blocking(AsyncRemoteParameters.get_all)
+    get_entity_parameters = _BlockingProxy.blocking(AsyncRemoteParameters.get_entity_parameters)
     set = _BlockingProxy.blocking(AsyncRemoteParameters.set)
     save = _BlockingProxy.blocking(AsyncRemoteParameters.save)
 

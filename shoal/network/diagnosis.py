@@ -118,7 +118,7 @@ async def _probe(network: Network, system: NetworkSystem, contact: Contact, pati
     if times:
         contact.round_trip = sorted(times)[len(times) // 2]
     contact.missed = dict(system.missed)
-    for state in system.latest_messages(imc.EntityState):
+    for state in system.latest_entity_messages(imc.EntityState):
         if any(words in state.description for words in CARRIERS):
             contact.says[system.label(state.src_ent)] = state.description
 

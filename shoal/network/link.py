@@ -71,7 +71,7 @@ class NetworkLink(Protocol):
     """Bytes of a packet, beyond which it goes in pieces that get lost one by one; 0 if nothing gets lost."""
 
     @property
-    def patience(self) -> float:
+    def discovery_timeout(self) -> float:
         """How long it makes sense to wait for a system that has not appeared (s)."""
         ...
 

@@ -86,7 +86,7 @@ class AsyncRemoteLogs:
         deadline = time.monotonic() + 1.2 * PERIOD
         while (left := deadline - time.monotonic()) > 0.0:
             # Of several entities: the log begins with an Announce of the vehicle, too.
-            texts = [announce.services for announce in self._system.latest_messages(imc.Announce)]
+            texts = [announce.services for announce in self._system.latest_entity_messages(imc.Announce)]
             if places := [place for text in texts for place in Services.parse(text).endpoints("ftp")]:
                 near = set(_ADDRESS.findall(" ".join(self._system.addresses)))
                 return sorted(dict.fromkeys(places), key=lambda place: place.address not in near)

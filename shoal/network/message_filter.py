@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple, cast
 
 import imc
-from autonomy.plans import NUMBER_PATTERN, SIGN_PATTERN, GrammarParser, boolean_connectives
+from autonomy.plans import NUMBER_PATTERN, SIGN_PATTERN, GrammarParser, predicate_connectives
 from support.text import suggestion
 
 MessageTest = Callable[[imc.Message], bool]
@@ -40,7 +40,7 @@ def parse_message_filter(
     if not text.strip():
         return lambda _: True
     return GrammarParser[MessageTest](
-        text, _WORD, lambda logic: _comparison(logic, known, schema), boolean_connectives()
+        text, _WORD, lambda logic: _comparison(logic, known, schema), predicate_connectives()
     ).parse()
 
 
@@ -59,7 +59,7 @@ def field_infos(kind: type[imc.Message]) -> dict[str, imc.FieldInfo]:
 
 
 def _comparison(logic: GrammarParser[MessageTest], kinds: list[type[imc.Message]], schema: imc.Schema) -> MessageTest:
-    word = logic.expect("a field")
+    word = logic.expect_word("a field")
     if not (word[0].isalpha() or word[0] == "_"):
         raise ValueError(f"{word!r} is no field; the field comes first, as in depth > 2")
     path, kinds = _split(word, kinds, schema)
@@ -101,7 +101,7 @@ def _split(word: str, kinds: list[type[imc.Message]], schema: imc.Schema) -> tup
 
 def _value(logic: GrammarParser[MessageTest], word: str, infos: Mapping[type[imc.Message], imc.FieldInfo]) -> _Wanted:
     """The value of a comparison; the name of an enumerated one has a number for each type of message."""
-    text = logic.expect("a value")
+    text = logic.expect_word("a value")
     if text[0] in "\"'":
         return _Wanted(text[1:-1])
     try:

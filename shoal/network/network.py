@@ -96,7 +96,7 @@ class Network:
             return
         if not arrival.is_old:
             system.count_packet(link, message)
-            takes = system.accepts_from(link)
+            takes = system.accepts_link(link)
             if not self._is_first(message, takes):
                 return
             system.update(link, message, arrival.entity, is_heard=takes)
@@ -197,7 +197,7 @@ class Network:
         takes_old: bool = False,
     ) -> M:
         """The next message of a type, of one entity (label) if it is named. Raises NoAnswer, VehicleLost."""
-        timeout = system.patience if timeout is None else timeout
+        timeout = system.answer_timeout if timeout is None else timeout
         listener = self.listen(system, (kind,), takes_old=takes_old)
         deadline = time.monotonic() + timeout
         try:
@@ -237,9 +237,9 @@ class Network:
         raise NetworkError(self._not_found_reason(name))
 
     @property
-    def patience(self) -> float:
+    def discovery_timeout(self) -> float:
         """How long it makes sense to wait for somebody to appear (s)."""
-        return max((link.patience for link in self.links), default=0.0)
+        return max((link.discovery_timeout for link in self.links), default=0.0)
 
     def request_labels(self, system: NetworkSystem) -> None:
         """Ask a system for the labels of its entities, which `NetworkSystem.label` then knows."""
@@ -248,7 +248,7 @@ class Network:
 
     def _patience(self, name: str) -> float:
         known = self.systems.get(name)
-        return max(self.patience, LONGEST) if known is not None and known.is_there else self.patience
+        return max(self.discovery_timeout, LONGEST) if known is not None and known.is_there else self.discovery_timeout
 
     async def wait_for_change(self, timeout: float) -> None:
         """Wait until a system appears, vanishes, or gets known, but not longer than `timeout` s."""
@@ -302,7 +302,7 @@ class Network:
         Copies are equal to the last byte, so that a vehicle can know them. `number` is the id of the one that is meant,
         of several with one name. Raises NoAnswer, VehicleLost, and what `answer` raises.
         """
-        timeout = system.patience if timeout is None else timeout
+        timeout = system.answer_timeout if timeout is None else timeout
         listener = self.listen(system, kinds)
         number = system.id if number is None else number
         packet = imc.encode(self.with_header(system, request, number))
@@ -329,7 +329,7 @@ class Network:
     def _no_answer_reason(self, system: NetworkSystem, size: int) -> str:
         """What the log book of a system says of our packets, or what else may be the reason."""
         ours = f"packet from 0x{self.console.id:04X} "
-        texts = [entry.text for entry in system.latest_messages(imc.LogBookEntry) if ours in entry.text]
+        texts = [entry.text for entry in system.latest_entity_messages(imc.LogBookEntry) if ours in entry.text]
         guess = size_warning(self._ways(system), size) or f"`shoal link {system.name}` tells why"
         return printable(f"its log book: {texts[-1]}" if texts else guess)
 

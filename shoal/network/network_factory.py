@@ -8,7 +8,7 @@ from pathlib import Path
 import imc
 from imc.discovery import LOOPBACK, PORTS, Endpoint, Service
 from imc.reserved_ids import OPERATORS
-from runtime.zenoh import configured_endpoints
+from runtime.zenoh import read_connect_endpoints
 from shoal.network.blocking import VehicleConnection
 from shoal.network.link import ConsoleIdentity, NetworkLink
 from shoal.network.network import Network
@@ -91,7 +91,7 @@ def connect(
 
 def _in_file(path: Path | None) -> list[str]:
     with suppress(ModuleNotFoundError):  # without zenoh the link says so
-        return [] if path is None else configured_endpoints(path)
+        return [] if path is None else read_connect_endpoints(path)
     return []
 
 

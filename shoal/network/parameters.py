@@ -24,7 +24,7 @@ class AsyncRemoteParameters:
         self._network = network
         self._system = system
 
-    async def entities(self) -> dict[str, int]:
+    async def entity_ids(self) -> dict[str, int]:
         """The ids of all entities of the vehicle, by label."""
         query = imc.EntityList(op=imc.EntityList.Op.QUERY)
 
@@ -36,9 +36,9 @@ class AsyncRemoteParameters:
 
         return await self._network.request(self._system, query, (imc.EntityList,), answer)
 
-    async def list(self) -> dict[str, dict[str, str]]:
+    async def get_all(self) -> dict[str, dict[str, str]]:
         """The parameters of all entities that have any, by label and name."""
-        labels = await self.entities()
+        labels = await self.entity_ids()
         found: dict[str, dict[str, str]] = {}
         waiting = list(labels)
         listener = self._network.listen(self._system, (imc.EntityParameters,))
@@ -62,12 +62,12 @@ class AsyncRemoteParameters:
             self._network.close_listener(listener)
         return dict(sorted(found.items()))
 
-    async def get(self, entity: str) -> dict[str, str]:
+    async def get_entity_parameters(self, entity: str) -> dict[str, str]:
         """The parameters of one entity by name. Raises Refused if there is no such entity or it has none."""
         try:
             return await self._read(entity, SHORT)
         except NoAnswer:
-            labels = await self.entities()
+            labels = await self.entity_ids()
         if entity not in labels:
             hint = suggestion(entity, labels) or "`shoal param VEHICLE list` lists them"
             raise Refused(f"no entity {entity!r}; {hint}")
@@ -88,9 +88,9 @@ class AsyncRemoteParameters:
 
         What was accepted before a refusal stays.
         """
-        known = await self.get(entity)
+        known = await self.get_entity_parameters(entity)
         for name in values:
-            check_parameter(entity, name, known)
+            check_parameter_name(entity, name, known)
         texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in values.items()}
         params = tuple(imc.EntityParameter(name=name, value=text) for name, text in texts.items())
         request = imc.SetEntityParameters(name=entity, params=params)
@@ -127,7 +127,7 @@ class AsyncRemoteParameters:
             ours = isinstance(message, imc.LogBookEntry) and message.text.startswith(f"parameters of {label} ")
             return message if isinstance(message, imc.LogBookEntry) and ours else None
 
-        await self.get(entity)
+        await self.get_entity_parameters(entity)
         reply = await self._network.request(
             self._system, imc.SaveEntityParameters(name=entity), (imc.LogBookEntry,), answer
         )
@@ -145,7 +145,7 @@ class AsyncRemoteParameters:
         return f"{entity}: {name} = {value!r} was not accepted"
 
 
-def check_parameter(entity: str, name: str, known: Collection[str]) -> None:
+def check_parameter_name(entity: str, name: str, known: Collection[str]) -> None:
     """Raises Refused if an entity has no parameter of this name."""
     if name not in known:
         hint = suggestion(name, known) or f"`shoal param VEHICLE get {entity!r}` lists them"

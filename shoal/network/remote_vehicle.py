@@ -105,7 +105,10 @@ class AsyncRemoteVehicle:
 
     def _announced(self) -> Mapping[int, str] | None:
         """The messages of its own that the vehicle announces; the Announce that begins its log does not tell them."""
-        told = (Services.parse(found.services).message_checksums for found in self.system.latest_messages(imc.Announce))
+        told = (
+            Services.parse(found.services).message_checksums
+            for found in self.system.latest_entity_messages(imc.Announce)
+        )
         return next((messages for messages in told if messages is not None), None)
 
     async def request(self, message: imc.Message, answer: type[M], *, timeout: float | None = None) -> M:
@@ -138,7 +141,7 @@ class AsyncRemoteVehicle:
             if isinstance(found[0], NetworkError) and not self.system.conflict_text and not troubles:
                 raise found[0]
             troubles += [f"0x{n:04X}: {error}" for (_, n, _), error in zip(new, found, strict=True) if error]
-        if self.system.has_twin:
+        if self.system.has_duplicate_identity:
             troubles.append("they cannot be told apart: perhaps only one has confirmed it")
         if troubles:
             raise NoAnswer(f"{self.system.conflict_text}; all were told to abort, but {'; '.join(troubles)}")

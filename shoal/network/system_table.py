@@ -67,7 +67,7 @@ class NetworkSystem:
         return all(name == imc.Announce.__name__ for name, _ in self.latest)
 
     @property
-    def patience(self) -> float:
+    def answer_timeout(self) -> float:
         """How long to wait for its answer (s)."""
         return PATIENCE + (LATE if self.has_only_announced else 0.0)
 
@@ -82,7 +82,7 @@ class NetworkSystem:
         return sorted({*([] if self.id is None else [self.id]), *self.others})
 
     @property
-    def has_twin(self) -> bool:
+    def has_duplicate_identity(self) -> bool:
         """Whether two vehicles have both its name and its id. One may have several processes on zenoh."""
         return sum(link == "udp" for link, _ in self.parts) > max(1, len(self.ids))  # integers
 
@@ -92,7 +92,7 @@ class NetworkSystem:
         if self.others:
             ids = ", ".join(f"0x{number:04X}" for number in self.ids)
             words = f"several vehicles have this name, with the ids {ids}"
-        elif self.has_twin:
+        elif self.has_duplicate_identity:
             words = "several vehicles have this name and id"
         elif rivals := self.systems_with_same_id:
             where = "; ".join(" ".join((rival.name, *rival.addresses)) for rival in rivals)
@@ -109,7 +109,7 @@ class NetworkSystem:
     def addresses(self) -> list[str]:
         return sorted({place for place in self.parts.values() if place})
 
-    def accepts_from(self, link: NetworkLink) -> bool:
+    def accepts_link(self, link: NetworkLink) -> bool:
         """Whether packets that come by this link count: one link is heard until it is silent.
 
         It is one that brings all messages, if there is one, else the first.
@@ -158,7 +158,7 @@ class NetworkSystem:
                 found = message if found is None or message.timestamp >= found.timestamp else found
         return found
 
-    def latest_messages(self, kind: type[M]) -> Iterator[M]:
+    def latest_entity_messages(self, kind: type[M]) -> Iterator[M]:
         """The last message of a type from each entity."""
         return (message for message in list(self.latest.values()) if isinstance(message, kind))
 
@@ -168,7 +168,7 @@ class NetworkSystem:
 
         VehicleState names only those that it was told to watch.
         """
-        states = sorted(self.latest_messages(imc.EntityState), key=lambda state: state.src_ent)
+        states = sorted(self.latest_entity_messages(imc.EntityState), key=lambda state: state.src_ent)
         found = {self.label(state.src_ent): state.description for state in states if state.state in WRONG}
         vehicle = self.latest_message(imc.VehicleState)
         for label in vehicle.error_ents.split(",") if vehicle is not None else ():

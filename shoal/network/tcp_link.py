@@ -50,7 +50,7 @@ class TCPLink:
         self._tasks: list[asyncio.Task[None]] = []
 
     @property
-    def patience(self) -> float:
+    def discovery_timeout(self) -> float:
         return FAR if self.is_far else NEAR
 
     async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:

@@ -80,7 +80,7 @@ class UDPLink:
         self.is_far = not all(place.address.startswith("127.") for place in self._places)
 
     @property
-    def patience(self) -> float:
+    def discovery_timeout(self) -> float:
         if self._somebody_is_silent or (self.is_far and self._has_heard):
             return PERIOD + 1.0
         return FAR if self.is_far else NEAR
@@ -188,7 +188,7 @@ class UDPLink:
         """Our Announce as the program at a place has to read it: with the address that it can reach."""
         own = own or own_address(place)
         port = self._data.getsockname()[1]
-        services = Services.of([Service("imc+udp", own, port)], uid=self._uid, imc=imc.builtin().version)
+        services = Services.from_system_info([Service("imc+udp", own, port)], uid=self._uid, imc=imc.builtin().version)
         kind = imc.Announce(
             sys_name=self._console.name, sys_type=imc.SystemType.CCU, owner=0xFFFF, services=str(services)
         )

@@ -73,7 +73,7 @@ class ZenohLink:
         self._liveliness: list[Any] = []
 
     @property
-    def patience(self) -> float:
+    def discovery_timeout(self) -> float:
         return FAR if self.is_far else NEAR
 
     async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
@@ -132,7 +132,7 @@ class ZenohLink:
                 await self._retrying
         if self._opening is not None:  # Python would abort if it ended while this thread comes back from zenoh
             await asyncio.to_thread(self._opening.join, LAST_TRY)
-        await asyncio.to_thread(self._opener.close)
+        await asyncio.to_thread(self._opener.stop_link_timeout)
         session, self._session = self._session, None
         if session is not None:
             with suppress(TimeoutError):

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shoal.logs.export import LogSource, export_photo, export_suffix
+from shoal.logs.export import LogSource, export_suffix, photo_export_bytes
 from shoal.rendering.label_files import class_name
 from shoal.rendering.logged_exposures import find_exposures
 from tasks.vision.cameras.image_saver import PHOTOS_FOLDER
@@ -110,7 +110,7 @@ def export_coco(source: LogSource, folder: Path, progress: Callable[[float], obj
         elif shot.optics_changed:
             source.skipped[f"{PHOTOS_FOLDER}/{file.name} was taken with another lens, which changed unnoticed"] += 1
         elif source.selection.start <= shot.time < source.selection.end:
-            if (data := export_photo(source, file)) is None:
+            if (data := photo_export_bytes(source, file)) is None:
                 continue
             name = f"{IMAGES}/{file.stem}{export_suffix(file)}"
             (folder / name).write_bytes(data)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import imc
 from runtime.kernel import VirtualClock, nanoseconds
-from runtime.logs import logs_of_run, run_position
+from runtime.logs import logs_of_run, read_log_run_position
 from runtime.vehicle import Vehicle, build
 from shoal.logs.export import matches_optics
 from shoal.rendering.frame_times import (
@@ -29,7 +29,7 @@ from shoal.rerun import (
     LoggedRun,
     ResimulationError,
     TimestampResolver,
-    find_logged_run,
+    find_run_of_log,
     logged_profile,
     summarize_log,
     tick_rates,
@@ -104,7 +104,7 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
     `world` is an ini file whose options of [World] replace those of the run. Raises ResimulationError, ProfileError,
     OSError.
     """
-    run = find_logged_run(log)
+    run = find_run_of_log(log)
     about = summarize_log(run)
     if about is None:
         raise ResimulationError(f"{log.path}: the log has no messages")
@@ -153,7 +153,7 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
                 vehicle.start_time = vehicle_start_time(log.schema, told[imc.Announce.ID], about.begin)
                 for recorder in recorders:
                     label = recorder.task.entity.label
-                    frames = taken.get(about.labels.get(label, -1))
+                    frames = taken.get(about.entity_ids.get(label, -1))
                     if frames is not None and recorder.task.frame_rate in rates.get(label, ()):
                         recorder.expose_at(frames)
                     else:
@@ -173,7 +173,7 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
     shots.sort(key=lambda shot: (shot.time, shot.camera))
     seen = LoggedExposures({each.task.entity.label: each.cameras for each in recorders}, shots, described, notes)
     if cameras is None:
-        _compare(seen, about.labels, logged_optics(log.schema, told[imc.CameraFrame.ID]))
+        _compare(seen, about.entity_ids, logged_optics(log.schema, told[imc.CameraFrame.ID]))
     return seen
 
 
@@ -255,7 +255,7 @@ class _LoggedPublisher:
     def _publish(self) -> None:
         while self._entries and self._entries[0][0] <= self._vehicle.kernel.now_ns:
             _, packet = self._entries.popleft()
-            self._vehicle.bus.dispatch(self._schema.decode(packet), packet, None)
+            self._vehicle.bus.deliver_and_send(self._schema.decode(packet), packet, None)
         self.schedule_next()
 
 
@@ -281,7 +281,7 @@ def _read_messages(run: LoggedRun, instants: TimestampResolver, owner: int) -> M
 
 def _has_next_log(log: imc.Log) -> bool:
     """Whether the run goes on in another log beside this one."""
-    place = run_position(log.path.parent)
+    place = read_log_run_position(log.path.parent)
     return place is not None and len(logs_of_run(log.path.parent)) > place.number
 
 

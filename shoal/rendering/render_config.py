@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from runtime.profile import EVERY_TASK, NEVER, Config, Profile, Section, own_etc, read_config, split_list
-from runtime.task import find_parameter, options_naming_section
+from runtime.task import find_parameter, section_reference_options
 from runtime.vehicle import TaskImportError, find_task
 from support.diagnostics import Problem, ProfileError
 from support.text import quoted, suggestion
@@ -66,7 +66,7 @@ def apply_world_file(profile: Profile, file: Path | None) -> None:
                 if (older := profile.config.sections.get(place)) is not None:
                     older.options.pop(name, None)
     for section in given.sections.values():
-        for place, name in options_naming_section([RenderedCameraTask], section.name):
+        for place, name in section_reference_options([RenderedCameraTask], section.name):
             own = section.name.partition("/")[2]
             if own not in split_list(profile.value(place, name)):
                 text, hint = f"nothing reads [{section.name}]", f"write {quoted(own)} in {name} of [{place}]"

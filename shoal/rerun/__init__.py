@@ -3,7 +3,7 @@
 from shoal.rerun.comparison import EntityMessage, FieldStatistics, FirstDifference, MessageCount, RerunComparison
 from shoal.rerun.log_summary import summarize_log
 from shoal.rerun.logged_packets import TimestampResolver
-from shoal.rerun.logged_run import LoggedRun, find_logged_run
+from shoal.rerun.logged_run import LoggedRun, find_run_of_log
 from shoal.rerun.resimulation import Resimulation, ResimulationError, logged_profile, resimulate, tick_rates
 from shoal.rerun.rewind import RewoundRun, resume_snapshot
 
@@ -18,7 +18,7 @@ __all__ = [
     "ResimulationError",
     "RewoundRun",
     "TimestampResolver",
-    "find_logged_run",
+    "find_run_of_log",
     "logged_profile",
     "resimulate",
     "resume_snapshot",

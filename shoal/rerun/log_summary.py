@@ -41,7 +41,7 @@ class RerunLogSummary:
     names: SystemNames = field(default_factory=SystemNames)
 
     @property
-    def labels(self) -> dict[str, int]:
+    def entity_ids(self) -> dict[str, int]:
         """The entities of the owner, by label."""
         return {label: entity for (system, entity), label in self.names.labels.items() if system == self.owner}
 

@@ -39,17 +39,17 @@ class LoggedBus(Bus):
         self.history, self.schema, self._is_own = history, schema, speakers
         self.kernel.soon(self._feed)
 
-    def dispatch(self, message: imc.Message, packet: bytes, origin: object) -> None:
+    def deliver_and_send(self, message: imc.Message, packet: bytes, origin: object) -> None:
         header = imc.header(packet)
         if not self._is_own(header):
             return
         over = self.cut_short and self.history.peek() is None
-        for entry in self.history.pop_until((header.id, header.src_ent), self.kernel.now_ns):
+        for entry in self.history.pop_until_own_packet((header.id, header.src_ent), self.kernel.now_ns):
             self._pass(entry)
         if not over:
             self.on_published(header, packet)
         self.on_packet(packet)
-        super().dispatch(message, packet, origin)
+        super().deliver_and_send(message, packet, origin)
 
     def finish(self) -> None:
         """Pass the rest of the log."""
@@ -66,7 +66,7 @@ class LoggedBus(Bus):
         if entry.time > now:
             self.kernel.at(entry.time, self._arrive)
             return
-        if self.kernel.idle:  # nothing else is due that could publish it: only the log has it
+        if self.kernel.is_idle:  # nothing else is due that could publish it: only the log has it
             self._pass(self.history.pop())
         self.kernel.soon(self._feed)
 

@@ -108,7 +108,7 @@ class LogReplay:
         """Remove and return the packet that `peek` found."""
         return self._ahead.popleft()
 
-    def pop_until(self, kind: tuple[int, int], now: int) -> list[LoggedPacket]:
+    def pop_until_own_packet(self, kind: tuple[int, int], now: int) -> list[LoggedPacket]:
         """Take out all up to the first own packet of `kind` (message id, entity), if it is due by `now` (ns)."""
         for index, entry in enumerate(self._until(now)):
             if entry.own and (entry.header.id, entry.header.src_ent) == kind:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import imc
-from runtime.logs import logs_of_run, missing_logs, run_position
+from runtime.logs import logs_of_run, missing_logs, read_log_run_position
 from support.file_errors import describe_os_error
 from support.text import printable
 
@@ -30,9 +30,9 @@ class LoggedRun:
             yield from log.packets()
 
 
-def find_logged_run(log: imc.Log) -> LoggedRun:
+def find_run_of_log(log: imc.Log) -> LoggedRun:
     """The logs of the run up to this one if all are in the vehicle's folder and end cleanly; else this one alone."""
-    place = run_position(log.path.parent)
+    place = read_log_run_position(log.path.parent)
     if place is None:
         return LoggedRun([log])
     try:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import cast
 
 import imc
-from runtime.bus import class_in_schema
+from runtime.bus import find_equivalent_class
 from runtime.kernel import SECOND, VirtualClock, nanoseconds
 from runtime.logs import create_log
 from runtime.profile import Profile, default_label, load_profile, own_etc, split_list
@@ -19,7 +19,7 @@ from shoal.rerun.comparison import LastMomentBuffer, RerunComparison
 from shoal.rerun.log_summary import GAP, RerunLogSummary, summarize_log
 from shoal.rerun.logged_bus import LoggedBus
 from shoal.rerun.logged_packets import LogReplay, TimestampResolver, make_sender_test
-from shoal.rerun.logged_run import CONFIGURATION, LoggedRun, find_logged_run
+from shoal.rerun.logged_run import CONFIGURATION, LoggedRun, find_run_of_log
 from support.file_errors import add_path_to_errors
 from support.text import quoted, suggestion
 
@@ -64,7 +64,7 @@ def resimulate(
     parameters are those of its Config.ini, or of `profile`. `out` becomes a log of all messages on the bus.
     Raises ResimulationError, ProfileError, FileExistsError, OSError, and what the tasks raise.
     """
-    run = find_logged_run(log)
+    run = find_run_of_log(log)
     about = summarize_log(run)
     if about is None:
         raise ResimulationError(f"{log.path}: the log has no messages")
@@ -95,7 +95,7 @@ def resimulate(
             state_folder=Path(folder) / "db",
             only=sections,
             bus=LoggedBus,
-            entity_ids=about.labels,
+            entity_ids=about.entity_ids,
         )
         vehicle = made.vehicle
         for reason, skipped in made.skipped.items():
@@ -112,7 +112,7 @@ def resimulate(
         moment = LastMomentBuffer(comparison, lambda: vehicle.kernel.now_ns)
         bus.on_logged, bus.on_published = moment.add_logged, moment.add_published
         bus.daemon, bus.cut_short = vehicle.daemon, not about.ends_cleanly
-        for label, entity in about.labels.items():
+        for label, entity in about.entity_ids.items():
             vehicle.entities.learn_label(about.owner, entity, label)
         with _written(out, log, loaded) as bus.on_packet:
             rates = TimestampResolver(start, (rate for _, rate in tick_rates(loaded)), virtual=virtual)
@@ -192,8 +192,8 @@ def _rates_by_entity(profile: Profile, about: RerunLogSummary) -> dict[int, set[
     found: dict[int, set[float]] = {}
     for section, rate in tick_rates(profile):
         label = profile.config.value(section, "Entity Label", default_label(section))
-        if label in about.labels:
-            found.setdefault(about.labels[label], set()).add(rate)
+        if label in about.entity_ids:
+            found.setdefault(about.entity_ids[label], set()).add(rate)
     return found
 
 
@@ -282,7 +282,7 @@ def _inputs(run: LoggedRun, task: Task) -> Iterator[type[imc.Message]]:
         wanted = cast(type[object], consumer.type)
         if issubclass(wanted, imc.Message):
             try:
-                yield class_in_schema(wanted, run.schema) if wanted.SCHEMA is not None else wanted
+                yield find_equivalent_class(wanted, run.schema) if wanted.SCHEMA is not None else wanted
             except imc.SchemaError:
                 yield wanted
 
@@ -320,7 +320,7 @@ def _check_option(assignment: str, section: str, option: str) -> None:
 
 
 def _others(about: RerunLogSummary, label: str) -> str:
-    hint = suggestion(label, about.labels)
+    hint = suggestion(label, about.entity_ids)
     return f"; {hint}; rename it with --set 'Section:Entity Label=...'" if hint else ""
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import imc
 from runtime.kernel import SECOND, VirtualClock
-from runtime.logs import run_position
+from runtime.logs import read_log_run_position
 from runtime.profile import Profile, load_profile, split_list
 from runtime.snapshot import (
     STATE,
@@ -30,7 +30,7 @@ from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import Vehicle, build
 from shoal.missions import PlanStartRequest, find_start_request
 from shoal.rerun.log_summary import summarize_log
-from shoal.rerun.logged_run import LoggedRun, find_logged_run
+from shoal.rerun.logged_run import LoggedRun, find_run_of_log
 from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
 
@@ -108,7 +108,7 @@ class RewoundRun:
         if not (folder / "Config.ini").is_file():
             raise SnapshotError(f"{folder} has no Config.ini: only runs of Shoal can be repeated")
         self._log = log
-        self._run = find_logged_run(log)
+        self._run = find_run_of_log(log)
         first = self._run.logs[0].path.parent / "Config.ini"
         self._profile = load_profile(first if first.is_file() else folder / "Config.ini")
 
@@ -165,12 +165,12 @@ class RewoundRun:
         _, packet = next(first.packets(), (0, b""))
         if not packet or imc.header(packet).timestamp != profile.start_time:
             why = "does not begin with the start of a virtual run; rewind the log that it was made from"
-            place, start = run_position(first.path.parent), datetime.fromtimestamp(profile.start_time, UTC)
+            place, start = read_log_run_position(first.path.parent), datetime.fromtimestamp(profile.start_time, UTC)
             if self._run.gap and place is not None and place.first.startswith(f"{start:%Y%m%d/%H%M%S}"):
                 why = f"cannot be repeated from the start of its run; {self._run.gap}"
             raise SnapshotError(f"{first.path} has no snapshot before {seconds:g} s, and {why}")
         about = summarize_log(self._run)
-        vehicle = _vehicle(profile, scratch, profile.start_time_ns, about.labels if about is not None else {})
+        vehicle = _vehicle(profile, scratch, profile.start_time_ns, about.entity_ids if about is not None else {})
         InputJournals(vehicle)
         self._request(vehicle, profile.start_time_ns)
         vehicle.start()

@@ -1,6 +1,6 @@
 """Scenarios: what happens to vehicles in one run, and what is expected of them."""
 
-from shoal.scenarios.dependencies import ScenarioDependencies, absolute_path
+from shoal.scenarios.dependencies import ScenarioDependencies, normalized_absolute_path
 from shoal.scenarios.document import ScenarioDocument, load_document
 from shoal.scenarios.engine import run
 from shoal.scenarios.result import ExpectationVerdict, ScenarioResult
@@ -13,7 +13,7 @@ __all__ = [
     "ScenarioDocument",
     "ScenarioFileError",
     "ScenarioResult",
-    "absolute_path",
     "load_document",
+    "normalized_absolute_path",
     "run",
 ]

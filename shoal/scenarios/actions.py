@@ -44,7 +44,7 @@ class InjectFault(Action):
     where: str = ""
 
     def check(self, context: RunContext) -> None:
-        context.faults(self.vehicle).prepare(self.task, self.fault)
+        context.faults(self.vehicle).prepare_fault(self.task, self.fault)
 
     def begin(self, context: RunContext, duration: float) -> None:
         context.faults(self.vehicle).begin(self.task, self.fault, duration, self.where)
@@ -69,14 +69,14 @@ class SimulateLeak(Action):
         deliver_message(vehicle, imc.LeakSimulation(op=imc.LeakSimulation.Op.ON, entities=self.sensor))
         sensors, holder = [self.sensor] if self.sensor else self._labels(context), object()
         for sensor in sensors:
-            context.temporary_values.begin((self.vehicle, SimulateLeak, sensor), holder, "wet", "")
+            context.temporary_values.hold_value((self.vehicle, SimulateLeak, sensor), holder, "wet", "")
 
         def end() -> None:
             log_action(vehicle, f"end of the {what}")
             dry = [
                 sensor
                 for sensor in sensors
-                if not context.temporary_values.end((self.vehicle, SimulateLeak, sensor), holder)
+                if not context.temporary_values.release_value((self.vehicle, SimulateLeak, sensor), holder)
             ]
             if dry:
                 deliver_message(vehicle, imc.LeakSimulation(op=imc.LeakSimulation.Op.OFF, entities=",".join(dry)))
@@ -139,14 +139,16 @@ class SetParameters(Action):
                 parameter = self._parameter(task, option)
                 text = texts[option] = convert_to_unit_of(parameter, given)
                 place = places[name][parameter.name] = self.vehicle, task.name, parameter.name
-                context.temporary_values.begin(
+                context.temporary_values.hold_value(
                     place, holder, text, parameter.format(task.parameter_set.value(parameter))
                 )
             self._put(vehicle, task, texts, duration)
 
         def end() -> None:
             for name, options in places.items():
-                left = {option: context.temporary_values.end(place, holder) for option, place in options.items()}
+                left = {
+                    option: context.temporary_values.release_value(place, holder) for option, place in options.items()
+                }
                 self._put(vehicle, self._task(vehicle, name), left)
 
         return end
@@ -248,6 +250,6 @@ def deliver_message(vehicle: Vehicle, message: imc.Message) -> None:
     packet = imc.encode_with_header(message, time, source, message.src_ent, target, message.dst_ent)
     heard = vehicle.bus.decode(packet)
     if source == vehicle.system:
-        vehicle.bus.dispatch(heard, packet, None)
+        vehicle.bus.deliver_and_send(heard, packet, None)
     else:
         vehicle.bus.deliver(heard, packet)

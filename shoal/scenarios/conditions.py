@@ -72,9 +72,9 @@ def parse_scenario_condition(text: str, scope: ExpressionScope) -> ScenarioCondi
     operands = OperandParser(scope.vehicles, scope.vehicle)
 
     def single(logic: GrammarParser[RobustnessFunction]) -> RobustnessFunction:
-        if logic.next_word is not None and logic.next_word.lower() in _PLANS:
+        if logic.lookahead_word is not None and logic.lookahead_word.lower() in _PLANS:
             raise ValueError(
-                f"{logic.next_word!r} is for plans only: compare PlanControlState.man_id or .state instead"
+                f"{logic.lookahead_word!r} is for plans only: compare PlanControlState.man_id or .state instead"
             )
         return _comparison(operands, logic)
 
@@ -117,11 +117,11 @@ def _read(node: Node, scope: ExpressionScope, parse: Callable[[str, ExpressionSc
 
 def _comparison(operands: OperandParser, logic: GrammarParser[RobustnessFunction]) -> RobustnessFunction:
     left = operands.parse_sum(logic)
-    sign = logic.next_word
+    sign = logic.lookahead_word
     compare = logic.expect_comparison()
     right = operands.parse_sum(logic)
-    if logic.next_word in COMPARISONS:
-        raise ValueError(f"{logic.next_word!r} is not expected: join two comparisons by and")
+    if logic.lookahead_word in COMPARISONS:
+        raise ValueError(f"{logic.lookahead_word!r} is not expected: join two comparisons by and")
     left, right = _named(left, right), _named(right, left)
     is_text = left.is_text or right.is_text
     if is_text and not (left.is_text and right.is_text and sign in ("==", "!=")):

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from runtime.profile import Profile, path_in_root, split_list
+from runtime.profile import Profile, resolve_root_copy, split_list
 from runtime.vehicle import TaskImportError, find_task
 
 
@@ -27,7 +27,7 @@ class ScenarioDependencies:
 def profile_dependencies(profile: Profile, modes: Iterable[str]) -> ScenarioDependencies:
     """The sources of a profile with these modes; tasks that are not enabled count, too, but not the files they name."""
     modes = tuple(modes)
-    files = frozenset(absolute_path(Path(name)) for name in profile.config.files)
+    files = frozenset(normalized_absolute_path(Path(name)) for name in profile.config.files)
     data: dict[str, Path] = {}
     modules: set[str] = set()
     for section in profile.config.sections.values():
@@ -40,15 +40,15 @@ def profile_dependencies(profile: Profile, modes: Iterable[str]) -> ScenarioDepe
         if found is not None and not profile.is_task_enabled(section.name, modes):
             continue
         for option in section.options.values():
-            places = [profile.folder, Path(option.origin.file).parent, Path()]
+            places = [profile.base_folder, Path(option.origin.file).parent, Path()]
             for text in split_list(option.value):
-                place = next((path for folder in places if _is_file(path := path_in_root(folder / text))), None)
+                place = next((path for folder in places if _is_file(path := resolve_root_copy(folder / text))), None)
                 if place is not None:
-                    data[f"{section.name}: {option.name} = {text}"] = absolute_path(place)
+                    data[f"{section.name}: {option.name} = {text}"] = normalized_absolute_path(place)
     return ScenarioDependencies(files, data, frozenset(modules))
 
 
-def absolute_path(path: Path) -> Path:
+def normalized_absolute_path(path: Path) -> Path:
     """The path from the root, without links followed and without a/../."""
     return Path(os.path.abspath(path))
 

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any, cast
 
 from runtime.profile import load_profile
-from shoal.scenarios.dependencies import ScenarioDependencies, absolute_path, profile_dependencies
+from shoal.scenarios.dependencies import ScenarioDependencies, normalized_absolute_path, profile_dependencies
 from shoal.scenarios.engine import dry_run
 from shoal.scenarios.profiles import ScenarioProfiles
 from shoal.scenarios.reader import ScenarioReader
 from shoal.scenarios.relocate import relocate_tree
 from shoal.scenarios.scenario import Scenario, ScenarioFileError
-from support.located_yaml import Node, read_text, read_tree
+from support.located_yaml import Node, parse_yaml_tree, read_text
 
 KeyPath = tuple[str, ...]
 
@@ -21,7 +21,7 @@ def load_document(path: Path) -> "ScenarioDocument":
     """Read the tree of a scenario file. Raises ScenarioFileError, and OSError if it cannot be read."""
     text = read_text(path, ScenarioFileError)
     try:
-        return ScenarioDocument(path, read_tree(text, str(path), ScenarioFileError))
+        return ScenarioDocument(path, parse_yaml_tree(text, str(path), ScenarioFileError))
     except ScenarioFileError as error:
         hint = " (a text with [, ], {, } or : in it needs quotes)" if "not YAML" in str(error) else ""
         raise ScenarioFileError(f"{error}{hint}") from None
@@ -76,11 +76,11 @@ class ScenarioDocument:
         """What the scenario with these values is made of, besides the file itself. Raises as `scenario` does."""
         found = ScenarioDependencies()
         for spec in self.scenario(values).vehicles:
-            overrides = [setting.override for setting in spec.settings]
+            overrides = [setting.override_text for setting in spec.settings]
             profile = load_profile(spec.profile, (spec.folder,), vehicle=spec.name, overrides=overrides)
             found |= profile_dependencies(profile, spec.modes)
             if spec.plan_file is not None:
-                found |= ScenarioDependencies(frozenset([absolute_path(spec.plan_file)]))
+                found |= ScenarioDependencies(frozenset([normalized_absolute_path(spec.plan_file)]))
         return found
 
     def dry_run(self, values: Mapping[str, object] | None = None) -> None:

@@ -20,7 +20,7 @@ from runtime.vehicle import Fleet, Vehicle
 from shoal.missions import COMPLETED, FAILED, Mission, Report, prepare
 from shoal.scenarios.expectations import Expectation, ExpectationMonitor, vacuous_warnings
 from shoal.scenarios.metrics import MetricRecorder
-from shoal.scenarios.profiles import with_location
+from shoal.scenarios.profiles import format_profile_problem
 from shoal.scenarios.result import ExpectationVerdict, ScenarioResult
 from shoal.scenarios.run_context import RunContext
 from shoal.scenarios.scenario import Scenario, ScenarioFileError, VehicleSpec
@@ -139,7 +139,7 @@ class _ScenarioRun:
             spec.profile,
             spec.modes,
             config_dir=(spec.folder,),
-            overrides=[setting.override for setting in spec.settings],
+            overrides=[setting.override_text for setting in spec.settings],
             vehicle=spec.name,
             fleet=self._fleet,
             seed=self._seed if spec.seed is None else spec.seed,
@@ -179,7 +179,7 @@ class _ScenarioRun:
         """An error in one line, with what is known of where it was."""
         if isinstance(error, ProfileError):
             settings = [setting for spec in self._scenario.vehicles for setting in spec.settings]
-            return "; ".join(with_location(problem, settings) for problem in error.problems)
+            return "; ".join(format_profile_problem(problem, settings) for problem in error.problems)
         if isinstance(error, ScenarioFileError):
             return str(error)
         told, notes = f"{type(error).__name__}: {error}", "; ".join(getattr(error, "__notes__", ()))

@@ -15,13 +15,13 @@ from shoal.scenarios.conditions import ExpressionScope, ScenarioCondition, read_
 from shoal.scenarios.run_context import RunContext
 from shoal.scenarios.scenario import ScenarioFileError
 from shoal.scenarios.value_reader import (
-    convert_value,
+    convert_node_value,
     read_choice,
     read_mapping,
+    read_nonempty_text,
     read_number,
     read_option_text,
     read_seconds,
-    read_word,
 )
 from support.located_yaml import Node
 from support.text import with_suggestion
@@ -152,7 +152,7 @@ def _broken(kind: str, fault: Callable[[Parts, VehicleInfo], Fault]) -> Callable
 
 def _task(node: Node, vehicle_info: VehicleInfo) -> str:
     """The section of a task; the hint for the last word of one is the whole."""
-    found = read_word(node)
+    found = read_nonempty_text(node)
     whole = [section for section in vehicle_info.sections if re.split(r"[./]", section)[-1] == found]
     if found not in vehicle_info.sections and whole:
         node.fail(f"there is no task {found!r} (did you mean {' or '.join(map(repr, whole))}?)")
@@ -165,7 +165,7 @@ def _names(parts: Parts) -> tuple[str, ...]:
         return ()
     if node.content == []:
         node.fail("names no message")
-    return node.texts() if isinstance(node.content, list) else (read_word(node),)
+    return node.texts() if isinstance(node.content, list) else (read_nonempty_text(node),)
 
 
 def _field(parts: Parts, vehicle_info: VehicleInfo, amount: str) -> tuple[str, str, float]:
@@ -173,14 +173,14 @@ def _field(parts: Parts, vehicle_info: VehicleInfo, amount: str) -> tuple[str, s
     for key in ("of", "field", amount):
         if key not in parts:
             raise FaultError(f"{key!r} is missing: of: GpsFix, field: lat, {amount}: 0.001°")
-    message, name = read_word(parts["of"]), read_word(parts["field"])
+    message, name = read_nonempty_text(parts["of"]), read_nonempty_text(parts["field"])
     infos = vehicle_info.schema.fields(vehicle_info.schema[message]) if message in vehicle_info.schema else ()
     unit = next((info.unit for info in infos if info.name == name), "")
     return message, name, read_number(parts[amount], unit)
 
 
 def _leak(parts: Parts, vehicle: str, vehicle_info: VehicleInfo) -> Action:
-    sensor = read_word(parts["leak"])
+    sensor = read_nonempty_text(parts["leak"])
     return SimulateLeak(vehicle, "" if sensor == "all" else sensor)
 
 
@@ -241,7 +241,7 @@ def _plain(node: Node, schema: imc.Schema, *, outer: bool = False) -> tuple[dict
             plain[name] = [_plain(one, schema)[0] for one in item.items()]
         else:
             info = infos[name]
-            plain[name] = convert_value(item, lambda value, info=info: read_field(info, value))
+            plain[name] = convert_node_value(item, lambda value, info=info: read_field(info, value))
     return plain, texts
 
 

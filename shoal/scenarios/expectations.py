@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from shoal.scenarios.conditions import ScenarioCondition
 from shoal.scenarios.message_monitor import missing_messages
 from shoal.scenarios.result import ExpectationVerdict
-from shoal.scenarios.robustness import display_value, is_unknown, violation_text
+from shoal.scenarios.robustness import displayable_margin, is_unknown, violation_text
 from shoal.scenarios.run_context import RunContext
 
 TEMPORAL_KINDS = ("always", "never", "eventually", "until", "after", "finally")
@@ -60,7 +60,7 @@ class ExpectationMonitor(ABC):
         tests = [c.test for c in (expected.condition, expected.then) if c is not None]
         self.test, self.then_test = tests[0], tests[-1]
         is_free = expected.begin == 0.0 and expected.end == math.inf and expected.meanwhile is None
-        self._latest = context.monitor.subscribe(self._selectors, self.evaluate if is_free else self._update)
+        self._latest = context.monitor.add_subscriber(self._selectors, self.update_margin if is_free else self._update)
         self.latest, self.then_latest = self._latest[0], self._latest[len(tests) - 1]
         self.count = 0
 
@@ -71,10 +71,10 @@ class ExpectationMonitor(ABC):
             return
         if expected.meanwhile is not None and not expected.meanwhile.holds(self._latest[-1]):
             return
-        self.evaluate(now)
+        self.update_margin(now)
 
     @abstractmethod
-    def evaluate(self, now: float) -> None:
+    def update_margin(self, now: float) -> None:
         """Judge at a time at which the expectation applies."""
 
     @abstractmethod
@@ -86,7 +86,7 @@ class ExpectationMonitor(ABC):
         return ExpectationVerdict(
             self.expected.name,
             passed,
-            display_value(margin),
+            displayable_margin(margin),
             reason,
             applied,
             time,
@@ -111,7 +111,7 @@ class AlwaysMonitor(ExpectationMonitor):
     time = math.nan
     failed_at = math.nan
 
-    def evaluate(self, now: float) -> None:
+    def update_margin(self, now: float) -> None:
         margin = self.test(self.latest, math.nan)
         if is_unknown(margin):
             return
@@ -137,7 +137,7 @@ class EventuallyMonitor(ExpectationMonitor):
     time = math.nan
     met_at = math.nan
 
-    def evaluate(self, now: float) -> None:
+    def update_margin(self, now: float) -> None:
         margin = self.test(self.latest, math.nan)
         if is_unknown(margin) or now > self.deadline:
             return
@@ -169,7 +169,7 @@ class UntilMonitor(ExpectationMonitor):
     best = -math.inf
     time = math.nan
 
-    def evaluate(self, now: float) -> None:
+    def update_margin(self, now: float) -> None:
         if now > self.expected.begin + self.expected.within:
             return
         margin, holding = self.test(self.latest, math.nan), self.then_test(self.then_latest, math.nan)
@@ -205,7 +205,7 @@ class ResponseMonitor(ExpectationMonitor):
         self._open: list[list[float]] = []  # begin and margin of what is not decided yet
         self._least, self._time = math.inf, math.nan
 
-    def evaluate(self, now: float) -> None:
+    def update_margin(self, now: float) -> None:
         self._close(now)
         holds = self.test(self.latest, -math.inf) > 0.0
         if holds and not self._held:
@@ -249,7 +249,7 @@ class ResponseMonitor(ExpectationMonitor):
 class FinallyMonitor(ExpectationMonitor):
     """The condition holds at the end."""
 
-    def evaluate(self, now: float) -> None:
+    def update_margin(self, now: float) -> None:
         """What was before the end does not count."""
 
     def verdict(self) -> ExpectationVerdict:

@@ -8,13 +8,13 @@ from types import MappingProxyType
 import imc
 from shoal.scenarios.links import LinkModel
 from shoal.scenarios.value_reader import (
-    convert_value,
+    convert_node_value,
     read_choice,
     read_mapping,
+    read_nonempty_text,
     read_number,
     read_seconds,
     read_whole_number,
-    read_word,
 )
 from support.located_yaml import Node
 
@@ -47,7 +47,7 @@ def _link(node: Node, schemas: Mapping[str, imc.Schema]) -> LinkModel:
             parts[key].fail(f"{key} must be {'at least' if key in _MAY_BE_ZERO else 'above'} 0")
     names = {name for end in ends for name in schemas[end].types}
     return LinkModel(
-        read_word(parts["name"]) if "name" in parts else "-".join(ends),
+        read_nonempty_text(parts["name"]) if "name" in parts else "-".join(ends),
         ends,
         **values,
         **({"queue": read_whole_number(parts["queue"])} if "queue" in parts else {}),
@@ -71,7 +71,7 @@ def _rate(node: Node) -> float:
             raise ValueError(f"{value!r} is not a rate, such as {', '.join(f'80 {unit}' for unit in RATES)}")
         return float(match[1]) * RATES[match[2] or "B/s"]
 
-    return convert_value(node, read)
+    return convert_node_value(node, read)
 
 
 _NUMBERS: Mapping[str, Callable[[Node], float]] = MappingProxyType(

@@ -64,7 +64,7 @@ class MessageMonitor:
         tap = self._tap(vehicle, kind)
         return lambda: tap.last
 
-    def subscribe(self, groups: Sequence[Sequence[MessageSelector]], on_message: OnMessage) -> list[MessageSlots]:
+    def add_subscriber(self, groups: Sequence[Sequence[MessageSelector]], on_message: OnMessage) -> list[MessageSlots]:
         """The latest messages of each group, None if there is none yet; the lists are filled as they arrive.
 
         `on_message` is called once for each message that is watched. Raises ValueError if a vehicle has no such entity.

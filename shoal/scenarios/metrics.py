@@ -50,7 +50,7 @@ class MetricRecorder:
         self._keep = self._keepers().get(metric.kind, self._samples.append)
         self._value, self._is_timed = metric.expression.value, metric.kind.startswith("time")
         self._is_free = metric.begin == 0.0 and metric.end == math.inf and metric.meanwhile is None
-        self._latest = context.monitor.subscribe(groups, self.update)
+        self._latest = context.monitor.add_subscriber(groups, self.update)
 
     def update(self, now: float) -> None:
         """Take the value of the latest messages."""

@@ -73,8 +73,8 @@ class OperandParser:
 
     def parse_sum(self, logic: GrammarParser[RobustnessFunction]) -> Operand:
         found = self._parse_product(logic)
-        while logic.next_word in ("+", "-"):
-            sign = logic.expect("a sign")
+        while logic.lookahead_word in ("+", "-"):
+            sign = logic.expect_word("a sign")
             other = self._parse_product(logic)
             found.check_is_number()
             other.check_is_number()
@@ -85,10 +85,10 @@ class OperandParser:
         return found
 
     def _parse_product(self, logic: GrammarParser[RobustnessFunction]) -> Operand:
-        found = logic.parse_nested(lambda: self._parse_factor(logic))
-        while logic.next_word in ("*", "/"):
-            sign = logic.expect("a sign")
-            other = logic.parse_nested(lambda: self._parse_factor(logic))
+        found = logic.parse_with_nesting_limit(lambda: self._parse_factor(logic))
+        while logic.lookahead_word in ("*", "/"):
+            sign = logic.expect_word("a sign")
+            other = logic.parse_with_nesting_limit(lambda: self._parse_factor(logic))
             found.check_is_number()
             other.check_is_number()
             plain = other if not other.needs and not other.unit else found if sign == "*" else None
@@ -100,7 +100,7 @@ class OperandParser:
 
     def _parse_factor(self, logic: GrammarParser[RobustnessFunction]) -> Operand:
         if logic.accept("-"):
-            inner = logic.parse_nested(lambda: self._parse_factor(logic))
+            inner = logic.parse_with_nesting_limit(lambda: self._parse_factor(logic))
             inner.check_is_number()
             value = inner.value
 
@@ -109,19 +109,19 @@ class OperandParser:
 
             return replace(inner, text=f"-{inner.text}", value=negative, enum=None)
         if logic.accept("+"):
-            return logic.parse_nested(lambda: self._parse_factor(logic))
+            return logic.parse_with_nesting_limit(lambda: self._parse_factor(logic))
         if logic.accept("("):
             inner = self.parse_sum(logic)
             logic.close_group()
             return replace(inner, text=f"({inner.text})")
-        word = logic.expect("a number or Message.field")
+        word = logic.expect_word("a number or Message.field")
         if word[0].isdigit() or word[0] == ".":
             return _number(word)
         if word[0] in "\"'":
             return Operand(word, lambda _: word[1:-1], is_text=True)
         if not (word[0].isalpha() or word[0] == "_"):
             raise ValueError(f"{word!r} is not expected")
-        return self._parse_call(word, logic) if logic.next_word == "(" else self._parse_name(word)
+        return self._parse_call(word, logic) if logic.lookahead_word == "(" else self._parse_name(word)
 
     def _parse_call(self, word: str, logic: GrammarParser[RobustnessFunction]) -> Operand:
         logic.accept("(")
@@ -166,7 +166,7 @@ class OperandParser:
         self, function: str, logic: GrammarParser[RobustnessFunction], *, deep: bool = False
     ) -> tuple[int, str, str]:
         """The number of a message that tells a place, the message as it is written, and its vehicle."""
-        word = logic.expect("a message")
+        word = logic.expect_word("a message")
         selector, field = self._selector(word)
         if selector is None or field or issubclass(selector.kind, WorldBottom):
             raise ValueError(f"{function} takes messages, such as SimulatedState, not {word!r}")

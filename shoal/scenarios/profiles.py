@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import NoReturn
 
 import imc
-from runtime.profile import Profile, dune_sections, load_profile, path_in_root
+from runtime.profile import Profile, dune_sections, load_profile, resolve_root_copy
 from runtime.task import Parameter, find_parameter
 from runtime.vehicle import TaskImportError, all_tasks, check_profile, find_task
-from shoal.missions import usual_modes
+from shoal.missions import parse_modes_or_default
+from shoal.scenarios.option_shorthands import setting_with_unit
 from shoal.scenarios.scenario import ScenarioSetting
-from shoal.scenarios.shorthands import setting_with_unit
 from shoal.scenarios.value_reader import convert_to_unit_of, read_option_text
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.located_yaml import Node
@@ -32,27 +32,27 @@ class ScenarioProfiles:
 
     def get(self, node: Node, vehicle: str = "") -> Profile:
         """The profile that a node names, of a vehicle with this name. Raises the error of the file."""
-        name = self.name(node.text())
+        name = self.resolve_profile_name(node.text())
         key = name, vehicle
         if key not in self._read:
             try:
                 self._read[key] = load_profile(name, (self.folder,), vehicle=vehicle)
             except ProfileError as error:
-                node.fail("; ".join(with_location(problem, ()) for problem in error.problems))
+                node.fail("; ".join(format_profile_problem(problem, ()) for problem in error.problems))
         return self._read[key]
 
-    def name(self, text: str) -> str:
+    def resolve_profile_name(self, text: str) -> str:
         """The name of a profile; a path is that from the folder of the scenario."""
-        beside = path_in_root(self.folder / text)
+        beside = resolve_root_copy(self.folder / text)
         return str(beside) if text.endswith(".ini") and beside.exists() else text
 
-    def modes(self, node: Node, profile: Profile) -> frozenset[str]:
+    def read_modes(self, node: Node, profile: Profile) -> frozenset[str]:
         """The modes that a node selects, or the usual ones. Raises the error of the file."""
         chosen = [item.text() for item in node.content] if isinstance(node.content, list) else []
         if isinstance(node.content, str):
             chosen = [node.text()]
         try:
-            return usual_modes(profile, chosen)
+            return parse_modes_or_default(profile, chosen)
         except ProfileError as error:
             node.fail(error.problems[0].text + (f" ({hint})" if (hint := error.problems[0].hint) else ""))
 
@@ -61,7 +61,7 @@ class ScenarioProfiles:
         try:
             return profile.message_schema or imc.builtin()
         except ProfileError as error:
-            node.fail("; ".join(with_location(problem, ()) for problem in error.problems))
+            node.fail("; ".join(format_profile_problem(problem, ()) for problem in error.problems))
 
     def dump(self, name: str, vehicle: str) -> str:
         """The effective configuration of a profile."""
@@ -82,7 +82,7 @@ class ScenarioProfiles:
         own = [setting for setting in settings if (setting.section, setting.option) == ("General", "Start Time")]
         try:
             if own:
-                profile = load_profile(profile.path, overrides=[own[-1].override])
+                profile = load_profile(profile.path, overrides=[own[-1].override_text])
             return profile.start_time_ns
         except ProfileError as error:
             _fail(node, own, error.problems[0])
@@ -100,7 +100,7 @@ class ScenarioProfiles:
         if key in self._fine:
             return
         try:
-            overrides = [setting.override for setting in settings]
+            overrides = [setting.override_text for setting in settings]
             changed = load_profile(profile.path, (self.folder,), vehicle=profile.vehicle, overrides=overrides)
         except ProfileError as error:
             _fail(node, settings, error.problems[0])
@@ -133,7 +133,7 @@ def parameter_setting(section: str, option: str, node: Node) -> ScenarioSetting:
     return ScenarioSetting(section, option, text, node.where)
 
 
-def with_location(problem: Problem, settings: Sequence[ScenarioSetting]) -> str:
+def format_profile_problem(problem: Problem, settings: Sequence[ScenarioSetting]) -> str:
     """A problem of a profile, with the place in the scenario of the setting that it is about."""
     if problem.file != COMMAND_LINE.file:
         return str(problem)
@@ -144,7 +144,7 @@ def with_location(problem: Problem, settings: Sequence[ScenarioSetting]) -> str:
 
 
 def _fail(node: Node, settings: Sequence[ScenarioSetting], problem: Problem) -> NoReturn:
-    text = with_location(problem, settings)
+    text = format_profile_problem(problem, settings)
     raise node.error(text if any(text.startswith(s.where) for s in settings) else f"{node.where}: {text}")
 
 

@@ -7,24 +7,24 @@ from typing import NamedTuple
 
 import imc
 from autonomy.plans.yaml import PlanFileError, plan_from_node
-from runtime.profile import Profile, path_in_root
+from runtime.profile import Profile, resolve_root_copy
 from shoal.missions import COMPLETED, FAILED, LATE, load_plan
 from shoal.scenarios.conditions import ExpressionScope, ScenarioCondition, read_condition, read_expression
 from shoal.scenarios.event_reader import ScheduledAction, VehicleInfo, read_events
 from shoal.scenarios.expectations import Expectation
 from shoal.scenarios.link_reader import read_links
 from shoal.scenarios.metrics import KINDS_OF_ENUMERATIONS, METRIC_KINDS, Metric
+from shoal.scenarios.option_shorthands import EnabledTasks, start_settings, world_settings
 from shoal.scenarios.profiles import ScenarioProfiles, parameter_setting
 from shoal.scenarios.robustness import negate_unless_nan
 from shoal.scenarios.scenario import Scenario, ScenarioSetting, VehicleSpec
-from shoal.scenarios.shorthands import EnabledTasks, start_settings, world_settings
 from shoal.scenarios.value_reader import (
     read_choice,
     read_mapping,
+    read_nonempty_text,
     read_number,
     read_seconds,
     read_whole_number,
-    read_word,
 )
 from support.located_yaml import Node
 from support.text import with_suggestion
@@ -81,7 +81,7 @@ class ScenarioReader:
             nodes["limit"].fail("limit must be above 0")
         links = read_links(nodes["links"], self._schemas) if "links" in nodes else ()
         return Scenario(
-            read_word(nodes["scenario"]) if "scenario" in nodes else self._own_name,
+            read_nonempty_text(nodes["scenario"]) if "scenario" in nodes else self._own_name,
             self._path,
             nodes["description"].text() if "description" in nodes else "",
             read_whole_number(nodes["seed"]) if "seed" in nodes else 0,
@@ -117,9 +117,9 @@ class ScenarioReader:
             parts = read_mapping(node, *(part for part in VEHICLE_KEYS if not (key and part == "name")))
             if "profile" not in parts:
                 node.fail("'profile' is missing")
-            name = key or (read_word(parts["name"]) if "name" in parts else "")
+            name = key or (read_nonempty_text(parts["name"]) if "name" in parts else "")
             profile = self._profiles.get(parts["profile"], name)
-            modes = self._profiles.modes(parts.get("modes") or Node([], node.file, node.line, node.error), profile)
+            modes = self._profiles.read_modes(parts.get("modes") or Node([], node.file, node.line, node.error), profile)
             yield _ReadVehicle(node, profile, modes, profile.vehicle)
 
     def _vehicle_spec(self, vehicle: _ReadVehicle) -> VehicleSpec:
@@ -132,7 +132,7 @@ class ScenarioReader:
         self._profiles.check_settings(vehicle.node, vehicle.profile, vehicle.modes, found)
         return VehicleSpec(
             vehicle.name,
-            self._profiles.name(parts["profile"].text()),
+            self._profiles.resolve_profile_name(parts["profile"].text()),
             self._profiles.folder,
             tuple(sorted(vehicle.modes)),
             read_whole_number(parts["seed"]) if "seed" in parts else None,
@@ -171,7 +171,7 @@ class ScenarioReader:
             node.fail(f"{path}: {error.strerror or error}")
 
     def _plan_file(self, node: Node) -> Path:
-        return path_in_root(self._profiles.folder / read_word(node))
+        return resolve_root_copy(self._profiles.folder / read_nonempty_text(node))
 
     def _events(
         self, vehicles: list[_ReadVehicle], specs: tuple[VehicleSpec, ...], links: set[str], limit: float
@@ -205,7 +205,7 @@ class ScenarioReader:
             )
         parts = read_mapping(node, kind, *EXPECTED[kind])
         scope = self._scope(parts.get("vehicle"))
-        name = read_word(parts["name"]) if "name" in parts else f"{kind} {parts[kind].text()}"
+        name = read_nonempty_text(parts["name"]) if "name" in parts else f"{kind} {parts[kind].text()}"
         if kind == "outcome":
             return self._outcome(node, name, scope, specs)
         condition = read_condition(parts[kind], scope)

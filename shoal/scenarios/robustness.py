@@ -39,7 +39,7 @@ def is_unknown(margin: float) -> bool:
     return margin != margin
 
 
-def display_value(margin: float) -> float:
+def displayable_margin(margin: float) -> float:
     """A margin for people: a tie is 0, that of what is no number is infinite."""
     return 0.0 if abs(margin) <= TIE else math.copysign(math.inf, margin) if abs(margin) == -NO_NUMBER else margin
 
@@ -48,7 +48,7 @@ def violation_text(margin: float, words: str) -> str:
     """By how much a test has failed, after some words; or that it had no number to compare."""
     if margin == NO_NUMBER:
         return ": a value is no number"
-    return f", {words} {-display_value(margin):.6g}" if -math.inf < margin <= 0.0 else ""
+    return f", {words} {-displayable_margin(margin):.6g}" if -math.inf < margin <= 0.0 else ""
 
 
 def conjunction(tests: Sequence[RobustnessFunction]) -> RobustnessFunction:

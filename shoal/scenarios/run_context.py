@@ -58,7 +58,7 @@ class RunContext:
     def call_when(self, condition: ScenarioCondition, function: Callable[[], object]) -> None:
         """Call a function once, when a condition holds for the first time. Raises ValueError for unknown entities."""
         once = _CallOnce(condition, function)
-        (once.seen,) = self.monitor.subscribe([condition.selectors], once.update)
+        (once.seen,) = self.monitor.add_subscriber([condition.selectors], once.update)
 
     def stop(self) -> None:
         """End the run."""
@@ -72,13 +72,13 @@ class TemporaryValues:
         self._before: dict[Hashable, str] = {}
         self._held: dict[Hashable, dict[object, str]] = {}
 
-    def begin(self, what: Hashable, holder: object, value: str, before: str) -> None:
+    def hold_value(self, what: Hashable, holder: object, value: str, before: str) -> None:
         """`holder` sets a value; `before` is the present one."""
         if not self._held.get(what):
             self._before[what] = before
         self._held.setdefault(what, {})[holder] = value
 
-    def end(self, what: Hashable, holder: object) -> str:
+    def release_value(self, what: Hashable, holder: object) -> str:
         """The value that counts without that of `holder`."""
         held = self._held[what]
         del held[holder]

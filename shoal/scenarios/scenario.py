@@ -25,7 +25,7 @@ class ScenarioSetting:
     where: str
 
     @property
-    def override(self) -> str:
+    def override_text(self) -> str:
         return f"{self.section}:{self.option}={self.value}"
 
 

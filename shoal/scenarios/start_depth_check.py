@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 
 from runtime.vehicle import Vehicle
+from shoal.scenarios.option_shorthands import BOTTOM
 from shoal.scenarios.scenario import ScenarioFileError, ScenarioSetting
-from shoal.scenarios.shorthands import BOTTOM
 from tasks.simulators.gps import GPS
 from tasks.simulators.vsim import VSIM
 
@@ -27,8 +27,8 @@ def check_start_depth(vehicle: Vehicle, settings: Sequence[ScenarioSetting]) -> 
         about = [setting for setting in settings if setting.section in concerned and setting.option in START_OPTIONS]
         about.sort(key=lambda setting: START_OPTIONS.index(setting.option))
         about += [setting for setting in settings if setting.section == BOTTOM]
-        if about and task.initial_depth > (deepest := task.max_depth(lat, lon)):
-            water = max(0.0, task.water_depth(lat, lon))
+        if about and task.initial_depth > (deepest := task.max_depth_at(lat, lon)):
+            water = max(0.0, task.water_depth_at(lat, lon))
             raise ScenarioFileError(
                 f"{about[0].where}: {vehicle.name} cannot start at a depth of {task.initial_depth:g} m: "
                 f"the water there is {water:.1f} m deep, of which its hull needs {water - max(0.0, deepest):.1f} m"

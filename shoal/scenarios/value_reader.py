@@ -26,7 +26,7 @@ def read_mapping(node: Node, *allowed: str, what: str = "key") -> dict[str, Node
     return node.content
 
 
-def convert_value(node: Node, read: Callable[[Any], T]) -> T:
+def convert_node_value(node: Node, read: Callable[[Any], T]) -> T:
     """What a function makes of the value; its ValueError gets the place in the file."""
     value = node.value()
     try:
@@ -39,17 +39,17 @@ def convert_value(node: Node, read: Callable[[Any], T]) -> T:
 
 def read_seconds(node: Node) -> float:
     """A time of at least 0: "90 s", "10 min", "1h30min", or a number in s."""
-    return convert_value(node, _duration)
+    return convert_node_value(node, _duration)
 
 
 def read_number(node: Node, unit: str = "") -> float:
     """A number, or one with a unit that fits, in SI."""
-    return convert_value(node, lambda value: parse_quantity(value, unit))
+    return convert_node_value(node, lambda value: parse_quantity(value, unit))
 
 
 def read_option_number(node: Node, unit: str) -> float:
     """A number in the unit of an option of a profile."""
-    return convert_value(node, lambda value: parse_in_unit(value, unit))
+    return convert_node_value(node, lambda value: parse_in_unit(value, unit))
 
 
 def convert_to_unit_of(parameter: Parameter, text: str) -> str:
@@ -74,7 +74,7 @@ def read_whole_number(node: Node) -> int:
     return value
 
 
-def read_word(node: Node) -> str:
+def read_nonempty_text(node: Node) -> str:
     """A text that is not empty."""
     if not isinstance(node.content, str) or not node.content.strip():
         node.fail("expected a text")
@@ -83,7 +83,7 @@ def read_word(node: Node) -> str:
 
 def read_choice(node: Node, words: Iterable[str], what: str) -> str:
     """One of some words."""
-    found, words = read_word(node), list(words)
+    found, words = read_nonempty_text(node), list(words)
     if found not in words:
         node.fail(with_suggestion(f"there is no {what} {found!r}", found, words))
     return found

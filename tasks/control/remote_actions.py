@@ -4,7 +4,7 @@ import math
 from typing import ClassVar
 
 import imc
-from autonomy.control import BUTTONS, EnabledLoops, OperatorInput, format_actions
+from autonomy.control import BUTTONS, EnabledLoops, OperatorInput, format_actions_request
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
 
@@ -36,7 +36,7 @@ class RemoteActionsTask(Task):
 
     def configure(self) -> None:
         axes = [axis for axis in self.axes if axis != "Thrust" or not self.buttons_only]
-        self._offer = format_actions(["Exit", *BUTTONS], axes)
+        self._offer = format_actions_request(["Exit", *BUTTONS], axes)
 
     def start(self) -> None:
         self._loops = EnabledLoops(Loops.TELEOPERATION)
@@ -54,7 +54,7 @@ class RemoteActionsTask(Task):
             self.reply(request, imc.RemoteActionsRequest(op=request.Op.REPORT, actions=self._offer))
 
     @consume
-    def on_teleoperation(self, teleoperation: imc.Teleoperation) -> None:
+    def reset_operator_input(self, teleoperation: imc.Teleoperation) -> None:
         self._operator.reset(teleoperation.custom)
 
     @consume

@@ -19,7 +19,7 @@ class CircleTimer:
         self._seconds = float(seconds) or math.inf
         self._end = self._nearest = self._off = math.inf
 
-    async def step(self) -> bool:
+    async def process_next_message(self) -> bool:
         """Wait for the next message and report the time left; True if the time is over."""
         maneuver = self._maneuver
         event = await maneuver.next_message()
@@ -31,14 +31,14 @@ class CircleTimer:
                 self._nearest = min(self._nearest, path.z, key=abs)
                 self._off = min(self._off, path.y, key=abs)
                 self._end = min(self._end, maneuver.now + self._seconds)
-                maneuver.report(self._end - maneuver.now)
+                maneuver.report_progress(self._end - maneuver.now)
             elif self._end == math.inf:
                 maneuver.report_time_left(after=self._seconds)
             else:
-                maneuver.report(self._end - maneuver.now)
+                maneuver.report_progress(self._end - maneuver.now)
         return maneuver.now >= self._end
 
-    def check_reached(self, leg: PathEnd, radius: float) -> None:
+    def report_missed_circle(self, leg: PathEnd, radius: float) -> None:
         """Say aloud if the circle was never reached, or the depth or altitude of `leg`.
 
         As in DUNE the time begins inside the circle, too; it may be over before the vehicle gets to a large one.

@@ -50,7 +50,7 @@ class Dislodge(Maneuver):
     async def _rises(self, began: float, until: float) -> bool:
         """Wait until a time (s); True as soon as the vehicle is free."""
         told = self.now
-        self.report()
+        self.report_progress()
         while self.now < until:
             await self.next_message()
             depth = self.state.depth if self.state is not None else began
@@ -58,5 +58,5 @@ class Dislodge(Maneuver):
                 return True
             if self.now - told >= 1.0:
                 told = self.now
-                self.report()
+                self.report_progress()
         return False

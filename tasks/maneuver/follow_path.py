@@ -12,7 +12,7 @@ class FollowPath(Maneuver):
         points = [point for point in path.points if isinstance(point, imc.PathPoint)]
         if not points:
             raise ManeuverError("path has no points")
-        leg = PathEnd.of(path)
+        leg = PathEnd.from_maneuver(path)
         for number, point in enumerate(points):
             lat, lon, _ = displace(path.lat, path.lon, 0.0, point.x, point.y)
             await self.go_to_end(leg._replace(lat=lat, lon=lon, z=path.z + point.z), info=f"waypoint={number}")

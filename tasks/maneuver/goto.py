@@ -8,4 +8,4 @@ class Goto(Maneuver):
     """Goes to a point at a depth or an altitude; done when path control reports that it is near."""
 
     async def execute(self, goto: imc.Goto) -> None:
-        await self.go_to_end(PathEnd.of(goto))
+        await self.go_to_end(PathEnd.from_maneuver(goto))

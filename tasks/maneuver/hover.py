@@ -24,4 +24,4 @@ async def hover(maneuver: Maneuver, leg: PathEnd, seconds: float) -> None:
             continue
         if end == math.inf and seconds:
             end = maneuver.now + seconds
-        maneuver.report(end - maneuver.now)
+        maneuver.report_progress(end - maneuver.now)

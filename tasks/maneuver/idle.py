@@ -12,8 +12,8 @@ class Idle(Maneuver):
 
     async def execute(self, idle: imc.IdleManeuver) -> None:
         if idle.duration == 0:
-            self.report()
+            self.report_progress()
             await self.next_message()
         for left in range(idle.duration, 0, -1):
-            self.report(left)
+            self.report_progress(left)
             await self.sleep(1.0)

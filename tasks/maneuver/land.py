@@ -16,7 +16,7 @@ class Land(Maneuver):
     subscribed = (imc.PathControlState, imc.EstimatedState)
 
     async def execute(self, land: imc.Land) -> None:
-        leg = PathEnd.of(land)
+        leg = PathEnd.from_maneuver(land)
         if (leg.lat, leg.lon) == NOWHERE:
             lat, lon, _ = absolute_position(await self.wait_for_state())
             leg = leg._replace(lat=lat, lon=lon, z_units=imc.ZUnits.NONE)

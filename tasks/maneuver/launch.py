@@ -19,4 +19,4 @@ class Launch(Maneuver):
             if isinstance(event, imc.VehicleMedium):
                 medium = event.medium
         self.set_control_loops(Loops.PATH)
-        await self.go_to_end(PathEnd.of(launch))
+        await self.go_to_end(PathEnd.from_maneuver(launch))

@@ -26,20 +26,20 @@ class Loiter(Maneuver):
 
     async def execute(self, loiter: imc.Loiter) -> None:
         if self.hovers and loiter.type == Form.HOVER:
-            await hover(self, PathEnd.of(loiter), loiter.duration)
+            await hover(self, PathEnd.from_maneuver(loiter), loiter.duration)
             return
         circling = CircleTimer(self, loiter.duration)
         radius = max(loiter.radius, self.minimum_radius)
         counter = PathFlags.CCLOCKW if loiter.direction == Direction.CCLOCKW else 0
         if loiter.type != Form.EIGHT:
-            self.start_path(PathEnd.of(loiter), radius=radius, flags=counter)
-            while not await circling.step():
+            self.start_path(PathEnd.from_maneuver(loiter), radius=radius, flags=counter)
+            while not await circling.process_next_message():
                 pass
         side, over = 1.0, loiter.type != Form.EIGHT
         while not over:
             over = await self._half_eight(circling, loiter, radius, side, counter)
             side, counter = -side, counter ^ PathFlags.CCLOCKW
-        circling.check_reached(PathEnd.of(loiter), radius)
+        circling.report_missed_circle(PathEnd.from_maneuver(loiter), radius)
 
     async def _half_eight(
         self, circling: CircleTimer, loiter: imc.Loiter, radius: float, side: float, flags: int
@@ -48,10 +48,10 @@ class Loiter(Maneuver):
         north, east = side * math.cos(loiter.bearing), side * math.sin(loiter.bearing)
         reach = 0.5 * loiter.length
         lat, lon, _ = displace(loiter.lat, loiter.lon, 0.0, reach * north, reach * east)
-        self.start_path(PathEnd.of(loiter)._replace(lat=lat, lon=lon), radius=radius, flags=flags)
+        self.start_path(PathEnd.from_maneuver(loiter)._replace(lat=lat, lon=lon), radius=radius, flags=flags)
         outside = False
         while True:
-            if await circling.step():
+            if await circling.process_next_message():
                 return True
             if self.state is not None:
                 to_north, to_east = self.offset(lat, lon)

@@ -45,7 +45,7 @@ class PathEnd(NamedTuple):
     speed_units: int
 
     @classmethod
-    def of(cls, maneuver: Any) -> "PathEnd":
+    def from_maneuver(cls, maneuver: Any) -> "PathEnd":
         """From the fields of a maneuver that has them all."""
         return cls(*(getattr(maneuver, name) for name in cls._fields))
 
@@ -80,8 +80,8 @@ class Maneuver(Task):
             raise TypeError(f"{cls.__name__}.execute: annotate the argument with the maneuver's message")
         return hint
 
-    def connect(self) -> None:
-        super().connect()
+    def subscribe_handlers(self) -> None:
+        super().subscribe_handlers()
         self._bus.subscribe(Subscription(self.message_type(), self._begin, self))
 
     def start(self) -> None:
@@ -110,14 +110,14 @@ class Maneuver(Task):
             self._say(Phase.EXECUTING, self._said.eta, self._said.info)
 
     @consume
-    def on_control_loops(self, loops: imc.ControlLoops) -> None:
+    def record_enabled_loops(self, loops: imc.ControlLoops) -> None:
         """Only the first message of a scope counts: the maneuver sends it, controllers add theirs later."""
         if loops.scope_ref > self._scope:
             self._scope = loops.scope_ref
             self._enabled = loops.mask if loops.enable else 0
 
     @consume
-    def on_desired_path(self, path: imc.DesiredPath) -> None:
+    def record_path_ref(self, path: imc.DesiredPath) -> None:
         self._path_ref = max(self._path_ref, path.path_ref)
 
     @property
@@ -185,9 +185,9 @@ class Maneuver(Task):
     def report_time_left(self, after: float = 0.0, info: str = "") -> None:
         """Report the time left on the path plus `after` (s); nothing at its end, which ends or changes something."""
         if self.path is not None and not self.is_near_end:
-            self.report(UNKNOWN_ETA if self.path.eta == UNKNOWN_ETA else self.path.eta + after, info)
+            self.report_progress(UNKNOWN_ETA if self.path.eta == UNKNOWN_ETA else self.path.eta + after, info)
 
-    def report(self, eta: float = UNKNOWN_ETA, info: str = "") -> None:
+    def report_progress(self, eta: float = UNKNOWN_ETA, info: str = "") -> None:
         """Report that the maneuver continues, with the time left (s)."""
         self._say(Phase.EXECUTING, max(0, math.ceil(eta)) if eta < UNKNOWN_ETA else UNKNOWN_ETA, info)
 

@@ -36,7 +36,7 @@ class PopUp(Maneuver):
     )
 
     async def execute(self, popup: imc.PopUp) -> None:
-        leg = PathEnd.of(popup)
+        leg = PathEnd.from_maneuver(popup)
         radius = max(popup.radius, self.elevator_radius)
         if not popup.flags & Flags.CURR_POS:
             await self.go_to_end(leg, after=popup.duration)
@@ -67,7 +67,7 @@ class PopUp(Maneuver):
             if isinstance(event, imc.GpsFix) and self._confirms(event):
                 return
             if isinstance(event, imc.VehicleMedium):
-                self.report(end - self.now)
+                self.report_progress(end - self.now)
 
     def _confirms(self, fix: imc.GpsFix) -> bool:
         if self.state is None or not fix.validity & imc.GpsFix.Validity.VALID_POS:

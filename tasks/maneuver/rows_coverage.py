@@ -4,7 +4,7 @@ import math
 from collections import deque
 
 import imc
-from imc.coordinates import swath_width
+from imc.coordinates import altitude_row_spacing
 from runtime import param
 from tasks.maneuver.maneuver_task import Maneuver, PathEnd
 from tasks.maneuver.survey_rows import follow_rows
@@ -32,7 +32,7 @@ class RowsCoverage(Maneuver):
     async def execute(self, area: imc.RowsCoverage) -> None:
         def narrowest() -> float:
             seen = self._lowest < math.inf and area.angaperture > 0.0
-            return swath_width(area.angaperture, self._lowest, area.overlap) if seen else math.inf
+            return altitude_row_spacing(area.angaperture, self._lowest, area.overlap) if seen else math.inf
 
         self._forget()
         await follow_rows(self, area, narrowest)

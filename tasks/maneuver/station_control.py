@@ -39,9 +39,9 @@ async def keep_station(
         maneuver.set_control_loops(Loops.PATH)
         maneuver.start_path(leg, radius=radius)
         circling = CircleTimer(maneuver, seconds)
-        while not await circling.step():
+        while not await circling.process_next_message():
             pass
-        circling.check_reached(leg, radius)
+        circling.report_missed_circle(leg, radius)
         return
     end, arrived, told, chosen = math.inf, False, -math.inf, -math.inf
 
@@ -63,7 +63,7 @@ async def keep_station(
                 maneuver.report_time_left(after=seconds)
         elif maneuver.now - told >= 1.0:
             told = maneuver.now
-            maneuver.report(end - maneuver.now if seconds else math.inf)
+            maneuver.report_progress(end - maneuver.now if seconds else math.inf)
         return maneuver.now >= end
 
     while True:

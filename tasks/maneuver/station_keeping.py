@@ -48,8 +48,8 @@ class StationKeeping(Maneuver):
     async def execute(self, station: imc.StationKeeping) -> None:
         if self.hovers:
             self.set_control_loops(Loops.PATH)
-            await hover(self, PathEnd.of(station), station.duration)
+            await hover(self, PathEnd.from_maneuver(station), station.duration)
             return
         radius = max(station.radius, self.smallest_radius(station))
         approach = ApproachSpeed(self.deceleration, self.slowest)
-        await keep_station(self, PathEnd.of(station), radius, station.duration, approach)
+        await keep_station(self, PathEnd.from_maneuver(station), radius, station.duration, approach)

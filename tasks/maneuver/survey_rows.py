@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import imc
-from imc.coordinates import maneuver_corners
+from imc.coordinates import maneuver_corner_offsets
 from support.wgs84 import displace
 from tasks.maneuver.maneuver_task import Maneuver, ManeuverError, PathEnd
 
@@ -14,9 +14,9 @@ async def follow_rows(
     maneuver: Maneuver, area: imc.Rows | imc.RowsCoverage, swath: Callable[[], float] | None = None
 ) -> None:
     """Go along all rows, at most `swath()` m apart. Raises ManeuverError if the rows are invalid."""
-    leg = PathEnd.of(area)
+    leg = PathEnd.from_maneuver(area)
     try:
-        for number, (north, east) in enumerate(maneuver_corners(area, swath)):
+        for number, (north, east) in enumerate(maneuver_corner_offsets(area, swath)):
             lat, lon, _ = displace(area.lat, area.lon, 0.0, north, east)
             on_row = number >= APPROACH
             await maneuver.go_to_end(leg._replace(lat=lat, lon=lon), info=f"waypoint={number}", judged=on_row)

@@ -8,4 +8,4 @@ class Takeoff(Maneuver):
     """Climbs straight up to a height or an altitude, from the ground or in the air."""
 
     async def execute(self, takeoff: imc.Takeoff) -> None:
-        await self.go_to_end(PathEnd.of(takeoff), flags=PathFlags.TAKEOFF)
+        await self.go_to_end(PathEnd.from_maneuver(takeoff), flags=PathFlags.TAKEOFF)

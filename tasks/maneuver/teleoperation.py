@@ -2,7 +2,7 @@
 
 import imc
 from imc.reserved_ids import UNKNOWN_SYSTEM
-from imc.tuple_list import parse_tuple_list, read_integer
+from imc.tuple_list import parse_tuple_list, parse_tuple_list_integer
 from tasks.maneuver.maneuver_task import Loops, Maneuver
 
 
@@ -14,8 +14,8 @@ class Teleoperation(Maneuver):
     subscribed_from_others = (imc.TeleoperationDone, imc.RemoteActions)
 
     async def execute(self, teleoperation: imc.Teleoperation) -> None:
-        self.report()
-        operator = read_integer(teleoperation.custom, "src")
+        self.report_progress()
+        operator = parse_tuple_list_integer(teleoperation.custom, "src")
         while True:
             event = await self.next_message()
             if event.dst not in (self.system, UNKNOWN_SYSTEM) or operator not in (None, event.src):

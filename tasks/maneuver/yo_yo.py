@@ -46,7 +46,7 @@ class YoYo(Maneuver):
         self._dived, self._deeper = -math.inf, self.now
         self._sounded = self.now
         self._short = math.inf
-        self.start_path(PathEnd.of(yoyo), flags=PathFlags.NO_Z)
+        self.start_path(PathEnd.from_maneuver(yoyo), flags=PathFlags.NO_Z)
         while not self.is_near_end:
             event = await self.next_message()
             if event is self.path:
@@ -59,7 +59,7 @@ class YoYo(Maneuver):
         if math.isfinite(self._short):
             short, up = max(0.0, self._short), yoyo.z_units == imc.ZUnits.ALTITUDE
             lower = max(0.0, yoyo.z - yoyo.amplitude) if up else yoyo.z + yoyo.amplitude
-            self.check_depth(PathEnd.of(yoyo)._replace(z=lower), -short if up else short)
+            self.check_depth(PathEnd.from_maneuver(yoyo)._replace(z=lower), -short if up else short)
 
     def _turn(self, yoyo: imc.YoYo, state: imc.EstimatedState) -> int:
         """Where to go from here: UP, DOWN or LEVEL. Raises ManeuverError if the altitude stays unknown."""

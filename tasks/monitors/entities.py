@@ -39,7 +39,7 @@ class Entities(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     def _hardware(self) -> list[str]:
-        simulated = self.vehicle.virtual or "Simulation" in split_list(
+        simulated = self.vehicle.has_virtual_time or "Simulation" in split_list(
             self.vehicle.profile.value("General", "Selected")
         )
         return [] if simulated else self.default_monitoring_hardware

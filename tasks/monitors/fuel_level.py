@@ -45,7 +45,7 @@ class FuelLevel(Task):
             self._voltage = voltage.value
 
     @consume
-    def on_battery_state(self, battery: imc.EntityState) -> None:
+    def cap_level_by_battery(self, battery: imc.EntityState) -> None:
         """Believe a battery that says that it is low: it may know better than the sum of what it gave."""
         if not self._is_battery(battery):
             return

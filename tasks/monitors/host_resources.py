@@ -27,13 +27,13 @@ class HostResources(Task):
     samples: int = param(10, "1", "Reports in the average of the load.", name="Moving Average Samples", minimum=1)
 
     def start(self) -> None:
-        self._before = processor_times()
+        self._before = cpu_total_and_idle()
         self._loads: list[float] = []
         self.set_entity_state(State.NORMAL, "active")
 
     @periodic("execution_frequency")
     def report(self) -> None:
-        now, before = processor_times(), self._before
+        now, before = cpu_total_and_idle(), self._before
         self._before = now
         passed, idle = now[0] - before[0], now[1] - before[1]
         troubles: list[str] = []
@@ -56,7 +56,7 @@ class HostResources(Task):
         self.set_entity_state(State.FAULT if troubles else State.NORMAL, "; ".join(troubles) or "active")
 
 
-def processor_times() -> tuple[float, float]:
+def cpu_total_and_idle() -> tuple[float, float]:
     """Seconds of all processors, and those of them that were idle; without /proc/stat, of this process and the rest."""
     try:
         words = Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:9]

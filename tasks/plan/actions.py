@@ -109,7 +109,7 @@ class PlanActions:
                 self._publish(action.replace(params=active))
 
 
-def unknown_settings(graph: PlanGraph, vehicle: "Vehicle") -> Iterator[str]:
+def unsupported_setting_reasons(graph: PlanGraph, vehicle: "Vehicle") -> Iterator[str]:
     """Objections to actions that set what the vehicle does not have, or to a value that it cannot take.
 
     What is not there is not active, and an entity without activation always is: a console may write that it is so.

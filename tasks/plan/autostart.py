@@ -55,8 +55,8 @@ class Autostart(Task):
         )
 
     @consume
-    def on_plan_generation(self, answer: imc.PlanGeneration) -> None:
-        if not self.is_answered_by(answer) or answer.op == Op.REQUEST:
+    def report_generation_result(self, answer: imc.PlanGeneration) -> None:
+        if not self.is_reply_to_me(answer) or answer.op == Op.REQUEST:
             return
         if answer.op == Op.SUCCESS:
             self.set_entity_state(State.NORMAL, f"requested {answer.plan_id}")

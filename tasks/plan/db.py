@@ -56,7 +56,7 @@ class DB(Task):
 
     def after_restore(self) -> None:
         self._store = PlanStore(None)
-        self._store.fill(*self._rows)
+        self._store.restore_rows(*self._rows)
 
     def stop(self) -> None:
         if hasattr(self, "_store"):
@@ -163,7 +163,7 @@ class DB(Task):
 
     def _publish_database_state(self) -> None:
         """Tell all what is stored now; on a virtual clock nobody is there to see it."""
-        if not self.vehicle.virtual:
+        if not self.vehicle.has_virtual_time:
             self.publish(self._state())
 
     def _progress(self, request: imc.PlanDB) -> None:
@@ -191,7 +191,7 @@ class DB(Task):
 
     @property
     def _in_memory(self) -> bool:
-        return self.storage == "Memory" or (self.storage == "Automatic" and self.vehicle.virtual)
+        return self.storage == "Memory" or (self.storage == "Automatic" and self.vehicle.has_virtual_time)
 
     def _open(self) -> PlanStore:
         if self._in_memory:

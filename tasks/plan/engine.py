@@ -8,7 +8,7 @@ from autonomy.plans import FINISH, PlanError, PlanForecast, PlanNode, Preflight,
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import Script, State, Task, consume, param, periodic
 from runtime.task import Inbox, ParameterError
-from tasks.plan.actions import ActivationTimes, PlanActions, unknown_settings
+from tasks.plan.actions import ActivationTimes, PlanActions, unsupported_setting_reasons
 from tasks.plan.execution import NO_MANEUVER, PlanExecution
 from tasks.plan.replies import Replies
 from tasks.plan.supervisor_client import COMMAND_TIMEOUT, MessageCache, SupervisorClient
@@ -89,7 +89,7 @@ class Engine(Task):
         self._situation[type(news)] = news
 
     @consume
-    def check_fuel_reserve(self, fuel: imc.FuelLevel) -> None:
+    def end_on_low_fuel(self, fuel: imc.FuelLevel) -> None:
         """End the plan when only the reserve of the battery is left."""
         if self._execution is not None and fuel.value < self.fuel_reserve:
             self._fail(self._execution, f"the battery is below its reserve of {self.fuel_reserve:g} %")
@@ -135,7 +135,7 @@ class Engine(Task):
                 self._fail(self._execution, "VehicleState is missing", lost=True)
             if self._vehicle is not None:  # Failsafe may be silent, too
                 self._vehicle = None
-                self._requests.stop_everything(self._situation.of(imc.ControlLoops))
+                self._requests.stop_without_supervisor(self._situation.of(imc.ControlLoops))
             self._enter(Phase.BLOCKED)
         if self._execution is not None:
             self._execution.activate_ahead(self._vehicle, self.now)
@@ -166,13 +166,13 @@ class Engine(Task):
     def _start(self, request: imc.PlanControl, forecast: PlanForecast | None = None) -> None:
         """Start a plan; one that replaces another has already been checked and has its `forecast`."""
         execution = self._execution
-        if execution is not None and execution.is_repeated(request, self.now):
+        if execution is not None and execution.is_repeated_request(request, self.now):
             if execution.info:
                 self._replies.succeed(execution.request, execution.info, execution.statistics)
         elif self._phase is Phase.BLOCKED:
             mode = "unknown" if self._vehicle is None else Mode(self._vehicle.op_mode).name
             self._replies.refuse(request, f"cannot start a plan: vehicle mode is {mode}")
-        elif request.plan_id == self._recovery and not self._requests.are_from(
+        elif request.plan_id == self._recovery and not self._requests.is_from_entity(
             self.plan_generator_entity_label, request
         ):
             self._replies.refuse(request, "only the plan generator may start the recovery plan")
@@ -278,13 +278,15 @@ class Engine(Task):
         while name is None:
             event = await inbox.next()
             if isinstance(event, imc.VehicleState):
-                name = node.next(self._latest, done=bool(event.flags & imc.VehicleState.Flags.MANEUVER_DONE))
+                name = node.evaluate_transitions(
+                    self._latest, done=bool(event.flags & imc.VehicleState.Flags.MANEUVER_DONE)
+                )
         execution.end_maneuver(self.now)
         return name
 
     async def _prepare(self, script: Script, request: imc.PlanControl) -> PlanForecast:
         """Check the plan of a request. Raises PlanError."""
-        plan, situation = await self._requests.fetch_plan(script, request), self._situation
+        plan, situation = await self._requests.resolve_requested_plan(script, request), self._situation
         state, limits = situation.of(imc.EstimatedState), situation.of(imc.OperationalLimits)
         fuel, medium = situation.of(imc.FuelLevel), situation.of(imc.VehicleMedium)
         if fuel is not None and fuel.value < self.fuel_reserve:
@@ -292,7 +294,7 @@ class Engine(Task):
         level = fuel.value - self.fuel_reserve if fuel is not None and self.fuel_prediction else None
         airborne = medium is not None and medium.medium == imc.VehicleMedium.Medium.AIR
         forecast = self._preflight.check(plan, self._supported, state, level, self.now, limits, airborne)
-        for reason in unknown_settings(forecast.graph, self.vehicle):
+        for reason in unsupported_setting_reasons(forecast.graph, self.vehicle):
             if self.abort_on_failed_activation:
                 raise PlanError(reason)
             self.log.warning(reason)

@@ -36,7 +36,7 @@ class PlanExecution:
     notes: list[str] = field(default_factory=list[str])
     brief_maneuvers: list[str] = field(default_factory=list[str])
 
-    def is_repeated(self, request: imc.PlanControl, now: float) -> bool:
+    def is_repeated_request(self, request: imc.PlanControl, now: float) -> bool:
         """Whether a request is a duplicate of the one that started this plan."""
         same = request.replace(timestamp=self.request.timestamp) == self.request
         return same and now - self.began < DUPLICATE_WINDOW

@@ -71,7 +71,7 @@ class Generator(Task):
 
         def ours(answer: imc.PlanDB) -> bool:
             matches = answer.request_id == number and answer.op == put.op
-            return matches and answer.type in (kinds.SUCCESS, kinds.FAILURE) and self.is_answered_by(answer)
+            return matches and answer.type in (kinds.SUCCESS, kinds.FAILURE) and self.is_reply_to_me(answer)
 
         try:
             answer = await script.receive(

@@ -127,7 +127,7 @@ class PlanStore:
         plans = self._base.execute("SELECT * FROM Plan ORDER BY plan_id").fetchall()
         return plans, self._base.execute("SELECT * FROM LastChange").fetchall()
 
-    def fill(self, plans: list[Row], changes: list[Row]) -> None:
+    def restore_rows(self, plans: list[Row], changes: list[Row]) -> None:
         """Copy the rows of another store into this empty one. Raises sqlite3.Error."""
         with self._base:
             self._base.executemany("INSERT INTO Plan VALUES (?, ?, ?, ?, ?, ?)", plans)

@@ -28,14 +28,14 @@ class SupervisorClient:
         request = imc.VehicleCommand(command=command, request_id=self._command)
         self._task.publish(request.replace(**fields))
 
-    def stop_everything(self, latest: imc.ControlLoops | None) -> None:
+    def stop_without_supervisor(self, latest: imc.ControlLoops | None) -> None:
         """Stop the vehicle without its supervisor; `latest` has the newest scope of control."""
         loops, scope = imc.ControlLoops, latest.scope_ref if latest is not None else 0
         self._task.publish(imc.StopManeuver())
         self._task.publish(loops(enable=loops.Enable.DISABLE, mask=imc.CLoopsMask.ALL, scope_ref=scope + 1))
         self._task.publish(imc.Abort(dst=self._task.system))
 
-    def are_from(self, label: str, request: imc.Message) -> bool:
+    def is_from_entity(self, label: str, request: imc.Message) -> bool:
         """Whether a request comes from the entity with this label on board."""
         task = self._task
         return request.src == task.system and task.vehicle.entities.label(task.system, request.src_ent) == label
@@ -50,14 +50,14 @@ class SupervisorClient:
                 raise PlanError("vehicle command timeout") from None
             if not isinstance(answer, imc.VehicleCommand) or answer.request_id != self._command:
                 continue
-            if not task.is_answered_by(answer):
+            if not task.is_reply_to_me(answer):
                 continue
             if answer.type == imc.VehicleCommand.Type.FAILURE:
                 raise PlanError(answer.info)
             if answer.type == imc.VehicleCommand.Type.SUCCESS:
                 return
 
-    async def fetch_plan(self, script: Script, request: imc.PlanControl) -> imc.PlanSpecification:
+    async def resolve_requested_plan(self, script: Script, request: imc.PlanControl) -> imc.PlanSpecification:
         """The plan or the one maneuver in a request, else the stored plan that it names. Raises PlanError."""
         if isinstance(request.arg, imc.PlanSpecification):
             return request.arg
@@ -75,7 +75,7 @@ class SupervisorClient:
 
         def ours(answer: imc.PlanDB) -> bool:
             matches = answer.request_id == number and answer.op == op and answer.type != imc.PlanDB.Type.REQUEST
-            return matches and task.is_answered_by(answer)
+            return matches and task.is_reply_to_me(answer)
 
         try:
             answer = await script.receive(imc.PlanDB, where=ours, timeout=DATABASE_TIMEOUT)

@@ -6,7 +6,7 @@ from datetime import date, time
 from typing import Any
 
 import imc
-from runtime.devices import line_frame_size
+from runtime.devices import line_size_function
 
 Valid = imc.GpsFix.Validity
 Type = imc.GpsFix.Type
@@ -28,7 +28,7 @@ def ubx_size(head: bytes) -> int | None:
     return None if len(head) < 6 else int.from_bytes(head[4:6], "little") + 8
 
 
-KINDS = {b"$": line_frame_size(LONGEST_SENTENCE), UBX: ubx_size}
+KINDS = {b"$": line_size_function(LONGEST_SENTENCE), UBX: ubx_size}
 
 
 def has_valid_checksum(frame: bytes) -> bool:
@@ -72,7 +72,7 @@ class FixAssembler:
         Raises ValueError for values that cannot be.
         """
         kind, found = str(sentence.identity), list[imc.GpsFix]()
-        values = sentence_fields(kind, sentence)
+        values = gps_fix_fields(kind, sentence)
         at = values.get("utc_time")
         again = kind in self._kinds and not kind.endswith("GSA")
         if again or (at is not None and self._time is not None and at != self._time):
@@ -105,7 +105,7 @@ def _merge(fields: dict[str, Any], values: Mapping[str, Any]) -> None:
         fields["type"] = kind
 
 
-def sentence_fields(kind: str, sentence: Any) -> dict[str, Any]:
+def gps_fix_fields(kind: str, sentence: Any) -> dict[str, Any]:
     """The fields of GpsFix that one sentence has. Raises ValueError for values that cannot be."""
     found: dict[str, Any] = {"validity": 0}
     if isinstance(at := getattr(sentence, "time", ""), time):

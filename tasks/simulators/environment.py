@@ -102,7 +102,7 @@ class Environment(Task):
         self._truth = truth
 
     @periodic("execution_frequency")
-    def measure(self) -> None:
+    def measure_distances(self) -> None:
         bottom_noise, forward_noise = self.random.standard_normal(2).tolist()
         truth = self._truth
         if truth is None:

@@ -104,7 +104,7 @@ class EstimatedState(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     @periodic("simulated_state_rate")
-    def simulate(self) -> None:
+    def publish_simulated_state(self) -> None:
         m = self._advance()
         self.publish(
             imc.SimulatedState(
@@ -128,7 +128,7 @@ class EstimatedState(Task):
         )
 
     @periodic("estimated_state_rate")
-    def estimate(self) -> None:
+    def publish_estimated_state(self) -> None:
         m = self._advance()
         bottom = self._bottom(m.north, m.east)
         u, v, w = m.ground_velocity()

@@ -28,7 +28,7 @@ class FixedSteps:
         assert self._began is not None
         return (self._began + round(self._count * SECOND / self._hertz)) / SECOND
 
-    def skip(self, now_ns: int, periods: int) -> None:
+    def skip_periods(self, now_ns: int, periods: int) -> None:
         """Let the `periods` that end now pass without a step, such as before a vehicle has a place."""
         if self._began is None:
             self._began, self._count = now_ns, 0
@@ -41,7 +41,7 @@ class FixedSteps:
             self._count += 1
             step(1.0 / self._hertz)
             return ""
-        self.skip(now_ns, periods)
+        self.skip_periods(now_ns, periods)
         period, released = 1.0 / self._hertz, min(periods, self._patience)
         for _ in range(released):
             step(period)

@@ -70,7 +70,7 @@ class Gaussian(Task):
         self._truth = truth
 
     @periodic("execution_frequency")
-    def measure(self) -> None:
+    def measure_gaussian_field(self) -> None:
         truth, noise = self._truth, self.standard_deviation * self.random.standard_normal()
         if truth is None:
             return

@@ -165,7 +165,7 @@ class IMU(Task):
             return
         if self.entity.state is State.FAULT:
             self.set_entity_state(State.NORMAL, "active")
-        for sample in self._sampler.add_state(BodyMotion.from_state(truth)):
+        for sample in self._sampler.sample_until_state(BodyMotion.from_state(truth)):
             self._report(*self._disturbed(sample))
 
     def _disturbed(self, sample: InertialSample) -> tuple[float, Vector, Vector, Vector]:
@@ -214,11 +214,13 @@ def part_from_options(options: Mapping[str, str]) -> ImuPart:
 
 def part_from_values(number: Callable[[str], float]) -> ImuPart:
     """What an IMU with these values of its parameters is like."""
-    density = NoiseDensity.gyroscope(
+    density = NoiseDensity.from_gyroscope_datasheet(
         number("Angular Random Walk"), number("Gyro Bias Stability"), number("Gyro Bias Stability Tau")
     )
-    gyroscope = TriadGrade.gyroscope(density, *(number(f"Gyro {name}") for name in GRADE))
-    density = NoiseDensity.accelerometer(
+    gyroscope = TriadGrade.from_gyroscope_datasheet(density, *(number(f"Gyro {name}") for name in GRADE))
+    density = NoiseDensity.from_accelerometer_datasheet(
         number("Velocity Random Walk"), number("Accel Bias Stability"), number("Accel Bias Stability Tau")
     )
-    return ImuPart(gyroscope, TriadGrade.accelerometer(density, *(number(f"Accel {name}") for name in GRADE)))
+    return ImuPart(
+        gyroscope, TriadGrade.from_accelerometer_datasheet(density, *(number(f"Accel {name}") for name in GRADE))
+    )

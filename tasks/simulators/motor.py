@@ -45,7 +45,7 @@ class Motor(PoweredDeviceTask):
         self._speeds.extend([0] * AVERAGED)
 
     @periodic("execution_frequency")
-    def measure(self, periods: int) -> None:
+    def publish_rpm(self, periods: int) -> None:
         if not self.has_power:
             return
         if self._actuation and self.command_timeout and self.now - self._commanded > self.command_timeout:

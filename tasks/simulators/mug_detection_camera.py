@@ -14,14 +14,14 @@ from tasks.simulated_world import (
     TrueState,
     WorldFrame,
     WorldPose,
-    check_older_options,
     has_valid_pose,
+    validate_legacy_options,
     world_of,
 )
 from world import SECTIONS, ObjectPosition, WorldObject
 from world.detection import DetectionAccuracy, DetectionProbability, Floats, PlaneDetection
 from world.optics import FieldOfViewCamera, PinholeModel
-from world.rendering import optical_transform
+from world.rendering import optical_to_body_transform
 from world.sensors import (
     ACCURACY,
     UNIFORM_ERROR,
@@ -31,7 +31,7 @@ from world.sensors import (
     detection_at_pixel,
     ground_position_sigma,
     locate_like_original_camera,
-    locate_target,
+    locate_target_on_plane,
     original_mug_camera,
     target_in_camera,
 )
@@ -143,10 +143,10 @@ class MUGDetectionCamera(Task):
             self._mount(*((roll, pitch, yaw) if self.mount_orientation else UP)),
         )
         self.probability = DetectionProbability(self.detection_probability, self.visibility, self.least_pixels)
-        check_older_options(self, "MUGs", "Target Plane", "Target Depth")
+        validate_legacy_options(self, "MUGs", "Target Plane", "Target Depth")
         world_of(self)
 
-    def detector_model(self) -> tuple[PinholeModel, DetectionAccuracy, float]:
+    def camera_and_accuracy(self) -> tuple[PinholeModel, DetectionAccuracy, float]:
         """The model of the camera, the errors of its detections, and a further one per height (standard deviation)."""
         across, down = self.camera.focal_lengths
         width, height = self.camera.width, self.camera.height
@@ -208,7 +208,7 @@ class MUGDetectionCamera(Task):
             self._alarm_falsely(state, place, 1.0 / self.detection_rate if self.detection_rate > 0.0 else since)
 
     @periodic(1.0)
-    def check_silence(self) -> None:
+    def check_state_age(self) -> None:
         silent = self.now - self._last if self._last > -math.inf else 0.0
         if silent > max(self.maximum_age, 1.0) and self.entity.state is not State.FAULT:
             self.set_entity_state(State.FAULT, "no recent EstimatedState")
@@ -220,14 +220,14 @@ class MUGDetectionCamera(Task):
     def _mount(self, roll: float, pitch: float, yaw: float) -> Floats:
         """From the optical frame to the body, (4, 4), of a camera that is turned after it looked down."""
         x, y, z = self.mount_position
-        return optical_transform(Pose(x, y, z, roll, pitch, yaw).compose(DOWN))
+        return optical_to_body_transform(Pose(x, y, z, roll, pitch, yaw).compose(DOWN))
 
     def _detect(
         self, view: AttitudeAndHeight, mug: NorthEastOffset, believed: AttitudeAndHeight
     ) -> PlaneDetection | NorthEastOffset | None:
         if self.fidelity != "Physical":
             return locate_like_original_camera(self.camera, view, mug)
-        see = detect_target if self.errors == "Covariance" else locate_target
+        see = detect_target if self.errors == "Covariance" else locate_target_on_plane
         return see(self.camera, view, mug, believed, self.mounts[view.height <= 0.0])
 
     def _is_noticed(self, thing: WorldObject, view: AttitudeAndHeight, mug: NorthEastOffset) -> bool:
@@ -246,7 +246,9 @@ class MUGDetectionCamera(Task):
             scale = self._error_scale(height, mug)
             return seen[0] + scale[0] * draws[0], seen[1] + scale[1] * draws[1]
         if self.errors == "Covariance":
-            (a, b, _, c) = np.linalg.cholesky(seen.covariance(ACCURACY.variances(height))).T.reshape(-1).tolist()
+            (a, b, _, c) = (
+                np.linalg.cholesky(seen.covariance(ACCURACY.pose_error_variances(height))).T.reshape(-1).tolist()
+            )
             return seen.north + a * draws[0], seen.east + b * draws[0] + c * draws[1]
         scale = self._error_scale(height, mug)
         return seen.north + scale[0] * draws[0], seen.east + scale[1] * draws[1]

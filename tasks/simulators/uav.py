@@ -122,7 +122,7 @@ class UAV(PoweredDeviceTask):
     def simulate(self, periods: int) -> None:
         origin, craft = self._origin, self.craft
         if origin is None:
-            self._steps.skip(self.now_ns, periods)
+            self._steps.skip_periods(self.now_ns, periods)
             return
         waited = self.now - (periods - 1) / self.execution_frequency - self._commanded
         if self.has_power and waited > self.command_timeout:

@@ -107,13 +107,13 @@ class VSIM(PoweredDeviceTask):
         self._steps = FixedSteps(self.execution_frequency, PATIENCE)
         self.set_entity_state(State.BOOT, "waiting for the start position")
 
-    def water_depth(self, lat: float, lon: float) -> float:
+    def water_depth_at(self, lat: float, lon: float) -> float:
         """Depth of the water (m) at a place (rad); infinite if the bottom is not known."""
         return math.inf if self._seabed is None else self._seabed.depth(*offset(*self._seabed.reference, lat, lon))
 
-    def max_depth(self, lat: float, lon: float) -> float:
+    def max_depth_at(self, lat: float, lon: float) -> float:
         """How deep the vehicle may be at a place (rad) with its hull above the bottom (m)."""
-        return self.water_depth(lat, lon) - self._craft().draft
+        return self.water_depth_at(lat, lon) - self._craft().draft
 
     def _craft(self) -> Boat | UnderwaterVehicle:
         return Boat(self._model) if isinstance(self._model, BoatModel) else UnderwaterVehicle(self._model)
@@ -152,7 +152,7 @@ class VSIM(PoweredDeviceTask):
             wanted = self.craft.z
             self._grounding.reset(self.craft, *offset(*self._seabed.reference, fix.lat, fix.lon), self._seabed)
             if self.craft.z < wanted:
-                water = max(0.0, self.water_depth(fix.lat, fix.lon))
+                water = max(0.0, self.water_depth_at(fix.lat, fix.lon))
                 words = f"it begins at {self.craft.z:.1f} m, not at {wanted:g} m"
                 self.log.warning(f"the water is {water:.1f} m deep here: {words}")
         self.set_entity_state(State.NORMAL, "active")
@@ -187,7 +187,7 @@ class VSIM(PoweredDeviceTask):
     def simulate(self, periods: int) -> None:
         origin, craft = self._origin, self.craft
         if origin is None:
-            self._steps.skip(self.now_ns, periods)
+            self._steps.skip_periods(self.now_ns, periods)
             return
         if stall := self._steps.run(self.now_ns, periods, self._step, self._release):
             self.log.warning(stall)

@@ -32,7 +32,7 @@ class Equipment(Task):
         self.reply(request, imc.LblConfig(op=Lbl.CUR_CFG))
 
     @consume(others=True)
-    def report_no_actions(self, request: imc.RemoteActionsRequest) -> None:
+    def answer_remote_actions_query(self, request: imc.RemoteActionsRequest) -> None:
         if request.op == Actions.QUERY and self._answers(request):
             self.reply(request, imc.RemoteActionsRequest(op=Actions.REPORT))
 

@@ -50,8 +50,8 @@ class Failsafe(Task):
         self._own = OperatingLimits.from_options(number, deepest=math.inf)
         self._surface = general_number(self.vehicle.profile, "Underwater Depth Threshold", 0.3)
 
-    def connect(self) -> None:
-        super().connect()
+    def subscribe_handlers(self) -> None:
+        super().subscribe_handlers()
         for name in self._required:
             self._bus.subscribe(Subscription(imc.builtin()[name], self._hear, self))
 
@@ -84,13 +84,13 @@ class Failsafe(Task):
         self._sensor = self.vehicle.entities.label(depth.src, depth.src_ent)
 
     @consume(others=True)
-    def on_abort(self, abort: imc.Abort) -> None:
+    def stop_vehicle_on_abort(self, abort: imc.Abort) -> None:
         """Obey, whether or not the supervisor does."""
-        if self.is_addressed_to_me(abort):
+        if self.is_addressed_or_broadcast(abort):
             self._neutralize()
 
     @periodic("execution_frequency")
-    def supervise(self) -> None:
+    def handle_faults(self) -> None:
         faults = self._faults()
         if faults and not self._reason:
             self._take_over(faults)

@@ -45,11 +45,11 @@ class ManeuverLauncher:
         """Treat a stray maneuver as started here, so that it is stopped before the next."""
         self._running = True
 
-    def on_ended(self) -> None:
+    def mark_ended(self) -> None:
         """The maneuver started here no longer runs and need not be stopped."""
         self._running = False
 
-    def on_maneuver_state(self, report: imc.ManeuverControlState) -> bool:
+    def track_maneuver_state(self, report: imc.ManeuverControlState) -> bool:
         """Handle a report; returns whether it is from the maneuver started last, not from one being stopped."""
         if report.state == Phase.EXECUTING:
             if self._pending is None or isinstance(self._pending, imc.StopManeuver):

@@ -54,7 +54,7 @@ class Vehicle(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     @periodic("execution_frequency")
-    def publish_state(self) -> None:
+    def monitor_and_publish_state(self) -> None:
         if self._mode is Mode.SERVICE and self._loops and self.now - self._loops_since > EXTERNAL_AFTER:
             if self.allows_external_control:
                 self._enter(Mode.EXTERNAL)
@@ -91,14 +91,14 @@ class Vehicle(Task):
             self._reset(Mode.ERROR)
 
     @consume
-    def on_entity_state(self, entity: imc.EntityState) -> None:
+    def detect_maneuver_failure(self, entity: imc.EntityState) -> None:
         """Fail the maneuver if its task fails: the restarted task does not continue it. Remember what entities say."""
         if entity.state in BROKEN:
             self._complaints[entity.src_ent] = entity.description
         else:
             self._complaints.pop(entity.src_ent, None)
         if entity.state == imc.EntityState.State.FAILURE and entity.src_ent == self._executor and self._is_executing():
-            self._starter.on_ended()
+            self._starter.mark_ended()
             self._fail(f"its task has failed: {entity.description}")
 
     @consume
@@ -116,7 +116,7 @@ class Vehicle(Task):
     @consume(others=True)
     def on_abort(self, abort: imc.Abort) -> None:
         """Stop everything in any mode, on request of any system, unless the Abort is addressed to another one."""
-        if not self.is_addressed_to_me(abort):
+        if not self.is_addressed_or_broadcast(abort):
             return
         system = self.vehicle.systems.name(abort.src)
         entity = self.vehicle.entities.label(abort.src, abort.src_ent) or str(abort.src_ent)
@@ -128,7 +128,7 @@ class Vehicle(Task):
         self.publish(imc.Aborted())
 
     @consume
-    def note_ignored_errors(self, answer: imc.PlanControl) -> None:
+    def record_ignore_errors_flag(self, answer: imc.PlanControl) -> None:
         """Remember whether the started plan ignores errors; a refused request changes nothing."""
         kind = imc.PlanControl
         if answer.type == kind.Type.SUCCESS and answer.op == kind.Op.START:
@@ -161,7 +161,7 @@ class Vehicle(Task):
             self._starter.adopt()
             self._reset(self._mode)
             return
-        if not self._starter.on_maneuver_state(report) or self._mode not in (Mode.MANEUVER, Mode.CALIBRATION):
+        if not self._starter.track_maneuver_state(report) or self._mode not in (Mode.MANEUVER, Mode.CALIBRATION):
             return
         self._executor, self._reported = report.src_ent, self.now
         if report.state == Phase.EXECUTING:

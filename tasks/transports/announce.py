@@ -25,7 +25,12 @@ from tasks.transports.imc_links.announcement import (
     external_services,
     loopback_services,
 )
-from tasks.transports.imc_links.sockets import network_address, network_after, network_time, open_announce_sender
+from tasks.transports.imc_links.sockets import (
+    listen_address,
+    network_time,
+    open_announce_sender,
+    schedule_network_timer,
+)
 
 SHORTEST = 1.2  # s between two announcements; imcjava ignores one that comes within a second
 SOON = 0.2  # s, for several services that begin together
@@ -65,7 +70,7 @@ class Announce(Task):
     ignored_interfaces: list[str] = param([], "", "Names of interfaces that are not used.", editable=False)
 
     def configure(self) -> None:
-        self.place = network_address(self, self.address)
+        self.place = listen_address(self, self.address)
 
     def start(self) -> None:
         self.state: imc.EstimatedState | None = None
@@ -107,16 +112,16 @@ class Announce(Task):
             self.announce_soon()
             if places and self.offered and network_time(self) - self.answered >= BREAK:
                 self.answered = network_time(self)
-                self.answer_at(places)
+                self.announce_to_system(places)
 
-    def answer_at(self, places: Iterable[Endpoint]) -> None:
+    def announce_to_system(self, places: Iterable[Endpoint]) -> None:
         """Announce to one system, where our own address reaches it: from loopback that is this computer only."""
         offered, confined = self.offered.values(), is_loopback_address(self.place)
         here = {each.address for each in interfaces()} if confined else set[str]()
         for place in places:
             local = is_loopback_address(place.address) or place.address in here
             if local or not confined:
-                own = [network.address for network in self.announced_interfaces()]
+                own = [network.address for network in self.announcement_interfaces()]
                 if services := loopback_services(offered) if local else external_services(offered, own):
                     self.send("", self.build_announce(services), [place])
                 return
@@ -125,7 +130,7 @@ class Announce(Task):
         if not self.asked:
             self.asked = True
             wait = max(SOON, self.sent + SHORTEST - network_time(self))
-            network_after(self, wait, self.announce)
+            schedule_network_timer(self, wait, self.announce)
 
     @periodic(1.0)
     def keep_announcing(self) -> None:
@@ -140,7 +145,7 @@ class Announce(Task):
         message = self.build_announce(loopback_services(offered))
         troubles = self.send("", message, announce_targets([LOOPBACK] if self.enable_loopback else [], self.ports))
         if not is_loopback_address(self.place):
-            used = self.announced_interfaces()
+            used = self.announcement_interfaces()
             message = self.build_announce(external_services(offered, [network.address for network in used]))
             for network in used:
                 reach = [self.multicast_address] if self.enable_multicast else []
@@ -154,7 +159,7 @@ class Announce(Task):
         figures = f"{len(offered)} services, {len(self.systems)} systems around"
         self.set_entity_state(State.FAULT if troubles else State.NORMAL, "; ".join([*sorted(troubles), figures]))
 
-    def announced_interfaces(self) -> list[Interface]:
+    def announcement_interfaces(self) -> list[Interface]:
         """The interfaces that announcements go out by."""
         return [
             each
@@ -174,7 +179,7 @@ class Announce(Task):
         uid = round(self.vehicle.start_time * 1e9)
         schema = self.vehicle.bus.messages
         known = (*expand_any_transport(services), *message_services(custom_message_signatures(schema)))
-        text = str(Services.of(known, uid=uid, version="shoal", imc=schema.version))
+        text = str(Services.from_system_info(known, uid=uid, version="shoal", imc=schema.version))
         return announcement(self.system_name, self.system_type, self.state, text).replace(dst=0)
 
     def send(self, by: str, message: imc.Announce, places: Sequence[Endpoint]) -> set[str]:

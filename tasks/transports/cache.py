@@ -37,7 +37,7 @@ class Cache(Task):
         self._writing = False
         for kind in sorted(self._kinds, key=lambda kind: kind.ID):
             self.vehicle.bus.subscribe(Subscription(kind, self._keep, self, others=True))
-        if self.vehicle.virtual:
+        if self.vehicle.has_virtual_time:
             return
         for path in sorted(self._folder.glob("*.imc")):
             try:
@@ -51,7 +51,7 @@ class Cache(Task):
         self._repeat()
 
     def stop(self) -> None:
-        if self._changed and not self.vehicle.virtual:
+        if self._changed and not self.vehicle.has_virtual_time:
             write_files(self._folder, self._news())
 
     @consume(others=True)
@@ -103,7 +103,7 @@ class Cache(Task):
     @periodic(1.0)
     def write_changes(self) -> None:
         """Write what has changed, in another thread."""
-        if self._changed and not self._writing and not self.vehicle.virtual:
+        if self._changed and not self._writing and not self.vehicle.has_virtual_time:
             news, self._writing = self._news(), True
             self._changed.clear()
             self.offload(write_files, self._folder, news, then=self._written)

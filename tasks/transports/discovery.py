@@ -13,7 +13,12 @@ from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.peer_table import DropCounts, Peer
 from tasks.transports.imc_links.recvmmsg import Datagram
 from tasks.transports.imc_links.shared_discovery import DiscoveryFollower, DiscoveryLeader
-from tasks.transports.imc_links.sockets import network_address, network_after, network_time, open_announce_receivers
+from tasks.transports.imc_links.sockets import (
+    listen_address,
+    network_time,
+    open_announce_receivers,
+    schedule_network_timer,
+)
 
 FORGOTTEN = 4.5 * PERIOD  # s after which a system is no longer within range
 MOST_SYSTEMS = 256
@@ -67,7 +72,7 @@ class Discovery(Task):
     )
 
     def configure(self) -> None:
-        self.place = network_address(self, self.address)
+        self.place = listen_address(self, self.address)
 
     def start(self) -> None:
         self.reader: DatagramReader | None = None
@@ -81,7 +86,7 @@ class Discovery(Task):
         self.seen: dict[int, list[SystemSighting]] = {}
         self.clashes: dict[str, float] = {}
         self.listen_or_follow()
-        network_after(self, PULSE, self.pulse_or_listen)
+        schedule_network_timer(self, PULSE, self.pulse_or_listen)
 
     def stop(self) -> None:
         for each in (self.reader, self.leader, self.follower):
@@ -109,7 +114,7 @@ class Discovery(Task):
         except PermissionError:
             self.listen()  # somebody else's program: do not rely on it
         except OSError:
-            self.note_refusal()
+            self.listen_after_refusals()
 
     def listen(self, why: str = "") -> bool:
         """Open the first free port; if there is none, or it is a second choice, the reason is logged once."""
@@ -140,16 +145,16 @@ class Discovery(Task):
             self.refusals = 0
             self.listen_or_follow()
         else:
-            self.note_refusal()
+            self.listen_after_refusals()
 
-    def note_refusal(self) -> None:
+    def listen_after_refusals(self) -> None:
         self.refusals += 1
         if self.refusals >= MOST_REFUSALS:
             self.listen("the program that should listen for all takes nobody")
 
     def pulse_or_listen(self) -> None:
         """Show the followers that we live, or listen if nobody does it for us."""
-        network_after(self, PULSE, self.pulse_or_listen)
+        schedule_network_timer(self, PULSE, self.pulse_or_listen)
         if self.leader is not None:
             self.leader.pulse()
         elif self.follower is not None:
@@ -173,17 +178,17 @@ class Discovery(Task):
     def on_packet(self, packet: bytes, address: str) -> None:
         """Put an Announce on the bus, unless it came before or is this vehicle's own."""
         if not self.try_acquire(address):
-            self.drop(peer_table.TOO_FAST, address)
+            self.report_drop(peer_table.TOO_FAST, address)
             return
         if self.recent.is_duplicate(packet):
             return
         try:
             message = self.vehicle.bus.decode(packet)
         except imc.DecodeError as error:
-            self.drop(peer_table.MALFORMED, address, error.reason)
+            self.report_drop(peer_table.MALFORMED, address, error.reason)
             return
         if not isinstance(message, imc.Announce) or message.src in (0, BROADCAST, UNKNOWN_SYSTEM):
-            self.drop(NOT_AN_ANNOUNCE, address, type(message).__name__)
+            self.report_drop(NOT_AN_ANNOUNCE, address, type(message).__name__)
             return
         if self.leader is not None:
             self.leader.forward(address, packet)
@@ -195,7 +200,7 @@ class Discovery(Task):
         if name == self.vehicle.name:
             self.report_conflict(f"the name {name} of this vehicle", f"0x{message.src:04X} at {address}")
         self.record_sighting(message.src, name, services.uid, address)
-        if not self.vehicle.bus.reaches(message.src):
+        if not self.vehicle.bus.is_system_on_transport(message.src):
             self.relay(packet)
 
     def try_acquire(self, address: str) -> bool:
@@ -234,7 +239,7 @@ class Discovery(Task):
             self.log.error(f"{clash}: give one of them another {what.split()[1]}")
         self.clashes[clash] = network_time(self)
 
-    def drop(self, reason: str, address: str, why: str = "") -> None:
+    def report_drop(self, reason: str, address: str, why: str = "") -> None:
         if self.drops.add(reason, address):
             self.log.warning(f"announcement from {address} dropped: {reason}" + (f" ({why})" if why else ""))
 

@@ -25,7 +25,7 @@ class Fragments(Task):
 
     @consume(others=True)
     def on_message_part(self, part: imc.MessagePart) -> None:
-        if part.src == self.system or not self.is_addressed_to_me(part):
+        if part.src == self.system or not self.is_addressed_or_broadcast(part):
             return
         try:
             packet = self._assembler.add(part, self.now)
@@ -41,9 +41,9 @@ class Fragments(Task):
     def ask_again(self) -> None:
         """Ask for the pieces that are late, forget what does not come, and tell of it."""
         kind = imc.MessagePartControl
-        for system, uid, message in self._assembler.overdue(self.now - self.reception_timeout):
+        for system, uid, message in self._assembler.overdue_messages(self.now - self.reception_timeout):
             message.asked = True
-            request = kind(op=kind.Op.REQUEST_RETRANSMIT, uid=uid, frag_ids=message.missing_parts(), dst=system)
+            request = kind(op=kind.Op.REQUEST_RETRANSMIT, uid=uid, frag_ids=message.format_missing_parts(), dst=system)
             self.publish(request)
         self._assembler.expire(self.now - 2.0 * self.reception_timeout)
         for system, why in self._assembler.given_up:

@@ -5,8 +5,8 @@ from pathlib import Path
 from imc.discovery import Service
 from runtime import State, Task, param, periodic
 from tasks.transports.ftp_server import FTPServer
-from tasks.transports.imc_links.port_search import report_opened
-from tasks.transports.imc_links.sockets import network_address
+from tasks.transports.imc_links.port_search import announce_listening_service
+from tasks.transports.imc_links.sockets import listen_address
 
 RETRY = 5.0  # s
 TELL_PERIOD = 10.0  # s between two entries about refusals
@@ -41,7 +41,7 @@ class FTP(Task):
     allow_deletion: bool = param(False, "", "Let clients remove logs.", editable=False)
 
     def configure(self) -> None:
-        self.place = network_address(self, self.address)
+        self.place = listen_address(self, self.address)
 
     def start(self) -> None:
         self._server: FTPServer | None = None
@@ -96,7 +96,7 @@ class FTP(Task):
         self.run_in_thread(self._server.run)
         service = Service("ftp", self.place, self.port)
         may = "read and remove" if self.allow_deletion else "read"
-        report_opened(self, service, self.control_port, f"whoever reaches it can {may} the logs")
+        announce_listening_service(self, service, self.control_port, f"whoever reaches it can {may} the logs")
         self.report()
 
     def _note(self, text: str) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import imc
 from imc.lsf import COMPRESSIONS, LsfWriter
-from runtime.logs import RUN_FILE, encode_run_position
+from runtime.logs import RUN_FILE, encode_log_run_position
 from support.file_errors import add_path_to_errors
 
 LONGEST_LABEL = 100  # bytes
@@ -57,7 +57,7 @@ class LogFolder:
         Raises OSError, and then leaves nothing behind.
         """
         path = _new_folder(self.path)
-        place = encode_run_position(first or f"{path.parent.name}/{path.name}", self._number)
+        place = encode_log_run_position(first or f"{path.parent.name}/{path.name}", self._number)
         try:
             with add_path_to_errors(path):
                 for name, content in self._files.items():

@@ -142,16 +142,16 @@ class Logging(Task):
             self._fail(error)
 
     @consume
-    def on_estimated_state(self, state: imc.EstimatedState) -> None:
+    def store_estimated_state(self, state: imc.EstimatedState) -> None:
         self._state = state
 
     @consume
-    def on_plan(self, plan: imc.PlanSpecification) -> None:
+    def store_plan(self, plan: imc.PlanSpecification) -> None:
         if plan.src_ent != self.entity.id:
             self._plan = plan
 
     @consume
-    def on_plan_state(self, state: imc.PlanControlState) -> None:
+    def track_plan_execution(self, state: imc.PlanControlState) -> None:
         self._flying = state.state in (Phase.INITIALIZING, Phase.EXECUTING)
 
     @consume(others=True)
@@ -199,7 +199,7 @@ class Logging(Task):
         self._asked.clear()
         trouble = self._settle()
         # A virtual run must not depend on which folders exist, so it publishes the name without _2, _3 ...
-        self._name = name if self.vehicle.virtual else log.name
+        self._name = name if self.vehicle.has_virtual_time else log.name
         self._mark(Op.STARTED)
         if trouble is None:
             self._recover()
@@ -228,7 +228,7 @@ class Logging(Task):
         self.publish(self._announcement())
 
     def _announcement(self) -> imc.Announce:
-        services = Services.of(imc=imc.builtin().version)
+        services = Services.from_system_info(imc=imc.builtin().version)
         return announcement(self.system_name, self.system_type, self._state, str(services))
 
     def _close(self) -> None:
@@ -283,7 +283,7 @@ class Logging(Task):
 
     def _synchronize(self, file: int) -> None:
         """Sync a file to disk in another thread; not needed in virtual time."""
-        if self.vehicle.virtual or self._syncing >= 2:
+        if self.vehicle.has_virtual_time or self._syncing >= 2:
             os.close(file)
         else:
             self._syncing += 1

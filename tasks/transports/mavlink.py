@@ -45,7 +45,7 @@ class MAVLink(GroundLinks):
     @consume
     def on_plan_reply(self, reply: imc.PlanControl | imc.PlanDB) -> None:
         """Take an answer to what a ground station has asked for."""
-        if self.is_answered_by(reply):
+        if self.is_reply_to_me(reply):
             self.endpoint.receive_reply(reply, self.now)
         elif isinstance(reply, imc.PlanDB):
             self.endpoint.mission.on_plan_db(reply, self.now)

@@ -141,7 +141,7 @@ class MAVLinkReplay(GroundLinks):
         return LoggedEndpoint(self._dialect, model, port, equipment, self.log.warning)
 
     def _show(self, passed: SkippedPackets) -> None:
-        self.logged.reset()
+        self.logged_endpoint.reset()
         for due in passed.packets:
             message = imc.decode(due.packet)
             if not isinstance(message, imc.LogBookEntry | imc.EstimatedMugState):
@@ -149,11 +149,11 @@ class MAVLinkReplay(GroundLinks):
         early, self._early = self._early, []
         for message, elapsed in early:
             self._take(message, elapsed, 0.0)
-        self.logged.send_changes(self.now)
-        self.poll()
+        self.logged_endpoint.send_changes(self.now)
+        self.send_due_messages()
 
     @property
-    def logged(self) -> LoggedEndpoint:
+    def logged_endpoint(self) -> LoggedEndpoint:
         assert isinstance(self.endpoint, LoggedEndpoint)
         return self.endpoint
 
@@ -166,11 +166,11 @@ class MAVLinkReplay(GroundLinks):
             return
         self._take(message, self._player.elapsed, 0.0)
         if isinstance(message, CHANGES):
-            self.logged.send_changes(self.now)
+            self.logged_endpoint.send_changes(self.now)
 
     def _take(self, message: imc.Message, elapsed: float, age: float) -> None:
         """Take a message, `age` s after it was due at a time of the log."""
-        logged, identity = self.logged, self._identity
+        logged, identity = self.logged_endpoint, self._identity
         assert identity is not None
         if message.src != identity.imc_id:
             if isinstance(message, imc.PlanDB | imc.PlanControl) and message.dst == identity.imc_id:
@@ -179,18 +179,18 @@ class MAVLinkReplay(GroundLinks):
         logged.learn_entities_and_plans(message, message.timestamp)
         label = logged.model.label(message.src_ent)
         if isinstance(message, imc.LogBookEntry | imc.EstimatedMugState):
-            logged.update(message, label, self.now)
+            logged.receive_imc_message(message, label, self.now)
         else:
             logged.update_state(message.replace(timestamp=self.now - age), label, elapsed)
 
     @periodic(1.0)
-    def check_links(self) -> None:
+    def maintain_links(self) -> None:
         if self._identity is not None:
-            super().check_links()
+            super().maintain_links()
 
-    def poll(self) -> None:
+    def send_due_messages(self) -> None:
         if self._identity is not None:
-            super().poll()
+            super().send_due_messages()
 
     @consume
     def show_event(self, message: imc.LogBookEntry | imc.Event | imc.EstimatedMugState | imc.EntityParameters) -> None:
@@ -201,5 +201,5 @@ class MAVLinkReplay(GroundLinks):
     def show_abort(self, abort: imc.Abort) -> None:
         """Take an Abort of the log."""
         if self._identity is not None and self._identity.imc_id in (abort.src, abort.dst):
-            self.logged.update_state(abort, "", self._player.elapsed)
-            self.logged.send_statustext(statustext.EMERGENCY, "Abort", self.now)
+            self.logged_endpoint.update_state(abort, "", self._player.elapsed)
+            self.logged_endpoint.send_statustext(statustext.EMERGENCY, "Abort", self.now)

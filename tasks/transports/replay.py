@@ -15,7 +15,7 @@ from tasks.transports.replayed_log import (
     ReplaySelection,
     SkippedPackets,
     open_log,
-    seek_log,
+    open_recording_at,
 )
 
 BATCH = 200  # packets per call, so that other tasks can run while a replay is late
@@ -146,7 +146,7 @@ class Replay(Task):
             self._cancel()
             self._seeking = True
             self._loading += 1
-            self.offload(seek_log, self._recording, place, then=self._landing(place))
+            self.offload(open_recording_at, self._recording, place, then=self._landing(place))
 
     def skip(self, seconds: float) -> None:
         """Jump by `seconds` of the log, forward or (negative) back."""

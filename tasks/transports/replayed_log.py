@@ -13,7 +13,7 @@ import msgspec
 import imc
 from imc.lsf import Log
 from imc.reserved_ids import BROADCAST, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from runtime.logs import find_types, summarize
+from runtime.logs import find_message_ids, summarize
 from support.durations import parse_duration
 from support.file_errors import describe_os_error
 
@@ -37,7 +37,7 @@ class Timeline:
         self._stray = math.nan
         self._strays = 0
 
-    def advance(self, time: float) -> float:
+    def advance_to_packet(self, time: float) -> float:
         """Take the next packet's time (s since 1970 UTC), and return when it is due (s since the start)."""
         if not math.isfinite(time):
             return self.elapsed
@@ -136,13 +136,13 @@ class ReplayedLog:
         self._passed: dict[tuple[int, ...], ReplayedPacket] = {}
         self._end = choice.end or LogTime(math.inf)
         self._longest_pause = longest_pause
-        self._types = find_types(choice.messages, log.schema)
+        self._types = find_message_ids(choice.messages, log.schema)
         self._systems: set[int] = set()
         self._speakers: set[tuple[int, int]] = set()
         if choice.systems or choice.entities:
             summary = summarize(log)
-            self._systems = summary.names.system_ids(choice.systems, summary.clocks)
-            self._speakers = summary.names.entity_ids(choice.entities, summary.by_entity)
+            self._systems = summary.names.find_system_ids(choice.systems, summary.clocks)
+            self._speakers = summary.names.find_entity_ids(choice.entities, summary.by_entity)
         self._verdicts: dict[int, str] = {}
         self._same = log.schema == imc.builtin()
         first = next((packet for _, packet in log.packets()), None)
@@ -166,7 +166,7 @@ class ReplayedLog:
             header = imc.header(packet)
             # Other systems have other clocks: if the first packet tells the owner of the log, only its clock counts.
             if header.src == owner or not led:
-                timeline.advance(header.timestamp)
+                timeline.advance_to_packet(header.timestamp)
             elapsed, origin = timeline.elapsed, timeline.origin
             if begin is not None and not reached:
                 if not elapsed >= begin.elapsed(origin):
@@ -274,14 +274,14 @@ def open_log(
 ) -> OpenedLog | str:
     """The recording at `path`, or why it cannot be played."""
     try:
-        return seek_log(ReplayedLog(Log(path), choice, entities, longest_pause), place)
+        return open_recording_at(ReplayedLog(Log(path), choice, entities, longest_pause), place)
     except OSError as error:
         return f"{path}: {error.strerror or error}"
     except ValueError as error:
         return str(error)
 
 
-def seek_log(recording: ReplayedLog, place: LogTime) -> OpenedLog | str:
+def open_recording_at(recording: ReplayedLog, place: LogTime) -> OpenedLog | str:
     """The recording from `place` on, or why it cannot be read."""
     packets = recording.packets_from(place)
     try:

@@ -14,7 +14,7 @@ from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
 from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, DatagramFilter, sender_text
 from tasks.transports.imc_links.datagram_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
-from tasks.transports.imc_links.link_task import ImcLinkTask, parse_option
+from tasks.transports.imc_links.link_task import ImcLinkTask, reraise_as_parameter_error
 from tasks.transports.imc_links.message_list import MessageList, parse_rate
 from tasks.transports.imc_links.peer_table import (
     MALFORMED,
@@ -25,10 +25,10 @@ from tasks.transports.imc_links.peer_table import (
     Peer,
     PeerTable,
 )
-from tasks.transports.imc_links.port_search import candidate_ports, report_opened
+from tasks.transports.imc_links.port_search import announce_listening_service, candidate_ports
 from tasks.transports.imc_links.radio_range import RadioRange
 from tasks.transports.imc_links.recvmmsg import Datagram
-from tasks.transports.imc_links.sockets import bind_udp_socket, network_address, network_time, send_packet
+from tasks.transports.imc_links.sockets import bind_udp_socket, listen_address, network_time, send_packet
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
 OUT_OF_RANGE = "out of range"
@@ -124,14 +124,16 @@ class UDP(ImcLinkTask):
 
     def configure(self) -> None:
         id_of = self.vehicle.systems.id
-        self.place = network_address(self, self.address)
-        self.commanders = parse_option("Consoles", lambda: ConsoleAcl(self.consoles, id_of))
-        self.static = parse_option(
+        self.place = listen_address(self, self.address)
+        self.commanders = reraise_as_parameter_error("Consoles", lambda: ConsoleAcl(self.consoles, id_of))
+        self.static = reraise_as_parameter_error(
             "Static Destinations", lambda: [parse_endpoint(item) for item in self.static_destinations]
         )
         own: dict[int, list[str]] = {}
-        for name, rate in parse_option("Peer Rates", lambda: [parse_peer_rate(item) for item in self.peer_rates]):
-            (system,) = parse_option("Peer Rates", lambda name=name: ConsoleAcl([name], id_of).listed)
+        for name, rate in reraise_as_parameter_error(
+            "Peer Rates", lambda: [parse_peer_rate(item) for item in self.peer_rates]
+        ):
+            (system,) = reraise_as_parameter_error("Peer Rates", lambda name=name: ConsoleAcl([name], id_of).listed)
             own.setdefault(system, []).append(rate)
         self.lists: dict[int, MessageList] = {}
         for system, rates in own.items():
@@ -140,7 +142,9 @@ class UDP(ImcLinkTask):
         if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
             self.peers, self.positions = PeerTable(), RadioRange()
         self.peers.timeout, self.peers.kept = self.contact_timeout, self.commanders.listed
-        self.peers.called = parse_option("Call Systems", lambda: ConsoleAcl(self.call_systems, id_of).listed)
+        self.peers.called = reraise_as_parameter_error(
+            "Call Systems", lambda: ConsoleAcl(self.call_systems, id_of).listed
+        )
         self.gate = DatagramFilter(
             self.system,
             self.peers,
@@ -188,7 +192,7 @@ class UDP(ImcLinkTask):
             if endpoint not in known:
                 groups.setdefault(UNKNOWN_SYSTEM, []).append((UNKNOWN_SYSTEM, endpoint))
         self.groups = [(self.lists.get(system, self.messages), places) for system, places in groups.items()]
-        self.set_subscriptions(bool(groups))
+        self.set_subscriptions_enabled(bool(groups))
 
     def open(self) -> None:
         """Listen, at the first port that is free; if that fails, the reason is logged once."""
@@ -201,9 +205,11 @@ class UDP(ImcLinkTask):
                 continue
             self.trouble, self.port = "", self.socket.getsockname()[1]
             enable_icmp_errors(self.socket)
-            self.reader = DatagramReader(self, [self.socket], self.on_datagrams, self.remove_silent_peers)
+            self.reader = DatagramReader(self, [self.socket], self.on_datagrams, self.remove_unreachable_peers)
             service = Service("imc+udp", self.place, self.port)
-            report_opened(self, service, self.local_port, self.commanders.risk, announced=self.announce_service)
+            announce_listening_service(
+                self, service, self.local_port, self.commanders.risk, announced=self.announce_service
+            )
             self.refresh_subscriptions()
             return
         if trouble != self.trouble:
@@ -213,26 +219,28 @@ class UDP(ImcLinkTask):
     @consume(others=True)
     def on_announce(self, other: imc.Announce) -> None:
         """Take up a system, or where it is now."""
-        if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM) or self.vehicle.bus.reaches(other.src):
+        if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM) or self.vehicle.bus.is_system_on_transport(
+            other.src
+        ):
             return
         peer = self.peers.on_announce(other.src, other.sys_name, Services.parse(other.services), network_time(self))
         self.positions.on_announce(other)
         if peer is None:
             if self.drops.add("announced beyond the systems in contact", f"0x{other.src:04X}"):
                 self.log.warning(f"{MOST_PEERS} systems are in contact: there is no room for 0x{other.src:04X}")
-        elif self.peers.in_contact(peer, network_time(self)):
+        elif self.peers.is_in_contact(peer, network_time(self)):
             self.refresh_subscriptions()
 
     def on_datagrams(self, datagrams: list[Datagram]) -> None:
         """Put packets on the bus, if they may come from where they come."""
         bus, judge, reach, now = self.vehicle.bus, self.gate.evaluate, self.reach, network_time(self)
-        decode, publish, forwards, taken = bus.decode_first, bus.dispatch, not self.local_messages_only, 0
+        decode, publish, forwards, taken = bus.decode_first, bus.deliver_and_send, not self.local_messages_only, 0
         before, place = None, ""  # whose packet came before, and from where
         for datagram, address, port in datagrams:
             try:
                 peer = judge(datagram, address, port, now)
                 if isinstance(peer, str):
-                    peer = self.on_rejected(datagram, address, port, peer)
+                    peer = self.drop_unless_announce(datagram, address, port, peer)
                     if peer is None:
                         continue
                 if reach is not None and not reach.reaches(peer.system, imc.packet_id(datagram)):
@@ -240,7 +248,7 @@ class UDP(ImcLinkTask):
                     continue
                 message, packet = decode(datagram)
             except imc.DecodeError as error:
-                self.drop(MALFORMED, sender_text(datagram, address), error.reason)
+                self.report_drop(MALFORMED, sender_text(datagram, address), error.reason)
                 continue
             publish(message, packet, self)
             kind = message.ID
@@ -257,7 +265,7 @@ class UDP(ImcLinkTask):
             peer.heard, peer.taken = now, True
             if peer.source == address:
                 peer.last_from_source = now
-            elif not peer.is_multihomed(address, now):
+            elif not peer.is_secondary_address(address, now):
                 self.update_destination(peer, address, now)
         self.taken += taken
 
@@ -277,19 +285,19 @@ class UDP(ImcLinkTask):
         if self.dynamic_nodes and peer.endpoint is not None:
             for packet in self.last_states(self.lists.get(peer.system, self.messages)):
                 if self.reach is None or self.reach.reaches(peer.system, imc.packet_id(packet)):
-                    self.post(packet, peer.endpoint)
+                    self.send_to_endpoint(packet, peer.endpoint)
 
     def keep_state(self, state: imc.Message, packet: bytes) -> None:
         super().keep_state(state, packet)
         if isinstance(state, imc.EstimatedState):
             self.positions.on_own_state(state)
 
-    def on_rejected(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
+    def drop_unless_announce(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
         """Drop a packet, unless it is the Announce that makes its system a peer."""
-        if reason is UNKNOWN and self.vehicle.bus.reaches(imc.packet_source(packet)):
+        if reason is UNKNOWN and self.vehicle.bus.is_system_on_transport(imc.packet_source(packet)):
             self.drops.add(ON_THE_BUS, sender_text(packet, address))
             return None
-        if self.gate.is_useful_announce(packet, reason, network_time(self)):
+        if self.gate.is_unknown_sender_announce(packet, reason, network_time(self)):
             announce = self.vehicle.bus.decode(packet)
             if isinstance(announce, imc.Announce):
                 self.on_announce(announce)
@@ -297,10 +305,10 @@ class UDP(ImcLinkTask):
                 if isinstance(peer, Peer):
                     return peer
                 reason = peer
-        self.drop(reason, sender_text(packet, address), WHY.get(reason, ""))
+        self.report_drop(reason, sender_text(packet, address), WHY.get(reason, ""))
         return None
 
-    def drop(self, reason: str, who: str, why: str) -> None:
+    def report_drop(self, reason: str, who: str, why: str) -> None:
         """Count a datagram that is not taken, and name the first of each sender."""
         if self.drops.add(reason, who):
             tell = self.log.info if reason is UNKNOWN else self.log.warning
@@ -318,9 +326,9 @@ class UDP(ImcLinkTask):
                 continue
             for system, endpoint in places:
                 if system != source and (self.reach is None or self.reach.reaches(system, message.ID)):
-                    self.post(packet, endpoint)
+                    self.send_to_endpoint(packet, endpoint)
 
-    def post(self, packet: bytes, endpoint: Endpoint) -> None:
+    def send_to_endpoint(self, packet: bytes, endpoint: Endpoint) -> None:
         """Send a packet; one that cannot be sent is counted, and the first of each place and reason named."""
         assert self.socket is not None
         try:
@@ -330,7 +338,7 @@ class UDP(ImcLinkTask):
             if self.unsent.add(f"not sent ({why})", str(endpoint)):
                 self.log.warning(f"packets cannot be sent to {endpoint}: {why}")
 
-    def remove_silent_peers(self) -> None:
+    def remove_unreachable_peers(self) -> None:
         """End the contact with those whose programs have ended: their computers refuse what is sent there."""
         assert self.socket is not None
         for place in set(map(Endpoint._make, refused_destinations(self.socket))):
@@ -349,7 +357,10 @@ class UDP(ImcLinkTask):
             self.missed = missed
         self.drops.merge_inactive(network_time(self))
         self.unsent.merge_inactive(network_time(self))
-        moved, lost = self.peers.remove_reached(self.vehicle.bus.reaches), self.peers.remove_silent(network_time(self))
+        moved, lost = (
+            self.peers.remove_reached(self.vehicle.bus.is_system_on_transport),
+            self.peers.remove_silent(network_time(self)),
+        )
         for peer in moved:
             self.log.info(f"{peer.name} (0x{peer.system:04X}) is on the zenoh bus, and no longer in contact over UDP")
         for peer in lost:

@@ -12,13 +12,13 @@ from support.pose import Pose
 from support.rotations import to_body
 from tasks.pose_history import PoseHistory
 from tasks.simulated_world import TrueState, world_of
-from tasks.vision.airsim_api.client import AirSimCapture, AirSimClient, mount_transform
+from tasks.vision.airsim_api.client import AirSimCapture, AirSimClient, mount_from_poses
 from tasks.vision.airsim_api.rpc_messages import AirSimError, Image, Kinematics, pose_transform
 from tasks.vision.cameras.camera_records import camera_frame_message
 from tasks.vision.cameras.image_saver import ImageSaverTask
 from world import SECTIONS
 from world.optics import LENS_PRESETS, CameraModel, FisheyeModel, Floats, PinholeModel, preset_lens
-from world.rendering import INTERPOLATIONS, Panorama, optical_transform, uncovered_warning
+from world.rendering import INTERPOLATIONS, CubeMapAssembler, optical_to_body_transform, uncovered_warning
 
 OLDEST = 1.0  # s, beyond which a state counts as missing
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
@@ -80,12 +80,12 @@ class AirSim(ImageSaverTask):
             raise ParameterError("Cameras", f"{len(self.cameras)} instead of one, five or six")
         if self.publish_truth and self.pose_from == SHOAL:
             raise ParameterError("Publish Truth", f"needs Pose From = {AIRSIM}")
-        self._panorama: Panorama | None = None
+        self._panorama: CubeMapAssembler | None = None
         if len(self.cameras) > 1:
             fov = math.radians(self.field_of_view)
             try:
                 optics = FisheyeModel.from_lens(preset_lens(self.lens, fov), self.size)
-                self._panorama = Panorama(optics, len(self.cameras), self.interpolation)
+                self._panorama = CubeMapAssembler(optics, len(self.cameras), self.interpolation)
             except ValueError as error:
                 raise ParameterError("Field of View", str(error)) from None
             if warning := uncovered_warning(fov, len(self.cameras)):
@@ -120,7 +120,7 @@ class AirSim(ImageSaverTask):
         self._client.exchange.close()
 
     @consume
-    def on_estimated_state(self, state: imc.EstimatedState) -> None:
+    def record_estimated_pose(self, state: imc.EstimatedState) -> None:
         self.pose_history.add(state)
 
     @consume
@@ -129,7 +129,7 @@ class AirSim(ImageSaverTask):
 
     @periodic("frame_rate")
     def expose(self) -> None:
-        if self._busy and not self.vehicle.virtual:
+        if self._busy and not self.vehicle.has_virtual_time:
             self.dropped += 1
             return
         if self.now < self._next:
@@ -161,14 +161,18 @@ class AirSim(ImageSaverTask):
         if self._trouble or not self.taken:
             self.log.info(f"{self._client.exchange.name} answers")
             self._trouble = ""
-        self.report(f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed")
+        self.report_entity_state(f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed")
         pose = made.pose.copy()
         pose[:3, 3] -= self.origin
         info = {"airsim_time": made.stamp}
         self.publish_frame(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
         estimate = None if believed is None else believed.transform @ made.mount
-        self._camera = made.optics, Pose.from_transform(made.mount @ np.linalg.inv(optical_transform(Pose())))
-        file = self.save(time, made.image, self.location_of(self.pose_history.latest)) if self.should_save() else ""
+        self._camera = made.optics, Pose.from_transform(made.mount @ np.linalg.inv(optical_to_body_transform(Pose())))
+        file = (
+            self.save(time, made.image, self.picture_location_from_state(self.pose_history.latest_state))
+            if self.should_save()
+            else ""
+        )
         self.publish(camera_frame_message(time, self.taken, made.optics, pose, estimate, file, is_true=is_true))
         self.taken += 1
         if self.publish_truth and made.motion is not None:
@@ -196,7 +200,7 @@ class AirSim(ImageSaverTask):
         return found.replace(lat=math.radians(home.latitude), lon=math.radians(home.longitude), height=home.altitude)
 
 
-def _shoot(client: AirSimClient, panorama: Panorama | None, pose: Pose | None) -> AirSimPicture | str:
+def _shoot(client: AirSimClient, panorama: CubeMapAssembler | None, pose: Pose | None) -> AirSimPicture | str:
     """A picture, or why there is none."""
     try:
         shot = client.capture(None if pose is None else (pose.position, (pose.phi, pose.theta, pose.psi)))
@@ -206,14 +210,14 @@ def _shoot(client: AirSimClient, panorama: Panorama | None, pose: Pose | None) -
     except OSError as error:
         return error.strerror or str(error)
     if panorama is not None:
-        image, optics = panorama.assemble(shot.images), panorama.optics
+        image, optics = panorama.assemble_camera_image(shot.images), panorama.optics
     else:
         height, width, _ = shot.images[0].shape
         image = np.full((height, width, 4), 255, np.uint8)
         image[..., :3] = shot.images[0]
         f = 0.5 * width / math.tan(0.5 * shot.fov)
         optics = PinholeModel(width, height, f, f, 0.5 * width, 0.5 * height)
-    return AirSimPicture(image, optics, shot.pose, mount_transform(shot.pose, body), shot.stamp, shot.motion)
+    return AirSimPicture(image, optics, shot.pose, mount_from_poses(shot.pose, body), shot.stamp, shot.motion)
 
 
 def _body(shot: AirSimCapture) -> Floats:

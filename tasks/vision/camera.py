@@ -57,7 +57,7 @@ class Camera(MountedCameraTask, RenderedCameraTask):
     def configure(self) -> None:
         model = self._model()
         rows, columns = (np.linspace(0.0, size, GRID) for size in (model.height, model.width))
-        seen = model.rays(np.stack(np.meshgrid(columns, rows), axis=-1))[1]
+        seen = model.unproject(np.stack(np.meshgrid(columns, rows), axis=-1))[1]
         if not seen.any():
             raise ParameterError("Calibration" if self.calibration else "Principal Point", "nothing is in the image")
         if isinstance(model, PinholeModel) and model.fold_angle is not None and not seen.all():

@@ -6,7 +6,7 @@ from functools import partial
 
 from runtime import ParameterError, State, param
 from tasks.vision.cameras.calibrated_camera import CalibratedCameraTask
-from tasks.vision.cameras.image_sequence import Image, open_video, to_rgba
+from tasks.vision.cameras.image_sequence import Image, bgr_to_rgba, open_video
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
 
@@ -116,7 +116,7 @@ class _FrameReader:
                 done, picture = camera.read()
                 if not done:
                     return "no more frames"
-                image, waits = to_rgba(picture), self.newest is not None
+                image, waits = bgr_to_rgba(picture), self.newest is not None
                 self.newest = image
                 if waits:
                     self.passed += 1

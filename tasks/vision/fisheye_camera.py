@@ -4,7 +4,7 @@ import math
 
 from runtime import ParameterError, param
 from support.pose import DOWN, Pose
-from tasks.simulated_world import check_older_options
+from tasks.simulated_world import validate_legacy_options
 from tasks.vision.cameras.rendered_camera import RenderedCameraTask
 from tasks.vision.cameras.viewpoint import VehicleView
 from world import optics
@@ -41,7 +41,7 @@ class FisheyeCamera(RenderedCameraTask):
     mugs: list[str] = param(["1.0 0.3"], "", "Older place of [World] Gliders, which all cameras see.", name="MUGs")
 
     def configure(self) -> None:
-        check_older_options(self, "MUGs")
+        validate_legacy_options(self, "MUGs")
         super().configure()
         model = self.camera_model()
         warnings = [uncovered_warning(model.lens.fov, self.faces)]
@@ -70,6 +70,6 @@ class FisheyeCamera(RenderedCameraTask):
         except ValueError as error:
             raise ParameterError(name, str(error)) from None
 
-    def frame_info(self, view: VehicleView, camera: CameraModel) -> dict[str, float]:
+    def pose_and_lens_metadata(self, view: VehicleView, camera: CameraModel) -> dict[str, float]:
         fov = {"fov": camera.lens.fov} if isinstance(camera, optics.FisheyeModel) else {}
-        return {**fov, **super().frame_info(view, camera)}
+        return {**fov, **super().pose_and_lens_metadata(view, camera)}

@@ -161,10 +161,10 @@ class MUGDetector(Task):
             self._skip(frame.camera, fault)
             return
         if frame.time < self._last.get(frame.camera, -math.inf):
-            self.tracker.drop_tracks()
+            self.tracker.drop_all_tracks()
             self._skip(frame.camera, "time goes backwards")
         self._last[frame.camera] = frame.time
-        if self._busy and not self.vehicle.virtual:
+        if self._busy and not self.vehicle.has_virtual_time:
             self.dropped += 1
             if self.now - self._asked > self.patience:
                 self._skip(frame.camera, f"the detector has not answered for {self.patience:g} s")

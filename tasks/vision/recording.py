@@ -43,7 +43,7 @@ class Recording(CalibratedCameraTask):
         if not self.source:
             raise ParameterError("Source", "is not set")
         try:
-            beside = find_calibration(self.resolve_path(self.source), self.camera)
+            beside = find_calibration(self.resolve_parameter_path(self.source), self.camera)
         except (OSError, ValueError) as error:
             raise ParameterError("Camera", str(error)) from None
         if not self.calibration and (found := beside):
@@ -51,7 +51,7 @@ class Recording(CalibratedCameraTask):
                 self._optics = read_calibration(*found)
             except (CalibrationError, OSError) as error:
                 self.after(0.0, self.log.warning, f"pictures without a calibration: {error}")
-        if self.resolve_path(self.source).is_file():
+        if self.resolve_parameter_path(self.source).is_file():
             if importlib.util.find_spec("cv2") is None:
                 raise ParameterError("Source", "a video needs pip install opencv-python-headless")
             if self.times == AS_RECORDED:
@@ -60,13 +60,13 @@ class Recording(CalibratedCameraTask):
     def start(self) -> None:
         super().start()
         self._number, self._began, self._first = 0, self.now, 0.0
-        self._reel = ImageSequence(self.resolve_path(self.source), self.camera)
+        self._reel = ImageSequence(self.resolve_parameter_path(self.source), self.camera)
         self.set_entity_state(State.BOOT, f"opening {self.source}")
         self._fetch()
 
     def after_restore(self) -> None:
         super().after_restore()
-        self._reel = ImageSequence(self.resolve_path(self.source), self.camera)
+        self._reel = ImageSequence(self.resolve_parameter_path(self.source), self.camera)
 
     def _fetch(self) -> None:
         """Read the next picture, before its time."""
@@ -100,7 +100,7 @@ class Recording(CalibratedCameraTask):
             if self.failed <= MOST_REPORTED:
                 self.log.warning(f"left out: {item.error}")
             self.after(max(0.0, time - self.now), self._fetch)
-        elif not self.vehicle.virtual and self.now - time - self.latency > LATE:
+        elif not self.vehicle.has_virtual_time and self.now - time - self.latency > LATE:
             self.dropped += 1
             self._fetch()
         else:

@@ -39,19 +39,19 @@ def test_services_are_built_with_their_slash_and_in_order():
         Service("ftp", "10.0.0.7", 30021),
         Service("imc+udp", "1.2.3.4", 1),
     ]
-    services = Services.of(offered, uid=17, version="1.0", imc="5.4.31")
+    services = Services.from_system_info(offered, uid=17, version="1.0", imc="5.4.31")
     assert str(services) == (
         "dune://0.0.0.0/uid/17;dune://0.0.0.0/version/1.0;ftp://10.0.0.7:30021/;"
         "imc+info://0.0.0.0/version/5.4.31;imc+udp://1.2.3.4:1/;imc+udp://10.0.0.7:6002/"
     )
     assert Services.parse(str(services)) == services
-    assert Services.of().each == ()
+    assert Services.from_system_info().each == ()
 
 
 def test_own_messages_are_announced_unless_they_are_many():
     assert Services.parse(DUNES).message_checksums is None
     for own in ({}, {30001: "58e17678"}, {number: "0a1b2c3d" for number in range(65535, 65535 - MOST_MESSAGES, -1)}):
-        text = str(Services.of(message_services(own)))
+        text = str(Services.from_system_info(message_services(own)))
         assert Services.parse(text).message_checksums == own
     assert message_services(dict.fromkeys(range(MOST_MESSAGES + 1), "0a1b2c3d")) == ()
     assert Services.parse("shoal+info://0.0.0.0/messages/x,-,7,+1-2,").message_checksums == {7: ""}

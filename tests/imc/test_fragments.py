@@ -126,5 +126,5 @@ def test_the_shorter_list_asks_for_the_missing_pieces(present, wanted):
     assembler = FragmentAssembler()
     for number in present:
         assembler.add(imc.MessagePart(uid=1, frag_number=number, num_frags=4, data=b"x", src=7), 0.0)
-    ((system, uid, message),) = assembler.overdue(1.0)
-    assert (system, uid, message.missing_parts()) == (7, 1, wanted)
+    ((system, uid, message),) = assembler.overdue_messages(1.0)
+    assert (system, uid, message.format_missing_parts()) == (7, 1, wanted)

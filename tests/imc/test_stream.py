@@ -109,9 +109,9 @@ def test_parser_of_another_schema() -> None:
 
 def test_datagram() -> None:
     assert imc.decode_datagram(BEAT + b"surplus") == imc.decode(BEAT)
-    assert imc.first_packet(BEAT + b"surplus") == BEAT
+    assert imc.datagram_packet(BEAT + b"surplus") == BEAT
     for wrong in (b"", BEAT[:-1], b"x" + BEAT):
         with pytest.raises(imc.DecodeError):
             imc.decode_datagram(wrong)
         with pytest.raises(imc.DecodeError):
-            imc.first_packet(wrong)
+            imc.datagram_packet(wrong)

@@ -183,9 +183,9 @@ def test_a_frame_whose_end_never_comes_is_given_up():
     splitter = StreamSplitter(DIALECT)
     assert splitter.feed(b"noise\xfd\xff\x00\x00" + good + good) == ([], 1)
     assert (splitter.passed, splitter.bytes_waiting) == (5, 4 + 2 * len(good))
-    found, damages = splitter.flush()
+    found, damages = splitter.take_remaining_messages()
     assert ([m.name for m in found], damages, splitter.bytes_waiting) == (["PING", "PING"], 0, 0)
-    assert splitter.flush() == ([], 0)
+    assert splitter.take_remaining_messages() == ([], 0)
     assert [m.name for m in splitter.feed(good)[0]] == ["PING"]
 
 

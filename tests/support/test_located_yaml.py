@@ -4,7 +4,7 @@ import datetime
 
 import pytest
 
-from support.located_yaml import read_tree
+from support.located_yaml import parse_yaml_tree
 
 TEXT = """
 name: pool
@@ -26,7 +26,7 @@ class Refused(ValueError):
 
 
 def test_values_have_the_types_of_yaml():
-    tree = read_tree(TEXT, "pool.yaml", Refused)
+    tree = parse_yaml_tree(TEXT, "pool.yaml", Refused)
     assert tree.value() == {
         "name": "pool",
         "count": 3,
@@ -43,7 +43,7 @@ def test_values_have_the_types_of_yaml():
 
 
 def test_nodes_know_their_lines():
-    tree = read_tree(TEXT, "pool.yaml", Refused)
+    tree = parse_yaml_tree(TEXT, "pool.yaml", Refused)
     nodes = tree.mapping()
     assert [nodes[name].line for name in ("name", "day", "items")] == [2, 7, 9]
     with pytest.raises(Refused, match=r"^pool\.yaml:3: too few$"):
@@ -70,9 +70,9 @@ def test_nodes_know_their_lines():
 )
 def test_what_is_refused(text, reason):
     with pytest.raises(Refused, match=reason):
-        read_tree(text, "f", Refused)
+        parse_yaml_tree(text, "f", Refused)
 
 
 def test_a_date_that_is_none_is_named_with_its_line():
     with pytest.raises(Refused, match="f:2: '2026-13-41' is not a value"):
-        read_tree("a: 1\nb: 2026-13-41", "f", Refused).value()
+        parse_yaml_tree("a: 1\nb: 2026-13-41", "f", Refused).value()

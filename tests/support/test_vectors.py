@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from support.numbers import clamp
-from support.vectors import add, dot, limit_components, norm
+from support.numbers import clamp_magnitude
+from support.vectors import add, dot, limit_horizontal_and_vertical, norm
 
 
 def test_sums_products_and_lengths():
@@ -15,11 +15,11 @@ def test_sums_products_and_lengths():
 
 
 def test_a_velocity_keeps_its_direction_over_ground():
-    assert limit_components((3.0, 4.0, 9.0), 2.5, 1.0, 2.0) == pytest.approx((1.5, 2.0, 2.0))
-    assert limit_components((0.0, 0.0, -9.0), 2.5, 1.0, 2.0) == (0.0, 0.0, -1.0)
-    assert limit_components((1.0, 1.0, 0.5), 2.5, 1.0, 2.0) == (1.0, 1.0, 0.5)
+    assert limit_horizontal_and_vertical((3.0, 4.0, 9.0), 2.5, 1.0, 2.0) == pytest.approx((1.5, 2.0, 2.0))
+    assert limit_horizontal_and_vertical((0.0, 0.0, -9.0), 2.5, 1.0, 2.0) == (0.0, 0.0, -1.0)
+    assert limit_horizontal_and_vertical((1.0, 1.0, 0.5), 2.5, 1.0, 2.0) == (1.0, 1.0, 0.5)
 
 
 def test_numbers_are_limited_on_both_sides():
-    assert [clamp(value, 2.0) for value in (-3.0, 1.0, 3.0)] == [-2.0, 1.0, 2.0]
-    assert math.isnan(clamp(math.nan, 2.0))
+    assert [clamp_magnitude(value, 2.0) for value in (-3.0, 1.0, 3.0)] == [-2.0, 1.0, 2.0]
+    assert math.isnan(clamp_magnitude(math.nan, 2.0))

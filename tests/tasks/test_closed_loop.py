@@ -74,7 +74,7 @@ def fly(tmp_path, paths, seconds, *, seed=0, settings=DEEP):
 
     def publish(message):
         packet = imc.encode_with_header(message, vehicle.kernel.now_ns * 1e-9, vehicle.system, 0xFE, 0xFFFF, 0xFF)
-        vehicle.bus.dispatch(imc.decode(packet), packet, None)
+        vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
 
     def follow(state):
         if state.flags & imc.PathControlState.Flags.NEAR and waiting and state.path_ref < waiting[0].path_ref:

@@ -18,7 +18,7 @@ from tasks.simulators.environment import Environment
 from tasks.simulators.estimated_state import EstimatedState
 from tasks.simulators.mug_detection_camera import MUGDetectionCamera
 from tasks.vision.fisheye_camera import FisheyeCamera
-from world.rendering.renderer import camera_rotation
+from world.rendering.renderer import optical_to_ned_rotation
 from world.rendering.scenes import ScenePose
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
@@ -98,7 +98,9 @@ def test_pictures_and_detections_put_a_glider_at_one_height(plane, depth):
     down = world.object_position(glider, 0.0).down
     assert down == (world.seabed_depth(4.0, 1.0) if depth is None else depth)
     ray = np.array([4.0, 1.0, down - pose["z"]])
-    place = run.tasks[1].camera.optics.project(ray @ camera_rotation(ScenePose(0.0, 0.0, 1.0, 0.0, 0.15, -0.1, 0.6)))[0]
+    place = run.tasks[1].camera.optics.project(
+        ray @ optical_to_ned_rotation(ScenePose(0.0, 0.0, 1.0, 0.0, 0.15, -0.1, 0.6))
+    )[0]
     red, green, blue = np.moveaxis(run.frames[-1].image[..., :3].astype(int), -1, 0)
     rows, columns = np.nonzero((red > 1.3 * blue) & (green > 1.3 * blue))
     assert len(rows) > 5
@@ -230,7 +232,7 @@ def test_gliders_that_are_moved_on_one_camera_are_moved_for_all(tmp_path):
         parameters = (imc.EntityParameter(name="MUGs", value=text),)
         order = imc.SetEntityParameters(name=label, params=parameters)
         packet = imc.encode_with_header(order, vehicle.kernel.now_ns * 1e-9, 0x4001, 1, vehicle.system, 0xFF)
-        vehicle.bus.dispatch(imc.decode(packet), packet, None)
+        vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
         vehicle.run(0.5)
 
     def places():

@@ -91,7 +91,7 @@ class PatternMotion:
             dive.start(target, surge.value * math.sin(self.maximum_pitch), surge.value * PITCH_RATE)
 
     def _turn(self, pattern: Pattern, dt: float) -> None:
-        course, curvature = pattern.course_and_curvature(self.north, self.east)
+        course, curvature = pattern.guidance_course_and_curvature(self.north, self.east)
         surge, (cn, ce) = self._surge.value, self.current
         horizontal = math.sqrt(max(surge * surge - self._dive.rate**2, 0.0))
         wanted = horizontal * curvature

@@ -58,7 +58,7 @@ class Pattern(Protocol):
         """Depth (m) of the path here; None leaves it to the vehicle."""
         ...
 
-    def course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
+    def guidance_course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
         """Course over ground (rad) that leads onto the path from here (m), and the path's curvature (1/m)."""
         ...
 
@@ -78,7 +78,7 @@ class LinePattern:
     def distance_along(self, north: float, east: float) -> float:
         return (north - self.north) * self._cos + (east - self.east) * self._sin
 
-    def course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
+    def guidance_course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
         across = (east - self.east) * self._cos - (north - self.north) * self._sin
         return self.course - math.atan(across / self.lookahead), 0.0
 
@@ -91,7 +91,7 @@ class CirclePattern:
     def __init__(self, north: float, east: float, radius: float, lookahead: float):
         self.north, self.east, self.radius, self.lookahead = north, east, radius, lookahead
 
-    def course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
+    def guidance_course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
         dn, de = north - self.north, east - self.east
         outside = math.atan((math.hypot(dn, de) - self.radius) / self.lookahead)
         return math.atan2(de, dn) + 0.5 * math.pi + outside, math.cos(outside) / self.radius
@@ -122,12 +122,12 @@ class LegsPattern:
     def depth(self) -> float | None:
         return self._legs[self._index].depth
 
-    def course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
+    def guidance_course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
         leg = self._legs[self._index]
         if leg.distance_along(north, east) >= self._ends[self._index]:
             self._index = (self._index + 1) % len(self._legs)
             leg = self._legs[self._index]
-        return leg.course_and_curvature(north, east)
+        return leg.guidance_course_and_curvature(north, east)
 
 
 def lawn_mower_corners(length: float, spacing: float, count: int, course: float) -> list[tuple[float, float, None]]:

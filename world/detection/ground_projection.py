@@ -22,7 +22,7 @@ ERRORS = 6
 class RayModel(Protocol):
     """What is needed of a camera model: rays (..., 3) of any length through pixels (..., 2), and which exist."""
 
-    def rays(self, pixels: ArrayLike) -> tuple[Floats, Bools]: ...
+    def unproject(self, pixels: ArrayLike) -> tuple[Floats, Bools]: ...
 
 
 class PoseOverPlane(NamedTuple):
@@ -57,7 +57,7 @@ class DetectionAccuracy:
     height_time: float = 10.0
     place_time: float = 60.0
 
-    def variances(self, height: float) -> Floats:
+    def pose_error_variances(self, height: float) -> Floats:
         """(6,) of the errors: turns about the body's axes (rad²), height (m²), north and east (m²)."""
         up = math.hypot(self.height, self.slope * height)
         sigmas = self.attitude, self.attitude, self.heading, up, self.place, self.place
@@ -136,7 +136,7 @@ def _looks(
     points = np.asarray(pixels, np.float64).reshape(-1, 2)
     body = np.array(rotation(*standing.angles))
     turn, lever = body @ mount[:3, :3], body @ mount[:3, 3]
-    rays, valid = optics.rays(points[:, None] + AROUND)
+    rays, valid = optics.unproject(points[:, None] + AROUND)
     return body, lever, rays @ turn.T, valid
 
 

@@ -31,7 +31,7 @@ class ObjectScore(NamedTuple):
     nees: float
 
     @property
-    def missed(self) -> int:
+    def missed_picture_count(self) -> int:
         """Pictures that showed it without a detection."""
         return max(0, self.pictures - self.detections)
 

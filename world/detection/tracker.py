@@ -113,7 +113,7 @@ class TrackMeasurement(NamedTuple):
     def from_detection(
         cls, sighting: PlaneDetection, standing: PoseOverPlane, accuracy: DetectionAccuracy
     ) -> "TrackMeasurement":
-        errors = accuracy.variances(abs(standing.height))
+        errors = accuracy.pose_error_variances(abs(standing.height))
         h = sighting.error_jacobian
         place = np.array([standing.north + sighting.north, standing.east + sighting.east])
         return cls(place, h * errors @ h.T + sighting.noise + LEAST * np.eye(2), h, errors)
@@ -164,7 +164,7 @@ class Tracker:
         self.tracks = self._separate(self.tracks)
         return sorted((track for track in found if track in self.tracks), key=lambda track: track.id or 0)
 
-    def drop_tracks(self) -> None:
+    def drop_all_tracks(self) -> None:
         """Forget all tracks, but not which ids were used."""
         self.tracks = []
 

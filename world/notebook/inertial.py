@@ -27,7 +27,10 @@ from world.sensors import (
 STILL: Vector = (0.0, 0.0, 0.0)
 BEARD = "beard"
 DENSITIES = {
-    "airsim": (NoiseDensity.gyroscope(0.3, 4.6, 500.0), NoiseDensity.accelerometer(0.24, 36.0, 800.0)),
+    "airsim": (
+        NoiseDensity.from_gyroscope_datasheet(0.3, 4.6, 500.0),
+        NoiseDensity.from_accelerometer_datasheet(0.24, 36.0, 800.0),
+    ),
     BEARD: (NoiseDensity(math.radians(0.13), 0.0), NoiseDensity(0.0025 * STANDARD_GRAVITY, 0.0)),
     "ideal": (NoiseDensity(0.0, 0.0), NoiseDensity(0.0, 0.0)),
 }
@@ -65,7 +68,7 @@ class Inertial(Sensor):
         last, self._last = self._last, motion
         if last is not None and motion.time > last.time:
             sampler = InertialSampler(1.0 / (motion.time - last.time), self.gravity, self._mount)
-            if samples := [*sampler.add_state(last), *sampler.add_state(motion)]:
+            if samples := [*sampler.sample_until_state(last), *sampler.sample_until_state(motion)]:
                 return samples[0]
         axes, force = self._mount.rotation, specific_force(rotation(*angles), STILL, self.gravity)
         return InertialSample(motion.time, Ts, angles, to_body(axes, rates), to_body(axes, force))

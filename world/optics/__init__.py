@@ -1,7 +1,7 @@
 """Camera models."""
 
 from world.optics.brown_conrady import PinholeModel
-from world.optics.calibration_files import calibration_json, parse_calibration, read_calibration
+from world.optics.calibration_files import calibration_file_to_json, parse_calibration, read_calibration
 from world.optics.camera_model import CalibrationError, CameraModel, Floats
 from world.optics.double_sphere import DoubleSphereModel
 from world.optics.field_of_view_camera import FieldOfViewCamera
@@ -22,7 +22,7 @@ __all__ = [
     "HousedModel",
     "Lens",
     "PinholeModel",
-    "calibration_json",
+    "calibration_file_to_json",
     "kannala_brandt_lens",
     "parse_calibration",
     "preset_lens",

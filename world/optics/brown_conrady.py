@@ -37,13 +37,13 @@ class PinholeModel(CameraModel):
         """The angle (rad) off the axis from which on the picture would fold back; None if it does not."""
         return math.atan(math.sqrt(self._edge)) if self._edge < WIDEST**2 else None
 
-    def distort(self, points: Floats) -> tuple[Floats, Bools]:
+    def project_to_unit_plane(self, points: Floats) -> tuple[Floats, Bools]:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             x, y = points[..., 0] / points[..., 2], points[..., 1] / points[..., 2]
             valid = (points[..., 2] > 0.0) & (x * x + y * y < self._edge)
             return self._bent(x, y), valid
 
-    def undistort(self, places: Floats) -> tuple[Floats, Bools]:
+    def unproject_from_unit_plane(self, places: Floats) -> tuple[Floats, Bools]:
         """By Newton's method, from the place itself, drawn in to where the lens does not fold."""
         within = 0.95 * np.sqrt(self._edge) / np.maximum(np.linalg.norm(places, axis=-1, keepdims=True), 1e-300)
         bare = places * np.minimum(1.0, within)
@@ -66,7 +66,7 @@ class PinholeModel(CameraModel):
             valid = (left < EXACT * (1.0 + np.linalg.norm(places, axis=-1))) & (x * x + y * y < self._edge)
         return normalize(np.stack((x, y, np.ones_like(x)), axis=-1)), valid
 
-    def derivatives(self, points: Floats) -> Floats:
+    def unit_plane_jacobian(self, points: Floats) -> Floats:
         z = points[..., 2]
         x, y = points[..., 0] / z, points[..., 1] / z
         a, b, c = self._slope(x, y)

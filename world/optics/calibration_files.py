@@ -49,7 +49,7 @@ def read_calibration(path: str | Path, camera: str = "") -> CameraModel:
     return _read(Path(path), camera)[1]
 
 
-def calibration_json(path: str | Path, camera: str = "") -> str:
+def calibration_file_to_json(path: str | Path, camera: str = "") -> str:
     """What a calibration file says of a camera, as JSON for `parse_calibration`. Raises like `read_calibration`."""
     return json.dumps(_read(Path(path), camera)[0], default=str)
 

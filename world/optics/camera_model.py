@@ -43,15 +43,15 @@ class CameraModel(ABC):
             raise CalibrationError(f"focal lengths of {self.fx:g} and {self.fy:g} px are not positive")
 
     @abstractmethod
-    def distort(self, points: Floats) -> tuple[Floats, Bools]:
+    def project_to_unit_plane(self, points: Floats) -> tuple[Floats, Bools]:
         """Places (..., 2) in the plane of focal length 1 of points (..., 3), and which of them the model covers."""
 
     @abstractmethod
-    def undistort(self, places: Floats) -> tuple[Floats, Bools]:
+    def unproject_from_unit_plane(self, places: Floats) -> tuple[Floats, Bools]:
         """Unit rays (..., 3) through places (..., 2) of the plane of focal length 1, and which of them exist."""
 
     @abstractmethod
-    def derivatives(self, points: Floats) -> Floats:
+    def unit_plane_jacobian(self, points: Floats) -> Floats:
         """Derivatives (..., 2, 3) of the places by the points."""
 
     def project(self, points: ArrayLike) -> tuple[Floats, Bools]:
@@ -59,23 +59,23 @@ class CameraModel(ABC):
 
         Those that the model does not cover are NaN.
         """
-        places, valid = self.distort(np.asarray(points, np.float64))
+        places, valid = self.project_to_unit_plane(np.asarray(points, np.float64))
         pixels = places * (self.fx, self.fy) + (self.cx, self.cy)
         pixels[~valid] = np.nan
         with np.errstate(invalid="ignore"):
             u, v = pixels[..., 0], pixels[..., 1]
             return pixels, valid & (u >= 0.0) & (u < self.width) & (v >= 0.0) & (v < self.height)
 
-    def rays(self, pixels: ArrayLike) -> tuple[Floats, Bools]:
+    def unproject(self, pixels: ArrayLike) -> tuple[Floats, Bools]:
         """Unit rays (..., 3) through pixels (..., 2), also beside the picture, and which exist; others are NaN."""
         places = (np.asarray(pixels, np.float64) - (self.cx, self.cy)) / (self.fx, self.fy)
-        rays, valid = self.undistort(places)
+        rays, valid = self.unproject_from_unit_plane(places)
         rays[~valid] = np.nan
         return rays, valid
 
     def jacobian(self, points: ArrayLike) -> Floats:
         """Derivatives (..., 2, 3) of the pixels by the points, px per unit of the points."""
-        return self.derivatives(np.asarray(points, np.float64)) * np.array([[self.fx], [self.fy]])
+        return self.unit_plane_jacobian(np.asarray(points, np.float64)) * np.array([[self.fx], [self.fy]])
 
     @abstractmethod
     def to_opencv(self) -> dict[str, Any]:
@@ -93,12 +93,12 @@ class CameraModel(ABC):
 
     def pixel_rays(self) -> tuple[Floats, Bools]:
         """Unit rays (height, width, 3) through the centers of all pixels, and which exist; others are NaN."""
-        return self.top_left_rays(self.height, self.width)
+        return self.top_left_block_rays(self.height, self.width)
 
-    def top_left_rays(self, rows: int, columns: int) -> tuple[Floats, Bools]:
+    def top_left_block_rays(self, rows: int, columns: int) -> tuple[Floats, Bools]:
         """Those of `pixel_rays` in the first rows and columns."""
         u, v = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
-        return self.rays(np.stack((u, v), axis=-1))
+        return self.unproject(np.stack((u, v), axis=-1))
 
     @property
     def intrinsic_matrix(self) -> Floats:

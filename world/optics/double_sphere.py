@@ -23,7 +23,7 @@ class DoubleSphereModel(CameraModel):
                 f"a double sphere has alpha in [0, 1] and xi in (-1, 1), not {self.alpha}, {self.xi}"
             )
 
-    def distort(self, points: Floats) -> tuple[Floats, Bools]:
+    def project_to_unit_plane(self, points: Floats) -> tuple[Floats, Bools]:
         """Eq. 40 to 45 of the article."""
         xy, z = points[..., :2], points[..., 2]
         d1, d2, below = self._distances(points)
@@ -34,7 +34,7 @@ class DoubleSphereModel(CameraModel):
         w2 = (w1 + xi) / math.sqrt(2.0 * w1 * xi + xi * xi + 1.0)
         return places, (z > -w2 * d1) & (below > 0.0) & (d2 > 0.0)
 
-    def undistort(self, places: Floats) -> tuple[Floats, Bools]:
+    def unproject_from_unit_plane(self, places: Floats) -> tuple[Floats, Bools]:
         """Eq. 46 to 51 of the article."""
         alpha, xi = self.alpha, self.xi
         r2 = np.sum(places * places, axis=-1)
@@ -45,7 +45,7 @@ class DoubleSphereModel(CameraModel):
             rays = np.concatenate((places * factor[..., None], (factor * mz - xi)[..., None]), axis=-1)
         return rays, valid
 
-    def derivatives(self, points: Floats) -> Floats:
+    def unit_plane_jacobian(self, points: Floats) -> Floats:
         alpha, xi = self.alpha, self.xi
         d1, d2, below = self._distances(points)
         xy, high = points[..., :2], points[..., 2] + xi * d1

@@ -37,11 +37,11 @@ class FieldOfViewCamera:
         across, down = self.focal_lengths
         return 0.5 * self.width + across * x / z, 0.5 * self.height + down * y / z
 
-    def covers(self, u: float, v: float) -> bool:
+    def is_in_image(self, u: float, v: float) -> bool:
         """Whether an image point lies in the image; the right and lower borders are outside."""
         return 0.0 <= u < self.width and 0.0 <= v < self.height
 
-    def rays(self, pixels: ArrayLike) -> tuple[Floats, Bools]:
+    def unproject(self, pixels: ArrayLike) -> tuple[Floats, Bools]:
         """Rays (..., 3) through pixels (..., 2), with z = 1, and that they exist."""
         places = np.asarray(pixels, np.float64) - (0.5 * self.width, 0.5 * self.height)
         ahead = np.ones((*places.shape[:-1], 1))

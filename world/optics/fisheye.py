@@ -40,7 +40,7 @@ class FisheyeModel(CameraModel):
         """Diameter of the image circle, the larger one if it is an ellipse (px)."""
         return 2 * max(self.fx, self.fy) * self.lens.edge_radius
 
-    def distort(self, points: Floats) -> tuple[Floats, Bools]:
+    def project_to_unit_plane(self, points: Floats) -> tuple[Floats, Bools]:
         x, y, z = np.moveaxis(points, -1, 0)
         across = np.hypot(x, y)
         phi = np.arctan2(across, z)
@@ -49,7 +49,7 @@ class FisheyeModel(CameraModel):
         factor = np.divide(radius, across, out=np.zeros_like(across), where=across > 0.0)
         return np.stack((x * factor, y * factor), axis=-1), valid
 
-    def undistort(self, places: Floats) -> tuple[Floats, Bools]:
+    def unproject_from_unit_plane(self, places: Floats) -> tuple[Floats, Bools]:
         radius = np.hypot(places[..., 0], places[..., 1])
         phi = self.lens.angle(radius)
         factor = np.divide(np.sin(phi), radius, out=np.zeros_like(radius), where=radius > 0.0)
@@ -64,7 +64,7 @@ class FisheyeModel(CameraModel):
             return super().pixel_rays()
         rows, columns = (self.height + 1) // 2, (self.width + 1) // 2
         rays, valid = np.empty((self.height, self.width, 3)), np.empty((self.height, self.width), np.bool_)
-        rays[:rows, :columns], valid[:rows, :columns] = self.top_left_rays(rows, columns)  # and its mirror images
+        rays[:rows, :columns], valid[:rows, :columns] = self.top_left_block_rays(rows, columns)  # and its mirror images
         for whole in (rays, valid):
             whole[:rows, columns:] = whole[:rows, : self.width - columns][:, ::-1]
             whole[rows:] = whole[: self.height - rows][::-1]
@@ -72,7 +72,7 @@ class FisheyeModel(CameraModel):
             np.negative(half, out=half)
         return rays, valid
 
-    def derivatives(self, points: Floats) -> Floats:
+    def unit_plane_jacobian(self, points: Floats) -> Floats:
         """Those of r(phi) x / rho with rho² = x² + y² and tan phi = rho / z; on the axis their limit."""
         x, y, z = np.moveaxis(points, -1, 0)
         rho2 = x * x + y * y

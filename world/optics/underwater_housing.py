@@ -152,20 +152,20 @@ class HousedModel(CameraModel):
         object.__setattr__(self, "_angles", angles[:last])
         object.__setattr__(self, "_bent", bent[:last])
 
-    def distort(self, points: Floats) -> tuple[Floats, Bools]:
+    def project_to_unit_plane(self, points: Floats) -> tuple[Floats, Bools]:
         seen, away, outward = _polar(points)
         angle = self._unbend(seen)
-        places, valid = self.inner.distort(_directed(np.nan_to_num(angle), outward))
+        places, valid = self.inner.project_to_unit_plane(_directed(np.nan_to_num(angle), outward))
         return places, valid & np.isfinite(angle) & (away > 0.0)
 
-    def undistort(self, places: Floats) -> tuple[Floats, Bools]:
-        rays, valid = self.inner.undistort(places)
+    def unproject_from_unit_plane(self, places: Floats) -> tuple[Floats, Bools]:
+        rays, valid = self.inner.unproject_from_unit_plane(places)
         angle, _, outward = _polar(np.nan_to_num(rays))
         valid = valid & (angle <= self._angles[-1])
         bent = self.port.refracted_angle(np.where(valid, angle, 0.0), self.subject_distance)
         return _directed(bent, outward), valid & np.isfinite(bent)
 
-    def derivatives(self, points: Floats) -> Floats:
+    def unit_plane_jacobian(self, points: Floats) -> Floats:
         """Those of the inner camera at the ray in air, times those of that ray by the point."""
         seen, away, outward = _polar(points)
         angle = np.nan_to_num(self._unbend(seen))
@@ -179,7 +179,7 @@ class HousedModel(CameraModel):
         found = along[..., :, None] * turned[..., None, :] * (slope / away)[..., None, None]
         aside = np.stack((-outward[..., 1], outward[..., 0], np.zeros_like(angle)), axis=-1)
         found += aside[..., :, None] * aside[..., None, :] * ratio[..., None, None]
-        return self.inner.derivatives(_directed(angle, outward)) @ found
+        return self.inner.unit_plane_jacobian(_directed(angle, outward)) @ found
 
     def project_refracted(self, points: ArrayLike) -> tuple[Floats, Bools]:
         """Pixels (..., 2) of points (..., 3; m), wherever they are in the water, and which of them are seen."""
@@ -197,7 +197,7 @@ class HousedModel(CameraModel):
 
     def axis_crossings(self, pixels: ArrayLike) -> Floats:
         """(...) m ahead of the camera's center at which the rays in water cross the axis; NaN without a ray."""
-        rays, valid = self.inner.rays(pixels)
+        rays, valid = self.inner.unproject(pixels)
         angle, _, _ = _polar(np.nan_to_num(rays))
         place, way = self.port.trace(np.maximum(np.where(valid, angle, 0.0), 10 * NUDGE))
         return np.where(valid, place[..., 1] - place[..., 0] * way[..., 1] / way[..., 0], np.nan)

@@ -1,6 +1,7 @@
 """Renders what a camera sees."""
 
 from world.rendering.camera import SceneCamera
+from world.rendering.cube_map_resampler import CubeMapAssembler
 from world.rendering.exposure import Exposure, Shutter, frame_random
 from world.rendering.labels import ImageLabels, Labeler, ObjectBox, PixelClass
 from world.rendering.light.caustics import Caustics
@@ -8,9 +9,8 @@ from world.rendering.light.lamps import Lamp, parse_lamp
 from world.rendering.light.water_optics import green_water
 from world.rendering.objects.calibration_targets import Board, april_grid_cells, board_of_object, chessboard_cells
 from world.rendering.objects.glider import Glider
-from world.rendering.panorama import Panorama
 from world.rendering.remap_table import uncovered_warning
-from world.rendering.renderer import optical_transform
+from world.rendering.renderer import optical_to_body_transform
 from world.rendering.resampling import INTERPOLATIONS
 from world.rendering.scenes import SCENES, ScenePose
 
@@ -19,13 +19,13 @@ __all__ = [
     "SCENES",
     "Board",
     "Caustics",
+    "CubeMapAssembler",
     "Exposure",
     "Glider",
     "ImageLabels",
     "Labeler",
     "Lamp",
     "ObjectBox",
-    "Panorama",
     "PixelClass",
     "SceneCamera",
     "ScenePose",
@@ -35,7 +35,7 @@ __all__ = [
     "chessboard_cells",
     "frame_random",
     "green_water",
-    "optical_transform",
+    "optical_to_body_transform",
     "parse_lamp",
     "uncovered_warning",
 ]

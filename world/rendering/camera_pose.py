@@ -12,9 +12,9 @@ from support.rotations import Vector
 from world.optics import CameraModel, Floats
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.capsule import Capsule
-from world.rendering.objects.glider import Glider, resting_glider
+from world.rendering.objects.glider import Glider, glider_contact_geometry
 from world.rendering.objects.static_scene import RestingBody, StaticScene
-from world.rendering.renderer import camera_rotation
+from world.rendering.renderer import optical_to_ned_rotation
 from world.rendering.scenes import SCENES, SHALLOWEST, ScenePose
 
 Places = NDArray[np.intp]
@@ -55,20 +55,24 @@ class CameraPose(NamedTuple):
         if trouble := landscape.obstruction(spot, place.height):
             raise ValueError(trouble)
         depth = max(place.depth, SHALLOWEST) if scene == "Seabed" else math.inf
-        return cls(camera_rotation(standpoint, mount), place.north, place.east, place.height, depth, place.depth)
+        return cls(
+            optical_to_ned_rotation(standpoint, mount), place.north, place.east, place.height, depth, place.depth
+        )
 
     @property
     def position(self) -> Vector:
         return self.north, self.east, self.down
 
-    def vector_to(self, glider: Glider) -> Floats:
+    def vector_to_glider(self, glider: Glider) -> Floats:
         """(3,) m north, east and down from the camera to the middle of a glider."""
         return np.array((glider.north - self.north, glider.east - self.east, self.height - glider.height))
 
-    def resting_glider(self, glider: Glider) -> RestingBody:
+    def glider_contact_geometry(self, glider: Glider) -> RestingBody:
         """How a glider lies on the ground."""
         down = self.down + self.height - glider.height
-        return resting_glider(glider.north, glider.east, down, glider.heading, glider.length, 0.5 * glider.diameter)
+        return glider_contact_geometry(
+            glider.north, glider.east, down, glider.heading, glider.length, 0.5 * glider.diameter
+        )
 
     def capsule_of(self, glider: Glider) -> Capsule:
         """A glider as the camera sees it. Raises ValueError if the camera is within it, or if it has no size."""
@@ -80,17 +84,17 @@ class CameraPose(NamedTuple):
         bow = np.array((math.cos(glider.heading), math.sin(glider.heading), 0.0))
         radius = glider.diameter / 2
         body = Capsule(
-            _turned(self.vector_to(glider), self.rotation),
+            _turned(self.vector_to_glider(glider), self.rotation),
             _turned(bow, self.rotation),
             glider.length / 2 - radius,
             radius,
         )
-        if float(np.linalg.norm(body.nearest_axis_point)) <= radius:
+        if float(np.linalg.norm(body.axis_point_nearest_camera)) <= radius:
             raise ValueError(f"the camera is within object {glider.id}")
         return body
 
 
-def board_pixels(board: Board, sight: CameraPose, rays: Floats) -> tuple[Places, Floats]:
+def board_pixels_and_distances(board: Board, sight: CameraPose, rays: Floats) -> tuple[Places, Floats]:
     """The pixels (n,) whose rays (3, n; optical frame) meet a board, and how far off (m)."""
     a, b, c = (row[:, np.newaxis] for row in sight.rotation)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -125,7 +129,7 @@ def _along(board: Board, north: Floats, east: Floats) -> tuple[Floats, Floats]:
     return c * north + s * east, c * east - s * north
 
 
-def check_scene(scene: str) -> None:
+def check_scene_name(scene: str) -> None:
     """Raises ValueError unless it is one of SCENES."""
     if scene not in SCENES:
         raise ValueError(f"{scene!r} is not one of the scenes {', '.join(SCENES)}")

@@ -10,7 +10,15 @@ from world.optics import CameraModel, Floats
 from world.rendering.cube_faces import face_rotations
 from world.rendering.pixel_rays import PixelRays
 from world.rendering.remap_table import RemapTable, finest_face_width
-from world.rendering.seabed.ray_grid import PITCH, TINY, FacePatch, RayGrid, reduce_corners, rotate, second_differences
+from world.rendering.seabed.ray_interpolation import (
+    PITCH,
+    TINY,
+    FacePatch,
+    RayGrid,
+    reduce_corners,
+    rotate,
+    second_differences,
+)
 from world.rendering.seabed.seabed_intersection import SeabedIntersector
 
 Places = NDArray[np.intp]
@@ -102,7 +110,7 @@ class DepthImage:
 
 def _cells(patch: FacePatch, near: Floats, rough: NDArray[np.bool_]) -> InterpolationCells:
     """How nearness is interpolated in the cells of a patch, by that of all rays."""
-    w = patch.select(near)
+    w = patch.select_face_values(near)
     across, down = w[:, 1:] - w[:, :-1], w[1:] - w[:-1]
     straight, errors = np.zeros(w.shape), np.zeros(tuple(n - 1 for n in w.shape))
     parts = np.empty((6, *errors.shape), dtype=np.float32)
@@ -116,7 +124,7 @@ def _cells(patch: FacePatch, near: Floats, rough: NDArray[np.bool_]) -> Interpol
     border = np.ones(errors.shape, dtype=np.bool_)
     border[1:-1, 1:-1] = False  # beyond it, it is not known how edges are bent
     errors[border] = reduce_corners(straight, np.maximum)[border]
-    errors[reduce_corners(patch.select(rough), np.logical_or)] = np.inf
+    errors[reduce_corners(patch.select_face_values(rough), np.logical_or)] = np.inf
     return InterpolationCells(
         parts.reshape(6, -1), errors.ravel(), (errors > reduce_corners(ERROR * np.abs(w) + TINY, np.minimum)).ravel()
     )

@@ -11,16 +11,22 @@ from numpy.typing import NDArray
 
 from support.pose import DOWN, Pose
 from world.optics import CameraModel, Floats
-from world.rendering.camera_pose import CameraPose, board_cut_share, board_pixels, check_scene, number_gliders
+from world.rendering.camera_pose import (
+    CameraPose,
+    board_cut_share,
+    board_pixels_and_distances,
+    check_scene_name,
+    number_gliders,
+)
 from world.rendering.depth_image import DepthImage
-from world.rendering.objects.calibration_targets import Board, resting_board
+from world.rendering.objects.calibration_targets import Board, board_contact_geometry
 from world.rendering.objects.capsule import Capsule
 from world.rendering.objects.glider import Glider
 from world.rendering.objects.static_scene import StaticScene
 from world.rendering.optical_flow import compute_flow
 from world.rendering.pixel_rays import Bools, PixelRays, Places
 from world.rendering.scenes import ScenePose
-from world.rendering.seabed.ray_grid import rotate
+from world.rendering.seabed.ray_interpolation import rotate
 
 BLOCK = 1 << 14  # pixels per step: their arrays fit into the L2 cache
 
@@ -94,7 +100,7 @@ class Labeler:
         scene: str = "Seabed",
         landscape: StaticScene | None = None,
     ):
-        check_scene(scene)
+        check_scene_name(scene)
         self.optics, self.mount, self.scene = optics, mount, scene
         self.landscape = landscape or StaticScene()
         self._rays = PixelRays(optics)
@@ -124,7 +130,7 @@ class Labeler:
         self._wall_in(sight, distance, kinds)
         instances = np.zeros(distance.shape, dtype=np.uint16)
         flat = [(board, self._lay(board, sight, distance, kinds, instances)) for board in boards]
-        beds = {glider.id: self.landscape.sink_depth(*sight.resting_glider(glider)) for glider in gliders}
+        beds = {glider.id: self.landscape.sink_depth(*sight.glider_contact_geometry(glider)) for glider in gliders}
         boxes = self._draw(bodies, beds, sight, distance, kinds, instances)
         boxes += tuple(
             ObjectBox(
@@ -226,8 +232,8 @@ class Labeler:
         instances: NDArray[np.uint16],
     ) -> Places:
         """Set the pixels that show a board, and return them; one that was laid before is under it."""
-        pixels, far = board_pixels(board, sight, self._rays.directions)
-        bed = self.landscape.sink_depth(*resting_board(board, sight.down + sight.height - board.height))
+        pixels, far = board_pixels_and_distances(board, sight, self._rays.directions)
+        bed = self.landscape.sink_depth(*board_contact_geometry(board, sight.down + sight.height - board.height))
         shown = ~self._behind(sight, pixels, far, distance, bed)
         own = pixels[shown]
         distance[own], kinds[own], instances[own] = far[shown], PixelClass.BOARD, board.id
@@ -253,7 +259,7 @@ class Labeler:
                 shown &= ~self._behind(sight, pixels, far, distance, beds[number])
                 own = pixels[shown]
                 distance[own], kinds[own], instances[own] = far[shown], PixelClass.GLIDER, number
-                seen.append((number, pixels, 1.0 - body.visible_share(self.optics) if rim else 0.0))
+                seen.append((number, pixels, 1.0 - body.in_image_share(self.optics) if rim else 0.0))
         return tuple(self._box(number, pixels, instances, cut) for number, pixels, cut in seen)
 
     def _box(self, number: int, whole: Places, instances: NDArray[np.uint16], cut: float) -> ObjectBox:

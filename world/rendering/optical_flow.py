@@ -59,10 +59,10 @@ def _still_points(towards: Floats, distance: Floats, sight: CameraPose, after: C
 
 def _carried(points: Floats, glider: Glider, moved: Glider, sight: CameraPose, after: CameraPose) -> Floats:
     """(3, n) m from the next camera to points of a glider, given from the first one."""
-    north, east, down = points - sight.vector_to(glider)[:, np.newaxis]
+    north, east, down = points - sight.vector_to_glider(glider)[:, np.newaxis]
     turn = moved.heading - glider.heading
     c, s = math.cos(turn), math.sin(turn)
-    return np.stack((c * north - s * east, s * north + c * east, down)) + after.vector_to(moved)[:, np.newaxis]
+    return np.stack((c * north - s * east, s * north + c * east, down)) + after.vector_to_glider(moved)[:, np.newaxis]
 
 
 def _turned(turn: Floats, vectors: Floats) -> Floats:

@@ -34,7 +34,7 @@ def underwater_textures(seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]
 
 
 @lru_cache(maxsize=2)
-def air_textures(seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+def wave_and_cloud_textures(seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Pyramids of waves and of clouds; read-only."""
     random = _of(seed, "Sea Surface")
     return _kept(tone_pyramid(wave_texture(random))), _kept(tone_pyramid(cloud_texture(random)))
@@ -92,9 +92,9 @@ def _halved(level: Floats) -> Floats:
 def sand_texture(random: Generator) -> Floats:
     """Ripples that wind and fork, over rough ground, lit from one side."""
     f, _ = noise_frequencies()
-    winding = gaussian_noise(random, f**-1.9)
-    ground = gaussian_noise(random, f**-1.6 * (f > STEEPEST))
-    grain = gaussian_noise(random, np.minimum(f, 200.0) ** -0.4 * (f > STEEPEST))
+    winding = spectral_gaussian_noise(random, f**-1.9)
+    ground = spectral_gaussian_noise(random, f**-1.6 * (f > STEEPEST))
+    grain = spectral_gaussian_noise(random, np.minimum(f, 200.0) ** -0.4 * (f > STEEPEST))
     across = np.arange(SIZE, dtype=np.float32) * np.float32(math.tau / SIZE)
     found = winding
     for rows in _chunks(SIZE):
@@ -108,7 +108,7 @@ def sand_texture(random: Generator) -> Floats:
 
 def ground_patches(random: Generator) -> Floats:
     """(WIDE, WIDE) light and dark ground, meters across."""
-    field = wide_gaussian_noise(random, 256, lambda f: f**-1.5)
+    field = large_spectral_noise(random, 256, lambda f: f**-1.5)
     field *= 0.16
     field += 0.5
     return _tones(field)
@@ -116,7 +116,7 @@ def ground_patches(random: Generator) -> Floats:
 
 def texture_shifts(random: Generator, spread: float) -> Floats:
     """(WIDE, WIDE) smooth shifts about BENDS / 2, with a standard deviation of `spread` texels."""
-    field = wide_gaussian_noise(random, 32, lambda f: (f > 14).astype(np.float32))
+    field = large_spectral_noise(random, 32, lambda f: (f > 14).astype(np.float32))
     field *= spread
     field += BENDS / 2
     return field
@@ -125,14 +125,14 @@ def texture_shifts(random: Generator, spread: float) -> Floats:
 def wave_texture(random: Generator) -> Floats:
     """Slopes of a wind sea that comes from the left."""
     f, bearing = noise_frequencies()
-    slope = gaussian_noise(random, f**-0.85 * (0.2 + np.cos(bearing) ** 2) * (f > 3))
+    slope = spectral_gaussian_noise(random, f**-0.85 * (0.2 + np.cos(bearing) ** 2) * (f > 3))
     return _tones(0.5 + 0.17 * slope)
 
 
 def cloud_texture(random: Generator) -> Floats:
     """Fair-weather cumulus: 0 in the gaps."""
     f, _ = noise_frequencies()
-    return _tones(0.55 * gaussian_noise(random, f**-1.8 * (f > 3)) - 0.1)
+    return _tones(0.55 * spectral_gaussian_noise(random, f**-1.8 * (f > 3)) - 0.1)
 
 
 def noise_frequencies() -> tuple[Floats, Floats]:
@@ -141,7 +141,7 @@ def noise_frequencies() -> tuple[Floats, Floats]:
     return np.maximum(np.hypot(fx, fy), 1.0).astype(np.float32), np.arctan2(fy, fx).astype(np.float32)
 
 
-def gaussian_noise(random: Generator, amplitude: Floats) -> Floats:
+def spectral_gaussian_noise(random: Generator, amplitude: Floats) -> Floats:
     """(SIZE, SIZE) seamless Gaussian noise of mean 0 and variance 1; `amplitude` is that of `noise_frequencies`.
 
     It is the same for those that go up and down.
@@ -160,7 +160,7 @@ def gaussian_noise(random: Generator, amplitude: Floats) -> Floats:
     return _normal(np.fft.irfft(waves, n=SIZE))
 
 
-def wide_gaussian_noise(random: Generator, finest: int, spectrum: Callable[[Floats], Floats]) -> Floats:
+def large_spectral_noise(random: Generator, finest: int, spectrum: Callable[[Floats], Floats]) -> Floats:
     """(WIDE, WIDE) seamless Gaussian noise of mean 0 and variance 1 with at most `finest` cycles per side."""
     numbers = random.standard_normal((2, 2 * finest, finest + 1), dtype=np.float32)
     rows = np.fft.fftfreq(2 * finest, 0.5 / finest).astype(np.float32)

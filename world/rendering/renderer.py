@@ -16,11 +16,11 @@ from world.rendering.light.caustics import Caustics
 from world.rendering.light.lamps import Lamp, LampBeam, lamp_beams
 from world.rendering.objects import calibration_targets, marine_snow, walls
 from world.rendering.objects.calibration_targets import Board
-from world.rendering.objects.glider import CameraGlider, Glider, Pixels, draw_glider, resting_glider
+from world.rendering.objects.glider import CameraGlider, Glider, Pixels, draw_glider, glider_contact_geometry
 from world.rendering.objects.marine_snow import MarineSnow
 from world.rendering.objects.static_scene import RestingBody, StaticScene
 from world.rendering.scenes import Scene, ScenePose, SeabedScene
-from world.rendering.seabed.ray_grid import rotate
+from world.rendering.seabed.ray_interpolation import rotate
 from world.rendering.seabed.seabed_renderer import SeabedRenderer
 from world.rendering.textured_planes import PlaneCaster
 
@@ -31,16 +31,16 @@ Bools = NDArray[np.bool_]
 OPTICAL = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
-def optical_transform(mount: Pose) -> NDArray[np.float64]:
+def optical_to_body_transform(mount: Pose) -> NDArray[np.float64]:
     """(4, 4), from the optical frame of a camera to the frame in which it has a pose: T_BS of a data set."""
     turn = np.eye(4)
     turn[:3, :3] = OPTICAL
     return np.asarray(mount.transform @ turn, np.float64)
 
 
-def camera_rotation(pose: ScenePose, mount: Pose = DOWN) -> NDArray[np.float64]:
+def optical_to_ned_rotation(pose: ScenePose, mount: Pose = DOWN) -> NDArray[np.float64]:
     """(3, 3) rotation from the optical frame of the camera to NED."""
-    return np.array(rotation(pose.roll, pose.pitch, pose.yaw)) @ optical_transform(mount)[:3, :3]
+    return np.array(rotation(pose.roll, pose.pitch, pose.yaw)) @ optical_to_body_transform(mount)[:3, :3]
 
 
 class Renderer:
@@ -76,7 +76,7 @@ class Renderer:
     ) -> NDArray[np.uint32]:
         """The atlas of the faces (see cube_faces.empty_atlas); the camera's height must be positive."""
         atlas = empty_atlas(len(self.faces), self.width)
-        pose, eye = vehicle.at_mount(self.mount), camera_rotation(vehicle, self.mount)
+        pose, eye = vehicle.at_mount(self.mount), optical_to_ned_rotation(vehicle, self.mount)
         turns, windows = eye @ self.faces, self.windows
         lights = lamp_beams(self.lamps, vehicle.pose, self.mount)
         pixels = atlas[:-1].view(np.uint8).reshape(len(turns), self.width, self.width, 4)
@@ -84,7 +84,7 @@ class Renderer:
         where = pose.north, pose.east, pose.depth
         here = replace(pose, height=self.landscape.height_above_ground(*where, pose.height))
         if self.caustics is not None and isinstance(self.scene, SeabedScene):
-            place, shown = (*where, here.height), self.scene.sunlit_share(here, lights)
+            place, shown = (*where, here.height), self.scene.ground_sunlight_share(here, lights)
             for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
                 close = None if near is None else near[number]
                 self.caustics.apply(face, turn, window, self.caster.axis, place, pose.time, shown, close)
@@ -92,7 +92,7 @@ class Renderer:
             offset = board.north - pose.north, board.east - pose.east, pose.height - board.height
             look, cover = (
                 self.scene.body_appearance(here, offset, lights),
-                self._cover(pose, near, calibration_targets.resting_board(board, pose.depth + offset[2])),
+                self._cover(pose, near, calibration_targets.board_contact_geometry(board, pose.depth + offset[2])),
             )
             for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
                 calibration_targets.draw_board(
@@ -124,14 +124,14 @@ class Renderer:
         """Draw what is around. Where it can hide bodies: 1 over its distance along the axis of each face (f, w, w)."""
         scene, turns, position = self.scene, eye @ self.faces, (pose.north, pose.east)
         if not isinstance(scene, SeabedScene) or (self.terrain is None and not self.landscape.walls):
-            self.caster.cast(atlas, turns, self.windows, scene.planes(pose, lights), position, pose.time)
+            self.caster.draw_planes(atlas, turns, self.windows, scene.planes(pose, lights), position, pose.time)
             return None
         near = np.zeros((len(turns), self.width, self.width), dtype=np.float32)
         if self.terrain is not None:
             self.terrain.draw(atlas, near, eye, pose, scene, lights)
         else:
             planes = scene.planes(pose, lights)
-            self.caster.cast(atlas, turns, self.windows, planes, position, pose.time)
+            self.caster.draw_planes(atlas, turns, self.windows, planes, position, pose.time)
             for turn, (rows, columns), close in zip(turns, self.windows, near, strict=True):
                 strip = slice(*rows), slice(*columns)
                 down = self.caster.linear_field(turn[2], strip)
@@ -165,7 +165,9 @@ class Renderer:
 
 def _lying(mug: CameraGlider, pose: ScenePose) -> RestingBody:
     north, east, down = mug.center
-    return resting_glider(pose.north + north, pose.east + east, pose.depth + down, mug.heading, mug.length, mug.radius)
+    return glider_contact_geometry(
+        pose.north + north, pose.east + east, pose.depth + down, mug.heading, mug.length, mug.radius
+    )
 
 
 def _seen(pose: ScenePose, gliders: Sequence[Glider]) -> list[CameraGlider]:

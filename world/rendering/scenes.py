@@ -113,14 +113,14 @@ class SeabedScene:
         words[:seen] = palette.reshape(seen, -1)
         return TexturedPlane(-1, depth, self.surface_layers, words.ravel())
 
-    def daylight_share(self, north: Any, east: Any, up: Any) -> Any:
+    def daylight_share_by_normal(self, north: Any, east: Any, up: Any) -> Any:
         """Daylight on what looks to a direction (unit vectors, one or many), as share of that on level ground."""
         sun = self.sun
         if sun[2] > -LOWEST:
             return SHADE + (1.0 - SHADE) * up
         return SHADE + (1.0 - SHADE) * np.clip((north * sun[0] + east * sun[1] - up * sun[2]) / -sun[2], 0.0, 2.0)
 
-    def ground_light(
+    def ground_and_veil_light(
         self, pose: ScenePose, lights: Sequence[LampBeam], points: Floats, facing: Any
     ) -> tuple[Floats, Floats]:
         """What the camera sees of white ground, and of the water before it: (3, n) by color, linear light.
@@ -132,7 +132,7 @@ class SeabedScene:
         on_ground = lit(np.maximum(depth + points[2:], 0.0)) * facing
         if lights:
             on_ground = on_ground + aperture * self._lamplight(points[:, np.newaxis], lights)
-        veil = self._glow(-points[2] / away, lit(depth)) * self.water.glow_share(away)
+        veil = self._glow(-points[2] / away, lit(depth)) * self.water.glow_share_by_distance(away)
         return (on_ground * self.water.transmission(away))[:, 0], veil[:, 0]
 
     def body_appearance(self, pose: ScenePose, place: Vector, lights: Sequence[LampBeam] = ()) -> Appearance:
@@ -144,12 +144,12 @@ class SeabedScene:
         glow = self._glow(np.array([[_sine(place)]], dtype=np.float32), daylight(depth))
 
         def look(reflected: Floats, distance: Floats) -> Floats:
-            left, veil = self.water.transmission(distance), self.water.glow_share(distance)
+            left, veil = self.water.transmission(distance), self.water.glow_share_by_distance(distance)
             return water_optics.gamma_encode(reflected * lit * left + glow * veil)
 
         return look
 
-    def sunlit_share(self, pose: ScenePose, lights: Sequence[LampBeam] = ()) -> Floats:
+    def ground_sunlight_share(self, pose: ScenePose, lights: Sequence[LampBeam] = ()) -> Floats:
         """The share of green light from the ground that is the sun's, by distance (m) from 0 to REACH."""
         depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         away = np.arange(REACH, dtype=np.float32)[np.newaxis]
@@ -159,7 +159,7 @@ class SeabedScene:
             below = np.array([[[0.0]], [[0.0]], [[pose.height]]])
             lamp = aperture * float(self._lamplight(below, lights)[1, 0, 0])
         ground = sand * (lit + lamp) * self.water.transmission(away)[1, 0]
-        veil = (self._glow(np.full_like(away, -0.7), daylight(depth)) * self.water.glow_share(away))[1, 0]
+        veil = (self._glow(np.full_like(away, -0.7), daylight(depth)) * self.water.glow_share_by_distance(away))[1, 0]
         return (ground / (ground + veil + 1e-9) * (lit / (lit + lamp + 1e-9))).astype(np.float32)
 
     def flake_light(self, pose: ScenePose, points: Floats, lights: Sequence[LampBeam] = ()) -> Floats:
@@ -168,7 +168,7 @@ class SeabedScene:
         away, lit = np.sqrt(np.sum(points**2, axis=0))[np.newaxis], daylight(depth)
         for beam in lights:
             lit = lit + aperture * beam.illuminance(points, self.water.attenuation.ravel())[0][:, np.newaxis]
-        veil = self._glow(-points[2] / away, daylight(depth)) * self.water.glow_share(away)
+        veil = self._glow(-points[2] / away, daylight(depth)) * self.water.glow_share_by_distance(away)
         return (FLAKE * lit * self.water.transmission(away) + veil)[:, 0]
 
     def lamp_backscatter(
@@ -195,7 +195,7 @@ class SeabedScene:
         if lights:
             on_bottom = on_bottom + lux * self._lamplight(points[:, np.newaxis], lights)
         bright = self.bottom_colors[..., water_optics.BRIGHT, np.newaxis] * on_bottom * self.water.transmission(away)
-        bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * self.water.glow_share(away)
+        bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * self.water.glow_share_by_distance(away)
         if lights:
             bright += lux * self._glare(points / away, pose.height, lights)[:, np.newaxis]
         aperture = min(1.0, water_optics.WHITE / max(float(bright.max()), 1e-9))
@@ -223,7 +223,7 @@ class SeabedScene:
         away = np.sqrt(np.sum(points**2, axis=0)).astype(np.float32)
         lit = on_bottom + aperture * self._lamplight(points, lights).astype(np.float32)
         linear = self.bottom_colors[:, 0][:, tones] * lit * self.water.transmission(away)
-        veil = self._glow(-height / away, around) * self.water.glow_share(away)
+        veil = self._glow(-height / away, around) * self.water.glow_share_by_distance(away)
         return water_optics.rgba_words(linear, veil).reshape(tones.shape)
 
     def _glow(self, sine: Floats, around: Floats) -> Floats:
@@ -232,9 +232,9 @@ class SeabedScene:
     def _palette(
         self, colors: Floats, side: int, distance: float, around: Floats, rows: int = water_optics.ROWS
     ) -> NDArray[np.uint32]:
-        sines = water_optics.elevation_sines()[:rows]
+        sines = water_optics.palette_elevation_sines()[:rows]
         away = distance / sines
-        veil = self._glow(-side * sines, around) * self.water.glow_share(away)
+        veil = self._glow(-side * sines, around) * self.water.glow_share_by_distance(away)
         return water_optics.rgba_words(colors * self.water.transmission(away), veil)
 
 
@@ -246,7 +246,7 @@ class SeaSurfaceScene:
     def __init__(self, visibility: float, seed: int, waves: SeaState, sun: Sun, water: str = ""):
         self.air = water_optics.hazy_air(visibility)
         self.sun, self.brightness = sun.direction, min(1.0, sun.lux / water_optics.DARKEST)
-        swell, sky = procedural_textures.air_textures(seed)
+        swell, sky = procedural_textures.wave_and_cloud_textures(seed)
         self.sea_layers = TextureLayer(swell, 0.045, 0.4, 1.2), TextureLayer(swell, 0.31, 0.75, 3.4)
         self.sky_layers = TextureLayer(sky, 3.0, 0.2, 6.0), TextureLayer(sky, 11.0, 1.3, 6.0)
         self.sea_colors = water_optics.surface_palette_from_above(waves.roughness)
@@ -269,7 +269,7 @@ class SeaSurfaceScene:
         return look
 
     def _hazy(self, colors: Floats, distance: float) -> Floats:
-        left = self.air.transmission(distance / water_optics.elevation_sines())
+        left = self.air.transmission(distance / water_optics.palette_elevation_sines())
         return self.brightness * (colors * left + self.air.glow * (1 - left))
 
 

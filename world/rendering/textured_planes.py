@@ -59,7 +59,7 @@ class PlaneCaster:
         # Times the height of the ray through a pixel, this is its row of the palette: the sine of its elevation * ROWS.
         self.steps = (ROWS / length).astype(np.float32)
 
-    def cast(
+    def draw_planes(
         self,
         atlas: Words,
         faces: NDArray[np.float64],

@@ -66,7 +66,7 @@ class WindSea:
         steep = -self.amplitude * self.wave_number * np.sin(self._phases(north, east, time))
         return float(np.sum(steep * self._north)), float(np.sum(steep * self._east))
 
-    def orbital_velocity(self, north: float, east: float, time: float) -> Vector:
+    def surface_orbital_velocity(self, north: float, east: float, time: float) -> Vector:
         """Orbital velocity of the water at the surface (m/s; north, east, down)."""
         phase, fast = self._phases(north, east, time), self.amplitude * self.frequency
         along = fast * np.cos(phase)

@@ -21,7 +21,7 @@ from world.sensors.mug_detection import (
     detection_at_pixel,
     ground_position_sigma,
     locate_like_original_camera,
-    locate_target,
+    locate_target_on_plane,
     target_in_camera,
 )
 from world.sensors.sonar_beam import SonarBeam
@@ -53,7 +53,7 @@ __all__ = [
     "ground_position_sigma",
     "janus_directions",
     "locate_like_original_camera",
-    "locate_target",
+    "locate_target_on_plane",
     "nearest_echo",
     "original_mug_camera",
     "specific_force",

@@ -27,7 +27,7 @@ class TriadGrade:
     offset: float = 0.0
 
     @classmethod
-    def gyroscope(
+    def from_gyroscope_datasheet(
         cls, density: NoiseDensity, limit: float, resolution: float, scale: float, misalignment: float, offset: float
     ) -> "TriadGrade":
         """From °/s, °/s, %, ° and °/s."""
@@ -35,7 +35,7 @@ class TriadGrade:
         return cls(density, limit * rate, resolution * rate, scale / 100.0, angle, offset * rate)
 
     @classmethod
-    def accelerometer(
+    def from_accelerometer_datasheet(
         cls, density: NoiseDensity, limit: float, resolution: float, scale: float, misalignment: float, offset: float
     ) -> "TriadGrade":
         """From g, mg, %, ° and mg."""
@@ -114,19 +114,31 @@ IMU_PARTS: Mapping[str, ImuPart] = MappingProxyType(
     {
         # InvenSense PS-MPU-6000A rev. 3.4, at ±2000 °/s and ±16 g; noise as AirSim has it
         "MPU-6000": ImuPart(
-            TriadGrade.gyroscope(NoiseDensity.gyroscope(0.3, 4.6, 500.0), 2000.0, 1 / 16.4, 1.0, 0.38, 0.0),
-            TriadGrade.accelerometer(NoiseDensity.accelerometer(0.24, 36.0, 800.0), 16.0, 1000 / 2048, 1.0, 0.38, 0.0),
+            TriadGrade.from_gyroscope_datasheet(
+                NoiseDensity.from_gyroscope_datasheet(0.3, 4.6, 500.0), 2000.0, 1 / 16.4, 1.0, 0.38, 0.0
+            ),
+            TriadGrade.from_accelerometer_datasheet(
+                NoiseDensity.from_accelerometer_datasheet(0.24, 36.0, 800.0), 16.0, 1000 / 2048, 1.0, 0.38, 0.0
+            ),
         ),
         # Analog Devices ADIS16448 rev. D, at ±1000 °/s and ±18 g; 0.11 m/s/√h are 0.187 mg/√Hz (its noise density at
         # 25 Hz, 0.23 mg/√Hz, is higher, and that of the rate, 0.0135 °/s/√Hz, too)
         "ADIS16448": ImuPart(
-            TriadGrade.gyroscope(NoiseDensity.gyroscope(0.66, 14.5, 500.0), 1000.0, 0.04, 0.33, 0.05, 0.0),
-            TriadGrade.accelerometer(NoiseDensity.accelerometer(0.187, 250.0, 800.0), 18.0, 0.833, 0.33, 0.2, 0.0),
+            TriadGrade.from_gyroscope_datasheet(
+                NoiseDensity.from_gyroscope_datasheet(0.66, 14.5, 500.0), 1000.0, 0.04, 0.33, 0.05, 0.0
+            ),
+            TriadGrade.from_accelerometer_datasheet(
+                NoiseDensity.from_accelerometer_datasheet(0.187, 250.0, 800.0), 18.0, 0.833, 0.33, 0.2, 0.0
+            ),
         ),
         # Bosch BST-BMI088-DS001 rev. 1.4, at ±2000 °/s and ±24 g; 0.014 °/s/√Hz are 0.84 °/√h
         "BMI088": ImuPart(
-            TriadGrade.gyroscope(NoiseDensity.gyroscope(0.84, 2.0, 500.0), 2000.0, 1 / 16.384, 0.33, 0.19, 0.0),
-            TriadGrade.accelerometer(NoiseDensity.accelerometer(0.175, 36.0, 800.0), 24.0, 1000 / 1365, 0.13, 0.1, 0.0),
+            TriadGrade.from_gyroscope_datasheet(
+                NoiseDensity.from_gyroscope_datasheet(0.84, 2.0, 500.0), 2000.0, 1 / 16.384, 0.33, 0.19, 0.0
+            ),
+            TriadGrade.from_accelerometer_datasheet(
+                NoiseDensity.from_accelerometer_datasheet(0.175, 36.0, 800.0), 24.0, 1000 / 1365, 0.13, 0.1, 0.0
+            ),
         ),
     }
 )

@@ -30,12 +30,12 @@ class NoiseDensity:
     walk: float
 
     @classmethod
-    def gyroscope(cls, random_walk: float, bias_stability: float, tau: float) -> "NoiseDensity":
+    def from_gyroscope_datasheet(cls, random_walk: float, bias_stability: float, tau: float) -> "NoiseDensity":
         """From degrees per √h, degrees per h, and s."""
         return cls(math.radians(random_walk) / 60.0, math.radians(bias_stability) / 3600.0 / math.sqrt(tau))
 
     @classmethod
-    def accelerometer(cls, random_walk: float, bias_stability: float, tau: float) -> "NoiseDensity":
+    def from_accelerometer_datasheet(cls, random_walk: float, bias_stability: float, tau: float) -> "NoiseDensity":
         """From mg/√Hz, µg, and s."""
         milli = 1e-3 * STANDARD_GRAVITY
         return cls(random_walk * milli, bias_stability * 1e-3 * milli / math.sqrt(tau))

@@ -62,7 +62,7 @@ def detect_target(
     return detection_at_pixel(camera, *pixel, believed or view, mount) if pixel is not None else None
 
 
-def locate_target(
+def locate_target_on_plane(
     camera: FieldOfViewCamera,
     view: AttitudeAndHeight,
     target: NorthEastOffset,
@@ -79,7 +79,7 @@ def _pixel(
 ) -> NorthEastOffset | None:
     """The middle of the pixel that shows a target; None if it is outside the image."""
     point = camera.project(*target_in_camera(view, target, mount))
-    if point is None or not camera.covers(*point):
+    if point is None or not camera.is_in_image(*point):
         return None
     return math.floor(point[0]) + 0.5, math.floor(point[1]) + 0.5
 

@@ -36,7 +36,7 @@ class BodyMotion(NamedTuple):
             (state.svx, state.svy, state.svz),
         )
 
-    def motion_after(self, seconds: float) -> tuple[Vector, Vector]:
+    def predict_displacement_and_angles(self, seconds: float) -> tuple[Vector, Vector]:
         """The way north, east and down (m) in some moments, and the angles (rad) after them."""
         return _scaled(self.ground_velocity, seconds), integrate_body_rates(self.angles, self.rates, seconds)
 
@@ -88,7 +88,7 @@ class InertialSampler:
         self._turned: Vector = (0.0, 0.0, 0.0)  # integral of the rates since the last sample
         self._pushed: Vector = (0.0, 0.0, 0.0)  # integral of the force
 
-    def add_state(self, state: BodyMotion) -> list[InertialSample]:
+    def sample_until_state(self, state: BodyMotion) -> list[InertialSample]:
         """The samples that are due up to `state`."""
         last, self._last = self._last, state
         before, self._moving = self._moving, state.ground_velocity_at(self._place)

@@ -10,7 +10,7 @@ import imc
 from autonomy.plans.conditions import parse_condition
 from autonomy.plans.sequence import FINISH
 from autonomy.plans.yaml.values import Z_UNITS, parse_position, parse_quantity, parse_speed, read_field
-from support.located_yaml import Node, read_tree
+from support.located_yaml import Node, parse_yaml_tree
 from support.text import with_suggestion
 from support.wgs84 import displace
 
@@ -41,7 +41,7 @@ def parse_plan(text: str, name: str = "plan", *, json: bool = False) -> imc.Plan
     YAML has the keys plan, origin, speed, depth (or altitude, height), start, maneuvers; see docs/plans.md.
     """
     try:
-        message = imc.from_json(text) if json else PlanReader(read_tree(text, name, PlanFileError), name).plan()
+        message = imc.from_json(text) if json else PlanReader(parse_yaml_tree(text, name, PlanFileError), name).plan()
         if not isinstance(message, imc.PlanSpecification):
             raise PlanFileError(f"{name}: is a {type(message).__name__}, not a PlanSpecification")
         imc.encode(message)

@@ -50,7 +50,7 @@ class CameraBroadcast:
             case _:
                 pass
 
-    def tick(self, now: float) -> None:
+    def expire_parameter_changes(self, now: float) -> None:
         """Answer who has asked for a setting that the vehicle does not change."""
         for camera in self._cameras:
             self._answer(camera, lambda asked: asked.until <= now)
@@ -66,7 +66,7 @@ class CameraBroadcast:
 
     def _place(self, north: float, east: float) -> str:
         """Latitude and longitude (degrees) of a point at an offset (m) from the vehicle; the offset if unknown."""
-        found = self._model.place()
+        found = self._model.state_and_position()
         if found is None or not (math.isfinite(north) and math.isfinite(east)):
             return f"{north:.1f} m north, {east:.1f} m east"
         lat, lon, _ = wgs84.displace(found[1].lat, found[1].lon, 0.0, north, east, 0.0)
@@ -75,7 +75,7 @@ class CameraBroadcast:
     def _send_parameters(self, reply: imc.EntityParameters) -> None:
         names = {item.name for item in reply.params if isinstance(item, imc.EntityParameter)}
         for camera in self._called(reply.name):
-            self._answer(camera, lambda asked: asked.parameter.parameter.name in names)
+            self._answer(camera, lambda asked: asked.parameter.declaration.name in names)
             for parameter in camera.changed_parameters():
                 for part in self._views(camera):
                     send_parameter(part, camera, parameter)

@@ -17,7 +17,7 @@ def _heartbeat(camera: CameraComponent, now: float) -> Fields:
 
 def _information(camera: CameraComponent, now: float) -> Fields:
     time = from_imc.boot_ms(now, camera.model.boot)
-    described = f"mftp://[;comp=1]/{camera.definition_file}", version_of(camera.definition)
+    described = f"mftp://[;comp=1]/{camera.definition_file_name}", version_of(camera.definition)
     return cameras_from_imc.information(camera.label, camera.resolution, camera.flags, described, time)
 
 
@@ -43,7 +43,7 @@ def _video(camera: CameraComponent, now: float) -> Fields | None:
 
 
 def _geo_status(camera: CameraComponent, now: float) -> Fields | None:
-    found = camera.tracked_object(now)
+    found = camera.latest_detection(now)
     return cameras_from_imc.tracking_geo_status(found) if found is not None else None
 
 
@@ -78,7 +78,7 @@ ALL = (*EACH, *PICTURES, *DETECTIONS, *VIDEO)
 class CameraTelemetry:
     """The messages of a camera, for sessions."""
 
-    notices: Sequence[tuple[int, str]] = ()
+    latest_notices: Sequence[tuple[int, str]] = ()
 
     def __init__(self, dialect: Dialect, camera: CameraComponent) -> None:
         self.dialect = dialect

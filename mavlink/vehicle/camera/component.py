@@ -52,7 +52,7 @@ class CameraComponent:
         self.component = component
         self.model = model
         self.pictures = pictures
-        self.video = view.video
+        self.video = view.video_url
         self.parameters = ExtendedParameterTable(view.parameters)
         self.taken = 0
         self.interval = 0.0
@@ -70,7 +70,7 @@ class CameraComponent:
         return self._entity.label
 
     @property
-    def definition_file(self) -> str:
+    def definition_file_name(self) -> str:
         """The name of the file that describes the settings, in the root of what stations can read."""
         return f"camera-{self.component}.xml"
 
@@ -149,7 +149,7 @@ class CameraComponent:
     def change_parameter(self, parameter: ExtendedParameter, value: str, session: Session, now: float) -> None:
         """Ask the vehicle to change a parameter; who asked is answered when it has."""
         self.pending[session, parameter.id] = PendingChange(parameter, value, now + PATIENCE)
-        self._port.set_parameter(self.label, parameter.parameter.name, value)
+        self._port.set_parameter(self.label, parameter.declaration.name, value)
 
     def changed_parameters(self) -> list[ExtendedParameter]:
         """Parameters that have changed since the last call."""
@@ -169,7 +169,9 @@ class CameraComponent:
         except (KeyError, ValueError):
             return None
         lat, lon = math.radians(lat), math.radians(lon)
-        place = self.model.position(imc.EstimatedState(lat=lat, lon=lon, height=height, depth=depth, z=max(depth, 0.0)))
+        place = self.model.position_from_state(
+            imc.EstimatedState(lat=lat, lon=lon, height=height, depth=depth, z=max(depth, 0.0))
+        )
         roll, pitch, yaw = map(math.radians, angles)
         if place is None or not all(map(math.isfinite, (time, roll, pitch, yaw))):
             return None
@@ -195,7 +197,7 @@ class CameraComponent:
 
     def add_detection(self, mug: imc.EstimatedMugState, now: float) -> None:
         """Remember where an object is."""
-        found = self.model.place()
+        found = self.model.state_and_position()
         if found is None or not (math.isfinite(mug.x) and math.isfinite(mug.y)):
             return
         state, here = found
@@ -210,7 +212,7 @@ class CameraComponent:
             del self._found[next(iter(self._found))]
         self._found[mug.id] = cameras_from_imc.Detection(mug.id, lat, lon, here.altitude - below, distance, now)
 
-    def tracked_object(self, now: float) -> cameras_from_imc.Detection | None:
+    def latest_detection(self, now: float) -> cameras_from_imc.Detection | None:
         """What was detected last, while that is not long ago."""
         latest = next(reversed(self._found.values()), None)
         return latest if latest is not None and now - latest.time < ACTIVE else None

@@ -42,7 +42,7 @@ def _version(content: bytes) -> int:
 
 
 def _parameter(setting: ExtendedParameter) -> ElementTree.Element:
-    parameter = setting.parameter
+    parameter = setting.declaration
     found = ElementTree.Element("parameter", name=setting.id, type=TYPES.get(setting.type, TEXT))
     found.set("default", _written(setting, parameter.default))
     for name, limit in (("min", parameter.minimum), ("max", parameter.maximum)):
@@ -61,7 +61,7 @@ def _parameter(setting: ExtendedParameter) -> ElementTree.Element:
 
 def _options(setting: ExtendedParameter) -> Mapping[str, str]:
     """The values to choose from, by the name that people see."""
-    parameter = setting.parameter
+    parameter = setting.declaration
     if parameter.type is bool and not parameter.is_list:
         return {"false": "0", "true": "1"}
     if parameter.is_list:
@@ -72,4 +72,4 @@ def _options(setting: ExtendedParameter) -> Mapping[str, str]:
 def _written(setting: ExtendedParameter, value: object) -> str:
     if setting.type == INT32:
         return str(int(value)) if isinstance(value, int) else "0"
-    return setting.parameter.format(value)
+    return setting.declaration.format(value)

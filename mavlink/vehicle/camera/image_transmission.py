@@ -50,4 +50,4 @@ class ImageTransmission:
             partial(part.send, "ENCAPSULATED_DATA", {"seqnr": number, "data": list(piece)})
             for number, piece in enumerate(pieces)
         ]
-        part.send_list(sends, now)
+        part.start_list_transfer(sends, now)

@@ -64,7 +64,7 @@ class CameraService(MavlinkService):
 
     def _list(self, session: Session, message: ReceivedMessage, now: float) -> None:
         camera = self._camera
-        session.send_list([partial(send_parameter, session, camera, each) for each in camera.parameters], now)
+        session.start_list_transfer([partial(send_parameter, session, camera, each) for each in camera.parameters], now)
 
     def _read(self, session: Session, message: ReceivedMessage, now: float) -> None:
         index, name = message.values["param_index"], message.values["param_id"]
@@ -81,11 +81,11 @@ class CameraService(MavlinkService):
             session.send("PARAM_EXT_ACK", {**fields, "param_result": REFUSED})
             return
         try:
-            wanted = parameter.decode_text(_raw_value(message), values["param_type"])
+            wanted = parameter.decode_param_value(_raw_value(message), values["param_type"])
         except ValueError as error:
             acknowledge_parameter(session, parameter, REFUSED)
             session.send_statustext(
-                statustext.WARNING, f"{self._camera.label}, {parameter.parameter.name}: {error}", now
+                statustext.WARNING, f"{self._camera.label}, {parameter.declaration.name}: {error}", now
             )
             return
         self._camera.change_parameter(parameter, wanted, session, now)
@@ -184,7 +184,7 @@ def _legacy_request(name: str) -> Callable[[Session, CommandRequest, float], Com
     """The older request for a message."""
 
     def request(session: Session, order: CommandRequest, now: float) -> CommandResult:
-        return DONE if session.source.offers(name) and session.send_now(name, now) else UNSUPPORTED
+        return DONE if session.source.offers(name) and session.build_and_send(name, now) else UNSUPPORTED
 
     return request
 

@@ -2,13 +2,13 @@
 
 from mavlink.vehicle.command import message_requests
 from mavlink.vehicle.command.command_service import Command, CommandService
-from mavlink.vehicle.command.control_service import ControlService, is_guided_item
 from mavlink.vehicle.command.gcs_failsafe import ACTIONS, GcsFailsafe
-from mavlink.vehicle.command.message_requests import banner_command
+from mavlink.vehicle.command.message_requests import make_banner_handler
 from mavlink.vehicle.command.offboard import OffboardTarget
-from mavlink.vehicle.command.read_only import refuse
+from mavlink.vehicle.command.read_only import refuse_if_read_only
 from mavlink.vehicle.command.relays_lights_buttons import RelayNames, Relays, parse_button, parse_light
 from mavlink.vehicle.command.request import DONE, CommandRequest, CommandResult, MavResult
+from mavlink.vehicle.command.setpoint_service import SetpointService, is_guided_item
 from mavlink.vehicle.command.vehicle_commands import COMMANDS, CommandTargets
 from mavlink.vehicle.command.vehicle_control import VehicleControl
 
@@ -21,17 +21,17 @@ __all__ = [
     "CommandResult",
     "CommandService",
     "CommandTargets",
-    "ControlService",
     "GcsFailsafe",
     "MavResult",
     "OffboardTarget",
     "RelayNames",
     "Relays",
+    "SetpointService",
     "VehicleControl",
-    "banner_command",
     "is_guided_item",
+    "make_banner_handler",
     "message_requests",
     "parse_button",
     "parse_light",
-    "refuse",
+    "refuse_if_read_only",
 ]

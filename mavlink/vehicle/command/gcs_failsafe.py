@@ -36,7 +36,7 @@ class GcsFailsafe:
         if heard is None or now - heard <= timeout:
             return False
         self._heard_at = None
-        if not control.model.guided_plan and control.mission.state is not MissionState.ACTIVE:
+        if not control.model.active_guided_plan_id and control.mission.state is not MissionState.ACTIVE:
             return False
         control.model.interrupted = control.model.mode, control.model.command_count
         ACTIONS[action](control, now)

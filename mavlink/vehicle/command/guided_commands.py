@@ -26,7 +26,7 @@ def go_to(
     control: VehicleControl, place: LatLon, frame: int | None, z: float, speed: float, finish: Finish, now: float
 ) -> CommandResult | None:
     """Go to a place and keep station there; without one only change the depth or altitude."""
-    found = control.model.place()
+    found = control.model.state_and_position()
     if found is None:
         return POSITION_UNKNOWN
     if any(map(math.isinf, place)):
@@ -48,7 +48,7 @@ def execute_item(
     now: float,
 ) -> CommandResult | None:
     """Carry out an item that a station sends as an order: a stay of some time or turns. `order` has its parameters."""
-    found = control.model.place()
+    found = control.model.state_and_position()
     if found is None:
         return POSITION_UNKNOWN
     place = order[4], order[5]
@@ -59,17 +59,17 @@ def execute_item(
     return _send(control, "goto", [_item(command, frame, place, z)._replace(**numbers)], finish, now)
 
 
-def apply_speed(control: VehicleControl, finish: Finish, now: float) -> CommandResult | None:
+def apply_guided_speed(control: VehicleControl, finish: Finish, now: float) -> CommandResult | None:
     """Do what the vehicle does for a ground station at the speed that has been chosen."""
     plan = control.plans.started
     if (
         plan is None
-        or plan.plan_id != control.model.guided_plan
-        or control.model.guided_plan not in ("goto", "orbit", "return", "land")
+        or plan.plan_id != control.model.active_guided_plan_id
+        or control.model.active_guided_plan_id not in ("goto", "orbit", "return", "land")
     ):
         return DONE
     maneuvers = tuple(
-        each.replace(data=each.data.replace(speed=control.model.speed, speed_units=imc.SpeedUnits.METERS_PS))
+        each.replace(data=each.data.replace(speed=control.model.guided_speed, speed_units=imc.SpeedUnits.METERS_PS))
         if isinstance(each, imc.PlanManeuver) and each.data is not None and hasattr(each.data, "speed")
         else each
         for each in plan.maneuvers
@@ -99,7 +99,7 @@ def take_off(control: VehicleControl, frame: int | None, z: float, finish: Finis
 
 def land(control: VehicleControl, place: LatLon, finish: Finish, now: float) -> CommandResult | None:
     """Land here or at a place; an AUV comes to the surface."""
-    if control.model.place() is None:
+    if control.model.state_and_position() is None:
         return POSITION_UNKNOWN
     given = place if _given(place) and place != (0.0, 0.0) else (0.0, 0.0)
     return _send(control, "land", [_item(MissionCommand.NAV_LAND, RELATIVE, given, 0.0)], finish, now)
@@ -115,7 +115,7 @@ def orbit(
     now: float,
 ) -> CommandResult | None:
     """Circle around a place, or around here, until something else is asked for; a negative radius: counterclockwise."""
-    found, settings = control.model.place(), control.model.conversion_settings("orbit")
+    found, settings = control.model.state_and_position(), control.model.conversion_settings("orbit")
     if found is None:
         return POSITION_UNKNOWN
     if not _given(place):

@@ -54,7 +54,7 @@ class ManualControl:
         self, session: Session, message: ReceivedMessage, *, thrust: float, turn: float, pitch: float, now: float
     ) -> None:
         model = self._control.model
-        if model.mode is not Mode.TELEOPERATION or model.guided_plan != "steered":
+        if model.mode is not Mode.TELEOPERATION or model.active_guided_plan_id != "steered":
             return
         if not self._may_steer((session, message.system, message.component), now):
             session.send_statustext(statustext.WARNING, STRANGER, now)

@@ -27,7 +27,7 @@ def _request(name: str) -> Callable[[Session, CommandRequest, float], CommandRes
 
 
 def _send(session: Session, name: str, now: float, number: int = 0) -> CommandResult:
-    if session.send_now(name, now, number):
+    if session.build_and_send(name, now, number):
         return DONE
     return CommandResult(MavResult.TEMPORARILY_REJECTED, f"{name} is not available yet")
 
@@ -64,7 +64,7 @@ COMMANDS: Mapping[int, Callable[[Session, CommandRequest, float], CommandResult]
 }
 
 
-def banner_command(kind: VehicleKind) -> Callable[[Session, CommandRequest, float], CommandResult]:
+def make_banner_handler(kind: VehicleKind) -> Callable[[Session, CommandRequest, float], CommandResult]:
     """MAV_CMD_DO_SEND_BANNER of a kind of vehicle: the name and version of the firmware as a text."""
 
     def send_banner(session: Session, order: CommandRequest, now: float) -> CommandResult:

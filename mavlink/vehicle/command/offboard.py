@@ -50,7 +50,7 @@ class OffboardTarget:
         control = self._control
         if not control.model.kind.afloat:
             self._fly(self._reference, session, now)
-        elif control.model.guided_plan == "follow":
+        elif control.model.active_guided_plan_id == "follow":
             if now - self._published_at >= SOON:
                 self._publish(now)
         elif control.model.chosen_mode is Mode.GUIDED and control.model.mode in (Mode.HOLD, Mode.GUIDED):
@@ -111,10 +111,10 @@ class OffboardTarget:
         control.plans.start(sequential_plan("follow", [maneuver]), judge, now)
         return None
 
-    def tick(self, now: float) -> None:
+    def repeat_target_or_hold(self, now: float) -> None:
         """Repeat the target, or hold if no more come."""
         control = self._control
-        if control.model.guided_plan != "follow":
+        if control.model.active_guided_plan_id != "follow":
             return
         if (self._streams or self._steers) and now - self._received_at > SILENCE:
             control.send_statustext(statustext.WARNING, "No more targets: holding")
@@ -130,7 +130,7 @@ class OffboardTarget:
     def _reference_of(self, message: ReceivedMessage) -> imc.Reference:
         """The reference of a target. Raises MissionError."""
         control, values = self._control, message.values
-        settings, found = control.model.conversion_settings(), control.model.place()
+        settings, found = control.model.conversion_settings(), control.model.state_and_position()
         if values["type_mask"] & NO_POSITION:
             raise MissionError(MissionResult.INVALID, "only positions are followed, no velocities or accelerations")
         if found is None:
@@ -150,7 +150,7 @@ class OffboardTarget:
     def _course(self, values: dict[str, Any], now: float) -> imc.Reference:
         """The reference of an attitude: a place far ahead on its heading, at the depth where the course began."""
         control = self._control
-        settings, found = control.model.conversion_settings(), control.model.place()
+        settings, found = control.model.conversion_settings(), control.model.state_and_position()
         if not settings.kind.afloat:
             raise MissionError(
                 MissionResult.UNSUPPORTED, "an aircraft does not follow attitudes here: send it to a place"
@@ -170,7 +170,7 @@ class OffboardTarget:
         if not values["type_mask"] & NO_THROTTLE:
             if not 0.0 <= thrust <= 1.0:
                 raise MissionError(MissionResult.INVALID, f"a thrust of {thrust:g} is not within 0 to 1")
-            fastest = settings.fastest if math.isfinite(settings.fastest) else control.model.speed
+            fastest = settings.fastest if math.isfinite(settings.fastest) else control.model.guided_speed
             speed, way = thrust * fastest, AHEAD if thrust else 0.0
         heading = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
         lat, lon, _ = wgs84.displace(place.lat, place.lon, 0.0, way * math.cos(heading), way * math.sin(heading))
@@ -180,7 +180,7 @@ class OffboardTarget:
         """The reference of a place; a speed of 0 is the usual one. Raises MissionError."""
         control, settings = self._control, self._control.model.conversion_settings()
         level = settings.level(frame, z)
-        speed = control.model.speed if speed == 0.0 else speed
+        speed = control.model.guided_speed if speed == 0.0 else speed
         if not 0.0 < speed <= settings.fastest:
             raise MissionError(MissionResult.INVALID, f"{speed:g} m/s is no speed of the vehicle")
         return imc.Reference(

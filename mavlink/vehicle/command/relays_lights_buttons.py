@@ -87,7 +87,7 @@ class Relays:
         self._switch(number, Op.TURN_ON if state else Op.TURN_OFF)
         return DONE
 
-    def set_servo(self, number: int | None, width: float) -> CommandResult:
+    def set_light_brightness(self, number: int | None, width: float) -> CommandResult:
         """DO_SET_SERVO: the brightness of a light, by the width of a pulse in µs."""
         name = self._lights.get(number or 0)
         if name is None:
@@ -98,7 +98,7 @@ class Relays:
         self._shine(name, round(share * FULL))
         return DONE
 
-    def press_buttons(self, who: object, pressed: int, now: float, act: Callable[[str], object]) -> None:
+    def execute_button_actions(self, who: object, pressed: int, now: float, act: Callable[[str], object]) -> None:
         """Take the buttons of a joystick, one bit each; each acts as it goes down."""
         at, before = self._pressed.get(who, (now, 0))
         self._pressed = {key: seen for key, seen in self._pressed.items() if now - seen[0] < FORGOTTEN}

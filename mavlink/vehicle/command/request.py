@@ -53,7 +53,7 @@ class CommandRequest(NamedTuple):
         return int(value) if math.isfinite(value) and value == int(value) else None
 
     @property
-    def place(self) -> tuple[float, float]:
+    def lat_lon(self) -> tuple[float, float]:
         """Latitude and longitude in rad; NaN: not given. COMMAND_INT has them in 1e-7 degrees."""
         scale = 1.0 if self.frame is None else 1e-7
         return math.radians(self.params[4] * scale), math.radians(self.params[5] * scale)

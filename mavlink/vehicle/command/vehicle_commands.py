@@ -4,12 +4,12 @@ import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, is_moving, positions
+from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, is_maneuvering, positions
 from mavlink.missions import MissionCommand, first_item_seq
 from mavlink.vehicle.command.guided_commands import (
     GLOBAL,
     NO_PLACE,
-    apply_speed,
+    apply_guided_speed,
     execute_item,
     go_to,
     land,
@@ -22,7 +22,7 @@ from mavlink.vehicle.command.offboard import OffboardTarget
 from mavlink.vehicle.command.relays_lights_buttons import Relays
 from mavlink.vehicle.command.request import DONE, CommandRequest, CommandResult, Finish, MavResult
 from mavlink.vehicle.command.vehicle_control import VehicleControl
-from mavlink.vehicle.mission import NO_PLAN, PlanReply, item_number
+from mavlink.vehicle.mission import NO_PLAN, PlanReply, seq_to_item_number
 from mavlink.vehicle.session import Session
 from support import wgs84
 
@@ -56,9 +56,9 @@ def set_mode(
             control.hold(now, lambda _: finish(DONE))
             mode = Mode.HOLD  # in ArduPilot's GUIDED mode a vehicle holds until it gets a place
         case Mode.MANUAL if (
-            control.model.guided_plan or not is_moving(control.model.latest.vehicle)
+            control.model.active_guided_plan_id or not is_maneuvering(control.model.latest.vehicle)
         ) and not control.model.airborne:
-            if control.model.guided_plan:
+            if control.model.active_guided_plan_id:
                 control.plans.stop(now)
             control.model.held = False
             reply = DONE
@@ -106,7 +106,7 @@ def _arm(targets: CommandTargets, session: Session, order: CommandRequest, now: 
         return CommandResult(MavResult.DENIED, f"Arming denied: {control.model.prearm_failure}")
     if not wish and control.model.airborne:
         return CommandResult(MavResult.DENIED, "Disarming denied: the vehicle is in the air")
-    if not wish and is_moving(control.model.latest.vehicle):
+    if not wish and is_maneuvering(control.model.latest.vehicle):
         if not force and control.model.mode is not Mode.HOLD:
             return CommandResult(MavResult.DENIED, "Disarming denied: the vehicle is executing a maneuver")
         control.plans.stop(now)
@@ -151,7 +151,7 @@ def _pause_or_continue(
 def _set_current(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
     """Go on at an item, also by the older message; -1 is the present one, or with parameter 2 the first."""
     mission, seq = targets.control.mission, order.integer_parameter(1)
-    number = -1 if seq is None else item_number(seq, session)
+    number = -1 if seq is None else seq_to_item_number(seq, session)
     if seq == -1:
         number = 0 if order.integer_parameter(2) == 1 else mission.current
 
@@ -160,12 +160,12 @@ def _set_current(targets: CommandTargets, session: Session, order: CommandReques
 
     if not mission.set_current(number, judge, now):
         return CommandResult(MavResult.DENIED, f"No item from {order.params[0]:g} on moves the vehicle")
-    session.send_now("MISSION_CURRENT", now)
+    session.build_and_send("MISSION_CURRENT", now)
     return None
 
 
 def _reposition(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
-    return go_to(targets.control, order.place, order.frame, order.params[6], order.params[0], order.finish, now)
+    return go_to(targets.control, order.lat_lon, order.frame, order.params[6], order.params[0], order.finish, now)
 
 
 def _take_off(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
@@ -177,13 +177,13 @@ def _take_off(targets: CommandTargets, session: Session, order: CommandRequest, 
 
 def _waypoint(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
     """NAV_WAYPOINT and NAV_LOITER_UNLIM as orders: go there and stay, without a place hold."""
-    if any(map(math.isnan, order.place)) or order.place == (0.0, 0.0):
+    if any(map(math.isnan, order.lat_lon)) or order.lat_lon == (0.0, 0.0):
         return set_mode(targets, session, Mode.HOLD, -1, order.finish, now)
-    return go_to(targets.control, order.place, order.frame, order.params[6], -1.0, order.finish, now)
+    return go_to(targets.control, order.lat_lon, order.frame, order.params[6], -1.0, order.finish, now)
 
 
 def _loiter(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
-    params = [*order.params[:4], *order.place, order.params[6]]
+    params = [*order.params[:4], *order.lat_lon, order.params[6]]
     return execute_item(targets.control, MissionCommand(order.command), params, order.frame, order.finish, now)
 
 
@@ -192,7 +192,7 @@ def _set_relay(targets: CommandTargets, session: Session, order: CommandRequest,
 
 
 def _set_servo(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult:
-    return targets.relays.set_servo(order.integer_parameter(1), order.params[1])
+    return targets.relays.set_light_brightness(order.integer_parameter(1), order.params[1])
 
 
 def _change_altitude(
@@ -210,7 +210,7 @@ def _terminate(targets: CommandTargets, session: Session, order: CommandRequest,
 
 
 def _land(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
-    return land(targets.control, order.place, order.finish, now)
+    return land(targets.control, order.lat_lon, order.finish, now)
 
 
 def _return(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
@@ -219,7 +219,7 @@ def _return(targets: CommandTargets, session: Session, order: CommandRequest, no
 
 def _orbit(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
     radius, speed = order.params[0], order.params[1]
-    return orbit(targets.control, order.place, (order.frame, order.params[6]), radius, speed, order.finish, now)
+    return orbit(targets.control, order.lat_lon, (order.frame, order.params[6]), radius, speed, order.finish, now)
 
 
 def _change_speed(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
@@ -238,13 +238,13 @@ def _change_speed(targets: CommandTargets, session: Session, order: CommandReque
             MavResult.DENIED, f"Speed denied: {speed:g} m/s is not between 0 and {control.model.limits.max_speed:g} m/s"
         )
     control.model.chosen_speed = 0.0 if speed == USUAL else speed
-    return apply_speed(control, order.finish, now)
+    return apply_guided_speed(control, order.finish, now)
 
 
 def _set_home(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult:
     """Home is here, or at a place; that of a vessel stays at the surface. As in ArduPilot, 0, 0 is here, too."""
-    control, (lat, lon), altitude = targets.control, order.place, order.params[6]
-    found = control.model.place()
+    control, (lat, lon), altitude = targets.control, order.lat_lon, order.params[6]
+    found = control.model.state_and_position()
     if found is None:
         return CommandResult(MavResult.TEMPORARILY_REJECTED, "The position is unknown")
     here = found[1]
@@ -261,7 +261,7 @@ def _set_home(targets: CommandTargets, session: Session, order: CommandRequest, 
     if away > FARTHEST_HOME:
         return CommandResult(MavResult.DENIED, f"Home denied: it would be {away / 1e3:.0f} km from the vehicle")
     control.model.home = home
-    session.send_now("HOME_POSITION", now)
+    session.build_and_send("HOME_POSITION", now)
     return DONE
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import imc
-from mavlink import Mode, is_moving, statustext
+from mavlink import Mode, is_maneuvering, statustext
 from mavlink.vehicle.arming_checks import WORKING
 from mavlink.vehicle.interfaces import VehiclePort
 from mavlink.vehicle.mission import MissionStore, OnReply, PlanClient, PlanReply, sequential_plan
@@ -43,7 +43,7 @@ class VehicleControl:
         model = self.model
         vehicle = model.latest.vehicle
         able = vehicle is not None and vehicle.op_mode in WORKING
-        holds = model.mode is Mode.HOLD and is_moving(vehicle)
+        holds = model.mode is Mode.HOLD and is_maneuvering(vehicle)
         model.held = True
         if not able or holds or not (model.armed_or_moving or model.is_submerged):
             then(PlanReply(True))

@@ -41,9 +41,9 @@ class FileAndLogTransfer(MavlinkService):
             self._logs.receive(asker, message.name, message.values, now, first=first)
         if self._is_busy(asker):
             self._readers.setdefault(session, {})[asker[1:]] = message
-            session.send_file(partial(self._send, session))
+            session.start_file_transfer(partial(self._send, session))
 
-    def tick(self, now: float) -> None:
+    def check_timeouts(self, now: float) -> None:
         """Close what nobody has read for some time."""
         self._files.forget_silent(now)
         self._logs.forget_silent(now)

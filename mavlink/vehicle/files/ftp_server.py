@@ -214,7 +214,7 @@ class FtpServer:
         age = now - dialogue.listed
         if dialogue.path != request.data or age > (self._timeout if request.offset else FRESH):
             dialogue.path = None
-            dialogue.names = [name for name, _ in self._tree.names(request.data)]
+            dialogue.names = [name for name, _ in self._tree.list_entry_names(request.data)]
             dialogue.path, dialogue.listed = request.data, now
         data = b""
         names = dialogue.names[request.offset : request.offset + MOST_DATA]

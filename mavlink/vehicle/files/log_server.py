@@ -194,7 +194,9 @@ class LogServer:
     def _log(self, path: bytes, time: int | None) -> LogFile | None:
         """The log in a folder; None if there is none, or an empty one: stations do not take it."""
         try:
-            files = [name for name, is_folder in self._tree.names(path) if name.startswith(DATA) and not is_folder]
+            files = [
+                name for name, is_folder in self._tree.list_entry_names(path) if name.startswith(DATA) and not is_folder
+            ]
             entry = next(self._tree.entries(path, files), None)
         except OSError:  # it was removed just now
             return None
@@ -204,7 +206,7 @@ class LogServer:
 
     def _folders(self, path: bytes) -> list[bytes]:
         try:
-            return [name for name, is_folder in self._tree.names(path) if is_folder]
+            return [name for name, is_folder in self._tree.list_entry_names(path) if is_folder]
         except OSError:
             return []
 

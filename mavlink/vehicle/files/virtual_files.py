@@ -44,11 +44,11 @@ class VirtualFiles:
         make = self._files.get(b"/".join(parts))
         return self._store.open(parts) if make is None else MemoryFile(make())
 
-    def names(self, path: bytes) -> list[tuple[bytes, bool]]:
+    def list_entry_names(self, path: bytes) -> list[tuple[bytes, bool]]:
         """Names of what is in a folder, sorted, and whether each is a folder itself. Raises OSError."""
         parts = _parts(path)
         if parts:
-            return self._store.names(parts)
+            return self._store.list_entry_names(parts)
         found = [*((name, False) for name in self._files), *((name, True) for name in self._store.roots())]
         return sorted(item for item in found if not item[0].startswith(HIDDEN))
 

@@ -2,7 +2,7 @@
 
 from mavlink.vehicle.mission.plan_client import OnReply, PlanClient, PlanReply, sequential_plan
 from mavlink.vehicle.mission.store import NO_PLAN, REST_SUFFIX, MissionState, MissionStore
-from mavlink.vehicle.mission.transfer import MissionTransfer, acknowledge, item_number
+from mavlink.vehicle.mission.transfer import MissionTransfer, acknowledge, seq_to_item_number
 
 __all__ = [
     "NO_PLAN",
@@ -14,6 +14,6 @@ __all__ = [
     "PlanClient",
     "PlanReply",
     "acknowledge",
-    "item_number",
+    "seq_to_item_number",
     "sequential_plan",
 ]

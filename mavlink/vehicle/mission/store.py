@@ -128,7 +128,7 @@ class MissionStore:
             plan = rest.replace(plan_id=plan.plan_id + REST_SUFFIX)  # the database keeps what is started under its name
         self._plans.start(plan, then, now)
 
-    def validate(self, then: OnReply, now: float) -> None:
+    def request_start_check(self, then: OnReply, now: float) -> None:
         """Ask a vehicle that has no plan to do whether the mission could be started now."""
         if self.plan is not None and self._phase is Phase.READY:
             self._plans.load(self.plan.plan_id, then, now)
@@ -232,7 +232,10 @@ class MissionStore:
     def _follow(self, maneuver: str) -> None:
         if not maneuver or maneuver == self._maneuver:
             return
-        over = [*self._item_map.items_done(self._maneuver), *self._item_map.items_begun(maneuver)]
+        over = [
+            *self._item_map.items_at_maneuver_end(self._maneuver),
+            *self._item_map.commands_at_maneuver_start(maneuver),
+        ]
         self._maneuver = maneuver
         if over:
             self._reach(over)
@@ -253,7 +256,7 @@ class MissionStore:
 
     def _end(self, plan: imc.PlanControlState) -> None:
         if plan.last_outcome == Ended.SUCCESS:
-            over = self._item_map.items_done(self._maneuver)
+            over = self._item_map.items_at_maneuver_end(self._maneuver)
             self.state, self._maneuver, self._next = MissionState.COMPLETE, "", None
             if over:
                 self._reach(over)

@@ -35,7 +35,7 @@ class Upload:
     tail: list[Item] = field(default_factory=list[Item])
 
     @property
-    def asker(self) -> Asker:
+    def uploader_ids(self) -> Asker:
         return self.message.system, self.message.component
 
 
@@ -120,7 +120,7 @@ class MissionTransfer(MavlinkService):
     def _serve(self, handler: Handler, session: Session, message: ReceivedMessage, now: float) -> None:
         """A station that goes on has got its answer, and could take an echo for the next one."""
         echo = self._echo
-        if echo is not None and (echo.upload.session, echo.upload.asker) == (
+        if echo is not None and (echo.upload.session, echo.upload.uploader_ids) == (
             session,
             (message.system, message.component),
         ):
@@ -181,7 +181,7 @@ class MissionTransfer(MavlinkService):
     def _item(self, session: Session, message: ReceivedMessage, now: float) -> None:
         kind, seq, asker = message.values["mission_type"], message.values["seq"], (message.system, message.component)
         upload = self._uploads.get(kind)
-        if upload is None or upload.session is not session or upload.asker != asker:
+        if upload is None or upload.session is not session or upload.uploader_ids != asker:
             done = self._done.get(kind)
             if done is not None and done.asker == asker and now - done.at < REMEMBERED * session.speed:
                 if seq == done.last:
@@ -211,7 +211,7 @@ class MissionTransfer(MavlinkService):
         """A station that sends an error ends its upload; acknowledgments of downloads need no answer."""
         upload = self._uploads.get(message.values["mission_type"])
         asker = message.system, message.component
-        mine = upload is not None and upload.session is session and upload.asker == asker and not upload.storing
+        mine = upload is not None and upload.session is session and upload.uploader_ids == asker and not upload.storing
         if mine and message.values["type"] != MissionResult.ACCEPTED:
             del self._uploads[message.values["mission_type"]]
 
@@ -238,15 +238,19 @@ class MissionTransfer(MavlinkService):
             if not outcome.done:
                 session.send_statustext(statustext.WARNING, f"Cannot go on at item {seq}: {outcome.reason}", now)
 
-        if not self.mission.set_current(item_number(seq, session), judge, now):
+        if not self.mission.set_current(seq_to_item_number(seq, session), judge, now):
             session.send_statustext(statustext.WARNING, f"No item from {seq} on moves the vehicle", now)
-        session.send_now("MISSION_CURRENT", now)
+        session.build_and_send("MISSION_CURRENT", now)
 
     def _is_busy(self, session: Session, message: ReceivedMessage, kind: int) -> bool:
         upload = self._uploads.get(kind)
         if upload is None:
             return False
-        return upload.storing or upload.session is not session or upload.asker != (message.system, message.component)
+        return (
+            upload.storing
+            or upload.session is not session
+            or upload.uploader_ids != (message.system, message.component)
+        )
 
     def _begin(self, upload: Upload, now: float) -> None:
         self._done.pop(upload.kind, None)
@@ -282,7 +286,7 @@ class MissionTransfer(MavlinkService):
                 say(f"The mission is stored, but cannot be started now: {checked.reason}")
 
         if outcome.done:
-            self.mission.validate(judge, now)
+            self.mission.request_start_check(judge, now)
 
     def _refuse(self, upload: Upload, bad: BadItem, now: float) -> None:
         self._finish(upload, bad.result, now)
@@ -294,11 +298,11 @@ class MissionTransfer(MavlinkService):
         del self._uploads[upload.kind]
         stored = result == MissionResult.ACCEPTED and upload.kind == MissionType.MISSION
         id = self.mission.id(upload.session.flavor) if stored else 0
-        self._done[upload.kind] = _Done(upload.asker, upload.end - 1, result, id, now)
+        self._done[upload.kind] = _Done(upload.uploader_ids, upload.end - 1, result, id, now)
         acknowledge(upload.session, upload.message, result, id)
         # MAVSDK does not repeat the last item when the answer is lost; programs that read all answers would mistake
         # an echo for the answer to their next upload, so only a line that loses frames gets it, and no refusal.
-        if stored and upload.session.received.has_losses(*upload.asker):
+        if stored and upload.session.received.has_losses(*upload.uploader_ids):
             self._echo = _Echo(upload, result, id, now + ECHO_PERIOD * upload.session.speed)
 
     def _ask(self, upload: Upload, now: float) -> None:
@@ -307,7 +311,7 @@ class MissionTransfer(MavlinkService):
         upload.session.reply(upload.message, "MISSION_REQUEST_INT", seq=seq, mission_type=upload.kind)
 
 
-def item_number(seq: int, session: Session) -> int:
+def seq_to_item_number(seq: int, session: Session) -> int:
     """The number of an item without home, which stands for the first item: a restart."""
     return max(0, seq - first_item_seq(session.flavor)) if seq >= 0 else seq
 

@@ -4,7 +4,7 @@ from mavlink.vehicle.parameters.extended import ExtendedParameter, ExtendedParam
 from mavlink.vehicle.parameters.metadata import ComponentMetadata
 from mavlink.vehicle.parameters.names import parameter_ids
 from mavlink.vehicle.parameters.server import ParameterServer
-from mavlink.vehicle.parameters.table import INT32, REAL32, ParameterTable, is_representable
+from mavlink.vehicle.parameters.table import INT32, REAL32, ParameterTable, is_valid_mavlink_parameter
 
 __all__ = [
     "INT32",
@@ -14,6 +14,6 @@ __all__ = [
     "ExtendedParameterTable",
     "ParameterServer",
     "ParameterTable",
-    "is_representable",
+    "is_valid_mavlink_parameter",
     "parameter_ids",
 ]

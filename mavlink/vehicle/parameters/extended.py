@@ -25,7 +25,7 @@ class ExtendedParameter:
     view: ParameterView
 
     @property
-    def parameter(self) -> ParameterDeclaration:
+    def declaration(self) -> ParameterDeclaration:
         return self.view.declaration
 
     @property
@@ -41,11 +41,11 @@ class ExtendedParameter:
         value = self.view.value()
         return PACKED[self.type].pack(max(LOWEST, min(HIGHEST, int(value))) if self.type == INT32 else value)
 
-    def decode_text(self, raw: bytes, kind: int) -> str:
+    def decode_param_value(self, raw: bytes, kind: int) -> str:
         """The value in PARAM_EXT_SET as written in a profile. Raises ValueError with the reason."""
         if kind != self.type:
             raise ValueError(f"type {kind} instead of {self.type}")
-        parameter = self.parameter
+        parameter = self.declaration
         if kind == TEXT:
             text = raw.partition(b"\0")[0]
             if text == self.encoded:

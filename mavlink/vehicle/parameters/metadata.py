@@ -49,31 +49,31 @@ class ComponentMetadata:
         return {
             "general.json": lambda: self.general,
             "parameters.json": lambda: self.parameters,
-            "parameters.json.xz": lambda: self.compressed,
+            "parameters.json.xz": lambda: self.compressed_parameters,
             "@PARAM/param.pck": lambda: packed_parameters(self._table, with_defaults=False),
             "@PARAM/param.pck?withdefaults=1": lambda: packed_parameters(self._table, with_defaults=True),
         }
 
     @cached_property
     def general(self) -> bytes:
-        described = {"type": PARAMETERS, "uri": PARAMETERS_URI, "fileCrc": checksum(self.compressed)}
+        described = {"type": PARAMETERS, "uri": PARAMETERS_URI, "fileCrc": checksum(self.compressed_parameters)}
         content = {"version": VERSION, "vendorName": "Shoal", "modelName": self._model, "metadataTypes": [described]}
         return _json(content)
 
     @cached_property
     def parameters(self) -> bytes:
-        return _json({"version": VERSION, "parameters": [description(entry) for entry in self._table]})
+        return _json({"version": VERSION, "parameters": [parameter_metadata(entry) for entry in self._table]})
 
     @cached_property
-    def compressed(self) -> bytes:
+    def compressed_parameters(self) -> bytes:
         """An eighth of the size, in 3 ms; with the checksum and dictionary that small decoders can do."""
         filters = [{"id": lzma.FILTER_LZMA2, "preset": 1, "dict_size": 1 << 18}]
         return lzma.compress(self.parameters, check=lzma.CHECK_CRC32, filters=filters)
 
 
-def description(entry: ParameterEntry) -> dict[str, Any]:
+def parameter_metadata(entry: ParameterEntry) -> dict[str, Any]:
     """A parameter by the schema of COMP_METADATA_TYPE_PARAMETER, with its names in the profile, limits and choices."""
-    parameter, label = entry.parameter, entry.view.label
+    parameter, label = entry.declaration, entry.view.label
     found: dict[str, Any] = {
         "name": entry.id,
         "type": "Float" if entry.type == REAL32 else "Int32",
@@ -106,7 +106,7 @@ def packed_parameters(table: ParameterTable, *, with_defaults: bool) -> bytes:
         shared = len(list(takewhile(lambda pair: pair[0] == pair[1], zip(before, name, strict=False))))
         common = min(shared, len(name) - 1, LONGEST - 1)
         kind = PACKED_REAL32 if entry.type == REAL32 else PACKED_INT32
-        values = (entry.value, entry.to_number(entry.parameter.default)) if with_defaults else (entry.value,)
+        values = (entry.value, entry.to_number(entry.declaration.default)) if with_defaults else (entry.value,)
         data += bytes((kind | (HAS_DEFAULT if with_defaults else 0), common | len(name) - common - 1 << 4))
         data += name[common:] + np.array(values, "<f4" if entry.type == REAL32 else "<i4").tobytes()
         before = name

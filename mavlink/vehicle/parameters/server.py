@@ -37,10 +37,14 @@ class ParameterServer(MavlinkService):
     def next_deadline(self) -> float | None:
         return min((due for due, _ in self._pending.values()), default=None)
 
-    def update(self, reply: imc.EntityParameters) -> None:
+    def send_changed_parameters(self, reply: imc.EntityParameters) -> None:
         """Send changed parameters to all ground stations, whoever set them."""
         for item in reply.params:
-            entry = self._table.of(reply.name, item.name) if isinstance(item, imc.EntityParameter) else None
+            entry = (
+                self._table.find_entity_parameter(reply.name, item.name)
+                if isinstance(item, imc.EntityParameter)
+                else None
+            )
             if entry is not None and (entry.id in self._pending or entry.value != self._shown[entry.id]):
                 self._show(entry)
 
@@ -63,7 +67,7 @@ class ParameterServer(MavlinkService):
         session.send_payload("PARAM_VALUE", entry.encoded(session.flavor) + payload[4:])
 
     def _list(self, session: Session, message: ReceivedMessage, now: float) -> None:
-        session.send_list([partial(self._send, session, entry) for entry in self._table], now)
+        session.start_list_transfer([partial(self._send, session, entry) for entry in self._table], now)
 
     def _read(self, session: Session, message: ReceivedMessage, now: float) -> None:
         index, name = message.values["param_index"], message.values["param_id"]
@@ -80,11 +84,11 @@ class ParameterServer(MavlinkService):
             session.reply(message, "PARAM_ERROR", param_id=name, param_index=-1, error=DOES_NOT_EXIST)
             return
         try:
-            wanted = entry.decode_text(message.payload[:4], message.values["param_type"], session.flavor)
+            wanted = entry.decode_param_value(message.payload[:4], message.values["param_type"], session.flavor)
         except ParameterRefusal as refusal:
             session.reply(message, "PARAM_ERROR", param_id=name, param_index=entry.index, error=refusal.code)
             self._send(session, entry)
-            session.send_statustext(statustext.WARNING, f"{entry.view.label}, {entry.parameter.name}: {refusal}", now)
+            session.send_statustext(statustext.WARNING, f"{entry.view.label}, {entry.declaration.name}: {refusal}", now)
             return
-        self._port.set_parameter(entry.view.label, entry.parameter.name, wanted)
+        self._port.set_parameter(entry.view.label, entry.declaration.name, wanted)
         self._pending.setdefault(entry.id, (now + SET_TIMEOUT, entry))

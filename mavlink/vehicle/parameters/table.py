@@ -35,7 +35,7 @@ class ParameterEntry:
     view: ParameterView
 
     @property
-    def parameter(self) -> ParameterDeclaration:
+    def declaration(self) -> ParameterDeclaration:
         return self.view.declaration
 
     @property
@@ -45,8 +45,8 @@ class ParameterEntry:
 
     def to_number(self, value: Any) -> int | float:
         """A value as MAVLink has it: of a choice among texts its index, and integers within 32 bits."""
-        if self.parameter.type is str:
-            return self.parameter.choices.index(value)
+        if self.declaration.type is str:
+            return self.declaration.choices.index(value)
         return value if self.type == REAL32 else max(LOWEST, min(HIGHEST, int(value)))
 
     def encoded(self, flavor: Flavor) -> bytes:
@@ -55,7 +55,7 @@ class ParameterEntry:
             return struct.pack("<i", self.value)
         return np.float32(self.value).astype("<f4").tobytes()
 
-    def decode_text(self, raw: bytes, kind: int, flavor: Flavor) -> str:
+    def decode_param_value(self, raw: bytes, kind: int, flavor: Flavor) -> str:
         """The four bytes of PARAM_SET.param_value, of type `kind`, as written in a profile. Raises ParameterRefusal."""
         if flavor.bytewise and kind != self.type:
             raise ParameterRefusal(TYPE_MISMATCH, f"type {kind} instead of {self.type}")
@@ -68,7 +68,7 @@ class ParameterEntry:
         return self._checked(value)
 
     def _checked(self, value: float) -> str:
-        parameter = self.parameter
+        parameter = self.declaration
         if self.type == REAL32:
             wanted = shortest_float32(value)
         elif value != int(value):
@@ -96,7 +96,7 @@ class ParameterTable:
         found = {
             (view.label, view.declaration.name): view
             for view in parameters
-            if is_representable(view.declaration, view.value())
+            if is_valid_mavlink_parameter(view.declaration, view.value())
         }
         self._entries: list[ParameterEntry] = []
         for (pair, name), index in zip(parameter_ids(found).items(), range(len(found)), strict=True):
@@ -104,7 +104,7 @@ class ParameterTable:
             kind = REAL32 if view.declaration.type is float else INT32
             self._entries.append(ParameterEntry(name, index, kind, view))
         self._by_id = {entry.id: entry for entry in self._entries}
-        self._by_name = {(e.view.label, e.parameter.name): e for e in self._entries}
+        self._by_name = {(e.view.label, e.declaration.name): e for e in self._entries}
 
     def __len__(self) -> int:
         return len(self._entries)
@@ -119,7 +119,7 @@ class ParameterTable:
         """The entry with a MAVLink name."""
         return self._by_id.get(name.decode("ascii", errors="replace"))
 
-    def of(self, label: str, parameter: str) -> ParameterEntry | None:
+    def find_entity_parameter(self, label: str, parameter: str) -> ParameterEntry | None:
         """The entry of an entity's parameter."""
         return self._by_name.get((label, parameter))
 
@@ -129,7 +129,7 @@ def shortest_float32(value: float) -> float:
     return float(str(np.float32(value)))
 
 
-def is_representable(parameter: ParameterDeclaration, value: Any) -> bool:
+def is_valid_mavlink_parameter(parameter: ParameterDeclaration, value: Any) -> bool:
     """Whether MAVLink can show and set a parameter that has a value."""
     if parameter.is_list or not parameter.editable:
         return False

@@ -1,8 +1,8 @@
 """The messages that the autopilot streams or sends on request."""
 
-from mavlink.vehicle.telemetry.autopilot import AutopilotTelemetry, StreamService
+from mavlink.vehicle.telemetry.autopilot_streams import AutopilotTelemetry, StreamService
 from mavlink.vehicle.telemetry.named_values import NamedValue, parse_named_value
-from mavlink.vehicle.telemetry.sources import TelemetrySources
 from mavlink.vehicle.telemetry.streams import STREAMS
+from mavlink.vehicle.telemetry.telemetry_context import TelemetryContext
 
-__all__ = ["STREAMS", "AutopilotTelemetry", "NamedValue", "StreamService", "TelemetrySources", "parse_named_value"]
+__all__ = ["STREAMS", "AutopilotTelemetry", "NamedValue", "StreamService", "TelemetryContext", "parse_named_value"]

@@ -7,12 +7,12 @@ import imc
 from mavlink import Fields, Flavor
 from mavlink.translate import from_imc, sensors_from_imc
 from mavlink.vehicle.latest_values import value_of
-from mavlink.vehicle.telemetry.sources import TelemetrySources
+from mavlink.vehicle.telemetry.telemetry_context import TelemetryContext
 
 MOST_BATTERIES = 16
 
 
-def batteries(sources: TelemetrySources, _: Flavor, now: float) -> Sequence[Fields]:
+def batteries(sources: TelemetryContext, _: Flavor, now: float) -> Sequence[Fields]:
     """One for each entity that measures a voltage; those of batteries, if there are any."""
     model = sources.model
     values = model.latest
@@ -31,15 +31,15 @@ def batteries(sources: TelemetrySources, _: Flavor, now: float) -> Sequence[Fiel
     ]
 
 
-def air_pressure(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
+def air_pressure(sources: TelemetryContext, _: Flavor, now: float) -> Fields | None:
     return _pressure(sources, now, deep=False)
 
 
-def water_pressure(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
+def water_pressure(sources: TelemetryContext, _: Flavor, now: float) -> Fields | None:
     return _pressure(sources, now, deep=True)
 
 
-def _pressure(sources: TelemetrySources, now: float, *, deep: bool) -> Fields | None:
+def _pressure(sources: TelemetryContext, now: float, *, deep: bool) -> Fields | None:
     """The pressure of the hull or air, or, if `deep`, that of the depth sensor."""
     model = sources.model
     found = [(label, m) for label, m in model.latest.by_entity(imc.Pressure).items() if ("Depth" in label) == deep]
@@ -50,7 +50,7 @@ def _pressure(sources: TelemetrySources, now: float, *, deep: bool) -> Fields | 
     return sensors_from_imc.pressure(latest.value, warm, from_imc.boot_ms(now, model.boot))
 
 
-def distance_sensors(sources: TelemetrySources, _: Flavor, now: float) -> Sequence[Fields]:
+def distance_sensors(sources: TelemetryContext, _: Flavor, now: float) -> Sequence[Fields]:
     """The altitude above the bottom or ground, and what is ahead."""
     model = sources.model
     state, time = model.latest.state, from_imc.boot_ms(now, model.boot)
@@ -61,14 +61,14 @@ def distance_sensors(sources: TelemetrySources, _: Flavor, now: float) -> Sequen
     return [fields for fields in found if fields is not None]
 
 
-def _inertial(sources: TelemetrySources) -> list[imc.Message | None]:
+def _inertial(sources: TelemetryContext) -> list[imc.Message | None]:
     values = sources.model.latest
     return [values.get(imc.Acceleration), values.get(imc.AngularVelocity), values.get(imc.MagneticField)]
 
 
-def raw_imu(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
+def raw_imu(sources: TelemetryContext, _: Flavor, now: float) -> Fields | None:
     return sensors_from_imc.raw_imu(_inertial(sources), now)
 
 
-def highres_imu(sources: TelemetrySources, _: Flavor, now: float) -> Fields | None:
+def highres_imu(sources: TelemetryContext, _: Flavor, now: float) -> Fields | None:
     return sensors_from_imc.highres_imu(_inertial(sources), now)

@@ -8,12 +8,12 @@ from mavlink import ARMED, CUSTOM_MODE, Fields, Flavor, Mode
 from mavlink.missions import first_item_seq, opaque_id
 from mavlink.translate import from_imc, sensors_from_imc
 from mavlink.vehicle.latest_values import value_of
-from mavlink.vehicle.telemetry.sources import TelemetrySources
+from mavlink.vehicle.telemetry.telemetry_context import TelemetryContext
 
 NO_MISSION = 0xFFFF
 
 
-def heartbeat(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
+def heartbeat(sources: TelemetryContext, flavor: Flavor, now: float) -> Fields:
     model = sources.model
     mode = model.mode
     armed = ARMED if model.armed_or_moving else 0
@@ -27,23 +27,23 @@ def heartbeat(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
     }
 
 
-def sys_status(sources: TelemetrySources, _: Flavor, now: float) -> Fields:
+def sys_status(sources: TelemetryContext, _: Flavor, now: float) -> Fields:
     model = sources.model
     bits = _sensors(sources)
     load = value_of(model.latest.get(imc.CpuUsage))
     return from_imc.system_status(bits, load, model.latest.voltage, model.latest.current, model.latest.fuel)
 
 
-def _sensors(sources: TelemetrySources) -> tuple[int, int]:
+def _sensors(sources: TelemetryContext) -> tuple[int, int]:
     """The bits of what the vehicle has, and of what is well."""
     model = sources.model
     states = [(entity.label, entity.state) for entity in model.entities() if entity.stateful]
     return from_imc.sensor_bits(
-        states, located=model.located, fenced=model.inside_fence, ready=not model.prearm_failure
+        states, located=model.located, fenced=model.is_inside_fence, ready=not model.prearm_failure
     )
 
 
-def system_time(sources: TelemetrySources, _: Flavor, now: float) -> Fields:
+def system_time(sources: TelemetryContext, _: Flavor, now: float) -> Fields:
     model = sources.model
     return {
         "time_unix_usec": round(model.utc(now) * 1e6),
@@ -51,7 +51,7 @@ def system_time(sources: TelemetrySources, _: Flavor, now: float) -> Fields:
     }
 
 
-def mission_current(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
+def mission_current(sources: TelemetryContext, flavor: Flavor, now: float) -> Fields:
     mission, zero = sources.mission, first_item_seq(flavor)
     exists = mission.plan is not None
     return {
@@ -64,7 +64,7 @@ def mission_current(sources: TelemetrySources, flavor: Flavor, now: float) -> Fi
     }
 
 
-def extended_state(sources: TelemetrySources, _: Flavor, now: float) -> Fields:
+def extended_state(sources: TelemetryContext, _: Flavor, now: float) -> Fields:
     model = sources.model
     medium = model.latest.get(imc.VehicleMedium)
     if model.kind.afloat or model.latest.motors_running is None:
@@ -75,13 +75,13 @@ def extended_state(sources: TelemetrySources, _: Flavor, now: float) -> Fields:
     return from_imc.aircraft_extended_state(model.latest.motors_running, rises=rises, lands=lands)
 
 
-def named_values(sources: TelemetrySources, _: Flavor, now: float) -> Sequence[Fields]:
+def named_values(sources: TelemetryContext, _: Flavor, now: float) -> Sequence[Fields]:
     model = sources.model
     found = (value.fields(model.latest, now, model.boot) for value in sources.named_values)
     return [fields for fields in found if fields is not None]
 
 
-def available_modes(sources: TelemetrySources, flavor: Flavor, now: float) -> Sequence[Fields]:
+def available_modes(sources: TelemetryContext, flavor: Flavor, now: float) -> Sequence[Fields]:
     model = sources.model
     modes = flavor.modes(model.kind)
     return [
@@ -97,20 +97,20 @@ def available_modes(sources: TelemetrySources, flavor: Flavor, now: float) -> Se
     ]
 
 
-def modes_monitor(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
+def modes_monitor(sources: TelemetryContext, flavor: Flavor, now: float) -> Fields:
     """A checksum instead of a count: it also differs after a restart with other modes."""
     return {"seq": crc32(repr(available_modes(sources, flavor, now)).encode()) & 0xFF}
 
 
-def current_mode(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
+def current_mode(sources: TelemetryContext, flavor: Flavor, now: float) -> Fields:
     model = sources.model
     number, intended = model.custom_mode(flavor), model.intended_mode(flavor)
     return {"standard_mode": model.mode.standard, "custom_mode": number, "intended_custom_mode": intended}
 
 
-def high_latency(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
+def high_latency(sources: TelemetryContext, flavor: Flavor, now: float) -> Fields:
     model = sources.model
-    state, place = model.place() or (None, None)
+    state, place = model.state_and_position() or (None, None)
     measured = sensors_from_imc.high_latency(
         state, place, model.latest.airspeed, model.latest.throttle, model.latest.fuel
     )
@@ -126,7 +126,7 @@ def high_latency(sources: TelemetrySources, flavor: Flavor, now: float) -> Field
     }
 
 
-def autopilot_version(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
+def autopilot_version(sources: TelemetryContext, flavor: Flavor, now: float) -> Fields:
     model = sources.model
     return {
         "capabilities": flavor.capabilities(model.kind),
@@ -136,10 +136,10 @@ def autopilot_version(sources: TelemetrySources, flavor: Flavor, now: float) -> 
     }
 
 
-def component_metadata(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
+def component_metadata(sources: TelemetryContext, flavor: Flavor, now: float) -> Fields:
     about = sources.metadata
     return {"time_boot_ms": from_imc.boot_ms(now, sources.model.boot), "file_crc": about.crc, "uri": about.uri.encode()}
 
 
-def protocol_version(sources: TelemetrySources, flavor: Flavor, now: float) -> Fields:
+def protocol_version(sources: TelemetryContext, flavor: Flavor, now: float) -> Fields:
     return {"version": 200, "min_version": 100, "max_version": 200}

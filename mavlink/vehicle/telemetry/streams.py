@@ -7,7 +7,7 @@ from mavlink import Fields, Flavor
 from mavlink.vehicle.telemetry import motion_messages as motion
 from mavlink.vehicle.telemetry import sensor_messages as sensors
 from mavlink.vehicle.telemetry import status_messages as status
-from mavlink.vehicle.telemetry.sources import TelemetrySources
+from mavlink.vehicle.telemetry.telemetry_context import TelemetryContext
 
 RAW, STATUS, POSITION, EXTRA_1, EXTRA_2, EXTRA_3 = 1, 2, 6, 10, 11, 12  # MAV_DATA_STREAM
 
@@ -25,11 +25,13 @@ class MessageStream(NamedTuple):
     rate: float | str
     group: int
     sources: str
-    build: Callable[[TelemetrySources, Flavor, float], Built]
+    build: Callable[[TelemetryContext, Flavor, float], Built]
     low: float = 0.0
     numbered: str = ""
 
-    def instances(self, sources: TelemetrySources, flavor: Flavor, now: float, number: int = 0) -> Sequence[Fields]:
+    def build_message_fields(
+        self, sources: TelemetryContext, flavor: Flavor, now: float, number: int = 0
+    ) -> Sequence[Fields]:
         """The fields of all messages that can be sent now, or of the one with a number (from 1)."""
         built = self.build(sources, flavor, now)
         found = () if built is None else (built,) if isinstance(built, Mapping) else built

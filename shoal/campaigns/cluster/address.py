@@ -6,7 +6,7 @@ PORT = 8786
 _KINDS = {"dask": "tcp", "dask+tls": "tls"}
 
 
-def parse_cluster_address(text: str) -> str:
+def to_dask_address(text: str) -> str:
     """Dask's address of a scheduler: tcp://host:8786 for dask://host:8786 or dask://host, tls:// for dask+tls://.
 
     Raises ValueError.

@@ -15,9 +15,9 @@ from queue import Empty, SimpleQueue
 from typing import Any
 from uuid import uuid4
 
-from runtime.task import one_line
+from runtime.task import format_exception_line
 from shoal.campaigns.cluster import dask_worker
-from shoal.campaigns.cluster.address import parse_cluster_address
+from shoal.campaigns.cluster.address import to_dask_address
 from shoal.campaigns.cluster.float_fingerprint import compute_float_fingerprint
 from shoal.campaigns.cluster.protocol import JsonLine, encode_line, job_to_line, result_from_line
 from shoal.campaigns.jobs import Job, UnfinishedResult
@@ -67,13 +67,13 @@ class DaskExecutor:
         self, address: str, study: Study, *, wall_limit: float, on_notice: Callable[[str], None] = lambda _: None
     ):
         self._address, self._on_notice = address, on_notice
-        place = parse_cluster_address(address)
+        place = to_dask_address(address)
         distributed = import_optional("distributed", "cluster")
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it has to say is raised here
         try:
             self._client = distributed.Client(place, timeout=CONNECT, set_as_default=False, name="shoal")
         except (OSError, TimeoutError) as error:
-            raise OSError(f"no scheduler of Dask answers at {address}: {one_line(error)}") from None
+            raise OSError(f"no scheduler of Dask answers at {address}: {format_exception_line(error)}") from None
         self._token = f"shoal-{uuid4().hex}"
         self._bundle = study.bundle.pack()
         self._study_order = {
@@ -212,7 +212,7 @@ class DaskExecutor:
         try:
             there = self._client.scheduler_info()["workers"]
         except Exception as error:
-            raise self._scheduler_lost(one_line(error)) from None
+            raise self._scheduler_lost(format_exception_line(error)) from None
         for at in [at for at in self._workers if at not in there]:
             self._drop(at)
         self._refused = {at: why for at, why in self._refused.items() if at in there}
@@ -249,9 +249,11 @@ class DaskExecutor:
         replies: dict[str, Any] = self._client.run(function, *given, workers=asked, on_error="return")
         for at, reply in replies.items():
             if isinstance(reply, ImportError | AttributeError):
-                self._refuse(at, str(workers[at]["name"]), f"it has no Shoal that can do this: {one_line(reply)}")
+                self._refuse(
+                    at, str(workers[at]["name"]), f"it has no Shoal that can do this: {format_exception_line(reply)}"
+                )
             elif isinstance(reply, Exception) and not isinstance(reply, OSError):
-                self._refuse(at, str(workers[at]["name"]), f"{one_line(reply)}")
+                self._refuse(at, str(workers[at]["name"]), f"{format_exception_line(reply)}")
         return {at: reply for at, reply in replies.items() if not isinstance(reply, Exception)}
 
     def _refuse(self, at: str, name: str, why: str) -> None:

@@ -34,7 +34,7 @@ def main() -> None:
     threading.Thread(target=_read_lines, args=(sys.stdin.buffer, lines, workspace.root), daemon=True).start()
     make = partial(make_workspace_runner, workspace, StudyRunner, bool(order["only_failed"]))
     with ProcessPool(1, make_runner=make, wall_limit=order["wall_limit"]) as pool:
-        workspace.enter()
+        workspace.configure_process()
         why = _refusal(workspace, order)
         _write(out, {"refused": why} if why else {})
         if not why:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from shoal.campaigns.findings_files import describe_run, read_findings
+from shoal.campaigns.findings_files import compute_findings, describe_run
 from shoal.campaigns.jobs import ResultRow
 from shoal.campaigns.pass_rate import PassRate
 from shoal.campaigns.report.html_elements import escape_text, html_section, html_table, short_number
@@ -24,18 +24,18 @@ from shoal.campaigns.report.plots import (
 from shoal.campaigns.report.sensitivity import (
     Columns,
     SobolIndex,
-    choice_groups,
     critical_correlation,
     eta_squared,
-    input_columns,
-    output_columns,
+    group_rows_by_choice,
+    input_arrays,
+    output_arrays,
     rank_correlations,
     sobol_indices,
 )
 from shoal.campaigns.repro_commands import rerun_command
 from shoal.campaigns.results import CampaignResults, ResultsError
 from shoal.campaigns.search import SearchFindings, SearchObjective
-from shoal.logs.inspect import format_count, format_duration
+from shoal.logs.inspect import format_duration, format_noun_count
 
 LISTED = 20
 MOST_INDICES = 12  # outputs
@@ -54,8 +54,8 @@ def campaign_html(data: CampaignResults, beside: Path) -> str:
     if not rows:
         raise ResultsError(f"{data.folder} has no run yet")
     passed = np.array([bool(row["passed"]) for row in rows])
-    inputs, outputs = input_columns(rows), output_columns(rows)
-    shown = read_findings(data)
+    inputs, outputs = input_arrays(rows), output_arrays(rows)
+    shown = compute_findings(data)
     if shown is not None:
         first = _of_search(data, rows, shown, inputs, outputs, passed)
     else:
@@ -197,7 +197,7 @@ def _expectations(rows: Sequence[ResultRow], confidence: float) -> str:
 
 def _choices(rows: Sequence[ResultRow], outputs: Columns, confidence: float) -> str:
     tables: list[str] = []
-    for name, groups in choice_groups(rows).items():
+    for name, groups in group_rows_by_choice(rows).items():
         shares = {output: eta_squared(list(groups.values()), column) for output, column in outputs.items()}
         shown = sorted((o for o in shares if shares[o] > STRONG), key=lambda output: -shares[output])[:MEDIANS]
         lines: list[Sequence[str]] = []
@@ -261,7 +261,7 @@ def _strongest(
 def _worst(data: CampaignResults, rows: Sequence[ResultRow], beside: Path) -> str:
     worst = sorted(rows, key=lambda row: (not row["error"], row["passed"], row["margin"], row["run"]))[:LISTED]
     return html_section(
-        f"The {format_count(len(worst), 'worst run')}",
+        f"The {format_noun_count(len(worst), 'worst run')}",
         _listed(data, [(row, row["margin"]) for row in worst], "margin", beside),
     )
 
@@ -270,7 +270,7 @@ def _best(data: CampaignResults, rows: Sequence[ResultRow], goal: SearchObjectiv
     """The runs nearest to what a search looks for."""
     values = [(row, value) for row in rows if not math.isnan(value := goal.value(row))]
     best = sorted(values, key=lambda pair: -pair[1] if goal.is_maximized else pair[1])[:LISTED]
-    title = f"The {format_count(len(best), 'run')} with the {goal.extreme_word} {goal.text}"
+    title = f"The {format_noun_count(len(best), 'run')} with the {goal.extreme_word} {goal.text}"
     return html_section(title, _listed(data, best, goal.text, beside) if best else "")
 
 

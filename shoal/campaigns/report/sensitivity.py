@@ -31,17 +31,17 @@ class SobolIndex:
     total_order_half_width: float = math.nan
 
 
-def input_columns(rows: Sequence[ResultRow]) -> Columns:
+def input_arrays(rows: Sequence[ResultRow]) -> Columns:
     """What was drawn, if it is a number that varies."""
     return _varying(rows, ("values.",))
 
 
-def output_columns(rows: Sequence[ResultRow]) -> Columns:
+def output_arrays(rows: Sequence[ResultRow]) -> Columns:
     """Metrics and margins that are finite in some runs and vary."""
     return _varying(rows, ("metrics.", "margins."))
 
 
-def choice_groups(rows: Sequence[ResultRow]) -> dict[str, dict[str, Any]]:
+def group_rows_by_choice(rows: Sequence[ResultRow]) -> dict[str, dict[str, Any]]:
     """For each input that is chosen among a few words or truths, the places of the rows that drew each of them."""
     names = dict.fromkeys(name for row in rows for name in row if name.startswith("values."))
     found: dict[str, dict[str, Any]] = {}
@@ -119,7 +119,7 @@ def sobol_indices(
     """
     sampling = str(data.metadata["sampling"])
     names = [f"values.{name}" for name in data.metadata["varied"]]
-    inputs = input_columns(rows)
+    inputs = input_arrays(rows)
     if sampling == "grid" or not names or any(name not in inputs for name in names):
         return {}
     problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}

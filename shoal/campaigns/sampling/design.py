@@ -72,7 +72,7 @@ class SamplingDesign:
 
     def scenario_values(self, run: int) -> dict[str, Scalar]:
         """The values of a run as a scenario has them."""
-        return {name: self.distributions[name].with_unit(number) for name, number in self.raw_values(run).items()}
+        return {name: self.distributions[name].append_unit(number) for name, number in self.raw_values(run).items()}
 
     def extreme_runs(self, count: int) -> list[int]:
         """Of so many runs, those that draw the smallest and the largest number of each value."""

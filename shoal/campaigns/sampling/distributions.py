@@ -48,7 +48,7 @@ class Distribution:
             return [self.levels[min(int(place), len(self.levels) - 1)] for place in places]
         return [self.levels[min(int(share * len(self.levels)), len(self.levels) - 1)] for share in shares]
 
-    def with_unit(self, value: Scalar) -> Scalar:
+    def append_unit(self, value: Scalar) -> Scalar:
         """A value as it is written in a scenario: a number with its unit."""
         return f"{value!r} {self.unit}" if self.unit and not isinstance(value, str) else value
 

@@ -9,7 +9,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from shoal.campaigns.sampling.distributions import is_distribution, parse_distribution
 from shoal.scenarios import ScenarioDependencies, ScenarioFileError
-from support.located_yaml import Node, read_text, read_tree
+from support.located_yaml import Node, parse_yaml_tree, read_text
 
 
 class EditableScenario(Protocol):
@@ -42,7 +42,7 @@ def load_template(path: Path, make: Callable[[Path, Node], D]) -> ScenarioTempla
 
     Raises ScenarioFileError with file and line, and OSError if it cannot be read.
     """
-    root = read_tree(read_text(path, ScenarioFileError), str(path), ScenarioFileError)
+    root = parse_yaml_tree(read_text(path, ScenarioFileError), str(path), ScenarioFileError)
     if isinstance(root.content, dict) and isinstance((inside := root.content.get("scenario", root)).content, dict):
         root = inside
     found: dict[str, Node] = {}
@@ -70,7 +70,7 @@ def _plain(node: Node, place: tuple[str, ...], found: dict[str, Node]) -> Node:
     if is_distribution(node):
         found["/".join(place)] = node
         made = parse_distribution(node)
-        value = made.with_unit(made.quantiles([0.5])[0])
+        value = made.append_unit(made.quantiles([0.5])[0])
         plain = not isinstance(value, str)
         text = str(value).lower() if isinstance(value, bool) else value if isinstance(value, str) else repr(value)
         return Node(text, node.file, node.line, node.error, plain=plain)

@@ -97,7 +97,7 @@ def _default(draft: Any, fixed: Mapping[str, object], place: str, found: Distrib
         return size
     if (unit and found.unit) or not _is_in(unit or found.unit, place):
         return None
-    own, other = (_settings(draft, {**fixed, place: given}) for given in (value, found.with_unit(size)))
+    own, other = (_settings(draft, {**fixed, place: given}) for given in (value, found.append_unit(size)))
     return size if own == other else None
 
 

@@ -27,7 +27,7 @@ class SearchSchedule:
         self._parts: dict[int, str] = {}
         self.total_runs: int | None = None
 
-    def apply_stopping_rule(self) -> None:
+    def update_total_runs(self) -> None:
         """Nothing follows from a run alone; see `batches`."""
 
     def raw_values(self, run: int) -> ValueChanges:

@@ -34,11 +34,11 @@ class SearchFindings:
             return self.smallest_failure
         return self.best if self.best is not self.baseline else None
 
-    def changes(self, row: ResultRow) -> ValueChanges:
+    def changed_values_of_run(self, row: ResultRow) -> ValueChanges:
         """What a run changes, without units."""
         return changed_values(row, self.axes)
 
-    def default_value(self, place: str) -> object:
+    def default_scenario_value(self, place: str) -> object:
         """The value of the scenario; None if it is not known."""
         return self.axes[place]["default"]
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from runtime.profile import user_etc
 from shoal.campaigns.studies.user_modules import find_user_modules
-from shoal.campaigns.studies.workspace import BundleError, Workspace, path_below
-from shoal.scenarios import ScenarioDependencies, absolute_path
+from shoal.campaigns.studies.workspace import BundleError, Workspace, rebase_path
+from shoal.scenarios import ScenarioDependencies, normalized_absolute_path
 
 MOST_BYTES = 256 << 20
 
@@ -40,10 +40,10 @@ class StudyBundle:
         """Write the files below a folder. Raises OSError, and BundleError for a path that leads out of it."""
         root = root.resolve()
         for path, data in self.files.items():
-            place = path_below(root, path)
+            place = rebase_path(root, path)
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(data)
-        path_below(root, self.folder).mkdir(parents=True, exist_ok=True)
+        rebase_path(root, self.folder).mkdir(parents=True, exist_ok=True)
         return Workspace(root, self.folder, self.etc, self.code, self.modules)
 
 
@@ -71,17 +71,22 @@ def make_bundle(files: Iterable[Path], sources: ScenarioDependencies, named: Map
     total = 0
     own = [file for _, file in modules.values()]
     for path in sorted(
-        {absolute_path(path) for path in (*files, *sources.files, *sources.data.values(), *named.values(), *own)}
+        {
+            normalized_absolute_path(path)
+            for path in (*files, *sources.files, *sources.data.values(), *named.values(), *own)
+        }
     ):
         total += path.stat().st_size
         if total > MOST_BYTES:
             raise BundleError(f"the files of the study have more than {MOST_BYTES >> 20} MiB together, with {path}")
         content[str(path)] = path.read_bytes()
     parts = [(name, content[str(file)]) for name, (_, file) in modules.items()]
-    parts += [(name, content[str(absolute_path(path))]) for name, path in sorted({**sources.data, **named}.items())]
+    parts += [
+        (name, content[str(normalized_absolute_path(path))]) for name, path in sorted({**sources.data, **named}.items())
+    ]
     digest = hashlib.sha256()
     for name, data in parts:
         digest.update(f"{name!r} {len(data)} ".encode() + data)
     roots = dict.fromkeys(str(root) for root, _ in modules.values())
-    folder, etc = str(absolute_path(Path())), str(absolute_path(user_etc()))
+    folder, etc = str(normalized_absolute_path(Path())), str(normalized_absolute_path(user_etc()))
     return StudyBundle(content, folder, etc, tuple(roots), tuple(modules), digest.hexdigest() if parts else "")

@@ -53,7 +53,7 @@ class DryRun:
         if search is not None:
             for axis in search.axes.values():
                 for cell in (axis.levels[0], axis.levels[-1]) if axis.is_ordered else ():
-                    self._try_alone(axis.place, self._design.distributions[axis.place].with_unit(cell))
+                    self._try_alone(axis.place, self._design.distributions[axis.place].append_unit(cell))
             return
         for run in self._design.extreme_runs(min(most, MOST_RUNS)):
             try:

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from runtime.profile import path_in_root
+from runtime.profile import resolve_root_copy
 from shoal.campaigns.pass_rate import StoppingRule
 from shoal.campaigns.sampling import (
     FIXED_SIZE_SAMPLINGS,
@@ -27,7 +27,7 @@ from shoal.campaigns.search import SearchConfig, parse_search
 from shoal.campaigns.studies.bundle import StudyBundle, make_bundle
 from shoal.campaigns.studies.dry_run import DryRun
 from shoal.scenarios import ScenarioDocument, ScenarioFileError
-from support.located_yaml import Node, read_text, read_tree
+from support.located_yaml import Node, parse_yaml_tree, read_text
 from support.text import with_suggestion
 
 STUDY_SUFFIX = ".study.yaml"
@@ -72,7 +72,7 @@ class Study:
         """What a run sets in the scenario, by path, from what varies without its units."""
         return {
             **self.fixed,
-            **{name: self.design.distributions[name].with_unit(found) for name, found in numbers.items()},
+            **{name: self.design.distributions[name].append_unit(found) for name, found in numbers.items()},
         }
 
     def run_seed(self, run: int) -> int:
@@ -101,7 +101,7 @@ def load_study(
 class _Reader:
     def __init__(self, path: Path, make_draft: DraftFactory, fixed: dict[str, object]):
         self._path, self._make_draft, self._fixed = path, make_draft, fixed
-        self._root = read_tree(read_text(path, StudyFileError), str(path), StudyFileError)
+        self._root = parse_yaml_tree(read_text(path, StudyFileError), str(path), StudyFileError)
         self._nodes = self._root.mapping()
 
     def study(self, runs: int | None, *, has_begun: bool) -> Study:
@@ -149,7 +149,7 @@ class _Reader:
 
     def _scenario_file(self) -> Path:
         node = self._nodes["scenario"]
-        path = path_in_root(self._path.parent / node.text())
+        path = resolve_root_copy(self._path.parent / node.text())
         if not path.is_file():
             known = [found.name for found in path.parent.glob("*.scenario.yaml")]
             node.fail(with_suggestion(f"there is no file {node.text()!r}", node.text(), known))
@@ -160,7 +160,7 @@ class _Reader:
         nodes = self._lines()
         varied = {place: parse_distribution(node) for place, node in nodes.items() if place not in self._fixed}
         for place, found in varied.items():
-            first = {place: found.with_unit(found.quantiles([0.5])[0])}
+            first = {place: found.append_unit(found.quantiles([0.5])[0])}
             self._check_place(place, nodes[place], first, varied)
         return varied
 
@@ -175,7 +175,7 @@ class _Reader:
         if place in self._places:
             return
         others = {
-            name: found.with_unit(found.quantiles([0.5])[0]) for name, found in varied.items() if name in self._places
+            name: found.append_unit(found.quantiles([0.5])[0]) for name, found in varied.items() if name in self._places
         }
         try:
             self._draft.scenario({**others, **first})
@@ -269,7 +269,7 @@ class _Reader:
 
     def _named_files(self) -> Iterator[tuple[str, Path]]:
         for node in self._nodes["files"].items() if "files" in self._nodes else ():
-            place = path_in_root(self._path.parent / node.text())
+            place = resolve_root_copy(self._path.parent / node.text())
             if not place.exists():
                 node.fail(f"there is no file or folder {node.text()!r}")
             for file in sorted(place.rglob("*")) if place.is_dir() else [place]:

@@ -11,7 +11,7 @@ from typing import TypeVar
 from runtime.vehicle import add_task_folder
 from shoal.campaigns.jobs import Job, JobExecutor, RunJob
 from shoal.campaigns.studies.user_modules import SHOAL
-from shoal.scenarios import ScenarioResult, absolute_path
+from shoal.scenarios import ScenarioResult, normalized_absolute_path
 
 R = TypeVar("R", bound=ScenarioResult)
 UNNAMED_FILE_HINT = "; a run has only the files of its study: is this one missing in `files`?"
@@ -31,10 +31,10 @@ class Workspace:
     code: tuple[str, ...]
     modules: tuple[str, ...] = field(repr=False)
 
-    def enter(self) -> None:
+    def configure_process(self) -> None:
         """Let this process find the files of the bundle in place of those that it was made of."""
         for place in self.code:
-            found = path_below(self.root, place)
+            found = rebase_path(self.root, place)
             here = Path(place).resolve()
             at = next((i for i, name in enumerate(sys.path) if Path(name).resolve() == here), len(sys.path))
             sys.path[at : at + (here != SHOAL)] = [str(found)]
@@ -42,12 +42,12 @@ class Workspace:
         for name in self.modules:
             sys.modules.pop(name, None)
         os.environ["SHOAL_ROOT"] = str(self.root)
-        os.environ["SHOAL_ETC"] = str(path_below(self.root, self.etc))
-        os.chdir(path_below(self.root, self.folder))
+        os.environ["SHOAL_ETC"] = str(rebase_path(self.root, self.etc))
+        os.chdir(rebase_path(self.root, self.folder))
 
     def local_path(self, path: Path) -> Path:
         """Where a file is here; a relative path stays one."""
-        return path_below(self.root, str(absolute_path(path))) if path.is_absolute() else path
+        return rebase_path(self.root, str(normalized_absolute_path(path))) if path.is_absolute() else path
 
     def with_original_paths(self, result: R) -> R:
         """A result that names the files by the paths that they had."""
@@ -87,7 +87,7 @@ class OriginalPathsExecutor:
                 yield job, self.workspace.with_original_paths(result)
 
 
-def path_below(root: Path, path: str) -> Path:
+def rebase_path(root: Path, path: str) -> Path:
     """The place of an absolute path below a folder. Raises BundleError if it leads out."""
     parts = Path(path).parts[1:]
     if not Path(path).is_absolute() or ".." in parts:

@@ -10,7 +10,7 @@ from shoal.campaigns import CampaignComparison, RunPair, open_results
 from shoal.campaigns import compare_campaigns as compare_data
 from shoal.cli.campaign.campaign_errors import FOLDER, errors_as_messages
 from shoal.cli.tables import open_console, plain_table
-from shoal.logs.inspect import format_count
+from shoal.logs.inspect import format_noun_count
 from support.text import printable
 
 MOST_PAIRS = 10
@@ -33,7 +33,7 @@ def compare(a: Path, b: Path, limits: tuple[str, ...]) -> None:
     """
     with errors_as_messages():
         found = compare_data(open_results(a), open_results(b))
-        exceeded = [words for limit in limits if (words := found.check_limit(limit))]
+        exceeded = [words for limit in limits if (words := found.describe_exceeded_limit(limit))]
     _show(found)
     for words in exceeded:
         click.echo(f"limit exceeded: {printable(words)}", err=True)
@@ -47,9 +47,9 @@ def _show(found: CampaignComparison) -> None:
     click.echo(f"B - A: {100 * rate.mean:+.1f} points ({interval}), McNemar p = {found.p_value:.2g}")
     for count, name in ((found.only_a, "A"), (found.only_b, "B")):
         if count:
-            click.echo(f"not compared: {format_count(count, 'run')} that only {name} has")
+            click.echo(f"not compared: {format_noun_count(count, 'run')} that only {name} has")
     if found.unfinished:
-        click.echo(f"not compared: {format_count(found.unfinished, 'run')} that did not end in both")
+        click.echo(f"not compared: {format_noun_count(found.unfinished, 'run')} that did not end in both")
     columns = ("", "A", "B", "B - A", "interval", "fell", "rose")
     table = plain_table(*columns, right=columns[1:])
     for change in found.changes:

@@ -10,7 +10,7 @@ import click
 
 from shoal.campaigns import merge_results, missing_paths, open_results, resume_command
 from shoal.cli.campaign.campaign_errors import FOLDER, errors_as_messages
-from shoal.logs.inspect import format_count
+from shoal.logs.inspect import format_noun_count
 from support.text import printable
 
 MOST_GAPS = 12
@@ -30,7 +30,7 @@ def merge(shards: tuple[Path, ...], out: Path) -> None:
     data = found.data
     click.echo(f"{printable(data.name)}: {data.pass_rate}")
     if found.duplicates:
-        click.echo(f"{format_count(found.duplicates, 'row was', 'rows were')} there before, and equal")
+        click.echo(f"{format_noun_count(found.duplicates, 'row was', 'rows were')} there before, and equal")
     undone = {"missing": found.missing, "not ended": found.unfinished}
     for what, runs in undone.items():
         if runs:

@@ -5,16 +5,16 @@ import shlex
 
 import click
 
-from shoal.campaigns import CampaignResults, SearchFindings, describe_run, read_findings, scenario_test_command
-from shoal.logs.inspect import format_count
+from shoal.campaigns import CampaignResults, SearchFindings, compute_findings, describe_run, scenario_test_command
+from shoal.logs.inspect import format_noun_count
 from support.text import printable
 
 
 def progress_line(data: CampaignResults, *, is_short: bool = False) -> str:
     """What is known by now, in a line."""
-    if (shown := read_findings(data)) is not None:
+    if (shown := compute_findings(data)) is not None:
         best = shown.best_so_far[-1] if shown.best_so_far else math.nan
-        done = format_count(len(data.rows), "run")
+        done = format_noun_count(len(data.rows), "run")
         return printable(
             f"{done}, {shown.objective.extreme_word} {shown.objective.text} {best:.4g}" if best == best else done
         )
@@ -24,12 +24,12 @@ def progress_line(data: CampaignResults, *, is_short: bool = False) -> str:
     return f"{rate.ratio:.1%} ± {rate.half_width:.1%} passed" if rate.runs else "starting"
 
 
-def excluded_runs_text(data: CampaignResults) -> str:
+def uncounted_runs_text(data: CampaignResults) -> str:
     """A line about runs of the folder that are beyond a smaller number of runs; empty if there are none."""
     count = len(data.rows) - len(data.counted_rows)
     if not count or data.end != data.metadata["most"]:  # an `until` that was reached leaves out those that came later
         return ""
-    others = format_count(count, "more run is", "more runs are")
+    others = format_noun_count(count, "more run is", "more runs are")
     verb, they = ("does", "it") if count == 1 else ("do", "they")
     words = f"{others} in {data.folder}, and {verb} not count; with --runs {max(data.rows) + 1} {they} {verb}"
     return printable(words)
@@ -42,7 +42,8 @@ def print_findings(data: CampaignResults, shown: SearchFindings) -> None:
     more = f", {smaller} made the change smaller" if smaller else ""
     click.echo(
         printable(
-            f"{data.name}: {format_count(len(shown.trials), 'run')} sought the {goal.extreme_word} {goal.text}{more}"
+            f"{data.name}: {format_noun_count(len(shown.trials), 'run')} sought "
+            f"the {goal.extreme_word} {goal.text}{more}"
         )
     )
     if shown.baseline is not None:
@@ -70,8 +71,8 @@ def _show_found(shown: SearchFindings, units: dict[str, str]) -> None:
     _, *lines = describe_run(shown, found, units)
     if not shown.objective.seeks_failure:
         words = ""
-    elif shown.changes(found):
-        count = format_count(len(shown.failures), "run fails", "runs fail")
+    elif shown.changed_values_of_run(found):
+        count = format_noun_count(len(shown.failures), "run fails", "runs fail")
         words = f"{count}; the smallest change that does is run {found['run']}"
     else:
         words = "it fails as it is: there is nothing to look for"

@@ -6,7 +6,7 @@ import click
 
 from shoal.campaigns import campaign_html, open_results
 from shoal.cli.campaign.campaign_errors import FILE, FOLDER, errors_as_messages
-from shoal.cli.campaign.progress_text import excluded_runs_text, progress_line
+from shoal.cli.campaign.progress_text import progress_line, uncounted_runs_text
 from support.file_errors import add_path_to_errors
 from support.text import printable
 
@@ -23,5 +23,5 @@ def report(folder: Path, out: Path | None) -> None:
         with add_path_to_errors(place):
             place.write_text(text, encoding="utf-8")
     click.echo(f"{printable(str(place))}: {progress_line(data)}")
-    for words in filter(None, (data.progress_text, excluded_runs_text(data))):
+    for words in filter(None, (data.progress_text, uncounted_runs_text(data))):
         click.echo(words)

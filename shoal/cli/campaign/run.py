@@ -17,20 +17,20 @@ from shoal.campaigns import (
     WHOLE_CAMPAIGN,
     CampaignResults,
     Shard,
+    compute_findings,
     has_results,
     is_finished,
     load_study,
     open_results,
-    parse_cluster_address,
     parse_shard,
-    read_findings,
     rerun_command,
     run_study,
     shard_folder,
+    to_dask_address,
 )
 from shoal.cli import STOPPED
 from shoal.cli.campaign.campaign_errors import FILE, FOLDER, errors_as_messages, last_line
-from shoal.cli.campaign.progress_text import excluded_runs_text, print_findings, progress_line
+from shoal.cli.campaign.progress_text import print_findings, progress_line, uncounted_runs_text
 from shoal.cli.optional_extra import require_extra
 from shoal.cli.options import (
     add_user_task_folders,
@@ -40,7 +40,7 @@ from shoal.cli.options import (
     values_option,
 )
 from shoal.cli.worker_options import check_wall_limit, wall_limit_option, workers_option
-from shoal.logs.inspect import format_count, format_duration
+from shoal.logs.inspect import format_duration, format_noun_count
 from support.text import printable
 
 TELL_PERIOD = 30.0  # s between lines in a pipe
@@ -115,9 +115,9 @@ def run(
             click.echo(f"stopped: {done}; the same command goes on", err=True)
             sys.exit(STOPPED)
     if data.damaged_lines:
-        lines = format_count(data.damaged_lines, "damaged line")
+        lines = format_noun_count(data.damaged_lines, "damaged line")
         click.echo(f"warning: the journal had {lines}; what was lost is done again", err=True)
-    if (shown := read_findings(data)) is not None:
+    if (shown := compute_findings(data)) is not None:
         print_findings(data, shown)
     else:
         _sum_up(data)
@@ -128,7 +128,7 @@ def check_cluster_options(on: str, workers: int | None) -> None:
     if workers is not None:
         raise click.UsageError("-j is for this computer; a cluster has as many workers as it has: leave it out")
     try:
-        parse_cluster_address(on)
+        to_dask_address(on)
     except ValueError as error:
         raise click.BadParameter(printable(str(error)), param_hint="--on") from None
     with require_extra("cluster"):
@@ -153,7 +153,7 @@ class _Bar:
     def show(self, data: CampaignResults) -> None:
         now = time.monotonic()
         if self._is_first and data.rows:
-            done = format_count(len(data.rows), "run was", "runs were")
+            done = format_noun_count(len(data.rows), "run was", "runs were")
             self.progress.console.print(f"{done} done before", highlight=False)
         self._is_first = False
         if self._is_live:
@@ -167,7 +167,7 @@ class _Bar:
 def _sum_up(data: CampaignResults) -> None:
     rows = data.counted_rows
     click.echo(f"{printable(data.name)}: {data.pass_rate}")
-    if others := excluded_runs_text(data):
+    if others := uncounted_runs_text(data):
         click.echo(f"  {others}")
     simulated, cpu = (math.fsum(row[name] for row in rows) for name in ("seconds", "cpu"))
     if cpu:

@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 import imc
 from imc.lsf import ParallelMap
 from runtime.logs import UnknownNameError, logs_of_run, missing_logs
-from shoal.logs.inspect import format_count
+from shoal.logs.inspect import format_noun_count
 from shoal.logs.joined_logs import joined_logs, newest_log
 from support.diagnostics import ProfileError
 from support.file_errors import describe_os_error
@@ -27,7 +27,7 @@ IMPORTED = (".mcap", ".tlog", ".bin", ".ulg")
 MOST_REASONS = 3
 
 
-def run_log_options(*names: str) -> Callable[[F], F]:
+def run_selection_options(*names: str) -> Callable[[F], F]:
     """Adds --run and --last, which change what the arguments `names` mean, to a command."""
 
     def decorate(function: F) -> F:
@@ -86,10 +86,10 @@ def errors_as_messages() -> Generator[None]:
 
 def open_log(path: Path) -> imc.Log:
     """A log that is unpacked on all processors. Raises what imc.Log raises."""
-    return imc.Log(path, spread=parallel_map(), keep_index=len(logs_of_argument(path)) == 1)
+    return imc.Log(path, spread=make_parallel_map(), keep_index=len(logs_of_argument(path)) == 1)
 
 
-def parallel_map() -> ParallelMap:
+def make_parallel_map() -> ParallelMap:
     """The `spread` of imc.Log that unpacks on all processors."""
     return ThreadPoolExecutor(os.cpu_count()).map
 
@@ -118,6 +118,8 @@ def progress_bar(path: Path, what: str = "reading") -> Generator[Callable[[float
 def report_losses(losses: list[tuple[Path, imc.Loss]]) -> None:
     """Print which bytes of logs were skipped, and why."""
     for path, (offset, length, reason) in losses[:20]:
-        click.echo(printable(f"skipped: {path}: byte {offset}: {format_count(length, 'byte')}: {reason}"), err=True)
+        click.echo(
+            printable(f"skipped: {path}: byte {offset}: {format_noun_count(length, 'byte')}: {reason}"), err=True
+        )
     if len(losses) > 20:
-        click.echo(f"skipped: {format_count(len(losses) - 20, 'more damaged place')}", err=True)
+        click.echo(f"skipped: {format_noun_count(len(losses) - 20, 'more damaged place')}", err=True)

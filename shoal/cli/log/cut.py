@@ -12,12 +12,12 @@ from shoal.cli.log.arguments import (
     progress_bar,
     report_losses,
     require_messages,
-    run_log_options,
+    run_selection_options,
 )
 from shoal.cli.log.selection_options import TIMES, parse_log_time, split_names
 from shoal.logs.edit import cut as cut_log
-from shoal.logs.inspect import format_count, format_time
-from shoal.logs.selection import select_by_names
+from shoal.logs.inspect import format_noun_count, format_time
+from shoal.logs.selection import selection_from_names
 from support.text import printable
 
 
@@ -27,7 +27,7 @@ from support.text import printable
 )
 @click.argument("log", type=LOG)
 @click.argument("out", type=LOG)
-@run_log_options("log")
+@run_selection_options("log")
 @click.option("--from", "begin", metavar="TIME", help=f"Start: {TIMES}.")
 @click.option("--to", "end", metavar="TIME", help="End, not included; written as --from.")
 @click.option("-m", "--messages", multiple=True, help="Messages, by name or id.")
@@ -51,7 +51,7 @@ def cut(
         start, stop = (parse_log_time(text, summary.start, summary.end) for text in (begin, end))
         if start is not None and stop is not None and stop <= start:
             raise click.ClickException("--to must be after --from")
-        choice = select_by_names(
+        choice = selection_from_names(
             summary, start, stop, split_names(messages), split_names(systems), split_names(entities)
         )
         if (start is not None and start > summary.end) or (stop is not None and stop <= summary.start):
@@ -60,6 +60,6 @@ def cut(
             )
         with progress_bar(opened.path, "cutting") as tell:
             done = cut_log(opened, out, choice, summary.owner, tell)
-    kept = f", and {format_count(done.kept, 'message')} that describe the log" if done.kept else ""
-    click.echo(printable(f"{format_count(done.chosen, 'message')}{kept}: {out}"))
+    kept = f", and {format_noun_count(done.kept, 'message')} that describe the log" if done.kept else ""
+    click.echo(printable(f"{format_noun_count(done.chosen, 'message')}{kept}: {out}"))
     report_losses([(opened.path, loss) for loss in summary.losses])

@@ -7,7 +7,14 @@ from typing import Any
 import click
 
 from shoal.cli.json_output import json_option, print_json
-from shoal.cli.log.arguments import LOG, errors_as_messages, open_log, progress_bar, require_messages, run_log_options
+from shoal.cli.log.arguments import (
+    LOG,
+    errors_as_messages,
+    open_log,
+    progress_bar,
+    require_messages,
+    run_selection_options,
+)
 from shoal.cli.tables import open_console, plain_table
 from shoal.logs.inspect import (
     FieldDifference,
@@ -15,7 +22,7 @@ from shoal.logs.inspect import (
     LogMessage,
     compare_logs,
     differing_fields,
-    format_count,
+    format_noun_count,
     format_time,
 )
 from support.text import printable
@@ -27,7 +34,7 @@ LONGEST = 60  # characters of a value
 @click.command()
 @click.argument("a", type=LOG)
 @click.argument("b", type=LOG)
-@run_log_options("a", "b")
+@run_selection_options("a", "b")
 @json_option
 def diff(a: Path, b: Path, as_json: bool) -> None:
     """Show where logs A and B first differ, and what differs. Exit status 0: equal, 1: different, 2: trouble."""
@@ -43,16 +50,16 @@ def diff(a: Path, b: Path, as_json: bool) -> None:
         sys.exit(2)
     for log, losses in zip(logs, found.losses, strict=True):
         if losses:
-            click.echo(printable(f"{log.path}: {format_count(len(losses), 'damaged place')} skipped"), err=True)
+            click.echo(printable(f"{log.path}: {format_noun_count(len(losses), 'damaged place')} skipped"), err=True)
     if as_json:
         print_json(_as_plain(found, a, b))
         sys.exit(0 if found.equal else 1)
     if found.equal:
-        click.echo(f"equal: {format_count(found.packets[0], 'message')}, byte for byte")
+        click.echo(f"equal: {format_noun_count(found.packets[0], 'message')}, byte for byte")
         return
     console = open_console(markup=False)
     for name, path, count in zip("AB", (a, b), found.packets, strict=True):
-        console.print(printable(f"{name}: {path}: {format_count(count, 'message')}"), soft_wrap=True)
+        console.print(printable(f"{name}: {path}: {format_noun_count(count, 'message')}"), soft_wrap=True)
     console.print()
     for line in _first(found):
         console.print(printable(line), soft_wrap=True)
@@ -94,7 +101,7 @@ def _first(found: LogDifference) -> list[str]:
     one, two = found.first
     if one.message is None or two.message is None:
         longer, place, ended = ("B", two, "A") if one.message is None else ("A", one, "B")
-        more = format_count(abs(found.packets[0] - found.packets[1]), "more message")
+        more = format_noun_count(abs(found.packets[0] - found.packets[1]), "more message")
         begin = f"{ended} ends after message {one.number - 1}; up to there they are equal. {longer} has {more}"
         return [f"{begin}, the first is {_what(place, found)}"]
     until = "; up to there they are equal" if one.number > 1 else ""
@@ -131,8 +138,8 @@ def _show_types(found: LogDifference) -> None:
     console.print(table)
     same = sum(row.same for name, row in found.types.items() if name not in different)
     if len(different) < len(found.types):
-        types = format_count(len(found.types) - len(different), "other type")
-        console.print(f"{types} with {format_count(same, 'message')} are equal", style="dim")
+        types = format_noun_count(len(found.types) - len(different), "other type")
+        console.print(f"{types} with {format_noun_count(same, 'message')} are equal", style="dim")
 
 
 def _show_fields(found: LogDifference) -> None:
@@ -145,11 +152,11 @@ def _show_fields(found: LogDifference) -> None:
         table.add_row(f"{name}.{attribute}", *map(printable, _figures(row)))
     console = open_console(markup=False)
     how = "type, sender and time" if found.by_time else "type, sender and order (the times differ)"
-    some = f", the first {format_count(found.compared, 'pair')}" if found.compared < found.pairs else ""
+    some = f", the first {format_noun_count(found.compared, 'pair')}" if found.compared < found.pairs else ""
     console.print(f"\nFields that differ in messages of the same {how}{some}:")
     console.print(table)
     if len(rows) > MOST_FIELDS:
-        console.print(f"and {format_count(len(rows) - MOST_FIELDS, 'more field')}", style="dim")
+        console.print(f"and {format_noun_count(len(rows) - MOST_FIELDS, 'more field')}", style="dim")
 
 
 def _figures(row: FieldDifference) -> tuple[str, str, str, str]:

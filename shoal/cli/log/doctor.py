@@ -9,9 +9,9 @@ from rich.padding import Padding
 from rich.text import Text
 
 from shoal.cli.json_output import json_option, print_json
-from shoal.cli.log.arguments import LOG, errors_as_messages, parallel_map, progress_bar, run_log_options
+from shoal.cli.log.arguments import LOG, errors_as_messages, make_parallel_map, progress_bar, run_selection_options
 from shoal.cli.tables import open_console
-from shoal.logs.inspect import examine_log, format_count, format_duration
+from shoal.logs.inspect import examine_log, format_duration, format_noun_count
 from shoal.logs.inspect import repair_log as repair_log
 from support.text import printable
 
@@ -20,14 +20,14 @@ STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 
 @click.command()
 @click.argument("log", type=LOG, required=False)
-@run_log_options("log")
+@run_selection_options("log")
 @click.option("--repair", type=LOG, metavar="OUT", help="Write the good packets and definitions to a new folder.")
 @json_option
 def doctor(log: Path, repair: Path | None, as_json: bool) -> None:
     """Find what is wrong with LOG, and explain it. Exit status 1 if there are errors or warnings."""
     with errors_as_messages():
         with progress_bar(log) as tell:
-            examination = examine_log(log, tell, parallel_map())
+            examination = examine_log(log, tell, make_parallel_map())
         console = open_console(markup=False)
         order = list(STYLES)
         findings = sorted(examination.findings, key=lambda finding: order.index(finding.severity))
@@ -44,11 +44,11 @@ def doctor(log: Path, repair: Path | None, as_json: bool) -> None:
                 console.print(Text("healthy: ", "green") + Text(_size(summary.packets, summary.duration)))
             if repair is not None:
                 count = repair_log(examination, repair)
-                click.echo(printable(f"repaired: {format_count(count, 'message')}: {repair}"), err=as_json)
+                click.echo(printable(f"repaired: {format_noun_count(count, 'message')}: {repair}"), err=as_json)
         elif repair is not None:
             raise click.ClickException("there is no message to save")
     sys.exit(0 if examination.healthy else 1)
 
 
 def _size(packets: int, seconds: float) -> str:
-    return f"{format_count(packets, 'message')} in {format_duration(seconds)}, no damage"
+    return f"{format_noun_count(packets, 'message')} in {format_duration(seconds)}, no damage"

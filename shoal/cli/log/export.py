@@ -10,12 +10,19 @@ import click
 
 from imc.lsf import ReportProgress
 from runtime.logs import summarize
-from shoal.cli.log.arguments import LOG, errors_as_messages, open_log, progress_bar, require_messages, run_log_options
+from shoal.cli.log.arguments import (
+    LOG,
+    errors_as_messages,
+    open_log,
+    progress_bar,
+    require_messages,
+    run_selection_options,
+)
 from shoal.cli.log.selection_options import TIMES, parse_log_time, split_names
 from shoal.cli.optional_extra import require_extra
 from shoal.logs.export import LogSource
-from shoal.logs.inspect import format_count
-from shoal.logs.selection import select_by_names
+from shoal.logs.inspect import format_noun_count
+from shoal.logs.selection import selection_from_names
 from support.atomic_files import new_file, new_folder
 from support.text import printable
 
@@ -40,7 +47,7 @@ FORMATS = {
     "llf": ExportFormat("-llf", False, "shoal.logs.export.llf", "export_llf"),
     "euroc": ExportFormat("-euroc", False, "shoal.logs.export.euroc", "export_euroc"),
     "coco": ExportFormat("-coco", False, "shoal.rendering.coco", "export_coco"),
-    "tum": ExportFormat("-tum", False, "shoal.logs.export.tum", "export_tum"),
+    "tum": ExportFormat("-tum", False, "shoal.logs.export.tum_rgbd", "export_tum"),
 }
 LogWriter: TypeAlias = Callable[[LogSource, Path, ReportProgress], int]
 """Writes what is selected to a path, reports the bytes read, and returns how many messages or rows it wrote."""
@@ -62,7 +69,7 @@ MOST_NAMES = 5
 )
 @click.argument("log", type=LOG, required=False)
 @click.argument("out", type=LOG, required=False)
-@run_log_options("log")
+@run_selection_options("log")
 @click.option("-f", "--format", "form", type=click.Choice([*FORMATS]), help="[default: by the ending of OUT, or mcap]")
 @click.option("--from", "begin", metavar="TIME", help=f"Start: {TIMES}.")
 @click.option("--to", "end", metavar="TIME", help="End, not included; written as --from.")
@@ -100,27 +107,29 @@ def export(
         require_messages(opened, summary.packets)
         start, stop = (parse_log_time(text, summary.start, summary.end) for text in (begin, end))
         words = split_names(messages), split_names(systems), split_names(entities)
-        source = LogSource(opened, summary, select_by_names(summary, start, stop, *words))
+        source = LogSource(opened, summary, selection_from_names(summary, start, stop, *words))
         with (new_file if FORMATS[form].is_file else new_folder)(out, force) as part:
             with progress_bar(opened.path, "exporting") as tell:
                 written = write(source, part, tell)
             if source.packets == 0:
                 raise ValueError("no message is selected; nothing is written")
-    of = f"{format_count(source.packets, 'message')} of the log"
-    click.echo(printable(f"{of}: {format_count(written, NOUNS.get(form, 'row'))} in {out}"))
+    of = f"{format_noun_count(source.packets, 'message')} of the log"
+    click.echo(printable(f"{of}: {format_noun_count(written, NOUNS.get(form, 'row'))} in {out}"))
     for reason, count in source.skipped.most_common(MOST_LINES):
-        click.echo(printable(f"skipped: {format_count(count, 'message')}: {reason}"), err=True)
+        click.echo(printable(f"skipped: {format_noun_count(count, 'message')}: {reason}"), err=True)
     for note in source.notes:
         click.echo(printable(f"note: {note}"), err=True)
     if source.unreadable_photos:
         named = ", ".join(source.unreadable_photos[:MOST_NAMES]) + (
             ", ..." if len(source.unreadable_photos) > MOST_NAMES else ""
         )
-        click.echo(printable(f"skipped: {format_count(len(source.unreadable_photos), 'picture')}: {named}"), err=True)
+        click.echo(
+            printable(f"skipped: {format_noun_count(len(source.unreadable_photos), 'picture')}: {named}"), err=True
+        )
     for offset, length, reason in opened.losses[:MOST_LINES]:
-        click.echo(printable(f"skipped: byte {offset}: {format_count(length, 'byte')}: {reason}"), err=True)
+        click.echo(printable(f"skipped: byte {offset}: {format_noun_count(length, 'byte')}: {reason}"), err=True)
     if len(opened.losses) > MOST_LINES:
-        click.echo(f"skipped: {format_count(len(opened.losses) - MOST_LINES, 'more damaged place')}", err=True)
+        click.echo(f"skipped: {format_noun_count(len(opened.losses) - MOST_LINES, 'more damaged place')}", err=True)
 
 
 def _format_of(out: Path) -> str:

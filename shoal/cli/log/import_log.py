@@ -9,7 +9,7 @@ import imc
 from imc.lsf import ReportProgress
 from shoal.cli.log.arguments import LOG, errors_as_messages, progress_bar
 from shoal.cli.optional_extra import require_extra
-from shoal.logs.inspect import format_count
+from shoal.logs.inspect import format_noun_count
 from support.atomic_files import new_folder
 from support.text import printable
 
@@ -37,7 +37,7 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
             with new_folder(out, force) as part, progress_bar(file) as tell:
                 warnings = write(file, part, tell)
         packets = len(imc.Log(out))
-    click.echo(printable(f"{format_count(packets, 'message')}: {out}"))
+    click.echo(printable(f"{format_noun_count(packets, 'message')}: {out}"))
     for warning in warnings:
         click.echo(printable(f"warning: {warning}"), err=True)
 
@@ -69,7 +69,7 @@ def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportProgress], l
 
     def read(path: Path, folder: Path, tell: ReportProgress) -> list[str]:
         done = convert(path, folder, system, tell)
-        skipped = f"{format_count(done.lost, 'byte')} of {path} skipped"
+        skipped = f"{format_noun_count(done.lost, 'byte')} of {path} skipped"
         lost = f"{skipped}: in no whole record, the first at byte {done.first_lost}"
         return [*([lost] if done.lost else []), *done.notes]
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from runtime.logs import LogSummary, PacketCount, run_position, summarize
+from runtime.logs import LogSummary, PacketCount, read_log_run_position, summarize
 from shoal.cli.json_output import json_option, print_json, summary_to_dict
 from shoal.cli.log.arguments import (
     LOG,
@@ -13,10 +13,10 @@ from shoal.cli.log.arguments import (
     open_log,
     progress_bar,
     require_messages,
-    run_log_options,
+    run_selection_options,
 )
 from shoal.cli.tables import open_console, plain_table
-from shoal.logs.inspect import format_count, format_duration, format_rate, format_size, format_time
+from shoal.logs.inspect import format_duration, format_noun_count, format_rate, format_size, format_time
 from support.text import printable
 
 MOST_LINES = 20  # of damage
@@ -24,7 +24,7 @@ MOST_LINES = 20  # of damage
 
 @click.command()
 @click.argument("log", type=LOG, required=False)
-@run_log_options("log")
+@run_selection_options("log")
 @click.option("--entities/--no-entities", default=True, help="Also list the entities.")
 @json_option
 def info(log: Path, entities: bool, as_json: bool) -> None:
@@ -61,7 +61,7 @@ def _facts(summary: LogSummary, logs: list[Path]) -> list[tuple[str, str]]:
     source = summary.schema_source or "built-in, none beside the log"
     if summary.schema_source and len(logs) > 1:  # that of all logs together is a temporary file
         source = str(logs[0] / Path(summary.schema_source).name)
-    place = run_position(logs[0])
+    place = read_log_run_position(logs[0])
     if len(logs) > 1:
         facts = [("log", str(logs[0])), *(("", str(log)) for log in logs[1:])]
     else:
@@ -72,7 +72,10 @@ def _facts(summary: LogSummary, logs: list[Path]) -> list[tuple[str, str]]:
         ("system", f"{summary.names.system_name(summary.owner)}{heard}"),
         ("from", format_time(summary.start)),
         ("to", f"{format_time(summary.end)} ({format_duration(summary.duration)})"),
-        ("messages", f"{format_count(summary.packets, 'message')} of {format_count(len(summary.by_type), 'type')}"),
+        (
+            "messages",
+            f"{format_noun_count(summary.packets, 'message')} of {format_noun_count(len(summary.by_type), 'type')}",
+        ),
         ("size", f"{format_size(summary.file_size)}{packed}"),
         ("schema", f"IMC {summary.schema.version}: {source}"),
     ]
@@ -84,7 +87,7 @@ def _facts(summary: LogSummary, logs: list[Path]) -> list[tuple[str, str]]:
         facts.append(("clock", text))
     if summary.losses:
         lost = sum(loss.length for loss in summary.losses)
-        facts.append(("damage", f"{format_count(len(summary.losses), 'place')}, {format_size(lost)}"))
+        facts.append(("damage", f"{format_noun_count(len(summary.losses), 'place')}, {format_size(lost)}"))
         facts += [("", f"byte {at}: {format_size(length)}: {why}") for at, length, why in summary.losses[:MOST_LINES]]
         if len(summary.losses) > MOST_LINES:
             facts.append(("", f"and {len(summary.losses) - MOST_LINES} more"))

@@ -6,7 +6,7 @@ import click
 
 from shoal.cli.log.arguments import LOG, errors_as_messages, open_log, progress_bar, report_losses
 from shoal.logs.edit import merge as merge_logs
-from shoal.logs.inspect import format_count
+from shoal.logs.inspect import format_noun_count
 from support.text import printable
 
 
@@ -20,9 +20,11 @@ def merge(logs: tuple[Path, ...], out: Path, copies: bool) -> None:
         opened = [open_log(path) for path in logs]
         with progress_bar(opened[0].path, "merging") as tell:
             merged = merge_logs(opened, out, copies, tell)
-    left = f"; {format_count(merged.copies, 'duplicate')} skipped" if merged.copies else ""
+    left = f"; {format_noun_count(merged.copies, 'duplicate')} skipped" if merged.copies else ""
     click.echo(
-        printable(f"{format_count(merged.packets, 'message')} from {format_count(len(logs), 'log')}{left}: {out}")
+        printable(
+            f"{format_noun_count(merged.packets, 'message')} from {format_noun_count(len(logs), 'log')}{left}: {out}"
+        )
     )
     for warning in merged.warnings:
         click.echo(printable(f"warning: {warning}; readers use only one of them"), err=True)

@@ -8,7 +8,7 @@ from shoal.cli.log.arguments import LOG, errors_as_messages, open_log, progress_
 from shoal.cli.log.export import default_output_name
 from shoal.cli.optional_extra import require_extra
 from shoal.cli.options import add_user_task_folders, code_of_log_option
-from shoal.logs.inspect import format_count
+from shoal.logs.inspect import format_noun_count
 from support.atomic_files import new_folder
 from support.text import printable
 
@@ -54,4 +54,4 @@ def render(
     for note in done.notes:
         click.echo(printable(f"note: {note}"), err=True)
     each = ", ".join(f"{label} {count}" for label, count in done.pictures.items())
-    click.echo(printable(f"{format_count(sum(done.pictures.values()), 'picture')} in {out}: {each}"))
+    click.echo(printable(f"{format_noun_count(sum(done.pictures.values()), 'picture')} in {out}: {each}"))

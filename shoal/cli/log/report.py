@@ -4,7 +4,14 @@ from pathlib import Path
 
 import click
 
-from shoal.cli.log.arguments import LOG, errors_as_messages, logs_of_argument, open_log, progress_bar, run_log_options
+from shoal.cli.log.arguments import (
+    LOG,
+    errors_as_messages,
+    logs_of_argument,
+    open_log,
+    progress_bar,
+    run_selection_options,
+)
 from shoal.logs.inspect import format_size
 from shoal.logs.inspect import render_report as draw
 from support.file_errors import add_path_to_errors
@@ -13,7 +20,7 @@ from support.text import printable
 
 @click.command()
 @click.argument("log", type=LOG, required=False)
-@run_log_options("log")
+@run_selection_options("log")
 @click.option("-o", "--out", type=LOG, help="The page [default: report.html in the folder of the log]")
 def report(log: Path, out: Path | None) -> None:
     """Draw LOG as one HTML page that needs no other file and no network."""

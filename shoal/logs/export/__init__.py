@@ -2,6 +2,6 @@
 
 from shoal.logs.export.camera_calibration import OPTICS, matches_optics
 from shoal.logs.export.message_batches import LogSource
-from shoal.logs.export.photo_files import export_photo, export_suffix
+from shoal.logs.export.photo_files import export_suffix, photo_export_bytes
 
-__all__ = ["OPTICS", "LogSource", "export_photo", "export_suffix", "matches_optics"]
+__all__ = ["OPTICS", "LogSource", "export_suffix", "matches_optics", "photo_export_bytes"]

@@ -37,7 +37,7 @@ class LoggedImu(NamedTuple):
     pose: Array
 
 
-def logged_cameras(photos: Path) -> dict[str, LoggedCamera]:
+def read_photo_cameras(photos: Path) -> dict[str, LoggedCamera]:
     """The cameras of a folder of pictures, by the name that their files begin with; those that can be used."""
     try:
         content = yaml.safe_load((photos / FILE).read_text(encoding="utf-8"))

@@ -16,7 +16,7 @@ from shoal.logs.export.message_table import (
     NUMPY,
     MessageTable,
     Values,
-    field_columns,
+    column_definitions,
     json_columns,
     message_table,
 )
@@ -57,7 +57,7 @@ def column_texts(values: Values, type_: str) -> list[str]:
 
 
 def _heading(schema: imc.Schema, message: imc.MessageType) -> list[str]:
-    columns = field_columns(schema, message)
+    columns = column_definitions(schema, message)
     fields = [f"{column.name} ({column.unit})" if column.unit else column.name for column in columns]
     return ["timestamp (s)", "utc", "system", "label", *HEADER[1:], *fields]
 

@@ -40,7 +40,7 @@ class DetectionCollector:
     def __init__(self) -> None:
         self._found: dict[int, dict[str, list[Array]]] = {}
 
-    def add(self, name: str, src: int, rows: Array) -> None:
+    def add_rows(self, name: str, src: int, rows: Array) -> None:
         if name in FIELDS:
             kept = rows[FIELDS[name]].copy()
             self._found.setdefault(src, {}).setdefault(name, []).append(kept)

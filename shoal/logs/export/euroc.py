@@ -16,12 +16,12 @@ from shoal.logs.export.camera_calibration import (
     LoggedImu,
     euroc_matrix,
     euroc_sensor,
-    logged_cameras,
     noise_densities,
+    read_photo_cameras,
     write_calibration,
 )
 from shoal.logs.export.message_batches import LogSource
-from shoal.logs.export.photo_files import Photo, export_photo
+from shoal.logs.export.photo_files import Photo, photo_export_bytes
 from shoal.logs.export.vio_recording import ImuSamples, PoseTrack, read_recording
 from support.rotations import rotation
 from tasks.simulators.imu import ARTICLE_INTERVAL, IMU, part_from_options
@@ -56,7 +56,7 @@ def export_euroc(source: LogSource, folder: Path, progress: ReportProgress = lam
     for name, track in (("state_groundtruth_estimate0", recording.truth), ("state_estimate0", recording.estimate)):
         if track is not None:
             written += _write_track(folder / "mav0" / name, track)
-    known, chain = logged_cameras(source.log.path.parent / "Photos"), list[LoggedCamera]()
+    known, chain = read_photo_cameras(source.log.path.parent / "Photos"), list[LoggedCamera]()
     for number, (camera, photos) in enumerate(sorted(recording.photos.items())):
         written += _write_pictures(source, folder / "mav0" / f"cam{number}", photos, known.get(camera))
         chain += [known[camera]] if camera in known else []
@@ -103,7 +103,7 @@ def _write_pictures(source: LogSource, place: Path, photos: list[Photo], known: 
     lines = ["#timestamp [ns],filename"]
     times = list[int]()
     for photo in photos:
-        if (data := export_photo(source, photo.path)) is None:
+        if (data := photo_export_bytes(source, photo.path)) is None:
             continue
         times.append(round(photo.time * 1e6) * 1000)
         name = f"{times[-1]}{photo.export_suffix}"

@@ -12,13 +12,13 @@ from imc.layout import ADDRESS_FIELDS
 from imc.lsf import ReportProgress, gzip_schema
 from runtime.logs import Array
 from shoal.logs.export import foxglove_types, ros_standard_types
-from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, logged_cameras, photos_of_other_lenses
+from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, photos_of_other_lenses, read_photo_cameras
 from shoal.logs.export.cdr import ENCAPSULATION, CdrError, CdrRecords, CdrWriter, Item, cdr_string, make_cdr_writer
 from shoal.logs.export.detection_positions import MUG, DetectionCollector, DetectionPoint, SystemDetections
-from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform, missing_info_reason
+from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, encode_camera_transform, missing_info_reason
 from shoal.logs.export.mcap_writer import MESSAGE, MESSAGE_LENGTH, McapChunk, McapWriter
 from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch, nanoseconds
-from shoal.logs.export.photo_files import export_photo, find_photos
+from shoal.logs.export.photo_files import find_photos, photo_export_bytes
 from shoal.logs.export.ros_standard_types import STAMP
 from shoal.logs.export.ros_topics import TopicChannels, ros_name
 from shoal.logs.export.ros_types import PACKAGE, RosType, ros_type
@@ -108,7 +108,7 @@ class _Export:
     def write_packets(self, batch: ExportBatch) -> None:
         """Write the packets, in a chunk of their own that viewers can skip."""
         chunk = McapChunk()
-        data = batch.joined()
+        data = batch.packet_bytes()
         time = int(nanoseconds(batch.headers["timestamp"][:1])[0])
         body = ENCAPSULATION + len(data).to_bytes(4, "little") + data
         chunk.add(self._topics.channel(PACKETS_TOPIC, PACKETS), batch.first & 0xFFFFFFFF, time, body)
@@ -134,13 +134,13 @@ class _Export:
     def write_photos(self, folder: Path) -> None:
         """Write the pictures in a folder that were taken in the selected time."""
         source = self._source
-        system, cameras = source.names.system_name(source.summary.owner), logged_cameras(folder)
+        system, cameras = source.names.system_name(source.summary.owner), read_photo_cameras(folder)
         models, detections = load_camera_models(folder, cameras), self._detections.get(source.summary.owner)
         unlike = photos_of_other_lenses(source, models)
         for number, photo in enumerate(find_photos(folder, source.summary.start)):
             if not source.selection.start <= photo.time < source.selection.end or not 0.0 <= photo.time < 1 << 31:
                 continue
-            if (data := export_photo(source, photo.path)) is None:
+            if (data := photo_export_bytes(source, photo.path)) is None:
                 continue
             chunk = McapChunk()
             channel = self._topics.channel((system, photo.camera, "image"), ros_standard_types.IMAGE)
@@ -158,7 +158,7 @@ class _Export:
                     chunk.add(channel, number, time, ENCAPSULATION + info)
                 elif (note := f"no CameraInfo of {camera.label}: {missing_info_reason(camera)}") not in source.notes:
                     source.notes.append(note)
-                place = camera_transform(time, ros_name(system), frame, camera)
+                place = encode_camera_transform(time, ros_name(system), frame, camera)
                 chunk.add(
                     self._topics.channel(("tf",), ros_standard_types.TRANSFORM), number, time, ENCAPSULATION + place
                 )
@@ -219,7 +219,7 @@ class _Export:
     ) -> None:
         frame = ros_name(self._source.names.system_name(src)).encode()
         type_, _ = self._type(message)
-        self._pieces.add(message.abbrev, src, array)
+        self._pieces.add_rows(message.abbrev, src, array)
         record = self._records.get((message.id, frame))
         if record is None:
             record = self._records[message.id, frame] = _record(type_, frame)
@@ -233,9 +233,9 @@ class _Export:
         if names >= ros_standard_types.STATE:
             self._write_pose(chunk, message, array, src, frame, times, numbers)
         elif message.abbrev == "GpsFix" and names >= ros_standard_types.FIX:
-            record = self._prefix(ros_standard_types.location_items(frame))
+            record = self._prefix(ros_standard_types.location_layout(frame))
             records = record.zeros(len(array))
-            ros_standard_types.fill_fix(records, array)
+            ros_standard_types.fill_gps_location(records, array)
             channels = self._channels(message, src, array["src_ent"], "location", ros_standard_types.LOCATION)
             _emit(chunk, record, records, channels, times, numbers)
 
@@ -250,15 +250,15 @@ class _Export:
         numbers: Array,
     ) -> None:
         entities = array["src_ent"]
-        record = self._prefix(ros_standard_types.location_items(frame))
+        record = self._prefix(ros_standard_types.location_layout(frame))
         records = record.zeros(len(array))
-        ros_standard_types.fill_location(records, array)
+        ros_standard_types.fill_state_location(records, array)
         channels = self._channels(message, src, entities, "location", ros_standard_types.LOCATION)
         _emit(chunk, record, records, channels, times, numbers)
         self._origin = self._origin or ros_standard_types.first_origin(array)
         if self._origin is None:
             return
-        record = self._prefix(ros_standard_types.pose_items())
+        record = self._prefix(ros_standard_types.pose_layout())
         records = record.zeros(len(array))
         ros_standard_types.fill_pose(records, array, self._origin)
         channels = self._channels(message, src, entities, "pose", ros_standard_types.POSE)
@@ -267,7 +267,7 @@ class _Export:
             return
         # One transform per vehicle: two entities that estimate its state would make its frame jump between them.
         own = entities == self._moving.setdefault(src, int(entities[0]))
-        record = self._prefix(ros_standard_types.transform_items(frame))
+        record = self._prefix(ros_standard_types.transform_layout(frame))
         transforms = record.zeros(int(own.sum()))
         transforms["count"] = 1
         for name in ("x", "y", "z", "qx", "qy", "qz", "qw"):

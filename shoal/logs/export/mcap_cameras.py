@@ -7,7 +7,7 @@ import numpy as np
 from shoal.logs.export.camera_calibration import LoggedCamera
 from shoal.logs.export.cdr import cdr_string
 from shoal.logs.export.ros_types import STANDARD, RosType
-from support.rotations import quaternion
+from support.rotations import quaternion_from_matrix
 
 CAMERA_INFO = RosType(
     "sensor_msgs/CameraInfo",
@@ -51,11 +51,11 @@ def missing_info_reason(camera: LoggedCamera) -> str:
     return f"ROS has no model {model['camera_model']} with {model.get('distortion_model', 'no distortion')}"
 
 
-def camera_transform(time: int, vehicle: str, frame: str, camera: LoggedCamera) -> bytes:
+def encode_camera_transform(time: int, vehicle: str, frame: str, camera: LoggedCamera) -> bytes:
     """A TRANSFORM from the optical frame of a camera to its vehicle (forward, left, up); time in ns."""
     pose = camera.pose
     x, y, z = (FLU @ pose[:3, 3]).tolist()
-    qw, qx, qy, qz = quaternion((FLU @ pose[:3, :3]).tolist())
+    qw, qx, qy, qz = quaternion_from_matrix((FLU @ pose[:3, :3]).tolist())
     body = struct.pack("<I", 1) + _header(time, vehicle)
     body += _aligned(body, 4) + cdr_string(frame.encode())
     return body + _aligned(body, 8) + struct.pack("<7d", x, y, z, qx, qy, qz, qw)

@@ -58,7 +58,7 @@ class McapChunk:
         length = MESSAGE_LENGTH + len(data)
         self._append(MESSAGE_HEAD.pack(Opcode.MESSAGE, length, channel, sequence, time, time) + data)
 
-    def finish(self) -> tuple[bytes, MessageIndex]:
+    def records_and_index(self) -> tuple[bytes, MessageIndex]:
         """All records, and their index, sorted by channel and time."""
         single = np.array(self._single, np.int64).reshape(-1, 3).T
         places = [*self._places, MessageIndex(*single)]
@@ -117,7 +117,7 @@ class McapWriter:
 
     def add_chunk(self, chunk: McapChunk) -> None:
         """Compress and write the messages of a chunk; one without messages is skipped."""
-        data, place = chunk.finish()
+        data, place = chunk.records_and_index()
         if not len(place.channels):
             return
         first, last = int(place.times.min()), int(place.times.max())

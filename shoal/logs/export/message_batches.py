@@ -33,7 +33,7 @@ class ExportBatch(NamedTuple):
     def packet(self, row: int) -> bytes:
         return self.data[self.starts[row] : self.ends[row]]
 
-    def joined(self) -> bytes:
+    def packet_bytes(self) -> bytes:
         """All packets, one after the other."""
         if np.array_equal(self.ends[:-1], self.starts[1:]):
             return self.data[self.starts[0] : self.ends[-1]]

@@ -43,7 +43,7 @@ class MessageTable(NamedTuple):
     rows: int
 
 
-def field_columns(schema: imc.Schema, message: imc.MessageType) -> list[Column]:
+def column_definitions(schema: imc.Schema, message: imc.MessageType) -> list[Column]:
     """The fields of a message as columns."""
     found: list[Column] = []
     for field in message.fields:

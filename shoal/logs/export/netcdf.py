@@ -18,7 +18,7 @@ from shoal.logs.export.message_table import (
     NUMPY,
     Column,
     MessageTable,
-    field_columns,
+    column_definitions,
     json_columns,
     message_table,
 )
@@ -149,7 +149,7 @@ class _Type:
         self._group.createDimension(OBSERVATION, None)
         self._rows = min(ROWS, max(1, source.summary.by_type[message.abbrev].count))
         self._speakers = speakers
-        self._columns = field_columns(source.schema, message)
+        self._columns = column_definitions(source.schema, message)
         self._written = self._count = self.waiting = 0
         self._tables: list[MessageTable] = []
 

@@ -18,7 +18,7 @@ from shoal.logs.export.message_table import (
     Column,
     MessageTable,
     Values,
-    field_columns,
+    column_definitions,
     json_columns,
     message_table,
 )
@@ -59,7 +59,7 @@ def export_parquet(source: LogSource, folder: Path, progress: ReportProgress = l
 class _File:
     def __init__(self, source: LogSource, message: imc.MessageType, folder: Path):
         self._names = source.names
-        self._columns = field_columns(source.schema, message)
+        self._columns = column_definitions(source.schema, message)
         own = {"utc", "system", "label", *HEADER}
         self._places = [("field_" if column.name in own else "") + column.name for column in self._columns]
         head = [("utc", _pa.timestamp("us", "UTC")), ("system", _text()), ("label", _text())]

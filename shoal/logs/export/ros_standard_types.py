@@ -76,7 +76,7 @@ LEVELS = {
 }
 
 
-def location_items(frame: bytes) -> tuple[Item, ...]:
+def location_layout(frame: bytes) -> tuple[Item, ...]:
     """The layout of LOCATION."""
     return (
         *STAMP,
@@ -91,24 +91,24 @@ def location_items(frame: bytes) -> tuple[Item, ...]:
     )
 
 
-def pose_items() -> tuple[Item, ...]:
+def pose_layout() -> tuple[Item, ...]:
     """The layout of POSE."""
     return (*STAMP, MAP, *((name, "d") for name in ("x", "y", "z", "qx", "qy", "qz", "qw")))
 
 
-def transform_items(frame: bytes) -> tuple[Item, ...]:
+def transform_layout(frame: bytes) -> tuple[Item, ...]:
     """The layout of TRANSFORM with one transform."""
     return (("count", "I"), *STAMP, MAP, frame, *((name, "d") for name in ("x", "y", "z", "qx", "qy", "qz", "qw")))
 
 
-def fill_location(records: Array, states: Array) -> None:
+def fill_state_location(records: Array, states: Array) -> None:
     """Positions of states (EstimatedState, SimulatedState); height above the ellipsoid, as in ROS."""
     places = positions(states)
     records["latitude"], records["longitude"] = np.degrees(places["lat"]), np.degrees(places["lon"])
     records["altitude"] = places["height"]
 
 
-def fill_fix(records: Array, fixes: Array) -> None:
+def fill_gps_location(records: Array, fixes: Array) -> None:
     """Positions of GpsFix; covariances if it has accuracies."""
     validity = imc.GpsFix.Validity
     valid = fixes["validity"]

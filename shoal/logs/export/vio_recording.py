@@ -9,7 +9,7 @@ import numpy as np
 
 from imc.lsf import ReportProgress, positions
 from runtime.logs import Array
-from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, logged_cameras, photos_of_other_lenses
+from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, photos_of_other_lenses, read_photo_cameras
 from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch, nanoseconds
 from shoal.logs.export.photo_files import Photo, find_photos
 from shoal.logs.export.ros_standard_types import MapOrigin, first_origin
@@ -75,7 +75,7 @@ def read_recording(source: LogSource, progress: ReportProgress = lambda _: None)
             _track(tables[name], origin) if name in tables else None for name in ("SimulatedState", "EstimatedState")
         )
     folder = source.log.path.parent / "Photos"
-    unlike = photos_of_other_lenses(source, load_camera_models(folder, logged_cameras(folder)))
+    unlike = photos_of_other_lenses(source, load_camera_models(folder, read_photo_cameras(folder)))
     for photo in find_photos(folder, source.summary.start):
         if not source.selection.start <= photo.time < source.selection.end:
             continue

@@ -3,7 +3,7 @@
 from shoal.logs.inspect.diff import FieldDifference, LogDifference, LogMessage, compare_logs, differing_fields
 from shoal.logs.inspect.doctor import examine_log, repair_log
 from shoal.logs.inspect.folder_listing import logs_below
-from shoal.logs.inspect.formatting import format_count, format_duration, format_rate, format_size, format_time
+from shoal.logs.inspect.formatting import format_duration, format_noun_count, format_rate, format_size, format_time
 from shoal.logs.inspect.html_report import render_report
 
 __all__ = [
@@ -13,8 +13,8 @@ __all__ = [
     "compare_logs",
     "differing_fields",
     "examine_log",
-    "format_count",
     "format_duration",
+    "format_noun_count",
     "format_rate",
     "format_size",
     "format_time",

@@ -171,7 +171,7 @@ def _spread(eye: _Camera, to: Array, angles: Array) -> Array:
     (seen,) = project_to_plane(eye.optics, mount, standing, pixel, eye.accuracy)
     if seen is None:
         return np.full((2, 2), np.nan)
-    return seen.covariance(eye.accuracy.variances(abs(float(to[2])))) + (eye.blur * to[2]) ** 2 * np.eye(2)
+    return seen.covariance(eye.accuracy.pose_error_variances(abs(float(to[2])))) + (eye.blur * to[2]) ** 2 * np.eye(2)
 
 
 def _truth(log: imc.Log, summary: LogSummary, world: World) -> _Truth | None:
@@ -210,7 +210,7 @@ def _eyes(
     from tasks.simulators.mug_detection_camera import MUGDetectionCamera
     from tasks.vision.cameras.rendered_camera import RenderedCameraTask
     from tasks.vision.mug_detector import MUGDetector, accuracy_from_parameters
-    from world.rendering import optical_transform
+    from world.rendering import optical_to_body_transform
 
     sections = list(profile.config.sections)
     only = [name for name in sections if name.partition("/")[0] in CAMERAS]
@@ -227,7 +227,7 @@ def _eyes(
             rate = task.detection_rate or 20.0
             looks = np.arange(summary.start, summary.end, max(1.0 / rate, (summary.end - summary.start) / MOST_LOOKS))
             exact = task.fidelity == "Physical"
-            optics, accuracy, blur = task.detector_model()
+            optics, accuracy, blur = task.camera_and_accuracy()
             found[label] = [_Camera(optics, task.mounts, looks, accuracy if exact else None, blur, task.least_pixels)]
     for section in (name for name in sections if name.partition("/")[0] == DETECTOR):
         options = profile.options(section)
@@ -238,7 +238,7 @@ def _eyes(
         for label, task in tasks.items():
             if isinstance(task, RenderedCameraTask) and values["camera"] in ("", label):
                 looks, shared = (np.empty(0), -math.inf) if frames is None else _looks(frames, label, labels)
-                mount = optical_transform(task.mount)
+                mount = optical_to_body_transform(task.mount)
                 least = 2.0 * values["least_pixels"]
                 accuracy, sea = accuracy_from_parameters(values), task.scene == "Sea Surface"
                 eyes.append(_Camera(task.camera.optics, (mount, mount), looks, accuracy, 0.0, least, shared, sea))

@@ -10,7 +10,7 @@ from imc.discovery import displayable_name
 from imc.lsf import ParallelMap, ReportProgress
 from imc.reserved_ids import UNKNOWN_ENTITY
 from runtime.logs import LogSummary, PacketBlock, create_log, summarize, type_name
-from shoal.logs.inspect.formatting import format_count, format_duration, format_time
+from shoal.logs.inspect.formatting import format_duration, format_noun_count, format_time
 from shoal.logs.inspect.gaps import MessageIntervals
 from shoal.logs.inspect.schema_mismatch import SchemaCheck
 
@@ -134,10 +134,10 @@ def _damage(summary: LogSummary) -> list[LogProblem]:
         what = reason if reason not in ("", "member", "cut") else losses[0].reason
         what = "damaged compression" if reason == "member" else "cut compressed data" if reason == "cut" else what
         lost = sum(loss.length for loss in losses)
-        text = f"damage: {what}: {format_count(len(losses), 'place')}" + (
-            f", {format_count(lost, 'byte')}" if lost else ""
+        text = f"damage: {what}: {format_noun_count(len(losses), 'place')}" + (
+            f", {format_noun_count(lost, 'byte')}" if lost else ""
         )
-        places = _few([f"byte {at}: {format_count(length, 'byte')}: {why}" for at, length, why in losses])
+        places = _few([f"byte {at}: {format_noun_count(length, 'byte')}: {why}" for at, length, why in losses])
         remedy = "All packets around it can be read; --repair writes them to a clean log."
         found.append(LogProblem("warning" if severity == "warning" else "error", text, places, meaning, remedy))
     return found
@@ -148,19 +148,21 @@ def _layouts(layouts: SchemaCheck, schema: imc.Schema) -> list[LogProblem]:
     for identity, misfits in sorted(layouts.mismatches.items()):
         name = type_name(schema, identity)
         count = sum(misfit.packets for misfit in misfits)
-        places = _few([f"from byte {at}: {format_count(times, 'packet')}: {how}" for how, times, at in misfits])
-        text = f"the definitions contradict the packets: {name}, {format_count(count, 'packet')}"
+        places = _few([f"from byte {at}: {format_noun_count(times, 'packet')}: {how}" for how, times, at in misfits])
+        text = f"the definitions contradict the packets: {name}, {format_noun_count(count, 'packet')}"
         meaning = "The log was written with another version of this message; its values may be misread."
         found.append(LogProblem("error", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
     if layouts.unknown:
         places = _few(
             [
-                f"id {identity}: {format_count(count, 'packet')}"
+                f"id {identity}: {format_noun_count(count, 'packet')}"
                 + (f", {DUNE_ONLY[identity]} in newer versions of DUNE" if identity in DUNE_ONLY else "")
                 for identity, count in sorted(layouts.unknown.items())
             ]
         )
-        text = f"messages that the definitions do not have: {format_count(sum(layouts.unknown.values()), 'packet')}"
+        text = (
+            f"messages that the definitions do not have: {format_noun_count(sum(layouts.unknown.values()), 'packet')}"
+        )
         meaning = "They are kept, but their fields cannot be read."
         found.append(LogProblem("warning", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
     return found
@@ -176,7 +178,7 @@ def _clocks(summary: LogSummary) -> list[LogProblem]:
                 for step in summary.clock_steps
             ]
         )
-        text = f"clocks jump: {format_count(len(summary.clock_steps), 'time')}"
+        text = f"clocks jump: {format_noun_count(len(summary.clock_steps), 'time')}"
         meaning = "The clock was set during the log, or nothing was recorded for a while; curves over time break there."
         found.append(
             LogProblem("warning", text, places, meaning, "Cut the log at the jump: shoal log cut --from/--to.")
@@ -184,7 +186,7 @@ def _clocks(summary: LogSummary) -> list[LogProblem]:
     for src, clock in summary.clocks.items():
         who = summary.names.system_name(src)
         if clock.outliers:
-            text = f"{format_count(clock.outliers, 'message')} of {who} with times far from those around them"
+            text = f"{format_noun_count(clock.outliers, 'message')} of {who} with times far from those around them"
             found.append(LogProblem("note", text, (), "They were stored and logged later, or have no time."))
         apart = clock.start - summary.start if clock.start < summary.start else max(0.0, clock.end - summary.end)
         if src != summary.owner and math.isfinite(apart) and abs(apart) > CLOCKS_APART:
@@ -205,7 +207,7 @@ def _gaps(rhythms: MessageIntervals, summary: LogSummary) -> list[LogProblem]:
     if not rows:
         return []
     rows.sort(reverse=True)
-    text = f"gaps in regular messages: {format_count(len(rows), 'kind')} of message"
+    text = f"gaps in regular messages: {format_noun_count(len(rows), 'kind')} of message"
     meaning = "A device or task stopped sending; some do so on purpose, such as controllers between maneuvers."
     return [LogProblem("note", text, _few([row for _, row in rows]), meaning)]
 
@@ -216,17 +218,17 @@ def _entities(summary: LogSummary) -> list[LogProblem]:
     nameless = [key for key in own if key[1] != UNKNOWN_ENTITY and key not in names.labels]
     if nameless:
         places = _few([f"entity {entity} of {names.system_name(src)}" for src, entity in sorted(nameless)])
-        text = f"{format_count(len(nameless), 'entity', 'entities')} without a label"
+        text = f"{format_noun_count(len(nameless), 'entity', 'entities')} without a label"
         meaning = "No EntityInfo or EntityList names them; they can only be told apart by number."
         found.append(LogProblem("note", text, places, meaning))
     if (tally := summary.by_entity.get((summary.owner, UNKNOWN_ENTITY))) is not None:
-        text = f"{format_count(tally.count, 'message')} of entity 255, which means none"
+        text = f"{format_noun_count(tally.count, 'message')} of entity 255, which means none"
         found.append(LogProblem("note", text, (), "Their sender did not set its entity."))
     for src in summary.clocks:
         ids = {entity for system, entity in {**names.labels, **dict.fromkeys(summary.by_entity)} if system == src}
         ids.discard(UNKNOWN_ENTITY)
         if len(ids) >= NEARLY_ALL:
-            text = f"{names.system_name(src)} has {format_count(len(ids), 'entity', 'entities')}"
+            text = f"{names.system_name(src)} has {format_noun_count(len(ids), 'entity', 'entities')}"
             meaning = "There are only 255 ids; all further entities share 255, and cannot be told apart."
             found.append(LogProblem("warning", text, (), meaning, "Disable tasks that the vehicle does not need."))
     if names.earlier:
@@ -234,7 +236,7 @@ def _entities(summary: LogSummary) -> list[LogProblem]:
         for (src, entity), labels in sorted(names.earlier.items()):
             each = [*map(displayable_name, labels), names.entity_label(src, entity)]
             several.append(f"entity {entity} of {names.system_name(src)}: {', '.join(_few(each))}")
-        text = f"{format_count(len(names.earlier), 'entity', 'entities')} with several labels"
+        text = f"{format_noun_count(len(names.earlier), 'entity', 'entities')} with several labels"
         meaning = "The log has several runs of a vehicle; readers use one label for all of it."
         found.append(LogProblem("warning", text, _few(several), meaning, "Look at the runs one by one: shoal log cut."))
     return found

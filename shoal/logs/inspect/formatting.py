@@ -43,6 +43,6 @@ def format_rate(hertz: float) -> str:
     return "" if math.isnan(hertz) else f"{hertz:.3g} Hz" if hertz < 100 else f"{hertz:.0f} Hz"
 
 
-def format_count(count: int, noun: str, plural: str = "") -> str:
+def format_noun_count(count: int, noun: str, plural: str = "") -> str:
     """ "1 message", "12 345 messages"."""
     return f"{count:,} {noun if count == 1 else plural or noun + 's'}".replace(",", " ")

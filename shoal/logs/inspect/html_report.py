@@ -12,9 +12,9 @@ import numpy as np
 import imc
 from imc.lsf import ReportProgress
 from runtime.logs import LogSummary, summarize
-from shoal.logs.inspect.formatting import format_count, format_duration, format_rate, format_size, format_time
+from shoal.logs.inspect.formatting import format_duration, format_noun_count, format_rate, format_size, format_time
 from shoal.logs.inspect.report_data import LogbookLine, ReportData, TimeSpan, read_report_data
-from shoal.logs.inspect.time_plot import Curve, css_class, draw_bands, draw_curves, elapsed_text
+from shoal.logs.inspect.time_plot import Curve, draw_curves, draw_timeline, elapsed_text, state_css_class
 from shoal.logs.inspect.track_plot import draw_track
 from support import wgs84
 from support.text import printable
@@ -88,7 +88,7 @@ def _tiles(content: ReportData) -> str:
             (
                 "",
                 f"{len(content.detections.time)}",
-                f"detections of {format_count(len(np.unique(content.detections.id)), 'MUG')}",
+                f"detections of {format_noun_count(len(np.unique(content.detections.id)), 'MUG')}",
             )
         )
     tiles.append(("", f"{summary.packets:,}".replace(",", " "), "messages"))
@@ -155,22 +155,22 @@ def _timelines(content: ReportData, duration: float) -> Iterable[str]:
         marks = [TimeSpan(entry.time, entry.time, entry.level, f"{entry.context}: {entry.text}") for entry in severe]
         rows.append(("log book", marks))
     if rows:
-        yield draw_bands("Plan and mode", _printable(rows), duration)
+        yield draw_timeline("Plan and mode", _printable(rows), duration)
     changing = {name: found for name, found in content.entities.items() if _worst(found) > 0}
     calm = [name for name in content.entities if name not in changing]
     few = len(content.entities) <= 12
     order = sorted(content.entities if few else changing, key=lambda name: (-_worst(content.entities[name]), name))
     if order:
         states = ("BOOT", "NORMAL", "FAULT", "ERROR", "FAILURE")
-        legend = "".join(f'<span><i class="state {css_class(s)}"></i>{s.lower()}</span>' for s in states)
+        legend = "".join(f'<span><i class="state {state_css_class(s)}"></i>{s.lower()}</span>' for s in states)
         shown = [(name, content.entities[name]) for name in order[:MOST_ROWS]]
-        yield draw_bands("Entity states", _printable(shown), duration, legend)
+        yield draw_timeline("Entity states", _printable(shown), duration, legend)
     if calm and not few:
         more = f" {len(order) - MOST_ROWS} more changed." if len(order) > MOST_ROWS else ""
         names = ", ".join(sorted(calm))
         yield (
-            f"<section><details><summary>{format_count(len(calm), 'entity was', 'entities were')} normal all the time."
-            f"{more}</summary>{_safe(names)}</details></section>"
+            f"<section><details><summary>{format_noun_count(len(calm), 'entity was', 'entities were')} "
+            f"normal all the time.{more}</summary>{_safe(names)}</details></section>"
         )
 
 
@@ -203,7 +203,7 @@ def _judged(content: ReportData) -> str:
     rows: list[tuple[str, ...]] = []
     for label, gliders, found in content.detection_scores:
         for glider, thing in zip(gliders, found.objects, strict=True):
-            looks = ("", "") if thing.pictures < 0 else (str(thing.pictures), str(thing.missed))
+            looks = ("", "") if thing.pictures < 0 else (str(thing.pictures), str(thing.missed_picture_count))
             errors = [
                 f"{value:.2f}{unit}" if math.isfinite(value) else ""
                 for value, unit in ((thing.rms, " m"), (thing.nees, ""))
@@ -230,7 +230,7 @@ def _book(entries: list[LogbookLine], content: ReportData) -> str:
     if others:
         table = _table(head, map(_line, others[:MOST_ENTRIES]), (0,))
         first = f"the first {MOST_ENTRIES} of " if len(others) > MOST_ENTRIES else ""
-        count = format_count(len(others), "other entry", "other entries")
+        count = format_noun_count(len(others), "other entry", "other entries")
         text += f"<details><summary>{first}{count}</summary>{table}</details>"
     return _section("Errors and warnings of the log book", text)
 
@@ -257,7 +257,7 @@ def _rates(summary: LogSummary) -> str:
 
 def _troubles(summary: LogSummary) -> str:
     rows = [
-        (f"byte {loss.offset}", format_count(loss.length, "byte"), loss.reason)
+        (f"byte {loss.offset}", format_noun_count(loss.length, "byte"), loss.reason)
         for loss in summary.losses[:MOST_ENTRIES]
     ]
     for step in summary.clock_steps[:MOST_ENTRIES]:

@@ -117,7 +117,7 @@ def draw_curves(
     return html_figure(title, legend, time_svg(height, plot, "".join(body), axis, duration, scale))
 
 
-def draw_bands(title: str, rows: Iterable[tuple[str, Iterable[TimeSpan]]], duration: float, legend: str = "") -> str:
+def draw_timeline(title: str, rows: Iterable[tuple[str, Iterable[TimeSpan]]], duration: float, legend: str = "") -> str:
     """A row for each name, with a bar for each stretch: colored if it is a state, else with its value in it."""
     body: list[str] = []
     labels: list[str] = []
@@ -130,7 +130,7 @@ def draw_bands(title: str, rows: Iterable[tuple[str, Iterable[TimeSpan]]], durat
             x, end = (float(_x(np.array(at), duration)) for at in (stretch.begin, stretch.end))
             what = ": ".join(filter(None, (stretch.value, stretch.text)))
             told = f"{name}\n{what}\n{elapsed_text(stretch.begin)} – {elapsed_text(stretch.end)}"
-            kind = css_class(stretch.value)
+            kind = state_css_class(stretch.value)
             fits = kind == "other" and end - x > 7 * len(stretch.value) + 8
             inside = f'<text x="{x + 6:.1f}" y="{y + 14}">{escape(stretch.value)}</text>' if fits else ""
             kind += " alt" * (place % 2 and kind == "other")
@@ -142,7 +142,7 @@ def draw_bands(title: str, rows: Iterable[tuple[str, Iterable[TimeSpan]]], durat
     return html_figure(title, legend, time_svg(y + 30, y, "".join(body), "", duration, "", "".join(labels)))
 
 
-def css_class(value: str) -> str:
+def state_css_class(value: str) -> str:
     """The CSS class of a state; "other" if it is not a known one."""
     known = {"BOOT", "NORMAL", "FAULT", "ERROR", "FAILURE", "WARNING", "CRITICAL"}
     return value.lower() if value in known else "other"

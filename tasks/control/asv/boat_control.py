@@ -82,14 +82,14 @@ class BoatController(Task):
             self.log.warning(f"invalid desired speed: {desired.value} in unit {desired.speed_units}")
 
     @consume
-    def brake(self, brake: imc.Brake) -> None:
+    def center_actuators_on_brake(self, brake: imc.Brake) -> None:
         self._braking = brake.op == imc.Brake.Op.START
         if self._braking:
             self.center_actuators()
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        if self.is_addressed_to_me(abort):
+        if self.is_addressed_or_broadcast(abort):
             self._loops.mask = 0
             self.center_actuators()
             self.set_entity_state(State.NORMAL, "idle")
@@ -179,7 +179,7 @@ class SpeedTask(BoatController):
     speed_controller: SpeedController
 
     @consume
-    def on_rpm(self, rpm: imc.Rpm) -> None:
+    def record_motor_report_time(self, rpm: imc.Rpm) -> None:
         self._reports[rpm.src_ent] = self.now
 
     def configure(self) -> None:

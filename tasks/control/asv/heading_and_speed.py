@@ -3,7 +3,7 @@
 import math
 
 import imc
-from autonomy.control import allocate_thrust, motor_actuations
+from autonomy.control import allocate_thrust, forces_to_actuations
 from runtime import param
 from tasks.control.asv.boat_control import HeadingTask, Loops, SpeedTask
 
@@ -53,7 +53,7 @@ class HeadingAndSpeed(HeadingTask, SpeedTask):
         ahead = share * abs(share) if share is not None and not off else 0.0
         limits = self.highest_thrust**2, self.reverse * self.highest_thrust**2
         forces = allocate_thrust(ahead, effort or 0.0, *limits, turn_first=self.share_saturation)
-        self._thrust(*motor_actuations(forces, self.reverse))
+        self._thrust(*forces_to_actuations(forces, self.reverse))
         return share is not None and effort is not None
 
     def center_actuators(self) -> None:

@@ -23,12 +23,12 @@ from mavlink.autopilot import (
     OnResult,
     SensorHealth,
     Telemetry,
-    describe_health,
+    choose_landing_approach,
+    describe_autopilot,
     gps_input_fields,
-    height_above_home,
     is_usable_fix,
-    landing_approach,
     message_rates,
+    path_height_above_home,
     steered_vehicle,
     usbl_fix,
 )
@@ -158,7 +158,7 @@ class MAVLink(Task):
                 self.connection.commands.receive(values["command"], values["result"], self.now)
         elif name == "TIMESYNC":
             if values["tc1"] > 0 and self.connection.is_our_timesync(values["ts1"]):
-                self._telemetry.clock.synchronize(values["ts1"] / 1e9, values["tc1"] / 1e9, self.now)
+                self._telemetry.clock.apply_timesync(values["ts1"] / 1e9, values["tc1"] / 1e9, self.now)
         elif name == "EXTENDED_SYS_STATE":
             self.controller.landed_state = values["landed_state"]
         elif name == "SYS_STATUS":
@@ -175,7 +175,7 @@ class MAVLink(Task):
             offboard = self.px4_guidance == "offboard"
             vehicle = controller.vehicle = steered_vehicle(values["autopilot"], values["type"], offboard=offboard)
             controller.missions.first = 0 if values["autopilot"] == PX4 else 1
-            self._telemetry.set_vehicle(values["type"], flies=vehicle is not None and vehicle.flies)
+            self._telemetry.set_vehicle_type(values["type"], flies=vehicle is not None and vehicle.flies)
             self.log.info(f"the autopilot is {self.connection.system}: {vehicle.name if vehicle else 'unknown'}")
         before = controller.mode, controller.armed
         self._beaten = self.now
@@ -183,7 +183,7 @@ class MAVLink(Task):
         self._critical = values["system_status"] in CRITICAL
         if first or self._lost:
             self._lost = False
-            controller.on_connected(controller.mode, controller.armed, self.now)
+            controller.restore_goal_on_connection(controller.mode, controller.armed, self.now)
             self.connection.send_timesync(self.now_ns)
             self._request_messages()
         self.publish(imc.ArmingState(state=Status.ARMED if controller.armed else Status.DISARMED))
@@ -198,7 +198,7 @@ class MAVLink(Task):
                 continue
             self.publish(said, keep_time=True, entity=entity)
             if isinstance(said, imc.EstimatedState):
-                self._sensors.on_state()
+                self._sensors.report_navigation_state()
                 self._steer()
             elif isinstance(said, imc.EstimatedStreamVelocity):
                 self._wind = said
@@ -218,7 +218,9 @@ class MAVLink(Task):
             return
         reach = ArrivalTolerance(self.near_radius, self.height_tolerance)
         done = leg.item is not None and controller.missions.is_past(leg.item)
-        arrived, report = self._progress.update(leg, at, reach, self.now, done=done, waits=controller.is_waiting)
+        arrived, report = self._progress.update(
+            leg, at, reach, self.now, done=done, waits=controller.is_progress_paused
+        )
         if self._progress.error:
             controller.fail(self._progress.error)
         if arrived:
@@ -232,7 +234,7 @@ class MAVLink(Task):
             self.controller.hold_position(self.now)
 
     @consume
-    def on_operational_limits(self, limits: imc.OperationalLimits) -> None:
+    def set_altitude_limit(self, limits: imc.OperationalLimits) -> None:
         highest = limits.max_altitude if limits.mask & imc.OpLimitsMask.MAX_ALT else math.inf
         self._limit = highest if highest >= 0.0 else self._limit
 
@@ -247,9 +249,9 @@ class MAVLink(Task):
             return
         vehicle, at = controller.vehicle, controller.position
         try:
-            height = height_above_home(path, at, self.geoid_undulation, flies=vehicle.flies, dives=vehicle.dives)
+            height = path_height_above_home(path, at, self.geoid_undulation, flies=vehicle.flies, dives=vehicle.dives)
             leg = Leg(path, at, min(height, self._highest, self._limit))
-            self._mission_map.assign_item(leg, self._writer, self.now, roams=vehicle.roams)
+            self._mission_map.assign_leg_item(leg, self._writer, self.now, roams=vehicle.roams)
             controller.follow(leg, self.now)
         except ValueError as error:
             controller.fail(str(error))
@@ -269,7 +271,9 @@ class MAVLink(Task):
         if controller.vehicle is None or controller.position is None:
             raise ValueError("the autopilot is unknown, or its position is")
         course = math.radians(self.landing_course) if self.landing_course >= 0.0 else None
-        final = landing_approach(self.approach_length, self.approach_height, course, self._wind, controller.position)
+        final = choose_landing_approach(
+            self.approach_length, self.approach_height, course, self._wind, controller.position
+        )
         return MissionBuilder(controller.vehicle, controller.position, self.geoid_undulation, final)
 
     @consume
@@ -285,13 +289,13 @@ class MAVLink(Task):
             self._aid(usbl_fix(fix, self.geoid_undulation))
 
     def _aid(self, fix: imc.GpsFix) -> None:
-        if self.connection.has_autopilot and not self._lost and is_usable_fix(fix):
+        if self.connection.has_heard_autopilot and not self._lost and is_usable_fix(fix):
             self.connection.send("GPS_INPUT", gps_input_fields(fix, self.geoid_undulation, self.now))
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
         """End the flight; but one of the vehicle itself does not interrupt a pilot whom Shoal does not lead."""
-        if self.is_addressed_to_me(abort) and not (
+        if self.is_addressed_or_broadcast(abort) and not (
             abort.src == self.system and self.controller.goal is GuidedGoal.NONE
         ):
             self._loops.mask = 0
@@ -304,7 +308,7 @@ class MAVLink(Task):
         self.connection.commands.tick(self.now)
         self.controller.missions.tick(self.now)
         controller, vehicle = self.controller, self.controller.vehicle
-        if self.connection.has_autopilot and not self._lost and self.now - self._beaten > self.input_timeout:
+        if self.connection.has_heard_autopilot and not self._lost and self.now - self._beaten > self.input_timeout:
             self._on_silence()
         idles = controller.goal is GuidedGoal.HOLD and vehicle is not None and vehicle.flies and controller.armed
         if idles and 0.0 < self.idle_timeout < self.now - controller.since:
@@ -313,13 +317,13 @@ class MAVLink(Task):
         self._control()
 
     @periodic(1.0)
-    def send_heartbeat(self) -> None:
+    def maintain_connection(self) -> None:
         """Tell that Shoal is there, compare the clocks, and ask again for what does not come."""
         self.connection.send_heartbeat()
-        if not self.connection.has_autopilot or self._lost:
+        if not self.connection.has_heard_autopilot or self._lost:
             return
         self.connection.send_timesync(self.now_ns)
-        if self._telemetry.is_silent("SYS_STATUS", self.now, FORGOTTEN):
+        if self._telemetry.is_message_overdue("SYS_STATUS", self.now, FORGOTTEN):
             self._sensors.expire()
         missing = self._telemetry.missing_messages(self.now)
         late = self.now - self._asked > REPEAT
@@ -328,11 +332,11 @@ class MAVLink(Task):
         if missing:
             self.controller.position = None  # where it was is no place to steer from
         if missing and (late or self._parts[NAVIGATION].state is State.NORMAL):
-            self._sensors.on_states_missing(missing, self._telemetry.patience)
+            self._sensors.report_missing_messages(missing, self._telemetry.patience)
 
     def _control(self) -> None:
         """Let the controller do what is next, and show how it is going."""
-        if self.connection.has_autopilot and not self._lost:
+        if self.connection.has_heard_autopilot and not self._lost:
             self.controller.tick(self.now)
             error = self.controller.error
             self._show(PATH_CONTROL, State.ERROR if error else State.NORMAL, error or self.controller.goal.name.lower())
@@ -342,12 +346,12 @@ class MAVLink(Task):
     def _described(self) -> tuple[State, str]:
         controller, counts = self.controller, {**self.connection.counts, "unsound": self._telemetry.invalid}
         name = controller.vehicle.name if controller.vehicle is not None else "unknown, cannot be steered"
-        return describe_health(name, armed=controller.armed, critical=self._critical, counts=counts)
+        return describe_autopilot(name, armed=controller.armed, critical=self._critical, counts=counts)
 
     def _on_silence(self) -> None:
         """The autopilot has fallen silent."""
         self._lost = True
-        self.controller.on_silence(self.now)
+        self.controller.drop_leg_on_silence(self.now)
         self.connection.commands.cancel()
         self._mission_map.reset()
         words = f"no HEARTBEAT of the autopilot for {self.input_timeout:g} s"

@@ -60,7 +60,7 @@ class Allocator(Task):
             self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def on_servo_position(self, position: imc.ServoPosition) -> None:
+    def record_servo_response(self, position: imc.ServoPosition) -> None:
         servo, now = position.id, self.now
         self._servos[servo] = now
         if servo < len(self._fins):
@@ -83,7 +83,7 @@ class Allocator(Task):
             self.set_entity_state(State.NORMAL, "active" if self._loops.mask else "idle")
 
     @consume
-    def on_brake(self, brake: imc.Brake) -> None:
+    def set_fin_braking(self, brake: imc.Brake) -> None:
         self._braking = brake.op == imc.Brake.Op.START
 
     @consume

@@ -18,7 +18,7 @@ from autonomy.control import (
 from autonomy.limits import OperatingLimits
 from runtime import Entity, State, Task, consume, param, periodic
 from runtime.vehicle import general_number
-from support.numbers import clamp
+from support.numbers import clamp_magnitude
 
 Loops = imc.CLoopsMask
 Units = imc.ZUnits
@@ -149,7 +149,7 @@ class Attitude(Task):
     @consume
     def set_desired_pitch(self, desired: imc.DesiredPitch) -> None:
         if self._is_number(desired.value, "pitch"):
-            self._pitch_reference = clamp(desired.value, math.radians(self.maximum_pitch_reference))
+            self._pitch_reference = clamp_magnitude(desired.value, math.radians(self.maximum_pitch_reference))
 
     @consume
     def set_desired_heading(self, desired: imc.DesiredHeading) -> None:
@@ -159,7 +159,7 @@ class Attitude(Task):
     @consume
     def set_desired_heading_rate(self, desired: imc.DesiredHeadingRate) -> None:
         if self._is_number(desired.value, "heading rate"):
-            self._rate_reference = clamp(desired.value, math.radians(self.maximum_heading_rate))
+            self._rate_reference = clamp_magnitude(desired.value, math.radians(self.maximum_heading_rate))
 
     @consume
     def control(self, state: imc.EstimatedState) -> None:
@@ -185,7 +185,7 @@ class Attitude(Task):
         self._report(desired is not None or not mask & VERTICAL, turns or not mask & HORIZONTAL)
 
     @periodic(1.0)
-    def supervise(self) -> None:
+    def report_missing_state(self) -> None:
         """Report an error if EstimatedState falls silent; the allocator then centers the fins."""
         if self._loops.mask and self.now - max(self._controlled, self._began) > SILENCE:
             self.set_entity_state(State.ERROR, "EstimatedState is missing")

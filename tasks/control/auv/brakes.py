@@ -77,7 +77,7 @@ class Brakes(Task):
             self._release()
 
     @periodic(1.0)
-    def supervise(self) -> None:
+    def check_brake_duration(self) -> None:
         if self._braked is not None and self.now - self._braked > self.longest_brake:
             self.set_entity_state(State.ERROR, "an obstacle is in the way")
 

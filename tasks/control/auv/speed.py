@@ -106,7 +106,7 @@ class Speed(Task):
         self._desired = speed
 
     @consume
-    def brake(self, brake: imc.Brake) -> None:
+    def cut_thrust_on_brake(self, brake: imc.Brake) -> None:
         self._braking = brake.op == imc.Brake.Op.START
         if self._braking:
             self._law.halt()
@@ -114,14 +114,14 @@ class Speed(Task):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        if self.is_addressed_to_me(abort):
+        if self.is_addressed_or_broadcast(abort):
             self._loops.mask = 0
             self._rest()
             self._thrust(0.0)
             self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def on_stream_velocity(self, stream: imc.EstimatedStreamVelocity) -> None:
+    def record_stream_velocity(self, stream: imc.EstimatedStreamVelocity) -> None:
         self._stream = stream.x, stream.y, stream.z
 
     @consume
@@ -134,7 +134,7 @@ class Speed(Task):
         before, self._followed = self._followed, state.timestamp
         dt = state.timestamp - before
         dt = dt if 0.0 < dt <= LONGEST_STEP and not self._braking else 0.0
-        self._law.step(state.u, desired.value, dt)
+        self._law.step_speed_loop(state.u, desired.value, dt)
         if self.log_parcels and dt and desired.value >= STANDSTILL:
             parts = self._law.speed
             self.publish(imc.ControlParcel(p=parts.p, i=parts.i, d=parts.d, a=parts.p + parts.i + parts.d))

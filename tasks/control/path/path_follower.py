@@ -138,13 +138,13 @@ class PathFollowerTask(Task):
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
-    def on_uncertainty(self, uncertainty: imc.NavigationUncertainty) -> None:
+    def set_cross_track_uncertainty(self, uncertainty: imc.NavigationUncertainty) -> None:
         """Set the uncertainty from the variance of the position."""
         largest = max(uncertainty.x, uncertainty.y)
         self._uncertainty = self.cross_uncertainty * math.sqrt(largest) if 0.0 <= largest < math.inf else 0.0
 
     @consume
-    def on_brake(self, brake: imc.Brake) -> None:
+    def restart_divergence_monitor(self, brake: imc.Brake) -> None:
         self._divergence.restart(self.now + (LONGEST_BRAKE if brake.op == imc.Brake.Op.START else 0.0))
 
     @consume
@@ -168,7 +168,7 @@ class PathFollowerTask(Task):
         if self._path is None:
             return
         if before is not None and (before.lat, before.lon) != (state.lat, state.lon):
-            self._guidance.update_track(self._track_of(self._path, state))
+            self._guidance.update_track_coordinates(self._track_of(self._path, state))
         elif before is not None:
             self._notice_jump(math.hypot(state.x - before.x, state.y - before.y))
         if state.timestamp - self._cycled >= 1.0 / self.control_frequency - EARLY:
@@ -191,7 +191,7 @@ class PathFollowerTask(Task):
         if track.length > LONGEST or (
             track.length == 0.0 and path.lradius <= 0.0 and math.dist(at, track.end) > LONGEST
         ):
-            self._guidance.update_track(track)
+            self._guidance.update_track_coordinates(track)
             self._fail(f"the desired path is longer than {LONGEST / 1000:g} km")
             return
         distance = math.dist(at, track.end)

@@ -142,12 +142,12 @@ class Autopilot(Task):
         self._erred = self._erred or vehicle.op_mode == Mode.ERROR
 
     @consume
-    def on_fuel_level(self, fuel: imc.FuelLevel) -> None:
+    def record_fuel_level(self, fuel: imc.FuelLevel) -> None:
         self._fuel = fuel.value
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        if self.is_addressed_to_me(abort):
+        if self.is_addressed_or_broadcast(abort):
             self._loops.mask = 0
             self._land("aborted")
 
@@ -255,7 +255,7 @@ class Autopilot(Task):
         elif self._phase is FlightPhase.LAND:
             wanted = law.landing_velocity(state, self._hold)
         else:
-            wanted = law.hold_velocity(state, self._hold)
+            wanted = law.position_hold_velocity(state, self._hold)
         command = law.step(state, wanted, heading, dt)
         self._command(command)
         if self._touchdown.update(self.now, law.velocity[2], state.vz, command.thrust):

@@ -18,7 +18,7 @@ from autonomy.guidance import (
     MultirotorGuidanceGains,
     MultirotorLimits,
     PathProgress,
-    ground_level,
+    ground_z,
     is_valid_path,
 )
 from autonomy.limits import OperatingLimits
@@ -193,7 +193,7 @@ class Path(Task):
         start, end, circle = guidance.line.start, guidance.line.end, guidance.circle
         end = end[0], end[1], self._down(path, state)
         line = Line((start[0], start[1], self._limited(start[2], path, state)), end)
-        guidance.update_path(line, replace(circle, center=end) if circle is not None else None)
+        guidance.update_path_coordinates(line, replace(circle, center=end) if circle is not None else None)
         self._reported = -math.inf
         self._divergence.restart(self.now)
 
@@ -204,7 +204,7 @@ class Path(Task):
         """The end of a path, m below the reference, within the limits; publishes it as DesiredZ."""
         if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
             return state.z
-        down = (state.height if path.end_z_units == Units.HEIGHT else ground_level(state)) - path.end_z
+        down = (state.height if path.end_z_units == Units.HEIGHT else ground_z(state)) - path.end_z
         limited = self._limited(down, path, state)
         value = path.end_z + (down - limited if limited != down else 0.0)
         self.publish(imc.DesiredZ(value=value, z_units=path.end_z_units))

@@ -117,7 +117,7 @@ class AUV(Maneuver):
         if self._told >= 0.0 and self.now - self._told < 1.0:
             return
         self._told = self.now
-        self.report()
+        self.report_progress()
         self.publish(
             imc.FollowRefState(
                 control_src=self._order.control_src,

@@ -146,7 +146,7 @@ class Navigation(Task):
     def configure(self) -> None:
         settings = UnderwaterSettings(**{name: getattr(self, name) for name in SETTINGS})
         if hasattr(self, "_inputs"):
-            self._inputs.configure(settings)
+            self._inputs.apply_settings(settings)
         else:
             self._inputs = SensorInputs(settings)
 
@@ -199,7 +199,7 @@ class Navigation(Task):
             self._inputs.receive_dvl_activation(self.now, active)
 
     @consume
-    def on_gps_fix(self, fix: imc.GpsFix) -> None:
+    def screen_gps_fix(self, fix: imc.GpsFix) -> None:
         rejection = self._inputs.receive_fix(fix)
         if rejection is not None:
             self.publish(rejection)
@@ -235,7 +235,7 @@ class Navigation(Task):
             estimator.advance(estimator.position, now, dt, new_attitude, new_rates)
             if fix is not None:
                 decision = estimator.correct(estimator.position, now, fix)
-                checks.report_position_reset(now, estimator.position, decision)
+                checks.check_position_reset(now, estimator.position, decision)
         self._publish_state()
         self._update_entity_state()
 
@@ -253,7 +253,7 @@ class Navigation(Task):
             return
         state = estimated_state(position, vertical, angles, rates, estimator.heave, inputs.altitude)
         self.publish(state)
-        self.publish(navigation_uncertainty(position, vertical, self._checks.depth_doubt, self.measurement))
+        self.publish(navigation_uncertainty(position, vertical, self._checks.depth_error_bound, self.measurement))
         self.publish(navigation_data(position, state))
 
     def _update_entity_state(self) -> None:
@@ -264,7 +264,9 @@ class Navigation(Task):
         elif position is None:
             self.set_entity_state(State.BOOT, "waiting for GPS fix")
         else:
-            uncertain = max(position.filter.variance(NORTH), position.filter.variance(EAST)) > self.largest_variance
+            uncertain = (
+                max(position.filter.state_variance(NORTH), position.filter.state_variance(EAST)) > self.largest_variance
+            )
             if uncertain and self._converged and self.aborts:
                 self.log.error("the position is too uncertain")
                 self.publish(imc.Abort(dst=self.system))

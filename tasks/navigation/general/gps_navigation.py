@@ -141,7 +141,7 @@ class GPSNavigation(Task):
             self._altitude, self._sounded = distance.value, self.now
 
     @consume
-    def on_gps_fix(self, fix: imc.GpsFix) -> None:
+    def screen_gps_fix(self, fix: imc.GpsFix) -> None:
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             self._manual = fix if has_plausible_position(fix) else self._manual
         elif self._is_from(fix, self.gps):
@@ -296,7 +296,7 @@ class GPSNavigation(Task):
             return f"attitude {missing_reason(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)}"
         if self._rates.last > -math.inf and self.now - self._rates.last > self.euler_timeout:
             return "turn rates are missing"
-        self._check.latch(bool(self._check.fault))
+        self._check.set_hysteresis(bool(self._check.fault))
         if self._check.fault:
             self._held_fault, self._held_until = self._check.fault, self.now + FAULT_HOLD
         return self._held_fault if self.now < self._held_until else ""

@@ -139,7 +139,7 @@ class Navigation(Task):
             self._height.add(self.now, height)
 
     @consume
-    def on_gps_fix(self, fix: imc.GpsFix) -> None:
+    def screen_gps_fix(self, fix: imc.GpsFix) -> None:
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             return
         reason = self._fix_gate.reject_reason(fix)
@@ -166,7 +166,7 @@ class Navigation(Task):
         oriented = self.now - self._oriented <= self.euler_timeout
         if self._reference is not None and self._angles is not None and oriented:
             self._move(self._reference, dt, fix)
-            self._check.latch(bool(self._check.fault))
+            self._check.set_hysteresis(bool(self._check.fault))
             if not self._check.tilt_fault and self.now >= self._lost_until:
                 self._publish(self._reference, self._angles)
         self._update_entity_state()

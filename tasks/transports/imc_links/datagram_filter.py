@@ -66,7 +66,7 @@ class DatagramFilter:
             return peer if self._consoles.allows(source, address, imc.packet_id(packet)) else NOT_LISTED
         return peer
 
-    def is_useful_announce(self, packet: bytes, reason: str, now: float) -> bool:
+    def is_unknown_sender_announce(self, packet: bytes, reason: str, now: float) -> bool:
         """Whether a datagram that was not taken may be the Announce that makes its sender known, or known there."""
         if reason not in (UNKNOWN, ELSEWHERE):
             return False
@@ -79,7 +79,7 @@ class DatagramFilter:
 
     def _add_peer(self, source: int, address: str, port: int, now: float) -> Peer | str:
         if (address, port) in self._static:
-            services = Services.of([Service("imc+udp", address, port)])
+            services = Services.from_system_info([Service("imc+udp", address, port)])
         elif self._ignore_filter:
             services = Services()
         else:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from runtime import Task
 from tasks.transports.imc_links.recvmmsg import AT_ONCE, Datagram, make_datagram_reader
-from tasks.transports.imc_links.sockets import network_after
+from tasks.transports.imc_links.sockets import schedule_network_timer
 
 ROUNDS = 4  # of AT_ONCE datagrams, with handlers and timers between them
 PAUSE = 0.002  # s, after so many rounds, for the other tasks
@@ -65,7 +65,7 @@ class DatagramReader:
         if full >= ROUNDS and readable in self._readings:
             self._full[readable] = 0
             self._task.unwatch(readable)
-            network_after(self._task, PAUSE, self._go_on, readable)
+            schedule_network_timer(self._task, PAUSE, self._go_on, readable)
 
     def _go_on(self, readable: socket.socket) -> None:
         if readable in self._readings:

@@ -13,8 +13,8 @@ from support.text import corrected_spelling, quoted, suggestion
 from tasks.transports.imc_links.custom_filters import parse_custom
 from tasks.transports.imc_links.message_list import (
     MessageList,
-    check_entities,
-    check_rate,
+    check_entity_filter,
+    check_rate_limiter,
     parse_entities,
     parse_rate,
 )
@@ -25,7 +25,7 @@ STATES = (imc.Announce, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState,
 """What somebody who has just come is told at once, if it is listed; some come only every 10 s."""
 
 
-def parse_option(option: str, make: Callable[[], T]) -> T:
+def reraise_as_parameter_error(option: str, make: Callable[[], T]) -> T:
     """What `make` reads from an option. Raises ParameterError."""
     try:
         return make()
@@ -44,10 +44,13 @@ class ImcLinkTask(Task):
 
     transports: list[str] = param([], "", "Names of the messages to send.", usable=message_named)
     rate_limiters: list[str] = param(
-        [], "", "Most messages per second and entity that are sent, MESSAGE:HZ.", usable=check_rate
+        [], "", "Most messages per second and entity that are sent, MESSAGE:HZ.", usable=check_rate_limiter
     )
     filtered_entities: list[str] = param(
-        [], "", "Entities whose messages are sent, MESSAGE:LABEL+LABEL; those of others are not.", usable=check_entities
+        [],
+        "",
+        "Entities whose messages are sent, MESSAGE:LABEL+LABEL; those of others are not.",
+        usable=check_entity_filter,
     )
     custom_filters: list[str] = param(
         [],
@@ -64,7 +67,7 @@ class ImcLinkTask(Task):
     def configure(self) -> None:
         self.messages = self.message_list(self.transports, self.rate_limiters)
         if getattr(self, "subscriptions", None) is not None:
-            self.set_subscriptions(False)
+            self.set_subscriptions_enabled(False)
             self.refresh_subscriptions()
 
     def refresh_subscriptions(self) -> None:
@@ -73,15 +76,17 @@ class ImcLinkTask(Task):
     def message_list(self, names: Iterable[str], rates: Iterable[str]) -> MessageList:
         """A list with the entity filters of this task. Raises ParameterError."""
         rates, entities, custom = list(rates), self.filtered_entities, self.custom_filters
-        parse_option("Rate Limiters", lambda: [parse_rate(item) for item in rates if item.strip()])
-        parse_option("Filtered Entities", lambda: [parse_entities(item) for item in entities if item.strip()])
-        parse_option("Custom Filters", lambda: [parse_custom(item) for item in custom if item.strip()])
+        reraise_as_parameter_error("Rate Limiters", lambda: [parse_rate(item) for item in rates if item.strip()])
+        reraise_as_parameter_error(
+            "Filtered Entities", lambda: [parse_entities(item) for item in entities if item.strip()]
+        )
+        reraise_as_parameter_error("Custom Filters", lambda: [parse_custom(item) for item in custom if item.strip()])
         schema, label = self.vehicle.bus.messages, self.vehicle.entities.label
         return MessageList(names, rates, entities, custom, schema=schema, label=label)
 
     def warnings(self) -> Iterator[ConfigWarning]:
         known = self.vehicle.entities.labels
-        for option, labels in self.named_entities():
+        for option, labels in self.filter_entity_labels():
             for label in sorted(labels.difference(known)):
                 near = corrected_spelling(label, known)
                 # Several are a list that vehicles share: it names entities that only some of them have.
@@ -91,7 +96,7 @@ class ImcLinkTask(Task):
                         option, text, f"did you mean {quoted(near)}?" if near else suggestion(label, known)
                     )
 
-    def named_entities(self) -> Iterator[tuple[str, frozenset[str]]]:
+    def filter_entity_labels(self) -> Iterator[tuple[str, frozenset[str]]]:
         """The labels in each item of the filters, with the option that has it."""
         for item in filter(str.strip, self.filtered_entities):
             yield "Filtered Entities", parse_entities(item)[1]
@@ -113,9 +118,9 @@ class ImcLinkTask(Task):
     def last_states(self, messages: MessageList) -> Iterator[bytes]:
         """The packets with the last states, as far as they are listed; first the name of the vehicle."""
         kept = sorted(self.states.values(), key=lambda kept: kept[0].ID != imc.Announce.ID)
-        return (packet for state, packet in kept if messages.is_listed(state))
+        return (packet for state, packet in kept if messages.passes_ignoring_rate(state))
 
-    def set_subscriptions(self, wanted: bool) -> None:
+    def set_subscriptions_enabled(self, wanted: bool) -> None:
         """Have the bus call `transmit` with each message of the list, or no longer."""
         if wanted == bool(self.subscriptions):
             return

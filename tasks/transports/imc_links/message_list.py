@@ -35,12 +35,12 @@ def parse_entities(item: str) -> tuple[str, frozenset[str]]:
     return name, labels
 
 
-def check_rate(item: str) -> None:
+def check_rate_limiter(item: str) -> None:
     """Raises ValueError if an item of `Rate Limiters` has no effect."""
     message_named(parse_rate(item)[0])
 
 
-def check_entities(item: str) -> None:
+def check_entity_filter(item: str) -> None:
     """Raises ValueError if an item of `Filtered Entities` has no effect."""
     message_named(parse_entities(item)[0])
 
@@ -80,10 +80,10 @@ class MessageList:
         }
         self._filters = {kind: filters.get(kind) for kind in self.types}
 
-    def is_listed(self, message: imc.Message) -> bool:
+    def passes_ignoring_rate(self, message: imc.Message) -> bool:
         """Whether a message would pass if its rate allowed."""
         found = self._filters.get(type(message))
-        return type(message) in self._filters and (found is None or found.is_listed(message))
+        return type(message) in self._filters and (found is None or found.passes_ignoring_rate(message))
 
     def passes(self, message: imc.Message, now: float) -> bool:
         """Whether to send a message at the time `now` (s)."""
@@ -111,12 +111,12 @@ class _Filter:
         self._label = label
         self._due: dict[tuple[int, int], float] = {}
 
-    def is_listed(self, message: imc.Message) -> bool:
+    def passes_ignoring_rate(self, message: imc.Message) -> bool:
         wanted = self._labels is None or self._label(message.src, message.src_ent) in self._labels
         return wanted and self._period != math.inf and (self._filter is None or self._filter(message))
 
     def passes(self, message: imc.Message, now: float) -> bool:
-        if not self.is_listed(message):
+        if not self.passes_ignoring_rate(message):
             return False
         if message.dst not in (*EVERYBODY, message.src):
             return True

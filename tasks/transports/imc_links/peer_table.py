@@ -62,7 +62,7 @@ class Peer:
         address = self.source or next(each for each, place in self.addresses.items() if place is here)
         return Endpoint(address, here[0])
 
-    def is_multihomed(self, address: str, now: float) -> bool:
+    def is_secondary_address(self, address: str, now: float) -> bool:
         """Whether it is still at another address that it sends from by turns, rather than now at this one."""
         return address in self.sources and now - self.last_from_source < STAY
 
@@ -140,15 +140,15 @@ class PeerTable:
 
     def contacts(self, now: float) -> list[tuple[Peer, Endpoint]]:
         """The peers that are in contact and can be sent to, and where."""
-        each = [(peer, peer.endpoint) for peer in self.by_id.values() if self.in_contact(peer, now)]
+        each = [(peer, peer.endpoint) for peer in self.by_id.values() if self.is_in_contact(peer, now)]
         return [(peer, endpoint) for peer, endpoint in each if endpoint is not None]
 
-    def in_contact(self, peer: Peer, now: float) -> bool:
+    def is_in_contact(self, peer: Peer, now: float) -> bool:
         return peer.system in self.called or (peer.source is not None and now - peer.heard <= self.timeout)
 
     def remove_silent(self, now: float) -> list[Peer]:
         """Forget those who neither announced nor sent anything for long; returns those whose contact was lost."""
-        lost = [peer for peer in self.by_id.values() if peer.source is not None and not self.in_contact(peer, now)]
+        lost = [peer for peer in self.by_id.values() if peer.source is not None and not self.is_in_contact(peer, now)]
         self._part(lost)
         silent = [
             system
@@ -187,12 +187,12 @@ class PeerTable:
         count = Counter(peer.source for peer in spare)
 
         def worth(peer: Peer) -> tuple[bool, bool, bool, float]:
-            if not self.in_contact(peer, now):
+            if not self.is_in_contact(peer, now):
                 return False, False, False, peer.announced
             return True, count[peer.source] <= SHARE, peer.commands, peer.heard
 
         least = min(spare, key=worth)
-        if self.in_contact(least, now):
+        if self.is_in_contact(least, now):
             self._gone.append(least)
         del self.by_id[least.system]
         return True

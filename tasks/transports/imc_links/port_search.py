@@ -31,7 +31,7 @@ def listening_socket(address: str, first: int, tries: int) -> socket.socket:
     raise AssertionError("port 0 is tried last")
 
 
-def report_opened(task: Task, service: Service, wanted: int, risk: str, *, announced: bool = True) -> None:
+def announce_listening_service(task: Task, service: Service, wanted: int, risk: str, *, announced: bool = True) -> None:
     """Tell where a task listens: a port other than the wanted one, and the risk if others reach it. Announce it."""
     local = is_loopback_address(service.address)
     if not local:

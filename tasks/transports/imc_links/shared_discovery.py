@@ -11,7 +11,7 @@ import struct
 from collections.abc import Callable
 
 from runtime import Task
-from tasks.transports.imc_links.sockets import network_after
+from tasks.transports.imc_links.sockets import schedule_network_timer
 
 LONGEST = 65535
 MOST_FOLLOWERS = 512
@@ -70,7 +70,7 @@ class DiscoveryLeader:
             return
         except OSError:  # it has gone already, or there are no file descriptors left
             self._task.unwatch(self._listener)
-            network_after(self._task, PAUSE, self._go_on)
+            schedule_network_timer(self._task, PAUSE, self._go_on)
             return
         follower.setblocking(False)
         if len(self._followers) < MOST_FOLLOWERS:

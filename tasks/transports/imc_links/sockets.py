@@ -18,7 +18,7 @@ HOPS = 1  # of multicast packets, as in DUNE
 IP_MULTICAST_ALL = 49  # of Linux: 0 gives a socket only the groups that it has joined itself
 
 
-def network_address(task: Task, own: str) -> str:
+def listen_address(task: Task, own: str) -> str:
     """Where a task listens: its own Address, or if that is empty the profile's [General] Network Address.
 
     Raises ParameterError if it is not an IPv4 address.
@@ -42,7 +42,7 @@ def network_time(task: Task) -> float:
     return task.now / network_time_scale(task)
 
 
-def network_after(task: Task, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
+def schedule_network_timer(task: Task, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
     """Call a function after so many seconds of other systems."""
     return task.after(seconds * network_time_scale(task), function, *args)
 

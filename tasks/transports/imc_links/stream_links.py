@@ -11,9 +11,9 @@ from runtime.kernel import Timer
 from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
 from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
-from tasks.transports.imc_links.link_task import ImcLinkTask, parse_option
+from tasks.transports.imc_links.link_task import ImcLinkTask, reraise_as_parameter_error
 from tasks.transports.imc_links.peer_table import MALFORMED, ON_THE_BUS, DropCounts
-from tasks.transports.imc_links.sockets import network_after, network_time
+from tasks.transports.imc_links.sockets import network_time, schedule_network_timer
 
 READ_SIZE = 4096  # bytes taken from a connection at a time
 LONGEST_WAIT = 1 << 20  # bytes that a peer leaves unread before it is cut off
@@ -55,7 +55,7 @@ class PacketStream:
             return []
         return self.parser.feed_packets(data) if data else None
 
-    def write(self) -> bool:
+    def flush(self) -> bool:
         """Send what waits, as far as there is room; whether nothing is left.
 
         A peer that takes nothing more is deaf. What it has sent before can still be read, and then the end: imcjava
@@ -101,7 +101,9 @@ class StreamLinkTask(ImcLinkTask):
     )
 
     def configure(self) -> None:
-        self.commanders = parse_option("Consoles", lambda: ConsoleAcl(self.consoles, self.vehicle.systems.id))
+        self.commanders = reraise_as_parameter_error(
+            "Consoles", lambda: ConsoleAcl(self.consoles, self.vehicle.systems.id)
+        )
         super().configure()
 
     def start(self) -> None:
@@ -119,7 +121,7 @@ class StreamLinkTask(ImcLinkTask):
         self.streams = []
 
     def refresh_subscriptions(self) -> None:
-        self.set_subscriptions(bool(self.streams))
+        self.set_subscriptions_enabled(bool(self.streams))
 
     def add_stream(self, stream: PacketStream) -> None:
         self.streams.append(stream)
@@ -168,7 +170,7 @@ class StreamLinkTask(ImcLinkTask):
             )
             if pause and stream in self.streams:
                 self.unwatch(stream.socket)
-                network_after(self, pause, self.resume, stream)
+                schedule_network_timer(self, pause, self.resume, stream)
 
     def count_rubbish(self, stream: PacketStream) -> int:
         """The number of bytes that were no packets since the last time; the first ones of a peer are named."""
@@ -185,7 +187,7 @@ class StreamLinkTask(ImcLinkTask):
         """Look behind a packet that stays unfinished: a damaged length must not hide an Abort."""
         if not stream.awaited and (start := stream.parser.incomplete_offset) is not None:
             stream.awaited = True
-            network_after(self, LONGEST_UNFINISHED, self.resync, stream, start)
+            schedule_network_timer(self, LONGEST_UNFINISHED, self.resync, stream, start)
 
     def resync(self, stream: PacketStream, start: int) -> None:
         stream.awaited = False
@@ -206,7 +208,7 @@ class StreamLinkTask(ImcLinkTask):
         """Put a packet on the bus, if it may come from there."""
         head = imc.header(packet)
         kind = imc.packet_id(packet)
-        if self.vehicle.bus.reaches(head.src):
+        if self.vehicle.bus.is_system_on_transport(head.src):
             self.drops.add(ON_THE_BUS, f"0x{head.src:04X} at {stream.address}")
             return
         reason = SPOOFED if head.src == self.system else ""
@@ -251,12 +253,12 @@ class StreamLinkTask(ImcLinkTask):
         self.flushing = None
         emptied = True
         for stream in self.streams.copy():
-            emptied &= stream.write()
+            emptied &= stream.flush()
         if not emptied:
-            self.flushing = network_after(self, RETRY, self.flush)
+            self.flushing = schedule_network_timer(self, RETRY, self.flush)
 
     @periodic(1.0)
-    def tick(self) -> None:
+    def refresh_report(self) -> None:
         self.drops.merge_inactive(network_time(self))
         self.report()
 

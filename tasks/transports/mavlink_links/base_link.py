@@ -87,7 +87,7 @@ class Link:
         """Send a frame, without waiting; what cannot be sent is counted."""
         raise NotImplementedError
 
-    def tick(self) -> None:
+    def maintain_link(self) -> None:
         """Called once a second."""
         if not self.is_open:
             self.open()
@@ -134,7 +134,7 @@ class Link:
     def open_session(self, peer: Peer) -> Session | None:
         """The session with a peer, a new one if needed; None if the link is full."""
         found = self.sessions.get(peer)
-        if found is None and (self.has_room() or self.make_room()):
+        if found is None and (self.has_session_capacity() or self.make_room()):
             found = self.sessions[peer] = self._host.connect_peer(self, lambda frame: self.send(frame, peer))
         return found
 
@@ -142,7 +142,7 @@ class Link:
         """Whether something can be sent to a peer."""
         return True
 
-    def has_room(self) -> bool:
+    def has_session_capacity(self) -> bool:
         return len(self.sessions) < self._host.maximum_peers
 
     def make_room(self) -> bool:
@@ -183,7 +183,7 @@ class Link:
             self._named.add(who)
             self._host.log.warning(f"{self.url.text} {words}")
 
-    def excess(self) -> str:
+    def summarize_excess_senders(self) -> str:
         """Who has sent too much since the last call, for people; empty if nobody."""
         worst = self.dropped.most_common(3)
         rest = len(self.dropped) - len(worst)
@@ -191,10 +191,10 @@ class Link:
         named = ", ".join(f"{number} of {peer_name(peer)}" for peer, number in worst)
         return named + (f" and those of {rest} more" if rest else "")
 
-    def statistics(self) -> str:
+    def statistics_text(self) -> str:
         """What was counted, for people; empty if nothing was."""
         losses = sorted(
-            (loss for session in self.sessions.values() for loss in session.received.losses()),
+            (loss for session in self.sessions.values() for loss in session.received.sender_losses()),
             key=lambda loss: -loss.lost,
         )
         words = [f"{name} {count}" for name, count in sorted(self.counts.items()) if count]

@@ -46,7 +46,7 @@ class DiskFolders:
         with self._folder(path[:-1]) as folder:
             return DiskFile(_regular_file(folder, path[-1]))
 
-    def names(self, path: Sequence[bytes]) -> list[tuple[bytes, bool]]:
+    def list_entry_names(self, path: Sequence[bytes]) -> list[tuple[bytes, bool]]:
         """Names of what is in a folder, sorted, and whether each is a folder itself. Raises OSError."""
         with self._folder(path) as folder, os.scandir(folder) as items:
             found = [(os.fsencode(item.name), _is_folder(item)) for item in islice(items, MOST_ENTRIES)]

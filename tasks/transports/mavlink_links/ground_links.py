@@ -18,7 +18,7 @@ from runtime.task import ParameterError
 from tasks.transports.imc_links.sockets import network_time_scale
 from tasks.transports.mavlink_links.base_link import Link, Peer, peer_name
 from tasks.transports.mavlink_links.link_set import LinkSet
-from tasks.transports.mavlink_links.signing_keys import SigningKeys, parse_link_url_and_key
+from tasks.transports.mavlink_links.signing_keys import SigningKeys, parse_checked_link_url
 from tasks.transports.mavlink_links.telemetry_log import TelemetryLogs
 
 Offered = imc.AnnounceService.ServiceType
@@ -38,7 +38,7 @@ class GroundLinks(Task):
         "Links, SCHEME://ADDRESS[:PORT]?flavour=..&rates=..&key=..; udpin and tcpin wait for stations, udpout, "
         "udpbcast and tcpout call them, serial:///dev/ttyUSB0?baud=57600 is a line.",
         editable=False,
-        usable=parse_link_url_and_key,
+        usable=parse_checked_link_url,
     )
     system_id: int = param(
         0, "1", "MAVLink system id; 0 derives it from the IMC id.", minimum=0, maximum=SYSTEMS, editable=False
@@ -139,15 +139,15 @@ class GroundLinks(Task):
             self.recorder.close()
 
     @periodic(1.0)
-    def check_links(self) -> None:
+    def maintain_links(self) -> None:
         """Forget silent peers and old figures, retry links that could not be opened, and report the state."""
         if self.recorder is not None:
             self.recorder.flush()
-        self.endpoint.tick(self.now)
+        self.endpoint.check_timeouts(self.now)
         self.keys.tick(self.now)
-        self.link_set.tick(self.now - self.peer_timeout * self.clock_speed)
+        self.link_set.maintain_links(self.now - self.peer_timeout * self.clock_speed)
         self.set_entity_state(*self.link_set.state(self.endpoint.id_conflicts.trouble(self.now)))
-        self.poll()
+        self.send_due_messages()
 
     def connect_peer(self, link: Link, transmit: Callable[[bytes], object]) -> Session:
         url = link.url
@@ -185,33 +185,33 @@ class GroundLinks(Task):
         link.counts.update(ignored)
         if not ignored and not self.polls_soon:
             self.polls_soon = True
-            self.after(0.0, self.poll)
+            self.after(0.0, self.send_due_messages)
 
-    def poll(self) -> None:
+    def send_due_messages(self) -> None:
         """Send what is due on all links, and schedule the next call."""
         self.polls_soon = False
         if self.poll_timer is not None:
             self.poll_timer.cancel()
         self.endpoint.poll(self.now)
-        self.poll_timer = self.after(max(self.endpoint.next_deadline - self.now, SOON), self.poll)
+        self.poll_timer = self.after(max(self.endpoint.next_deadline - self.now, SOON), self.send_due_messages)
 
     @consume
     def show_state(self, message: ShownMessages) -> None:
         """Take what the vehicle is and does; a change of mode or arming is shown immediately."""
-        self.update_endpoint(message)
+        self.forward_to_endpoint(message)
 
     @consume(others=True)
     def show_abort(self, abort: imc.Abort) -> None:
-        if self.is_addressed_to_me(abort):
-            self.endpoint.update(abort, "", self.now)
+        if self.is_addressed_or_broadcast(abort):
+            self.endpoint.receive_imc_message(abort, "", self.now)
 
     @consume
     def show_event(self, message: imc.LogBookEntry | imc.Event | imc.EstimatedMugState | imc.EntityParameters) -> None:
         """Tell ground stations of texts, pictures, detections and settings."""
-        self.update_endpoint(message)
+        self.forward_to_endpoint(message)
 
-    def update_endpoint(self, message: imc.Message) -> None:
-        self.endpoint.update(message, self.vehicle.entities.label(message.src, message.src_ent), self.now)
+    def forward_to_endpoint(self, message: imc.Message) -> None:
+        self.endpoint.receive_imc_message(message, self.vehicle.entities.label(message.src, message.src_ent), self.now)
 
     @consume
     def on_logging_control(self, log: imc.LoggingControl) -> None:

@@ -36,21 +36,21 @@ class LinkSet:
         return [session for link in self.links for session in link.sessions.values()]
 
     @property
-    def counts(self) -> Counter[str]:
+    def drop_counts(self) -> Counter[str]:
         """What was not taken or sent, by reason."""
         found: Counter[str] = Counter()
         for link in self.links:
             found.update(link.counts)
         return found
 
-    def tick(self, since: float) -> None:
+    def maintain_links(self, since: float) -> None:
         """Forget peers that have been silent since a time, open what is not open, and name who sends too much."""
         for link in self.links:
             link.forget_silent(since)
-            link.tick()
+            link.maintain_link()
         if self._host.now >= self._excess_due and any(link.dropped for link in self.links):
             self._excess_due = self._host.now + EXCESS_PERIOD
-            excess = ", ".join(words for link in self.links if (words := link.excess()))
+            excess = ", ".join(words for link in self.links if (words := link.summarize_excess_senders()))
             limit = f"a station may send {DATAGRAMS_PER_SECOND:g} per second"
             self._host.log.warning(f"frames dropped, {limit}: {excess}")
 
@@ -60,7 +60,7 @@ class LinkSet:
         works = len(troubles) < len(self._wrong) + len(self.links)
         troubles = [trouble, *troubles] if trouble else troubles
         peers = sum(session.contact for session in self.sessions())  # integers
-        statistics = filter(None, (link.statistics() for link in self.links))
+        statistics = filter(None, (link.statistics_text() for link in self.links))
         state = State.NORMAL if not troubles else State.FAULT if works else State.ERROR
         return state, "; ".join([*troubles, f"{peers} in contact", *statistics])
 

@@ -73,7 +73,7 @@ def identify_log_owner(path: Path, wanted: str = "") -> LoggedIdentity | str:
             if owner in announced and not wanted:
                 break
         if wanted:
-            (owner,) = names.system_ids((wanted,), announced) or (owner,)
+            (owner,) = names.find_system_ids((wanted,), announced) or (owner,)
     except (OSError, ValueError) as error:
         return f"{path}: {error}"
     about, options = announced.get(owner), _configured(log.path.parent)
@@ -208,7 +208,7 @@ class LoggedVehicle(VehicleModel):
                 self.latest.update(message, label, elapsed)
         super().forget_old(elapsed)
 
-    def time(self, state: imc.EstimatedState) -> int:
+    def boot_time_ms(self, state: imc.EstimatedState) -> int:
         elapsed = self._elapsed()
         received = self.latest.received_at(imc.EstimatedState)
         return from_imc.boot_ms(self._now() - elapsed + (received or elapsed), self.boot)

@@ -14,7 +14,7 @@ TICKS = 100_000  # per second
 OTHERS = 0o077  # what others than the owner may do with a file
 
 
-def parse_link_url_and_key(text: str) -> LinkUrl:
+def parse_checked_link_url(text: str) -> LinkUrl:
     """`parse_link_url`, which also reads the key. Raises ValueError."""
     url = parse_link_url(text)
     if url.key:
@@ -62,19 +62,24 @@ class SigningKeys:
 
     def tick(self, now: float) -> None:
         """Save the time now and then; a disk that is full is reported, and costs nothing else."""
-        if self._time is None or self._task.vehicle.virtual or now < self._due or self._time.latest == self._saved:
+        if (
+            self._time is None
+            or self._task.vehicle.has_virtual_time
+            or now < self._due
+            or self._time.latest == self._saved
+        ):
             return
         self._due = now + SAVE_PERIOD * self._speed
         self._saved = self._time.latest
         self._task.offload(_save, self._file, self._saved, then=self._report)
 
     def close(self) -> None:
-        if self._time is not None and not self._task.vehicle.virtual:
+        if self._time is not None and not self._task.vehicle.has_virtual_time:
             _save(self._file, self._time.latest)
 
     def _begin(self) -> SigningTime:
         saved = 0
-        if not self._task.vehicle.virtual:
+        if not self._task.vehicle.has_virtual_time:
             with suppress(OSError, ValueError):
                 saved = int(self._file.read_bytes()[:20])
         time = SigningTime(self._now, known=saved)

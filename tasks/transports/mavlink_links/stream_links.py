@@ -29,9 +29,9 @@ class ClientAddress:
     """A TCP connection that a station has made, in the place of an address that can be opened."""
 
     starts_midway = datagrams = False
-    speed = 1e6
-    max_rate = TcpServerAddress.max_rate
-    host = ""
+    bytes_per_second = 1e6
+    max_read_rate = TcpServerAddress.max_read_rate
+    unresolved_host = ""
 
     def __init__(self, opened: socket.socket, name: str):
         self.name = name
@@ -87,10 +87,10 @@ class StreamConnection:
             del self._queue[old]
             self._link.counts["unsent"] += 1
 
-    def tick(self) -> None:
+    def expire_incomplete_frame(self) -> None:
         """Give up a frame that was not continued since the last call."""
         if self._splitter.bytes_waiting and self._splitter.passed == self._passed:
-            messages, damages = self._splitter.flush()
+            messages, damages = self._splitter.take_remaining_messages()
             self._link.counts["malformed"] += damages
             self._link.handle_messages(self._peer, messages, self._link.sessions[self._peer].bucket)
         self._passed = self._splitter.passed
@@ -154,17 +154,17 @@ class StreamLink(Link):
     def reaches(self, peer: Peer) -> bool:
         return self._connection is not None and self._connection.is_open
 
-    def has_room(self) -> bool:
+    def has_session_capacity(self) -> bool:
         return True
 
     def send(self, frame: bytes, peer: Peer) -> None:
         if self._connection is not None:
             self._connection.send(frame)
 
-    def tick(self) -> None:
-        super().tick()
+    def maintain_link(self) -> None:
+        super().maintain_link()
         if self._connection is not None and self.sessions:
-            self._connection.tick()
+            self._connection.expire_incomplete_frame()
 
     def _on_change(self, trouble: str) -> None:
         self.trouble = trouble
@@ -210,11 +210,11 @@ class TcpListenerLink(Link):
         if peer in self._connections:
             self._connections[peer][0].send(frame)
 
-    def tick(self) -> None:
-        super().tick()
+    def maintain_link(self) -> None:
+        super().maintain_link()
         for peer, (wire, _) in list(self._connections.items()):
             if peer in self.sessions:
-                wire.tick()
+                wire.expire_incomplete_frame()
 
     def receive(self, peer: Peer, data: bytes, splitter: StreamSplitter | None = None) -> int | None:
         good = super().receive(peer, data, splitter)
@@ -227,7 +227,7 @@ class TcpListenerLink(Link):
     def reaches(self, peer: Peer) -> bool:
         return peer in self._connections
 
-    def has_room(self) -> bool:
+    def has_session_capacity(self) -> bool:
         return True  # whoever is connected has a place
 
     def end_session(self, peer: Peer) -> None:

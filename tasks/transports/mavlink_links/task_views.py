@@ -37,7 +37,7 @@ class TaskCamera:
     """A task that takes pictures or detects objects, as a CameraView."""
 
     task: Task
-    video: str = ""
+    video_url: str = ""
 
     @property
     def entity(self) -> Entity:

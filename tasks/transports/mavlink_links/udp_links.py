@@ -36,8 +36,8 @@ class UdpLink(Link):
             self._socket.close()
             self._socket = None
 
-    def tick(self) -> None:
-        super().tick()
+    def maintain_link(self) -> None:
+        super().maintain_link()
         silent = not any(session.contact for session in self.sessions.values())
         if self.url.has_hostname and silent and not self._looking and self._host.now >= self._look_due:
             self._looking = True
@@ -56,7 +56,7 @@ class UdpLink(Link):
         except OSError:
             self.counts["unsent"] += 1
 
-    def has_room(self) -> bool:
+    def has_session_capacity(self) -> bool:
         return len(self.sessions) - (self._called in self.sessions) < self._host.maximum_peers
 
     def keeps_session(self, peer: Peer) -> bool:

@@ -8,7 +8,7 @@ import socket
 from imc.discovery import LOOPBACK
 from runtime import State, param
 from runtime.task import ParameterError
-from tasks.transports.imc_links.sockets import check_address, network_after, network_time
+from tasks.transports.imc_links.sockets import check_address, network_time, schedule_network_timer
 from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
 
 LOOK = 0.05  # s between two looks whether a connection is made
@@ -37,7 +37,7 @@ class Client(StreamLinkTask):
         self.pending: socket.socket | None = None
         self.pause, self.trouble = FIRST_PAUSE, ""
         super().start()
-        self.connect_soon(0.0)
+        self.schedule_connection(0.0)
 
     def stop(self) -> None:
         super().stop()
@@ -45,8 +45,8 @@ class Client(StreamLinkTask):
             self.pending.close()
             self.pending = None
 
-    def connect_soon(self, pause: float) -> None:
-        network_after(self, pause, self.begin_connecting)
+    def schedule_connection(self, pause: float) -> None:
+        schedule_network_timer(self, pause, self.begin_connecting)
 
     def begin_connecting(self) -> None:
         """Begin to connect, without waiting for it."""
@@ -65,7 +65,7 @@ class Client(StreamLinkTask):
             if network_time(self) >= deadline:
                 self.retry_later(f"no answer for {PATIENCE:g} s")
             else:
-                network_after(self, LOOK, self.check_connected, deadline)
+                schedule_network_timer(self, LOOK, self.check_connected, deadline)
             return
         if failed := self.pending.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
             self.retry_later(os.strerror(failed))
@@ -85,7 +85,7 @@ class Client(StreamLinkTask):
         if trouble != self.trouble:
             self.log.warning(trouble)
         self.trouble = trouble
-        self.connect_soon(self.pause)
+        self.schedule_connection(self.pause)
         self.pause = min(LONGEST_PAUSE, 2.0 * self.pause)
 
     def on_closed(self, stream: PacketStream, why: str) -> None:

@@ -5,8 +5,8 @@ from collections import Counter
 
 from imc.discovery import Service
 from runtime import State, param
-from tasks.transports.imc_links.port_search import listening_socket, report_opened
-from tasks.transports.imc_links.sockets import network_address, network_after, network_time
+from tasks.transports.imc_links.port_search import announce_listening_service, listening_socket
+from tasks.transports.imc_links.sockets import listen_address, network_time, schedule_network_timer
 from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
 
 PORTS_TRIED = 6  # from Port on, as in DUNE
@@ -45,7 +45,7 @@ class Server(StreamLinkTask):
     maximum_connections: int = param(32, "1", "Most connections at a time.", minimum=1, maximum=256, editable=False)
 
     def configure(self) -> None:
-        self.place = network_address(self, self.address)
+        self.place = listen_address(self, self.address)
         super().configure()
 
     def start(self) -> None:
@@ -74,7 +74,7 @@ class Server(StreamLinkTask):
         self.trouble, self.open_port = "", self.listener.getsockname()[1]
         self.watch(self.listener, self.accept)
         service = Service("imc+tcp", self.place, self.open_port)
-        report_opened(self, service, self.port, self.commanders.risk, announced=self.announce_service)
+        announce_listening_service(self, service, self.port, self.commanders.risk, announced=self.announce_service)
 
     def accept(self) -> None:
         """Take some connections; if there are more, after a pause."""
@@ -95,7 +95,7 @@ class Server(StreamLinkTask):
             if self.drops.add(REFUSED, address):
                 self.log.warning(f"{self.maximum_connections} are connected: {address} was refused")
         self.unwatch(self.listener)
-        network_after(self, PAUSE, self.go_on_accepting)
+        schedule_network_timer(self, PAUSE, self.go_on_accepting)
 
     def make_room(self, address: str) -> bool:
         """End the connection that is worth least, so that nobody shuts out an operator by many."""

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from support.rotations import quaternion
+from support.rotations import quaternion_from_matrix
 from tasks.vision.airsim_api.rpc_messages import AirSimQuaternion, AirSimVector, Kinematics, pose_transform
 from world.optics import Floats
 
@@ -23,7 +23,7 @@ class MountEstimator:
         self._found: Floats | None = None
         self._loose = math.inf  # m and rad that the vehicle moved at that
 
-    def vehicle_motion(self, before: Kinematics, camera: Floats, after: Kinematics) -> Kinematics:
+    def vehicle_motion_at_capture(self, before: Kinematics, camera: Floats, after: Kinematics) -> Kinematics:
         """The motion of the vehicle at the instant of a picture, whose camera (4, 4) was in the north, east, down.
 
         Raises AirSimError for poses that are none.
@@ -47,17 +47,17 @@ class MountEstimator:
 
 def pose_distance(a: Floats, b: Floats, arm: float = 1.0) -> float:
     """How far apart two poses (4, 4) are: m, and rad times `arm` (m)."""
-    return float(np.linalg.norm(a[:3, 3] - b[:3, 3])) + arm * angle_between(a[:3, :3], b[:3, :3])
+    return float(np.linalg.norm(a[:3, 3] - b[:3, 3])) + arm * rotation_angle_between(a[:3, :3], b[:3, :3])
 
 
-def angle_between(a: Floats, b: Floats) -> float:
+def rotation_angle_between(a: Floats, b: Floats) -> float:
     """The angle (rad) of the rotation that takes one rotation (3, 3) to another."""
     return math.acos(max(-1.0, min(1.0, (float(np.trace(a.T @ b)) - 1.0) / 2.0)))
 
 
 def mean_pose(a: Floats, b: Floats) -> Floats:
     """The pose (4, 4) in the middle of two."""
-    p, q = (np.array(quaternion(each[:3, :3].tolist())) for each in (a, b))
+    p, q = (np.array(quaternion_from_matrix(each[:3, :3].tolist())) for each in (a, b))
     both = p + math.copysign(1.0, float(p @ q)) * q
     return pose_transform(
         mean_vector(position_and_orientation(a)[0], position_and_orientation(b)[0]),
@@ -66,7 +66,7 @@ def mean_pose(a: Floats, b: Floats) -> Floats:
 
 
 def position_and_orientation(pose: Floats) -> tuple[AirSimVector, AirSimQuaternion]:
-    return AirSimVector(*pose[:3, 3].tolist()), AirSimQuaternion(*quaternion(pose[:3, :3].tolist()))
+    return AirSimVector(*pose[:3, 3].tolist()), AirSimQuaternion(*quaternion_from_matrix(pose[:3, :3].tolist()))
 
 
 def mean_vector(a: AirSimVector, b: AirSimVector) -> AirSimVector:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from runtime.devices import TcpRequester
-from tasks.vision.airsim_api.camera_mount import MountEstimator, angle_between
+from tasks.vision.airsim_api.camera_mount import MountEstimator, rotation_angle_between
 from tasks.vision.airsim_api.rpc_messages import (
     COSYS,
     AirSimError,
@@ -89,7 +89,7 @@ class AirSimClient(RpcClient):
             shot = self._checked(answers)
             if before is None:
                 return shot
-            return shot._replace(motion=self._mount.vehicle_motion(before, shot.pose, self._motion()))
+            return shot._replace(motion=self._mount.vehicle_motion_at_capture(before, shot.pose, self._motion()))
         except AirSimError:
             self.exchange.disconnect()
             raise
@@ -140,11 +140,11 @@ class AirSimClient(RpcClient):
             )
             raise AirSimError(f"the views are not squares of one size: {told} px")
         for name, pose, turn in zip(self._cameras, poses, self._turns, strict=True):
-            off = angle_between(poses[0][:3, :3] @ turn, pose[:3, :3])
+            off = rotation_angle_between(poses[0][:3, :3] @ turn, pose[:3, :3])
             if off > ALIGNED:
                 raise AirSimError(f"{name} looks {math.degrees(off):.1f}° from where it should: see its Pitch and Yaw")
 
 
-def mount_transform(pose: Floats, vehicle: Floats) -> Floats:
+def mount_from_poses(pose: Floats, vehicle: Floats) -> Floats:
     """(4, 4) from the frame of a camera to the body of the vehicle, from both poses."""
     return np.linalg.inv(vehicle) @ pose

@@ -9,9 +9,9 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 import world
-from support.rotations import quaternion, rotation
+from support.rotations import quaternion_from_matrix, rotation
 from world.optics import Floats
-from world.rendering import optical_transform
+from world.rendering import optical_to_body_transform
 
 Image = NDArray[np.uint8]
 
@@ -31,7 +31,7 @@ BLOBS = {0xC4: 1, 0xC5: 2, 0xC6: 4, 0xC7: 1, 0xC8: 2, 0xC9: 4, 0xD9: 1, 0xDA: 2,
 LISTS = {0xDC: (2, 1), 0xDD: (4, 1), 0xDE: (2, 2), 0xDF: (4, 2)}
 """Bytes of the count of lists and maps, and values per entry."""
 
-OPTICAL = optical_transform(world.Pose())[:3, :3]
+OPTICAL = optical_to_body_transform(world.Pose())[:3, :3]
 
 
 class AirSimError(Exception):
@@ -178,7 +178,7 @@ def image_request(camera: str, *, compress: bool, cosys: bool) -> dict[str, Any]
 
 def airsim_pose(place: tuple[float, float, float], angles: tuple[float, float, float]) -> AirSimPose:
     """From north, east and down (m), and roll, pitch and yaw (rad)."""
-    return AirSimPose(AirSimVector(*place), AirSimQuaternion(*quaternion(rotation(*angles))))
+    return AirSimPose(AirSimVector(*place), AirSimQuaternion(*quaternion_from_matrix(rotation(*angles))))
 
 
 def pose_transform(position: AirSimVector, orientation: AirSimQuaternion) -> Floats:

@@ -14,7 +14,7 @@ from tasks.vision.cameras.camera_records import camera_frame_message
 from tasks.vision.cameras.mounted_camera import MountedCameraTask
 from world import SECTIONS
 from world.optics import CameraModel, PinholeModel
-from world.rendering import optical_transform
+from world.rendering import optical_to_body_transform
 
 OLDEST = 1.0  # s, beyond which an EstimatedState says nothing of a picture
 NOWHERE = np.full((4, 4), math.nan)
@@ -58,12 +58,16 @@ class CalibratedCameraTask(MountedCameraTask):
             self.set_entity_state(State.FAULT, f"{odd}; {told}")
             optics = None
         else:
-            self.report(f"{what}{told}")
-        mount = optical_transform(self.mount)
+            self.report_entity_state(f"{what}{told}")
+        mount = optical_to_body_transform(self.mount)
         estimate = self.pose_history.pose_at(time, OLDEST)
         there = NOWHERE if estimate is None else estimate.transform @ mount
         model = optics or PinholeModel(width, height, 1.0, 1.0, 0.5 * width, 0.5 * height)
-        file = self.save(time, image, self.location_of(self.pose_history.latest)) if self.should_save() else ""
+        file = (
+            self.save(time, image, self.picture_location_from_state(self.pose_history.latest_state))
+            if self.should_save()
+            else ""
+        )
         message = camera_frame_message(
             time, self.taken, model, there, None if estimate is None else there, file, is_true=False
         )

@@ -11,9 +11,9 @@ import yaml
 
 import imc
 from support.pose import Pose
-from support.rotations import Quaternion, quaternion
+from support.rotations import Quaternion, quaternion_from_matrix
 from world.optics import CameraModel, FisheyeModel, Floats
-from world.rendering import optical_transform
+from world.rendering import optical_to_body_transform
 
 CAMERAS_FILE = "cameras.yaml"
 HEAD = """\
@@ -66,7 +66,7 @@ def camera_frame_message(
 
 
 def _parts(transform: Floats) -> tuple[tuple[float, ...], Quaternion]:
-    return tuple(transform[:3, 3].tolist()), quaternion(transform[:3, :3].tolist())
+    return tuple(transform[:3, 3].tolist()), quaternion_from_matrix(transform[:3, :3].tolist())
 
 
 def write_cameras(folder: Path, cameras: Mapping[str, tuple[CameraModel, Pose]], part: str) -> str:
@@ -90,7 +90,7 @@ def write_cameras(folder: Path, cameras: Mapping[str, tuple[CameraModel, Pose]],
 
 def describe_camera(optics: CameraModel, mount: Pose) -> dict[str, Any]:
     """A camera in the terms of Kalibr and OpenCV, where they have its model, and its place."""
-    found: dict[str, Any] = {"T_BS": optical_transform(mount).tolist()}
+    found: dict[str, Any] = {"T_BS": optical_to_body_transform(mount).tolist()}
     if isinstance(optics, FisheyeModel) and optics.lens.kannala_brandt_coefficients is None:
         found["quartic"] = {"k": list(optics.lens.k), "fov": optics.lens.fov, "focal_lengths": [optics.fx, optics.fy]}
     try:

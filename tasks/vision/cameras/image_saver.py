@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 import imc
 from imc.coordinates import absolute_position
 from runtime import ParameterError, State, Task, consume, param
-from runtime.logs import find_log_folder
-from runtime.profile import path_in_root
+from runtime.logs import resolve_log_folder
+from runtime.profile import resolve_root_copy
 from support.pose import Pose
 from tasks.vision.cameras.camera_records import CAMERAS_FILE, write_cameras
 from tasks.vision.cameras.image_writer import (
@@ -97,8 +97,8 @@ class ImageSaverTask(Task):
         if log.op in (Op.STARTED, Op.CURRENT_NAME):
             called = self._log_root / log.name
             if called.resolve().is_relative_to(self._log_root.resolve()):
-                virtual = self.vehicle.virtual
-                self._keep_in(find_log_folder(called, self.vehicle.log_folder) if virtual else called, called)
+                virtual = self.vehicle.has_virtual_time
+                self._keep_in(resolve_log_folder(called, self.vehicle.log_folder) if virtual else called, called)
             else:
                 self.log.warning(f"images are not written to the log {log.name!r}, which is outside {self._log_root}")
         elif log.op == Op.STOPPED:
@@ -119,14 +119,14 @@ class ImageSaverTask(Task):
             self._wanted, self._period = series
             self._next = self.now
 
-    def resolve_path(self, name: str) -> Path:
+    def resolve_parameter_path(self, name: str) -> Path:
         """A path of a parameter; a relative one counts from the profile, or else from the working folder.
 
         A run that goes on from a snapshot has its profile elsewhere.
         """
         path = Path(name).expanduser()
-        beside = self.vehicle.profile.folder / path
-        return path_in_root(beside if beside.exists() else path)
+        beside = self.vehicle.profile.base_folder / path
+        return resolve_root_copy(beside if beside.exists() else path)
 
     def should_save(self) -> bool:
         """Whether to write the image that is exposed now."""
@@ -136,7 +136,7 @@ class ImageSaverTask(Task):
         self._next = max(self._next + self._period, self.now)
         return True
 
-    def location_of(self, state: imc.EstimatedState | None) -> PictureLocation:
+    def picture_location_from_state(self, state: imc.EstimatedState | None) -> PictureLocation:
         """What an Event "Picture" says of where the vehicle believes to be; NaN without a state."""
         nowhere = math.nan, math.nan, math.nan
         if state is None:
@@ -152,7 +152,7 @@ class ImageSaverTask(Task):
 
         On a wall clock a picture is lost, and has no file, if the disk is too slow.
         """
-        if self._writing >= MOST_WAITING and not self.vehicle.virtual:
+        if self._writing >= MOST_WAITING and not self.vehicle.has_virtual_time:
             self._miss(f"{self._folder} is slower than the pictures")
             return ""
         file = f"{PHOTOS_FOLDER}/{photo_name(self.entity.label, self._kept, time, self.image_format)}"
@@ -191,7 +191,7 @@ class ImageSaverTask(Task):
         path, root = path.resolve(), self._log_root.resolve()
         return (path.relative_to(root) if path.is_relative_to(root) else path).as_posix()
 
-    def report(self, counts: str) -> None:
+    def report_entity_state(self, counts: str) -> None:
         """That frames come; while they cannot be written, this counts as a failure."""
         self._counts = counts
         if not (self._writing or self._wanted or self.save_images):
@@ -217,7 +217,7 @@ class ImageSaverTask(Task):
         if not self._unwritten:
             self.log.error(why)
         self._unwritten = why
-        self.report(self._counts)
+        self.report_entity_state(self._counts)
 
     def _note_description(self, error: str) -> None:
         if error and not self._undescribed:

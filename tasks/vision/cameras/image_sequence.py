@@ -94,7 +94,7 @@ class ImageSequence:
             elif not is_inside(folder, words[1]):
                 self._note(f"{table.name}, line {number}: {words[1][:60]!r} is no file in the folder")
             else:
-                yield parse_seconds(words[0]), folder / words[1]
+                yield parse_timestamp_seconds(words[0]), folder / words[1]
 
     def _named(self, folder: Path) -> Iterator[tuple[float, Path]]:
         """Pictures whose names tell their times, and perhaps their camera."""
@@ -109,7 +109,7 @@ class ImageSequence:
                     cameras.add(photo["camera"])
                     yield float(photo["time"]), path
             elif is_time(path.stem):
-                yield parse_seconds(path.stem), path
+                yield parse_timestamp_seconds(path.stem), path
             else:
                 self._note(f"{path.name}: the name is no time")
         if len(cameras) > 1:
@@ -144,7 +144,7 @@ class ImageSequence:
             if not 0.0 < rate < math.inf:
                 raise ValueError("the video tells neither times nor a rate")
             time = number / rate
-        return TimedImage(number, time, to_rgba(picture), "")
+        return TimedImage(number, time, bgr_to_rgba(picture), "")
 
 
 def find_pictures_folder(source: Path, camera: str) -> Path:
@@ -205,7 +205,7 @@ def find_calibration(source: Path, camera: str) -> tuple[Path, str] | None:
 
 
 def is_time(text: str) -> bool:
-    return STAMP.fullmatch(text) is not None and parse_seconds(text) <= LAST
+    return STAMP.fullmatch(text) is not None and parse_timestamp_seconds(text) <= LAST
 
 
 def is_inside(folder: Path, name: str) -> bool:
@@ -216,7 +216,7 @@ def is_inside(folder: Path, name: str) -> bool:
         return False
 
 
-def parse_seconds(text: str) -> float:
+def parse_timestamp_seconds(text: str) -> float:
     """A time in s or ns as s."""
     number = float(text)
     return number / 1e9 if number > NANO else number
@@ -233,7 +233,7 @@ def read_picture(path: Path) -> tuple[Image | None, str]:
                 return None, f"{path.name}: {width} x {height} px are too many"
             if picture.mode.startswith("I;16") or picture.mode == "I":
                 deep = np.asarray(picture).astype(np.int64)
-                return to_rgba(np.clip(deep >> 8, 0, 0xFF).astype(np.uint8)), ""
+                return bgr_to_rgba(np.clip(deep >> 8, 0, 0xFF).astype(np.uint8)), ""
             return np.array(picture.convert("RGBA")), ""
     except OSError as error:
         return None, f"{path.name}: {error.strerror or 'no picture'}"
@@ -259,7 +259,7 @@ def open_video(address: str | int, timeout: float = 0.0) -> Any:
     return found if found.isOpened() else None
 
 
-def to_rgba(picture: Any) -> Image:
+def bgr_to_rgba(picture: Any) -> Image:
     """From OpenCV's blue, green, red, or from gray."""
     if picture.ndim == 2:
         picture = np.repeat(picture[..., np.newaxis], 3, axis=-1)

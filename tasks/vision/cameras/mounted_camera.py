@@ -4,7 +4,7 @@ from runtime import ParameterError, param
 from support.pose import Pose
 from tasks.simulated_world import FARTHEST_MOUNT, mount_pose
 from tasks.vision.cameras.image_saver import ImageSaverTask
-from world.optics import CalibrationError, CameraModel, calibration_json, parse_calibration
+from world.optics import CalibrationError, CameraModel, calibration_file_to_json, parse_calibration
 
 INLINE = "{"  # begins a calibration that is no file
 NO_VALUE = frozenset(";|#\n")  # what values of a profile cannot have
@@ -53,7 +53,7 @@ class MountedCameraTask(ImageSaverTask):
         try:
             text = self.calibration
             if not text.startswith(INLINE):
-                text = calibration_json(self.resolve_path(text), self.calibration_camera)
+                text = calibration_file_to_json(self.resolve_parameter_path(text), self.calibration_camera)
                 if NO_VALUE.isdisjoint(text):
                     self.calibration = text
                     self.vehicle.profile.override(f"{self.name}:Calibration={text}")

@@ -24,7 +24,7 @@ from world.rendering import (
     ScenePose,
     Shutter,
     frame_random,
-    optical_transform,
+    optical_to_body_transform,
     parse_lamp,
 )
 
@@ -148,14 +148,16 @@ class RenderedCameraTask(ImageSaverTask):
         if trouble := self.camera.obstruction(view.vehicle):
             self.set_entity_state(State.FAULT, trouble)
             return
-        if self._busy and not self.vehicle.virtual:  # a latency alone does not keep a camera from the next exposure
+        if (
+            self._busy and not self.vehicle.has_virtual_time
+        ):  # a latency alone does not keep a camera from the next exposure
             self.dropped += 1
             return
         if self._true is not view.is_true:
             self._true = view.is_true
             self.log.info(f"pictures are taken from {'SimulatedState' if view.is_true else ESTIMATED}")
         self._check_medium(view)
-        described = self.location_of(state) if self.should_save() else None
+        described = self.picture_location_from_state(state) if self.should_save() else None
         deliver = partial(self._deliver, self.now, self.taken, view, self.model_and_mount, described)
         random = frame_random(self.vehicle.seed, self.entity.label, self.taken)
         self.taken += 1
@@ -213,17 +215,19 @@ class RenderedCameraTask(ImageSaverTask):
         `camera` is as it was at the exposure.
         """
         self._busy = False
-        optics, mount = camera[0], optical_transform(camera[1])
+        optics, mount = camera[0], optical_to_body_transform(camera[1])
         pose = view.vehicle.pose.transform @ mount
         estimate = None if view.estimate is None else view.estimate.transform @ mount
-        self.report(f"{index + 1} frames, {self.dropped} dropped{'' if view.is_true else ', from EstimatedState'}")
+        self.report_entity_state(
+            f"{index + 1} frames, {self.dropped} dropped{'' if view.is_true else ', from EstimatedState'}"
+        )
         self.publish_frame(
-            Frame(time, self.entity.label, index, image, self.frame_info(view, optics), optics, mount, pose)
+            Frame(time, self.entity.label, index, image, self.pose_and_lens_metadata(view, optics), optics, mount, pose)
         )
         file = self.save(time, image, described) if described else ""
         self.publish(camera_frame_message(time, index, optics, pose, estimate, file, is_true=view.is_true))
 
-    def frame_info(self, view: VehicleView, camera: CameraModel) -> dict[str, float]:
+    def pose_and_lens_metadata(self, view: VehicleView, camera: CameraModel) -> dict[str, float]:
         """Angles in rad, lengths in m, the focal length in px."""
         vehicle = view.vehicle
         return {

@@ -71,7 +71,7 @@ class ViewpointTracker:
     def _believed(self, state: imc.EstimatedState, now: float, time: float) -> ScenePose | None:
         """Where the vehicle believes it is; None without a recent place and attitude."""
         belief = self._beliefs.estimate_at(now, OLDEST)
-        if isinstance(belief, str) or self._beliefs.latest is not state or not math.isfinite(state.depth):
+        if isinstance(belief, str) or self._beliefs.latest_state is not state or not math.isfinite(state.depth):
             return None
         height, depth = self._ground(state) - belief.down, state.depth + belief.down - state.z
         return ScenePose(belief.north, belief.east, height, depth, *belief.angles, time)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from autonomy.control import allocate_thrust, motor_actuations
+from autonomy.control import allocate_thrust, forces_to_actuations
 
 
 def test_forces_are_shared_so_that_turning_comes_first():
@@ -16,5 +16,5 @@ def test_forces_are_shared_so_that_turning_comes_first():
 
 
 def test_actuations_give_the_forces_that_are_wanted():
-    assert motor_actuations((0.25, -0.25), 0.5) == pytest.approx((0.5, -math.sqrt(0.5)))
-    assert motor_actuations((0.0, -1.0), 0.5) == (0.0, -1.0)
+    assert forces_to_actuations((0.25, -0.25), 0.5) == pytest.approx((0.5, -math.sqrt(0.5)))
+    assert forces_to_actuations((0.0, -1.0), 0.5) == (0.0, -1.0)

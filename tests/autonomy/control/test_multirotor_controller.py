@@ -69,7 +69,7 @@ def test_integrals_stay_within_their_limit():
 
 def test_a_point_is_held_and_landed_on():
     law, away = MultirotorController(GAINS), STILL.replace(x=1.0)
-    assert law.hold_velocity(away, (0.0, 2.0, -11.0)) == pytest.approx((-0.8, 1.6, -0.8))
+    assert law.position_hold_velocity(away, (0.0, 2.0, -11.0)) == pytest.approx((-0.8, 1.6, -0.8))
     assert law.landing_velocity(away, (0.0, 0.0, -10.0)) == pytest.approx((-0.8, 0.0, 1.5))
     assert law.landing_velocity(away.replace(alt=4.0), (0.0, 0.0, -10.0)) == pytest.approx((-0.8, 0.0, 0.5))
     assert law.stopping_point(STILL) == (0.0, 0.0, -10.0)

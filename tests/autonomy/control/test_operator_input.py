@@ -1,6 +1,6 @@
 """The axes and buttons of an operator."""
 
-from autonomy.control import AXES, BUTTONS, OperatorInput, format_actions
+from autonomy.control import AXES, BUTTONS, OperatorInput, format_actions_request
 
 
 def test_a_button_counts_when_it_goes_down_and_an_axis_is_released_when_it_is_not_named():
@@ -23,6 +23,6 @@ def test_one_system_may_be_the_only_one_and_what_there_is_is_offered():
     operator = OperatorInput()
     operator.reset("src=16385")
     assert operator.source == 16385
-    assert format_actions(BUTTONS, AXES) == (
+    assert format_actions_request(BUTTONS, AXES) == (
         "Accelerate=Button;Decelerate=Button;Stop=Button;Heading=Axis;Thrust=Axis;Pitch=Axis;Ranges=Range127"
     )

@@ -22,24 +22,24 @@ GAINS = ThrusterGains(
 def test_a_speed_that_is_reached_needs_the_feed_forward():
     law = ThrusterController(GAINS)
     for _ in range(300):
-        rpm = law.step(1.0, 1.0, 0.1)
+        rpm = law.step_speed_loop(1.0, 1.0, 0.1)
     assert rpm == pytest.approx(1000.0)
     assert law.actuation(990.0, rpm, 0.1) == pytest.approx(0.4)
 
 
 def test_the_rotation_rate_is_ramped_and_stays_within_its_limits():
     law = ThrusterController(replace(GAINS, speed=PIDGains(0.0, 0.0, 0.0)))
-    assert law.step(0.0, 1.0, 0.1) == 200.0, "the lowest while moving"
-    assert law.step(0.0, 1.0, 0.1) == pytest.approx(210.0)
+    assert law.step_speed_loop(0.0, 1.0, 0.1) == 200.0, "the lowest while moving"
+    assert law.step_speed_loop(0.0, 1.0, 0.1) == pytest.approx(210.0)
     for _ in range(300):
-        rpm = law.step(0.0, 5.0, 0.1)
+        rpm = law.step_speed_loop(0.0, 5.0, 0.1)
     assert rpm == 2000.0
 
 
 def test_the_integral_stays_within_its_limit():
     law = ThrusterController(GAINS)
     for _ in range(1000):
-        rpm = law.step(0.5, 1.0, 0.1)
+        rpm = law.step_speed_loop(0.5, 1.0, 0.1)
     assert rpm == pytest.approx(1400.0)
     law.reset_integrals()
     assert law.speed.i == 0.0
@@ -48,14 +48,14 @@ def test_the_integral_stays_within_its_limit():
 
 def test_below_standstill_the_thruster_stops_at_once():
     law = ThrusterController(GAINS)
-    law.step(0.0, 1.0, 0.1)
-    assert law.step(0.0, 0.05, 0.1) == 0.0
+    law.step_speed_loop(0.0, 1.0, 0.1)
+    assert law.step_speed_loop(0.0, 0.05, 0.1) == 0.0
 
 
 def test_without_time_nothing_changes_but_the_speed_is_remembered():
     law = ThrusterController(replace(GAINS, speed=PIDGains(0.0, 0.0, 10.0), acceleration=1e6))
-    assert law.step(1.0, 1.0, 0.0) == 0.0
-    assert law.step(1.1, 1.0, 0.1) == pytest.approx(1000.0 - 10.0 * 1.0)
+    assert law.step_speed_loop(1.0, 1.0, 0.0) == 0.0
+    assert law.step_speed_loop(1.1, 1.0, 0.1) == pytest.approx(1000.0 - 10.0 * 1.0)
 
 
 def test_what_is_not_wanted_or_not_a_number_is_not_hidden():

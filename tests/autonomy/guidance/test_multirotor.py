@@ -81,7 +81,7 @@ def test_a_circle_is_loitered_on_ahead():
 def test_a_path_may_move_on_the_way():
     guidance = led()
     guidance.step(at(0.0, 99.0), LIMITS)
-    guidance.update_path(Line((0.0, 0.0, -20.0), (0.0, 100.0, -20.0)), None)
+    guidance.update_path_coordinates(Line((0.0, 0.0, -20.0), (0.0, 100.0, -20.0)), None)
     assert guidance.near
     assert guidance.step(at(0.0, 50.0), LIMITS)[2] == pytest.approx(-2.0)
 

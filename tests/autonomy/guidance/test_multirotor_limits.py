@@ -5,7 +5,7 @@ import math
 import pytest
 
 import imc
-from autonomy.guidance import MultirotorLimits, ground_level
+from autonomy.guidance import MultirotorLimits, ground_z
 
 Bits = imc.OpLimitsMask
 STATE = imc.EstimatedState(z=-10.0, alt=12.0)  # the ground is 2 m below the reference
@@ -13,7 +13,7 @@ STATE = imc.EstimatedState(z=-10.0, alt=12.0)  # the ground is 2 m below the ref
 
 def test_heights_stay_between_the_limits():
     limits = MultirotorLimits(lowest=5.0, highest=30.0)
-    assert ground_level(STATE) == 2.0
+    assert ground_z(STATE) == 2.0
     assert [limits.limit_height(down, STATE, 0.5) for down in (-50.0, -10.0, 0.0)] == [-27.5, -10.0, -3.5]
     assert MultirotorLimits().limit_height(-1e4, STATE, 0.5) == -1e4
 

@@ -22,5 +22,5 @@ def test_a_point_that_is_passed_at_the_side_is_reached():
 
 @pytest.mark.parametrize(("side", "east"), [(1, -20.0), (-1, 20.0)])
 def test_a_circle_is_approached_with_its_center_at_the_inside(side, east):
-    tangent = Track((0.0, 0.0), (100.0, 0.0), 20.0, side).tangent()
+    tangent = Track((0.0, 0.0), (100.0, 0.0), 20.0, side).circle_entry_track()
     assert tangent.end == pytest.approx((100.0, east))

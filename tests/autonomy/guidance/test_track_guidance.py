@@ -46,10 +46,10 @@ def test_the_field_leads_along_its_track_and_in_at_the_entry_angle():
 @pytest.mark.parametrize("law", [FIELD, PURSUIT])
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_circle_is_gone_around_on_its_side(law, side):
-    south_of_center = law.around(0.0, 20.0, 20.0, side)
+    south_of_center = law.circle_course(0.0, 20.0, 20.0, side)
     ahead = 0.5 * 5.0 / 20.0 if law is PURSUIT else 0.0  # a chord is half as steep as its arc
     assert math.remainder(south_of_center - side * (-0.5 * math.pi + ahead), 2.0 * math.pi) == pytest.approx(0.0)
-    inward = math.remainder(law.around(0.0, 40.0, 20.0, side), 2.0 * math.pi)
+    inward = math.remainder(law.circle_course(0.0, 40.0, 20.0, side), 2.0 * math.pi)
     assert abs(inward) < 0.5 * math.pi
 
 
@@ -99,7 +99,7 @@ def test_past_the_end_it_steers_back():
 def test_a_track_may_move_on_the_way():
     guidance = guide(NORTH)
     guidance.step(moving(96.0, 0.0))
-    guidance.update_track(Track((0.0, 10.0), (100.0, 10.0)))
+    guidance.update_track_coordinates(Track((0.0, 10.0), (100.0, 10.0)))
     guidance.step(moving(50.0, 10.0))
     assert guidance.near
     assert guidance.where.y == pytest.approx(0.0)

@@ -64,13 +64,13 @@ def test_the_errors_are_those_that_the_covariance_promises():
 def test_a_dive_makes_it_less_sure_and_a_fix_surer():
     state = HorizontalFilter(INITIAL, PROCESS, 1.0e-3)
     state.x[U] = 1.5
-    before = state.variance(EAST)
+    before = state.state_variance(EAST)
     for _ in range(400):
         state.predict(DT, 0.0, 0.0, 0.0)
-    dived = state.variance(EAST)
+    dived = state.state_variance(EAST)
     state.update(0.0, FIX, (EAST, 1.0))
     assert before < dived
-    assert state.variance(EAST) < FIX
+    assert state.state_variance(EAST) < FIX
     assert state.x[NORTH] == pytest.approx(30.0)
 
 

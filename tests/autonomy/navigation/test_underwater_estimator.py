@@ -70,7 +70,7 @@ def test_a_velocity_beyond_the_settings_is_rejected_with_a_reason():
     inputs = SensorInputs(UnderwaterSettings(dvl_largest=(2.0, 1.0)))
     rejection = inputs.receive_velocity(1.0, imc.GroundVelocity(validity=7, x=3.0))
     assert (rejection.reason, rejection.value) == (imc.DvlRejection.Reason.ABS_THRESHOLD_X, 3.0)
-    inputs.configure(UnderwaterSettings())
+    inputs.apply_settings(UnderwaterSettings())
     assert inputs.receive_velocity(1.1, imc.GroundVelocity(validity=7, x=3.0)) is None
 
 

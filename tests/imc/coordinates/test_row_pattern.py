@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import imc
-from imc.coordinates import maneuver_corners, row_corners, sonar_row_spacing, swath_width
+from imc.coordinates import altitude_row_spacing, maneuver_corner_offsets, row_corners, sonar_row_spacing
 
 
 def points(**changes):
@@ -88,11 +88,11 @@ def test_spacing():
     assert sonar_row_spacing(math.radians(60), 30.0, 0.0) == pytest.approx(30.0)
     assert sonar_row_spacing(math.radians(60), 30.0, 50.0) == pytest.approx(22.5)
     assert sonar_row_spacing(0.0, 30.0, 0.0) == pytest.approx(60.0)
-    assert swath_width(math.radians(90), 10.0, 50.0) == pytest.approx(15.0)
+    assert altitude_row_spacing(math.radians(90), 10.0, 50.0) == pytest.approx(15.0)
 
 
 def test_rows_come_nearer_where_the_swath_is_narrow():
     area = imc.RowsCoverage(width=40, length=100, range=10, flags=imc.RowsCoverage.Flags.CURVE_RIGHT)
     swaths = iter([99.0, 99.0, 10.0, 4.0, 10.0, 99.0])  # two for the check, then one for each step
-    found = [round(e, 6) for _, e in maneuver_corners(area, lambda: next(swaths))]
+    found = [round(e, 6) for _, e in maneuver_corner_offsets(area, lambda: next(swaths))]
     assert found == [0, 0, 0, 10, 10, 14, 14, 24, 24]

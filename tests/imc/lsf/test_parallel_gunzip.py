@@ -109,7 +109,7 @@ def test_bytes_damage_members_and_parts_are_the_same(
         for _ in range(5):
             begin = chance.randrange(len(whole) + 1)
             end = begin + chance.randrange(3000)
-            assert other.read(begin, end) == reader.read(begin, end) == whole[begin:end]
+            assert other.read_range(begin, end) == reader.read_range(begin, end) == whole[begin:end]
     assert set(again) <= set(found[0][1])
 
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import imc
-from mavlink.autopilot.leg import ArrivalTolerance, Leg, ReportedPosition, height_above_home
+from mavlink.autopilot.leg import ArrivalTolerance, Leg, ReportedPosition, path_height_above_home
 from support.wgs84 import displace, displacement
 
 HERE = ReportedPosition(lat=0.7188, lon=-0.1519, amsl=40.0, above_home=10.0)
@@ -35,9 +35,9 @@ def path(**values):
 def test_heights(values, flies, dives, height):
     if isinstance(height, str):
         with pytest.raises(ValueError, match=height):
-            height_above_home(path(**values), HERE, 54.6, flies=flies, dives=dives)
+            path_height_above_home(path(**values), HERE, 54.6, flies=flies, dives=dives)
     else:
-        assert height_above_home(path(**values), HERE, 54.6, flies=flies, dives=dives) == pytest.approx(height)
+        assert path_height_above_home(path(**values), HERE, 54.6, flies=flies, dives=dives) == pytest.approx(height)
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_who_heads_for_the_target_ends_on_the_circle(flags, away):
     north, east, turned = away, 0.0, 0.0
     for _ in range(1200):
         lat, lon, _ = displace(HERE.lat, HERE.lon, 0.0, north, east)
-        to = displacement(lat, lon, 0.0, *leg.target(ReportedPosition(lat, lon, 40.0, 10.0)), 0.0)
+        to = displacement(lat, lon, 0.0, *leg.steering_target(ReportedPosition(lat, lon, 40.0, 10.0)), 0.0)
         before, length = math.atan2(east, north), math.hypot(*to[:2])
         north, east = north + 0.3 * to[0] / length, east + 0.3 * to[1] / length
         turned += math.remainder(math.atan2(east, north) - before, math.tau)

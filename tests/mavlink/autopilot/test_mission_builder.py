@@ -9,9 +9,9 @@ from mavlink.autopilot.leg import Leg, ReportedPosition
 from mavlink.autopilot.mission_builder import (
     LandingApproach,
     MissionBuilder,
-    find_item,
-    first_item_of,
-    landing_approach,
+    choose_landing_approach,
+    find_leg_item,
+    item_group_start,
 )
 from mavlink.autopilot.vehicle_modes import ARDUPILOT, PX4, steered_vehicle
 from mavlink.missions import MissionCommand
@@ -24,7 +24,7 @@ FINAL = LandingApproach(400.0, 30.0, math.radians(90.0))
 
 def write(text, kind=2, autopilot=ARDUPILOT, **more):
     plan = parse_plan("plan: p\norigin: 41.185°, -8.7062°\nspeed: 5 m/s\naltitude: 20\nmaneuvers:\n" + text)
-    return MissionBuilder(steered_vehicle(autopilot, kind), HERE, 54.6, FINAL, **more).write(plan)
+    return MissionBuilder(steered_vehicle(autopilot, kind), HERE, 54.6, FINAL, **more).build_plan_items(plan)
 
 
 def commands(items):
@@ -65,7 +65,7 @@ def test_a_plane_lands_on_its_course():
     north, east, _ = displacement(*spots[2], 0.0, *spots[0], 0.0)
     assert (north, east) == pytest.approx((0.0, -400.0), abs=0.1)
     assert (begin.z, passing.z, end.z) == (30.0, 18.0, 0.0)
-    assert first_item_of(items, len(items) - 1) == len(items) - 3
+    assert item_group_start(items, len(items) - 1) == len(items) - 3
 
 
 @pytest.mark.parametrize(
@@ -74,8 +74,8 @@ def test_a_plane_lands_on_its_course():
 )
 def test_a_plane_lands_against_the_wind(wind, course):
     blows = imc.EstimatedStreamVelocity(x=wind[0], y=wind[1]) if wind else None
-    assert landing_approach(400.0, 30.0, None, blows, HERE).course == pytest.approx(course)
-    assert landing_approach(400.0, 30.0, 2.0, blows, HERE).course == 2.0
+    assert choose_landing_approach(400.0, 30.0, None, blows, HERE).course == pytest.approx(course)
+    assert choose_landing_approach(400.0, 30.0, 2.0, blows, HERE).course == 2.0
 
 
 @pytest.mark.parametrize(
@@ -112,8 +112,11 @@ def leg(north, **flags):
 
 def test_a_leg_finds_its_item():
     items = write("  - takeoff: {altitude: 6}\n" + "".join(f"  - goto: {{north: {n}}}\n" for n in (20, 0, 20)))
-    found = find_item(leg(20), items, 1)
+    found = find_leg_item(leg(20), items, 1)
     assert found is not None
-    assert find_item(leg(20), items, found + 1) == found + 2
-    assert find_item(leg(5), items, 1) is None
-    assert items[find_item(leg(7, flags=imc.DesiredPath.Flags.TAKEOFF), items, 1)].command == MissionCommand.NAV_TAKEOFF
+    assert find_leg_item(leg(20), items, found + 1) == found + 2
+    assert find_leg_item(leg(5), items, 1) is None
+    assert (
+        items[find_leg_item(leg(7, flags=imc.DesiredPath.Flags.TAKEOFF), items, 1)].command
+        == MissionCommand.NAV_TAKEOFF
+    )

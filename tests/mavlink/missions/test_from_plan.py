@@ -90,7 +90,7 @@ def stays(draw, craft, speed):
         (C.NAV_LOITER_UNLIM, (0, 0, radius, NAN)),
         (C.NAV_LOITER_TIME, (draw(SECONDS), 0, radius, NAN)),
     ]
-    if craft.stays:
+    if craft.keeps_station:
         turns = math.ceil(30 * speed / radius) + draw(st.integers(0, 4))
         kinds.append((C.NAV_WAYPOINT, (draw(SECONDS), radius, 0, draw(YAWS))))
         kinds.append((C.NAV_LOITER_TURNS, (turns, 0, draw(st.sampled_from((radius, -radius))), NAN)))
@@ -236,7 +236,7 @@ def test_paths_and_rows_go_through_their_points():
     lat, lon, _ = displace(PATH.lat, PATH.lon, 0.0, 10.0, 10.0)
     assert (items[1].x, items[1].y) == (round(math.degrees(lat) * 1e7), round(math.degrees(lon) * 1e7))
     assert [each.z for each in items] == [-2.0, -3.0, -2.0]
-    assert (table.items_of("m0"), table.current_item("m0", 1), table.items_done("m0")) == ((0, 1), 1, (0, 1))
+    assert (table.items_of("m0"), table.current_item("m0", 1), table.items_at_maneuver_end("m0")) == ((0, 1), 1, (0, 1))
     found = items_of(plan(ROWS.replace(width=10_000.0)), PX4, craft)
     assert len(found.items) == MOST_ITEMS
     assert f"only the first {MOST_ITEMS} items are shown" in found.remarks

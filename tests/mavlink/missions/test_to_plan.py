@@ -227,8 +227,8 @@ def test_the_camera_is_switched_where_the_mission_says_so():
         [], [switch("true")], [switch("false"), switch("true")],
     ]  # fmt: skip
     assert [values(m.end_actions) for m in plan.maneuvers] == [[], [], [switch("false")]]
-    assert [table.items_begun(name) for name in ("Goto0", "Goto2", "Goto5")] == [(), (1,), (3, 4)]
-    assert [table.items_done(name) for name in ("Goto0", "Goto2", "Goto5")] == [(0,), (2,), (5, 6)]
+    assert [table.commands_at_maneuver_start(name) for name in ("Goto0", "Goto2", "Goto5")] == [(), (1,), (3, 4)]
+    assert [table.items_at_maneuver_end(name) for name in ("Goto0", "Goto2", "Goto5")] == [(0,), (2,), (5, 6)]
 
 
 # Home, and the table
@@ -239,7 +239,11 @@ def test_item_0_of_ardupilot_is_home_and_not_flown():
     plan, table = plan_of([home, waypoint(10), waypoint(20)], ARDUPILOT, SUBMARINE)
     assert [m.maneuver_id for m in plan.maneuvers] == ["Goto1", "Goto2"]
     assert (table.steps, table.first) == (((), ("Goto1",), ("Goto2",)), 1)
-    assert (table.items_begun("Goto1"), table.items_done("Goto1"), table.current_item("Goto2")) == ((), (1,), 2)
+    assert (
+        table.commands_at_maneuver_start("Goto1"),
+        table.items_at_maneuver_end("Goto1"),
+        table.current_item("Goto2"),
+    ) == ((), (1,), 2)
     assert table.renumbered(-1) == ItemMap((("Goto1",), ("Goto2",)))
 
 
@@ -257,8 +261,13 @@ def test_the_table_tells_progress():
     table = ItemMap((("Takeoff0", "Goto0"), (), ("Path2",), ("Path2",), ("Goto4",), ()))
     assert [table.current_item(name) for name in ("Takeoff0", "Goto0", "Path2", "Goto4", "x")] == [0, 0, 2, 4, None]
     assert [table.current_item("Path2", point) for point in (-1, 0, 1, 9)] == [2, 2, 3, 3]
-    assert [table.items_begun(name) for name in ("Takeoff0", "Goto0", "Path2", "x")] == [(), (), (1,), ()]
-    assert [table.items_done(name) for name in ("Takeoff0", "Goto0", "Path2", "Goto4", "x")] == [
+    assert [table.commands_at_maneuver_start(name) for name in ("Takeoff0", "Goto0", "Path2", "x")] == [
+        (),
+        (),
+        (1,),
+        (),
+    ]
+    assert [table.items_at_maneuver_end(name) for name in ("Takeoff0", "Goto0", "Path2", "Goto4", "x")] == [
         (),
         (0,),
         (2, 3),
@@ -267,7 +276,7 @@ def test_the_table_tells_progress():
     ]
     assert [table.maneuver_at(seq) for seq in (0, 1, 4, 5)] == ["Takeoff0", "Path2", "Goto4", None]
     moved = table.renumbered(1)
-    assert (moved.first, moved.current_item("Goto4"), moved.items_begun("Takeoff0")) == (1, 5, ())
+    assert (moved.first, moved.current_item("Goto4"), moved.commands_at_maneuver_start("Takeoff0")) == (1, 5, ())
     assert moved.renumbered(-1) == table
 
 

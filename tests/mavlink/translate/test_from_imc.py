@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import imc
 from mavlink import load_dialect
-from mavlink.positions import degrees_e7, home_of, position_of
+from mavlink.positions import degrees_e7, home_from_state, position_of
 from mavlink.translate import from_imc
 
 DIALECT = load_dialect()
@@ -20,7 +20,7 @@ ANY_STATE = st.builds(imc.EstimatedState, **dict.fromkeys(FIGURES, ANY))
 
 
 def located(state, *, afloat=True, home=None, undulation=0.0):
-    home = home or home_of(state, afloat=afloat, undulation=undulation)
+    home = home or home_from_state(state, afloat=afloat, undulation=undulation)
     return home, home and position_of(state, home, afloat=afloat, undulation=undulation)
 
 

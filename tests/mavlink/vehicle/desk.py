@@ -75,7 +75,7 @@ class Folder:
     def roots(self):
         return [b"logs"] if self.files else []
 
-    def names(self, path):
+    def list_entry_names(self, path):
         depth, path = len(path), tuple(path)
         found = {(each[depth], len(each) > depth + 1) for each in self.files if each[:depth] == path}
         if not found:
@@ -83,7 +83,7 @@ class Folder:
         return sorted(found)
 
     def entries(self, path, names):
-        kinds = dict(self.names(path))
+        kinds = dict(self.list_entry_names(path))
         for name in names:
             size = len(self.files.get((*path, name), b""))
             yield FileEntry(name, is_folder=kinds[name], size=size)
@@ -130,7 +130,7 @@ class Desk:
         return math.inf
 
     def set_parameter(self, entity, name, text):
-        self.wishes.append((self.endpoint.parameters.of(entity, name).id, text))
+        self.wishes.append((self.endpoint.parameters.find_entity_parameter(entity, name).id, text))
 
     def publish(self, request):
         """Take a request to the vehicle, and answer it."""

@@ -27,7 +27,7 @@ def test_a_new_peer_gets_a_heartbeat_and_then_one_each_second(desk):
 
 def test_a_command_is_carried_out_and_acknowledged_to_its_sender(desk):
     desk.locate()
-    desk.endpoint.update(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
+    desk.endpoint.receive_imc_message(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
     desk.said()
     ignored, said = desk.send("COMMAND_LONG", **OURS, command=176, **HOLD)
     (ack,) = named(said, "COMMAND_ACK")
@@ -38,7 +38,7 @@ def test_a_command_is_carried_out_and_acknowledged_to_its_sender(desk):
 def test_what_stands_before_the_port_later_gets_all_requests(desk):
     """A fault, for example, that is put there while the vehicle runs."""
     desk.locate()
-    desk.endpoint.update(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
+    desk.endpoint.receive_imc_message(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
     caught = []
     desk.publish = caught.append
     desk.send("COMMAND_LONG", **OURS, command=176, **HOLD)
@@ -50,9 +50,9 @@ def test_what_stands_before_the_port_later_gets_all_requests(desk):
 
 def test_a_change_of_mode_is_shown_at_once(desk):
     desk.said()
-    desk.endpoint.update(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
+    desk.endpoint.receive_imc_message(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
     assert [message.name for message in desk.said()] == ["HEARTBEAT"]
-    desk.endpoint.update(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
+    desk.endpoint.receive_imc_message(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
     assert desk.said() == []
 
 
@@ -79,7 +79,7 @@ def test_a_change_of_a_parameter_is_shown_to_all(desk):
     desk.endpoint.connect(desk.traits, other.append, desk.now)
     desk.send("PARAM_SET", **OURS, param_id=b"LAMP_POWER", param_value=2.0, param_type=9)
     answer = imc.EntityParameters(name="Lamp", params=(imc.EntityParameter(name="Power", value="0.5"),))
-    desk.endpoint.update(answer, "Lamp", desk.now)
+    desk.endpoint.receive_imc_message(answer, "Lamp", desk.now)
     assert len(named(desk.said(), "PARAM_VALUE")) == len(other) == 1
     assert desk.listen(0.5, "PARAM_VALUE") == [], "once is enough"
 
@@ -159,7 +159,7 @@ def test_a_message_comes_at_the_interval_that_was_asked_for(desk):
 def test_who_waits_for_an_answer_is_told_in_time(desk):
     desk.answers = False
     desk.locate()
-    desk.endpoint.update(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
+    desk.endpoint.receive_imc_message(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
     desk.run(0.0)
     assert named(desk.send("COMMAND_LONG", **OURS, command=176, **HOLD)[1], "COMMAND_ACK") == []
     assert desk.endpoint.commands.next_deadline == desk.now + 0.25
@@ -192,8 +192,8 @@ def test_a_vehicle_whose_stations_fall_silent_does_what_its_profile_says(desk, a
     def live(seconds):
         for _ in range(seconds):
             desk.locate()
-            desk.endpoint.update(running, "Plan Engine", desk.now)
-            desk.endpoint.update(moving, "Vehicle Supervisor", desk.now)
+            desk.endpoint.receive_imc_message(running, "Plan Engine", desk.now)
+            desk.endpoint.receive_imc_message(moving, "Vehicle Supervisor", desk.now)
             desk.listen(1.0, "")
 
     live(10)

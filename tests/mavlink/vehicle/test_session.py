@@ -45,7 +45,7 @@ def test_old_figures_are_not_repeated(desk):
 def test_sequence_numbers_count_all_frames_of_the_session(desk):
     desk.locate()
     for _ in range(300):
-        desk.session.send_now("ATTITUDE", desk.now)
+        desk.session.build_and_send("ATTITUDE", desk.now)
     numbers = [frame[4] for frame in desk.frames]
     assert numbers == [i % 256 for i in range(numbers[0], numbers[0] + 300)]
 
@@ -53,7 +53,7 @@ def test_sequence_numbers_count_all_frames_of_the_session(desk):
 @pytest.mark.parametrize("flavor", FLAVORS)
 def test_heartbeat(open_desk, flavor):
     desk = open_desk(flavor)
-    desk.session.send_now("HEARTBEAT", desk.now)
+    desk.session.build_and_send("HEARTBEAT", desk.now)
     (beat,) = desk.said()
     assert (beat.system, beat.component) == (26, 1)
     assert beat.values["type"] == 12
@@ -65,7 +65,7 @@ def test_heartbeat(open_desk, flavor):
 def test_heartbeat_follows_the_vehicle(desk):
     desk.endpoint.update_state(MANEUVER, "", desk.now)
     desk.endpoint.update_state(imc.PlanControlState(state=imc.PlanControlState.State.EXECUTING), "", desk.now)
-    desk.session.send_now("HEARTBEAT", desk.now)
+    desk.session.build_and_send("HEARTBEAT", desk.now)
     (beat,) = desk.said()
     assert beat.values["base_mode"] == 1 + 4 + 8 + 16 + 128
     assert beat.values["custom_mode"] == 4 << 16 | 4 << 24
@@ -139,7 +139,7 @@ def test_what_qgroundcontrol_really_says(open_desk):
     assert (len(found), damages) == (132, 0)
     for message in found:
         if is_addressed(message, 1):
-            desk.session.receive(desk.now)
+            desk.session.note_contact(desk.now)
             desk.endpoint.dispatch(desk.session, message, desk.now)
     answers = desk.said()
     results = [(m.values["command"], m.values["result"]) for m in answers if m.name == "COMMAND_ACK"]
@@ -243,7 +243,7 @@ def test_no_message_raises(open_desk, name, payload, flavor):
     found, _ = split(encode(definition, payload or b"\0", 0, 255, 190), DIALECT)
     for message in found:
         if is_addressed(message, 26):
-            desk.session.receive(desk.now)
+            desk.session.note_contact(desk.now)
             desk.endpoint.dispatch(desk.session, message, desk.now)
     desk.said()
 
@@ -254,5 +254,7 @@ def test_home_is_not_where_a_vehicle_is_that_does_not_know_its_position_yet(desk
     desk.locate(lat=0.71, lon=-0.15, x=50.0)
     home = desk.endpoint.model.home
     assert (home.lat, home.lon) == (0.7, -0.15)
-    (local,) = STREAMS["LOCAL_POSITION_NED"].instances(desk.endpoint.telemetry.sources, desk.session.flavor, desk.now)
+    (local,) = STREAMS["LOCAL_POSITION_NED"].build_message_fields(
+        desk.endpoint.telemetry.sources, desk.session.flavor, desk.now
+    )
     assert abs(local["x"]) < 100_000.0

@@ -36,7 +36,7 @@ def test_what_is_published_here_goes_out_as_the_same_bytes(bus):
     wire = Wire()
     bus.attach_transport(wire)
     message, packet = depth(1.0)
-    bus.dispatch(message, packet, None)
+    bus.deliver_and_send(message, packet, None)
     assert wire.sent[0] is packet
 
 
@@ -81,9 +81,9 @@ def test_junk_from_outside_is_counted_and_harms_nobody(bus, junk):
 def test_until_resume_everything_is_kept_in_order():
     kernel = Kernel(VirtualClock(0))
     bus, heard = Bus(kernel, OWN), []
-    bus.dispatch(*depth(1.0), None)
+    bus.deliver_and_send(*depth(1.0), None)
     bus.subscribe(Subscription(imc.Depth, heard.append))
-    bus.dispatch(*depth(2.0), None)
+    bus.deliver_and_send(*depth(2.0), None)
     kernel.run()
     assert heard == []
     bus.release_backlog()
@@ -239,7 +239,7 @@ def test_a_transport_that_does_not_open_leaves_the_others(bus):
     with pytest.raises(ConnectionError):
         bus.attach_transport(Refusing())
     message, packet = depth(1.0)
-    bus.dispatch(message, packet, None)
+    bus.deliver_and_send(message, packet, None)
     assert wire.sent == [packet]
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from runtime.bus import packet_inbox
-from runtime.bus.packet_inbox import PacketInbox, packet_origin
+from runtime.bus.packet_inbox import PacketInbox, packet_queue_key
 
 ALL, VEHICLE, CONSOLE = 0xFFFF, 0x1A, 0x4001
 
@@ -17,7 +17,7 @@ def packet(source: int, number: int = 0, **header: int) -> bytes:
 
 
 def all_of(box: PacketInbox) -> list[bytes]:
-    return box.get(len(box))
+    return box.take_packets(len(box))
 
 
 @pytest.mark.parametrize(
@@ -30,11 +30,11 @@ def all_of(box: PacketInbox) -> list[bytes]:
     ],
 )
 def test_commands_and_aborts_do_not_wait_behind_telemetry(message: imc.Message, apart: bool) -> None:
-    assert packet_origin(imc.encode(message)) == (CONSOLE, apart)
+    assert packet_queue_key(imc.encode(message)) == (CONSOLE, apart)
 
 
 def test_what_is_no_packet_has_no_source() -> None:
-    assert packet_origin(b"T\xfe") == (ALL, False)
+    assert packet_queue_key(b"T\xfe") == (ALL, False)
 
 
 def test_a_source_that_floods_loses_its_own_packets_and_waits_for_its_turn(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -59,7 +59,7 @@ class Link:
 def publish(bus: Bus, value: float, **header: int) -> bytes:
     message = imc.Depth(value=value, timestamp=1.0, **{"src": bus.system, "src_ent": 7, **header})
     packet = imc.encode(message)
-    bus.dispatch(message, packet, None)
+    bus.deliver_and_send(message, packet, None)
     return packet
 
 
@@ -96,7 +96,7 @@ class TransportContract:
         sent = [publish(link.first, 3.0, dst=SECOND_), publish(link.first, 4.0)]
         unknown = imc.Unknown(id=0xFFF0, payload=b"\1\2\3", src=FIRST, timestamp=1.0)
         sent.append(imc.encode(unknown))
-        link.first.dispatch(unknown, sent[-1], None)
+        link.first.deliver_and_send(unknown, sent[-1], None)
         link.until(lambda: len(packets) >= 3)
         assert sorted(packets) == sorted(sent)
 

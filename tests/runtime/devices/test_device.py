@@ -99,7 +99,7 @@ def test_garbage_is_counted_and_costs_nothing_else(cable: Cable) -> None:
     run = played(script, port=str(cable.path))
     assert depths(run) == list(range(12))
     assert run.task.sounder.bad == 24
-    assert run.task.sounder.skipped == 24000
+    assert run.task.sounder.skipped_bytes == 24000
     assert states(run)[-1] == (State.NORMAL, "active")
     first, tenth = [text for text in run.log if "damaged" in text or "not understood" in text]
     assert first.startswith(f"{cable.path}: ")

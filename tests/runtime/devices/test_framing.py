@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.devices import FrameSplitter, LineSplitter, RawChunks, Splitter, line_frame_size, parse_number
+from runtime.devices import FrameSplitter, LineSplitter, RawChunks, Splitter, line_size_function, parse_number
 
 portions = st.lists(st.integers(0, 40), max_size=30)
 noise = st.binary(max_size=60)
@@ -35,7 +35,7 @@ def frame_of(payload: bytes) -> bytes:
 
 
 def frames() -> FrameSplitter:
-    return FrameSplitter({b"S": size_of, b"$G": line_frame_size(50)}, valid=is_valid, longest=300)
+    return FrameSplitter({b"S": size_of, b"$G": line_size_function(50)}, valid=is_valid, longest=300)
 
 
 @given(st.lists(st.binary(max_size=50)), portions)

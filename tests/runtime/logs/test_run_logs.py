@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from runtime.logs import RUN_FILE, encode_run_position, logs_of_run, missing_logs, run_position
+from runtime.logs import RUN_FILE, encode_log_run_position, logs_of_run, missing_logs, read_log_run_position
 
 
 def put(root: Path, name: str, number: int, first: str = "20260101/230000") -> Path:
     folder = root / name
     folder.mkdir(parents=True)
-    (folder / RUN_FILE).write_bytes(encode_run_position(first, number))
+    (folder / RUN_FILE).write_bytes(encode_log_run_position(first, number))
     return folder
 
 
@@ -60,4 +60,4 @@ def test_two_logs_with_the_same_number_are_refused(tmp_path: Path) -> None:
 )
 def test_a_file_that_makes_no_sense_says_nothing(tmp_path: Path, content: bytes) -> None:
     (tmp_path / RUN_FILE).write_bytes(content)
-    assert run_position(tmp_path) is None
+    assert read_log_run_position(tmp_path) is None

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import imc
-from runtime.logs import SystemNames, UnknownNameError, find_types, summarize
+from runtime.logs import SystemNames, UnknownNameError, find_message_ids, summarize
 from shoal.logs.inspect import logs_below
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
@@ -106,13 +106,13 @@ def test_names_are_found_by_case_number_or_nearest():
     names.learn(imc.EntityList(src=VEHICLE, op=imc.EntityList.Op.REPORT, list="GPS=31;Depth Sensor=27;bad;=4;x=999;"))
     assert names.labels == {(VEHICLE, 31): "GPS", (VEHICLE, 27): "Depth Sensor"}
     present = [VEHICLE, OPERATOR]
-    assert names.system_ids(["CCU-1", "0x1A"], present) == {OPERATOR, VEHICLE}
-    assert names.entity_ids(["gps", "27"], names.labels) == {(VEHICLE, 31), (VEHICLE, 27)}
-    assert find_types(["estimatedstate", "303"], imc.builtin()) == {imc.EstimatedState.ID, 303}
+    assert names.find_system_ids(["CCU-1", "0x1A"], present) == {OPERATOR, VEHICLE}
+    assert names.find_entity_ids(["gps", "27"], names.labels) == {(VEHICLE, 31), (VEHICLE, 27)}
+    assert find_message_ids(["estimatedstate", "303"], imc.builtin()) == {imc.EstimatedState.ID, 303}
     for call in (
-        lambda: names.system_ids(["cc-1"], present),
-        lambda: names.entity_ids(["Depth Sensr"], names.labels),
-        lambda: find_types(["EstimatedStat"], imc.builtin()),
+        lambda: names.find_system_ids(["cc-1"], present),
+        lambda: names.find_entity_ids(["Depth Sensr"], names.labels),
+        lambda: find_message_ids(["EstimatedStat"], imc.builtin()),
     ):
         with pytest.raises(UnknownNameError, match="did you mean"):
             call()

@@ -53,7 +53,7 @@ def test_every_value_knows_where_it_was_set(tmp_path: Path) -> None:
     option = read(tmp_path, main, list="[A]\nL = a").sections["A"].options["L"]
     places = [(Path(o.file).name, o.line) for o in option.contributors]
     assert places == [("list.ini", 2), ("main.ini", 8), ("main.ini", 9)]
-    assert [(Path(o.file).name, o.line) for o in option.overwritten] == [("main.ini", 4)]
+    assert [(Path(o.file).name, o.line) for o in option.overwritten_origins] == [("main.ini", 4)]
     assert option.origin.line == 9
 
 

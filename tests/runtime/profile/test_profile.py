@@ -93,7 +93,7 @@ def test_a_value_knows_who_had_the_last_word() -> None:
     depth = load_profile(MANTARAY).config.option("General", "Absolute Maximum Depth")
     assert depth is not None
     assert str(depth.origin) == f"{TREE / 'hardware/box/basic.ini'}:7"
-    assert [str(origin) for origin in depth.overwritten] == [f"{TREE / 'auv/basic.ini'}:9"]
+    assert [str(origin) for origin in depth.overwritten_origins] == [f"{TREE / 'auv/basic.ini'}:9"]
 
 
 def test_folders_are_searched_in_order(tmp_path: Path) -> None:
@@ -195,7 +195,7 @@ def test_modes() -> None:
     auv = profile(
         "[Profiles]\nTank = In the tank.\n[A.B]\nEnabled = Tank, Hardware\n[A.C]\nEnabled = Always\n[A.D]\nX = 1"
     )
-    assert set(auv.modes) == {"Hardware", "Simulation", "Hardware/Simulation", "Tank"}
+    assert set(auv.selectable_modes) == {"Hardware", "Simulation", "Hardware/Simulation", "Tank"}
     assert auv.parse_modes("Tank, Simulation") == auv.parse_modes(["Tank", "Simulation"]) == {"Tank", "Simulation"}
     assert auv.parse_modes("") == frozenset()
     sections = ("A.B", "A.C", "A.D", "A.E")
@@ -208,8 +208,8 @@ def test_modes() -> None:
 def test_tasks_come_in_the_order_of_bytes() -> None:
     auv = profile("[b.T]\nEnabled = Always\n[B.T/2]\nEnabled = Simulation\n[B.T]\nEnabled = Always\n[General]\nX = 1")
     find = {"b.T": 1, "B.T": 2, "B.T/2": 3}.get
-    assert list(auv.tasks(find).items()) == [("B.T", 2), ("B.T/2", 3), ("b.T", 1)]
-    assert list(auv.tasks(find, [])) == ["B.T", "b.T"]
+    assert list(auv.find_tasks(find).items()) == [("B.T", 2), ("B.T/2", 3), ("b.T", 1)]
+    assert list(auv.find_tasks(find, [])) == ["B.T", "b.T"]
 
 
 def test_start_time() -> None:
@@ -223,10 +223,10 @@ def test_start_time() -> None:
 
 
 def test_bus() -> None:
-    assert profile("[A]").bus == "inprocess"
-    assert profile("[General]\nBus = zenoh").bus == "zenoh"
+    assert profile("[A]").bus_transport == "inprocess"
+    assert profile("[General]\nBus = zenoh").bus_transport == "zenoh"
     with pytest.raises(ProfileError, match=r"auv\.ini:2: error: .*'Zeno'.*did you mean 'zenoh'"):
-        _ = profile("[General]\nBus = Zeno").bus
+        _ = profile("[General]\nBus = Zeno").bus_transport
 
 
 def test_overrides() -> None:
@@ -234,7 +234,7 @@ def test_overrides() -> None:
     assert values(auv) == {"A.B/C": {"X": "2 3"}, "A:B": {"Z": "a:b=c"}, "new.Task": {"Enabled": "Always"}}
     option = auv.config.option("A.B/C", "X")
     assert option is not None
-    assert (str(option.origin), str(option.overwritten[0])) == ("command line", "auv.ini:2")
+    assert (str(option.origin), str(option.overwritten_origins[0])) == ("command line", "auv.ini:2")
     assert auv.options("new.Task") == {}
     auv.override("A.B/C:X=")
     assert auv.options("A.B/C") == {"X": ""}

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from runtime.profile import path_in_root
+from runtime.profile import resolve_root_copy
 
 
 def test_a_copy_counts_instead_of_its_file_but_a_folder_in_which_files_may_lack_does_not(
@@ -17,10 +17,10 @@ def test_a_copy_counts_instead_of_its_file_but_a_folder_in_which_files_may_lack_
         (place / "camera.yaml").touch()
     (folder / "cam0").mkdir()
     monkeypatch.setenv("SHOAL_ROOT", str(root))
-    assert path_in_root(folder / "camera.yaml") == copies / "camera.yaml"
-    assert path_in_root(folder) == folder
-    assert path_in_root(folder / "cam0") == folder / "cam0"
+    assert resolve_root_copy(folder / "camera.yaml") == copies / "camera.yaml"
+    assert resolve_root_copy(folder) == folder
+    assert resolve_root_copy(folder / "cam0") == folder / "cam0"
     (folder / "camera.yaml").unlink()
     (folder / "cam0").rmdir()
     folder.rmdir()
-    assert path_in_root(folder) == copies  # of another computer
+    assert resolve_root_copy(folder) == copies  # of another computer

@@ -29,9 +29,9 @@ VALUES = st.recursive(
 @given(VALUES)
 def test_plain_values_come_back(value: object) -> None:
     writer, reader = StateWriter(lambda _: None), StateReader(lambda _: None)
-    plain = msgspec.msgpack.decode(msgspec.msgpack.encode(writer.write(value, "here")))
-    assert reader.read(plain) == value
-    assert type(reader.read(plain)) is type(value)
+    plain = msgspec.msgpack.decode(msgspec.msgpack.encode(writer.to_plain_value(value, "here")))
+    assert reader.from_plain_value(plain) == value
+    assert type(reader.from_plain_value(plain)) is type(value)
 
 
 @pytest.mark.parametrize(

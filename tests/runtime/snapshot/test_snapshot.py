@@ -194,7 +194,7 @@ def test_a_snapshot_cannot_make_or_call_what_it_wants(plain: Any) -> None:
         raise SnapshotError(f"{words[0]} is unknown")
 
     with pytest.raises(SnapshotError):
-        StateReader(nothing).read(plain)
+        StateReader(nothing).from_plain_value(plain)
 
 
 GPS, HACC = "Simulators.GPS/Kinematic", "HACC"

@@ -23,7 +23,7 @@ PARAMETERS = declared_parameters(Pump)
 
 
 def test_names_types_and_units_come_from_the_declaration():
-    assert [(p.name, p.imc_type, p.unit) for p in PARAMETERS.values()] == [
+    assert [(p.name, p.xml_type_name, p.unit) for p in PARAMETERS.values()] == [
         ("Flow", "real", "l/s"),
         ("Count", "integer", "1"),
         ("Name Plate", "string", ""),

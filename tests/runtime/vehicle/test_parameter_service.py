@@ -66,7 +66,7 @@ def test_parameters_are_told_to_all_at_the_start_and_when_they_change():
     vehicle.run(1.5)
     assert {message.name for message in told} == {"Daemon", "Valve"}
     change = setting(1.0, Turns="3", Flow="-1")
-    vehicle.bus.dispatch(change, imc.encode(change), None)
+    vehicle.bus.deliver_and_send(change, imc.encode(change), None)
     vehicle.run(0.5)
     vehicle.close()
     for_all = [

@@ -190,7 +190,7 @@ def test_a_vehicle_that_runs_twice_on_one_bus_is_told_so_once():
     async def twin(script):
         wire, vehicle = Wire(), script.task.vehicle
         vehicle.bus.attach_transport(wire)
-        for entity in (0, vehicle.find("Pump").entity.id, vehicle.find("Pump").entity.id):
+        for entity in (0, vehicle.task_by_label("Pump").entity.id, vehicle.task_by_label("Pump").entity.id):
             wire.receive(imc.encode(imc.Temperature(src=0x1A, src_ent=entity, timestamp=script.now)))
             await script.sleep(0.1)
         assert vehicle.bus.refused == 2, "only what claims to be of an entity that runs here"

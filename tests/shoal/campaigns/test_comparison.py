@@ -56,15 +56,15 @@ def test_differences_are_of_pairs_so_that_small_ones_show(pair):
 
 def test_limits_decide_for_ci(pair):
     found = compare_campaigns(*pair)
-    assert "pass rate changed by -" in found.check_limit("pass rate < -2 %")
-    assert found.check_limit("metrics.drift > 0.1").endswith("metrics.drift > 0.1")
-    assert found.check_limit("metrics.drift > 20 %")
-    assert not found.check_limit("metrics.drift > 0.3")
-    assert not compare_campaigns(pair[0], pair[0]).check_limit("pass rate < -2 %")
+    assert "pass rate changed by -" in found.describe_exceeded_limit("pass rate < -2 %")
+    assert found.describe_exceeded_limit("metrics.drift > 0.1").endswith("metrics.drift > 0.1")
+    assert found.describe_exceeded_limit("metrics.drift > 20 %")
+    assert not found.describe_exceeded_limit("metrics.drift > 0.3")
+    assert not compare_campaigns(pair[0], pair[0]).describe_exceeded_limit("pass rate < -2 %")
     with pytest.raises(NotComparable, match=r"did you mean 'metrics\.drift'"):
-        found.check_limit("metrics.drfit > 1")
+        found.describe_exceeded_limit("metrics.drfit > 1")
     with pytest.raises(NotComparable, match="is no limit"):
-        found.check_limit("drift")
+        found.describe_exceeded_limit("drift")
 
 
 def test_runs_that_are_no_pairs_are_refused(tmp_path, pair):

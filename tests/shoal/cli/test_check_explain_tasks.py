@@ -201,7 +201,7 @@ def test_explain_shows_the_names_that_ground_stations_show(shoal, tmp_path, sect
     profile = load_profile("lauv-noptilus-1")
     vehicle = build(profile, profile.parse_modes("Simulation"), clock=VirtualClock(0), log_root=tmp_path).vehicle
     names = {
-        entry.parameter.name: entry.id
+        entry.declaration.name: entry.id
         for entry in ParameterTable(task_parameters(vehicle.tasks))
         if entry.view.section == section
     }

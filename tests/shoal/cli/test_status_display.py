@@ -23,7 +23,7 @@ def show(tmp_path, message=None, title="a vehicle", width=80):
     with status:
         vehicle.start()
         if message is not None:
-            vehicle.kernel.after(0.5, vehicle.bus.dispatch, message.replace(src=0x1A), b"", None)
+            vehicle.kernel.after(0.5, vehicle.bus.deliver_and_send, message.replace(src=0x1A), b"", None)
         vehicle.run(2.0)
         vehicle.close()
     return screen.getvalue()
@@ -69,7 +69,7 @@ def test_malformed_packets_of_others_are_counted_in_the_last_line_and_in_the_log
         wire.receive(packet)
     vehicle.run(1.0)
     vehicle.close()
-    assert "messages, 3 of others malformed" in status.summary()
+    assert "messages, 3 of others malformed" in status.run_summary()
     assert "3 malformed packets of others dropped in this run" in texts
     assert sum(text.startswith("packet from 0x") for text in texts) == 3
 

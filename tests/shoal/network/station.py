@@ -44,7 +44,7 @@ class Station:
         return one
 
     def announce(self) -> None:
-        services = Services.of([Service("imc+udp", *self.data.getsockname())], uid=self.uid)
+        services = Services.from_system_info([Service("imc+udp", *self.data.getsockname())], uid=self.uid)
         packet = self.packet(imc.Announce(sys_name=self.name, sys_type=2, owner=0xFFFF, services=str(services)))
         for port in self.ports:
             self.data.sendto(packet, ("127.0.0.1", port))

@@ -11,11 +11,11 @@ def test_the_link_that_brings_all_messages_is_heard_while_it_brings_any() -> Non
     system.links = {"udp": udp, "zenoh": zenoh}
     now = time.monotonic()
     system.last = {"udp": now}
-    assert (system.accepts_from(udp), system.accepts_from(zenoh)) == (True, True)
+    assert (system.accepts_link(udp), system.accepts_link(zenoh)) == (True, True)
     system.last["zenoh"] = now
-    assert (system.accepts_from(udp), system.accepts_from(zenoh)) == (False, True)
+    assert (system.accepts_link(udp), system.accepts_link(zenoh)) == (False, True)
     system.last["zenoh"] = now - FRESH - 1.0
-    assert system.accepts_from(udp)
+    assert system.accepts_link(udp)
 
 
 def test_a_second_vehicle_of_one_name_counts_as_long_as_it_is_heard() -> None:

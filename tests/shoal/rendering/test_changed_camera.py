@@ -37,7 +37,7 @@ def ask(vehicle):
     params = tuple(imc.EntityParameter(name=name, value=value) for name, value in values.items())
     ahead = vehicle.kernel.now + 3600.0
     order = imc.SetEntityParameters(timestamp=ahead, src=CONSOLE, dst=vehicle.system, name=LABEL, params=params)
-    vehicle.bus.dispatch(order, imc.encode(order), None)
+    vehicle.bus.deliver_and_send(order, imc.encode(order), None)
 
 
 def alter(vehicle):

@@ -32,7 +32,7 @@ def log(tmp_path, monkeypatch):
         vehicle.run(5.2)
         if order is not None:
             message = imc.Event(topic="Take Pictures", data=order, src=vehicle.system, src_ent=255, timestamp=0.0)
-            vehicle.bus.dispatch(message, imc.encode(message), None)
+            vehicle.bus.deliver_and_send(message, imc.encode(message), None)
         vehicle.run(5.0)
         vehicle.close()
         return max((tmp_path / "log" / "otter").glob("*/*"), key=lambda folder: len(list(folder.glob("Photos/*"))))

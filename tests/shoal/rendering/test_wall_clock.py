@@ -14,7 +14,7 @@ from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli import main
 from shoal.rendering import find_exposures
-from world.rendering import optical_transform
+from world.rendering import optical_to_body_transform
 
 SETTINGS = ("Size=96", "Face Size=48", "Frame Rate=6", "Save Images=true")
 SECONDS = 3.0
@@ -64,7 +64,7 @@ def test_the_camera_is_where_the_log_says(run):
     assert len(seen.pictures) == len(rows)
     for shot in seen.pictures:
         assert shot.time - shot.standpoint.time == pytest.approx(start, abs=1e-5)
-        row, mount = rows[shot.time], optical_transform(seen.camera_of(shot).camera.mount)
+        row, mount = rows[shot.time], optical_to_body_transform(seen.camera_of(shot).camera.mount)
         x, y, z = (shot.standpoint.pose.transform @ mount)[:3, 3]
         np.testing.assert_allclose((x, y, z), (row["x"], row["y"], row["z"]), atol=1e-3)
 

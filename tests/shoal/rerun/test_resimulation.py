@@ -40,7 +40,7 @@ def run(
     made = build(loaded, {mode}, clock=VirtualClock(loaded.start_time_ns), seed=1, log_root=folder)
     for time, message in feed:
         said = message.replace(timestamp=loaded.start_time + time, src=0x4001, dst=made.vehicle.system)
-        made.vehicle.kernel.after(time, made.vehicle.bus.dispatch, said, imc.encode(said), None)
+        made.vehicle.kernel.after(time, made.vehicle.bus.deliver_and_send, said, imc.encode(said), None)
     made.vehicle.start()
     made.vehicle.run(seconds)
     made.vehicle.close()

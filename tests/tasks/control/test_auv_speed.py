@@ -107,7 +107,7 @@ class Unsound(Speed):
     """Fails at the second braking."""
 
     @consume
-    def brake(self, brake: imc.Brake) -> None:
+    def cut_thrust_on_brake(self, brake: imc.Brake) -> None:
         if brake.op == imc.Brake.Op.REVERT:
             raise RuntimeError("unsound")
 

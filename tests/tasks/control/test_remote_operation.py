@@ -7,7 +7,7 @@ import pytest
 from lean import BLIND, UNLOGGED
 
 import imc
-from imc.tuple_list import parse_tuple_list, read_integer
+from imc.tuple_list import parse_tuple_list, parse_tuple_list_integer
 from runtime import State
 from runtime.testing import simulate
 from shoal.missions import prepare
@@ -148,7 +148,12 @@ def test_a_console_is_told_what_there_is():
 
 def test_tuples():
     assert parse_tuple_list(" a = 1 ;b=2=3;;c; a=4") == {"a": "4", "b": "2=3", "c": ""}
-    assert [read_integer(text, "src") for text in ("src=0x4001", "src=7;x=1", "src=x", "")] == [0x4001, 7, None, None]
+    assert [parse_tuple_list_integer(text, "src") for text in ("src=0x4001", "src=7;x=1", "src=x", "")] == [
+        0x4001,
+        7,
+        None,
+        None,
+    ]
 
 
 def test_teleoperation_moves_the_vehicle_until_its_operator_leaves(tmp_path: Path):
@@ -162,7 +167,7 @@ def test_teleoperation_moves_the_vehicle_until_its_operator_leaves(tmp_path: Pat
 
     def say(message, now):
         packet = imc.encode_with_header(message, now, CCU, 3, OWN, 0xFF)
-        vehicle.bus.dispatch(imc.decode(packet), packet, None)
+        vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
 
     async def console(script):
         await script.sleep(12.0)

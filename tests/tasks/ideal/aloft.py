@@ -46,10 +46,10 @@ class Flight:
 
     def _happen(self, event):
         if isinstance(event, str):
-            self.vehicle.task(event).disconnect()
+            self.vehicle.task(event).cancel_callbacks()
         else:
             packet = imc.encode_with_header(event, self.vehicle.kernel.now_ns / 1e9, event.src, 0xFF, event.dst, 0xFF)
-            self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
+            self.vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
 
     def _note(self, found, word):
         if found[-1:] != [word]:

@@ -169,7 +169,7 @@ def happen(mission: Happening) -> Run:
         await script.sleep(mission.silent_at)
         if mission.silent:
             task = next(t for t in script.task.vehicle.tasks if t.name.endswith(mission.silent))
-            task.disconnect()
+            task.cancel_callbacks()
 
     board = [
         *(task for task in BOARD if task is not Entities),

@@ -119,13 +119,13 @@ def sail(sailing: Sailing) -> Voyage:
         async def happen(script):
             await script.sleep(BEGIN)
             request = control(imc.PlanControl.Op.START, -1.0, sailing.plan.plan_id, 1, arg=sailing.plan)
-            vehicle.bus.dispatch(*_packed(request, script.now), None)
+            vehicle.bus.deliver_and_send(*_packed(request, script.now), None)
             for at, what in sorted([(sailing.silent_at, sailing.silent), (sailing.abort_at, "Abort")]):
                 await script.sleep(begin + at - script.now)
                 if what == "Abort":
-                    vehicle.bus.dispatch(*_packed(imc.Abort(src=CCU, dst=OWN), script.now), None)
+                    vehicle.bus.deliver_and_send(*_packed(imc.Abort(src=CCU, dst=OWN), script.now), None)
                 elif what.startswith("Simulators."):
-                    vehicle.task(what).disconnect()
+                    vehicle.task(what).cancel_callbacks()
                 elif what:
                     vehicle.kernel.after(0.0, _break).owner = vehicle.task(what)
 

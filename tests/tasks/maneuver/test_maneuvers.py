@@ -147,7 +147,7 @@ def test_rows_coverage_is_denser_where_the_water_is_shallow():
     area = imc.RowsCoverage(**at(0, 0, 2), width=60, length=50, flags=2, **sonar)
     run = flown(area, seconds=600, vehicle={"bottom": 10.0})
     assert replies(run)[-1] == DONE
-    wide = row_pattern.swath_width(math.radians(120), 8.0, 20)  # 8 m above the bottom
+    wide = row_pattern.altitude_row_spacing(math.radians(120), 8.0, 20)  # 8 m above the bottom
     assert len(run.of(imc.DesiredPath)) == 2 + 2 * int(60 / wide) + 1
     assert wide < row_pattern.sonar_row_spacing(math.radians(120), 30, 20)
 

@@ -50,7 +50,7 @@ def plan(maneuver, head=""):
 )
 def test_an_absurd_number_is_refused_with_its_field_and_the_limit(profile, maneuver, reason):
     report = fly(plan(maneuver), profile, limit=60)
-    assert (report.outcome, report.maneuvers) == ("FAILURE", [])
+    assert (report.outcome, report.maneuver_names) == ("FAILURE", [])
     assert report.reason.startswith(f"M: {reason}")
     assert len(report.reason) < 80
 
@@ -66,7 +66,7 @@ def test_an_absurd_time_from_the_database_is_refused(tmp_path, arrival):
 
     def say(message):
         packet = imc.encode_with_header(message, vehicle.kernel.now_ns * 1e-9, CCU, 3, vehicle.system, 0xFF)
-        vehicle.bus.dispatch(imc.decode(packet), packet, None)
+        vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
 
     later = vehicle.kernel.now_ns
     requests = imc.PlanDB(op=imc.PlanDB.Op.SET, plan_id="stored", arg=stored), imc.PlanControl(plan_id="stored")

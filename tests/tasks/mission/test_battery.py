@@ -41,7 +41,7 @@ class Dive:
         vehicle.run(START)
         start = control(imc.PlanControl.Op.START, -1.0, PLAN.plan_id, 1, arg=PLAN)
         packet = imc.encode_with_header(start, vehicle.kernel.now_ns * 1e-9, CCU, 3, OWN, 0xFF)
-        vehicle.bus.dispatch(imc.decode(packet), packet, None)
+        vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
         craft = vehicle.task("Simulators.VSIM").craft
         for _ in range(round(2 * (seconds - START))):
             vehicle.run(0.5)

@@ -37,7 +37,7 @@ def silenced(task):
 
     async def silence(vehicle, script):
         await script.sleep(FAULT)
-        vehicle.task(task).disconnect()
+        vehicle.task(task).cancel_callbacks()
 
     return silence
 
@@ -63,7 +63,7 @@ def silenced(task):
     ],
 )
 def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, task, within, at_fault):
-    voyage = sail_on(at_fault(boat), (FAULT, lambda v: v.task(task).disconnect()), until=30.0 + within)
+    voyage = sail_on(at_fault(boat), (FAULT, lambda v: v.task(task).cancel_callbacks()), until=30.0 + within)
     assert voyage.modes[:4] == [Mode.BOOT, Mode.SERVICE, Mode.MANEUVER, Mode.ERROR]
     assert voyage.since(Mode.ERROR) < 25.0 + within
     last = {m.id: m.value for m in voyage.of(imc.SetThrusterActuation, 0.0, 29.0 + within)}
@@ -73,7 +73,7 @@ def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, tas
 @pytest.mark.parametrize("boat", BOATS)
 def test_the_motors_stop_without_supervisor_and_failsafe(boat):
     async def silence(vehicle, script):
-        vehicle.task("Supervisors.Failsafe").disconnect()
+        vehicle.task("Supervisors.Failsafe").cancel_callbacks()
         await silenced("Supervisors.Vehicle")(vehicle, script)
 
     voyage = sail(boat, plan_of(goto(200, 0)), happen=silence, until=35.0)
@@ -84,7 +84,7 @@ def test_the_motors_stop_without_supervisor_and_failsafe(boat):
 @pytest.mark.parametrize("boat", BOATS)
 @pytest.mark.parametrize(("task", "to"), [("Supervisors.Vehicle", 0xFFFF), ("Maneuver.Goto", 0xFFF0)])
 def test_the_motors_stop_without_supervisor_or_maneuver_and_an_abort_stops_them_at_once(boat, task, to, at_fault):
-    silence = FAULT, lambda vehicle: vehicle.task(task).disconnect()
+    silence = FAULT, lambda vehicle: vehicle.task(task).cancel_callbacks()
     voyage = sail_on(at_fault(boat), silence, until=32.0)
     assert {m.value for m in voyage.of(imc.SetThrusterActuation, 29.5)} <= {0.0}
     abort = FAULT + 1.0, lambda vehicle: vehicle.daemon.publish(imc.Abort(dst=to))

@@ -26,7 +26,7 @@ def fails():
 
 def silent(task):
     """The sensor publishes nothing more; its entity state stays the same."""
-    return lambda vehicle: vehicle.task(task).disconnect()
+    return lambda vehicle: vehicle.task(task).cancel_callbacks()
 
 
 def broken(task):

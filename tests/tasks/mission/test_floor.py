@@ -89,11 +89,11 @@ def dive(maneuvers, overrides=(), *, steer=(), silent="", at=0.0, profile="lauv-
                 await script.sleep(0.2)
                 elapsed = script.now - begin
                 if silent and elapsed >= at:
-                    vehicle.task(silent).disconnect()
+                    vehicle.task(silent).cancel_callbacks()
                 for order in [order for since, order in steer if elapsed >= since][-1:]:
                     message = imc.RemoteActions(actions=order) if isinstance(order, str) else order
                     packet = imc.encode_with_header(message, script.now, CCU, 0, OWN, 0xFF)
-                    vehicle.bus.dispatch(imc.decode(packet), packet, None)
+                    vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
 
         vehicle.kernel.soon(vehicle.daemon.start_script, happen)
         result.reason = Mission(vehicle, plan).fly(seconds).reason

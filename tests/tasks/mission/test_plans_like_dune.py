@@ -35,7 +35,7 @@ class Flown:
             self.vehicle.task_by_label("GPS").publish(message)
             return
         packet = imc.encode_with_header(message, self.vehicle.kernel.now_ns * 1e-9, message.src, 3, message.dst, 0xFF)
-        self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
+        self.vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
 
     def legs(self):
         """Start and end of each path: m north and east, rounded."""
@@ -140,7 +140,7 @@ def test_a_depth_that_is_not_reached_is_said(tmp_path):
 def test_a_plan_that_cannot_be_flown_is_refused(profile, text, reason, tmp_path):
     flown = Flown(text, tmp_path, profile=profile)
     assert (flown.report.outcome, flown.report.reason) == ("FAILURE", reason)
-    assert flown.report.maneuvers == []
+    assert flown.report.maneuver_names == []
 
 
 def test_what_is_not_there_is_not_active(tmp_path):

@@ -85,7 +85,7 @@ def vehicle(folder, **options):
 
 def say(vehicle, message):
     packet = imc.encode_with_header(message, vehicle.kernel.now_ns / SECOND, CCU, 3, message.dst, message.dst_ent)
-    vehicle.bus.dispatch(imc.decode(packet), packet, None)
+    vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
 
 
 @pytest.fixture(scope="module")

@@ -68,7 +68,7 @@ def underway(
 def say(vehicle: Vehicle, message: imc.Message) -> None:
     """Publish a message as one of a console."""
     packet = imc.encode_with_header(message, vehicle.kernel.now_ns / SECOND, CCU, 3, message.dst, message.dst_ent)
-    vehicle.bus.dispatch(imc.decode(packet), packet, None)
+    vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
 
 
 def _vehicle(profile: str, overrides: tuple[str, ...], folder: Path, clock: VirtualClock | None = None) -> Vehicle:

@@ -9,7 +9,7 @@ import imc
 from runtime import State, Task, consume
 from runtime.testing import simulate
 from tasks.monitors import host_resources
-from tasks.monitors.host_resources import HostResources, innermost_existing_folder, processor_times
+from tasks.monitors.host_resources import HostResources, cpu_total_and_idle, innermost_existing_folder
 
 Usage = namedtuple("Usage", "total used free")
 
@@ -60,16 +60,16 @@ def test_a_disk_that_does_not_answer_is_told(tmp_path, monkeypatch):
 
 
 def test_the_times_of_this_computer_go_on():
-    before = processor_times()
+    before = cpu_total_and_idle()
     assert sum(i * i for i in range(300_000))
-    after = processor_times()
+    after = cpu_total_and_idle()
     assert after[0] >= before[0] > 0
     assert 0 <= after[1] <= after[0]
 
 
 def test_the_times_of_this_process_stand_in(monkeypatch):
     monkeypatch.setattr(host_resources.Path, "read_text", lambda self: "nothing")
-    total, idle = processor_times()
+    total, idle = cpu_total_and_idle()
     assert 0.0 <= idle <= total
 
 

@@ -24,7 +24,7 @@ def ask(vehicle, op, **fields):
     answers = []
     vehicle.observe(imc.PlanDB, lambda m: answers.append(m) if m.type != imc.PlanDB.Type.REQUEST else None)
     request = imc.PlanDB(timestamp=1.0, src=CCU, dst=OWN, op=op, **fields)
-    vehicle.bus.dispatch(request, imc.encode(request), None)
+    vehicle.bus.deliver_and_send(request, imc.encode(request), None)
     vehicle.run(0.5)
     return answers[-1]
 

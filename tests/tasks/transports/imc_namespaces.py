@@ -33,7 +33,7 @@ def console():
     sockets["multicast"].setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group)
     data = sockets["data"] = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     data.bind((CONSOLE, 0))
-    services = str(Services.of([Service("imc+udp", CONSOLE, data.getsockname()[1])]))
+    services = str(Services.from_system_info([Service("imc+udp", CONSOLE, data.getsockname()[1])]))
     announce = imc.Announce(src=0x4042, sys_name="console", services=services)
     names = {sock: kind for kind, sock in sockets.items()}
     begin, end, due = time.monotonic(), time.monotonic() + float(sys.argv[3]), 0.0

@@ -89,7 +89,7 @@ class Station:
 
     @property
     def services(self):
-        return str(Services.of([Service("imc+udp", self.address, self.port)], uid=self.system))
+        return str(Services.from_system_info([Service("imc+udp", self.address, self.port)], uid=self.system))
 
     def announce(self, services=None, port=None, **fields):
         text = self.services if services is None else services

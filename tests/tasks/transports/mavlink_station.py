@@ -193,7 +193,7 @@ def sail(script, *links, tasks=(), seconds=120.0, clock=None, **parameters):
 
 
 def mavlink(script):
-    return script.task.vehicle.find("MAVLink")
+    return script.task.vehicle.task_by_label("MAVLink")
 
 
 def tcp_port(host=HOST):

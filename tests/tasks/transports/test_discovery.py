@@ -83,7 +83,9 @@ def test_a_vehicle_on_loopback_answers_this_computer_only(vessel, reach, monkeyp
     time.sleep(BREAK)  # since the answer to the system of another test
     task.send = send
     try:
-        Station(vessel, system).announce(str(Services.of([Service("imc+udp", address, 6001)], uid=system)))
+        Station(vessel, system).announce(
+            str(Services.from_system_info([Service("imc+udp", address, 6001)], uid=system))
+        )
         vessel.until(lambda: system in task.systems)
         vessel.hears(imc.Announce)  # the answer comes with that
     finally:
@@ -100,7 +102,7 @@ def test_who_could_use_no_service_gets_no_answer(kind, count):
     async def meet(script):
         script.task.vehicle.task("Transports.Announce").send = lambda by, message, places: sent.extend(places) or set()
         script.task.publish(imc.AnnounceService(service="ftp://10.0.0.7:21/", service_type=SERVICE[kind]))
-        other = Services.of([Service("imc+udp", "203.0.113.9", 6001)])
+        other = Services.from_system_info([Service("imc+udp", "203.0.113.9", 6001)])
         script.task.relay(imc.encode(imc.Announce(src=0x4340, sys_name="far", services=str(other))))
         await script.sleep(0.1)
 

@@ -70,7 +70,7 @@ def test_pushed_parameters_come_back(noptilus):
         for task in noptilus.vehicle.tasks
         if any(p.scope != "global" and p.type is not str for p in task.parameter_set.declarations.values())
     )
-    task = noptilus.vehicle.find(label)
+    task = noptilus.vehicle.task_by_label(label)
     chosen = next(p for p in task.parameter_set.declarations.values() if p.scope != "global")
     before = task.parameter_set.text(chosen)
     after = {"true": "false", "false": "true"}.get(before) or str(float(before) + 1)

@@ -159,7 +159,7 @@ def test_a_log_that_an_operator_begins_in_the_middle_of_a_plan_has_the_plan(tmp_
 
     def prepared(vehicle: Vehicle) -> None:
         packet = imc.encode_with_header(request, vehicle.start_time, OPERATOR, 3, vehicle.system, 0xFF)
-        vehicle.kernel.after(9.0, vehicle.bus.dispatch, imc.decode(packet), packet, None)
+        vehicle.kernel.after(9.0, vehicle.bus.deliver_and_send, imc.decode(packet), packet, None)
 
     assert flown("lauv-noptilus-1", tmp_path, prepared).completed
     found = {log.path.parent.name.partition("_")[2]: log for log in logs(tmp_path)}
@@ -176,7 +176,7 @@ def test_a_thousand_requests_make_few_logs_and_lose_nothing(tmp_path: Path) -> N
         for number in range(1000):
             request = imc.LoggingControl(op=Op.REQUEST_START, name=f"n{number}")
             packet = imc.encode_with_header(request, vehicle.start_time, OPERATOR, 3, vehicle.system, 0xFF)
-            vehicle.kernel.after(2.0 + number / 1000, vehicle.bus.dispatch, imc.decode(packet), packet, None)
+            vehicle.kernel.after(2.0 + number / 1000, vehicle.bus.deliver_and_send, imc.decode(packet), packet, None)
 
     assert flown("lauv-noptilus-1", tmp_path, prepared).completed
     assert flown("lauv-noptilus-1", tmp_path / "undisturbed").completed
@@ -214,7 +214,7 @@ def test_plans_are_kept_in_memory_where_no_file_can_be_made(tmp_path: Path) -> N
             packet = imc.encode_with_header(
                 imc.PlanDB(op=op, plan_id="p", arg=plan), 1.0, OPERATOR, 3, vehicle.system, 0xFF
             )
-            vehicle.kernel.after(2.0, vehicle.bus.dispatch, imc.decode(packet), packet, None)
+            vehicle.kernel.after(2.0, vehicle.bus.deliver_and_send, imc.decode(packet), packet, None)
         vehicle.run(4.0)
         state = vehicle.task("Plan.DB").entity
         assert (state.state, state.description.partition(":")[0]) == (

@@ -59,7 +59,7 @@ def test_stations_on_a_listening_link_come_and_go():
             await station.expect("HEARTBEAT")
         await control.sleep(2.0)
         assert stations[2].take() == []
-        assert task.link_set.counts["refused"] >= 1
+        assert task.link_set.drop_counts["refused"] >= 1
         assert "2 in contact" in task.entity.description
         for _ in range(40):
             stations[0].send("HEARTBEAT", type=6)
@@ -115,18 +115,18 @@ def test_rubbish_and_floods_are_counted_and_nobody_else_suffers():
             bad.socket.sendto(rubbish, bad.vehicle)
         bad.order(400, 1, target=99)
         await good.quiet(1.0)
-        assert task.link_set.counts["malformed"] >= 6
-        assert task.link_set.counts["foreign"] == 1
+        assert task.link_set.drop_counts["malformed"] >= 6
+        assert task.link_set.drop_counts["foreign"] == 1
         for _ in range(15):
             for _ in range(100):
                 bad.order(400, 2)
             good.order(512, 148)
             assert (await good.expect("COMMAND_ACK"))["result"] == 0
-        assert task.link_set.counts["dropped"] > 0
+        assert task.link_set.drop_counts["dropped"] > 0
         bad.take()
         await good.quiet(1.1)
         for name in ("malformed", "foreign", "dropped"):
-            assert f"{name} {task.link_set.counts[name]}" in task.entity.description
+            assert f"{name} {task.link_set.drop_counts[name]}" in task.entity.description
         assert task.entity.state is State.NORMAL
 
     port = free_port()
@@ -148,9 +148,9 @@ def test_a_flood_of_many_stations_is_dropped_unread_and_the_first_station_is_ser
             await control.sleep(0.002)
         good.order(512, 148)
         assert (await good.expect("COMMAND_ACK"))["result"] == 0
-        assert task.link_set.counts["dropped"] > 500
+        assert task.link_set.drop_counts["dropped"] > 500
         allowed = 500 + 500 * (control.now - before) + 50
-        assert task.link_set.counts["malformed"] / 200 <= allowed, "those without a session share one limit"
+        assert task.link_set.drop_counts["malformed"] / 200 <= allowed, "those without a session share one limit"
         for each in flood:
             each.close()
 
@@ -200,7 +200,7 @@ def test_parameters_go_over_the_bus_and_all_stations_see_them():
         for station in (one, other):
             assert (await station.expect("PARAM_VALUE"))["param_value"] == 1.5
         wish = imc.EntityParameter(name="Limit", value="3.0")
-        winch = control.task.vehicle.find("Winch")
+        winch = control.task.vehicle.task_by_label("Winch")
         winch.publish(imc.SetEntityParameters(name="Winch", params=(wish,)))
         for station in (one, other):
             value = await station.expect("PARAM_VALUE")
@@ -225,7 +225,7 @@ def test_own_rates_are_set_like_any_parameter():
         await station.meet()
         control.publish(STATE)
         await station.expect("ATTITUDE")
-        rate = next(e for e in mavlink(control).endpoint.parameters if e.parameter.name == "Attitude Rate")
+        rate = next(e for e in mavlink(control).endpoint.parameters if e.declaration.name == "Attitude Rate")
         station.send("PARAM_SET", target_system=26, param_id=rate.id.encode(), param_value=50.0, param_type=9)
         assert (await station.expect("PARAM_VALUE"))["param_value"] == 50.0
         control.publish(STATE)

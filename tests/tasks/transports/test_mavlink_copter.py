@@ -20,12 +20,12 @@ PLAN = parse_plan("plan: hop\nmaneuvers:\n  - takeoff: {altitude: 6, speed: 1.5 
 
 
 def beat(desk):
-    desk.session.send_now("HEARTBEAT", desk.now)
+    desk.session.build_and_send("HEARTBEAT", desk.now)
     return desk.said()[-1].values
 
 
 def landed(desk):
-    desk.session.send_now("EXTENDED_SYS_STATE", desk.now)
+    desk.session.build_and_send("EXTENDED_SYS_STATE", desk.now)
     return desk.said()[-1].values["landed_state"]
 
 
@@ -126,7 +126,7 @@ class Pilot:
         packet = imc.encode_with_header(
             message, self.vehicle.kernel.now_ns / 1e9, 0x4000, 0xFF, self.vehicle.system, 0xFF
         )
-        self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
+        self.vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
 
     def begin(self):
         self.publish(imc.PlanControl(op=imc.PlanControl.Op.START, plan_id=PLAN.plan_id, arg=PLAN, request_id=1))

@@ -197,7 +197,7 @@ def test_a_recorded_connection(tmp_path):
         if message.name == "COMMAND_LONG" and message.values["target_component"] == 1:
             assert client.wait(AT_ONCE, "COMMAND_ACK").values["command"] == message.values["command"]
     client.wait(2.0)
-    counts = afloat.task.link_set.counts
+    counts = afloat.task.link_set.drop_counts
     afloat.vehicle.close()
     heard = [(name, values) for _, name, values in client.heard]
     names = [name for name, _ in heard]

@@ -188,6 +188,6 @@ def test_nothing_raises(one_log, wishes):
     server = LogServer(VirtualFiles({}, DiskFolders({"logs": one_log})), b"logs")
     for name, payload in wishes:
         definition = DIALECT.by_name[name]
-        server.receive(STATION, name, definition.unpack(definition.fill(payload)), 0.0)
+        server.receive(STATION, name, definition.unpack(definition.pad_payload(payload)), 0.0)
         server.next_message(STATION, 0.0)
     server.close()

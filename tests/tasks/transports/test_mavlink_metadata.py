@@ -11,7 +11,7 @@ from pymavlink.mavftp import MAVFTP
 from mavlink.vehicle.files.ftp_messages import FtpOpcode, checksum
 from mavlink.vehicle.files.ftp_server import FtpServer
 from mavlink.vehicle.files.virtual_files import VirtualFiles
-from mavlink.vehicle.parameters.metadata import ComponentMetadata, description, packed_parameters
+from mavlink.vehicle.parameters.metadata import ComponentMetadata, packed_parameters, parameter_metadata
 from mavlink.vehicle.parameters.table import ParameterTable
 from runtime import Task, param
 from runtime.kernel import VirtualClock
@@ -96,10 +96,10 @@ def test_every_parameter_fits_the_schema(metadata, vehicle):
 def test_every_parameter_has_its_names_of_the_profile(metadata, vehicle):
     named = {item["name"]: item for item in json.loads(metadata.parameters)["parameters"]}
     for entry in ParameterTable(task_parameters(vehicle.tasks)):
-        item, name = named[entry.id], entry.parameter.name
+        item, name = named[entry.id], entry.declaration.name
         assert (item["group"], item["shortDesc"]) == (entry.view.label, f"{entry.view.label}: {name}")
         assert item["longDesc"].endswith(f" In the profile: [{entry.view.section}] {name}")
-        assert item["longDesc"].startswith(entry.parameter.description)
+        assert item["longDesc"].startswith(entry.declaration.description)
 
 
 class Sonar(Task):
@@ -116,10 +116,14 @@ class Sonar(Task):
 
 def test_descriptions():
     table = ParameterTable(task_parameters(simulate(Sonar, seconds=0.0, section="Sonars.Sonar/Front").vehicle.tasks))
-    found = {entry.parameter.name: description(entry) for entry in table if entry.view.section == "Sonars.Sonar/Front"}
+    found = {
+        entry.declaration.name: parameter_metadata(entry)
+        for entry in table
+        if entry.view.section == "Sonars.Sonar/Front"
+    }
     label = found["Gain"]["group"]
     assert found["Gain"] == {
-        "name": table.of(label, "Gain").id,
+        "name": table.find_entity_parameter(label, "Gain").id,
         "type": "Float",
         "shortDesc": f"{label}: Gain",
         "longDesc": "Gain. In the profile: [Sonars.Sonar/Front] Gain",
@@ -159,7 +163,7 @@ def test_packed_parameters_as_pymavlink_reads_them(metadata, vehicle, query):
     kinds = {6: 3, 9: 4}  # MAV_PARAM_TYPE to AP_PARAM
     expected = [(entry.id.encode(), pytest.approx(entry.value), kinds[entry.type]) for entry in table]
     assert found.params == expected
-    defaults = [(e.id.encode(), pytest.approx(e.to_number(e.parameter.default)), kinds[e.type]) for e in table]
+    defaults = [(e.id.encode(), pytest.approx(e.to_number(e.declaration.default)), kinds[e.type]) for e in table]
     assert found.defaults == (defaults if query else None)
 
 

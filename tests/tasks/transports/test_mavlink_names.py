@@ -33,7 +33,7 @@ def shown(profile, tmp_path):
         log_root=tmp_path / "log",
         state_folder=tmp_path / "db",
     )
-    return {(e.view.label, e.parameter.name): e.id for e in ParameterTable(task_parameters(made.vehicle.tasks))}
+    return {(e.view.label, e.declaration.name): e.id for e in ParameterTable(task_parameters(made.vehicle.tasks))}
 
 
 @pytest.mark.parametrize("profile", PROFILES)

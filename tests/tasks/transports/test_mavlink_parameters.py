@@ -46,7 +46,7 @@ def table():
 
 @pytest.fixture
 def sonar(table):
-    return {entry.parameter.attribute: entry for entry in table if entry.view.section == "Sonar"}
+    return {entry.declaration.attribute: entry for entry in table if entry.view.section == "Sonar"}
 
 
 def test_table_has_the_numbers_booleans_and_choices(table, sonar):
@@ -60,15 +60,19 @@ def test_table_has_the_numbers_booleans_and_choices(table, sonar):
     assert [entry.index for entry in table] == list(range(len(table)))
     assert sonar["gain"].id == "SONAR_GAIN"
     assert all(table.named(entry.id.encode()) is entry and table.at(entry.index) is entry for entry in table)
-    assert (table.named(b"NOTHING"), table.at(-1), table.at(len(table)), table.of("Sonar", "?")) == (None,) * 4
-    assert table.of("Sonar", "Gain") is sonar["gain"]
+    assert (table.named(b"NOTHING"), table.at(-1), table.at(len(table)), table.find_entity_parameter("Sonar", "?")) == (
+        None,
+    ) * 4
+    assert table.find_entity_parameter("Sonar", "Gain") is sonar["gain"]
 
 
 def test_a_profile_can_take_a_parameter_from_the_table():
     tasks = simulate(Sonar, seconds=0.0, section="Sonar").vehicle.tasks
     for task in tasks:
         task.parameter_set.redeclare("Gain", {"editable": "false"})
-    names = {entry.parameter.name for entry in ParameterTable(task_parameters(tasks)) if entry.view.section == "Sonar"}
+    names = {
+        entry.declaration.name for entry in ParameterTable(task_parameters(tasks)) if entry.view.section == "Sonar"
+    }
     assert "Pings" in names
     assert "Gain" not in names
 
@@ -90,32 +94,32 @@ def test_the_two_encodings_of_an_integer(sonar):
 @given(st.integers(-(2**31), 2**31 - 1))
 def test_integers_survive_bytewise(value):
     table = ParameterTable(task_parameters(simulate((Sonar), seconds=0.0, section="Sonar", pings=value).vehicle.tasks))
-    entry = table.of("Sonar", "Pings")
-    assert int(entry.decode_text(entry.encoded(PX4), INT32, PX4)) == value
+    entry = table.find_entity_parameter("Sonar", "Pings")
+    assert int(entry.decode_param_value(entry.encoded(PX4), INT32, PX4)) == value
     if abs(value) <= 2**24:
-        assert int(entry.decode_text(entry.encoded(ARDUPILOT), INT32, ARDUPILOT)) == value
+        assert int(entry.decode_param_value(entry.encoded(ARDUPILOT), INT32, ARDUPILOT)) == value
 
 
 def test_pattern_of_a_signalling_nan_survives_as_integer(sonar):
-    assert sonar["pings"].text(struct.pack("<i", 0x7F800001), INT32, PX4) == str(0x7F800001)
+    assert sonar["pings"].decode_text(struct.pack("<i", 0x7F800001), INT32, PX4) == str(0x7F800001)
 
 
 @pytest.mark.parametrize("flavor", [PX4, ARDUPILOT])
 @given(value=st.floats(0.0, 10.0, width=32))
 def test_floats_survive(flavor, value):
     parameter = Sonar.parameters()["Gain"]
-    entry = next(e for e in ParameterTable(task_parameters(TASKS)) if e.parameter is parameter)
-    text = entry.decode_text(struct.pack("<f", value), REAL32, flavor)
+    entry = next(e for e in ParameterTable(task_parameters(TASKS)) if e.declaration is parameter)
+    text = entry.decode_param_value(struct.pack("<f", value), REAL32, flavor)
     assert np.float32(float(text)) == np.float32(value)
 
 
 def test_text_is_the_short_decimal(sonar):
-    assert sonar["gain"].text(struct.pack("<f", 0.1), REAL32, PX4) == "0.1"
+    assert sonar["gain"].decode_text(struct.pack("<f", 0.1), REAL32, PX4) == "0.1"
 
 
 def test_choices_and_booleans_are_set_by_number(sonar):
-    assert sonar["beamforming_window_selection"].text(struct.pack("<i", 2), INT32, PX4) == "hamming"
-    assert sonar["enabled_beams"].text(struct.pack("<f", 0.0), INT32, ARDUPILOT) == "false"
+    assert sonar["beamforming_window_selection"].decode_text(struct.pack("<i", 2), INT32, PX4) == "hamming"
+    assert sonar["enabled_beams"].decode_text(struct.pack("<f", 0.0), INT32, ARDUPILOT) == "false"
 
 
 @pytest.mark.parametrize(
@@ -134,7 +138,7 @@ def test_choices_and_booleans_are_set_by_number(sonar):
 )
 def test_refusals(sonar, name, raw, kind, flavor, code):
     with pytest.raises(ParameterRefusal) as caught:
-        sonar[name].text(raw, kind, flavor)
+        sonar[name].decode_text(raw, kind, flavor)
     assert caught.value.code == code
 
 

@@ -65,7 +65,7 @@ def test_a_station_of_pymavlink_with_the_key_is_heard_and_hears(key, station):
             assert await answer(control, each) == 0
             assert (each.mav.signing.badsig_count, each.mav.signing.reject_count) == (0, 0)
             assert each.mav.signing.goodsig_count > 0
-        assert not +mavlink(control).link_set.counts
+        assert not +mavlink(control).link_set.drop_counts
 
     port, other = free_port(), tcp_port()
     run = sail(script, f"udpin://{HOST}:{port}?key={key}", f"tcpin://{HOST}:{other}?key={key}", clock=WallClock())
@@ -81,7 +81,7 @@ def test_strangers_get_nothing_and_are_counted(key, station):
         assert await answer(control, wrong, 400, seconds=0.3) is None
         assert await plain.quiet(0.3) == []
         task = mavlink(control)
-        assert (task.link_set.counts["unsigned"], task.link_set.counts["forged"]) == (1, 1)
+        assert (task.link_set.drop_counts["unsigned"], task.link_set.drop_counts["forged"]) == (1, 1)
         assert not task.endpoint.model.armed
         assert task.endpoint.sessions == []
         good = station(f"udpout:{HOST}:{port}")
@@ -101,7 +101,7 @@ def test_what_was_recorded_is_not_obeyed_again_on_another_link_either(key, stati
         thief = Station(control)
         for thief.vehicle in ((HOST, port) for port in ports):
             thief.transmit(recorded[0])
-        await until(control, lambda: mavlink(control).link_set.counts["replayed"] == 2)
+        await until(control, lambda: mavlink(control).link_set.drop_counts["replayed"] == 2)
         assert len(mavlink(control).endpoint.sessions) == 1
         assert await answer(control, good) == 0
 
@@ -117,7 +117,7 @@ def test_a_forged_time_locks_nobody_out(key, station):
         assert await answer(control, good) == 0
         assert await answer(control, forger, seconds=0.2) is None
         assert await answer(control, good) == 0
-        assert mavlink(control).link_set.counts["forged"] == 1
+        assert mavlink(control).link_set.drop_counts["forged"] == 1
 
     port = free_port()
     sail(script, f"udpin://{HOST}:{port}?key={key}", clock=WallClock())

@@ -49,7 +49,7 @@ def said(request, tmp_path_factory):
     found = {}
     for name, stream in STREAMS.items():
         definition = DIALECT.by_name[name]
-        instances = stream.instances(sources, flavor, flown.link.now)
+        instances = stream.build_message_fields(sources, flavor, flown.link.now)
         found[name] = [definition.unpack(definition.pack(fields)) for fields in instances]
         for fields in instances:
             assert set(fields) <= {field.name for field in definition.fields}
@@ -113,7 +113,7 @@ def test_silent_sensors_are_not_repeated(said):
     try:
         model.latest._found = {kind: dict(found) for kind, found in kept.items()}
         model.forget_old(flown.link.now + 11.0)
-        names = {name for name, s in STREAMS.items() if s.instances(sources, FLAVORS["px4"], flown.link.now)}
+        names = {name for name, s in STREAMS.items() if s.build_message_fields(sources, FLAVORS["px4"], flown.link.now)}
     finally:
         model.latest._found = kept
         model.health.supervisor_silent = False
@@ -130,7 +130,7 @@ def test_silent_sensors_are_not_repeated(said):
 @pytest.mark.parametrize("flavor", FLAVORS.values())
 def test_no_stream_raises_without_a_vehicle(desk, flavor: Flavor):
     for stream in STREAMS.values():
-        stream.instances(desk.endpoint.telemetry.sources, flavor, desk.now)
+        stream.build_message_fields(desk.endpoint.telemetry.sources, flavor, desk.now)
     desk.locate(lat=math.nan, phi=math.inf, alt=-1.0, psi=math.nan)
     nan, inf = math.nan, math.inf
     for message in (
@@ -150,7 +150,7 @@ def test_no_stream_raises_without_a_vehicle(desk, flavor: Flavor):
     ):
         desk.endpoint.update_state(message, "Echo Sounder", desk.now)
         for name, stream in STREAMS.items():
-            for fields in stream.instances(desk.endpoint.telemetry.sources, flavor, desk.now):
+            for fields in stream.build_message_fields(desk.endpoint.telemetry.sources, flavor, desk.now):
                 DIALECT.by_name[name].pack(fields)
 
 
@@ -166,7 +166,7 @@ def test_named_values_are_any_numbers_of_the_bus(tmp_path):
     flown.vehicle.start()
     flown.vehicle.run(30.0)
     sources = flown.link.endpoint.telemetry.sources
-    found = STREAMS["NAMED_VALUE_FLOAT"].instances(sources, FLAVORS["px4"], flown.link.now)
+    found = STREAMS["NAMED_VALUE_FLOAT"].build_message_fields(sources, FLAVORS["px4"], flown.link.now)
     flown.vehicle.close()
     named = {fields["name"]: fields["value"] for fields in found}
     assert set(named) == {b"SoundSpeed", b"warmth", b"drift", b"Rpm"}

@@ -99,7 +99,7 @@ def converse(peer, speed):
 def test_everything_gets_through_a_bad_line(afloat, seed):
     peer = afloat.peer(**BAD, seed=seed)
     table = afloat.task.endpoint.parameters
-    assert converse(peer, table.of("MAVLink", "Hold Speed").id.encode()) == len(table)
+    assert converse(peer, table.find_entity_parameter("MAVLink", "Hold Speed").id.encode()) == len(table)
     assert afloat.task.hold_speed == 1.25
     assert afloat.plans.count("mavlink") == 1, "an order is carried out once"
     assert afloat.plans.count("hold") == 1
@@ -121,7 +121,7 @@ def test_everything_gets_through_in_real_time(tmp_path):
         peer = Peer(line, mavlink_system_id(vehicle.system))
         peer.ask(1.0, ("HOME_POSITION",), "HEARTBEAT", retries=60, type=6)
         table = vehicle.task_by_label("MAVLink").endpoint.parameters
-        assert converse(peer, table.of("MAVLink", "Hold Speed").id.encode()) == len(table)
+        assert converse(peer, table.find_entity_parameter("MAVLink", "Hold Speed").id.encode()) == len(table)
     finally:
         vehicle.kernel.post(vehicle.stop)
         thread.join()
@@ -181,7 +181,7 @@ def test_a_doubled_datagram_is_obeyed_once(afloat):
     peer.wait(0.5)  # copies of answers
     assert peer.wait(3.0, "MISSION_ACK", "MISSION_REQUEST_INT") is None
     assert afloat.plans[-2:] == ["mavlink", "hold"], "the copy of the first order comes after the second one"
-    assert afloat.task.link_set.counts["doubled"] > 3
+    assert afloat.task.link_set.drop_counts["doubled"] > 3
 
 
 def test_two_stations_at_one_port_and_one_vanishes(afloat):

@@ -155,7 +155,7 @@ told = []
 
 def test_a_full_disk_is_told_once_survived_and_costs_no_frame(logs, tmp_path):
     send = logs.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
-    logs.enter(tmp_path)
+    logs.set_folder(tmp_path)
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     for number in range(300):
         if number == 100:
@@ -176,7 +176,7 @@ def test_a_full_disk_is_told_once_survived_and_costs_no_frame(logs, tmp_path):
 
 def test_what_waits_for_a_folder_that_is_not_there_is_bounded(logs, tmp_path):
     send = logs.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
-    logs.enter(tmp_path / "nowhere")
+    logs.set_folder(tmp_path / "nowhere")
     many = MOST_WAITING // (len(frame()) + 8) + 10
     for number in range(many):
         send(frame(number))
@@ -189,7 +189,7 @@ def test_what_waits_for_a_folder_that_is_not_there_is_bounded(logs, tmp_path):
 @pytest.mark.parametrize("name", ["../../outside", "/tmp/outside"])
 def test_the_name_of_a_log_leads_nowhere_else(logs, tmp_path, name):
     send = logs.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
-    logs.follow(imc.LoggingControl(op=Op.STARTED, name=name))
+    logs.on_logging_control(imc.LoggingControl(op=Op.STARTED, name=name))
     send(frame())
     logs.flush()
     assert (told, list(tmp_path.parent.glob("outside*"))) == ([], [])
@@ -201,11 +201,11 @@ def test_signatures_and_keys_are_not_recorded(logs, tmp_path):
     signed = mavlink.MAVLink_heartbeat_message(12, 3, 81, 0, 4, 3).pack(link)
     assert signed[2] == SIGNED
     send = logs.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
-    logs.enter(tmp_path)
+    logs.set_folder(tmp_path)
     assert send(signed) == signed
     secret = mavlink.MAVLink_setup_signing_message(26, 1, b"secret" * 5 + b"xy", 1).pack(mavlink.MAVLink(None))
     (received,) = split(secret, DIALECT)[0]
-    logs.receive(ARDUPILOT, received, 1.7e9)
+    logs.record_received(ARDUPILOT, received, 1.7e9)
     logs.flush()
     assert theirs(tmp_path / "Data.tlog")[0] == {(26, "HEARTBEAT"): 1}
     assert b"secret" not in (tmp_path / "Data.tlog").read_bytes()

@@ -66,7 +66,7 @@ class Commanded:
 
     def say(self, message):
         packet = imc.encode_with_header(message, self.vehicle.kernel.now_ns / 1e9, 0x4000, 1, self.vehicle.system, 0xFF)
-        self.vehicle.bus.dispatch(imc.decode(packet), packet, None)
+        self.vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
 
     def begin(self, plan):
         self.say(imc.PlanControl(plan_id=plan.plan_id, arg=plan, request_id=1))
@@ -116,7 +116,7 @@ def test_the_first_hold_ends_the_plan_that_began_by_itself(profile, tmp_path):
     flown.vehicle.run(END - HOLD_AT)
     flown.vehicle.close()
     assert set(flown.modes[-200:]) == {"HOLD"}
-    assert flown.link.endpoint.model.guided_plan == "hold"
+    assert flown.link.endpoint.model.active_guided_plan_id == "hold"
     assert not [text for _, text in flown.link.endpoint.model.notices if text.startswith("Cannot hold")]
     assert all(abs(truth.z - depth) < (1.5 if profile == "hexa-00" else 0.7) for truth in flown.truths[-3000:])
 
@@ -145,8 +145,8 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
     other = imc.Announce(sys_name="lauv-twin", sys_type=imc.SystemType.UUV, src=0x421A)
     packet = imc.encode_with_header(other, flown.vehicle.kernel.now_ns / 1e9, 0x421A, 0, 0xFFFF, 0xFF)
     for _ in range(2):
-        flown.vehicle.bus.dispatch(imc.decode(packet), packet, None)
-    told = Services.of([Service("mavlink+info", "10.0.0.7", path="/system/27")])
+        flown.vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
+    told = Services.from_system_info([Service("mavlink+info", "10.0.0.7", path="/system/27")])
     for name, source, services in (
         ("lauv-other", 0x431A, str(told)),
         ("lauv-told", 0x431B, str(told).replace("7", "6")),
@@ -154,7 +154,7 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
     ):
         heard = other.replace(sys_name=name, services=services)
         packet = imc.encode_with_header(heard, flown.vehicle.kernel.now_ns / 1e9, source, 0, 0xFFFF, 0xFF)
-        flown.vehicle.bus.dispatch(imc.decode(packet), packet, None)
+        flown.vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
     flown.vehicle.run(1.0)
     flown.vehicle.close()
     assert [text for text in flown.log if "MAVLink id" in text][1:] == [

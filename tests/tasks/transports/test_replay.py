@@ -125,9 +125,9 @@ def test_times_that_are_astray_cost_no_time(tmp_path: Path) -> None:
 @pytest.mark.parametrize("step", [1e8, -1e8, -60.0])
 def test_a_step_of_the_clock_costs_no_time(step: float) -> None:
     timeline = Timeline(3600.0)
-    before = [timeline.advance(T0 + n / 10) for n in range(20)]
+    before = [timeline.advance_to_packet(T0 + n / 10) for n in range(20)]
     assert before == pytest.approx([n / 10 for n in range(20)])
-    after = [timeline.advance(T0 + step + n / 10) for n in range(20, 60)]
+    after = [timeline.advance_to_packet(T0 + step + n / 10) for n in range(20, 60)]
     assert timeline.steps == 1
     assert after[0] == before[-1]
     assert after[-1] == pytest.approx(after[0] + 2.0)
@@ -136,7 +136,13 @@ def test_a_step_of_the_clock_costs_no_time(step: float) -> None:
 
 def test_timeline_without_times() -> None:
     timeline = Timeline(10.0)
-    assert [timeline.advance(time) for time in (float("inf"), 5.0, 8.0, -1e300, 1e300)] == [0.0, 0.0, 3.0, 3.0, 3.0]
+    assert [timeline.advance_to_packet(time) for time in (float("inf"), 5.0, 8.0, -1e300, 1e300)] == [
+        0.0,
+        0.0,
+        3.0,
+        3.0,
+        3.0,
+    ]
 
 
 def test_message_that_is_another_one_here_is_left_out_and_told(tmp_path: Path) -> None:

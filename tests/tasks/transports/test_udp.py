@@ -70,7 +70,7 @@ def test_each_question_for_states_is_answered_whatever_the_rate_of_the_telemetry
             return found == asked
 
         vessel.until(complete, 2.0)
-        gps = vessel.vehicle.find("GPS").entity.id
+        gps = vessel.vehicle.task_by_label("GPS").entity.id
         console.send(imc.QueryEntityInfo(id=gps, dst=OWN, dst_ent=gps))
         assert console.get(imc.EntityInfo, 2.0).id == gps
         console.send(imc.GetOperationalLimits(dst=OWN))
@@ -133,7 +133,7 @@ def test_a_peer_that_sends_by_turns_from_two_addresses_is_greeted_once(vessel):
     one, two = Station(vessel, 0x4203), Station(vessel, 0x4203, address="127.0.0.2")
     vessel.until(lambda: imc.FuelLevel in {type(state) for state, _ in vessel.udp.states.values()})
     both = [Service("imc+udp", station.address, station.port) for station in (one, two)]
-    one.announce(str(Services.of(both, uid=1)))
+    one.announce(str(Services.from_system_info(both, uid=1)))
     vessel.until(lambda: vessel.udp.peers.find(0x4203))
     before = vessel.udp.taken
     for _ in range(20):
@@ -243,7 +243,7 @@ def test_hostile_services_reach_nobody_and_break_nothing(vessel):
 
 def test_two_systems_with_one_id_are_reported_and_a_restart_is_not(vessel):
     one, two = Station(vessel, 0x4800, "left"), Station(vessel, 0x4800, "right")
-    first, second = (str(Services.of(uid=uid)) for uid in (1, 2))
+    first, second = (str(Services.from_system_info(uid=uid)) for uid in (1, 2))
     one.announce(first, sys_name="left")
     vessel.logged("new system within range: left (0x4800) at 127.0.0.1")
     one.announce(second, sys_name="left")

@@ -40,7 +40,7 @@ def seen(frame):
     """The colors that each pixel of a frame has to have, and which pixels show anything."""
     height, width, _ = frame.image.shape
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    rays, valid = frame.optics.rays(np.stack((u, v), axis=-1))
+    rays, valid = frame.optics.unproject(np.stack((u, v), axis=-1))
     return colors(np.nan_to_num(rays) @ frame.pose[:3, :3].T + 1e-12), valid
 
 

@@ -18,7 +18,7 @@ from support.pose import Pose
 from tasks.vision.camera import Camera
 from tasks.vision.fisheye_camera import FisheyeCamera
 from world.optics import read_calibration
-from world.rendering import optical_transform
+from world.rendering import optical_to_body_transform
 
 WOODSCAPE = {
     "intrinsic": {
@@ -127,7 +127,7 @@ def test_a_log_says_what_each_picture_is_and_the_folder_what_each_camera(tmp_pat
     assert set(cameras) == {"Bow", "Fisheye Camera"}
     for frame in frames[-2:]:
         known = read_calibration(folder / "cameras.yaml", frame.camera)
-        rays = frame.optics.rays([[100.5, 200.5], [256.5, 230.5], [300.0, 150.0]])[0]
+        rays = frame.optics.unproject([[100.5, 200.5], [256.5, 230.5], [300.0, 150.0]])[0]
         assert known.project(rays)[0] == pytest.approx(frame.optics.project(rays)[0], abs=1e-3)
         assert cameras[frame.camera]["T_BS"] == pytest.approx(frame.mount)
 
@@ -180,7 +180,7 @@ def test_an_image_that_is_empty_is_refused():
 
 def test_the_mount_of_a_frame_is_that_of_the_camera():
     run = simulate(Camera, feed=states(), mount_position=[1.0, 2.0, 1.5], mount_orientation=[0.0, 0.0, 90.0])
-    wanted = optical_transform(Pose(1.0, 2.0, 1.5, 0.0, 0.0, math.pi / 2))
+    wanted = optical_to_body_transform(Pose(1.0, 2.0, 1.5, 0.0, 0.0, math.pi / 2))
     assert run.frames[0].mount == pytest.approx(wanted)
     assert run.frames[0].mount[:3, 2] == pytest.approx([0.0, 1.0, 0.0])
 

@@ -19,7 +19,7 @@ from tasks.simulated_world import world_of
 from tasks.vision.cameras.image_writer import write_picture
 from tasks.vision.fisheye_camera import FisheyeCamera
 from world.rendering import ScenePose
-from world.rendering.renderer import camera_rotation
+from world.rendering.renderer import optical_to_ned_rotation
 
 NORMAL, FAULT, FAILURE = (imc.EntityState.State[name] for name in ("NORMAL", "FAULT", "FAILURE"))
 START = 1_767_225_600_000_000_000  # ns
@@ -65,7 +65,9 @@ def test_gliders_lie_off_the_place_where_the_vehicle_is_first_seen():
     assert run.frames[-1].info["north"] == pytest.approx(1.0, abs=0.01)
     red, green, blue = np.moveaxis(run.frames[1].image[..., :3].astype(int), -1, 0)
     rows, columns = np.nonzero((red > 150) & (green > 120) & (blue < 90))
-    place = run.task.camera.optics.project(np.array([0.0, 0.3, 3.92]) @ camera_rotation(ScenePose(0.0, 0.0, 4.0)))[0]
+    place = run.task.camera.optics.project(
+        np.array([0.0, 0.3, 3.92]) @ optical_to_ned_rotation(ScenePose(0.0, 0.0, 4.0))
+    )[0]
     assert np.hypot(columns.mean() + 0.5 - place[0], rows.mean() + 0.5 - place[1]) < 1.5
 
 

@@ -16,7 +16,7 @@ from tasks.vision import fisheye_camera
 from world import read_world
 from world.optics import LENS_PRESETS, DoubleSphereModel, FisheyeModel, PinholeModel, preset_lens
 from world.rendering import ScenePose
-from world.rendering.renderer import camera_rotation
+from world.rendering.renderer import optical_to_ned_rotation
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 GLIDERS = [(float(north), float(east)) for north in range(-20, 40, 4) for east in range(-20, 24, 4)]
@@ -62,7 +62,7 @@ def true_pose(truths, time):
 def ahead(pose, downs):
     """The gliders, `downs` (m) below a camera, in its optical frame."""
     to_gliders = [(n - pose.north, e - pose.east, down) for (n, e), down in zip(GLIDERS, downs, strict=True)]
-    return np.array(to_gliders) @ camera_rotation(pose)
+    return np.array(to_gliders) @ optical_to_ned_rotation(pose)
 
 
 @pytest.mark.heavy

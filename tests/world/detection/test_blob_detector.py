@@ -10,7 +10,7 @@ from world.detection import YELLOW, BlobDetector
 from world.detection.connected_components import label_components
 from world.optics import FisheyeModel, preset_lens
 from world.rendering import Glider, SceneCamera, ScenePose
-from world.rendering.renderer import camera_rotation
+from world.rendering.renderer import optical_to_ned_rotation
 
 WATER = np.array([60.0, 120.0, 110.0])
 DETECTOR = BlobDetector()
@@ -47,7 +47,9 @@ def test_finds_the_gliders_of_rendered_pictures_and_nothing_else(scene, sigma):
         )
         places = ((3.0, -1.0), (-2.0, 4.0), (-4.0, -3.0))
         picture = fisheye(scene).take_picture(pose, [Glider(pose.north + n, pose.east + e) for n, e in places])
-        expected = fisheye(scene).optics.project(np.array([(n, e, 8.0) for n, e in places]) @ camera_rotation(pose))[0]
+        expected = fisheye(scene).optics.project(
+            np.array([(n, e, 8.0) for n, e in places]) @ optical_to_ned_rotation(pose)
+        )[0]
         found = np.array([(mark.u, mark.v) for mark in DETECTOR.detect(noisy(picture, sigma, time))])
         assert len(found) == 3
         apart = np.linalg.norm(found[:, None] - expected, axis=-1)

@@ -9,7 +9,7 @@ from support.pose import DOWN, Pose, euler_angles
 from support.rotations import rotation
 from world.detection import DetectionAccuracy, PoseOverPlane, fits_size, project_to_plane
 from world.optics import DoubleSphereModel, FisheyeModel, PinholeModel, preset_lens
-from world.rendering import optical_transform
+from world.rendering import optical_to_body_transform
 
 CAMERAS = [
     PinholeModel(1280, 960, 800.0, 780.0, 630.0, 470.0, k1=-0.2, k2=0.05, p1=1e-3),
@@ -34,8 +34,8 @@ def seen_at(camera, mount, standing, offset):
 @pytest.mark.parametrize("mount", MOUNTS, ids=["down", "askew"])
 @pytest.mark.parametrize("offset", [(0.3, 0.2), (1.0, -0.4), (-0.3, 1.5)])
 def test_the_pixel_of_a_place_leads_back_to_it(camera, mount, offset):
-    pixel = seen_at(camera, optical_transform(mount), STANDING, offset)
-    (seen,) = project_to_plane(camera, optical_transform(mount), STANDING, pixel, EXACT)
+    pixel = seen_at(camera, optical_to_body_transform(mount), STANDING, offset)
+    (seen,) = project_to_plane(camera, optical_to_body_transform(mount), STANDING, pixel, EXACT)
     assert (seen.north, seen.east) == pytest.approx(offset, abs=1e-8)
     below = math.dist((*offset, STANDING.height), (0.0, 0.0, 0.0))
     assert seen.distance == pytest.approx(below, abs=0.6)
@@ -47,7 +47,7 @@ def test_derivatives_are_those_of_finite_differences(mount, height):
     camera, step = CAMERAS[1], 1e-5
     if height < 0.0:
         mount = mount.compose(Pose(theta=math.pi))
-    standing, matrix = STANDING._replace(height=height), optical_transform(mount)
+    standing, matrix = STANDING._replace(height=height), optical_to_body_transform(mount)
     pixel = np.array([300.0, 220.0])
 
     def place(standing=standing, pixel=pixel):
@@ -69,7 +69,7 @@ def test_derivatives_are_those_of_finite_differences(mount, height):
 
 
 def test_what_does_not_meet_the_plane_is_not_located():
-    camera, mount = CAMERAS[1], optical_transform(DOWN)
+    camera, mount = CAMERAS[1], optical_to_body_transform(DOWN)
     level = STANDING._replace(angles=(0.0, 0.0, 0.0))
     pixels = [(256.0, 256.0), (900.0, 256.0), (math.nan, 3.0)]
     below, beside, nowhere = project_to_plane(camera, mount, level, pixels, DetectionAccuracy())
@@ -85,7 +85,7 @@ def test_what_does_not_meet_the_plane_is_not_located():
 
 def test_covariance_of_a_level_vehicle_is_that_of_plain_trigonometry():
     """40° off the nadir: what pixels, tilt, heading and height do, one at a time."""
-    camera, mount, angle, height = CAMERAS[1], optical_transform(DOWN), math.radians(40.0), 10.0
+    camera, mount, angle, height = CAMERAS[1], optical_to_body_transform(DOWN), math.radians(40.0), 10.0
     standing = PoseOverPlane(0.0, 0.0, height, (0.0, 0.0, 0.0))
     ahead = (256.0, 256.0 - 163.0 * angle)
     none = {"pixel": 0.0, "shape": 0.0, "attitude": 0.0, "heading": 0.0, "height": 0.0, "slope": 0.0}
@@ -100,16 +100,16 @@ def test_covariance_of_a_level_vehicle_is_that_of_plain_trigonometry():
     ):
         accuracy = DetectionAccuracy(**none | {name: value})
         (seen,) = project_to_plane(camera, mount, standing, ahead, accuracy)
-        sigma = np.sqrt(np.diag(seen.covariance(accuracy.variances(height))))
+        sigma = np.sqrt(np.diag(seen.covariance(accuracy.pose_error_variances(height))))
         assert sigma == pytest.approx([north, east], rel=1e-4, abs=1e-9), name
 
 
 def test_the_size_of_a_glider():
     (near,) = project_to_plane(
-        CAMERAS[1], optical_transform(DOWN), STANDING._replace(height=5.0), (256.0, 256.0), DetectionAccuracy()
+        CAMERAS[1], optical_to_body_transform(DOWN), STANDING._replace(height=5.0), (256.0, 256.0), DetectionAccuracy()
     )
     (far,) = project_to_plane(
-        CAMERAS[1], optical_transform(DOWN), STANDING._replace(height=20.0), (256.0, 256.0), DetectionAccuracy()
+        CAMERAS[1], optical_to_body_transform(DOWN), STANDING._replace(height=20.0), (256.0, 256.0), DetectionAccuracy()
     )
     gliders = [0.8 * 0.16 * (163.0 / height) ** 2 for height in (5.0, 20.0)]
     assert [fits_size(near, pixels, 0.8, 0.16) for pixels in (gliders[0], gliders[1] / 4, 25.0 * gliders[0])] == [

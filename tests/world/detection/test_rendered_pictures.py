@@ -16,10 +16,10 @@ from world.detection import (
     project_to_plane,
 )
 from world.optics import PinholeModel
-from world.rendering import Glider, SceneCamera, ScenePose, optical_transform
+from world.rendering import Glider, SceneCamera, ScenePose, optical_to_body_transform
 
 HEIGHT = 10.0
-MOUNT = optical_transform(DOWN)
+MOUNT = optical_to_body_transform(DOWN)
 EXACT = DetectionAccuracy(attitude=0.0, heading=0.0, height=0.0, slope=0.0, place=0.0)
 
 

@@ -22,8 +22,20 @@ def test_misses_false_alarms_and_exchanged_numbers_are_counted():
     shown = np.array([[True, True]] * 4 + [[True, False]] * 3)
     found = judged([1, 2, 1, 9, 3, 9, 4], offsets, shown=shown)
     first, second = found.objects
-    assert (first.pictures, first.detections, first.missed, first.ids, first.switches) == (7, 3, 4, (1, 3), 1)
-    assert (second.pictures, second.detections, second.missed, second.ids, second.switches) == (4, 1, 3, (2,), 0)
+    assert (first.pictures, first.detections, first.missed_picture_count, first.ids, first.switches) == (
+        7,
+        3,
+        4,
+        (1, 3),
+        1,
+    )
+    assert (second.pictures, second.detections, second.missed_picture_count, second.ids, second.switches) == (
+        4,
+        1,
+        3,
+        (2,),
+        0,
+    )
     assert (found.false_alarms, found.false_ids) == (3, 2)
     assert first.rms == pytest.approx(0.1)
     assert second.rms == pytest.approx(0.2)
@@ -40,7 +52,7 @@ def test_nees_is_two_for_errors_as_large_as_told():
 
 def test_without_detections_pictures_or_things_nothing_is_claimed():
     empty = judged([], [])
-    assert [(thing.pictures, thing.detections, thing.missed, thing.ids) for thing in empty.objects] == [
+    assert [(thing.pictures, thing.detections, thing.missed_picture_count, thing.ids) for thing in empty.objects] == [
         (-1, 0, 0, ())
     ] * 2
     assert math.isnan(empty.objects[0].rms)

@@ -9,7 +9,7 @@ from support.pose import DOWN, euler_angles
 from support.rotations import rotation
 from world.detection import DetectionAccuracy, PoseOverPlane, Tracker, TrackerSettings, project_to_plane
 from world.optics import FisheyeModel, preset_lens
-from world.rendering import optical_transform
+from world.rendering import optical_to_body_transform
 
 CAMERA = FisheyeModel(1280, 960, 800.0, 800.0, 640.0, 480.0, preset_lens("equidistant", 2.0))
 RATE = 5.0  # Hz
@@ -18,7 +18,7 @@ RUNS = 100
 BAND = (1.627, 2.411)  # 95 % of the mean of 100 values of chi² with two degrees of freedom, over 2 * 100
 
 
-MOUNT = optical_transform(DOWN._replace(x=0.5, z=0.1))
+MOUNT = optical_to_body_transform(DOWN._replace(x=0.5, z=0.1))
 UPRIGHT = PoseOverPlane(0.0, 0.0, 10.0, (0.0, 0.0, 0.0))
 
 
@@ -27,7 +27,7 @@ class Errors:
 
     def __init__(self, accuracy, random):
         self.left = accuracy.error_decay(1.0 / RATE)
-        self.sigmas = np.sqrt(accuracy.variances(10.0))
+        self.sigmas = np.sqrt(accuracy.pose_error_variances(10.0))
         self.random = random
         self.now = random.normal(size=6) * self.sigmas
 
@@ -133,7 +133,7 @@ def test_an_id_is_kept_while_the_glider_is_out_of_sight_and_never_used_again():
     found = seen(tracker, pictures)
     assert found[204:206] == [[1], [1]]
     assert found[-4:] == [[], [], [2], [2]]
-    tracker.drop_tracks()
+    tracker.drop_all_tracks()
     assert seen(tracker, [[(1, 1)]] * 3)[-1] == [3]
 
 

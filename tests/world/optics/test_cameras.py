@@ -58,7 +58,7 @@ def test_a_ray_comes_back_through_its_pixel(name, share, turn, distance):
     camera = CAMERAS[name]
     true = ray(share * widest(camera), turn)
     pixel, _ = camera.project(distance * true)
-    back, found = camera.rays(pixel)
+    back, found = camera.unproject(pixel)
     assert found
     assert back == pytest.approx(true, abs=1e-9)
 
@@ -90,7 +90,7 @@ def test_many_points_at_once_are_as_one_by_one(camera):
         single, is_seen = camera.project(points[place])
         assert (single == pytest.approx(pixels[place], nan_ok=True), is_seen) == (True, seen[place])
     assert camera.jacobian(points).shape == (4, 5, 2, 3)
-    rays, found = camera.rays(pixels[seen])
+    rays, found = camera.unproject(pixels[seen])
     assert found.all()
     assert rays == pytest.approx(points[seen] / np.linalg.norm(points[seen], axis=-1, keepdims=True), abs=1e-9)
 
@@ -100,7 +100,7 @@ def test_what_is_behind_or_beside_the_picture_is_not_seen(camera):
     assert seen.tolist() == [False, False, True]
     assert np.isnan(pixels[0]).all()
     assert pixels[2] == pytest.approx([camera.cx, camera.cy])
-    beside = camera.rays([-1.0, camera.cy])[0]
+    beside = camera.unproject([-1.0, camera.cy])[0]
     assert not camera.project(beside)[1]
 
 
@@ -120,7 +120,7 @@ def test_a_lens_that_folds_ends_there():
     pixels, _ = camera.project([[1.0, 0.0, 1.0], [1.1, 0.0, 1.0]])
     assert not np.isnan(pixels[0]).any()
     assert np.isnan(pixels[1]).all(), "beyond the fold, pixels would come back to the middle"
-    rays, found = camera.rays([[500.0, 248.0], [640.0, 248.0]])
+    rays, found = camera.unproject([[500.0, 248.0], [640.0, 248.0]])
     assert found.tolist() == [True, False]
     assert np.isnan(rays[1]).all()
 
@@ -130,12 +130,12 @@ def test_the_published_calibration_of_woodscape_fits():
     camera = CAMERAS["woodscape"]
     k = (339.749, -31.988, 48.275, -7.201)
     for u, v in ((0.5, 479.907), (643.942, 965.5), (1100.0, 100.0)):
-        pixel_ray, found = camera.rays([u, v])
+        pixel_ray, found = camera.unproject([u, v])
         phi = math.acos(pixel_ray[2])
         radius = math.fsum(value * phi**power for power, value in enumerate(k, start=1))
         assert found
         assert radius == pytest.approx(math.hypot(u - 643.942, v - 479.907), abs=0.01)
-    assert not camera.rays([0.5, 0.5])[1], "the corners are beyond the lens"
+    assert not camera.unproject([0.5, 0.5])[1], "the corners are beyond the lens"
 
 
 def test_kalibr_gets_the_models_that_it_has():

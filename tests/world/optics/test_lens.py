@@ -131,6 +131,6 @@ def test_rays_of_all_pixels_are_those_of_each_pixel(width, height):
     for model in (optics, replace(optics, cx=optics.cx + 0.25)):
         rays, covered = model.pixel_rays()
         u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-        each, valid = model.rays(np.stack((u, v), axis=-1))
+        each, valid = model.unproject(np.stack((u, v), axis=-1))
         np.testing.assert_array_equal(rays, each)
         np.testing.assert_array_equal(covered, valid)

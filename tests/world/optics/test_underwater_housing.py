@@ -97,7 +97,7 @@ def test_a_ray_comes_back_through_its_pixel(inner, subject, name):
     camera = put_behind_port(inner, PORTS[name], subject)
     random = np.random.default_rng(2)
     pixels = random.uniform((0, 0), (inner.width, inner.height), (300, 2))
-    rays, valid = camera.rays(pixels)
+    rays, valid = camera.unproject(pixels)
     assert valid.mean() > 0.5
     np.testing.assert_allclose(np.linalg.norm(rays[valid], axis=-1), 1.0)
     back, seen = camera.project(3.0 * rays[valid])
@@ -120,7 +120,7 @@ def test_slopes_are_those_of_the_pixels(inner, name):
 @pytest.mark.parametrize("name", PORTS)
 def test_what_is_as_far_as_the_subject_is_exact(name):
     camera = put_behind_port(PINHOLE, PORTS[name], 2.0)
-    rays, valid = camera.rays(np.random.default_rng(5).uniform((1, 1), (639, 479), (200, 2)))
+    rays, valid = camera.unproject(np.random.default_rng(5).uniform((1, 1), (639, 479), (200, 2)))
     exact, seen = camera.project_refracted(2.0 * rays[valid])
     assert seen.all()
     np.testing.assert_allclose(exact, camera.project(rays[valid])[0], atol=1e-5)
@@ -129,7 +129,7 @@ def test_what_is_as_far_as_the_subject_is_exact(name):
 def test_a_flat_port_narrows_the_view():
     """To asin(sin(half) / n), whatever its distance; 80° become 57.3°."""
     camera = put_behind_port(PINHOLE, FlatPort(distance=0.05, water=1.34))
-    border, _ = camera.rays([640.0, 240.0])
+    border, _ = camera.unproject([640.0, 240.0])
     assert 2 * math.degrees(math.atan2(border[0], border[2])) == pytest.approx(57.3, abs=0.05)
     assert math.atan2(border[0], border[2]) == pytest.approx(math.asin(math.sin(math.radians(40.0)) / 1.34))
     assert camera.jacobian([0.0, 0.0, 1.0])[0, 0] == pytest.approx(1.34 * FOCAL, rel=1e-6)
@@ -139,7 +139,7 @@ def test_how_far_a_flat_port_is_off_elsewhere_than_told():
     """docs/water.md: 80°, 640 px, a pane of 1 cm 3 cm away, right at 2 m: what is at 1 m is off by 1 to 2 px."""
     camera = put_behind_port(PINHOLE, FlatPort(), 2.0)
     assert isinstance(camera, HousedModel)
-    rays, _ = camera.rays(np.stack(np.meshgrid(np.arange(10.0, 640, 10), np.arange(10.0, 480, 10)), axis=-1))
+    rays, _ = camera.unproject(np.stack(np.meshgrid(np.arange(10.0, 640, 10), np.arange(10.0, 480, 10)), axis=-1))
     worst = {}
     for distance in (1.0, 2.0, 4.0, 1000.0):
         pixels, seen = camera.project_refracted(distance * rays)
@@ -152,7 +152,7 @@ def test_how_far_a_flat_port_is_off_elsewhere_than_told():
 def test_a_dome_around_the_center_of_the_lens_changes_nothing():
     camera = put_behind_port(FISHEYE, DomePort())
     pixels = np.random.default_rng(6).uniform((50, 50), (450, 450), (100, 2))
-    np.testing.assert_allclose(camera.rays(pixels)[0], FISHEYE.rays(pixels)[0], atol=1e-12)
+    np.testing.assert_allclose(camera.unproject(pixels)[0], FISHEYE.unproject(pixels)[0], atol=1e-12)
     assert put_behind_port(FISHEYE, None) is FISHEYE
 
 
@@ -162,7 +162,7 @@ def test_rays_behind_a_flat_port_do_not_meet_in_one_point():
     middle, border = camera.axis_crossings([[320.5, 240.0], [640.0, 240.0]])
     assert middle == pytest.approx(0.05 * (1 - 1.34), abs=1e-5)  # the picture of the pupil in the pane
     assert border < middle - 0.009
-    ray, _ = PINHOLE.rays([640.0, 240.0])
+    ray, _ = PINHOLE.unproject([640.0, 240.0])
     water = np.array([ray[0] / 1.34, 0.0, math.sqrt(1 - (ray[0] / 1.34) ** 2)])
     point = (0.0, 0.0, border) + 1.5 / water[2] * water
     np.testing.assert_allclose(camera.project_refracted(point)[0], [640.0, 240.0], atol=1e-4)

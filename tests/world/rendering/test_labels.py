@@ -61,7 +61,7 @@ class Trial:
         self.shape = self.optics.height, self.optics.width
         j, i = np.mgrid[: self.optics.height, : self.optics.width]
         self.centers = np.stack((i + 0.5, j + 0.5), axis=-1)
-        rays, valid = self.optics.rays(self.centers)
+        rays, valid = self.optics.unproject(self.centers)
         assert np.nanmax(np.abs(self.optics.project(rays)[0] - self.centers)[valid]) < 1e-6
         self.rays = rays.reshape(-1, 3)
         turn = ray_caster.camera_frame(self.standpoint, self.mount)

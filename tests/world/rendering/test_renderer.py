@@ -10,7 +10,7 @@ import pytest
 from world.optics import FisheyeModel, preset_lens
 from world.rendering import SceneCamera, ScenePose
 from world.rendering.light.water_optics import KOSCHMIEDER_CONSTANT, green_water
-from world.rendering.renderer import camera_rotation
+from world.rendering.renderer import optical_to_ned_rotation
 
 DIVING = ScenePose(north=3.0, east=-2.0, height=4.0, depth=6.0)
 FLYING = ScenePose(north=3.0, east=-2.0, height=8.0)
@@ -48,7 +48,7 @@ def test_a_glider_appears_where_it_projects_to(pose, mug):
     with_mug, without = (fisheye(scene, 220, glider_positions=mugs, visibility=200.0) for mugs in ((mug,), ()))
     down = pose.height
     expected = with_mug.optics.project(
-        np.array([mug[0] - pose.north, mug[1] - pose.east, down]) @ camera_rotation(pose)
+        np.array([mug[0] - pose.north, mug[1] - pose.east, down]) @ optical_to_ned_rotation(pose)
     )[0]
     difference = np.abs(with_mug.take_picture(pose).astype(float) - without.take_picture(pose)).sum(axis=-1)
     assert difference.max() > 100
@@ -70,7 +70,7 @@ def test_the_horizon_is_straight_in_space():
     pose = replace(FLYING, roll=0.5, pitch=0.2, yaw=1.0)
     fisheye_camera = fisheye("Sea Surface", 220)
     rays, inside = fisheye_camera.optics.pixel_rays()
-    down = (rays @ camera_rotation(pose).T)[..., 2]
+    down = (rays @ optical_to_ned_rotation(pose).T)[..., 2]
     bright = fisheye_camera.take_picture(pose)[..., 0] > SKY
     near = inside & (np.abs(down) > 0.012) & (np.abs(down) < 0.06)
     assert near.sum() > 500

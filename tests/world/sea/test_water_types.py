@@ -61,7 +61,7 @@ def test_the_medium_is_that_of_the_equation():
     """I = J exp(-bD z) + B (1 - exp(-bB z))"""
     colors, water, distance = jerlov_colors("1C"), jerlov_water("1C"), np.array([[3.0]])
     np.testing.assert_allclose(water.transmission(distance)[:, 0, 0], np.exp(-3 * colors.direct), rtol=1e-6)
-    np.testing.assert_allclose(water.glow_share(distance)[:, 0, 0], 1 - np.exp(-3 * colors.veil), rtol=1e-6)
+    np.testing.assert_allclose(water.glow_share_by_distance(distance)[:, 0, 0], 1 - np.exp(-3 * colors.veil), rtol=1e-6)
 
 
 def test_pictures_show_the_type_of_water():

@@ -48,13 +48,13 @@ def test_slope_and_velocity_are_derivatives_of_its_height():
         "down": -(waves.elevation(n, e, t + STEP) - waves.elevation(n, e, t - STEP)) / (2 * STEP),
     }
     assert (north, east) == pytest.approx((rise["north"], rise["east"]), abs=1e-6)
-    assert waves.orbital_velocity(n, e, t)[2] == pytest.approx(rise["down"], abs=1e-6)
+    assert waves.surface_orbital_velocity(n, e, t)[2] == pytest.approx(rise["down"], abs=1e-6)
 
 
 def test_water_runs_downhill():
     """Of deep water, the acceleration at the surface is g times the slope."""
     waves = sea()
-    before, after = (waves.orbital_velocity(1.0, 2.0, 5.0 + s) for s in (-STEP, STEP))
+    before, after = (waves.surface_orbital_velocity(1.0, 2.0, 5.0 + s) for s in (-STEP, STEP))
     slope = waves.surface_slope(1.0, 2.0, 5.0)
     for number in (0, 1):
         assert (after[number] - before[number]) / (2 * STEP) == pytest.approx(-9.80665 * slope[number], abs=1e-5)
@@ -68,7 +68,7 @@ def test_a_small_boat_lies_in_the_surface_and_moves_with_the_water():
     starboard = east * math.cos(0.4) - north * math.sin(0.4)
     roll, pitch, yaw = ride.angles
     assert -ride.offset[2] == pytest.approx(waves.elevation(1.0, 2.0, 9.0), abs=1e-6)
-    assert ride.velocity == pytest.approx(waves.orbital_velocity(1.0, 2.0, 9.0), abs=1e-4)
+    assert ride.velocity == pytest.approx(waves.surface_orbital_velocity(1.0, 2.0, 9.0), abs=1e-4)
     assert (math.tan(pitch), yaw) == (pytest.approx(ahead, abs=1e-4), 0.4)
     assert math.tan(roll) / math.cos(pitch) == pytest.approx(-starboard, abs=1e-4)
 

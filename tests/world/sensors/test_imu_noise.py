@@ -10,8 +10,8 @@ import pytest
 from world.sensors import NoiseDensity, NoisyTriad, StandardNormals, specific_force, vins_parameters
 
 DATA = Path(__file__).parents[2] / "data" / "sensors"
-GYROSCOPE = NoiseDensity.gyroscope(0.3, 4.6, 500.0)
-ACCELEROMETER = NoiseDensity.accelerometer(0.24, 36.0, 800.0)
+GYROSCOPE = NoiseDensity.from_gyroscope_datasheet(0.3, 4.6, 500.0)
+ACCELEROMETER = NoiseDensity.from_accelerometer_datasheet(0.24, 36.0, 800.0)
 
 
 def rows(name):

@@ -15,7 +15,7 @@ from world.sensors import (
     detection_at_pixel,
     ground_position_sigma,
     locate_like_original_camera,
-    locate_target,
+    locate_target_on_plane,
     original_mug_camera,
     target_in_camera,
 )
@@ -49,7 +49,7 @@ def test_physical(row):
         assert point is None
         return
     assert point == pytest.approx(row["uv"], abs=1e-6, rel=1e-8)
-    assert camera.covers(*point) is row["visible"]
+    assert camera.is_in_image(*point) is row["visible"]
     for at, expected in (
         (point, row["ned_back"]),
         ([math.floor(x) + 0.5 for x in point], row["ned_from_pixel_centre"]),
@@ -76,7 +76,7 @@ def test_original(row):
 
 @pytest.mark.parametrize("row", [row for row in rows("mug_edges") if "u" in row])
 def test_borders(row):
-    assert DEFAULT.covers(row["u"], row["v"]) is row["visible"]
+    assert DEFAULT.is_in_image(row["u"], row["v"]) is row["visible"]
 
 
 def test_original_border_is_not_visible():
@@ -98,11 +98,11 @@ TILT, SIDE = st.floats(-0.4, 0.4), st.floats(-1.0, 1.0)
 def test_through_the_pixel_and_back(phi, theta, psi, height, north, east):
     view, target = AttitudeAndHeight(phi, theta, psi, height), (north * height, east * height)
     point = DEFAULT.project(*target_in_camera(view, target))
-    assume(point is not None and DEFAULT.covers(*point))
+    assume(point is not None and DEFAULT.is_in_image(*point))
     back = detection_at_pixel(DEFAULT, *point, view)
     assert (back.north, back.east) == pytest.approx(target, abs=1e-9 * max(1.0, height))
     seen = offset(detect_target(DEFAULT, view, target))
-    assert locate_target(DEFAULT, view, target, view) == seen
+    assert locate_target_on_plane(DEFAULT, view, target, view) == seen
     if phi == theta == 0.0:
         size = math.hypot(
             DEFAULT.ground_sample_distance(height), height * 2 * math.tan(0.5 * DEFAULT.vertical) / DEFAULT.height
@@ -120,7 +120,7 @@ def test_through_the_pixel_and_back(phi, theta, psi, height, north, east):
 )
 def test_nothing_is_seen_upwards_or_on_the_plane(view):
     assert detect_target(DEFAULT, view, (0.0, 0.0)) is None
-    assert locate_target(DEFAULT, view, (0.0, 0.0), view) is None
+    assert locate_target_on_plane(DEFAULT, view, (0.0, 0.0), view) is None
 
 
 def test_heading_does_not_move_a_target():

@@ -129,7 +129,7 @@ def caustic_texture(random: Generator) -> NDArray[np.float32]:
     Rays that fall evenly are bent by the slopes of waves, and counted where they arrive.
     """
     f, _ = procedural_textures.noise_frequencies()
-    height = procedural_textures.gaussian_noise(random, f**-2.5 * ((f >= LONGEST) & (f <= SHORTEST)))
+    height = procedural_textures.spectral_gaussian_noise(random, f**-2.5 * ((f >= LONGEST) & (f <= SHORTEST)))
     slopes = [0.5 * (np.roll(height, -1, axis) - np.roll(height, 1, axis)) for axis in (0, 1)]
     down, right = (0.5 * (np.roll(s, -1, axis) - np.roll(s, 1, axis)) for axis, s in enumerate(slopes))
     curl = down + right

@@ -27,12 +27,12 @@ def rgb(red: float, green: float, blue: float) -> Floats:
     return np.array([red, green, blue], dtype=np.float32)[:, np.newaxis, np.newaxis]
 
 
-def elevation_sines() -> Floats:
+def palette_elevation_sines() -> Floats:
     """(ROWS, 1) sines of the elevation."""
     return ((np.arange(ROWS, dtype=np.float32) + 0.5) / ROWS)[:, np.newaxis]
 
 
-def texture_tones() -> Floats:
+def palette_texture_tones() -> Floats:
     """(SUMS,) texture from 0 to 1."""
     return np.arange(SUMS, dtype=np.float32) / (SUMS - 2)
 
@@ -63,7 +63,7 @@ class OpticalMedium:
         """(3, n, m) share of the light left after a distance (n, m) in m."""
         return np.exp(-self.attenuation * distance)
 
-    def glow_share(self, distance: Floats) -> Floats:
+    def glow_share_by_distance(self, distance: Floats) -> Floats:
         """(3, n, m) share of the glow between the camera and a distance (n, m) in m."""
         return 1 - np.exp(-self.filling * distance)
 
@@ -94,16 +94,16 @@ def glow_by_elevation(glow: Floats, upward: Floats) -> Floats:
 def sand_palette() -> Floats:
     """(3, 1, SUMS) reflectance of sand by texture."""
     dark, bright = rgb(0.17, 0.14, 0.09), rgb(2.9, 2.3, 1.55)
-    return dark + (bright - dark) * texture_tones() ** 1.6
+    return dark + (bright - dark) * palette_texture_tones() ** 1.6
 
 
 def surface_palette_from_below(roughness: float = 1.0) -> Floats:
     """(3, ROWS, SUMS): the sky inside Snell's window, a mirror of the deep outside; waves blur the rim."""
-    cosine = elevation_sines() + 0.55 * np.float32(roughness) * (texture_tones() - 0.5)
+    cosine = palette_elevation_sines() + 0.55 * np.float32(roughness) * (palette_texture_tones() - 0.5)
     inside = np.clip((cosine - WINDOW) / 0.14 + 0.5, 0.0, 1.0)
     inside = inside * inside * (3 - 2 * inside)
     window = rgb(1.15, 1.3, 1.45) * (0.45 + 0.55 * np.clip(cosine, 0.0, 1.0))
-    mirror = rgb(0.02, 0.14, 0.16) * (0.75 + 1.1 * texture_tones())
+    mirror = rgb(0.02, 0.14, 0.16) * (0.75 + 1.1 * palette_texture_tones())
     return mirror + (window - mirror) * inside
 
 
@@ -115,8 +115,8 @@ def sky_color(sine: Floats) -> Floats:
 
 def surface_palette_from_above(roughness: float = 1.0) -> Floats:
     """(3, ROWS, SUMS): the sea from above: mirrored sky (Schlick's Fresnel term), light from below, foam on crests."""
-    slope = np.float32(roughness) * (texture_tones() - 0.5)
-    cosine = np.clip(0.93 * elevation_sines() + 0.07 + 0.6 * slope, 0.0, 1.0)
+    slope = np.float32(roughness) * (palette_texture_tones() - 0.5)
+    cosine = np.clip(0.93 * palette_elevation_sines() + 0.07 + 0.6 * slope, 0.0, 1.0)
     mirrored = 0.02 + 0.70 * (1 - cosine) ** 5
     body = rgb(0.006, 0.055, 0.085) * (1.0 + 1.6 * np.clip(slope + 0.1, 0.0, 1.0))
     foam = np.clip((slope - 0.36) / 0.10, 0.0, 1.0) * 0.7
@@ -126,9 +126,9 @@ def surface_palette_from_above(roughness: float = 1.0) -> Floats:
 
 def cloud_palette() -> Floats:
     """(3, ROWS, SUMS): clouds in front of the sky."""
-    clear = sky_color(elevation_sines())
-    cover = np.clip((texture_tones() - 0.08) * 2.4, 0.0, 1.0)
-    white = 0.95 - 0.35 * np.clip(texture_tones() * 1.5 - 0.45, 0.0, 1.0)
+    clear = sky_color(palette_elevation_sines())
+    cover = np.clip((palette_texture_tones() - 0.08) * 2.4, 0.0, 1.0)
+    white = 0.95 - 0.35 * np.clip(palette_texture_tones() * 1.5 - 0.45, 0.0, 1.0)
     return clear + (white - clear) * cover
 
 

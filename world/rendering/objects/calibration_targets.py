@@ -100,7 +100,7 @@ def april_grid_cells(rows: int, columns: int) -> Floats:
     return cells
 
 
-def resting_board(board: Board, down: float) -> RestingBody:
+def board_contact_geometry(board: Board, down: float) -> RestingBody:
     """How a board lies that is `down` m below the surface."""
     rows, columns = board.cells.shape
     c, s = math.cos(board.heading), math.sin(board.heading)

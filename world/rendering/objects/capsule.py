@@ -24,7 +24,7 @@ class Capsule(NamedTuple):
     radius: float
 
     @property
-    def nearest_axis_point(self) -> Floats:
+    def axis_point_nearest_camera(self) -> Floats:
         """The point (3,) of its axis that is nearest to the camera."""
         aside = -float(self.center @ self.bow)
         return self.center + max(-self.half_length, min(self.half_length, aside)) * self.bow
@@ -72,7 +72,7 @@ class Capsule(NamedTuple):
             found = np.where(beyond, cap, side)
             return np.where(found > 0.0, found, np.inf)
 
-    def visible_share(self, optics: CameraModel) -> float:
+    def in_image_share(self, optics: CameraModel) -> float:
         """The share, 0 to 1, of what it fills of the camera's view that lies within the picture."""
         rays = self._towards()
         rays = rays[:, np.isfinite(self.ray_distances(rays))]
@@ -87,7 +87,7 @@ class Capsule(NamedTuple):
         ahead, widest = (
             (self.center / away, math.asin(size / away))
             if away > size
-            else (_unit(self.nearest_axis_point), 0.5 * math.pi)
+            else (_unit(self.axis_point_nearest_camera), 0.5 * math.pi)
         )
         across = self.bow - float(self.bow @ ahead) * ahead
         if float(np.linalg.norm(across)) < 1e-6:
@@ -96,7 +96,7 @@ class Capsule(NamedTuple):
         across = _unit(across)
         side = np.cross(ahead, across)
         length = 2.0 * math.sin(0.5 * widest)
-        clear = float(np.linalg.norm(self.nearest_axis_point)) - self.radius
+        clear = float(np.linalg.norm(self.axis_point_nearest_camera)) - self.radius
         width = length
         if clear > 0.0:
             width = min(length, self.radius / clear / math.sqrt(1.0 - 0.25 * length * length))

@@ -50,7 +50,9 @@ class CameraGlider:
     radius: float = DIAMETER / 2
 
 
-def resting_glider(north: float, east: float, down: float, heading: float, length: float, radius: float) -> RestingBody:
+def glider_contact_geometry(
+    north: float, east: float, down: float, heading: float, length: float, radius: float
+) -> RestingBody:
     """How a glider lies whose middle is at a place (m; north, east, down)."""
     points = np.empty((3, 3))
     aside = (length / 2 - radius) * np.array((-1.0, 0.0, 1.0))

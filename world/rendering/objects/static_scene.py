@@ -48,7 +48,7 @@ class StaticScene:
         """1 over the way (n,) of rays (3, n; NED per unit of way) to the nearest wall; 0 without one."""
         found = np.zeros(rays.shape[1])
         for wall in self.walls:
-            np.maximum(found, inverse_range(wall, place, rays), out=found)
+            np.maximum(found, inverse_range_to_wall(wall, place, rays), out=found)
         return found
 
     def occludes(self, place: Vector, rays: Floats, body: Floats, bed: float) -> Bools:
@@ -80,7 +80,7 @@ class StaticScene:
         return sunk if 0.0 < sunk <= deepest else 0.0
 
 
-def inverse_range(wall: Wall, place: Vector, rays: Floats) -> Floats:
+def inverse_range_to_wall(wall: Wall, place: Vector, rays: Floats) -> Floats:
     """1 over the way (n,) of rays (3, n) to a wall; 0 where they miss it. It is linear in the direction of a ray."""
     (an, ae), (bn, be) = ((n - place[0], e - place[1]) for n, e in wall)
     wn, we = bn - an, be - ae

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from world.rendering.cube_faces import Window, pixel_axis
 from world.rendering.light import LampBeam, rgb, rgba_words
-from world.rendering.objects.static_scene import Wall, inverse_range
+from world.rendering.objects.static_scene import Wall, inverse_range_to_wall
 from world.rendering.procedural_textures import TONES
 from world.rendering.scenes import ScenePose, SeabedScene
 from world.rendering.seabed import rotate
@@ -43,7 +43,7 @@ def draw_wall(
         rows = slice(start, min(start + BAND, last))
         x, y = np.meshgrid(axis[left:right], axis[rows])
         rays = rotate(turn, np.stack((x.ravel(), y.ravel(), np.ones(x.size))))
-        found = inverse_range(wall, place, rays)
+        found = inverse_range_to_wall(wall, place, rays)
         shown = near[rows, left:right]
         own = np.flatnonzero(found > np.maximum(shown.ravel(), FAINTEST))
         if own.size:
@@ -74,6 +74,6 @@ def _colors(
         (values / layer.texel + far).astype(np.int32) for values, far in ((along, 1 << 20), (pose.depth + points[2], 0))
     )
     tones = (print_.sample(column, row, level) % TONES).astype(np.float32) / (TONES - 1)
-    lit, veil = scene.ground_light(pose, lights, points, scene.daylight_share(*towards, 0.0))
+    lit, veil = scene.ground_and_veil_light(pose, lights, points, scene.daylight_share_by_normal(*towards, 0.0))
     linear = ((DARK + (BRIGHT - DARK) * tones) * lit).astype(np.float32)
     return rgba_words(linear, veil.astype(np.float32))

@@ -48,7 +48,7 @@ class DepthGrid(NamedTuple):
     shallowest_nearby: Floats
 
     @property
-    def nodes(self) -> Floats:
+    def node_depths(self) -> Floats:
         """Depths (rows, columns)."""
         found: Floats = self.coefficients[0].reshape(-1, self.columns)
         return found
@@ -91,7 +91,7 @@ class CurvedDepthGrid(NamedTuple):
     @classmethod
     def from_grid(cls, grid: DepthGrid) -> "CurvedDepthGrid":
         """With errors that are not known yet."""
-        bends = _bend(grid.nodes).ravel(), _bend(grid.nodes.T).T.ravel()
+        bends = _bend(grid.node_depths).ravel(), _bend(grid.node_depths.T).T.ravel()
         parts = np.concatenate((grid.coefficients, bends))
         parts[1] -= bends[0]
         parts[2] -= bends[1]

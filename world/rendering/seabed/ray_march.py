@@ -95,10 +95,10 @@ class RayMarch:
         steps = np.ceil(legs.horizontal * length / (STRIDE * grid.step))
         self._step = length / np.maximum(steps, 2.0)
 
-    def hits(self) -> Places:
+    def hit_ray_indices(self) -> Places:
         return np.flatnonzero(np.isfinite(self.crossing))
 
-    def run(self, cell: float, steps: int) -> None:
+    def find_crossings(self, cell: float, steps: int) -> None:
         """Find the crossings, by some steps of false position, and crests within NEARLY of a `cell`."""
         going, (starts, ends, *_) = np.arange(len(self.crossing)), self._legs
         way = starts

@@ -148,9 +148,9 @@ class SeabedIntersector:
                 part = slice(start, start + BLOCK)
                 own = every[part]
                 march = RayMarch(rays.subset(own), self._grids.grid_around(number, rays.position), legs.subset(part))
-                march.run(cell, ABOUT if exact else MOST)
+                march.find_crossings(cell, ABOUT if exact else MOST)
                 found.crest[own] = np.minimum(found.crest[own], march.crest)
-                hit = march.hits()
+                hit = march.hit_ray_indices()
                 own = own[hit]
                 found.way[own], found.fall[own], found.level[own] = march.crossing[hit], march.descent[hit], number
             left = left[found.level[left] < 0]

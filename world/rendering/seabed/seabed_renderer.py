@@ -12,7 +12,7 @@ from world.rendering.cube_faces import Window
 from world.rendering.light import LampBeam, rgba_words
 from world.rendering.procedural_textures import TONES
 from world.rendering.scenes import SHALLOWEST, ScenePose, SeabedScene
-from world.rendering.seabed.ray_grid import PITCH, TINY, RayGrid, interpolate_nodes, rotate
+from world.rendering.seabed.ray_interpolation import PITCH, TINY, RayGrid, interpolate_nodes, rotate
 from world.rendering.seabed.seabed_intersection import SeabedIntersector
 from world.rendering.textured_planes import (
     BITS,
@@ -78,7 +78,7 @@ class SeabedRenderer:
         for patch, turn, window, face, close, mask in zip(
             lattice.patches, camera @ self.turns, self.windows, pixels, near, masks, strict=True
         ):
-            nodes = patch.select(fields)
+            nodes = patch.select_face_values(fields)
             (first, last), (left, right) = window
             for cell in range(0, max(0, nodes.shape[1] - 1), BAND // PITCH):
                 rows = slice(cell, min(cell + BAND // PITCH, nodes.shape[1] - 1))
@@ -150,12 +150,12 @@ class _View:
         steep = np.sqrt(1.0 + slopes[0] ** 2 + slopes[1] ** 2)
         sine = np.abs(slopes[0] * points[0] + slopes[1] * points[1] - points[2]) / (steep * away)
         sine = np.maximum(sine, FLATTEST)
-        facing = self.scene.daylight_share(slopes[0] / steep, slopes[1] / steep, 1.0 / steep)
+        facing = self.scene.daylight_share_by_normal(slopes[0] / steep, slopes[1] / steep, 1.0 / steep)
         found = np.empty((FIELDS, len(nearness)), dtype=np.float32)
         found[0] = nearness
         coarseness = np.log2(2.0 / self.terrain.width * away) - 0.75 * np.log2(sine) - 0.3
         np.minimum(coarseness, self.coarsest, out=found[1], casting="same_kind")
-        found[2:5], found[5:8] = self.scene.ground_light(self.pose, self.lights, points, facing)
+        found[2:5], found[5:8] = self.scene.ground_and_veil_light(self.pose, self.lights, points, facing)
         return found, sine
 
     def paint(self, out: Words, turn: NDArray[np.float64], strip: Strip, fields: Floats) -> Floats:

@@ -23,7 +23,7 @@ class Heading(HeadingTask):
     slowest: float = param(0.75, "m/s", "Below this speed the gains stop growing.", name="Minimum Speed", minimum=0.1)
 
     @consume
-    def on_servo_position(self, position: imc.ServoPosition) -> None:
+    def record_servo_report_time(self, position: imc.ServoPosition) -> None:
         self._reports[position.src_ent] = self.now
 
     def actuate(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:

@@ -108,9 +108,9 @@ def test_request_data_stream(desk):
 
 def test_arming(desk):
     assert desk.command(400, 1) == (ACCEPTED, [])
-    assert desk.endpoint.shown[0][1]
+    assert desk.endpoint.urgent_state[0][1]
     assert desk.command(400, 0) == (ACCEPTED, [])
-    assert not desk.endpoint.shown[0][1]
+    assert not desk.endpoint.urgent_state[0][1]
     assert desk.command(400, 2)[0] == desk.command(400, math.nan)[0] == DENIED
 
 
@@ -122,7 +122,7 @@ def test_arming_is_denied_with_the_reason_while_an_entity_is_not_well(desk):
     assert texts(rest) == ["Arming denied: Lamp is in ERROR: bulb broken"]
     assert desk.command(400, 1, 21197)[0] == DENIED
     assert [desk.command(400, 1, force)[0] for force in (21196, 2989)] == [ACCEPTED] * 2, "2989 is MAVProxy's"
-    desk.session.send_now("HEARTBEAT", desk.now)
+    desk.session.build_and_send("HEARTBEAT", desk.now)
     assert desk.said()[0].values["system_status"] == 5
 
 
@@ -171,11 +171,11 @@ def test_heartbeat_shows_the_number_that_was_asked_for(open_desk, kind, number):
     """ArduRover's HOLD was shown as LOITER, and a station that waits for its mode waited in vain."""
     desk = open_desk("ardupilot", kind)
     desk.command(176, 1, number)
-    desk.session.send_now("HEARTBEAT", desk.now)
+    desk.session.build_and_send("HEARTBEAT", desk.now)
     assert desk.said()[0].values["custom_mode"] == number
     desk.endpoint.update_state(MANEUVER, "", desk.now)
     desk.endpoint.update_state(imc.VehicleState(op_mode=imc.VehicleState.OpMode.SERVICE), "", desk.now)
-    desk.session.send_now("HEARTBEAT", desk.now)
+    desk.session.build_and_send("HEARTBEAT", desk.now)
     assert desk.said()[0].values["custom_mode"] == {"boat": 0, "copter": 0, "submarine": 19}[kind]
 
 
@@ -287,14 +287,14 @@ def test_what_nobody_reports_any_more_is_unknown(desk):
     desk.endpoint.update_state(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
     for message in (imc.Voltage(value=24.0), imc.Current(value=2.0), imc.CpuUsage(value=7), imc.FuelLevel(value=60.0)):
         desk.endpoint.update_state(message, "Batteries", desk.now)
-    assert desk.endpoint.shown[1]
+    assert desk.endpoint.urgent_state[1]
     desk.endpoint.model.forget_old(desk.now + 3.5)
-    desk.session.send_now("HEARTBEAT", desk.now)
+    desk.session.build_and_send("HEARTBEAT", desk.now)
     beat = desk.said()[0].values
     assert (beat["system_status"], beat["base_mode"] & 128) == (5, 0)
     assert desk.command(400, 1)[0] == DENIED
     desk.endpoint.model.forget_old(desk.now + 11.0)
-    desk.session.send_now("SYS_STATUS", desk.now)
+    desk.session.build_and_send("SYS_STATUS", desk.now)
     status = desk.said()[0].values
     assert (status["voltage_battery"], status["current_battery"], status["load"]) == (0xFFFF, -1, 0)
     assert status["battery_remaining"] == 60

@@ -271,7 +271,7 @@ def test_no_sequence_of_messages_raises_or_stays_open(open_desk, messages):
     consoles = [Console(desk), Console(desk, "ardupilot", 254)]
     for name, payload, who in messages:
         definition = DIALECT.by_name[name]
-        packet = encode(definition, definition.fill(payload), 0, consoles[who].system, 190)
+        packet = encode(definition, definition.pad_payload(payload), 0, consoles[who].system, 190)
         (message,), _ = split(packet, DIALECT)
         desk.endpoint.dispatch(consoles[who].session, message, desk.now)
         desk.now += 0.05

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from shoal.campaigns import Job, UnfinishedResult, UnreadableResult, parse_cluster_address
+from shoal.campaigns import Job, UnfinishedResult, UnreadableResult, to_dask_address
 from shoal.campaigns.cluster.float_fingerprint import compute_float_fingerprint
 from shoal.campaigns.cluster.protocol import encode_line, job_from_line, job_to_line, result_from_line, result_to_line
 from shoal.campaigns.jobs.cpu_timing import TimedResult
@@ -66,7 +66,7 @@ def test_a_job_arrives_with_plain_values():
     ],
 )
 def test_addresses_are_those_of_dask(text, address):
-    assert parse_cluster_address(text) == address
+    assert to_dask_address(text) == address
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_addresses_are_those_of_dask(text, address):
 )
 def test_what_is_no_address_is_refused(text):
     with pytest.raises(ValueError, match="is no address of a cluster such as dask://scheduler:8786"):
-        parse_cluster_address(text)
+        to_dask_address(text)
 
 
 def test_a_computer_computes_as_itself():

@@ -11,10 +11,10 @@ from scipy.stats import kruskal
 from shoal.campaigns.campaign import run_study
 from shoal.campaigns.report.html_page import campaign_html
 from shoal.campaigns.report.sensitivity import (
-    choice_groups,
     eta_squared,
-    input_columns,
-    output_columns,
+    group_rows_by_choice,
+    input_arrays,
+    output_arrays,
     rank_correlations,
     sobol_indices,
 )
@@ -23,7 +23,7 @@ from shoal.campaigns.results.store import CampaignResults, ResultsError, open_re
 from shoal.campaigns.sampling.design import SamplingDesign
 from shoal.campaigns.sampling.distributions import StudyFileError, parse_distribution
 from shoal.campaigns.studies.study import load_study
-from support.located_yaml import read_tree
+from support.located_yaml import parse_yaml_tree
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 
 
@@ -99,7 +99,7 @@ def test_a_choice_is_told_by_what_was_drawn(data):
     for run, row in rows.items():
         row["metrics.drift"] = 10.0 * (run % 3) + row["metrics.drift"]
     chosen = CampaignResults(data.folder, data.metadata, rows, end=data.end)
-    groups = choice_groups(chosen.counted_rows)["values.events/0/silent"]
+    groups = group_rows_by_choice(chosen.counted_rows)["values.events/0/silent"]
     assert {word: len(places) for word, places in groups.items()} == {"<GPS>": 50, "DVL": 50, "IMU": 50}
     text = Reading(campaign_html(chosen, data.folder)).text
     table = text[text.index("Choices") : text.index("Metrics and margins")]
@@ -157,7 +157,7 @@ def test_a_page_of_errors_alone_groups_them(tmp_path, data):
 def ishigami(sampling, runs):
     """Runs of Ishigami's function, whose indices are known: 0.314, 0.442, 0 alone, 0.558, 0.442, 0.244 in total."""
     text = f"{{uniform: [{-math.pi}, {math.pi}]}}"
-    varied = {name: parse_distribution(read_tree(text, "s", StudyFileError)) for name in "abc"}
+    varied = {name: parse_distribution(parse_yaml_tree(text, "s", StudyFileError)) for name in "abc"}
     design, rows = SamplingDesign(varied, sampling, 3, runs), []
     for run in range(runs):
         a, b, c = design.raw_values(run).values()
@@ -168,17 +168,17 @@ def ishigami(sampling, runs):
 
 def test_sobol_indices_are_those_that_are_known(tmp_path):
     about, rows = ishigami("saltelli", 5 * 512)
-    found = sobol_indices(CampaignResults(tmp_path, about), rows, output_columns(rows))
+    found = sobol_indices(CampaignResults(tmp_path, about), rows, output_arrays(rows))
     for name, first, total in (("a", 0.3139, 0.5576), ("b", 0.4424, 0.4424), ("c", 0.0, 0.2437)):
         index = found[f"values.{name}", "metrics.y"]
         assert index.first_order == pytest.approx(first, abs=0.05)
         assert index.total_order == pytest.approx(total, abs=0.05)
     about, rows = ishigami("random", 2000)
-    found = sobol_indices(CampaignResults(tmp_path, about), rows, output_columns(rows))
+    found = sobol_indices(CampaignResults(tmp_path, about), rows, output_arrays(rows))
     assert found["values.b", "metrics.y"].first_order == pytest.approx(0.4424, abs=0.06)
     assert math.isnan(found["values.b", "metrics.y"].total_order)
     rows[5]["metrics.y"] = math.nan
-    assert sobol_indices(CampaignResults(tmp_path, about), rows[:90], output_columns(rows[:90])) == {}
+    assert sobol_indices(CampaignResults(tmp_path, about), rows[:90], output_arrays(rows[:90])) == {}
 
 
 def test_correlations_leave_out_what_was_not_measured():
@@ -186,6 +186,6 @@ def test_correlations_leave_out_what_was_not_measured():
     rows[4]["metrics.y"] = math.inf
     rows[5]["metrics.y"] = None
     rows[6]["metrics.z"] = 1.0
-    found = rank_correlations(input_columns(rows), output_columns(rows))
+    found = rank_correlations(input_arrays(rows), output_arrays(rows))
     assert found == {("values.x", "metrics.y"): (pytest.approx(-1.0), 28)}
-    assert np.isnan(output_columns(rows)["metrics.y"][5])
+    assert np.isnan(output_arrays(rows)["metrics.y"][5])

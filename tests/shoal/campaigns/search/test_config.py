@@ -12,7 +12,7 @@ from shoal.campaigns.search.export import to_yaml
 from shoal.campaigns.search.search_space import change_size, make_axis
 from shoal.campaigns.studies.study import load_study
 from shoal.scenarios import ScenarioFileError
-from support.located_yaml import read_tree
+from support.located_yaml import parse_yaml_tree
 from tests.shoal.campaigns.search.slope import SCENARIO, STUDY, write
 
 TEXTS = st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=12)
@@ -37,7 +37,7 @@ TREES = st.recursive(
     ],
 )
 def test_it_goes_from_one_end_of_a_distribution_to_the_other(text, low, high, ordered):
-    axis = make_axis("x", parse_distribution(read_tree(text, "s.yaml", StudyFileError)), None)
+    axis = make_axis("x", parse_distribution(parse_yaml_tree(text, "s.yaml", StudyFileError)), None)
     assert axis.levels[0] == pytest.approx(low, abs=1e-4)
     assert axis.levels[-1] == pytest.approx(high, abs=1e-4)
     assert axis.is_ordered is ordered
@@ -91,8 +91,8 @@ def test_a_search_of_nothing_is_refused(tmp_path):
 @given(st.dictionaries(TEXTS.filter(bool), TREES, min_size=1, max_size=4))
 def test_any_tree_reads_as_it_was_written(values):
     text = json.dumps(values, ensure_ascii=False)
-    tree = read_tree(text, "s.yaml")
-    again = read_tree(to_yaml(tree), "s.yaml")
+    tree = parse_yaml_tree(text, "s.yaml")
+    again = parse_yaml_tree(to_yaml(tree), "s.yaml")
     assert again.value() == tree.value()
     assert yaml.safe_load(to_yaml(tree)) == yaml.safe_load(text)  # YAML 1.1, for which 5e-324 is a text
 

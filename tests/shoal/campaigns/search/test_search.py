@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from shoal.campaigns import Shard, campaign_html, open_results, read_findings, repeat_run, run
+from shoal.campaigns import Shard, campaign_html, compute_findings, open_results, repeat_run, run
 from shoal.campaigns.campaign import run_study
 from shoal.campaigns.results.store import CampaignResults, ResultsError
 from shoal.campaigns.sampling.distributions import StudyFileError, parse_distribution
@@ -20,7 +20,7 @@ from shoal.campaigns.search.schedule import SearchSchedule
 from shoal.campaigns.search.search_space import make_axis
 from shoal.campaigns.studies.study import load_study
 from shoal.scenarios import ExpectationVerdict, ScenarioResult, load_document
-from support.located_yaml import read_tree
+from support.located_yaml import parse_yaml_tree
 from tests.shoal.campaigns.search.slope import GPS, NORTH, SCENARIO, STUDY, Slope, comparable, do, write
 
 ROOT = Path(__file__).parents[4]
@@ -33,7 +33,7 @@ def found(tmp_path_factory):
 
 
 def test_it_finds_what_breaks_a_scenario_and_the_smallest_change_that_does(found):
-    shown = read_findings(found)
+    shown = compute_findings(found)
     assert shown.baseline["run"] == 0
     assert shown.objective.value(shown.baseline) == pytest.approx(0.313)
     assert [row["run"] for row in shown.trials] == list(range(1, 30))
@@ -44,7 +44,7 @@ def test_it_finds_what_breaks_a_scenario_and_the_smallest_change_that_does(found
         map(shown.objective.value, found.counted_rows)
     )  # also of those made smaller
     assert list(shown.best_so_far) == sorted(shown.best_so_far, reverse=True)
-    [(place, north)] = shown.changes(shown.smallest_failure).items()
+    [(place, north)] = shown.changed_values_of_run(shown.smallest_failure).items()
     assert place == NORTH
     assert 0.413 <= north < 0.43
     assert len(found.rows) <= 30 + 40
@@ -54,9 +54,9 @@ def test_it_finds_what_breaks_a_scenario_and_the_smallest_change_that_does(found
 
 def test_what_it_found_is_a_scenario_that_says_why(found):
     path = found.folder / "dive.scenario.yaml"
-    shown = read_findings(found)
+    shown = compute_findings(found)
     text = path.read_text()
-    north = shown.changes(shown.smallest_failure)[NORTH]
+    north = shown.changed_values_of_run(shown.smallest_failure)[NORTH]
     assert "# Found by a search of dive.study.yaml.\n# margin of stays: -" in text
     assert f"# {NORTH} = {north:g} m/s, instead of 0.1 m/s\n" in text
     assert text.count("instead of") == 1
@@ -130,10 +130,10 @@ def test_a_folder_of_another_search_is_refused(found, tmp_path, change, words):
 
 
 def test_a_run_of_a_search_is_done_again(found):
-    shown = read_findings(found)
+    shown = compute_findings(found)
     again = repeat_run(found, shown.smallest_failure["run"], Slope())
     assert not again.differences
-    assert again.values == {NORTH: f"{shown.changes(shown.smallest_failure)[NORTH]!r} m/s"}
+    assert again.values == {NORTH: f"{shown.changed_values_of_run(shown.smallest_failure)[NORTH]!r} m/s"}
 
 
 def test_the_page_has_no_pass_rate(found):
@@ -155,7 +155,7 @@ def test_the_page_lists_the_best_runs(tmp_path, goal, kind):
     data = do(write(tmp_path, text), tmp_path / "runs")
     _, _, part = campaign_html(data, data.folder).partition(f"<h2>The 20 runs with the {kind} metrics.far</h2>")
     listed = re.findall(r'<tr><td class="n">(\d+)</td><td class="n">([^<]+)</td>', part)
-    assert int(listed[0][0]) == read_findings(data).best["run"]
+    assert int(listed[0][0]) == compute_findings(data).best["run"]
     values = [float(value) for _, value in listed]
     assert len(values) == 20
     assert values == sorted(values, reverse=goal == "maximise")
@@ -182,11 +182,11 @@ def test_a_value_without_a_unit_is_in_that_of_the_study(tmp_path, place, before,
 def test_the_best_parameters_are_options_of_a_profile(tmp_path):
     text = STUDY.replace("minimise: margin of stays, shrink: 40", "minimise: metrics.far")
     data = do(write(tmp_path, text), tmp_path / "runs")
-    shown = read_findings(data)
+    shown = compute_findings(data)
     assert shown.best["passed"]  # north below -0.9 would be better, but does not dive
-    assert shown.changes(shown.best)[NORTH] > -0.9
+    assert shown.changed_values_of_run(shown.best)[NORTH] > -0.9
     assert shown.smallest_failure is None
-    chosen = shown.changes(shown.best)[GPS]
+    chosen = shown.changed_values_of_run(shown.best)[GPS]
     ini = (tmp_path / "runs" / "tuned.ini").read_text()
     assert ini.endswith(f"[Simulators.GPS]\nHACC = {chosen}\n")
     assert "# metrics.far: " in ini
@@ -196,7 +196,9 @@ def test_the_best_parameters_are_options_of_a_profile(tmp_path):
     (tmp_path / "own.scenario.yaml").write_text(own)
     assert load_document(tmp_path / "own.scenario.yaml").current_value(GPS) == chosen
     everything = do(write(tmp_path, text.replace("metrics.far", "metrics.far, of: all")), tmp_path / "all")
-    assert read_findings(everything).objective.value(read_findings(everything).best) < shown.objective.value(shown.best)
+    assert compute_findings(everything).objective.value(compute_findings(everything).best) < shown.objective.value(
+        shown.best
+    )
 
 
 def test_a_gain_in_a_list_is_tuned(tmp_path):
@@ -207,9 +209,9 @@ def test_a_gain_in_a_list_is_tuned(tmp_path):
         f"scenario: dive.scenario.yaml\nvary: {{{gain}: {{uniform: [0.5, 3]}}}}\nsearch: {{minimise: metrics.far}}\n"
     )
     data = do(write(tmp_path, study, text), tmp_path / "runs", make=partial(Slope, gain=gain), runs=4)
-    [(place, best)] = read_findings(data).changes(read_findings(data).best).items()
+    [(place, best)] = compute_findings(data).changed_values_of_run(compute_findings(data).best).items()
     assert place == gain
-    assert read_findings(data).default_value(gain) == 1.5
+    assert compute_findings(data).default_scenario_value(gain) == 1.5
     ini = (tmp_path / "runs" / "tuned.ini").read_text()
     assert ini.endswith(f"[Control.AUV.Attitude]\nHeading PID Gains = {best}, 0, 0.15\n")
 
@@ -217,7 +219,7 @@ def test_a_gain_in_a_list_is_tuned(tmp_path):
 def test_a_scenario_that_fails_as_it_is_leaves_nothing_to_look_for(tmp_path):
     data = do(write(tmp_path, scenario=SCENARIO.replace("0.1 m/s", "0.5 m/s")), tmp_path / "runs", make=Failing)
     assert [row["part"] for row in data.counted_rows] == ["as it is"]
-    assert read_findings(data).changes(read_findings(data).smallest_failure) == {}
+    assert compute_findings(data).changed_values_of_run(compute_findings(data).smallest_failure) == {}
 
 
 class Failing(Slope):
@@ -229,7 +231,7 @@ class Failing(Slope):
 
 def test_what_ends_with_an_error_is_no_finding_about_one_expectation(tmp_path):
     data = do(write(tmp_path), tmp_path / "runs", make=partial(Slope, dead=True))
-    shown = read_findings(data)
+    shown = compute_findings(data)
     assert math.isnan(shown.objective.value(data.rows[4]))
     assert data.rows[4] not in shown.failures
     assert shown.smallest_failure is not None
@@ -239,7 +241,7 @@ def test_all_combinations_are_tried_once_and_then_it_ends(tmp_path):
     text = f"scenario: dive.scenario.yaml\nvary: {{{GPS}: {{choice: [3, 2, 7]}}}}\nsearch: {{minimise: metrics.far}}\n"
     data = do(write(tmp_path, text), tmp_path / "runs")
     assert sorted(row[f"values.{GPS}"] for row in data.counted_rows[1:]) == [3, 7]  # 2 is that of the scenario
-    assert read_findings(data).best[f"values.{GPS}"] == 7
+    assert compute_findings(data).best[f"values.{GPS}"] == 7
 
 
 def test_the_order_in_which_runs_end_does_not_matter():
@@ -261,7 +263,7 @@ def test_the_order_in_which_runs_end_does_not_matter():
                 rows[number] = {**row, **{f"values.{place}": value for place, value in values.items()}}
         return rows
 
-    node = read_tree("{uniform: [-1, 1]}", "s.yaml", StudyFileError)
+    node = parse_yaml_tree("{uniform: [-1, 1]}", "s.yaml", StudyFileError)
     axes = {place: make_axis(place, parse_distribution(node), 0.0) for place in "xy"}
     search = SearchConfig(SearchObjective("margin", "margin", is_maximized=False, only_passed=False), axes, seed=0)
     whole = rows_of(lambda runs: runs, {})

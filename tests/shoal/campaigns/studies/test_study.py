@@ -8,12 +8,12 @@ import pytest
 from shoal.campaigns.sampling.design import SamplingDesign, hashed_uniform, run_seed
 from shoal.campaigns.sampling.distributions import StudyFileError, parse_distribution
 from shoal.campaigns.studies.study import load_study
-from support.located_yaml import read_tree
+from support.located_yaml import parse_yaml_tree
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, write_study
 
 
 def made(text):
-    return parse_distribution(read_tree(text, "s.yaml", StudyFileError))
+    return parse_distribution(parse_yaml_tree(text, "s.yaml", StudyFileError))
 
 
 def load(path, **options):
@@ -77,9 +77,9 @@ def test_a_distribution_that_is_none_is_refused_with_its_line(text, words):
 
 def test_a_unit_stays_with_the_number():
     drawn = made("{uniform: [0 m/s, 0.5 m/s]}")
-    assert drawn.with_unit(drawn.quantiles([0.5])[0]) == "0.25 m/s"
+    assert drawn.append_unit(drawn.quantiles([0.5])[0]) == "0.25 m/s"
     assert made("{choice: [on, 3]}").levels == (True, 3)
-    assert made("{choice: [10 %, 20 %]}").with_unit(10.0) == "10.0 %"
+    assert made("{choice: [10 %, 20 %]}").append_unit(10.0) == "10.0 %"
 
 
 def test_draws_depend_on_seed_name_and_run_alone(tmp_path):

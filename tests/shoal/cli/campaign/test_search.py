@@ -5,7 +5,7 @@ import shutil
 import pytest
 from click.testing import CliRunner
 
-from shoal.campaigns import Job, ScenarioRunner, open_results, read_findings
+from shoal.campaigns import Job, ScenarioRunner, compute_findings, open_results
 from shoal.cli import main
 
 SCENARIO = """\
@@ -67,7 +67,7 @@ def test_it_tells_what_it_found(told):
 
 def test_what_it_found_fails_again_and_in_the_same_way(told, place):
     data = open_results(place / "campaigns" / "rest")
-    smallest = read_findings(data).smallest_failure
+    smallest = compute_findings(data).smallest_failure
     file = data.folder / "rest.scenario.yaml"
     again = ScenarioRunner()(Job(0, file))
     assert not again.passed
@@ -82,7 +82,7 @@ def test_the_report_and_a_run_again(told, place):
     done = shoal("campaign", "report", "campaigns/rest")
     assert done.exit_code == 0
     assert "smallest margin of stays near" in done.output
-    smallest = read_findings(open_results(place / "campaigns" / "rest")).smallest_failure
+    smallest = compute_findings(open_results(place / "campaigns" / "rest")).smallest_failure
     done = shoal("campaign", "rerun", "campaigns/rest", "--run", smallest["run"])
     assert done.exit_code == 0
     assert f"as it was: fingerprint {smallest['fingerprint'][:16]}" in done.output

@@ -9,7 +9,7 @@ import imc
 from runtime.logs import summarize
 from shoal.logs.edit import cut, merge
 from shoal.logs.edit.merge_logs import MergeConflict
-from shoal.logs.selection import PacketSelection, select_by_names
+from shoal.logs.selection import PacketSelection, selection_from_names
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 INF = float("inf")
@@ -33,7 +33,7 @@ def packets_of(folder: Path) -> list[bytes]:
 def cut_by(folder: Path, out: Path, **choice: object) -> list[bytes]:
     log = imc.Log(folder)
     summary = summarize(log)
-    cut(log, out, select_by_names(summary, **choice), summary.owner)
+    cut(log, out, selection_from_names(summary, **choice), summary.owner)
     return packets_of(out)
 
 

@@ -12,7 +12,7 @@ import imc
 from runtime.logs import summarize
 from shoal.logs.export import LogSource
 from shoal.logs.export.euroc import export_euroc
-from shoal.logs.export.tum import export_tum
+from shoal.logs.export.tum_rgbd import export_tum_rgbd
 from shoal.logs.export.vio_recording import quaternions
 from shoal.missions import prepare
 from support.rotations import rotation
@@ -171,7 +171,7 @@ def test_kalibr_gets_densities_and_the_articles_block_is_labelled(source, tmp_pa
 
 
 def test_a_tum_data_set_says_the_same(source, tmp_path):
-    rows = export_tum(source, tmp_path)
+    rows = export_tum_rgbd(source, tmp_path)
     files = {path.stem: np.loadtxt(path) for path in tmp_path.glob("[aeg]*.txt")}
     assert sum(map(len, files.values())) + len(list(tmp_path.glob("rgb*/*"))) == rows
     states = list(source.log.messages("SimulatedState"))

@@ -15,7 +15,7 @@ from shoal.logs.export import LogSource
 from shoal.logs.export.csv import export_csv
 from shoal.logs.export.euroc import export_euroc
 from shoal.logs.export.llf import export_llf
-from shoal.logs.export.tum import export_tum
+from shoal.logs.export.tum_rgbd import export_tum_rgbd
 from tests.mavlink.flights import DataFlashWriter, ULogWriter
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
@@ -185,7 +185,7 @@ def test_progress_is_a_share_of_the_file(tmp_path):
     assert all(0.0 < share <= 1.0 for share in told)
 
 
-@pytest.mark.parametrize("write", [export_csv, export_euroc, export_tum, export_llf])
+@pytest.mark.parametrize("write", [export_csv, export_euroc, export_tum_rgbd, export_llf])
 def test_progress_of_an_export_is_a_share_of_the_log(write, make_log, tmp_path):
     log = imc.Log(make_log([imc.encode(imc.Rpm(value=n, src=0x1A, timestamp=1.7e9 + n)) for n in range(50)]))
     told = []

@@ -64,7 +64,7 @@ def test_misses_false_alarms_switches_and_nees_of_a_shipped_vehicle(tmp_path):
     assert detector.score.false_alarms == 0
     for thing in detector.score.objects:
         assert thing.pictures >= 10
-        assert thing.missed <= 0.1 * thing.pictures
+        assert thing.missed_picture_count <= 0.1 * thing.pictures
         assert (len(thing.ids), thing.switches) == (1, 0)
         assert thing.rms < 0.5
         assert thing.nees < 2.4
@@ -76,7 +76,7 @@ def test_gliders_below_a_flying_vehicle_are_in_view_where_no_bottom_is_known(tmp
     found = judged(run("hexa-00", [*overrides, f"Vision.FisheyeCamera:Scene={scene}"], tmp_path, 20.0))
     for thing in found["MUG Detector"].score.objects:
         assert thing.pictures >= 5
-        assert thing.missed == 0
+        assert thing.missed_picture_count == 0
         assert 0.0 < thing.nees < 10.0
 
 

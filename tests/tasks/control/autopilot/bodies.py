@@ -80,7 +80,7 @@ class Body:
     def publish(self, message, source=(CONSOLE, 0xFF)):
         packet = imc.encode_with_header(message, self.vehicle.kernel.now_ns / 1e9, *source, self.vehicle.system,
                                UNKNOWN_ENTITY)  # fmt: skip
-        self.vehicle.kernel.post(self.vehicle.bus.dispatch, imc.decode(packet), packet, None)
+        self.vehicle.kernel.post(self.vehicle.bus.deliver_and_send, imc.decode(packet), packet, None)
 
     def last(self, kind):
         return self.said[kind][-1] if self.said[kind] else None

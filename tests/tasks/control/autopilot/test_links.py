@@ -56,7 +56,7 @@ def test_on_a_signed_link_only_the_key_counts(body, tmp_path):
     for _ in range(10):
         boat.tell("forge")
     go(boat)
-    counts = boat.vehicle.find("Autopilot").connection.counts
+    counts = boat.vehicle.task_by_label("Autopilot").connection.counts
     assert counts["unsigned"] >= 10
     assert counts["damaged"] >= 10
     assert counts["forged"] == counts["replayed"] == 0
@@ -66,9 +66,9 @@ def test_on_a_signed_link_only_the_key_counts(body, tmp_path):
 def test_an_autopilot_with_another_key_is_not_heard(body, tmp_path):
     address = f"udpin://127.0.0.1:{{port}}?key={key(tmp_path)}"
     boat = body("autopilot-rover", "--key", "right luggage", kind="boat", address=address)
-    task = boat.vehicle.find("Autopilot")
+    task = boat.vehicle.task_by_label("Autopilot")
     boat.wait(lambda: hasattr(task, "connection") and task.connection.counts["forged"] > 3)
-    assert not task.connection.has_autopilot
+    assert not task.connection.has_heard_autopilot
     assert not boat.said[imc.EstimatedState]
 
 

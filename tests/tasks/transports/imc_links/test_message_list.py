@@ -6,8 +6,8 @@ import imc
 from tasks.transports.imc_links.message_list import (
     MOST_SOURCES,
     MessageList,
-    check_entities,
-    check_rate,
+    check_entity_filter,
+    check_rate_limiter,
     parse_entities,
     parse_rate,
 )
@@ -122,7 +122,7 @@ def test_an_entry_of_another_type_does_not_use_up_the_rate():
     messages = listed("LogBookEntry", ["LogBookEntry:1"], custom=["LogBookEntryFilter:ERROR"])
     info, error = (imc.LogBookEntry(src=26, src_ent=5, type=imc.LogBookEntry.Type[kind]) for kind in ("INFO", "ERROR"))
     assert [messages.passes(m, 1e9 + 0.1 * i) for i, m in enumerate([info, error, error])] == [False, True, False]
-    assert [messages.is_listed(m) for m in (info, error)] == [False, True]
+    assert [messages.passes_ignoring_rate(m) for m in (info, error)] == [False, True]
 
 
 def test_a_change_that_its_rate_holds_back_is_sent_later():
@@ -146,8 +146,8 @@ def test_a_wrong_custom_filter_is_an_error_that_shows_it(item, reason):
 
 def test_an_item_of_an_unknown_message_is_named_with_the_nearest():
     with pytest.raises(ValueError, match="did you mean EstimatedState"):
-        check_rate("EstimatedStat:2")
+        check_rate_limiter("EstimatedStat:2")
     with pytest.raises(ValueError, match="did you mean Voltage"):
-        check_entities("Voltag:GPS")
-    check_rate("EstimatedState:2")
-    check_entities("Voltage:GPS")
+        check_entity_filter("Voltag:GPS")
+    check_rate_limiter("EstimatedState:2")
+    check_entity_filter("Voltage:GPS")

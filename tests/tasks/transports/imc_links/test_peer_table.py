@@ -24,7 +24,7 @@ OWN, CONSOLE, NOW = 0x1A, 0x4042, 1e9
 
 
 def at(*places, uid=""):
-    return Services.of([Service("imc+udp", address, port) for address, port in places], uid=uid)
+    return Services.from_system_info([Service("imc+udp", address, port) for address, port in places], uid=uid)
 
 
 def packet(src=CONSOLE, message=None, order="little"):

@@ -13,7 +13,7 @@ from support.rotations import rotation
 from tasks.vision.cameras.camera_records import describe_camera
 from world.optics import FisheyeModel, PinholeModel, kannala_brandt_lens, preset_lens
 from world.rendering import Board, Glider, PixelClass, SceneCamera, ScenePose, april_grid_cells, chessboard_cells
-from world.rendering.renderer import camera_rotation
+from world.rendering.renderer import optical_to_ned_rotation
 
 ROWS, COLUMNS, SQUARE, RISE = 8, 11, 0.05, 0.2
 CELL = 0.015  # m
@@ -54,7 +54,7 @@ def places(optics, pose, board):
     """Pixels (n, 2) of the corners, in OpenCV's convention."""
     ground = corners(board)
     offsets = np.column_stack((ground - (pose.north, pose.east), np.full(len(ground), pose.height - board.height)))
-    return optics.project(offsets @ camera_rotation(pose, DOWN))[0] - 0.5
+    return optics.project(offsets @ optical_to_ned_rotation(pose, DOWN))[0] - 0.5
 
 
 @functools.cache
@@ -102,7 +102,7 @@ def test_tags_are_found_with_their_numbers():
         edges = [(4 + 10 * row + 8 * r, 4 + 10 * column + 8 * c) for r, c in ((0, 0), (0, 1), (1, 1), (1, 0))]
         ground = [((rows / 2 - r) * CELL, (c - columns / 2) * CELL) for r, c in edges]
         turned = [(a * cos - b * sin - pose.north, a * sin + b * cos - pose.east, 1.0) for a, b in ground]
-        wanted = optics.project(np.array(turned) @ camera_rotation(pose, DOWN))[0] - 0.5
+        wanted = optics.project(np.array(turned) @ optical_to_ned_rotation(pose, DOWN))[0] - 0.5
         apart += np.abs(tag.reshape(4, 2) - wanted).max(axis=1).tolist()
     assert np.quantile(apart, 0.9) < 0.3, "OpenCV takes a wrong corner here and there"
 
@@ -170,7 +170,7 @@ def test_a_board_is_labelled_where_its_points_project_to(optics):
         math.sin(0.7) * ahead + math.cos(0.7) * right - 0.1,
     )
     points = np.stack((north - pose.north, east - pose.east, np.full(north.shape, 0.75)), axis=-1)
-    pixels, seen = optics.project(points @ camera_rotation(pose, DOWN))
+    pixels, seen = optics.project(points @ optical_to_ned_rotation(pose, DOWN))
     distance = np.linalg.norm(points, axis=1)
     margin = 2.0 * distance / optics.fx
     inside = (np.abs(ahead) < 0.25 - margin) & (np.abs(right) < 0.325 - margin) & seen
@@ -185,7 +185,7 @@ def test_a_board_is_labelled_where_its_points_project_to(optics):
     assert found.distance[v, u] == pytest.approx(distance[own], rel=0.01)
     assert set(found.instances[v, u]) == {9}
     after = np.stack((north - following.north, east - following.east, np.full(north.shape, 0.7)), axis=-1)
-    moved = optics.project(after @ camera_rotation(following, DOWN))[0] - pixels
+    moved = optics.project(after @ optical_to_ned_rotation(following, DOWN))[0] - pixels
     assert np.abs(found.flow[v, u] - moved[own]).max() < 0.5, "within a pixel, of which the flow is that of the center"
     (body, flat) = found.boxes
     assert (body.instance, flat.instance, flat.kind, body.kind) == (4, 9, PixelClass.BOARD, PixelClass.GLIDER)

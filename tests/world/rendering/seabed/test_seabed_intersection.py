@@ -14,7 +14,7 @@ from world import read_world
 from world.optics import FisheyeModel, PinholeModel, preset_lens
 from world.rendering import Glider, PixelClass, SceneCamera, ScenePose, april_grid_cells
 from world.rendering.objects.calibration_targets import Board
-from world.rendering.renderer import camera_rotation
+from world.rendering.renderer import optical_to_ned_rotation
 from world.sea import Bathymetry
 
 REACH = 120.0  # m, of the ray caster
@@ -70,7 +70,7 @@ class Trial:
         self.shape = optics.height, optics.width
         j, i = np.mgrid[: optics.height, : optics.width]
         self.centers = np.stack((i + 0.5, j + 0.5), axis=-1)
-        rays, self.covered = optics.rays(self.centers)
+        rays, self.covered = optics.unproject(self.centers)
         self.rays = np.nan_to_num(rays.reshape(-1, 3)) @ self.turn[:3, :3].T
         self._cast()
 
@@ -188,10 +188,10 @@ def test_a_point_of_the_ground_is_shown_where_it_projects_to(name, optics):
         pose = standpoint(sea, north + 0.7 * step, east + 0.3 * step, depth, roll=0.2 - 0.1 * step, yaw=0.4 * step)
         _, renderer = shown._tables
         near = renderer._surroundings(
-            np.zeros(renderer.caster.width**2 * 5 + 1, np.uint32), camera_rotation(pose), pose, ()
+            np.zeros(renderer.caster.width**2 * 5 + 1, np.uint32), optical_to_ned_rotation(pose), pose, ()
         )
         for turn, close, ((first, last), (left, right)) in zip(
-            camera_rotation(pose) @ renderer.faces, near, renderer.windows, strict=True
+            optical_to_ned_rotation(pose) @ renderer.faces, near, renderer.windows, strict=True
         ):
             if first == last:
                 continue

@@ -10,7 +10,7 @@ from mavlink.vehicle.telemetry.named_values import NamedValue
 
 
 @dataclass(frozen=True, slots=True)
-class TelemetrySources:
+class TelemetryContext:
     """The vehicle, its mission, and what the profile adds."""
 
     model: VehicleModel

@@ -13,7 +13,7 @@ from world.rendering.resampling import make_resampler
 Image = NDArray[np.uint8]
 
 
-class Panorama:
+class CubeMapAssembler:
     """Makes pictures of a camera with `optics` from five or six square 90° views: down, front, right, back, left, up.
 
     They look down, front and so on for a camera that looks down: `face_rotations` (N, 3, 3) lead from the optical frame
@@ -27,7 +27,7 @@ class Panorama:
         self._width = 0
         self._assemble: Callable[[NDArray[np.uint32]], Image] | None = None
 
-    def assemble(self, views: Sequence[Image]) -> Image:
+    def assemble_camera_image(self, views: Sequence[Image]) -> Image:
         """RGBA (height, width, 4) from views (w, w, 3 or 4); tables are made when their size changes.
 
         Raises ValueError if they are not squares of one size.

@@ -6,8 +6,8 @@ from mavlink import Dialect, Fields, Flavor, ReceivedMessage
 from mavlink.vehicle.model import AUTOPILOT
 from mavlink.vehicle.service import Handler, MavlinkService
 from mavlink.vehicle.session import Session
-from mavlink.vehicle.telemetry.sources import TelemetrySources
 from mavlink.vehicle.telemetry.streams import STREAMS
+from mavlink.vehicle.telemetry.telemetry_context import TelemetryContext
 
 LOW: Mapping[str, float] = {name: stream.low for name, stream in STREAMS.items()}
 """The default rates of slow links."""
@@ -18,13 +18,13 @@ class AutopilotTelemetry:
 
     component = AUTOPILOT
 
-    def __init__(self, dialect: Dialect, sources: TelemetrySources) -> None:
+    def __init__(self, dialect: Dialect, sources: TelemetryContext) -> None:
         self.dialect = dialect
         self.system = sources.model.system
         self.sources = sources
 
     @property
-    def notices(self) -> Sequence[tuple[int, str]]:
+    def latest_notices(self) -> Sequence[tuple[int, str]]:
         return list(self.sources.model.notices)
 
     def rates(self, low: bool) -> Mapping[str, float]:
@@ -34,7 +34,7 @@ class AutopilotTelemetry:
         return name in STREAMS
 
     def fields(self, name: str, flavor: Flavor, now: float, number: int = 0) -> Sequence[Fields]:
-        return STREAMS[name].instances(self.sources, flavor, now, number)
+        return STREAMS[name].build_message_fields(self.sources, flavor, now, number)
 
 
 class StreamService(MavlinkService):

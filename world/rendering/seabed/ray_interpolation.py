@@ -27,7 +27,7 @@ class FacePatch(NamedTuple):
     row: int
     column: int
 
-    def select(self, values: NDArray[Any]) -> NDArray[Any]:
+    def select_face_values(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values (..., rays) of this face (..., rows, columns)."""
         return values[..., self.nodes].reshape(*values.shape[:-1], *self.shape)
 
@@ -65,7 +65,11 @@ class RayGrid:
         """
         found: list[Floats] = []
         for patch in self.patches:
-            w, given, most = patch.select(nearness), patch.select(rough), patch.select(error)
+            w, given, most = (
+                patch.select_face_values(nearness),
+                patch.select_face_values(rough),
+                patch.select_face_values(error),
+            )
             if not w.size:
                 found.append(np.zeros((0, 0)))
                 continue

@@ -8,13 +8,13 @@ from imc.lsf import ReportProgress
 from runtime.logs import Array
 from shoal.logs.export.camera_calibration import FILE as CAMERAS
 from shoal.logs.export.message_batches import LogSource
-from shoal.logs.export.photo_files import export_photo
+from shoal.logs.export.photo_files import photo_export_bytes
 from shoal.logs.export.vio_recording import PoseTrack, read_recording
 
 BILLION = 1_000_000_000
 
 
-def export_tum(source: LogSource, folder: Path, progress: ReportProgress = lambda _: None) -> int:
+def export_tum_rgbd(source: LogSource, folder: Path, progress: ReportProgress = lambda _: None) -> int:
     """Write groundtruth.txt, estimate.txt, accelerometer.txt, gyroscope.txt, and rgb.txt with rgb/; returns the rows.
 
     Poses are those of the vehicle (forward, right, down) in east, north, up; quaternions end with w. Of several IMUs or
@@ -40,7 +40,7 @@ def export_tum(source: LogSource, folder: Path, progress: ReportProgress = lambd
         (folder / place).mkdir()
         lines = [f"# color images of {camera}", "# file: the log's folder Photos", "# timestamp filename"]
         for photo in photos:
-            if (data := export_photo(source, photo.path)) is None:
+            if (data := photo_export_bytes(source, photo.path)) is None:
                 continue
             name = f"{place}/{photo.time:.6f}{photo.export_suffix}"
             (folder / name).write_bytes(data)

@@ -17,7 +17,7 @@ ARM = 400  # MAV_CMD_COMPONENT_ARM_DISARM
 GUIDED, ALTITUDE_ONLY = 2, 3  # field current of an item that is an order
 
 
-class ControlService(MavlinkService):
+class SetpointService(MavlinkService):
     """What moves the vehicle, besides commands and missions."""
 
     def __init__(self, targets: CommandTargets) -> None:
@@ -35,10 +35,10 @@ class ControlService(MavlinkService):
             "RC_CHANNELS_OVERRIDE": self._manual.steer_by_channels,
         }
 
-    def tick(self, now: float) -> None:
-        self._targets.offboard.tick(now)
+    def check_timeouts(self, now: float) -> None:
+        self._targets.offboard.repeat_target_or_hold(now)
 
-    def go_to_item(self, session: Session, message: ReceivedMessage, now: float) -> None:
+    def execute_guided_item(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """Go to an item, or only to its altitude: Mission Planner and MAVProxy send a vehicle in this way."""
 
         def finish(reply: CommandResult) -> None:
@@ -99,7 +99,7 @@ class ControlService(MavlinkService):
                 finish(reply)
 
         pressed = values["buttons"] | values["buttons2"] << 16
-        targets.relays.press_buttons((session, message.system, message.component), pressed, now, act)
+        targets.relays.execute_button_actions((session, message.system, message.component), pressed, now, act)
 
 
 def is_guided_item(message: ReceivedMessage) -> bool:

@@ -8,13 +8,13 @@ from autonomy.plans.yaml import parse_position, split_quantity
 from runtime.profile import Profile
 from shoal.scenarios.scenario import ScenarioSetting
 from shoal.scenarios.value_reader import (
-    convert_value,
+    convert_node_value,
     read_mapping,
+    read_nonempty_text,
     read_number,
     read_option_number,
     read_option_text,
     read_seconds,
-    read_word,
 )
 from support.located_yaml import Node
 from support.text import with_suggestion
@@ -53,7 +53,7 @@ def start_settings(node: Node, tasks: EnabledTasks) -> list[ScenarioSetting]:
     found: list[ScenarioSetting] = []
     for key, item in read_mapping(node, "at", "time", *START).items():
         if key == "time":
-            found.append(ScenarioSetting("General", "Start Time", read_word(item), item.where))
+            found.append(ScenarioSetting("General", "Start Time", read_nonempty_text(item), item.where))
             continue
         made = list(_place(item, tasks) if key == "at" else _start(item, START[key], tasks))
         if not made:
@@ -69,7 +69,7 @@ def _start(node: Node, places: tuple[tuple[str, str, str], ...], tasks: EnabledT
 
 
 def _place(node: Node, tasks: EnabledTasks) -> Iterator[ScenarioSetting]:
-    lat, lon = map(math.degrees, convert_value(node, parse_position))
+    lat, lon = map(math.degrees, convert_node_value(node, parse_position))
     for section in tasks.sections_of(RECEIVER):
         yield ScenarioSetting(section, "Initial Position", f"{lat!r}, {lon!r}", node.where)
     for section in tasks.sections_of(KINEMATIC):
@@ -157,7 +157,7 @@ def _objects(node: Node) -> Iterator[ScenarioSetting]:
 def _bathymetry(node: Node) -> Iterator[ScenarioSetting]:
     parts = read_mapping(node, "at", "soundings")
     if "at" in parts:
-        lat, lon = map(math.degrees, convert_value(parts["at"], parse_position))
+        lat, lon = map(math.degrees, convert_node_value(parts["at"], parse_position))
         yield ScenarioSetting(BOTTOM, "Latitude (degrees)", repr(lat), parts["at"].where)
         yield ScenarioSetting(BOTTOM, "Longitude (degrees)", repr(lon), parts["at"].where)
     if "soundings" in parts:
