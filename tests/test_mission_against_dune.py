@@ -78,8 +78,8 @@ def test_each_leg_takes_as_long(ours, dune):
 
 @pytest.mark.parametrize("leg", LEGS)
 def test_the_track_is_that_of_dune(ours, dune, leg):
-    assert bench.cross_track_distance(ours, dune, leg) < 3.0
-    assert bench.cross_track_distance(dune, ours, leg) < 3.0
+    assert bench.across(ours, dune, leg) < 3.0
+    assert bench.across(dune, ours, leg) < 3.0
     assert bench.of_leg(ours, leg)[-1, 1:3] == pytest.approx(bench.of_leg(dune, leg)[-1, 1:3], abs=3.0)
 
 

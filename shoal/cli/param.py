@@ -43,7 +43,7 @@ def param(vehicle: str, action: str, words: tuple[str, ...], connection: dict[st
 
     async def act(there: AsyncRemoteVehicle) -> dict[str, dict[str, str]]:
         if action == "list" and not places:
-            return await there.param.get_all()
+            return await there.param.list()
         found: dict[str, dict[str, str]] = {}
         for entity, parameter, value in places:
             if action == "save":
@@ -52,7 +52,7 @@ def param(vehicle: str, action: str, words: tuple[str, ...], connection: dict[st
             elif action == "set":
                 found.setdefault(entity, {}).update(await there.param.set(entity, {parameter: value}))
             else:
-                values = await there.param.get_entity_parameters(entity)
+                values = await there.param.get(entity)
                 if parameter:
                     check_parameter_name(entity, parameter, values)
                 chosen = {parameter: values[parameter]} if parameter else values

@@ -218,7 +218,7 @@ def complete_parameter(context: click.Context, _: click.Parameter, incomplete: s
     async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
         if not colon:
             return sorted(await vehicle.param.entity_ids())
-        return [f"{entity}:{parameter}" for parameter in await vehicle.param.get_entity_parameters(entity)]
+        return [f"{entity}:{parameter}" for parameter in await vehicle.param.get(entity)]
 
     return _completion_items(_complete_from_vehicle(context, look), incomplete)
 

@@ -103,8 +103,8 @@ class RemoteParameters(_BlockingProxy):
     """The parameters of a vehicle, by the label of the entity; values are texts."""
 
     entity_ids = _BlockingProxy.blocking(AsyncRemoteParameters.entity_ids)
-    get_all = _BlockingProxy.blocking(AsyncRemoteParameters.get_all)
-    get_entity_parameters = _BlockingProxy.blocking(AsyncRemoteParameters.get_entity_parameters)
+    list = _BlockingProxy.blocking(AsyncRemoteParameters.list)
+    get = _BlockingProxy.blocking(AsyncRemoteParameters.get)
     set = _BlockingProxy.blocking(AsyncRemoteParameters.set)
     save = _BlockingProxy.blocking(AsyncRemoteParameters.save)
 

@@ -36,7 +36,7 @@ class AsyncRemoteParameters:
 
         return await self._network.request(self._system, query, (imc.EntityList,), answer)
 
-    async def get_all(self) -> dict[str, dict[str, str]]:
+    async def list(self) -> dict[str, dict[str, str]]:
         """The parameters of all entities that have any, by label and name."""
         labels = await self.entity_ids()
         found: dict[str, dict[str, str]] = {}
@@ -62,7 +62,7 @@ class AsyncRemoteParameters:
             self._network.close_listener(listener)
         return dict(sorted(found.items()))
 
-    async def get_entity_parameters(self, entity: str) -> dict[str, str]:
+    async def get(self, entity: str) -> dict[str, str]:
         """The parameters of one entity by name. Raises Refused if there is no such entity or it has none."""
         try:
             return await self._read(entity, SHORT)
@@ -88,7 +88,7 @@ class AsyncRemoteParameters:
 
         What was accepted before a refusal stays.
         """
-        known = await self.get_entity_parameters(entity)
+        known = await self.get(entity)
         for name in values:
             check_parameter_name(entity, name, known)
         texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in values.items()}
@@ -127,7 +127,7 @@ class AsyncRemoteParameters:
             ours = isinstance(message, imc.LogBookEntry) and message.text.startswith(f"parameters of {label} ")
             return message if isinstance(message, imc.LogBookEntry) and ours else None
 
-        await self.get_entity_parameters(entity)
+        await self.get(entity)
         reply = await self._network.request(
             self._system, imc.SaveEntityParameters(name=entity), (imc.LogBookEntry,), answer
         )

@@ -208,7 +208,7 @@ class LoggedVehicle(VehicleModel):
                 self.latest.update(message, label, elapsed)
         super().forget_old(elapsed)
 
-    def boot_time_ms(self, state: imc.EstimatedState) -> int:
+    def state_boot_time_ms(self, state: imc.EstimatedState) -> int:
         elapsed = self._elapsed()
         received = self.latest.received_at(imc.EstimatedState)
         return from_imc.boot_ms(self._now() - elapsed + (received or elapsed), self.boot)

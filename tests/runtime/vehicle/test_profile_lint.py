@@ -42,13 +42,13 @@ class Depth(NamedTuple):
     unit: str = "m"
     meaning: str = "How deep the water is."
     default: str = "5"
-    lists: str = ""
+    section_prefix: str = ""
 
 
 class Diver(Task):
     """Dives in a pool."""
 
-    reads = MappingProxyType({"Pool": {"Depth": Depth(), "Lanes": Depth(lists="Pool/")}, "Pool/": {"Width": Depth()}})
+    reads = MappingProxyType({"Pool": {"Depth": Depth(), "Lanes": Depth(section_prefix="Pool/")}, "Pool/": {"Width": Depth()}})
 
 
 TASKS: dict[str, type[Task]] = {"Simulators.Swimmer": Swimmer, "Transports.Speaker": Speaker, "Simulators.GPS": Swimmer}

@@ -62,12 +62,12 @@ def in_a_hurry(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_an_entity_whose_answer_was_lost_has_its_parameters() -> None:
-    assert on(Vehicle(lost=range(1)), lambda param: param.get_entity_parameters("GPS")) == {
+    assert on(Vehicle(lost=range(1)), lambda param: param.get("GPS")) == {
         "Rate": "1.0",
         "Active": "true",
     }
     with pytest.raises(Refused, match="Empty has no parameters"):
-        on(Vehicle(), lambda param: param.get_entity_parameters("Empty"))
+        on(Vehicle(), lambda param: param.get("Empty"))
 
 
 def test_a_value_whose_confirmation_was_lost_is_read_back() -> None:

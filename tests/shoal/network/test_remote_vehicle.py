@@ -123,9 +123,9 @@ def test_a_vehicle_that_says_no_says_why(vehicle: RemoteVehicle, act: object, re
 
 def test_parameters(vehicle: RemoteVehicle) -> None:
     assert vehicle.param.entity_ids()["Daemon"] == 0
-    before = vehicle.param.get_entity_parameters("Path Control")["Corridor -- Width"]
+    before = vehicle.param.get("Path Control")["Corridor -- Width"]
     assert vehicle.param.set("Path Control", {"Corridor -- Width": "3.5"}) == {"Corridor -- Width": "3.5"}
-    assert vehicle.param.get_all()["Path Control"]["Corridor -- Width"] == "3.5"
+    assert vehicle.param.list()["Path Control"]["Corridor -- Width"] == "3.5"
     vehicle.param.save("Path Control")
     vehicle.param.set("Path Control", {"Corridor -- Width": before})
 

@@ -22,7 +22,7 @@ class Course:
         self.time = 0.0
         self._watchers = []
 
-    def subscribe(self, groups, on_message):
+    def add_subscriber(self, groups, on_message):
         seen = [[None] * len(group) for group in groups]
         self._watchers.append((groups, on_message, seen))
         return seen

@@ -33,7 +33,7 @@ def report(tmp_path, **parameters):
 
 def test_the_load_and_the_space_on_the_disk_are_reported_as_the_daemons(tmp_path, monkeypatch):
     times = iter([(100.0, 90.0), (100.0, 90.0), (200.0, 150.0), (300.0, 240.0), (400.0, 240.0)])
-    monkeypatch.setattr(host_resources, "processor_times", lambda: next(times))
+    monkeypatch.setattr(host_resources, "cpu_total_and_idle", lambda: next(times))
     monkeypatch.setattr(shutil, "disk_usage", lambda path: Usage(100 << 20, 60 << 20, 25 << 20))
     listener, entity = report(tmp_path)
     assert [usage.value for usage in listener.cpu] == [40, 10, 100]
@@ -45,7 +45,7 @@ def test_a_full_disk_and_a_busy_processor_are_faults(tmp_path, monkeypatch):
     monkeypatch.setattr(shutil, "disk_usage", lambda path: Usage(100 << 20, 98 << 20, 2 << 20))
     assert report(tmp_path)[1].description == "the disk of the logs is full: 2 MiB left"
     seconds = iter(range(0, 1000, 10))
-    monkeypatch.setattr(host_resources, "processor_times", lambda: (next(seconds), 0.0))
+    monkeypatch.setattr(host_resources, "cpu_total_and_idle", lambda: (next(seconds), 0.0))
     _, entity = report(tmp_path, samples=3)
     assert entity.state == State.FAULT
     assert "the processor is busy: 100 %" in entity.description

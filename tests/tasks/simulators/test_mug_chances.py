@@ -89,7 +89,7 @@ def test_late_detections_are_from_where_the_vehicle_is_by_then():
         assert mug.x == pytest.approx(3.0 - 2.0 * (mug.timestamp - run.vehicle.start_time), abs=0.02)
     silent = simulate(MUGDetectionCamera, feed[:3], seconds=5.0, mugs=["0 0"], latency=3.0, **EXACT)
     assert silent.of(imc.EstimatedMugState) == []
-    assert silent.task.skipped_bytes == {"no recent EstimatedState": 3}
+    assert silent.task.skipped == {"no recent EstimatedState": 3}
 
 
 def test_a_camera_apart_from_the_middle_sees_what_is_below_it():

@@ -141,7 +141,7 @@ def test_original_error_grows_with_the_resolution():
 def test_no_altitude_no_detection(alt, fidelity):
     run = simulate(MUGDetectionCamera, feed=still(5, alt=alt), seconds=1.0, fidelity=fidelity)
     assert run.of(imc.EstimatedMugState) == []
-    assert run.task.skipped_bytes == {"no altitude": 5}
+    assert run.task.skipped == {"no altitude": 5}
     last = run.of(imc.EntityState)[-1]
     assert (last.state, last.description) == (imc.EntityState.State.FAULT, "no altitude (1 skipped)")
 
@@ -149,7 +149,7 @@ def test_no_altitude_no_detection(alt, fidelity):
 def test_nan_is_skipped_with_one_warning_a_second():
     feed = [m.replace(psi=math.nan) for m in still(50)]
     run = simulate(MUGDetectionCamera, feed=[*feed, *(m.replace(timestamp=3.0) for m in still(1))])
-    assert run.task.skipped_bytes == {"no position or attitude": 50}
+    assert run.task.skipped == {"no position or attitude": 50}
     assert len(run.log) == 3
     assert len(run.of(imc.EstimatedMugState)) == 1
     assert run.of(imc.EntityState)[-1].state == imc.EntityState.State.NORMAL
@@ -159,7 +159,7 @@ def test_an_altimeter_may_take_its_time_at_the_start():
     feed = [m.replace(alt=-1.0) for m in still(50)]
     begun = simulate(MUGDetectionCamera, feed=[m for m in feed if m.timestamp < 2.0])
     assert begun.log == []
-    assert begun.task.skipped_bytes["no altitude"] > 0
+    assert begun.task.skipped["no altitude"] > 0
     assert begun.of(imc.EntityState)[-1].description.startswith("no altitude")
     assert simulate(MUGDetectionCamera, feed=[feed[0].replace(timestamp=2.5)]).log == ["no altitude (1 skipped)"]
     lost = simulate(MUGDetectionCamera, feed=[still(1)[0], feed[0].replace(timestamp=1.0)])

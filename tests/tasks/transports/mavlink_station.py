@@ -221,7 +221,7 @@ def deliver(task, session, message):
     session.numbers = getattr(session, "numbers", itertools.count())
     message.sequence = next(session.numbers) % 256
     if not task.endpoint.receive(session, message, task.now):
-        task.after(0.0, task.poll)
+        task.after(0.0, task.send_due_messages)
 
 
 def told(run):

@@ -242,7 +242,7 @@ def test_a_connection_that_ends_while_it_is_answered_ends_nothing_else():
             for session in mavlink(control).endpoint.sessions:
                 for _ in range(3):
                     session.build_and_send("SYSTEM_TIME", control.now)
-            mavlink(control).poll()
+            mavlink(control).send_due_messages()
         await until(control, lambda: len(mavlink(control).endpoint.sessions) == 1)
         await greet(good)
         assert mavlink(control).link_set.drop_counts["refused"] == 0

@@ -225,7 +225,7 @@ def test_home_is_set_as_in_ardupilot(flown):
     assert math.degrees(system.home.lat) == pytest.approx(x / 1e7)
     assert system.home.altitude == pytest.approx(first.altitude, abs=0.1), "0 m above what was home"
     assert console.order(0, 0, 0, 0, 0, 0, 0, command=179) == ACCEPTED
-    place = system.place()[1]
+    place = system.state_and_position()[1]
     assert (system.home.lat, system.home.lon) == pytest.approx((place.lat, place.lon), abs=1e-6)
 
 

@@ -160,10 +160,10 @@ def test_states_that_are_not_numbers_are_passed_over(good):
     feed = [state(n / 20, psi=math.nan if n % 3 else 0.0) for n in range(60)]
     run = shown(timed(good, *EVEN), feed)
     assert len(run.of(imc.EstimatedMugState)) == 8
-    assert run.task.skipped_bytes == {"no position or attitude": 40}
+    assert run.task.skipped == {"no position or attitude": 40}
     blind = shown(timed(good, *EVEN), [state(n / 20, x=math.inf) for n in range(60)])
     assert last_state(blind)[0] == FAULT
-    assert blind.task.skipped_bytes["no EstimatedState"] == 10
+    assert blind.task.skipped["no EstimatedState"] == 10
 
 
 def test_a_frame_needs_a_state_of_its_time(good):
@@ -171,7 +171,7 @@ def test_a_frame_needs_a_state_of_its_time(good):
     run = shown(late, states(8.0), seconds=8.0)
     assert last_state(run) == (FAULT, "Camera: older than the states (10 skipped)")
     gone = shown(timed(good, *EVEN), states(0.3))
-    assert gone.task.skipped_bytes["no recent EstimatedState"] > 3
+    assert gone.task.skipped["no recent EstimatedState"] > 3
     assert len(gone.of(imc.EstimatedMugState)) == 3  # the last state is carried on for a second
     deep = shown(timed(good, *EVEN), [state(n / 20, alt=-1.0) for n in range(60)])
     assert last_state(deep) == (FAULT, "Camera: no altitude (10 skipped)")
@@ -181,7 +181,7 @@ def test_a_clock_that_jumps_back_begins_again_with_new_numbers(good):
     times = [*EVEN, *EVEN[:5]]
     frames = [(0.2 * k, replace(good, time=START / 1e9 + time)) for k, time in enumerate(times, start=1)]
     run = shown(frames, states(4.0), seconds=4.0)
-    assert run.task.skipped_bytes == {"time goes backwards": 1}
+    assert run.task.skipped == {"time goes backwards": 1}
     assert [mug.id for mug in run.of(imc.EstimatedMugState)] == [1] * 8 + [2] * 3
     assert last_state(run)[0] == NORMAL
 
