@@ -16,9 +16,9 @@ import numpy as np
 from world.optics import FisheyeModel, preset_lens
 from world.rendering import Glider, SceneCamera, ScenePose
 from world.rendering.cube_faces import stack_faces
+from world.rendering.remap_interpolation import BilinearResampler, NearestResampler, OpencvResampler
 from world.rendering.remap_table import RemapTable
 from world.rendering.renderer import Renderer
-from world.rendering.resampling import BilinearResampler, NearestResampler, OpencvResampler
 from world.rendering.scenes import make_scene
 
 LONGEST_START = 0.3  # s

@@ -7,7 +7,7 @@ from ipaddress import ip_address
 
 from imc.discovery import LOOPBACK
 from mavlink.modes import FLAVORS, Flavor
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 PORTS: Mapping[str, int] = {"udpin": 14550, "udpout": 14550, "udpbcast": 14550, "tcpin": 5760, "tcpout": 5760}
 """The schemes of networks, and their default ports."""

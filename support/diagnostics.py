@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from support.text import printable
+from support.terminal_text import printable
 
 Severity = Literal["error", "warning", "note"]
 

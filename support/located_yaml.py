@@ -7,7 +7,7 @@ from typing import Any, NoReturn, cast
 
 import yaml
 
-from support.numbers import parse_number
+from support.number_parsing import parse_number
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DEEPEST = 16

@@ -43,7 +43,7 @@ OPEN = {  # modules that are imported as they are
     "runtime.kernel.kernel",
 }
 TASKS = all_tasks()
-DUNES_NAMES = ROOT / "runtime" / "profile" / "dune_sections.py"
+DUNES_NAMES = ROOT / "runtime" / "profile" / "dune_section_names.py"
 
 
 @pytest.fixture(scope="module")
@@ -240,7 +240,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
         ("announce", "discovery", "ftp", "logging", "udp", "tcp.client", "tcp.server"),
         "sockets, peers and packets of all transports of IMC",
     ),
-    "tasks.control.remote_actions": (
+    "tasks.control.remote_operation_task": (
         ("asv.remote_operation", "auv.remote_operation"),
         "how an operator steers by RemoteActions",
     ),
@@ -250,9 +250,9 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
     ),
     "tasks.maneuver.maneuver_task": (("goto", "loiter", "rows", "yo_yo"), "how each maneuver begins, reports and ends"),
     "tasks.maneuver.circle_timer": (("loiter", "station_control"), "circles around a place"),
-    "tasks.maneuver.survey_rows": (("rows", "rows_coverage"), "rows that cover an area"),
-    "tasks.maneuver.hover": (("loiter", "station_keeping"), "staying at a place in the air"),
-    "tasks.maneuver.spiral": (("elevator", "pop_up", "scheduled_goto"), "changes of depth on the spot"),
+    "tasks.maneuver.survey_row_following": (("rows", "rows_coverage"), "rows that cover an area"),
+    "tasks.maneuver.hover_control": (("loiter", "station_keeping"), "staying at a place in the air"),
+    "tasks.maneuver.depth_spiral": (("elevator", "pop_up", "scheduled_goto"), "changes of depth on the spot"),
     "tasks.maneuver.station_control": (("pop_up", "station_keeping"), "staying at a place in the water"),
     "tasks.simulators.powered_device": (("motor", "servos", "uav", "vsim"), "what a battery does to actuators"),
     "tasks.simulators.fixed_steps": (("uav", "vsim"), "the steps in which bodies move"),
@@ -273,10 +273,10 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
     "tasks.pose_history": (("simulators.mug_detection_camera", "vision.airsim"), "where a vehicle is for its cameras"),
 }
 SERVING = {  # a part that stands beside the one task that it serves, since the task is not a folder
-    "tasks.control.autopilot.autopilot_address": "tasks.control.autopilot.mavlink",
+    "tasks.control.autopilot.autopilot_connection_url": "tasks.control.autopilot.mavlink",
     "tasks.plan.actions": "tasks.plan.engine",
-    "tasks.plan.execution": "tasks.plan.engine",
-    "tasks.plan.supervisor_client": "tasks.plan.engine",
+    "tasks.plan.execution_progress": "tasks.plan.engine",
+    "tasks.plan.outgoing_requests": "tasks.plan.engine",
     "tasks.plan.store": "tasks.plan.db",
     "tasks.sensors.gnss_parser": "tasks.sensors.gps",
     "tasks.supervisors.maneuver_launcher": "tasks.supervisors.vehicle",
@@ -328,7 +328,7 @@ CIRCLES = {  # imports that close a circle, and why; all but one are for types o
     "runtime.vehicle.fleet -> runtime.vehicle.vehicle": "a fleet joins vehicles, and a vehicle knows its fleet",
     "runtime.vehicle.parameter_service -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
     "runtime.vehicle.realtime_lag -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
-    "runtime.vehicle.process_monitor -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
+    "runtime.vehicle.other_process_entities -> runtime.vehicle.vehicle": "a part of a vehicle knows its vehicle",
     "runtime.vehicle.vehicle -> runtime.snapshot": "it holds the journals of its run, for whoever saves it",
     "shoal.scenarios.run_context -> shoal.scenarios.links": "it holds the channels of links, which are made for a run",
 }

@@ -1,25 +1,25 @@
 """Control laws: what a vehicle's state and reference make of its actuators."""
 
 from autonomy.control.attitude_controller import AttitudeController, AttitudeGains, AttitudeReference
-from autonomy.control.bottom_estimator import BottomEstimator
+from autonomy.control.bottom_depth_filter import BottomEstimator
 from autonomy.control.depth_controller import DepthController, DepthGains
 from autonomy.control.differential_thrust import allocate_thrust, forces_to_actuations
 from autonomy.control.echo_classifier import EchoClass, classify_echo
 from autonomy.control.enabled_loops import EnabledLoops
 from autonomy.control.fin_allocation import Fins, allocate_fins, fin_torques
 from autonomy.control.heading_controller import HORIZONTAL, HeadingController
-from autonomy.control.multirotor_controller import (
+from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, rotor_actuation, tilt_and_thrust
+from autonomy.control.multirotor_velocity_controller import (
     BLIND_DESCENT,
     MultirotorCommand,
     MultirotorController,
     MultirotorGains,
 )
-from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, rotor_actuation, tilt_and_thrust
-from autonomy.control.operator_input import AXES, BUTTONS, OperatorInput, format_actions_request
 from autonomy.control.pid import PID, PIDGains
+from autonomy.control.remote_actions_reader import AXES, BUTTONS, OperatorInput, format_actions_request
 from autonomy.control.speed_controller import SpeedController
-from autonomy.control.thruster_controller import STANDSTILL, ThrusterController, ThrusterGains
 from autonomy.control.touchdown_detector import TouchdownDetector
+from autonomy.control.underwater_speed_controller import STANDSTILL, ThrusterController, ThrusterGains
 
 __all__ = [
     "AXES",

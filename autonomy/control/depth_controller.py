@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import imc
-from autonomy.control.bottom_estimator import BottomEstimator
+from autonomy.control.bottom_depth_filter import BottomEstimator
 from autonomy.control.pid import PID, PIDGains
 from autonomy.limits import FLOOR_MARGIN, REFERENCE_MARGIN, OperatingLimits
 

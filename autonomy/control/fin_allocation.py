@@ -1,6 +1,6 @@
 """Distributes torques to four fins in a cross."""
 
-from support.numbers import clamp_magnitude
+from support.number_parsing import clamp_magnitude
 
 Fins = tuple[float, float, float, float]
 Torques = tuple[float, float, float]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import imc
 from autonomy.control.pid import PID
-from support.numbers import clamp_magnitude
+from support.number_parsing import clamp_magnitude
 from support.rotations import wrap
 
 Loops = imc.CLoopsMask

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
-from support.numbers import clamp_magnitude
+from support.number_parsing import clamp_magnitude
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
 """Guidance: tracks, lines and circles, and the course or velocity that leads a vehicle along them."""
 
+from autonomy.guidance.altitude_speed_limits import MultirotorLimits, ground_z
 from autonomy.guidance.bottom_guard import BottomGuard
 from autonomy.guidance.divergence_monitor import AlongTrack, CrossTrack, DivergenceMonitor
 from autonomy.guidance.multirotor import NOWHERE, MultirotorGuidance, MultirotorGuidanceGains
-from autonomy.guidance.multirotor_limits import MultirotorLimits, ground_z
-from autonomy.guidance.path_velocity import Circle, Line, MotionLimits
+from autonomy.guidance.path_following_velocity import Circle, Line, MotionLimits
 from autonomy.guidance.pure_pursuit import PurePursuitGains, PurePursuitLaw
 from autonomy.guidance.track import PathProgress, Point, Track, bearing, is_valid_path, progress
 from autonomy.guidance.track_guidance import SteeringLaw, TrackGuidance, TrackGuidanceGains

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import imc
-from autonomy.guidance.path_velocity import Circle, Line, MotionLimits
+from autonomy.guidance.path_following_velocity import Circle, Line, MotionLimits
 from autonomy.guidance.track import PathProgress
 from support.rotations import Vector, wrap
 

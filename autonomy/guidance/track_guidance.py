@@ -6,7 +6,7 @@ from typing import Protocol
 
 import imc
 from autonomy.guidance.track import PathProgress, Track, bearing, progress
-from support.numbers import clamp_magnitude
+from support.number_parsing import clamp_magnitude
 from support.rotations import wrap
 
 SLOWEST_COURSE = 0.2  # m/s; a slower vehicle has no course

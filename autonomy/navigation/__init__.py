@@ -11,18 +11,18 @@ from autonomy.navigation.fault_detection import (
     StuckDetector,
     missing_reason,
 )
-from autonomy.navigation.gnss_fixes import horizontal_variance, mean_fix, offset_from
-from autonomy.navigation.horizontal_filter import EAST, NORTH, HorizontalFilter
-from autonomy.navigation.inertial_filter import InertialFilter
-from autonomy.navigation.position_estimate import (
+from autonomy.navigation.gnss_fix_statistics import horizontal_variance, mean_fix, offset_from
+from autonomy.navigation.gnss_position_correction import (
     AGREEMENT,
     CONTRADICTION,
     CONTRADICTIONS,
     PositionEstimate,
     fix_variance,
 )
+from autonomy.navigation.horizontal_filter import EAST, NORTH, HorizontalFilter
+from autonomy.navigation.inertial_filter import InertialFilter
 from autonomy.navigation.sample_mean import SampleMean
-from autonomy.navigation.sensor_checks import SensorChecks
+from autonomy.navigation.sensor_fault_isolation import SensorChecks
 from autonomy.navigation.sensor_inputs import SensorInputs
 from autonomy.navigation.state_messages import estimated_state, initial_state, navigation_data, navigation_uncertainty
 from autonomy.navigation.underwater_estimator import UnderwaterEstimator

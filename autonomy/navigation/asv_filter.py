@@ -67,7 +67,7 @@ class ASVFilter:
         a, b, c = self.p[NORTH][NORTH] + variance, self.p[NORTH][EAST], self.p[EAST][EAST] + variance
         return (c * dn * dn - 2.0 * b * dn * de + a * de * de) / (a * c - b * b)
 
-    def reset(self, north: float, east: float, variance: float) -> None:
+    def reset_position(self, north: float, east: float, variance: float) -> None:
         """Reset the position (m) and its variance (m²)."""
         self.x[NORTH], self.x[EAST] = north, east
         for index in (NORTH, EAST):

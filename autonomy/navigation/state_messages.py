@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import imc
 from autonomy.navigation.depth_filter import DepthFilter
+from autonomy.navigation.gnss_position_correction import PositionEstimate
 from autonomy.navigation.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, K, R, U, V
-from autonomy.navigation.position_estimate import PositionEstimate
 from support.rotations import Vector, rotation, to_ned, wrap
 
 

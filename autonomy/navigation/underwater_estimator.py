@@ -5,8 +5,8 @@ import math
 import imc
 from autonomy.navigation.depth_filter import DepthFilter
 from autonomy.navigation.fault_detection import GateDecision, JumpGate
+from autonomy.navigation.gnss_position_correction import PositionEstimate, fix_variance
 from autonomy.navigation.horizontal_filter import PSI, PSI_BIAS, R_BIAS, HorizontalFilter, K, R, U, V
-from autonomy.navigation.position_estimate import PositionEstimate, fix_variance
 from autonomy.navigation.sensor_inputs import SensorInputs
 from support.rotations import Vector, rotation, to_body, to_ned, wrap
 

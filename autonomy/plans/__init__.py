@@ -8,11 +8,16 @@ from autonomy.plans.boolean_grammar import (
     GrammarParser,
     predicate_connectives,
 )
-from autonomy.plans.bounds import PlanBounds, area_violations, flight_violations
 from autonomy.plans.conditions import Condition, parse_condition
+from autonomy.plans.duration_energy_forecast import (
+    PlanForecast,
+    feasibility_violations,
+    forecast_plan,
+    format_tuple_list,
+)
 from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver
-from autonomy.plans.forecast import PlanForecast, feasibility_violations, forecast_plan, format_tuple_list
 from autonomy.plans.graph import Actions, PlanError, PlanGraph, PlanNode, parse_graph
+from autonomy.plans.limit_violations import PlanBounds, area_violations, flight_violations
 from autonomy.plans.preflight import Preflight, PreflightOptionError
 from autonomy.plans.sequence import FINISH, main_sequence, remaining_plan, sequential_plan
 from autonomy.plans.templates import TEMPLATES, TemplateDefaults, TemplateError, plan_from_template

@@ -7,10 +7,10 @@ from itertools import chain
 
 import imc
 from autonomy.limits import OperatingLimits
-from autonomy.plans.bounds import PlanBounds, area_violations, depth_violations, flight_violations
+from autonomy.plans.duration_energy_forecast import PlanForecast, feasibility_violations, forecast_plan
 from autonomy.plans.estimate import Powertrain
-from autonomy.plans.forecast import PlanForecast, feasibility_violations, forecast_plan
 from autonomy.plans.graph import ROUNDING, PlanError, PlanGraph, parse_graph
+from autonomy.plans.limit_violations import PlanBounds, area_violations, depth_violations, flight_violations
 from autonomy.plans.value_ranges import value_range_violations
 from imc.coordinates import absolute_position
 

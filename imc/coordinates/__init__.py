@@ -1,7 +1,7 @@
 """Positions in messages, and patterns of parallel rows."""
 
-from imc.coordinates.local_origin import NOWHERE, LocalOrigin, absolute_position
 from imc.coordinates.row_pattern import altitude_row_spacing, maneuver_corner_offsets, row_corners, sonar_row_spacing
+from imc.coordinates.state_reference import NOWHERE, LocalOrigin, absolute_position
 
 __all__ = [
     "NOWHERE",

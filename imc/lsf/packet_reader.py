@@ -9,9 +9,9 @@ from typing import Any, Self
 from fastcrc.crc16 import arc
 
 from imc.layout import LARGEST_PACKET
+from imc.lsf.batch_crc_check import PERIOD
 from imc.lsf.byte_reader import ByteReader
 from imc.lsf.index import PacketPositions
-from imc.lsf.range_crc import PERIOD
 from imc.lsf.scanner import Batch, has_valid_crc, read_at_offsets
 
 WINDOW = 1 << 20  # bytes read at a time

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from fastcrc.crc16 import arc
 
 from imc.layout import ADDRESS_FIELDS, NUMPY, OFFSETS, SMALLEST_PACKET
-from imc.lsf.range_crc import valid_crcs
+from imc.lsf.batch_crc_check import valid_crcs
 
 if TYPE_CHECKING:
     import numpy as np

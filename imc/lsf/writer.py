@@ -75,9 +75,9 @@ class LsfWriter:
         try:
             self.flush()
         finally:
-            self.abandon()
+            self.close_without_flush()
 
-    def abandon(self) -> None:
+    def close_without_flush(self) -> None:
         """Close the file without a flush; what waits stays in memory."""
         if self._file >= 0:
             os.close(self._file)

@@ -15,7 +15,7 @@ from imc.message import Message, Unknown
 from imc.messages import BY_ID
 from imc.schema.field_info import FieldInfo
 from imc.schema.schema import Schema
-from support.text import nearest_word, quoted
+from support.terminal_text import nearest_word, quoted
 
 _DEFINITIONS = Path(__file__).parents[1] / "definitions"
 _BASE, _OVERLAY = _DEFINITIONS / "imc-5.4.31.yaml", _DEFINITIONS / "shoal.yaml"

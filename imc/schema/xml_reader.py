@@ -7,7 +7,7 @@ from imc.layout import NUMBERS, SYNC
 from imc.schema.definition import Enumeration, Field, Group, MessageType, NamedUnit, Value
 from imc.schema.schema import Schema
 from support.located_xml import Element, parse_xml_tree
-from support.numbers import parse_number
+from support.number_parsing import parse_number
 
 HEADER_LAYOUT = (
     ("sync", "uint16_t"),

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from mavlink import Dialect, Fields, Flavor, ReceivedMessage, encode, statustext
 from mavlink.vehicle.packet_loss import SequenceTracker
-from support.rate_limit import TokenBucket
+from support.token_bucket import TokenBucket
 
 HEARTBEAT_PERIOD = 1.0
 LIST_PERIOD = 0.005

@@ -9,7 +9,7 @@ from runtime.fault_injection.fault_kinds import Fault, FaultError
 from runtime.fault_injection.interceptor import PublishInterceptor
 from runtime.kernel import nanoseconds
 from runtime.vehicle import Vehicle
-from support.text import quoted, with_suggestion
+from support.terminal_text import quoted, with_suggestion
 
 
 @dataclass(frozen=True)

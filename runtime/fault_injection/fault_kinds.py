@@ -11,7 +11,7 @@ from imc.layout import NUMBERS
 from runtime.bus import Frame
 from runtime.fault_injection.interceptor import Item, PublishFilter, PublishInterceptor
 from runtime.kernel import SimulatedCrash
-from support.text import quoted, with_suggestion
+from support.terminal_text import quoted, with_suggestion
 
 ABOUT_ITSELF = (
     imc.EntityActivationState,

@@ -1,8 +1,6 @@
 """Reads logs: which systems and entities send in them, when, and what; writes new ones."""
 
-from runtime.logs.clock_steps import without_outliers
-from runtime.logs.packet_blocks import Array, PacketBlock, packet_blocks, packet_headers
-from runtime.logs.run_logs import (
+from runtime.logs.consecutive_run_logs import (
     RUN_FILE,
     RunPosition,
     encode_log_run_position,
@@ -11,9 +9,11 @@ from runtime.logs.run_logs import (
     read_log_run_position,
     resolve_log_folder,
 )
+from runtime.logs.log_folder_creation import create_log
+from runtime.logs.logged_clock_jumps import without_outliers
+from runtime.logs.packet_blocks import Array, PacketBlock, packet_blocks, packet_headers
 from runtime.logs.summary import LogSummary, PacketCount, summarize
 from runtime.logs.system_names import KEPT, NAMING, SystemNames, UnknownNameError, find_message_ids, type_name
-from runtime.logs.writer import create_log
 
 __all__ = [
     "KEPT",

@@ -1,8 +1,8 @@
 """Profiles: ini files read into values that know their file and line."""
 
-from runtime.profile import dune_sections
+from runtime.profile import dune_section_names
 from runtime.profile.config import Config, Option, Section, format_option, format_sections, split_list
-from runtime.profile.dune_sections import EVERY_TASK
+from runtime.profile.dune_section_names import EVERY_TASK
 from runtime.profile.ini import read_config, read_sections, write_sections
 from runtime.profile.profile import (
     ALWAYS,
@@ -37,7 +37,7 @@ __all__ = [
     "available_profiles",
     "default_label",
     "derived_id",
-    "dune_sections",
+    "dune_section_names",
     "find_profile",
     "format_option",
     "format_sections",

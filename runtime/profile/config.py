@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Literal, NamedTuple
 
 from support.diagnostics import Origin, Problem
-from support.text import quoted
+from support.terminal_text import quoted
 
 BLANKS = " \t\n\v\f\r"
 COMMENTS = ";|#"

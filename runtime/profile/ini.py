@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from runtime.profile.config import BLANKS, LONGEST_LINE, Config, format_sections
-from runtime.profile.grammar import LineReader
+from runtime.profile.ini_line_reader import LineReader
 from support.diagnostics import Origin, Problem
 
 DUNE_LINE = 1023  # bytes; DUNE takes the rest of a longer line as the next one

@@ -11,14 +11,14 @@ from fastcrc import crc16
 
 import imc
 from imc.reserved_ids import UNKNOWN_SYSTEM
-from runtime.profile import dune_sections
+from runtime.profile import dune_section_names
 from runtime.profile.config import BLANKS, Config, format_header, format_option, split_list
 from runtime.profile.ini import read_config
 from runtime.profile.profile_search import find_profile, own_etc, resolve_root_copy
 from runtime.task import Parameter
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
 from support.file_errors import describe_os_error
-from support.text import quoted, suggestion
+from support.terminal_text import quoted, suggestion
 
 ALWAYS, NEVER = "Always", "Never"
 BUILT_IN = {
@@ -58,7 +58,7 @@ def load_profile(
     folders = [path.parent, *([saved] if saved else [])]
     for folder in folders if profile.vehicle_name_problem() is None else []:
         profile.add_saved(folder / f"{profile.vehicle}-saved.ini")
-    dune_sections.expand_multiplexer(profile.config)
+    dune_section_names.expand_multiplexer(profile.config)
     for assignment in overrides:
         profile.override(assignment)
     profile.raise_unused_overrides()
@@ -208,10 +208,10 @@ class Profile:
 
     def task_process(self, section: str) -> str:
         """The process that runs the task of a section, "" for the main one. Raises ProfileError."""
-        name = self.config.value(section, dune_sections.PROCESS)
+        name = self.config.value(section, dune_section_names.PROCESS)
         if not re.fullmatch(r"[A-Za-z0-9_-]*", name) or name == MAIN:
             text = f"{quoted(name)} is not the name of a process"
-            raise self._error(section, dune_sections.PROCESS, text, f"letters, digits, - and _, and not {MAIN}")
+            raise self._error(section, dune_section_names.PROCESS, text, f"letters, digits, - and _, and not {MAIN}")
         return name
 
     def processes(self, selected: Iterable[str] = ()) -> list[str]:
@@ -256,9 +256,9 @@ class Profile:
         except ValueError as error:
             raise ProfileError([Problem("error", COMMAND_LINE.file, 0, f"{quoted(assignment)}: {error}")]) from None
         self.config.ensure_section(section, COMMAND_LINE).ensure_option(option).set(value, COMMAND_LINE)
-        if section == dune_sections.MULTIPLEXER:
-            dune_sections.expand_multiplexer(self.config)
-            for name, target in dune_sections.multiplexer_option_targets(option):
+        if section == dune_section_names.MULTIPLEXER:
+            dune_section_names.expand_multiplexer(self.config)
+            for name, target in dune_section_names.multiplexer_option_targets(option):
                 self.config.ensure_section(name, COMMAND_LINE).ensure_option(target).set(value, COMMAND_LINE)
         return section, option
 
@@ -287,19 +287,19 @@ class Profile:
 
     def raise_unused_overrides(self) -> None:
         """Raise ProfileError if an override is for a section that nothing reads and that does not enable a task."""
-        model = dune_sections.MODEL_PREFIX + self.config.value("General", "Vehicle Type")
+        model = dune_section_names.MODEL_PREFIX + self.config.value("General", "Vehicle Type")
         problems: list[Problem] = []
         for section in self.config.sections.values():
             enables = section.value("Enabled", NEVER) != NEVER
             if (
                 set(section.origins) != {COMMAND_LINE}
                 or enables
-                or section.name in (*dune_sections.DATA_SECTIONS, model)
+                or section.name in (*dune_section_names.DATA_SECTIONS, model)
             ):
                 continue
             others = [name for name in self.config.sections if name != section.name]
             same = [name for name in others if name.startswith(f"{section.name}/")]
-            hint = suggestion(section.name, same or [*others, *dune_sections.DATA_SECTIONS])
+            hint = suggestion(section.name, same or [*others, *dune_section_names.DATA_SECTIONS])
             problems.append(Problem("error", *COMMAND_LINE, f"there is no section [{section.name}]", hint))
         if problems:
             raise ProfileError(problems)

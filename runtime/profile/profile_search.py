@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path, PurePath
 
 from support.diagnostics import Problem, ProfileError
-from support.text import quoted, suggestion
+from support.terminal_text import quoted, suggestion
 
 
 def own_etc() -> Path:

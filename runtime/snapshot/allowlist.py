@@ -19,7 +19,7 @@ from runtime.bus import Bus, Frame, Subscription
 from runtime.kernel import Kernel, Timer
 from runtime.task import Activation, Entity, EntityTable, Script, SystemTable, Task, Ticker
 from runtime.vehicle import Vehicle
-from support.text import quoted
+from support.terminal_text import quoted
 from support.top_level_packages import PACKAGES
 
 OWN = frozenset(PACKAGES) - {"shoal"}

@@ -6,7 +6,6 @@ from typing import Any
 from runtime.bus import Subscription
 from runtime.kernel import Timer
 from runtime.snapshot.allowlist import SnapshotError
-from runtime.snapshot.checksum import task_state_checksum
 from runtime.snapshot.input_journal import CHANGED, SET, TIMER, JournalStart, unpack_chunk
 from runtime.snapshot.task_state import (
     check_parameter_values,
@@ -19,6 +18,7 @@ from runtime.snapshot.task_state import (
     restore_timer,
     subscription_task,
 )
+from runtime.snapshot.task_state_checksum import task_state_checksum
 from runtime.task import State, Task
 
 

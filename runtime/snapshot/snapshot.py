@@ -11,7 +11,6 @@ import msgspec
 
 from runtime.kernel import SECOND, Timer, nanoseconds, owner_of, owner_title
 from runtime.snapshot.allowlist import LARGEST, SnapshotError, check_msgpack_size, short_repr
-from runtime.snapshot.checksum import task_state_checksum
 from runtime.snapshot.input_journal import JournalStart
 from runtime.snapshot.script_replay import replay_journal
 from runtime.snapshot.serializer import StateWriter
@@ -28,6 +27,7 @@ from runtime.snapshot.task_state import (
     timer_state,
     writer_for,
 )
+from runtime.snapshot.task_state_checksum import task_state_checksum
 from runtime.task import State, Task, with_location
 from runtime.vehicle import Vehicle
 from support.file_errors import add_path_to_errors

@@ -12,7 +12,15 @@ from runtime.task.decorators import (
     periodic_methods,
     rate_of,
 )
-from runtime.task.entities import SYSTEM_ENTITY, Entity, EntityError, EntityTable, State, SystemTable, assign_ids
+from runtime.task.entity_system_tables import (
+    SYSTEM_ENTITY,
+    Entity,
+    EntityError,
+    EntityTable,
+    State,
+    SystemTable,
+    assign_ids,
+)
 from runtime.task.logbook import Logbook, format_exception_line, with_location
 from runtime.task.parameters import Parameter, ParameterError, SharedOption, find_parameter, param
 from runtime.task.script import Inbox, Script

@@ -17,7 +17,7 @@ from runtime.devices import (
 )
 from runtime.kernel import SECOND, Kernel
 from runtime.task.decorators import expected_methods, number_or_parameter
-from runtime.task.entities import Entity, State
+from runtime.task.entity_system_tables import Entity, State
 from runtime.task.logbook import truncate_utf8
 
 if TYPE_CHECKING:

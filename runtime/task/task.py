@@ -14,7 +14,7 @@ from runtime.bus import Subscription
 from runtime.kernel import Readable, Timer, handler_name, nanoseconds, to_ordinary_exception
 from runtime.task.decorators import ConsumerMethod, Ticker, consumer_methods, periodic_methods
 from runtime.task.devices import DeviceTask
-from runtime.task.entities import Entity, State
+from runtime.task.entity_system_tables import Entity, State
 from runtime.task.logbook import Logbook, truncate_utf8
 from runtime.task.parameter_set import ParameterSet
 from runtime.task.parameters import Parameter, Scope, SharedOption, declared_parameters, param
@@ -87,7 +87,7 @@ class Task(DeviceTask):
     def configure(self) -> None:
         """Called with new parameter values, at load and after every change. Raise ParameterError to refuse them."""
 
-    def warnings(self) -> Iterable[ConfigWarning]:
+    def configuration_warnings(self) -> Iterable[ConfigWarning]:
         """What is odd in the profile, for `shoal check`; called when all tasks of the vehicle are made."""
         return ()
 

@@ -8,15 +8,15 @@ from pathlib import Path
 import imc
 from runtime.bus import Bus, find_equivalent_class
 from runtime.kernel import Clock, Kernel, to_ordinary_exception
-from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune_sections
+from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune_section_names
 from runtime.task import EntityError, ParameterError, Task, assign_ids, consumer_methods, with_location
 from runtime.vehicle.fleet import Fleet
-from runtime.vehicle.process_monitor import ProcessMonitor
+from runtime.vehicle.other_process_entities import ProcessMonitor
 from runtime.vehicle.profile_lint import parse_zenoh_options
 from runtime.vehicle.task_registry import TaskImportError, find_task, missing_extra, missing_task_reason
 from runtime.vehicle.vehicle import Vehicle
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
-from support.text import corrected_spelling, quoted
+from support.terminal_text import corrected_spelling, quoted
 
 OF_ONE_TASK = (
     imc.QueryEntityParameters,
@@ -96,7 +96,7 @@ def build(
     made, problems = Build(vehicle), list[Problem]()
     for section in profile.config.sorted_sections():
         wanted = profile.is_task_enabled(section.name, selected) if only is None else section.name in only
-        if wanted and section.name != dune_sections.MULTIPLEXER:
+        if wanted and section.name != dune_section_names.MULTIPLEXER:
             problems += _build_task(made, profile, section, process)
     if problems:
         vehicle.close()
@@ -112,7 +112,7 @@ def _build_task(made: Build, profile: Profile, section: Section, process: str | 
     except TaskImportError as error:
         return [Problem("error", *section.origin, str(error))]
     if cls is None:
-        if section.name.partition("/")[0] in dune_sections.TASKS:
+        if section.name.partition("/")[0] in dune_section_names.TASKS:
             made.skip(section.name, "not in Shoal")
             return []
         return [Problem("error", *section.origin, f"[{section.name}] is not a task", missing_task_reason(section.name))]
@@ -238,7 +238,7 @@ def config_warnings(vehicle: Vehicle, profile: Profile) -> list[Problem]:
     return [
         Problem("warning", *_origin(profile, section, doubt.option), f"[{section}] {doubt.text}", doubt.hint)
         for task in vehicle.tasks
-        for doubt in task.warnings()
+        for doubt in task.configuration_warnings()
         for section in [doubt.section or task.name]
     ]
 

@@ -32,7 +32,7 @@ class Daemon(ParameterService):
             self.log.warning(f"{malformed} malformed packet{'s' * (malformed != 1)} of others dropped in this run")
 
     @periodic(1.0)
-    def publish_heartbeat(self) -> None:
+    def publish_heartbeat_and_entities(self) -> None:
         """Once a second: Heartbeat, and the state of each entity that has one."""
         if self._is_main:
             self.publish(imc.Heartbeat())

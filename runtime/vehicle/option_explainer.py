@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from runtime.profile import Option, Profile, dune_sections
+from runtime.profile import Option, Profile, dune_section_names
 from runtime.task import Parameter, SharedOption, Task, find_parameter
 from support.diagnostics import Origin, Problem, ProfileError
-from support.text import corrected_spelling, quoted, suggestion
+from support.terminal_text import corrected_spelling, quoted, suggestion
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +59,11 @@ def explain_section(
     for name, known in shared.items():
         rows.append(_row(name, options.pop(name, None), known.unit, known.meaning, known.default))
     for name, option in options.items():
-        unit, meaning = dune_sections.GENERAL.get(name, ("", "")) if section == "General" else ("", "")
+        unit, meaning = dune_section_names.GENERAL.get(name, ("", "")) if section == "General" else ("", "")
         if task:
             meaning = _unknown(name, parameters)
-        elif shared or (section == "General" and name not in dune_sections.GENERAL):
-            near = corrected_spelling(name, shared or dune_sections.GENERAL)
+        elif shared or (section == "General" and name not in dune_section_names.GENERAL):
+            near = corrected_spelling(name, shared or dune_section_names.GENERAL)
             meaning = "unknown" + (f"; did you mean {quoted(near)}?" if near else " to Shoal")
         rows.append(_row(name, option, unit, meaning, ""))
     return rows
@@ -74,9 +74,9 @@ def _unknown(name: str, parameters: Mapping[str, Parameter]) -> str:
     parameter = find_parameter(parameters, name)
     if parameter is not None:
         return f"another name of {quoted(parameter.name)}, which is already set"
-    if name == dune_sections.PROCESS:
+    if name == dune_section_names.PROCESS:
         return "the process of the vehicle that runs this task"
-    if name in dune_sections.EVERY_TASK:
+    if name in dune_section_names.EVERY_TASK:
         return "no effect in Shoal"
     near = corrected_spelling(
         name, ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)]

@@ -11,7 +11,7 @@ from runtime.profile import (
     Profile,
     Section,
     default_label,
-    dune_sections,
+    dune_section_names,
     parse_imc_id,
     split_list,
 )
@@ -19,7 +19,7 @@ from runtime.task import Parameter, SharedOption, Task, find_parameter, section_
 from runtime.vehicle.task_registry import missing_task_reason, nearest_task, section_name, suggest_task_name
 from runtime.zenoh import ZenohConfig
 from support.diagnostics import Origin, Problem, ProfileError, Severity
-from support.text import corrected_spelling, nearest_word, quoted, suggestion
+from support.terminal_text import corrected_spelling, nearest_word, quoted, suggestion
 
 DAEMON = "Daemon"
 
@@ -99,9 +99,9 @@ class _Checker:
             except ProfileError as error:
                 self.problems += error.problems
         for option in self._config.options("General"):
-            if option.name in dune_sections.GENERAL:
+            if option.name in dune_section_names.GENERAL:
                 continue
-            near = corrected_spelling(option.name, dune_sections.GENERAL)
+            near = corrected_spelling(option.name, dune_section_names.GENERAL)
             severity: Severity = "warning" if near else "note"
             hint = f"did you mean {quoted(near)}?" if near else ""
             self._say(severity, option.origin, f"[General] unknown option {quoted(option.name)}", hint)
@@ -172,9 +172,9 @@ class _Checker:
             if parameter is not None:
                 if self._runs(section.name):
                     self._check_value(section, option, parameter)
-            elif option.name == dune_sections.PROCESS:
+            elif option.name == dune_section_names.PROCESS:
                 self._check_process(section)
-            elif option.name in dune_sections.EVERY_TASK:
+            elif option.name in dune_section_names.EVERY_TASK:
                 self._say("note", option.origin, f"[{section.name}] {option.name} has no effect in Shoal")
             elif option.name != "Enabled" and option.history:
                 unknown.append(option)
@@ -198,22 +198,22 @@ class _Checker:
         name, base = section.name, section.name.partition("/")[0]
         dot = "." in base
         known = shared_options(self._tasks.values(), name)
-        if known or name in dune_sections.DATA_SECTIONS or name.startswith(dune_sections.DATA_PREFIXES):
+        if known or name in dune_section_names.DATA_SECTIONS or name.startswith(dune_section_names.DATA_PREFIXES):
             self._check_shared(section, known)
             self._check_listed(section)
             return
-        if name == dune_sections.MULTIPLEXER:
+        if name == dune_section_names.MULTIPLEXER:
             self._check_multiplexer(section)
             return
-        if self._check_case(section, [*self._tasks, *dune_sections.DATA_SECTIONS]):
+        if self._check_case(section, [*self._tasks, *dune_section_names.DATA_SECTIONS]):
             return
-        near = nearest_task(base, [*self._tasks, *dune_sections.TASKS]) or suggest_task_name(base)
+        near = nearest_task(base, [*self._tasks, *dune_section_names.TASKS]) or suggest_task_name(base)
         meant = runs or (dot and "Enabled" not in section.options)
         hint = f"did you mean [{near}]?" if near else missing_task_reason(base) if meant else ""
-        if base in dune_sections.TASKS:
+        if base in dune_section_names.TASKS:
             self._say("note", section.origin, f"[{name}] is a task of DUNE that is not available in Shoal")
         elif "Enabled" not in section.options and (":" in name or not dot):
-            if near := nearest_word(name, () if dot else dune_sections.DATA_SECTIONS):
+            if near := nearest_word(name, () if dot else dune_section_names.DATA_SECTIONS):
                 self._say("warning", section.origin, f"nothing reads [{name}]", f"did you mean [{near}]?")
         elif runs or near or "Enabled" not in section.options or not dot:
             self._say("error" if runs else "warning", section.origin, f"[{name}] is not a task", hint)
@@ -234,18 +234,21 @@ class _Checker:
                 self._say("warning", section.origin, f"nothing reads [{section.name}]", hint)
 
     def _check_multiplexer(self, section: Section) -> None:
-        tasks = ", ".join(dict.fromkeys(name for name, _ in dune_sections.multiplexer_option_targets("Enabled")))
+        tasks = ", ".join(dict.fromkeys(name for name, _ in dune_section_names.multiplexer_option_targets("Enabled")))
         self._say("note", section.origin, f"[{section.name}] stands for a section of each of its maneuvers: {tasks}")
         enabled = section.options.get("Enabled")
         for option in section.options.values():
-            for name, _ in dune_sections.multiplexer_option_targets(option.name):
+            for name, _ in dune_section_names.multiplexer_option_targets(option.name):
                 own = self._config.option(name, "Enabled")
                 if own and enabled and enabled is not option and own.origin != enabled.origin:
                     text = f"[{section.name}] {quoted(option.name)} has no effect: [{name}] has its own Enabled"
                     self._say("warning", option.origin, text, f"set it in [{name}]")
-            kind = option.name.removeprefix(f"{dune_sections.LABEL} -- ").partition(" -- ")[0]
-            if " -- " in option.name and kind not in (*dune_sections.MULTIPLEXED, *dune_sections.FOR_AIRCRAFT):
-                near = corrected_spelling(kind, dune_sections.MULTIPLEXED)
+            kind = option.name.removeprefix(f"{dune_section_names.LABEL} -- ").partition(" -- ")[0]
+            if " -- " in option.name and kind not in (
+                *dune_section_names.MULTIPLEXED,
+                *dune_section_names.FOR_AIRCRAFT,
+            ):
+                near = corrected_spelling(kind, dune_section_names.MULTIPLEXED)
                 text = f"[{section.name}] {quoted(option.name)}: {quoted(kind)} is not one of its maneuvers"
                 self._say("warning", option.origin, text, f"did you mean {quoted(near)}?" if near else "")
 
@@ -291,7 +294,7 @@ class _Checker:
         if others:
             words = ", ".join(quoted(option.name) for option in others)
             is_, parameters_ = ("is", "a parameter") if len(others) == 1 else ("are", "parameters")
-            here = " in Shoal" if task in dune_sections.TASKS else ""
+            here = " in Shoal" if task in dune_section_names.TASKS else ""
             text = f"[{section.name}] {words} {is_} not {parameters_} of {task}{here}, and {is_} ignored"
             self._say("warning", others[0].origin, text, f"shoal explain lists those of {task}")
 

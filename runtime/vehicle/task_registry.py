@@ -11,9 +11,9 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from runtime.profile import dune_sections
+from runtime.profile import dune_section_names
 from runtime.task import Task, format_exception_line
-from support.text import corrected_spelling, nearest_word, printable, quoted
+from support.terminal_text import corrected_spelling, nearest_word, printable, quoted
 from support.top_level_packages import PACKAGES, TASKS
 
 MARK = Path("runtime/vehicle/task_registry.py")  # a folder that has this file is a clone of Shoal
@@ -168,7 +168,9 @@ def nearest_task(name: str, known: Collection[str]) -> str:
 def suggest_task_name(section: str) -> str:
     """The name of the task, of Shoal, the user or DUNE, that a section almost has; empty if it is not close to any."""
     name = section.partition("/")[0]
-    near = nearest_task(name, [*task_modules(), *dune_sections.TASKS]) if name.lower() not in task_modules() else ""
+    near = (
+        nearest_task(name, [*task_modules(), *dune_section_names.TASKS]) if name.lower() not in task_modules() else ""
+    )
     if (module := task_modules().get(near)) is None:
         return near
     wanted = near.rpartition(".")[2]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from runtime.zenoh.certificates import certificate_problem, is_world_accessible
+from runtime.zenoh.certificate_checks import certificate_problem, is_world_accessible
 from runtime.zenoh.key_expressions import ALL_SYSTEMS, HEARD, PREFIX, key_chunk
 
 ENCRYPTED = ("tls/", "quic/")

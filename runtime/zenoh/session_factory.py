@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from runtime.zenoh.config import set_option
-from runtime.zenoh.link_timeout import LinkTimeout
+from runtime.zenoh.tcp_user_timeout import LinkTimeout
 
 if TYPE_CHECKING:
     import zenoh

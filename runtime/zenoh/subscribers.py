@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from imc.layout import LARGEST_PACKET, SMALLEST_PACKET
-from runtime.zenoh.authorization import PacketAuthorizer
 from runtime.zenoh.error_counter import ErrorCounter
 from runtime.zenoh.key_expressions import PREFIX, key_chunk, relayed_messages_expression, subscription_keys
+from runtime.zenoh.packet_authorization import PacketAuthorizer
 from runtime.zenoh.publishers import LATCHED
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 import imc
 from imc.reserved_ids import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
-from runtime.zenoh.authorization import PacketAuthorizer
 from runtime.zenoh.camera_frames import ZenohFrames
 from runtime.zenoh.config import SESSIONS, SessionConfig, ZenohConfig, error_text
 from runtime.zenoh.error_counter import ErrorCounter
@@ -17,6 +16,7 @@ from runtime.zenoh.key_expressions import Delivery, Publication
 from runtime.zenoh.last_value_cache import LastValueCache
 from runtime.zenoh.live_systems import LiveSystems
 from runtime.zenoh.loopback_discovery import HelloSender, hello_message
+from runtime.zenoh.packet_authorization import PacketAuthorizer
 from runtime.zenoh.presence import Presence, ProcessPart
 from runtime.zenoh.publishers import Publisher, Publishers
 from runtime.zenoh.queryables import Queryables

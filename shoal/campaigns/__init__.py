@@ -1,6 +1,5 @@
 """Campaigns: many runs of scenarios, what varies in them, and what they show."""
 
-from shoal.campaigns.campaign import run_study
 from shoal.campaigns.cluster import to_dask_address
 from shoal.campaigns.comparison import CampaignComparison, RunPair, compare_campaigns
 from shoal.campaigns.executor_factory import open_executor
@@ -21,22 +20,23 @@ from shoal.campaigns.jobs import (
 )
 from shoal.campaigns.junit import junit_xml
 from shoal.campaigns.merge import MergedResults, merge_results
-from shoal.campaigns.notebook import run
+from shoal.campaigns.notebook_runner import run
 from shoal.campaigns.report import campaign_html
 from shoal.campaigns.repro_commands import missing_paths, rerun_command, resume_command, scenario_test_command
 from shoal.campaigns.rerun import RepeatedRun, repeat_run
-from shoal.campaigns.result_text import (
+from shoal.campaigns.results import CampaignResults, has_results, open_results
+from shoal.campaigns.run_outcome_text import (
     failure_details,
     failure_lines,
     other_consecutive_logs,
     outcome_to_dict,
     warning_lines,
 )
-from shoal.campaigns.results import CampaignResults, has_results, open_results
 from shoal.campaigns.scenario_suite import ScenarioOutcome, find_scenario_files, rerun_with_logs, run_jobs
 from shoal.campaigns.search import SearchFindings
 from shoal.campaigns.shards import WHOLE_CAMPAIGN, Shard, parse_shard, shard_folder
 from shoal.campaigns.studies import LOGS, Study, load_study
+from shoal.campaigns.study_execution import run_study
 
 __all__ = [
     "LOGS",

@@ -10,7 +10,7 @@ from shoal.campaigns.jobs import ResultRow, is_finished
 from shoal.campaigns.optional_import import import_optional
 from shoal.campaigns.pass_rate import PassRate
 from shoal.campaigns.results import CampaignResults
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 PASS_RATE = "pass rate"
 _LIMIT = re.compile(r"(.+?)\s*(<=|>=|<|>)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%?)")

@@ -7,9 +7,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from shoal.campaigns.jobs import Job
-from shoal.campaigns.result_text import failure_details, failure_lines, warning_lines
+from shoal.campaigns.run_outcome_text import failure_details, failure_lines, warning_lines
 from shoal.campaigns.scenario_suite import ScenarioOutcome
-from support.text import printable
+from support.terminal_text import printable
 
 
 def junit_xml(outcomes: Iterable[ScenarioOutcome], undone: Iterable[Job], began: float, wall: float) -> bytes:

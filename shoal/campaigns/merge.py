@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from shoal.campaigns.campaign import run_log_folder
 from shoal.campaigns.jobs import ResultRow, is_finished
 from shoal.campaigns.results import (
     CampaignResults,
@@ -17,6 +16,7 @@ from shoal.campaigns.results import (
     has_results,
     open_results,
 )
+from shoal.campaigns.study_execution import run_log_folder
 
 _APART = ("cpu", "finished")  # columns in which a run that was done twice may differ
 _APART_GROUPS = ("logs.", "hashes.")  # a run has these with a log only

@@ -95,7 +95,7 @@ class LazyGroup(click.Group):
             if error.errno == errno.EPIPE:
                 raise
             from support.file_errors import describe_os_error
-            from support.text import printable  # slow to import, and rarely needed
+            from support.terminal_text import printable  # slow to import, and rarely needed
 
             raise WrongUse(printable(describe_os_error(error))) from None
 

@@ -8,14 +8,14 @@ import click
 from rich.console import Console
 
 from mavlink.vehicle.parameters import is_valid_mavlink_parameter, parameter_ids
-from runtime.profile import Profile, Section, default_label, dune_sections, load_profile, own_etc
+from runtime.profile import Profile, Section, default_label, dune_section_names, load_profile, own_etc
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import OptionRow, TaskImportError, all_tasks, find_task
 from runtime.vehicle import explain_section as rows_of
+from shoal.cli.console_tables import find_task_class, first_sentence, open_console, plain_table
 from shoal.cli.options import add_user_task_folders, code_option, config_dir_option, modes_option, overrides_option
-from shoal.cli.tables import find_task_class, first_sentence, open_console, plain_table
 from support.diagnostics import Origin, Problem, ProfileError
-from support.text import printable, suggestion
+from support.terminal_text import printable, suggestion
 
 MAVLINK = "Transports.MAVLink"
 
@@ -66,7 +66,7 @@ def explain(
 def _without_class(section: Section) -> str:
     if "Enabled" not in section.options:
         return "data"
-    return "not in Shoal" if section.name.partition("/")[0] in dune_sections.TASKS else "not a task"
+    return "not in Shoal" if section.name.partition("/")[0] in dune_section_names.TASKS else "not a task"
 
 
 def _explain_section(console: Console, profile: Profile, section: str) -> None:

@@ -11,7 +11,7 @@ from shoal.cli.options import add_user_task_folders, code_option, config_dir_opt
 from shoal.neptus import parameter_list, unplannable_maneuvers, vehicle_definition
 from support.atomic_files import new_file
 from support.diagnostics import ProfileError
-from support.text import printable
+from support.terminal_text import printable
 
 
 @click.command()

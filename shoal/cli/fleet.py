@@ -12,9 +12,9 @@ from rich.table import Table
 from rich.text import Text
 
 from runtime.zenoh import key_chunk
+from shoal.cli.console_tables import plain_table
 from shoal.cli.options import add_user_task_folders, check_log_folder, parse_duration_option
-from shoal.cli.tables import plain_table
-from shoal.cli.vehicle_processes import shoal_command
+from shoal.cli.vehicle_subprocesses import shoal_command
 from shoal.fleet import (
     FleetConfig,
     FleetMonitor,
@@ -28,7 +28,7 @@ from shoal.fleet import (
     stop_fleet,
 )
 from support.diagnostics import ProfileError
-from support.text import printable
+from support.terminal_text import printable
 
 LOOK_PERIOD = 0.1  # s
 ASK_PERIOD = 1.0  # s

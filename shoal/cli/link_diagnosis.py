@@ -17,7 +17,7 @@ from shoal.cli.remote_command import (
     run_on_network,
 )
 from shoal.network import Contact, Diagnosis, Network, diagnose
-from support.text import printable
+from support.terminal_text import printable
 
 LISTEN = 2.5  # s
 

@@ -22,7 +22,7 @@ from shoal.cli.remote_command import (
     run_on_network,
 )
 from shoal.network import NEAR, Network, NetworkSystem
-from support.text import printable
+from support.terminal_text import printable
 
 KINDS = (
     imc.EntityList,

@@ -3,8 +3,8 @@
 import click
 
 import imc
+from shoal.cli.console_tables import first_sentence, format_range, open_console, plain_table, resolve_name
 from shoal.cli.messages_option import messages_option
-from shoal.cli.tables import first_sentence, format_range, open_console, plain_table, resolve_name
 
 
 @click.command()

@@ -9,7 +9,7 @@ import click
 
 from runtime.vehicle import Vehicle
 from support.durations import parse_duration
-from support.text import printable
+from support.terminal_text import printable
 from tasks.transports.logging import Logging
 
 LOG_FILES = ("data.lsf", "config.ini", "imc.xml.gz", "run.json", "state-")  # how their names begin

@@ -13,7 +13,7 @@ from shoal.cli.remote_command import (
     vehicle_argument,
 )
 from shoal.network import AsyncRemoteVehicle, check_parameter_name
-from support.text import printable
+from support.terminal_text import printable
 
 ACTIONS = ("list", "get", "set", "save")
 

@@ -20,7 +20,7 @@ from shoal.cli.remote_command import (
 )
 from shoal.network import AsyncRemoteVehicle, PlanOutcome
 from support.file_errors import add_path_to_errors
-from support.text import printable
+from support.terminal_text import printable
 
 ACTIONS = ("list", "put", "get", "delete", "start", "stop", "status")
 ALONE = ("list", "stop", "status")

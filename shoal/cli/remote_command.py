@@ -18,7 +18,7 @@ from click.shell_completion import CompletionItem
 import imc
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, field_value, make_network
 from support.durations import parse_duration
-from support.text import printable
+from support.terminal_text import printable
 
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")

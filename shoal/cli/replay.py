@@ -10,7 +10,7 @@ from runtime.kernel import parse_clock
 from runtime.logs import summarize
 from runtime.profile import derived_id, load_profile, own_etc
 from runtime.vehicle import Vehicle, find_task, join_zenoh, missing_extra
-from shoal.cli.log.arguments import errors_as_messages, logs_of_argument, run_selection_options
+from shoal.cli.log.log_input import errors_as_messages, logs_of_argument, run_selection_options
 from shoal.cli.log.selection_options import split_names
 from shoal.cli.options import check_vehicle_log_folder
 from shoal.cli.replay_keyboard import ReplayControls, replay_keyboard

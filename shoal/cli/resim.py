@@ -14,7 +14,7 @@ from shoal.logs.inspect import format_noun_count
 from shoal.rerun import EntityMessage, MessageCount, Resimulation, ResimulationError, resimulate
 from support.diagnostics import ProfileError
 from support.file_errors import describe_os_error
-from support.text import printable
+from support.terminal_text import printable
 
 PIPE_WIDTH = 160
 HEADER = frozenset({*imc.Message.__struct_fields__})

@@ -24,7 +24,7 @@ from shoal.cli.remote_command import (
     vehicle_argument,
 )
 from shoal.network import AsyncRemoteVehicle
-from support.text import printable, suggestion
+from support.terminal_text import printable, suggestion
 
 
 @click.command()

@@ -18,7 +18,7 @@ from shoal.cli.options import (
     overrides_option,
     require_text,
 )
-from shoal.cli.vehicle_processes import resolve_process_option
+from shoal.cli.vehicle_subprocesses import resolve_process_option
 from support.diagnostics import ProfileError
 from support.file_errors import add_path_to_errors
 

@@ -30,7 +30,7 @@ from shoal.cli.remote_command import (
     vehicle_argument,
 )
 from shoal.network import AsyncRemoteVehicle, VehicleLost, field_value, parse_message_filter
-from support.text import printable, suggestion
+from support.terminal_text import printable, suggestion
 
 REFRESH = 0.5  # s
 QUIET = 5.0  # s without a message to show, after which the reason is told

@@ -17,7 +17,7 @@ import imc
 from runtime.logs import resolve_log_folder
 from runtime.task import Entity, State
 from runtime.vehicle import Vehicle
-from support.text import printable
+from support.terminal_text import printable
 
 REFRESH = 0.25  # s of real time between updates of the panel
 LINE_PERIOD = 10.0  # s of real time between status lines in a pipe

@@ -8,9 +8,16 @@ from rich.console import Console
 
 from runtime.task import Parameter, Task
 from runtime.vehicle import TaskImportError, all_tasks, missing_extra
+from shoal.cli.console_tables import (
+    find_task_class,
+    first_sentence,
+    format_range,
+    open_console,
+    plain_table,
+    resolve_name,
+)
 from shoal.cli.json_output import json_option, parameter_to_dict, print_json
 from shoal.cli.options import add_user_task_folders, code_option
-from shoal.cli.tables import find_task_class, first_sentence, format_range, open_console, plain_table, resolve_name
 
 
 @click.command()

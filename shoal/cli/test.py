@@ -44,7 +44,7 @@ from shoal.cli.options import (
 )
 from shoal.cli.worker_options import check_wall_limit, wall_limit_option, workers_option
 from support.file_errors import describe_os_error
-from support.text import printable
+from support.terminal_text import printable
 
 FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 

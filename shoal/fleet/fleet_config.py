@@ -14,7 +14,7 @@ from shoal.fleet.fleet_file import FleetFile, FleetFileSource, VehicleGroup, rea
 from shoal.fleet.ports import MAVLINK_OFF, SYSTEM_ID, mavlink_id, mavlink_id_overrides, port_overrides
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.durations import parse_duration
-from support.text import quoted
+from support.terminal_text import quoted
 from support.wgs84 import displace
 
 RESTART = ("on-failure", "never")

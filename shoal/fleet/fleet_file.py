@@ -7,7 +7,7 @@ from typing import Annotated, Any, NoReturn
 import msgspec
 
 from support.located_yaml import Node, parse_yaml_tree, read_text
-from support.text import corrected_spelling, quoted
+from support.terminal_text import corrected_spelling, quoted
 
 Count = Annotated[int, msgspec.Meta(ge=1, le=1000)]
 Position = tuple[Annotated[float, msgspec.Meta(ge=-90, le=90)], Annotated[float, msgspec.Meta(ge=-180, le=180)]]  # °

@@ -2,7 +2,7 @@
 
 from autonomy.plans.yaml import PlanFileError, parse_plan, plan_text
 from shoal.missions.mission import Mission
-from shoal.missions.plan_files import load_plan
+from shoal.missions.plan_file_reader import load_plan
 from shoal.missions.report import COMPLETED, FAILED, LATE, ManeuverReport, Report
 from shoal.missions.simulated_flight import AUTOSTART, fly, parse_modes_or_default, prepare
 from shoal.missions.start_request import PlanStartRequest, find_start_request

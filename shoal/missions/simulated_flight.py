@@ -9,7 +9,7 @@ from runtime.kernel import Clock, parse_clock
 from runtime.profile import Profile, load_profile
 from runtime.vehicle import Build, Fleet, build
 from shoal.missions.mission import Mission
-from shoal.missions.plan_files import load_plan
+from shoal.missions.plan_file_reader import load_plan
 from shoal.missions.report import Report
 
 USUAL_MODES = ("Simulation", "Kinematic")

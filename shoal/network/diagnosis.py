@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 import imc
-from shoal.network.listener import MessageListener
+from shoal.network.message_listener import MessageListener
 from shoal.network.network import Network, NoAnswer, VehicleLost
 from shoal.network.system_table import NetworkSystem
 

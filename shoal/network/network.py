@@ -19,9 +19,9 @@ from shoal.network.link import (
     ReceivedPacket,
     size_warning,
 )
-from shoal.network.listener import MessageListener, check_message_type, damage_kind
+from shoal.network.message_listener import MessageListener, check_message_type, damage_kind
 from shoal.network.system_table import MOST_SYSTEMS, NetworkSystem, NetworkSystemTable
-from support.text import printable, suggestion
+from support.terminal_text import printable, suggestion
 
 M = TypeVar("M", bound=imc.Message)
 A = TypeVar("A")

@@ -6,11 +6,11 @@ from collections.abc import Collection, Mapping
 from contextlib import suppress
 
 import imc
-from shoal.network.listener import MessageListener
+from shoal.network.message_listener import MessageListener
 from shoal.network.network import Network, NoAnswer
 from shoal.network.plans import Refused
 from shoal.network.system_table import NetworkSystem
-from support.text import suggestion
+from support.terminal_text import suggestion
 
 SHORT = 1.2  # s for the first question: there may be no such entity
 QUIET = 0.5  # s without an answer: there are no more

@@ -10,7 +10,7 @@ import imc
 from shoal.network.link import NetworkError
 from shoal.network.network import GRACE, Network
 from shoal.network.system_table import NetworkSystem
-from support.text import suggestion
+from support.terminal_text import suggestion
 
 Op = imc.PlanControl.Op
 Type = imc.PlanControl.Type

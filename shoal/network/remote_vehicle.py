@@ -9,9 +9,9 @@ import imc
 from imc.discovery import Services
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from shoal.network.link import NetworkError
-from shoal.network.listener import check_message, check_message_type
 from shoal.network.logs import AsyncRemoteLogs
-from shoal.network.message_filter import parse_message_filter
+from shoal.network.message_filter_expression import parse_message_filter
+from shoal.network.message_listener import check_message_type, require_message_instance
 from shoal.network.network import Network, NoAnswer
 from shoal.network.parameters import AsyncRemoteParameters
 from shoal.network.plans import AsyncRemotePlans, Refused
@@ -85,7 +85,7 @@ class AsyncRemoteVehicle:
 
     async def _check_type(self, message: imc.Message) -> None:
         """Raise Refused if the vehicle announces that it cannot read a message. One of the user's waits for that."""
-        kind, usual = type(check_message(message)), imc.builtin()
+        kind, usual = type(require_message_instance(message)), imc.builtin()
         ours = imc.definition_checksum(kind)
         theirs = imc.definition_checksum(usual.by_id(kind.ID)) if kind.ID in usual.types_by_id else ""
         own = self._announced()

@@ -12,7 +12,7 @@ from urllib.parse import unquote
 import imc
 from runtime.zenoh import LOCAL_PORT, SessionFactory, ZenohConfig, error_text, key_chunk, message_key, parse_token
 from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
-from shoal.network.zenoh_errors import connection_failure
+from shoal.network.zenoh_connection_failure import connection_failure
 
 if TYPE_CHECKING:
     import zenoh

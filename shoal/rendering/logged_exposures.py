@@ -16,7 +16,8 @@ from runtime.kernel import VirtualClock, nanoseconds
 from runtime.logs import logs_of_run, read_log_run_position
 from runtime.vehicle import Vehicle, build
 from shoal.logs.export import matches_optics
-from shoal.rendering.frame_times import (
+from shoal.rendering.camera_world_files import apply_camera_file, apply_world_file
+from shoal.rendering.logged_frame_times import (
     FrameScheduler,
     LoggedFrame,
     logged_frames,
@@ -24,7 +25,6 @@ from shoal.rendering.frame_times import (
     tick_rates_by_label,
     vehicle_start_time,
 )
-from shoal.rendering.render_config import apply_camera_file, apply_world_file
 from shoal.rerun import (
     LoggedRun,
     ResimulationError,
@@ -35,9 +35,9 @@ from shoal.rerun import (
     tick_rates,
 )
 from tasks.simulated_world import world_of
-from tasks.vision.cameras.camera_records import CAMERAS_FILE
+from tasks.vision.cameras.camera_metadata import CAMERAS_FILE
 from tasks.vision.cameras.image_saver import PHOTOS_FOLDER
-from tasks.vision.cameras.image_writer import write_picture
+from tasks.vision.cameras.picture_files import write_picture
 from tasks.vision.cameras.rendered_camera import RenderedCameraTask
 from tasks.vision.cameras.viewpoint import VehicleView
 from world.rendering import Board, Glider, SceneCamera, ScenePose, Shutter

@@ -14,9 +14,9 @@ from shoal.rendering.label_files import LABELS, boxes_to_dicts, class_numbers, w
 from shoal.rendering.logged_exposures import CameraVersion, ExposedPicture, find_exposures
 from shoal.rendering.process_pool import IndexedWork, RenderPool
 from shoal.rerun import ResimulationError
-from tasks.vision.cameras.camera_records import CAMERAS_FILE
+from tasks.vision.cameras.camera_metadata import CAMERAS_FILE
 from tasks.vision.cameras.image_saver import PHOTOS_FOLDER
-from tasks.vision.cameras.image_writer import write_picture
+from tasks.vision.cameras.picture_files import write_picture
 
 MOST_NOTES = 20
 

@@ -2,10 +2,10 @@
 
 from shoal.rerun.comparison import EntityMessage, FieldStatistics, FirstDifference, MessageCount, RerunComparison
 from shoal.rerun.log_summary import summarize_log
-from shoal.rerun.logged_packets import TimestampResolver
-from shoal.rerun.logged_run import LoggedRun, find_run_of_log
+from shoal.rerun.logged_packet_times import TimestampResolver
 from shoal.rerun.resimulation import Resimulation, ResimulationError, logged_profile, resimulate, tick_rates
 from shoal.rerun.rewind import RewoundRun, resume_snapshot
+from shoal.rerun.run_log_sequence import LoggedRun, find_run_of_log
 
 __all__ = [
     "EntityMessage",

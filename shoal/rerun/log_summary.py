@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import imc
 from runtime.logs import SystemNames
-from shoal.rerun.logged_run import LoggedRun
+from shoal.rerun.run_log_sequence import LoggedRun
 
 Op = imc.LoggingControl.Op
 CLOSING = frozenset({imc.LoggingControl.ID, imc.QueryEntityInfo.ID, imc.EntityInfo.ID})

@@ -6,7 +6,7 @@ import imc
 from runtime.bus import Bus
 from runtime.kernel import Kernel
 from runtime.task import SYSTEM_ENTITY
-from shoal.rerun.logged_packets import LoggedPacket, LogReplay
+from shoal.rerun.logged_packet_times import LoggedPacket, LogReplay
 
 
 class LoggedBus(Bus):

@@ -18,10 +18,10 @@ from runtime.vehicle import TaskImportError, all_tasks, build, find_task, missin
 from shoal.rerun.comparison import LastMomentBuffer, RerunComparison
 from shoal.rerun.log_summary import GAP, RerunLogSummary, summarize_log
 from shoal.rerun.logged_bus import LoggedBus
-from shoal.rerun.logged_packets import LogReplay, TimestampResolver, make_sender_test
-from shoal.rerun.logged_run import CONFIGURATION, LoggedRun, find_run_of_log
+from shoal.rerun.logged_packet_times import LogReplay, TimestampResolver, make_sender_test
+from shoal.rerun.run_log_sequence import CONFIGURATION, LoggedRun, find_run_of_log
 from support.file_errors import add_path_to_errors
-from support.text import quoted, suggestion
+from support.terminal_text import quoted, suggestion
 
 ENOUGH = 10  # messages at a rate; so many periods without one are a silence
 TOLERANCE = 0.5  # s, between the two messages of a pair, for a log made on a wall clock

@@ -30,7 +30,7 @@ from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import Vehicle, build
 from shoal.missions import PlanStartRequest, find_start_request
 from shoal.rerun.log_summary import summarize_log
-from shoal.rerun.logged_run import LoggedRun, find_run_of_log
+from shoal.rerun.run_log_sequence import LoggedRun, find_run_of_log
 from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
 

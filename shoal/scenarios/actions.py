@@ -12,7 +12,7 @@ from runtime.task import Parameter, Task, find_parameter
 from runtime.vehicle import Vehicle
 from shoal.scenarios.run_context import RunContext
 from shoal.scenarios.value_reader import convert_to_unit_of
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 from tasks.simulators.battery import Battery
 
 CONSOLE = 0x4001

@@ -18,7 +18,7 @@ from shoal.scenarios.robustness import (
     comparison_robustness,
 )
 from support.located_yaml import Node
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 T = TypeVar("T", "ScenarioCondition", "MessageExpression")
 _UNIT = "|".join(map(re.escape, sorted(UNITS, key=len, reverse=True)))

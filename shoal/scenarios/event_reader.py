@@ -24,7 +24,7 @@ from shoal.scenarios.value_reader import (
     read_seconds,
 )
 from support.located_yaml import Node
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 TIMES = ("at", "when", "after", "vehicle")
 HEADER = ("src", "src_ent", "dst", "dst_ent")

@@ -8,7 +8,7 @@ from runtime.kernel import SECOND
 from runtime.vehicle import Vehicle
 from shoal.scenarios.expression_functions import WorldBottom
 from shoal.scenarios.operands import MessageSelector
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 from tasks.simulated_world import world_of
 
 OnMessage = Callable[[float], object]

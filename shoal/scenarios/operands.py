@@ -13,7 +13,7 @@ from autonomy.plans.yaml import UNITS, parse_quantity
 from imc.layout import NUMBERS
 from shoal.scenarios.expression_functions import FUNCTIONS, POSITION_FUNCTIONS, WorldBottom, has_position
 from shoal.scenarios.robustness import LatestMessages, RobustnessFunction
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 _PARTS = re.compile(r"(\w+)(?:\[([^\]]*)\])?(?:\.(\w+))?(?:@(.+))?")
 _SPECIAL = ("inf", "infinity", "nan")

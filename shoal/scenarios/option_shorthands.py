@@ -17,7 +17,7 @@ from shoal.scenarios.value_reader import (
     read_seconds,
 )
 from support.located_yaml import Node
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 from world import SECTIONS
 
 STREAM, WIND, DRONE = "Simulators.StreamVelocity", "Simulators.Wind", "Simulators.UAV"

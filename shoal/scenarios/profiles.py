@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NoReturn
 
 import imc
-from runtime.profile import Profile, dune_sections, load_profile, resolve_root_copy
+from runtime.profile import Profile, dune_section_names, load_profile, resolve_root_copy
 from runtime.task import Parameter, find_parameter
 from runtime.vehicle import TaskImportError, all_tasks, check_profile, find_task
 from shoal.missions import parse_modes_or_default
@@ -14,7 +14,7 @@ from shoal.scenarios.scenario import ScenarioSetting
 from shoal.scenarios.value_reader import convert_to_unit_of, read_option_text
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.located_yaml import Node
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 from support.wgs84 import offset
 from world import SECTIONS, WorldError, read_world
 
@@ -156,7 +156,7 @@ def _check_general(node: Node, setting: ScenarioSetting, profile: Profile) -> No
     """Refuse an option of [General] that neither Shoal nor the profile has: a profile may have any for its own use."""
     if setting.section != "General":
         return
-    options = {*dune_sections.GENERAL, *(option.name for option in profile.config.options("General"))}
+    options = {*dune_section_names.GENERAL, *(option.name for option in profile.config.options("General"))}
     if setting.option not in options:
         reason = with_suggestion(f"[General] has no option {setting.option!r}", setting.option, sorted(options))
         raise node.error(f"{setting.where}: {reason}")

@@ -27,7 +27,7 @@ from shoal.scenarios.value_reader import (
     read_whole_number,
 )
 from support.located_yaml import Node
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 KEYS = (
     *("scenario", "description", "seed", "vehicle", "vehicles", "world", "links", "events", "expect", "metrics"),

@@ -10,7 +10,7 @@ from autonomy.plans.yaml import parse_in_unit, parse_quantity, split_quantity
 from runtime.task import Parameter
 from support.durations import LONGEST, parse_duration
 from support.located_yaml import Node
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 T = TypeVar("T")
 _METERS = re.compile(r"\dm(?![a-z])|\d\s+m(?![a-z])")

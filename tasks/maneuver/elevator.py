@@ -4,8 +4,8 @@ import math
 
 import imc
 from runtime import param
+from tasks.maneuver.depth_spiral import spiral
 from tasks.maneuver.maneuver_task import Maneuver, PathEnd, PathFlags
-from tasks.maneuver.spiral import spiral
 
 
 class Elevator(Maneuver):

@@ -6,7 +6,7 @@ import imc
 from runtime import param
 from support.wgs84 import displace
 from tasks.maneuver.circle_timer import CircleTimer
-from tasks.maneuver.hover import hover
+from tasks.maneuver.hover_control import hover
 from tasks.maneuver.maneuver_task import Maneuver, PathEnd, PathFlags
 
 Form = imc.Loiter.Type
@@ -54,7 +54,7 @@ class Loiter(Maneuver):
             if await circling.process_next_message():
                 return True
             if self.state is not None:
-                to_north, to_east = self.offset(lat, lon)
+                to_north, to_east = self.north_east_from_vehicle(lat, lon)
                 outward = -(to_north * north + to_east * east)
                 outside = outside or outward > 0.5 * radius
                 if outside and outward < 0.0:

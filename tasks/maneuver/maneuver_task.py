@@ -214,7 +214,7 @@ class Maneuver(Task):
         assert self._script is not None
         await self._script.sleep(seconds)
 
-    def offset(self, lat: float, lon: float) -> tuple[float, float]:
+    def north_east_from_vehicle(self, lat: float, lon: float) -> tuple[float, float]:
         """North and east (m) from the vehicle to a position (rad)."""
         if self.state is None:
             raise ManeuverError("position is unknown")
@@ -224,7 +224,7 @@ class Maneuver(Task):
 
     def range_to(self, leg: PathEnd) -> float:
         """Horizontal distance (m) from the vehicle to the end of `leg`."""
-        return math.hypot(*self.offset(leg.lat, leg.lon))
+        return math.hypot(*self.north_east_from_vehicle(leg.lat, leg.lon))
 
     def _begin(self, maneuver: imc.Message) -> None:
         if isinstance(maneuver, imc.CustomManeuver) and maneuver.name != type(self).__name__:

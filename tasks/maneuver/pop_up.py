@@ -6,8 +6,8 @@ import imc
 from imc.coordinates import absolute_position
 from runtime import param
 from support.wgs84 import displacement
+from tasks.maneuver.depth_spiral import spiral
 from tasks.maneuver.maneuver_task import Loops, Maneuver, PathEnd, PathFlags
-from tasks.maneuver.spiral import spiral
 from tasks.maneuver.station_control import keep_station
 
 Flags = imc.PopUp.Flags

@@ -2,7 +2,7 @@
 
 import imc
 from tasks.maneuver.maneuver_task import Maneuver
-from tasks.maneuver.survey_rows import follow_rows
+from tasks.maneuver.survey_row_following import follow_rows
 
 
 class Rows(Maneuver):

@@ -7,7 +7,7 @@ import imc
 from imc.coordinates import altitude_row_spacing
 from runtime import param
 from tasks.maneuver.maneuver_task import Maneuver, PathEnd
-from tasks.maneuver.survey_rows import follow_rows
+from tasks.maneuver.survey_row_following import follow_rows
 
 
 class RowsCoverage(Maneuver):

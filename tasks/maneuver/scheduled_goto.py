@@ -4,8 +4,8 @@ import math
 
 import imc
 from runtime import ParameterError, param
+from tasks.maneuver.depth_spiral import CLIMB, vertical_error
 from tasks.maneuver.maneuver_task import Completed, Maneuver, ManeuverError, PathEnd
-from tasks.maneuver.spiral import CLIMB, vertical_error
 
 Late = imc.ScheduledGoto.Delayed
 REVISION = 2.0  # s between two updates of the speed

@@ -5,7 +5,7 @@ import math
 import imc
 from imc.tuple_list import parse_tuple_list
 from runtime import param
-from tasks.maneuver.hover import hover
+from tasks.maneuver.hover_control import hover
 from tasks.maneuver.maneuver_task import Loops, Maneuver, PathEnd
 from tasks.maneuver.station_control import ApproachSpeed, keep_station
 

@@ -6,7 +6,7 @@ import imc
 from runtime import State, Task, consume, param, periodic
 from runtime.profile import split_list
 from support.diagnostics import ConfigWarning
-from support.text import quoted, suggestion
+from support.terminal_text import quoted, suggestion
 
 Condition = imc.EntityState.State
 ALWAYS = "Daemon"
@@ -22,7 +22,7 @@ class Entities(Task):
     )
     report_timeout: float = param(5.0, "s", "An entity without a report for this time has failed.", minimum=0.1)
 
-    def warnings(self) -> Iterator[ConfigWarning]:
+    def configuration_warnings(self) -> Iterator[ConfigWarning]:
         known = [entity.label for entity in self.vehicle.entities]
         lists = {"default_monitoring": self.default_monitoring, "default_monitoring_hardware": self._hardware()}
         for parameter in self.parameters().values():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import imc
 from autonomy.plans import Actions, PlanGraph, PlanNode
 from runtime.task import EntityTable, Task
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 if TYPE_CHECKING:
     from runtime.vehicle import Vehicle

@@ -4,7 +4,7 @@ import imc
 from autonomy.plans import TEMPLATES, TemplateDefaults, TemplateError, plan_from_template
 from imc.tuple_list import parse_tuple_list
 from runtime import ParameterError, State, Task, consume, param
-from support.text import quoted, suggestion
+from support.terminal_text import quoted, suggestion
 
 Op = imc.PlanGeneration.Op
 Phase = imc.PlanControlState.State

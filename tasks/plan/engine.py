@@ -9,9 +9,9 @@ from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import Script, State, Task, consume, param, periodic
 from runtime.task import Inbox, ParameterError
 from tasks.plan.actions import ActivationTimes, PlanActions, unsupported_setting_reasons
-from tasks.plan.execution import NO_MANEUVER, PlanExecution
+from tasks.plan.execution_progress import NO_MANEUVER, PlanExecution
+from tasks.plan.outgoing_requests import COMMAND_TIMEOUT, MessageCache, SupervisorClient
 from tasks.plan.replies import Replies
-from tasks.plan.supervisor_client import COMMAND_TIMEOUT, MessageCache, SupervisorClient
 
 Op = imc.PlanControl.Op
 Type = imc.PlanControl.Type

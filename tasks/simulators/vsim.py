@@ -7,7 +7,7 @@ import imc
 from runtime import ParameterError, State, consume, param, periodic
 from support.diagnostics import ConfigWarning
 from support.rotations import Vector
-from support.text import corrected_spelling, printable, quoted
+from support.terminal_text import corrected_spelling, printable, quoted
 from support.wgs84 import offset
 from tasks.simulated_world import world_of
 from tasks.simulators.fixed_steps import FixedSteps
@@ -74,7 +74,7 @@ class VSIM(PoweredDeviceTask):
         self._seabed = world.seabed
         self._sea = world.wind_sea(self.vehicle.seed) if isinstance(self._model, BoatModel) else None
 
-    def warnings(self) -> Iterator[ConfigWarning]:
+    def configuration_warnings(self) -> Iterator[ConfigWarning]:
         read = {"Integration Method"}
 
         def value(section: str, option: str) -> str:

@@ -8,7 +8,7 @@ from autonomy.limits import OperatingLimits
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.vehicle import general_number
-from support.text import suggestion, with_suggestion
+from support.terminal_text import suggestion, with_suggestion
 
 Loops = imc.CLoopsMask
 Command = imc.SetThrusterActuation | imc.SetServoPosition

@@ -17,7 +17,7 @@ from imc.discovery import (
 )
 from runtime import State, Task, consume, param, periodic
 from runtime.network_interfaces import EVERYWHERE, Interface, interfaces, is_loopback_address
-from tasks.transports.imc_links.announcement import (
+from tasks.transports.imc_links.own_announce import (
     SYSTEM_TYPES,
     announcement,
     custom_message_signatures,

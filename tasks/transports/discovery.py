@@ -86,7 +86,7 @@ class Discovery(Task):
         self.seen: dict[int, list[SystemSighting]] = {}
         self.clashes: dict[str, float] = {}
         self.listen_or_follow()
-        schedule_network_timer(self, PULSE, self.pulse_or_listen)
+        schedule_network_timer(self, PULSE, self.pulse_or_check_leader)
 
     def stop(self) -> None:
         for each in (self.reader, self.leader, self.follower):
@@ -152,9 +152,9 @@ class Discovery(Task):
         if self.refusals >= MOST_REFUSALS:
             self.listen("the program that should listen for all takes nobody")
 
-    def pulse_or_listen(self) -> None:
+    def pulse_or_check_leader(self) -> None:
         """Show the followers that we live, or listen if nobody does it for us."""
-        schedule_network_timer(self, PULSE, self.pulse_or_listen)
+        schedule_network_timer(self, PULSE, self.pulse_or_check_leader)
         if self.leader is not None:
             self.leader.pulse()
         elif self.follower is not None:

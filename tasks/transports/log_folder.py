@@ -66,7 +66,7 @@ class LogFolder:
             self.text.open(path / "Output.txt")
             self.data.open(path / f"Data.lsf{self._suffix}")
         except OSError:
-            self.abandon()
+            self.close_without_flush()
             shutil.rmtree(path, ignore_errors=True)
             raise
         self.path, self.made = path, True
@@ -79,10 +79,10 @@ class LogFolder:
         self.data.flush()
         self.text.flush()
 
-    def abandon(self) -> None:
+    def close_without_flush(self) -> None:
         """Close both files without a flush."""
-        self.data.abandon()
-        self.text.abandon()
+        self.data.close_without_flush()
+        self.text.close_without_flush()
 
 
 def _new_folder(path: Path) -> Path:

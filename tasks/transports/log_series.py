@@ -45,22 +45,22 @@ class LogSeries:
             try:
                 self._write(self.waiting_logs[0])
             except LogRemovedError:
-                self.waiting_logs.pop(0).abandon()
+                self.waiting_logs.pop(0).close_without_flush()
                 raise
-            self.waiting_logs.pop(0).abandon()
+            self.waiting_logs.pop(0).close_without_flush()
         if self.current is not None:
             self._write(self.current)
 
     def move_unwritten(self, removed: LogFolder, log: LogFolder) -> None:
         """Write to `log` what was not yet written to a log that somebody removed."""
-        removed.abandon()
+        removed.close_without_flush()
         log.data.adopt_pending(removed.data)
         log.text.adopt_pending(removed.text)
 
-    def abandon(self) -> None:
+    def close_without_flush(self) -> None:
         """Give up what the disk does not accept."""
         for log in self.waiting_logs:
-            log.abandon()
+            log.close_without_flush()
 
     def _write(self, log: LogFolder) -> None:
         if not log.made:

@@ -10,7 +10,7 @@ from imc.schema import message_named
 from runtime import Entity, State, Task, consume, param
 from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
-from tasks.transports.imc_links.announcement import SYSTEM_TYPES, announcement
+from tasks.transports.imc_links.own_announce import SYSTEM_TYPES, announcement
 from tasks.transports.log_folder import LogFolder, LogRemovedError, clean_label, fsync_and_close, log_line, utc_text
 from tasks.transports.log_series import LogSeries
 
@@ -106,7 +106,7 @@ class Logging(Task):
         if trouble := ", ".join(words for words in (waiting, lost) if words):
             self.lost = f"{trouble}: {self._trouble}"
             self.log.error(self.lost)
-        self._logs.abandon()
+        self._logs.close_without_flush()
 
     @consume(others=True, packets=True)
     def record(self, message: imc.Message, packet: bytes) -> None:

@@ -6,10 +6,10 @@ from mavlink.vehicle import VehicleEndpoint, VehicleEquipment, VehicleIdentity, 
 from mavlink.vehicle.camera import parse_video
 from mavlink.vehicle.command import RelayNames
 from runtime import consume
-from tasks.transports.mavlink_links.disk_folders import DiskFolders
-from tasks.transports.mavlink_links.disk_pictures import DiskPictures
+from tasks.transports.mavlink_links.disk_usage_and_thumbnails import DiskPictures
+from tasks.transports.mavlink_links.ftp_folders import DiskFolders
 from tasks.transports.mavlink_links.ground_links import GroundLinks
-from tasks.transports.mavlink_links.task_views import find_cameras, task_parameters
+from tasks.transports.mavlink_links.parameters_and_cameras import find_cameras, task_parameters
 
 
 class MAVLink(GroundLinks):

@@ -8,8 +8,8 @@ import imc
 from mavlink import KINDS, load_dialect, statustext
 from mavlink.vehicle import CHANGES, ShownMessages, VehicleEquipment, VehicleIdentity
 from runtime import State, consume, param, periodic
-from tasks.transports.mavlink_links.disk_folders import DiskFolders
-from tasks.transports.mavlink_links.disk_pictures import DiskPictures
+from tasks.transports.mavlink_links.disk_usage_and_thumbnails import DiskPictures
+from tasks.transports.mavlink_links.ftp_folders import DiskFolders
 from tasks.transports.mavlink_links.ground_links import GroundLinks
 from tasks.transports.mavlink_links.logged_vehicle import (
     LoggedEndpoint,
@@ -17,7 +17,7 @@ from tasks.transports.mavlink_links.logged_vehicle import (
     LoggedVehicle,
     identify_log_owner,
 )
-from tasks.transports.mavlink_links.task_views import task_parameters
+from tasks.transports.mavlink_links.parameters_and_cameras import task_parameters
 from tasks.transports.replayed_log import LogPlayer, SkippedPackets
 
 AS_LOGGED = "as logged"

@@ -14,7 +14,7 @@ from tasks.pose_history import PoseHistory
 from tasks.simulated_world import TrueState, world_of
 from tasks.vision.airsim_api.client import AirSimCapture, AirSimClient, mount_from_poses
 from tasks.vision.airsim_api.rpc_messages import AirSimError, Image, Kinematics, pose_transform
-from tasks.vision.cameras.camera_records import camera_frame_message
+from tasks.vision.cameras.camera_metadata import camera_frame_message
 from tasks.vision.cameras.image_saver import ImageSaverTask
 from world import SECTIONS
 from world.optics import LENS_PRESETS, CameraModel, FisheyeModel, Floats, PinholeModel, preset_lens

@@ -66,7 +66,7 @@ class Camera(MountedCameraTask, RenderedCameraTask):
         self._optics = self._housed(model)
         super().configure()
 
-    def warnings(self) -> Iterator[ConfigWarning]:
+    def configuration_warnings(self) -> Iterator[ConfigWarning]:
         for parameter in self.parameters().values() if self.calibration else ():
             if parameter.attribute in REPLACED and getattr(self, parameter.attribute) != parameter.default:
                 yield ConfigWarning(

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 
 from runtime import ParameterError, State, param
-from tasks.vision.cameras.calibrated_camera import CalibratedCameraTask
+from tasks.vision.cameras.external_camera import CalibratedCameraTask
 from tasks.vision.cameras.image_sequence import Image, bgr_to_rgba, open_video
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s

@@ -4,7 +4,7 @@ import importlib.util
 from functools import partial
 
 from runtime import ParameterError, State, param
-from tasks.vision.cameras.calibrated_camera import CalibratedCameraTask
+from tasks.vision.cameras.external_camera import CalibratedCameraTask
 from tasks.vision.cameras.image_sequence import MOST_REPORTED, Image, ImageSequence, TimedImage, find_calibration
 from world.optics import CalibrationError, read_calibration
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from support.numbers import clamp_magnitude
+from support.number_parsing import clamp_magnitude
 from support.vectors import add, dot, limit_horizontal_and_vertical, norm
 
 

@@ -6,8 +6,7 @@ from world.bodies.boat import Boat
 from world.bodies.boat_model import BoatModel, is_boat_model, is_estimated_model, read_boat_model
 from world.bodies.model_section import ModelError
 from world.bodies.multirotor import Airframe, Multirotor
-from world.bodies.pattern_motion import PatternMotion
-from world.bodies.trajectory import (
+from world.bodies.path_patterns import (
     CirclePattern,
     LegsPattern,
     LinePattern,
@@ -16,6 +15,7 @@ from world.bodies.trajectory import (
     lawn_mower_corners,
     parse_points,
 )
+from world.bodies.pattern_motion import PatternMotion
 from world.bodies.wave_response import BoatMotion, motion_in_waves
 
 __all__ = [

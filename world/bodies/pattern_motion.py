@@ -3,7 +3,7 @@
 import math
 
 from support.rotations import Vector, rotation, to_body, wrap
-from world.bodies.trajectory import MinimumJerkRamp, Pattern
+from world.bodies.path_patterns import MinimumJerkRamp, Pattern
 
 GRAVITY = 9.80665
 MAXIMUM_STEP = 0.02  # s
@@ -77,7 +77,7 @@ class PatternMotion:
         if surge.moving or dive.moving:
             return
         if self.pattern is not None and surge.value != self.speed:
-            surge.start(self.speed, math.inf, SURGE_ACCELERATION)
+            surge.set_target(self.speed, math.inf, SURGE_ACCELERATION)
             return
         target = self.depth_target
         if self.pattern is not None and self.pattern.depth is not None:
@@ -86,9 +86,9 @@ class PatternMotion:
         if dive.value == target or self.elapsed < self.dive_time:
             return
         if self.pattern is None:
-            dive.start(target, HOVER_RATE, HOVER_ACCELERATION)
+            dive.set_target(target, HOVER_RATE, HOVER_ACCELERATION)
         else:
-            dive.start(target, surge.value * math.sin(self.maximum_pitch), surge.value * PITCH_RATE)
+            dive.set_target(target, surge.value * math.sin(self.maximum_pitch), surge.value * PITCH_RATE)
 
     def _turn(self, pattern: Pattern, dt: float) -> None:
         course, curvature = pattern.guidance_course_and_curvature(self.north, self.east)

@@ -4,9 +4,9 @@ from world.optics.brown_conrady import PinholeModel
 from world.optics.calibration_files import calibration_file_to_json, parse_calibration, read_calibration
 from world.optics.camera_model import CalibrationError, CameraModel, Floats
 from world.optics.double_sphere import DoubleSphereModel
-from world.optics.field_of_view_camera import FieldOfViewCamera
 from world.optics.fisheye import FisheyeModel, kannala_brandt_lens
-from world.optics.lens import LENS_PRESETS, Lens, preset_lens
+from world.optics.fov_pinhole_camera import FieldOfViewCamera
+from world.optics.polynomial_lens import LENS_PRESETS, Lens, preset_lens
 from world.optics.underwater_housing import DomePort, FlatPort, HousedModel, put_behind_port
 
 __all__ = [

@@ -13,7 +13,7 @@ from world.optics.brown_conrady import PinholeModel
 from world.optics.camera_model import CalibrationError, CameraModel
 from world.optics.double_sphere import DoubleSphereModel
 from world.optics.fisheye import FisheyeModel, kannala_brandt_lens
-from world.optics.lens import Lens
+from world.optics.polynomial_lens import Lens
 
 LARGEST_FILE = 1 << 20
 MOST_PIXELS = 1 << 20  # of a side

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from world.optics.camera_model import Bools, CalibrationError, CameraModel, Floats
-from world.optics.lens import Lens
+from world.optics.polynomial_lens import Lens
 
 FIT_POINTS = 2000
 

@@ -16,10 +16,10 @@ from world.rendering.light.lamps import Lamp
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.glider import Glider
 from world.rendering.objects.marine_snow import MarineSnow
-from world.rendering.objects.static_scene import StaticScene, Wall
+from world.rendering.objects.seabed_and_walls import StaticScene, Wall
+from world.rendering.remap_interpolation import make_resampler
 from world.rendering.remap_table import RemapTable, finest_face_width
 from world.rendering.renderer import Renderer
-from world.rendering.resampling import make_resampler
 from world.rendering.scenes import Scene, ScenePose, SeabedScene, make_scene
 from world.sea import Bathymetry, SeaState
 from world.sun import Sun

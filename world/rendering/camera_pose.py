@@ -13,7 +13,7 @@ from world.optics import CameraModel, Floats
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.capsule import Capsule
 from world.rendering.objects.glider import Glider, glider_contact_geometry
-from world.rendering.objects.static_scene import RestingBody, StaticScene
+from world.rendering.objects.seabed_and_walls import RestingBody, StaticScene
 from world.rendering.renderer import optical_to_ned_rotation
 from world.rendering.scenes import SCENES, SHALLOWEST, ScenePose
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from world.optics import CameraModel
 from world.rendering.cube_faces import face_rotations, stack_faces
+from world.rendering.remap_interpolation import make_resampler
 from world.rendering.remap_table import RemapTable
-from world.rendering.resampling import make_resampler
 
 Image = NDArray[np.uint8]
 

@@ -22,7 +22,7 @@ from world.rendering.depth_image import DepthImage
 from world.rendering.objects.calibration_targets import Board, board_contact_geometry
 from world.rendering.objects.capsule import Capsule
 from world.rendering.objects.glider import Glider
-from world.rendering.objects.static_scene import StaticScene
+from world.rendering.objects.seabed_and_walls import StaticScene
 from world.rendering.optical_flow import compute_flow
 from world.rendering.pixel_rays import Bools, PixelRays, Places
 from world.rendering.scenes import ScenePose

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from support.pose import DOWN, Pose
 from support.rotations import rotation
 from world.rendering.cube_faces import empty_atlas, face_rotations
-from world.rendering.light import water_optics
+from world.rendering.light import scene_colors
 from world.rendering.light.caustics import Caustics
 from world.rendering.light.lamps import Lamp, LampBeam, lamp_beams
 from world.rendering.objects import calibration_targets, marine_snow, walls
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.glider import CameraGlider, Glider, Pixels, draw_glider, glider_contact_geometry
 from world.rendering.objects.marine_snow import MarineSnow
-from world.rendering.objects.static_scene import RestingBody, StaticScene
+from world.rendering.objects.seabed_and_walls import RestingBody, StaticScene
 from world.rendering.scenes import Scene, ScenePose, SeabedScene
 from world.rendering.seabed.ray_interpolation import rotate
 from world.rendering.seabed.seabed_renderer import SeabedRenderer
@@ -108,7 +108,7 @@ class Renderer:
         if lights and isinstance(self.scene, SeabedScene):
             for face, turn, (rows, columns) in zip(pixels, turns, windows, strict=True):
                 window = slice(*rows), slice(*columns)
-                water_optics.add_backscatter(
+                scene_colors.add_backscatter(
                     face[window], self.scene.lamp_backscatter(here, turn, self.width, lights)[:, *window]
                 )
         if self.snow is not None and isinstance(self.scene, SeabedScene):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from support.pose import Pose
 from support.rotations import Vector, to_ned
 from world.rendering import procedural_textures
-from world.rendering.light import lamps, water_optics
+from world.rendering.light import lamps, scene_colors
 from world.rendering.light.lamps import LampBeam
 from world.rendering.textured_planes import TexturedPlane, TextureLayer
 from world.sea import SeaState
@@ -78,17 +78,17 @@ class SeabedScene:
 
     def __init__(self, visibility: float, seed: int, waves: SeaState, sun: Sun, water: str = ""):
         self.water = (
-            water_optics.jerlov_water(water, sun.path_factor_under_water)
+            scene_colors.jerlov_water(water, sun.path_factor_under_water)
             if water
-            else water_optics.green_water(visibility, sun.path_factor_under_water)
+            else scene_colors.green_water(visibility, sun.path_factor_under_water)
         )
         self.sun, self.lux = sun.direction_under_water, sun.lux
         sand, swell, ground = procedural_textures.underwater_textures(seed)
         self.bottom_layers = TextureLayer(ground, 0.0625, 1.1), TextureLayer(sand, 0.012, 0.3)
         self.surface_layers = TextureLayer(swell, 0.02, 0.5, 0.7), TextureLayer(swell, 0.083, 0.9, 1.6)
         self.bottom_colors, self.surface_colors = (
-            water_optics.sand_palette(),
-            water_optics.surface_palette_from_below(waves.roughness),
+            scene_colors.sand_palette(),
+            scene_colors.surface_palette_from_below(waves.roughness),
         )
 
     def planes(self, pose: ScenePose, lights: Sequence[LampBeam] = ()) -> tuple[TexturedPlane, TexturedPlane]:
@@ -107,8 +107,8 @@ class SeabedScene:
     def surface_plane(self, pose: ScenePose, lights: Sequence[LampBeam] = (), highest: float = 1.0) -> TexturedPlane:
         """The plane above the camera, for rays up to an elevation whose sine is `highest`."""
         depth, (lit, _) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
-        seen = min(water_optics.ROWS, max(1, math.ceil(highest * water_optics.ROWS)))
-        words = np.zeros((water_optics.ROWS, water_optics.SUMS), dtype=np.uint32)
+        seen = min(scene_colors.ROWS, max(1, math.ceil(highest * scene_colors.ROWS)))
+        words = np.zeros((scene_colors.ROWS, scene_colors.SUMS), dtype=np.uint32)
         palette = self._palette(self.surface_colors[:, :seen] * lit(0.0), -1, depth, lit(depth), seen)
         words[:seen] = palette.reshape(seen, -1)
         return TexturedPlane(-1, depth, self.surface_layers, words.ravel())
@@ -140,12 +140,12 @@ class SeabedScene:
         depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         lit = daylight(depth + pose.height)
         if lights:
-            lit = lit + aperture * water_optics.rgb(*lamps.body_illuminance(lights, place, self.water.attenuation))
+            lit = lit + aperture * scene_colors.rgb(*lamps.body_illuminance(lights, place, self.water.attenuation))
         glow = self._glow(np.array([[_sine(place)]], dtype=np.float32), daylight(depth))
 
         def look(reflected: Floats, distance: Floats) -> Floats:
             left, veil = self.water.transmission(distance), self.water.glow_share_by_distance(distance)
-            return water_optics.gamma_encode(reflected * lit * left + glow * veil)
+            return scene_colors.gamma_encode(reflected * lit * left + glow * veil)
 
         return look
 
@@ -153,7 +153,7 @@ class SeabedScene:
         """The share of green light from the ground that is the sun's, by distance (m) from 0 to REACH."""
         depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         away = np.arange(REACH, dtype=np.float32)[np.newaxis]
-        sand = float(self.bottom_colors[1, 0, water_optics.SUMS // 2])
+        sand = float(self.bottom_colors[1, 0, scene_colors.SUMS // 2])
         lit, lamp = float(daylight(depth + pose.height)[1, 0, 0]), 0.0
         if lights:
             below = np.array([[[0.0]], [[0.0]], [[pose.height]]])
@@ -187,18 +187,18 @@ class SeabedScene:
         """
         depth = max(pose.depth, SHALLOWEST)
         at_camera = self.lux * math.exp(-min(float(self.water.extinction[1, 0, 0]) * depth, 80.0))
-        sensitive = min(1.0, at_camera / water_optics.DARKEST)
+        sensitive = min(1.0, at_camera / scene_colors.DARKEST)
         on_bottom, around = (sensitive * self.water.daylight(d, depth) for d in (depth + pose.height, depth))
         points = GRID * pose.height if lights else np.array([[0.0], [0.0], [pose.height]])
         away = np.sqrt(np.sum(points**2, axis=0))[np.newaxis].astype(np.float32)
-        lux = 1.0 / max(at_camera, water_optics.DARKEST)
+        lux = 1.0 / max(at_camera, scene_colors.DARKEST)
         if lights:
             on_bottom = on_bottom + lux * self._lamplight(points[:, np.newaxis], lights)
-        bright = self.bottom_colors[..., water_optics.BRIGHT, np.newaxis] * on_bottom * self.water.transmission(away)
+        bright = self.bottom_colors[..., scene_colors.BRIGHT, np.newaxis] * on_bottom * self.water.transmission(away)
         bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * self.water.glow_share_by_distance(away)
         if lights:
             bright += lux * self._glare(points / away, pose.height, lights)[:, np.newaxis]
-        aperture = min(1.0, water_optics.WHITE / max(float(bright.max()), 1e-9))
+        aperture = min(1.0, scene_colors.WHITE / max(float(bright.max()), 1e-9))
         return lambda d: aperture * sensitive * self.water.daylight(d, depth), aperture * lux
 
     def _glare(self, rays: Floats, height: float, lights: Sequence[LampBeam]) -> Floats:
@@ -224,18 +224,18 @@ class SeabedScene:
         lit = on_bottom + aperture * self._lamplight(points, lights).astype(np.float32)
         linear = self.bottom_colors[:, 0][:, tones] * lit * self.water.transmission(away)
         veil = self._glow(-height / away, around) * self.water.glow_share_by_distance(away)
-        return water_optics.rgba_words(linear, veil).reshape(tones.shape)
+        return scene_colors.rgba_words(linear, veil).reshape(tones.shape)
 
     def _glow(self, sine: Floats, around: Floats) -> Floats:
-        return water_optics.glow_by_elevation(self.water.glow * around, sine)
+        return scene_colors.glow_by_elevation(self.water.glow * around, sine)
 
     def _palette(
-        self, colors: Floats, side: int, distance: float, around: Floats, rows: int = water_optics.ROWS
+        self, colors: Floats, side: int, distance: float, around: Floats, rows: int = scene_colors.ROWS
     ) -> NDArray[np.uint32]:
-        sines = water_optics.palette_elevation_sines()[:rows]
+        sines = scene_colors.palette_elevation_sines()[:rows]
         away = distance / sines
         veil = self._glow(-side * sines, around) * self.water.glow_share_by_distance(away)
-        return water_optics.rgba_words(colors * self.water.transmission(away), veil)
+        return scene_colors.rgba_words(colors * self.water.transmission(away), veil)
 
 
 class SeaSurfaceScene:
@@ -244,17 +244,17 @@ class SeaSurfaceScene:
     visibility = 20e3
 
     def __init__(self, visibility: float, seed: int, waves: SeaState, sun: Sun, water: str = ""):
-        self.air = water_optics.hazy_air(visibility)
-        self.sun, self.brightness = sun.direction, min(1.0, sun.lux / water_optics.DARKEST)
+        self.air = scene_colors.hazy_air(visibility)
+        self.sun, self.brightness = sun.direction, min(1.0, sun.lux / scene_colors.DARKEST)
         swell, sky = procedural_textures.wave_and_cloud_textures(seed)
         self.sea_layers = TextureLayer(swell, 0.045, 0.4, 1.2), TextureLayer(swell, 0.31, 0.75, 3.4)
         self.sky_layers = TextureLayer(sky, 3.0, 0.2, 6.0), TextureLayer(sky, 11.0, 1.3, 6.0)
-        self.sea_colors = water_optics.surface_palette_from_above(waves.roughness)
-        self.sky_words = water_optics.rgba_words(self._hazy(water_optics.cloud_palette(), CLOUDS))
+        self.sea_colors = scene_colors.surface_palette_from_above(waves.roughness)
+        self.sky_words = scene_colors.rgba_words(self._hazy(scene_colors.cloud_palette(), CLOUDS))
 
     def planes(self, pose: ScenePose, lights: Sequence[LampBeam] = ()) -> tuple[TexturedPlane, TexturedPlane]:
         """The planes below and above the camera; lamps do not shine so far."""
-        sea = water_optics.rgba_words(self._hazy(self.sea_colors, pose.height))
+        sea = scene_colors.rgba_words(self._hazy(self.sea_colors, pose.height))
         return TexturedPlane(1, pose.height, self.sea_layers, sea), TexturedPlane(
             -1, CLOUDS, self.sky_layers, self.sky_words
         )
@@ -264,12 +264,12 @@ class SeaSurfaceScene:
 
         def look(reflected: Floats, distance: Floats) -> Floats:
             left = self.air.transmission(distance)
-            return water_optics.gamma_encode(self.brightness * (reflected * left + self.air.glow * (1 - left)))
+            return scene_colors.gamma_encode(self.brightness * (reflected * left + self.air.glow * (1 - left)))
 
         return look
 
     def _hazy(self, colors: Floats, distance: float) -> Floats:
-        left = self.air.transmission(distance / water_optics.palette_elevation_sines())
+        left = self.air.transmission(distance / scene_colors.palette_elevation_sines())
         return self.brightness * (colors * left + self.air.glow * (1 - left))
 
 

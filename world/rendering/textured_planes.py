@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.rendering.cube_faces import Window, pixel_axis
-from world.rendering.light.water_optics import ROWS, SUMS
+from world.rendering.light.scene_colors import ROWS, SUMS
 from world.rendering.procedural_textures import TONES, WIDE
 
 Floats = NDArray[np.floating[Any]]

@@ -1,7 +1,6 @@
 """Models of sensors: noise and geometry."""
 
 from world.sensors import original_mug_camera
-from world.sensors.beam_echo import BeamEcho, distance_to_bottom, janus_directions, nearest_echo, velocity_from_beams
 from world.sensors.drift import Drift
 from world.sensors.imu_grade import IMU_PARTS, TRIAD_DRAWS, ImuPart, TriadErrors, TriadGrade
 from world.sensors.imu_noise import (
@@ -12,7 +11,7 @@ from world.sensors.imu_noise import (
     specific_force,
     vins_parameters,
 )
-from world.sensors.mug_detection import (
+from world.sensors.mug_detection_geometry import (
     ACCURACY,
     UNIFORM_ERROR,
     AttitudeAndHeight,
@@ -23,6 +22,13 @@ from world.sensors.mug_detection import (
     locate_like_original_camera,
     locate_target_on_plane,
     target_in_camera,
+)
+from world.sensors.range_and_doppler import (
+    BeamEcho,
+    distance_to_bottom,
+    janus_directions,
+    nearest_echo,
+    velocity_from_beams,
 )
 from world.sensors.sonar_beam import SonarBeam
 from world.sensors.strapdown import BodyMotion, InertialSample, InertialSampler

@@ -1,7 +1,7 @@
 """Plans as YAML or JSON text: read with the line of each mistake, written without loss."""
 
 from autonomy.plans.yaml.reader import PlanFileError, parse_plan, plan_from_node
-from autonomy.plans.yaml.values import (
+from autonomy.plans.yaml.value_codec import (
     UNITS,
     parse_in_unit,
     parse_position,

@@ -9,9 +9,9 @@ from typing import Any, cast
 import imc
 from autonomy.plans.conditions import parse_condition
 from autonomy.plans.sequence import FINISH
-from autonomy.plans.yaml.values import Z_UNITS, parse_position, parse_quantity, parse_speed, read_field
+from autonomy.plans.yaml.value_codec import Z_UNITS, parse_position, parse_quantity, parse_speed, read_field
 from support.located_yaml import Node, parse_yaml_tree
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 from support.wgs84 import displace
 
 DONE = "ManeuverIsDone"

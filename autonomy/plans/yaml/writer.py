@@ -9,7 +9,7 @@ import yaml
 
 import imc
 from autonomy.plans.yaml.reader import DONE, PlanFileError, PlanValues, parse_plan
-from autonomy.plans.yaml.values import Z_UNITS, format_degrees, shortest_number, write_field
+from autonomy.plans.yaml.value_codec import Z_UNITS, format_degrees, shortest_number, write_field
 from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 
 

@@ -3,6 +3,7 @@
 from mavlink.vehicle.command import message_requests
 from mavlink.vehicle.command.command_service import Command, CommandService
 from mavlink.vehicle.command.gcs_failsafe import ACTIONS, GcsFailsafe
+from mavlink.vehicle.command.hold_and_abort import VehicleControl
 from mavlink.vehicle.command.message_requests import make_banner_handler
 from mavlink.vehicle.command.offboard import OffboardTarget
 from mavlink.vehicle.command.read_only import refuse_if_read_only
@@ -10,7 +11,6 @@ from mavlink.vehicle.command.relays_lights_buttons import RelayNames, Relays, pa
 from mavlink.vehicle.command.request import DONE, CommandRequest, CommandResult, MavResult
 from mavlink.vehicle.command.setpoint_service import SetpointService, is_guided_item
 from mavlink.vehicle.command.vehicle_commands import COMMANDS, CommandTargets
-from mavlink.vehicle.command.vehicle_control import VehicleControl
 
 __all__ = [
     "ACTIONS",

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 from mavlink import GROUND_STATION, ReceivedMessage
 from mavlink.vehicle.command.guided_commands import NO_PLACE, discard_result, land, return_home
-from mavlink.vehicle.command.vehicle_control import VehicleControl
+from mavlink.vehicle.command.hold_and_abort import VehicleControl
 from mavlink.vehicle.mission import MissionState
 
 Action = Callable[[VehicleControl, float], object]

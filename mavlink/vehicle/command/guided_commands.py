@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 import imc
 from mavlink import FLAVORS
 from mavlink.missions import BadItem, Item, MissionCommand, MissionResult, plan_of
+from mavlink.vehicle.command.hold_and_abort import VehicleControl
 from mavlink.vehicle.command.request import DONE, CommandResult, Finish, MavResult
-from mavlink.vehicle.command.vehicle_control import VehicleControl
 from mavlink.vehicle.mission import OnReply, PlanReply, sequential_plan
 
 DEGREES = 1e7

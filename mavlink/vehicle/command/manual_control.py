@@ -4,7 +4,7 @@ import math
 
 import imc
 from mavlink import Mode, ReceivedMessage, statustext
-from mavlink.vehicle.command.vehicle_control import VehicleControl
+from mavlink.vehicle.command.hold_and_abort import VehicleControl
 from mavlink.vehicle.session import Session
 
 FULL = 1000.0  # full deflection of MANUAL_CONTROL

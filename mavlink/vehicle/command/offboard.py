@@ -6,8 +6,8 @@ from typing import Any
 import imc
 from mavlink import Mode, ReceivedMessage, positions, statustext
 from mavlink.missions import MissionError, MissionResult
+from mavlink.vehicle.command.hold_and_abort import VehicleControl
 from mavlink.vehicle.command.request import DONE, CommandResult, Finish, MavResult
-from mavlink.vehicle.command.vehicle_control import VehicleControl
 from mavlink.vehicle.mission import PlanReply, sequential_plan
 from mavlink.vehicle.session import Session
 from support import wgs84

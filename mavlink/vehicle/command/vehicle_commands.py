@@ -18,10 +18,10 @@ from mavlink.vehicle.command.guided_commands import (
     start_manual_control,
     take_off,
 )
+from mavlink.vehicle.command.hold_and_abort import VehicleControl
 from mavlink.vehicle.command.offboard import OffboardTarget
 from mavlink.vehicle.command.relays_lights_buttons import Relays
 from mavlink.vehicle.command.request import DONE, CommandRequest, CommandResult, Finish, MavResult
-from mavlink.vehicle.command.vehicle_control import VehicleControl
 from mavlink.vehicle.mission import NO_PLAN, PlanReply, seq_to_item_number
 from mavlink.vehicle.session import Session
 from support import wgs84

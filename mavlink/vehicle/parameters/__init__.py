@@ -1,6 +1,6 @@
 """The vehicle's parameters in MAVLink: their names, values and descriptions, and how stations set them."""
 
-from mavlink.vehicle.parameters.extended import ExtendedParameter, ExtendedParameterTable
+from mavlink.vehicle.parameters.extended_table import ExtendedParameter, ExtendedParameterTable
 from mavlink.vehicle.parameters.metadata import ComponentMetadata
 from mavlink.vehicle.parameters.names import parameter_ids
 from mavlink.vehicle.parameters.server import ParameterServer

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from mavlink.vehicle.mission import MissionStore
 from mavlink.vehicle.model import VehicleModel
 from mavlink.vehicle.parameters import ComponentMetadata
-from mavlink.vehicle.telemetry.named_values import NamedValue
+from mavlink.vehicle.telemetry.named_value_option import NamedValue
 
 
 @dataclass(frozen=True, slots=True)

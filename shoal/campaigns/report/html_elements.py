@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
-from support.text import printable
+from support.terminal_text import printable
 
 LONGEST_TEXT = 300
 

@@ -11,9 +11,9 @@ from shoal.campaigns.jobs import ResultRow, is_finished
 from shoal.campaigns.pass_rate import PassRate
 from shoal.campaigns.provenance import software_versions
 from shoal.campaigns.results.append_log import AppendLog, Record, read_append_log
-from shoal.campaigns.results.table import pandas_frame, write_parquet
+from shoal.campaigns.results.arrow_parquet import pandas_frame, write_parquet
 from shoal.campaigns.studies import Study
-from support.text import quoted
+from support.terminal_text import quoted
 
 JOURNAL, TABLE, LOGS = "runs.journal", "runs.parquet", "logs"
 _END, _MOST, _UNTIL = "end", "most", "until"

@@ -6,7 +6,7 @@ from shoal.campaigns.sampling.distributions import (
     Scalar,
     StudyFileError,
     parse_distribution,
-    parse_quantity,
+    split_value_and_unit,
 )
 from shoal.campaigns.sampling.template import DraftFactory, EditableScenario, describe_value_error, load_template
 
@@ -23,6 +23,6 @@ __all__ = [
     "hashed_uniform",
     "load_template",
     "parse_distribution",
-    "parse_quantity",
     "run_seed",
+    "split_value_and_unit",
 ]

@@ -11,7 +11,7 @@ import numpy as np
 
 from shoal.campaigns.optional_import import import_optional
 from support.located_yaml import Node
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 Scalar = float | int | str | bool
 _QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.].*)?")
@@ -53,7 +53,7 @@ class Distribution:
         return f"{value!r} {self.unit}" if self.unit and not isinstance(value, str) else value
 
 
-def parse_quantity(value: float | str) -> tuple[float, str] | None:
+def split_value_and_unit(value: float | str) -> tuple[float, str] | None:
     """The number of a value and its unit; None if it is no number."""
     match = _QUANTITY.fullmatch(str(value).strip())
     return (float(match.group(1)), (match.group(2) or "").strip()) if match else None

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from shoal.campaigns.sampling import Distribution, Scalar, parse_quantity
+from shoal.campaigns.sampling import Distribution, Scalar, split_value_and_unit
 from shoal.campaigns.search.objective import COUNTED, MAXIMIZE, MINIMIZE, SearchObjective, parse_objective
 from shoal.campaigns.search.search_space import SearchAxis, make_axis
 from support.located_yaml import Node
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 KEYS = (MINIMIZE, MAXIMIZE, COUNTED, "at a time", "shrink")
 AT_A_TIME, MOST_AT_A_TIME = 8, 1000
@@ -89,7 +89,7 @@ def _default(draft: Any, fixed: Mapping[str, object], place: str, found: Distrib
     value = draft.current_value(place)
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return value if isinstance(value, bool) else None
-    number = parse_quantity(value)
+    number = split_value_and_unit(value)
     if number is None:
         return str(value) if value in found.levels else None
     size, unit = number
@@ -110,4 +110,4 @@ def _settings(draft: Any, values: Mapping[str, object]) -> list[tuple[str, str, 
     """The options that a scenario with some values sets; a number counts however it is written."""
     vehicles = draft.scenario(values).vehicles
     settings = ((spec.name, setting) for spec in vehicles for setting in spec.settings)
-    return [(name, f"{s.section}:{s.option}", parse_quantity(s.value) or s.value) for name, s in settings]
+    return [(name, f"{s.section}:{s.option}", split_value_and_unit(s.value) or s.value) for name, s in settings]

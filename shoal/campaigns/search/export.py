@@ -11,7 +11,7 @@ from shoal.campaigns.jobs import SCENARIO_SUFFIX
 from shoal.campaigns.sampling import load_template
 from shoal.scenarios import ScenarioDocument
 from support.located_yaml import Node
-from support.text import printable
+from support.terminal_text import printable
 
 WIDTH = 110
 _YAML: Any = yaml

@@ -7,7 +7,7 @@ from typing import Any
 
 from shoal.campaigns.jobs import ResultRow
 from support.located_yaml import Node
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 MINIMIZE, MAXIMIZE = "minimise", "maximise"
 COUNTED, ALL, PASSED = "of", "all", "passed"

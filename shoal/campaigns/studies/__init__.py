@@ -1,8 +1,13 @@
 """Study files, and all that they name by content."""
 
 from shoal.campaigns.studies.bundle import parse_bundle
+from shoal.campaigns.studies.bundle_workspace import (
+    UNNAMED_FILE_HINT,
+    OriginalPathsExecutor,
+    Workspace,
+    WorkspaceRunner,
+)
 from shoal.campaigns.studies.study import LOGS, Study, load_study
-from shoal.campaigns.studies.workspace import UNNAMED_FILE_HINT, OriginalPathsExecutor, Workspace, WorkspaceRunner
 
 __all__ = [
     "LOGS",

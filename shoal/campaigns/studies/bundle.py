@@ -8,8 +8,8 @@ from itertools import accumulate
 from pathlib import Path
 
 from runtime.profile import user_etc
-from shoal.campaigns.studies.user_modules import find_user_modules
-from shoal.campaigns.studies.workspace import BundleError, Workspace, rebase_path
+from shoal.campaigns.studies.bundle_workspace import BundleError, Workspace, rebase_path
+from shoal.campaigns.studies.user_module_dependencies import find_user_modules
 from shoal.scenarios import ScenarioDependencies, normalized_absolute_path
 
 MOST_BYTES = 256 << 20

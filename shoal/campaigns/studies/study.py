@@ -28,7 +28,7 @@ from shoal.campaigns.studies.bundle import StudyBundle, make_bundle
 from shoal.campaigns.studies.dry_run import DryRun
 from shoal.scenarios import ScenarioDocument, ScenarioFileError
 from support.located_yaml import Node, parse_yaml_tree, read_text
-from support.text import with_suggestion
+from support.terminal_text import with_suggestion
 
 STUDY_SUFFIX = ".study.yaml"
 LOGS = ("all", "failed", "none")

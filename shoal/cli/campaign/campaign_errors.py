@@ -8,7 +8,7 @@ import click
 
 from shoal.cli.optional_extra import require_extra
 from support.file_errors import describe_os_error
-from support.text import printable
+from support.terminal_text import printable
 
 FILE = click.Path(path_type=Path, dir_okay=False)
 FOLDER = click.Path(path_type=Path, file_okay=False)

@@ -9,9 +9,9 @@ import click
 from shoal.campaigns import CampaignComparison, RunPair, open_results
 from shoal.campaigns import compare_campaigns as compare_data
 from shoal.cli.campaign.campaign_errors import FOLDER, errors_as_messages
-from shoal.cli.tables import open_console, plain_table
+from shoal.cli.console_tables import open_console, plain_table
 from shoal.logs.inspect import format_noun_count
-from support.text import printable
+from support.terminal_text import printable
 
 MOST_PAIRS = 10
 

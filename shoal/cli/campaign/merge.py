@@ -11,7 +11,7 @@ import click
 from shoal.campaigns import merge_results, missing_paths, open_results, resume_command
 from shoal.cli.campaign.campaign_errors import FOLDER, errors_as_messages
 from shoal.logs.inspect import format_noun_count
-from support.text import printable
+from support.terminal_text import printable
 
 MOST_GAPS = 12
 

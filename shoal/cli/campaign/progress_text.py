@@ -7,7 +7,7 @@ import click
 
 from shoal.campaigns import CampaignResults, SearchFindings, compute_findings, describe_run, scenario_test_command
 from shoal.logs.inspect import format_noun_count
-from support.text import printable
+from support.terminal_text import printable
 
 
 def progress_line(data: CampaignResults, *, is_short: bool = False) -> str:

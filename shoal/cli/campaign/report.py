@@ -8,7 +8,7 @@ from shoal.campaigns import campaign_html, open_results
 from shoal.cli.campaign.campaign_errors import FILE, FOLDER, errors_as_messages
 from shoal.cli.campaign.progress_text import progress_line, uncounted_runs_text
 from support.file_errors import add_path_to_errors
-from support.text import printable
+from support.terminal_text import printable
 
 
 @click.command()

@@ -8,7 +8,7 @@ import click
 from shoal.campaigns import RepeatedRun, StudyRunner, open_results, repeat_run
 from shoal.cli.campaign.campaign_errors import FILE, FOLDER, errors_as_messages, last_line
 from shoal.cli.options import add_user_task_folders, check_log_folder, code_option, parse_values, values_option
-from support.text import printable
+from support.terminal_text import printable
 
 
 @click.command()

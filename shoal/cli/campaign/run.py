@@ -41,7 +41,7 @@ from shoal.cli.options import (
 )
 from shoal.cli.worker_options import check_wall_limit, wall_limit_option, workers_option
 from shoal.logs.inspect import format_duration, format_noun_count
-from support.text import printable
+from support.terminal_text import printable
 
 TELL_PERIOD = 30.0  # s between lines in a pipe
 MOST_NAMES = 12

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from runtime.logs import summarize
-from shoal.cli.log.arguments import (
+from shoal.cli.log.log_input import (
     LOG,
     errors_as_messages,
     open_log,
@@ -18,7 +18,7 @@ from shoal.cli.log.selection_options import TIMES, parse_log_time, split_names
 from shoal.logs.edit import cut as cut_log
 from shoal.logs.inspect import format_noun_count, format_time
 from shoal.logs.selection import selection_from_names
-from support.text import printable
+from support.terminal_text import printable
 
 
 @click.command(

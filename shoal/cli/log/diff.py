@@ -6,8 +6,9 @@ from typing import Any
 
 import click
 
+from shoal.cli.console_tables import open_console, plain_table
 from shoal.cli.json_output import json_option, print_json
-from shoal.cli.log.arguments import (
+from shoal.cli.log.log_input import (
     LOG,
     errors_as_messages,
     open_log,
@@ -15,7 +16,6 @@ from shoal.cli.log.arguments import (
     require_messages,
     run_selection_options,
 )
-from shoal.cli.tables import open_console, plain_table
 from shoal.logs.inspect import (
     FieldDifference,
     LogDifference,
@@ -25,7 +25,7 @@ from shoal.logs.inspect import (
     format_noun_count,
     format_time,
 )
-from support.text import printable
+from support.terminal_text import printable
 
 MOST_FIELDS = 30
 LONGEST = 60  # characters of a value

@@ -8,12 +8,12 @@ import click
 from rich.padding import Padding
 from rich.text import Text
 
+from shoal.cli.console_tables import open_console
 from shoal.cli.json_output import json_option, print_json
-from shoal.cli.log.arguments import LOG, errors_as_messages, make_parallel_map, progress_bar, run_selection_options
-from shoal.cli.tables import open_console
+from shoal.cli.log.log_input import LOG, errors_as_messages, make_parallel_map, progress_bar, run_selection_options
 from shoal.logs.inspect import examine_log, format_duration, format_noun_count
 from shoal.logs.inspect import repair_log as repair_log
-from support.text import printable
+from support.terminal_text import printable
 
 STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 

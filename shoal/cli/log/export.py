@@ -10,7 +10,7 @@ import click
 
 from imc.lsf import ReportProgress
 from runtime.logs import summarize
-from shoal.cli.log.arguments import (
+from shoal.cli.log.log_input import (
     LOG,
     errors_as_messages,
     open_log,
@@ -24,7 +24,7 @@ from shoal.logs.export import LogSource
 from shoal.logs.inspect import format_noun_count
 from shoal.logs.selection import selection_from_names
 from support.atomic_files import new_file, new_folder
-from support.text import printable
+from support.terminal_text import printable
 
 
 class ExportFormat(NamedTuple):

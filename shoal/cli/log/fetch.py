@@ -15,7 +15,7 @@ from shoal.cli.remote_command import (
     vehicle_argument,
 )
 from shoal.network import AsyncRemoteVehicle, RemoteLog
-from support.text import printable
+from support.terminal_text import printable
 
 STEP = 1 << 20  # bytes between two lines of progress on a terminal
 

@@ -7,11 +7,11 @@ import click
 
 import imc
 from imc.lsf import ReportProgress
-from shoal.cli.log.arguments import LOG, errors_as_messages, progress_bar
+from shoal.cli.log.log_input import LOG, errors_as_messages, progress_bar
 from shoal.cli.optional_extra import require_extra
 from shoal.logs.inspect import format_noun_count
 from support.atomic_files import new_folder
-from support.text import printable
+from support.terminal_text import printable
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 

@@ -5,8 +5,9 @@ from pathlib import Path
 import click
 
 from runtime.logs import LogSummary, PacketCount, read_log_run_position, summarize
+from shoal.cli.console_tables import open_console, plain_table
 from shoal.cli.json_output import json_option, print_json, summary_to_dict
-from shoal.cli.log.arguments import (
+from shoal.cli.log.log_input import (
     LOG,
     errors_as_messages,
     logs_of_argument,
@@ -15,9 +16,8 @@ from shoal.cli.log.arguments import (
     require_messages,
     run_selection_options,
 )
-from shoal.cli.tables import open_console, plain_table
 from shoal.logs.inspect import format_duration, format_noun_count, format_rate, format_size, format_time
-from support.text import printable
+from support.terminal_text import printable
 
 MOST_LINES = 20  # of damage
 

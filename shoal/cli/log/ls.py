@@ -4,11 +4,11 @@ from pathlib import Path
 
 import click
 
+from shoal.cli.console_tables import open_console, plain_table
 from shoal.cli.json_output import json_option, print_json
-from shoal.cli.log.arguments import LOG
-from shoal.cli.tables import open_console, plain_table
+from shoal.cli.log.log_input import LOG
 from shoal.logs.inspect import format_duration, format_size, format_time, logs_below
-from support.text import printable
+from support.terminal_text import printable
 
 
 @click.command()

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import click
 
-from shoal.cli.log.arguments import LOG, errors_as_messages, open_log, progress_bar, report_losses
+from shoal.cli.log.log_input import LOG, errors_as_messages, open_log, progress_bar, report_losses
 from shoal.logs.edit import merge as merge_logs
 from shoal.logs.inspect import format_noun_count
-from support.text import printable
+from support.terminal_text import printable
 
 
 @click.command()

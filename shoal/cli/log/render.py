@@ -4,13 +4,13 @@ from pathlib import Path
 
 import click
 
-from shoal.cli.log.arguments import LOG, errors_as_messages, open_log, progress_bar
 from shoal.cli.log.export import default_output_name
+from shoal.cli.log.log_input import LOG, errors_as_messages, open_log, progress_bar
 from shoal.cli.optional_extra import require_extra
 from shoal.cli.options import add_user_task_folders, code_of_log_option
 from shoal.logs.inspect import format_noun_count
 from support.atomic_files import new_folder
-from support.text import printable
+from support.terminal_text import printable
 
 
 @click.command(

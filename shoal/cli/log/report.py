@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from shoal.cli.log.arguments import (
+from shoal.cli.log.log_input import (
     LOG,
     errors_as_messages,
     logs_of_argument,
@@ -15,7 +15,7 @@ from shoal.cli.log.arguments import (
 from shoal.logs.inspect import format_size
 from shoal.logs.inspect import render_report as draw
 from support.file_errors import add_path_to_errors
-from support.text import printable
+from support.terminal_text import printable
 
 
 @click.command()

@@ -22,7 +22,7 @@ from shoal.logs.export.camera_calibration import (
 )
 from shoal.logs.export.message_batches import LogSource
 from shoal.logs.export.photo_files import Photo, photo_export_bytes
-from shoal.logs.export.vio_recording import ImuSamples, PoseTrack, read_recording
+from shoal.logs.export.vio_samples import ImuSamples, PoseTrack, read_recording
 from support.rotations import rotation
 from tasks.simulators.imu import ARTICLE_INTERVAL, IMU, part_from_options
 from world.sensors import vins_parameters

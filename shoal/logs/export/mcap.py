@@ -11,16 +11,16 @@ import imc
 from imc.layout import ADDRESS_FIELDS
 from imc.lsf import ReportProgress, gzip_schema
 from runtime.logs import Array
-from shoal.logs.export import foxglove_types, ros_standard_types
+from shoal.logs.export import foxglove_annotations, ros_standard_conversion
 from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, photos_of_other_lenses, read_photo_cameras
 from shoal.logs.export.cdr import ENCAPSULATION, CdrError, CdrRecords, CdrWriter, Item, cdr_string, make_cdr_writer
-from shoal.logs.export.detection_positions import MUG, DetectionCollector, DetectionPoint, SystemDetections
-from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, encode_camera_transform, missing_info_reason
+from shoal.logs.export.detection_projection import MUG, DetectionCollector, DetectionPoint, SystemDetections
+from shoal.logs.export.mcap_topic_channels import TopicChannels, ros_name
 from shoal.logs.export.mcap_writer import MESSAGE, MESSAGE_LENGTH, McapChunk, McapWriter
 from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch, nanoseconds
 from shoal.logs.export.photo_files import find_photos, photo_export_bytes
-from shoal.logs.export.ros_standard_types import STAMP
-from shoal.logs.export.ros_topics import TopicChannels, ros_name
+from shoal.logs.export.ros_camera_info import CAMERA_INFO, camera_info, encode_camera_transform, missing_info_reason
+from shoal.logs.export.ros_standard_conversion import STAMP
 from shoal.logs.export.ros_types import PACKAGE, RosType, ros_type
 
 LIBRARY = "shoal"
@@ -83,7 +83,7 @@ class _Export:
         self._types: dict[int, tuple[RosType, CdrWriter]] = {}
         self._heads: dict[int, tuple[Callable[..., bytes], bytes]] = {}
         self._known: dict[tuple[int, int, int, str], int] = {}
-        self._origin: ros_standard_types.MapOrigin | None = None
+        self._origin: ros_standard_conversion.MapOrigin | None = None
         self._moving: dict[int, int] = {}
         self._records: dict[tuple[int, bytes], CdrRecords] = {}
         self._prefix = cache(_plain_record)
@@ -124,8 +124,8 @@ class _Export:
                 north, east, down = spot.place
                 thing = str(spot.id), (east, north, -down), BALL, self._called(src, spot)
                 parts = names.system_name(src), MUG, names.entity_label(src, spot.entity), "scene"
-                body = foxglove_types.scene_update(time, ros_standard_types.MAP.decode(), LIFETIME, [thing])
-                chunk.add(self._topics.channel(parts, foxglove_types.SCENE), number, time, ENCAPSULATION + body)
+                body = foxglove_annotations.scene_update(time, ros_standard_conversion.MAP.decode(), LIFETIME, [thing])
+                chunk.add(self._topics.channel(parts, foxglove_annotations.SCENE), number, time, ENCAPSULATION + body)
             self._file.add_chunk(chunk)
 
     def _called(self, src: int, spot: DetectionPoint) -> str:
@@ -143,10 +143,10 @@ class _Export:
             if (data := photo_export_bytes(source, photo.path)) is None:
                 continue
             chunk = McapChunk()
-            channel = self._topics.channel((system, photo.camera, "image"), ros_standard_types.IMAGE)
+            channel = self._topics.channel((system, photo.camera, "image"), ros_standard_conversion.IMAGE)
             time = round(photo.time * 1e6) * 1000
             frame = f"{ros_name(system)}/{ros_name(photo.camera)}"  # several vehicles have cameras of one name
-            body = ros_standard_types.image_body(time, frame.encode(), photo.format, data)
+            body = ros_standard_conversion.image_body(time, frame.encode(), photo.format, data)
             chunk.add(channel, number, time, ENCAPSULATION + body)
             if photo.path.name in unlike:
                 if (note := f"no CameraInfo: {UNLIKE.format(photo.camera)}") not in source.notes:
@@ -160,13 +160,16 @@ class _Export:
                     source.notes.append(note)
                 place = encode_camera_transform(time, ros_name(system), frame, camera)
                 chunk.add(
-                    self._topics.channel(("tf",), ros_standard_types.TRANSFORM), number, time, ENCAPSULATION + place
+                    self._topics.channel(("tf",), ros_standard_conversion.TRANSFORM),
+                    number,
+                    time,
+                    ENCAPSULATION + place,
                 )
             if detections is not None and photo.camera in models and photo.path.name not in unlike:
                 shown = detections.project_into_photo(photo.time, models[photo.camera], cameras[photo.camera])
                 marks = [(*pixel, size, self._called(source.summary.owner, spot)) for spot, pixel, size in shown]
-                body = foxglove_types.image_annotations(time, marks)
-                channel = self._topics.channel((system, photo.camera, "annotations"), foxglove_types.ANNOTATIONS)
+                body = foxglove_annotations.image_annotations(time, marks)
+                channel = self._topics.channel((system, photo.camera, "annotations"), foxglove_annotations.ANNOTATIONS)
                 chunk.add(channel, number, time, ENCAPSULATION + body)
             self._file.add_chunk(chunk)
 
@@ -230,13 +233,13 @@ class _Export:
             records["." + member.name] = array[member.attribute]
         _emit(chunk, record, records, self._channels(message, src, array["src_ent"]), times, numbers)
         names = {member.attribute for member in type_.fields}
-        if names >= ros_standard_types.STATE:
+        if names >= ros_standard_conversion.STATE:
             self._write_pose(chunk, message, array, src, frame, times, numbers)
-        elif message.abbrev == "GpsFix" and names >= ros_standard_types.FIX:
-            record = self._prefix(ros_standard_types.location_layout(frame))
+        elif message.abbrev == "GpsFix" and names >= ros_standard_conversion.FIX:
+            record = self._prefix(ros_standard_conversion.location_layout(frame))
             records = record.zeros(len(array))
-            ros_standard_types.fill_gps_location(records, array)
-            channels = self._channels(message, src, array["src_ent"], "location", ros_standard_types.LOCATION)
+            ros_standard_conversion.fill_gps_location(records, array)
+            channels = self._channels(message, src, array["src_ent"], "location", ros_standard_conversion.LOCATION)
             _emit(chunk, record, records, channels, times, numbers)
 
     def _write_pose(
@@ -250,29 +253,29 @@ class _Export:
         numbers: Array,
     ) -> None:
         entities = array["src_ent"]
-        record = self._prefix(ros_standard_types.location_layout(frame))
+        record = self._prefix(ros_standard_conversion.location_layout(frame))
         records = record.zeros(len(array))
-        ros_standard_types.fill_state_location(records, array)
-        channels = self._channels(message, src, entities, "location", ros_standard_types.LOCATION)
+        ros_standard_conversion.fill_state_location(records, array)
+        channels = self._channels(message, src, entities, "location", ros_standard_conversion.LOCATION)
         _emit(chunk, record, records, channels, times, numbers)
-        self._origin = self._origin or ros_standard_types.first_origin(array)
+        self._origin = self._origin or ros_standard_conversion.first_origin(array)
         if self._origin is None:
             return
-        record = self._prefix(ros_standard_types.pose_layout())
+        record = self._prefix(ros_standard_conversion.pose_layout())
         records = record.zeros(len(array))
-        ros_standard_types.fill_pose(records, array, self._origin)
-        channels = self._channels(message, src, entities, "pose", ros_standard_types.POSE)
+        ros_standard_conversion.fill_pose(records, array, self._origin)
+        channels = self._channels(message, src, entities, "pose", ros_standard_conversion.POSE)
         _emit(chunk, record, records, channels, times, numbers)
         if message.abbrev != "EstimatedState":
             return
         # One transform per vehicle: two entities that estimate its state would make its frame jump between them.
         own = entities == self._moving.setdefault(src, int(entities[0]))
-        record = self._prefix(ros_standard_types.transform_layout(frame))
+        record = self._prefix(ros_standard_conversion.transform_layout(frame))
         transforms = record.zeros(int(own.sum()))
         transforms["count"] = 1
         for name in ("x", "y", "z", "qx", "qy", "qz", "qw"):
             transforms[name] = records[name][own]
-        channel = self._topics.channel(("tf",), ros_standard_types.TRANSFORM)
+        channel = self._topics.channel(("tf",), ros_standard_conversion.TRANSFORM)
         _emit(chunk, record, transforms, np.full(len(transforms), channel), times[own], numbers[own])
 
     def _write_each(self, chunk: McapChunk, batch: ExportBatch, group: MessageBatch, times: Array) -> None:
@@ -305,8 +308,8 @@ class _Export:
     def _write_entry(self, chunk: McapChunk, entry: imc.Message, time: int, number: int) -> None:
         names = self._source.names
         name = f"{names.system_name(entry.src)}.{names.entity_label(entry.src, entry.src_ent)}"
-        body = ros_standard_types.log_body(time, entry, name)
-        chunk.add(self._topics.channel(("rosout",), ros_standard_types.LOG), number, time, ENCAPSULATION + body)
+        body = ros_standard_conversion.log_body(time, entry, name)
+        chunk.add(self._topics.channel(("rosout",), ros_standard_conversion.LOG), number, time, ENCAPSULATION + body)
 
 
 def _plain_record(items: tuple[Item, ...]) -> CdrRecords:

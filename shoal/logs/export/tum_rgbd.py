@@ -9,7 +9,7 @@ from runtime.logs import Array
 from shoal.logs.export.camera_calibration import FILE as CAMERAS
 from shoal.logs.export.message_batches import LogSource
 from shoal.logs.export.photo_files import photo_export_bytes
-from shoal.logs.export.vio_recording import PoseTrack, read_recording
+from shoal.logs.export.vio_samples import PoseTrack, read_recording
 
 BILLION = 1_000_000_000
 

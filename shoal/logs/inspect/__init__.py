@@ -3,8 +3,8 @@
 from shoal.logs.inspect.diff import FieldDifference, LogDifference, LogMessage, compare_logs, differing_fields
 from shoal.logs.inspect.doctor import examine_log, repair_log
 from shoal.logs.inspect.folder_listing import logs_below
-from shoal.logs.inspect.formatting import format_duration, format_noun_count, format_rate, format_size, format_time
 from shoal.logs.inspect.html_report import render_report
+from shoal.logs.inspect.time_size_text import format_duration, format_noun_count, format_rate, format_size, format_time
 
 __all__ = [
     "FieldDifference",

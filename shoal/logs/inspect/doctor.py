@@ -10,9 +10,9 @@ from imc.discovery import displayable_name
 from imc.lsf import ParallelMap, ReportProgress
 from imc.reserved_ids import UNKNOWN_ENTITY
 from runtime.logs import LogSummary, PacketBlock, create_log, summarize, type_name
-from shoal.logs.inspect.formatting import format_duration, format_noun_count, format_time
 from shoal.logs.inspect.gaps import MessageIntervals
-from shoal.logs.inspect.schema_mismatch import SchemaCheck
+from shoal.logs.inspect.packet_definition_check import SchemaCheck
+from shoal.logs.inspect.time_size_text import format_duration, format_noun_count, format_time
 
 MOST_PLACES = 5
 NEARLY_ALL = 250  # of 255 entity ids

@@ -12,12 +12,12 @@ import numpy as np
 import imc
 from imc.lsf import ReportProgress
 from runtime.logs import LogSummary, summarize
-from shoal.logs.inspect.formatting import format_duration, format_noun_count, format_rate, format_size, format_time
 from shoal.logs.inspect.report_data import LogbookLine, ReportData, TimeSpan, read_report_data
 from shoal.logs.inspect.time_plot import Curve, draw_curves, draw_timeline, elapsed_text, state_css_class
+from shoal.logs.inspect.time_size_text import format_duration, format_noun_count, format_rate, format_size, format_time
 from shoal.logs.inspect.track_plot import draw_track
 from support import wgs84
-from support.text import printable
+from support.terminal_text import printable
 
 MOST_ROWS = 40  # entities in the timeline
 MOST_ENTRIES = 200

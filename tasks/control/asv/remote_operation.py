@@ -1,6 +1,6 @@
 """Lets an operator steer a boat."""
 
-from tasks.control.remote_actions import RemoteActionsTask
+from tasks.control.remote_operation_task import RemoteActionsTask
 
 
 class RemoteOperation(RemoteActionsTask):

@@ -35,7 +35,7 @@ from mavlink.autopilot import (
 from mavlink.translate import ENTITIES
 from runtime import ParameterError, State, Task, consume, expect, param, periodic
 from runtime.vehicle import general_number
-from tasks.control.autopilot.autopilot_address import open_device, parse_address
+from tasks.control.autopilot.autopilot_connection_url import open_device, parse_address
 
 Loops = imc.CLoopsMask
 Status = imc.ArmingState.State

@@ -18,7 +18,7 @@ from autonomy.control import (
 from autonomy.limits import OperatingLimits
 from runtime import Entity, State, Task, consume, param, periodic
 from runtime.vehicle import general_number
-from support.numbers import clamp_magnitude
+from support.number_parsing import clamp_magnitude
 
 Loops = imc.CLoopsMask
 Units = imc.ZUnits

@@ -5,7 +5,7 @@ import math
 import imc
 from autonomy.control import AXES, OperatorInput
 from runtime import param
-from tasks.control.remote_actions import Enable, Loops, RemoteActionsTask
+from tasks.control.remote_operation_task import Enable, Loops, RemoteActionsTask
 
 
 class RemoteOperation(RemoteActionsTask):

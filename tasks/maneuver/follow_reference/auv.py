@@ -3,8 +3,8 @@
 import imc
 from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime import param
+from tasks.maneuver.depth_spiral import vertical_error
 from tasks.maneuver.maneuver_task import Completed, Loops, Maneuver, ManeuverError, PathEnd, PathFlags
-from tasks.maneuver.spiral import vertical_error
 
 Has = imc.Reference.Flags
 Doing = imc.FollowRefState.State

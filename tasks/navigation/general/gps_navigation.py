@@ -196,7 +196,7 @@ class GPSNavigation(Task):
         variance, state = fix_variance(fix, []), self._filter
         if self._reference is None:
             self._reference = fix
-            state.reset(0.0, 0.0, variance)
+            state.reset_position(0.0, 0.0, variance)
         reference = self._reference
         north, east, _ = displacement(reference.lat, reference.lon, 0.0, fix.lat, fix.lon, 0.0)
         off = north - state.x[NORTH], east - state.x[EAST]
@@ -206,7 +206,7 @@ class GPSNavigation(Task):
         if verdict is GateDecision.ACCEPTED:
             state.measure_position(north, east, variance)
         else:
-            state.reset(north, east, variance)
+            state.reset_position(north, east, variance)
             self.log.warning("fixes contradict the position, which is reset to theirs")
             if math.hypot(*off) > GPS_JUMP and self.now - self._believed <= self.gps_timeout:
                 self._held_fault, self._held_until = (

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 
 import imc
-from support.text import quoted
+from support.terminal_text import quoted
 from tasks.transports.imc_links.sockets import check_address
 
 REPORTS = frozenset(

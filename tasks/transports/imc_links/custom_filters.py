@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection
 
 import imc
-from support.text import quoted
+from support.terminal_text import quoted
 
 MOST_SOURCES = 1024  # whose last state is kept
 

@@ -9,7 +9,7 @@ from runtime import Task, param
 from runtime.bus import Subscription
 from runtime.task import ParameterError
 from support.diagnostics import ConfigWarning
-from support.text import corrected_spelling, quoted, suggestion
+from support.terminal_text import corrected_spelling, quoted, suggestion
 from tasks.transports.imc_links.custom_filters import parse_custom
 from tasks.transports.imc_links.message_list import (
     MessageList,
@@ -84,7 +84,7 @@ class ImcLinkTask(Task):
         schema, label = self.vehicle.bus.messages, self.vehicle.entities.label
         return MessageList(names, rates, entities, custom, schema=schema, label=label)
 
-    def warnings(self) -> Iterator[ConfigWarning]:
+    def configuration_warnings(self) -> Iterator[ConfigWarning]:
         known = self.vehicle.entities.labels
         for option, labels in self.filter_entity_labels():
             for label in sorted(labels.difference(known)):

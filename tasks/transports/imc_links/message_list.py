@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 import imc
 from imc.reserved_ids import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
 from imc.schema import message_named
-from support.text import quoted
+from support.terminal_text import quoted
 from tasks.transports.imc_links.custom_filters import Custom, parse_custom
 
 EVERYBODY = (ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM)

@@ -6,7 +6,7 @@ import imc
 from imc.discovery import Service
 from runtime import Task
 from runtime.network_interfaces import is_loopback_address
-from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
+from tasks.transports.imc_links.own_announce import EXTERNAL, LOCAL
 
 
 def candidate_ports(first: int, tries: int) -> list[int]:

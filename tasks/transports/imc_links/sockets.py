@@ -11,7 +11,7 @@ from runtime import Task
 from runtime.kernel import Timer
 from runtime.network_interfaces import EVERYWHERE, interfaces, is_loopback_address
 from runtime.task import ParameterError
-from support.text import quoted
+from support.terminal_text import quoted
 
 BUFFER = 1 << 20  # bytes that the system may keep for us
 HOPS = 1  # of multicast packets, as in DUNE

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from mavlink import UNSIGNED, LinkUrl, ReceivedMessage, Signing, StreamSplitter, split
 from mavlink.vehicle import DATAGRAM_BURST, DATAGRAMS_PER_SECOND, Session, VehicleEndpoint
 from runtime.devices import DeviceOwner
-from support.rate_limit import TokenBucket
+from support.token_bucket import TokenBucket
 from tasks.transports.mavlink_links.signing_keys import SigningKeys
 
 Peer = tuple[Any, ...]

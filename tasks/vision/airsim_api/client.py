@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from runtime.devices import TcpRequester
-from tasks.vision.airsim_api.camera_mount import MountEstimator, rotation_angle_between
+from tasks.vision.airsim_api.camera_mount_estimation import MountEstimator, rotation_angle_between
 from tasks.vision.airsim_api.rpc_messages import (
     COSYS,
     AirSimError,

@@ -15,8 +15,8 @@ from runtime import ParameterError, State, Task, consume, param
 from runtime.logs import resolve_log_folder
 from runtime.profile import resolve_root_copy
 from support.pose import Pose
-from tasks.vision.cameras.camera_records import CAMERAS_FILE, write_cameras
-from tasks.vision.cameras.image_writer import (
+from tasks.vision.cameras.camera_metadata import CAMERAS_FILE, write_cameras
+from tasks.vision.cameras.picture_files import (
     FORMATS,
     ORDERS,
     parse_picture_request,

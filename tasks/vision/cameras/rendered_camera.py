@@ -10,7 +10,7 @@ import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
 from support.pose import Pose
 from tasks.simulated_world import world_of
-from tasks.vision.cameras.camera_records import camera_frame_message
+from tasks.vision.cameras.camera_metadata import camera_frame_message
 from tasks.vision.cameras.image_saver import ImageSaverTask, PictureLocation
 from tasks.vision.cameras.viewpoint import VehicleView, ViewpointTracker
 from world import SECTIONS

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import imc
 from autonomy.plans.yaml import PlanFileError, parse_plan, plan_text
-from autonomy.plans.yaml.values import format_degrees, parse_quantity
+from autonomy.plans.yaml.value_codec import format_degrees, parse_quantity
 from shoal.missions import load_plan
 from support import wgs84
 

@@ -48,7 +48,9 @@ class Depth(NamedTuple):
 class Diver(Task):
     """Dives in a pool."""
 
-    reads = MappingProxyType({"Pool": {"Depth": Depth(), "Lanes": Depth(section_prefix="Pool/")}, "Pool/": {"Width": Depth()}})
+    reads = MappingProxyType(
+        {"Pool": {"Depth": Depth(), "Lanes": Depth(section_prefix="Pool/")}, "Pool/": {"Width": Depth()}}
+    )
 
 
 TASKS: dict[str, type[Task]] = {"Simulators.Swimmer": Swimmer, "Transports.Speaker": Speaker, "Simulators.GPS": Swimmer}

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from runtime.zenoh import ZenohConfig
-from runtime.zenoh.certificates import certificate_problem
+from runtime.zenoh.certificate_checks import certificate_problem
 from runtime.zenoh.security import Security
 from runtime.zenoh.standby_listener import is_in_use
 from tests.outside import NO_FILE, until

@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from shoal.campaigns.campaign import run_study
 from shoal.campaigns.comparison import NotComparable, compare_campaigns, mcnemar_p_value
 from shoal.campaigns.jobs.job import UnfinishedResult
 from shoal.campaigns.rerun import reload_study, repeat_run
 from shoal.campaigns.results.store import ResultsError, open_results
 from shoal.campaigns.studies.study import load_study
+from shoal.campaigns.study_execution import run_study
 from shoal.cli import main
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 

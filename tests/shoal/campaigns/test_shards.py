@@ -18,10 +18,10 @@ from shoal.campaigns import (
     repeat_run,
     shard_folder,
 )
-from shoal.campaigns.campaign import run_study
 from shoal.campaigns.report.html_page import campaign_html
 from shoal.campaigns.results.store import ResultsError
 from shoal.campaigns.studies.study import load_study
+from shoal.campaigns.study_execution import run_study
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 
 

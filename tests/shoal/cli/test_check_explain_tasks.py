@@ -12,7 +12,7 @@ from runtime.profile import load_profile, own_etc
 from runtime.vehicle import build
 from shoal.cli import main
 from support.durations import parse_duration
-from tasks.transports.mavlink_links.task_views import task_parameters
+from tasks.transports.mavlink_links.parameters_and_cameras import task_parameters
 from tests.outside import NO_FILE
 
 

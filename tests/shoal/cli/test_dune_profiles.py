@@ -4,7 +4,7 @@ import pytest
 from click.testing import CliRunner
 
 from runtime.kernel import VirtualClock
-from runtime.profile import dune_sections, load_profile
+from runtime.profile import dune_section_names, load_profile
 from runtime.vehicle import build, find_task
 from shoal.cli import main
 from shoal.missions import Mission, parse_plan, prepare
@@ -179,5 +179,5 @@ def test_a_boat_of_dune_flies_a_plan(tree):
 
 
 def test_every_maneuver_of_the_table_is_a_task_or_not_in_shoal():
-    missing = {name for name in dune_sections.MULTIPLEXED.values() if find_task(name) is None}
+    missing = {name for name in dune_section_names.MULTIPLEXED.values() if find_task(name) is None}
     assert missing == {"Maneuver.Drop", "Maneuver.Sample", "Maneuver.StationKeepingExtended"}

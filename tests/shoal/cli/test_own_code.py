@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from shoal.cli.vehicle_processes import shoal_command
+from shoal.cli.vehicle_subprocesses import shoal_command
 from tests.shoal.cli.installed import shoal
 
 TASK = '''"""A task of a user's own."""

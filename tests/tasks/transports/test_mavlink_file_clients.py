@@ -11,7 +11,7 @@ from pymavlink import mavutil
 from pymavlink.mavftp import MAVFTP, FtpError, MAVFTPSettings
 
 from mavlink.vehicle.files.virtual_files import VirtualFiles
-from tasks.transports.mavlink_links.disk_folders import DiskFolders
+from tasks.transports.mavlink_links.ftp_folders import DiskFolders
 from tests.outside import free_port
 from tests.tasks.transports.mavlink_files import SYSTEM, serving
 from tests.tasks.transports.mavlink_station import HOST

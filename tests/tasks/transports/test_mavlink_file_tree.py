@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mavlink.vehicle.files.ftp_messages import FtpErrorCode, FtpOpcode
 from mavlink.vehicle.files.ftp_server import FtpServer
 from mavlink.vehicle.files.virtual_files import VirtualFiles
-from tasks.transports.mavlink_links.disk_folders import DiskFolders
+from tasks.transports.mavlink_links.ftp_folders import DiskFolders
 from tests.tasks.transports.mavlink_files import LOG, STATION, TEXT, ask, fill, listing, request, taken
 
 

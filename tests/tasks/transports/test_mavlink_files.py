@@ -9,7 +9,7 @@ from mavlink.vehicle.files import ftp_server as limits
 from mavlink.vehicle.files.ftp_messages import FtpErrorCode, FtpOpcode, checksum
 from mavlink.vehicle.files.ftp_server import FtpServer
 from mavlink.vehicle.files.virtual_files import VirtualFiles
-from tasks.transports.mavlink_links.disk_folders import DiskFolders
+from tasks.transports.mavlink_links.ftp_folders import DiskFolders
 from tests.tasks.transports.mavlink_files import LOG, STATION, TEXT, ask, fill, request, taken
 
 OTHER = (245, 190)

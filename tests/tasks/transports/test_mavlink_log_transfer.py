@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mavlink.vehicle.files import log_server as limits
 from mavlink.vehicle.files.log_server import LogServer
 from mavlink.vehicle.files.virtual_files import VirtualFiles
-from tasks.transports.mavlink_links.disk_folders import DiskFolders
+from tasks.transports.mavlink_links.ftp_folders import DiskFolders
 from tests.tasks.transports.mavlink_station import DIALECT
 
 STATION = (255, 190)

@@ -18,8 +18,8 @@ from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
-from tasks.transports.mavlink_links.disk_folders import DiskFolders
-from tasks.transports.mavlink_links.task_views import task_parameters
+from tasks.transports.mavlink_links.ftp_folders import DiskFolders
+from tasks.transports.mavlink_links.parameters_and_cameras import task_parameters
 from tests.tasks.transports.mavlink_files import request, taken
 
 # github.com/mavlink/mavlink, component_metadata/parameter.schema.json and general.schema.json

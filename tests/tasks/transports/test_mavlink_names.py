@@ -9,7 +9,7 @@ from mavlink.vehicle.parameters.table import ParameterTable
 from runtime.kernel import parse_clock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from tasks.transports.mavlink_links.task_views import task_parameters
+from tasks.transports.mavlink_links.parameters_and_cameras import task_parameters
 
 KEPT = Path(__file__).with_name("mavlink_names.txt")
 PROFILES = ["lauv-noptilus-1", "otter", "caravel", "hexa-00"]

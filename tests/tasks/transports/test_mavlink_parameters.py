@@ -20,7 +20,7 @@ from mavlink.vehicle.parameters.table import (
 )
 from runtime import Task, param
 from runtime.testing import simulate
-from tasks.transports.mavlink_links.task_views import task_parameters
+from tasks.transports.mavlink_links.parameters_and_cameras import task_parameters
 
 PX4, ARDUPILOT = FLAVORS["px4"], FLAVORS["ardupilot"]
 WORDS = st.text(max_size=40)

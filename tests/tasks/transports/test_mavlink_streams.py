@@ -8,7 +8,7 @@ import pytest
 
 import imc
 from mavlink import FLAVORS, Flavor, load_dialect
-from mavlink.vehicle.telemetry.named_values import parse_named_value
+from mavlink.vehicle.telemetry.named_value_option import parse_named_value
 from mavlink.vehicle.telemetry.streams import STREAMS
 from shoal.missions import parse_plan
 from tasks.transports.mavlink import MAVLink

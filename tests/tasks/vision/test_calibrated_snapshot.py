@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from support.pose import DOWN
-from tasks.vision.cameras.camera_records import write_cameras
+from tasks.vision.cameras.camera_metadata import write_cameras
 from world.optics import PinholeModel
 
 PROFILE = """

@@ -16,7 +16,7 @@ from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.simulated_world import world_of
-from tasks.vision.cameras.image_writer import write_picture
+from tasks.vision.cameras.picture_files import write_picture
 from tasks.vision.fisheye_camera import FisheyeCamera
 from world.rendering import ScenePose
 from world.rendering.renderer import optical_to_ned_rotation

@@ -14,9 +14,9 @@ from runtime import ParameterError, State, Task, periodic
 from runtime.kernel import WallClock
 from runtime.testing import START, simulate
 from support.pose import DOWN, Pose
-from tasks.vision.cameras.camera_records import write_cameras
+from tasks.vision.cameras.camera_metadata import write_cameras
 from tasks.vision.cameras.image_sequence import ImageSequence, read_picture
-from tasks.vision.cameras.image_writer import photo_name, write_picture
+from tasks.vision.cameras.picture_files import photo_name, write_picture
 from tasks.vision.recording import Recording
 from tests.outside import NO_FILE
 from world.optics import FisheyeModel, PinholeModel, preset_lens

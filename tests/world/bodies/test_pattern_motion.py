@@ -93,7 +93,7 @@ def test_velocities_are_derivatives_and_agree_with_attitude(motion):
 @given(st.floats(-50, 50), st.floats(-50, 50), st.floats(0.1, 5), st.floats(0.01, 5))
 def test_ramp_stays_within_its_limits(start, end, rate, acceleration):
     ramp = MinimumJerkRamp(start)
-    ramp.start(end, rate, acceleration)
+    ramp.set_target(end, rate, acceleration)
     low, high = min(start, end), max(start, end)
     for _ in range(100_000):
         if not ramp.moving:

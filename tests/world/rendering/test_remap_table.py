@@ -11,8 +11,8 @@ import pytest
 from world.optics import FisheyeModel, Lens, PinholeModel, preset_lens
 from world.rendering import uncovered_warning
 from world.rendering.cube_faces import WIDEST_OF_FIVE, face_rotations, pixel_axis, stack_faces
+from world.rendering.remap_interpolation import BilinearResampler, NearestResampler, make_resampler
 from world.rendering.remap_table import OUTSIDE, VOID, RemapTable, finest_face_width
-from world.rendering.resampling import BilinearResampler, NearestResampler, make_resampler
 
 VECTORS = json.loads((Path(__file__).parents[2] / "data/sensors/fisheye.json").read_text())
 # Field of view, width of face and picture, and the rms errors allowed, nearest and blended, of 255.

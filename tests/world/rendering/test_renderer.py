@@ -9,7 +9,7 @@ import pytest
 
 from world.optics import FisheyeModel, preset_lens
 from world.rendering import SceneCamera, ScenePose
-from world.rendering.light.water_optics import KOSCHMIEDER_CONSTANT, green_water
+from world.rendering.light.scene_colors import KOSCHMIEDER_CONSTANT, green_water
 from world.rendering.renderer import optical_to_ned_rotation
 
 DIVING = ScenePose(north=3.0, east=-2.0, height=4.0, depth=6.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from world.rendering import procedural_textures
-from world.rendering.light import water_optics
+from world.rendering.light import scene_colors
 from world.rendering.renderer import Renderer
 from world.rendering.scenes import ScenePose, make_scene
 
@@ -78,8 +78,8 @@ def test_a_pyramid_holds_tones_and_bends_at_all_scales():
 
 def test_words_are_those_of_the_encoding():
     linear = np.random.default_rng(2).uniform(0.0, 1.3, (3, 5, 7)).astype(np.float32)
-    words = water_optics.rgba_words(linear.copy()).view(np.uint8).reshape(5, 7, 4)
-    np.testing.assert_array_equal(words[..., :3], np.floor(np.moveaxis(water_optics.gamma_encode(linear), 0, -1)))
+    words = scene_colors.rgba_words(linear.copy()).view(np.uint8).reshape(5, 7, 4)
+    np.testing.assert_array_equal(words[..., :3], np.floor(np.moveaxis(scene_colors.gamma_encode(linear), 0, -1)))
     assert (words[..., 3] == 255).all()
 
 

@@ -9,7 +9,7 @@ import pytest
 from world import WorldError, read_world
 from world.optics import FisheyeModel, preset_lens
 from world.rendering import SceneCamera, ScenePose
-from world.rendering.light.water_optics import jerlov_water
+from world.rendering.light.scene_colors import jerlov_water
 from world.sea import WATER_TYPES, jerlov_colors, water_visibility
 from world.sea.water_types import TABLE
 

@@ -2,7 +2,7 @@
 
 from world.rendering.light.caustics import Caustics
 from world.rendering.light.lamps import Lamp, LampBeam, lamp_beams, parse_lamp
-from world.rendering.light.water_optics import OpticalMedium, green_water, rgb, rgba_words
+from world.rendering.light.scene_colors import OpticalMedium, green_water, rgb, rgba_words
 
 __all__ = [
     "Caustics",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from world.rendering import procedural_textures
 from world.rendering.cube_faces import Window
-from world.rendering.light.water_optics import OpticalMedium
+from world.rendering.light.scene_colors import OpticalMedium
 from world.sea import SeaState
 from world.sun import Sun
 

@@ -4,7 +4,7 @@ from world.rendering.objects.calibration_targets import Board, april_grid_cells,
 from world.rendering.objects.capsule import Capsule
 from world.rendering.objects.glider import Glider
 from world.rendering.objects.marine_snow import MarineSnow
-from world.rendering.objects.static_scene import StaticScene, Wall
+from world.rendering.objects.seabed_and_walls import StaticScene, Wall
 
 __all__ = [
     "Board",

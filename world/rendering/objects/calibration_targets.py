@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from world.objects import CHESSBOARD, ObjectPosition, WorldObject
 from world.rendering.cube_faces import Window, pixel_axis
 from world.rendering.objects.glider import HiddenTest
-from world.rendering.objects.static_scene import RestingBody
+from world.rendering.objects.seabed_and_walls import RestingBody
 
 Floats = NDArray[np.floating[Any]]
 

@@ -12,7 +12,7 @@ from support.rotations import Vector
 from world.objects import DIAMETER, LENGTH
 from world.rendering.cube_faces import Window, pixel_axis
 from world.rendering.light import rgb
-from world.rendering.objects.static_scene import RestingBody
+from world.rendering.objects.seabed_and_walls import RestingBody
 
 Floats = NDArray[np.floating[Any]]
 

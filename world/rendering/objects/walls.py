@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from world.rendering.cube_faces import Window, pixel_axis
 from world.rendering.light import LampBeam, rgb, rgba_words
-from world.rendering.objects.static_scene import Wall, inverse_range_to_wall
+from world.rendering.objects.seabed_and_walls import Wall, inverse_range_to_wall
 from world.rendering.procedural_textures import TONES
 from world.rendering.scenes import ScenePose, SeabedScene
 from world.rendering.seabed import rotate

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.stats import kruskal
 
-from shoal.campaigns.campaign import run_study
 from shoal.campaigns.report.html_page import campaign_html
 from shoal.campaigns.report.sensitivity import (
     eta_squared,
@@ -23,6 +22,7 @@ from shoal.campaigns.results.store import CampaignResults, ResultsError, open_re
 from shoal.campaigns.sampling.design import SamplingDesign
 from shoal.campaigns.sampling.distributions import StudyFileError, parse_distribution
 from shoal.campaigns.studies.study import load_study
+from shoal.campaigns.study_execution import run_study
 from support.located_yaml import parse_yaml_tree
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 

@@ -3,8 +3,8 @@
 import math
 from pathlib import Path
 
-from shoal.campaigns.campaign import run_study
 from shoal.campaigns.studies.study import load_study
+from shoal.campaigns.study_execution import run_study
 from shoal.scenarios import ExpectationVerdict, ScenarioResult
 
 SCENARIO = """\

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 from shoal.campaigns import Shard, campaign_html, compute_findings, open_results, repeat_run, run
-from shoal.campaigns.campaign import run_study
 from shoal.campaigns.results.store import CampaignResults, ResultsError
 from shoal.campaigns.sampling.distributions import StudyFileError, parse_distribution
 from shoal.campaigns.search.config import SearchConfig
@@ -19,6 +18,7 @@ from shoal.campaigns.search.objective import SearchObjective
 from shoal.campaigns.search.schedule import SearchSchedule
 from shoal.campaigns.search.search_space import make_axis
 from shoal.campaigns.studies.study import load_study
+from shoal.campaigns.study_execution import run_study
 from shoal.scenarios import ExpectationVerdict, ScenarioResult, load_document
 from support.located_yaml import parse_yaml_tree
 from tests.shoal.campaigns.search.slope import GPS, NORTH, SCENARIO, STUDY, Slope, comparable, do, write

@@ -13,10 +13,10 @@ from runtime.profile import load_profile
 from shoal.campaigns import load_study
 from shoal.campaigns.results.append_log import read_append_log
 from shoal.campaigns.studies.bundle import StudyBundle, parse_bundle
-from shoal.campaigns.studies.user_modules import find_user_modules
-from shoal.campaigns.studies.workspace import BundleError
+from shoal.campaigns.studies.bundle_workspace import BundleError
+from shoal.campaigns.studies.user_module_dependencies import find_user_modules
 from shoal.scenarios import ScenarioDependencies
-from shoal.scenarios.dependencies import profile_dependencies
+from shoal.scenarios.file_dependencies import profile_dependencies
 from tests.outside import until
 
 ROOT = Path(__file__).parents[4]

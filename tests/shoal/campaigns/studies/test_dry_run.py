@@ -3,7 +3,7 @@
 import pytest
 
 from shoal.campaigns import load_study
-from shoal.campaigns.campaign import run_study
+from shoal.campaigns.study_execution import run_study
 
 SCENARIO = """\
 vehicle:

@@ -13,7 +13,7 @@ from runtime.logs import summarize
 from shoal.logs.export import LogSource
 from shoal.logs.export.euroc import export_euroc
 from shoal.logs.export.tum_rgbd import export_tum_rgbd
-from shoal.logs.export.vio_recording import quaternions
+from shoal.logs.export.vio_samples import quaternions
 from shoal.missions import prepare
 from support.rotations import rotation
 from tests.outside import ALONE

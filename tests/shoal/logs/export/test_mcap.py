@@ -21,7 +21,7 @@ from shoal.logs.export.ros_types import ros_type
 from shoal.logs.selection import PacketSelection
 from support import wgs84
 from support.pose import DOWN, Pose
-from tasks.vision.cameras.camera_records import write_cameras
+from tasks.vision.cameras.camera_metadata import write_cameras
 from tests.shoal.logs.export.mcap_reader import Reader
 from world.optics import DoubleSphereModel, PinholeModel
 

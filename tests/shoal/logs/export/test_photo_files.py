@@ -13,7 +13,7 @@ from runtime.logs import summarize
 from shoal.cli import main
 from shoal.logs.export import LogSource
 from shoal.logs.export.mcap import export_mcap
-from tasks.vision.cameras.image_writer import photo_name, write_picture
+from tasks.vision.cameras.picture_files import photo_name, write_picture
 from tests.shoal.logs.export.mcap_reader import Reader
 
 SHOT = np.full((4, 6, 4), 255, np.uint8)

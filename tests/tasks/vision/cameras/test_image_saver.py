@@ -13,8 +13,8 @@ from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.vision.camera import Camera
-from tasks.vision.cameras.calibrated_camera import CalibratedCameraTask
-from tasks.vision.cameras.image_writer import write_picture
+from tasks.vision.cameras.external_camera import CalibratedCameraTask
+from tasks.vision.cameras.picture_files import write_picture
 
 NORMAL, FAULT, FAILURE = (imc.EntityState.State[name] for name in ("NORMAL", "FAULT", "FAILURE"))
 START = 1_767_225_600_000_000_000  # ns

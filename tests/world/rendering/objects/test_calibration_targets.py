@@ -10,7 +10,7 @@ import pytest
 
 from support.pose import DOWN
 from support.rotations import rotation
-from tasks.vision.cameras.camera_records import describe_camera
+from tasks.vision.cameras.camera_metadata import describe_camera
 from world.optics import FisheyeModel, PinholeModel, kannala_brandt_lens, preset_lens
 from world.rendering import Board, Glider, PixelClass, SceneCamera, ScenePose, april_grid_cells, chessboard_cells
 from world.rendering.renderer import optical_to_ned_rotation

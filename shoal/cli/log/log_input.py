@@ -1,0 +1,125 @@
+"""Shared by the commands of `shoal log`: opens logs, shows progress, turns errors into messages."""
+
+import functools
+import os
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+import imc
+from imc.lsf import ParallelMap
+from runtime.logs import UnknownNameError, logs_of_run, missing_logs
+from shoal.logs.inspect import format_noun_count
+from shoal.logs.joined_logs import joined_logs, newest_log
+from support.diagnostics import ProfileError
+from support.file_errors import describe_os_error
+from support.terminal_text import printable
+
+F = TypeVar("F", bound=Callable[..., Any])
+LOG = click.Path(path_type=Path)
+IMPORTED = (".mcap", ".tlog", ".bin", ".ulg")
+MOST_REASONS = 3
+
+
+def run_selection_options(*names: str) -> Callable[[F], F]:
+    """Adds --run and --last, which change what the arguments `names` mean, to a command."""
+
+    def decorate(function: F) -> F:
+        @functools.wraps(function)
+        def command(*args: Any, run: bool, last: bool, **values: Any) -> Any:
+            if last and values[names[0]] is None:
+                values[names[0]] = Path("log")
+            for name in names:
+                if values[name] is None:
+                    raise click.UsageError(f"name a {name.upper()}, or use --last")
+                with errors_as_messages():
+                    values[name] = _chosen(values[name], run, last)
+            return function(*args, **values)
+
+        whole = click.option("--run", is_flag=True, help="Take all logs of the run that the log belongs to, as one.")
+        newest = click.option("--last", is_flag=True, help="Take the newest log below a folder [default: log].")
+        return cast(F, whole(newest(command)))
+
+    return decorate
+
+
+def _chosen(path: Path, run: bool, last: bool) -> Path:
+    """The log, or the logs of its run as one, which are removed when the command ends."""
+    path = newest_log(path) if last else path
+    if not run:
+        return path
+    logs = logs_of_run(path.parent if path.is_file() else path)
+    whole = click.get_current_context().with_resource(joined_logs(logs))
+    click.get_current_context().meta[str(whole)] = logs
+    for missing in missing_logs(logs):
+        click.echo(f"log {missing} of the run is missing", err=True)
+    return whole
+
+
+def logs_of_argument(path: Path) -> list[Path]:
+    """The logs that a command takes as one; only the log itself without --run."""
+    context = click.get_current_context(silent=True)
+    return [path] if context is None else context.meta.get(str(path), [path])
+
+
+@contextmanager
+def errors_as_messages() -> Generator[None]:
+    """Turns errors with files and names into messages of the command line."""
+    try:
+        yield
+    except imc.SchemaError as error:
+        hint = "`shoal log doctor` explains and repairs it"
+        raise click.ClickException(printable(f"the definitions of the log are bad: {error}; {hint}")) from None
+    except ProfileError as error:  # each on a line of its own
+        raise click.ClickException("\n".join(printable(str(problem)) for problem in error.problems)) from None
+    except (UnknownNameError, ValueError) as error:
+        raise click.ClickException(printable(str(error))) from None
+    except OSError as error:
+        raise click.ClickException(printable(describe_os_error(error))) from None
+
+
+def open_log(path: Path) -> imc.Log:
+    """A log that is unpacked on all processors. Raises what imc.Log raises."""
+    return imc.Log(path, spread=make_parallel_map(), keep_index=len(logs_of_argument(path)) == 1)
+
+
+def make_parallel_map() -> ParallelMap:
+    """The `spread` of imc.Log that unpacks on all processors."""
+    return ThreadPoolExecutor(os.cpu_count()).map
+
+
+def require_messages(log: imc.Log, packets: int, losses: Sequence[imc.Loss] = ()) -> None:
+    """Raises ClickException for a file without a message."""
+    if packets == 0:
+        length = log.path.stat().st_size
+        why = f"none of its {length} bytes belongs to a message" if length else "the file is empty"
+        why += "".join(f"; {loss.reason}" for loss in losses[:MOST_REASONS] if not loss.length)
+        if log.path.suffix.lower() in IMPORTED and length:
+            why += f"; convert it with shoal log import {log.path}"
+        raise click.ClickException(printable(f"{log.path}: there is no message in this log: {why}"))
+
+
+@contextmanager
+def progress_bar(path: Path, what: str = "reading") -> Generator[Callable[[float], None]]:
+    """A progress bar on a terminal; its function takes the share that is done, 0 to 1."""
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(f"{what} {printable(path.parent.name)}/{printable(path.name)}", total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+def report_losses(losses: list[tuple[Path, imc.Loss]]) -> None:
+    """Print which bytes of logs were skipped, and why."""
+    for path, (offset, length, reason) in losses[:20]:
+        click.echo(
+            printable(f"skipped: {path}: byte {offset}: {format_noun_count(length, 'byte')}: {reason}"), err=True
+        )
+    if len(losses) > 20:
+        click.echo(f"skipped: {format_noun_count(len(losses) - 20, 'more damaged place')}", err=True)

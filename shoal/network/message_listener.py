@@ -1,0 +1,70 @@
+"""A reader of messages, which may be slow, and the kinds of damage to packets."""
+
+import asyncio
+from collections import deque
+from collections.abc import Collection
+
+import imc
+from shoal.network.system_table import NetworkSystem
+
+MOST_WAITING = 8192  # messages in front of a slow reader
+
+
+class MessageListener:
+    """Messages from a system, or to it, of some types, in the order of arrival; of all systems and types without.
+
+    `lost` is how many were too many for the reader. `takes_old`: also the last ones before, if they were kept.
+    """
+
+    def __init__(
+        self, system: NetworkSystem | None, kinds: Collection[type[imc.Message]], *, takes_old: bool = False
+    ) -> None:
+        self.lost = 0
+        self.takes_old = takes_old
+        self._system = system
+        self._kinds = tuple(kinds)
+        self._waiting: deque[tuple[NetworkSystem, imc.Message]] = deque()
+        self._news = asyncio.Event()
+
+    def put(self, system: NetworkSystem, message: imc.Message) -> None:
+        mine = self._system
+        if (mine is not None and mine is not system and message.dst != mine.id) or (
+            self._kinds and not isinstance(message, self._kinds)
+        ):
+            return
+        if len(self._waiting) >= MOST_WAITING:
+            self._waiting.popleft()
+            self.lost += 1
+        self._waiting.append((system, message))
+        self._news.set()
+
+    async def next(self, timeout: float | None = None) -> tuple[NetworkSystem, imc.Message]:
+        """The next message and who sent it. Raises TimeoutError."""
+        while not self._waiting:
+            self._news.clear()
+            async with asyncio.timeout(timeout):  # wait_for of Python 3.11 loses a cancellation now and then
+                await self._news.wait()
+        return self._waiting.popleft()
+
+
+def check_message_type(kind: object) -> type[imc.Message]:
+    """The type itself. Raises TypeError for what is none, such as the name of one."""
+    if isinstance(kind, type) and issubclass(kind, imc.Message):
+        return kind
+    raise TypeError(f"{kind!r} is not a type of message, such as imc.EstimatedState")
+
+
+def require_message_instance(message: object) -> imc.Message:
+    """The message itself. Raises TypeError for what is none, such as a type of them."""
+    if isinstance(message, imc.Message):
+        return message
+    raise TypeError(f"{message!r} is not a message, such as imc.Heartbeat()")
+
+
+def damage_kind(reason: str) -> str:
+    """The kind of an error in a packet, without its numbers: there must not be a count for each."""
+    if "CRC" in reason:
+        return "wrong CRC"
+    if "too short" in reason or "inside a message" in reason:
+        return f"schema mismatch: {reason.partition(':')[0]}"
+    return reason.partition(":")[0].partition(" 0x")[0]

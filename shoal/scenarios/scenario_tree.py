@@ -1,0 +1,196 @@
+"""A scenario file as a tree: its values have places, and can be replaced before it is read as a scenario."""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, cast
+
+from runtime.profile import load_profile
+from shoal.scenarios.engine import dry_run
+from shoal.scenarios.file_dependencies import ScenarioDependencies, normalized_absolute_path, profile_dependencies
+from shoal.scenarios.profiles import ScenarioProfiles
+from shoal.scenarios.reader import ScenarioReader
+from shoal.scenarios.relative_file_paths import relocate_tree
+from shoal.scenarios.scenario import Scenario, ScenarioFileError
+from support.located_yaml import Node, parse_yaml_tree, read_text
+
+KeyPath = tuple[str, ...]
+
+
+def load_document(path: Path) -> "ScenarioDocument":
+    """Read the tree of a scenario file. Raises ScenarioFileError, and OSError if it cannot be read."""
+    text = read_text(path, ScenarioFileError)
+    try:
+        return ScenarioDocument(path, parse_yaml_tree(text, str(path), ScenarioFileError))
+    except ScenarioFileError as error:
+        hint = " (a text with [, ], {, } or : in it needs quotes)" if "not YAML" in str(error) else ""
+        raise ScenarioFileError(f"{error}{hint}") from None
+
+
+class ScenarioDocument:
+    """The tree of a scenario file. Profiles that it names are read once for all scenarios that it gives."""
+
+    def __init__(self, path: Path, root: Node):
+        self.path = path
+        self._root = _mended(root)
+        self._profiles = ScenarioProfiles(path.parent)
+
+    @property
+    def root(self) -> Node:
+        """The whole tree."""
+        return self._root
+
+    def scalars_by_path(self) -> dict[str, Node]:
+        """All scalars by their place: the keys on the way, and numbers in lists, joined with "/"."""
+        found: dict[str, Node] = {}
+        _collect(self._root, (), found)
+        return found
+
+    def scenario(self, values: Mapping[str, object] | None = None) -> Scenario:
+        """The scenario with some values replaced, by place; a place below a mapping may be new.
+
+        Numbers are in SI, or in the unit of a parameter. Raises ScenarioFileError naming the line of the value.
+        """
+        return ScenarioReader(self._changed(values or {}), self.path, self._profiles).scenario()
+
+    def changed_tree(self, values: Mapping[str, object], folder: Path) -> Node:
+        """The tree with some values replaced, for a file in a folder: paths of plans and profiles begin there."""
+        return relocate_tree(self._changed(values), self.path.parent, folder)
+
+    def current_value(self, place: str) -> object:
+        """The value at a place: that of the file, or that of a parameter which the file does not set; None if unknown.
+
+        A text that is a number is given as one.
+        """
+        if (node := self.scalars_by_path().get(place)) is not None:
+            return node.value()
+        for spec in self.scenario().vehicles:
+            for start in ("vehicle/parameters/", f"vehicles/{spec.name}/parameters/"):
+                if place.startswith(start):
+                    section, _, option = place.removeprefix(start).rpartition("/")
+                    text = self._profiles.effective_value(spec.profile, spec.name, section, option)
+                    return None if text is None else Node(text, "", 0, plain=True).value()
+        return None
+
+    def dependencies(self, values: Mapping[str, object] | None = None) -> ScenarioDependencies:
+        """What the scenario with these values is made of, besides the file itself. Raises as `scenario` does."""
+        found = ScenarioDependencies()
+        for spec in self.scenario(values).vehicles:
+            overrides = [setting.override_text for setting in spec.settings]
+            profile = load_profile(spec.profile, (spec.folder,), vehicle=spec.name, overrides=overrides)
+            found |= profile_dependencies(profile, spec.modes)
+            if spec.plan_file is not None:
+                found |= ScenarioDependencies(frozenset([normalized_absolute_path(spec.plan_file)]))
+        return found
+
+    def dry_run(self, values: Mapping[str, object] | None = None) -> None:
+        """Make sure that the scenario can begin with these values. Raises ScenarioFileError like `scenario`."""
+        dry_run(self.scenario(values))
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of all that the scenario is made of: the values of the file, its plans and its profiles."""
+        made = hashlib.sha256(repr(_bare(self._root)).encode())
+        scenario = self.scenario()
+        for spec in scenario.vehicles:
+            made.update(repr((spec.name, spec.modes)).encode())
+            made.update(self._profiles.dump(spec.profile, spec.name).encode(errors="surrogateescape"))
+            if spec.plan is not None:
+                made.update(spec.plan.replace(timestamp=0.0).to_json().encode())
+        return made.hexdigest()
+
+    def _changed(self, values: Mapping[str, object]) -> Node:
+        root = self._root
+        for place, value in values.items():
+            root = _put(root, place.split("/"), value)
+        return root
+
+
+def _mended(node: Node) -> Node:
+    """With texts in one piece that YAML has cut at commas within braces: {max: distance(A, B)}."""
+    if isinstance(node.content, list):
+        return _with(node, [_mended(item) for item in node.content])
+    if not isinstance(node.content, dict):
+        return node
+    found: dict[str, Node] = {}
+    open_key = ""
+    for key, item in node.content.items():
+        before = found.get(open_key)
+        if before is not None and item.plain and item.content == "":
+            assert isinstance(before.content, str)
+            found[open_key] = _with(before, f"{before.content}, {key}")
+        else:
+            found[key] = item = _mended(item)
+            open_key = key
+        text = found[open_key].content
+        if not (isinstance(text, str) and text.count("(") > text.count(")")):
+            open_key = ""
+    return _with(node, found)
+
+
+def _bare(node: Node) -> object:
+    """The values of a tree, without their lines."""
+    if isinstance(node.content, dict):
+        return {key: _bare(item) for key, item in node.content.items()}
+    return [_bare(item) for item in node.content] if isinstance(node.content, list) else node.content
+
+
+def _with(node: Node, content: "str | list[Node] | dict[str, Node]") -> Node:
+    return Node(content, node.file, node.line, node.error, node.plain)
+
+
+def _collect(node: Node, place: KeyPath, found: dict[str, Node]) -> None:
+    if isinstance(node.content, str):
+        found["/".join(place)] = node
+        return
+    items = node.content.items() if isinstance(node.content, dict) else enumerate(node.content)
+    for key, item in items:
+        _collect(item, (*place, str(key)), found)
+
+
+def _put(node: Node, steps: Sequence[str], value: object) -> Node:
+    """The tree with a value at a place. A key may itself have a "/", as the section Simulators.IMU/AHRS has."""
+    if not steps:
+        return _node(node, value)
+    if isinstance(node.content, list):
+        if not steps[0].isdecimal() or int(steps[0]) >= len(node.content):
+            node.fail(f"there is no item {steps[0]!r}: it has {len(node.content)}")
+        index = int(steps[0])
+        return _with(node, [_put(n, steps[1:], value) if i == index else n for i, n in enumerate(node.content)])
+    if not isinstance(node.content, dict):
+        node.fail(f"has no {'/'.join(steps)}: it is a value")
+    for count in range(len(steps), 0, -1):
+        key = "/".join(steps[:count])
+        if key in node.content:
+            return _with(node, {**node.content, key: _put(node.content[key], steps[count:], value)})
+    return _with(node, {**node.content, **_new(node, steps, value)})
+
+
+def _new(node: Node, steps: Sequence[str], value: object) -> dict[str, Node]:
+    """What is missing below a mapping; of the parameters of a vehicle, all but the last word is the section."""
+    if len(steps) == 1:
+        return {steps[0]: _node(node, value)}
+    if steps[0] != "parameters" and "." in steps[0]:
+        return {"/".join(steps[:-1]): Node({steps[-1]: _node(node, value)}, node.file, node.line, node.error)}
+    return {steps[0]: Node(_new(node, steps[1:], value), node.file, node.line, node.error)}
+
+
+def _node(where: Node, value: Any) -> Node:
+    """A value as a node at the place of another one."""
+    if isinstance(value, Mapping):
+        items = cast(Mapping[Any, Any], value)
+        return Node({str(key): _node(where, item) for key, item in items.items()}, where.file, where.line, where.error)
+    if isinstance(value, list | tuple):
+        return Node([_node(where, item) for item in cast(list[Any], value)], where.file, where.line, where.error)
+    if isinstance(value, str):
+        return Node(value, where.file, where.line, where.error)
+    return Node(_scalar(value), where.file, where.line, where.error, plain=True)
+
+
+def _scalar(value: object) -> str:
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    if not isinstance(value, int):
+        value = float(cast(Any, value))
+    text = repr(value)
+    return text.replace("e", ".0e", 1) if "e" in text and "." not in text else text  # YAML wants the point

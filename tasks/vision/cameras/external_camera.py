@@ -1,0 +1,77 @@
+"""What cameras have in common whose pictures come from elsewhere: frames, and what is known of them."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+import imc
+from runtime import Frame, State, consume
+from support.pose import Pose
+from tasks.pose_history import PoseHistory
+from tasks.simulated_world import world_of
+from tasks.vision.cameras.camera_metadata import camera_frame_message
+from tasks.vision.cameras.mounted_camera import MountedCameraTask
+from world import SECTIONS
+from world.optics import CameraModel, PinholeModel
+from world.rendering import optical_to_body_transform
+
+OLDEST = 1.0  # s, beyond which an EstimatedState says nothing of a picture
+NOWHERE = np.full((4, 4), math.nan)
+
+
+class CalibratedCameraTask(MountedCameraTask):
+    """Shares frames that somebody else has taken."""
+
+    reads = SECTIONS
+
+    transient = (*MountedCameraTask.transient, "_optics")
+
+    def configure(self) -> None:
+        super().configure()
+        world_of(self)
+        self._optics = self.read_calibration()
+
+    @property
+    def model_and_mount(self) -> tuple[CameraModel, Pose] | None:
+        return None if self._optics is None else (self._optics, self.mount)
+
+    def start(self) -> None:
+        super().start()
+        self.taken = self.dropped = self.failed = 0
+        self.pose_history = PoseHistory(world_of(self).origin)
+        self._odd = ""
+
+    @consume
+    def on_estimated_state(self, state: imc.EstimatedState) -> None:
+        self.pose_history.add(state)
+
+    def deliver(self, time: float, image: NDArray[np.uint8], stamp: float, what: str = "") -> None:
+        """Share a picture (height, width, 4) that was exposed at `time`, by its own clock at `stamp` (s)."""
+        height, width, _ = image.shape
+        optics, told = self._optics, f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed"
+        if optics is not None and (optics.width, optics.height) != (width, height):
+            odd = f"the calibration is for {optics.width} x {optics.height} px, not {width} x {height} px"
+            if odd != self._odd:
+                self._odd = odd
+                self.log.warning(odd)
+            self.set_entity_state(State.FAULT, f"{odd}; {told}")
+            optics = None
+        else:
+            self.report_entity_state(f"{what}{told}")
+        mount = optical_to_body_transform(self.mount)
+        estimate = self.pose_history.pose_at(time, OLDEST)
+        there = NOWHERE if estimate is None else estimate.transform @ mount
+        model = optics or PinholeModel(width, height, 1.0, 1.0, 0.5 * width, 0.5 * height)
+        file = (
+            self.save(time, image, self.picture_location_from_state(self.pose_history.latest_state))
+            if self.should_save()
+            else ""
+        )
+        message = camera_frame_message(
+            time, self.taken, model, there, None if estimate is None else there, file, is_true=False
+        )
+        unknown = {} if optics else {"fx": math.nan, "fy": math.nan, "cx": math.nan, "cy": math.nan}
+        self.publish_frame(Frame(time, self.entity.label, self.taken, image, {"stamp": stamp}, optics, mount))
+        self.publish(message.replace(**unknown))
+        self.taken += 1
