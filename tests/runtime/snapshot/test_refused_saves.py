@@ -81,8 +81,8 @@ STRANGERS: list[tuple[Callable[[Vehicle], object], str]] = [
     (lambda v: setattr(v.task("Daemon"), "spy", np.zeros(2, "i4,i4")), r"Daemon: spy: an array of '\|V8'"),
     (lambda v: setattr(v.task("Daemon"), "spy", imc.GpsFix(lat=TEXT)), r"Daemon: spy is a message .* GpsFix\.lat"),
     (
-        lambda v: setattr(v.task("Daemon"), "publish_heartbeat", v.daemon.publish),
-        r"Daemon: a Daemon cannot have an attribute 'publish_heartbeat'",
+        lambda v: setattr(v.task("Daemon"), "publish_heartbeat_and_entities", v.daemon.publish),
+        r"Daemon: a Daemon cannot have an attribute 'publish_heartbeat_and_entities'",
     ),
     (lambda v: setattr(v.task("Daemon"), "spy", [0.5] * 1_000_001), r"the state of .* more than 1000000 values"),
     (

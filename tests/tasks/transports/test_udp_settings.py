@@ -178,7 +178,7 @@ def test_an_entity_that_no_task_has_is_doubted_with_the_nearest(tmp_path):
         f"Transports.UDP:Filtered Entities={filters}",
         "Transports.UDP:Custom Filters=EntityStateChangeFilter:GSP, LogBookEntryFilter:ERROR",
     ) as vessel:
-        assert [(doubt.text, doubt.hint) for doubt in vessel.udp.warnings()] == [
+        assert [(doubt.text, doubt.hint) for doubt in vessel.udp.configuration_warnings()] == [
             ("Filtered Entities: no task of the profile has the entity 'Nothere'", ""),
             ("Filtered Entities: no task of the profile has the entity 'Altimetre'", "did you mean 'Altimeter'?"),
             ("Custom Filters: no task of the profile has the entity 'GSP'", "did you mean 'GPS'?"),
