@@ -8,7 +8,7 @@ _MOST = 200_000  # elements
 
 
 class Element:
-    """An element of an XML file, and its place in the file. Methods raise the error class given to `read_elements`."""
+    """An element of an XML file, and its place in the file. Methods raise the error class given to `parse_xml_tree`."""
 
     __slots__ = ("attributes", "children", "error", "file", "line", "tag", "text")
 

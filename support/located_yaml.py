@@ -20,7 +20,7 @@ _TYPES: Any = yaml.SafeLoader("")
 class Node:
     """A scalar, list or mapping of a YAML file, with file and line. A scalar is `plain` if it has no quotes.
 
-    Methods raise the error class given to `read_tree`, naming file and line.
+    Methods raise the error class given to `parse_yaml_tree`, naming file and line.
     """
 
     __slots__ = ("content", "error", "file", "line", "plain")

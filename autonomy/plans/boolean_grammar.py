@@ -58,9 +58,9 @@ def _negation(test: Callable[P, bool]) -> Callable[P, bool]:
 
 
 class GrammarParser(Generic[T]):
-    """Recursive descent over the words of a text; `next_word` is None at the end.
+    """Recursive descent over the words of a text; `lookahead_word` is None at the end.
 
-    `pattern` is what a word may be; `read_comparison` reads one comparison by means of `expect` and `accept`, and
+    `pattern` is what a word may be; `read_comparison` reads one comparison by means of `expect_word` and `accept`, and
     returns its test. With `sums`, brackets without a comparison in them are part of a sum, and left to
     `read_comparison`.
     """

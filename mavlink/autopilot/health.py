@@ -29,7 +29,7 @@ def describe_autopilot(name: str, *, armed: bool, critical: bool, counts: Mappin
 class SensorHealth:
     """Shows the states of entities: what the autopilot says of them, and that it does not.
 
-    Navigation is NORMAL only while there are states of it: `on_state` says so.
+    Navigation is NORMAL only while there are states of it: `report_navigation_state` says so.
     """
 
     def __init__(self, show: Show) -> None:

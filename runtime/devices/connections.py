@@ -43,10 +43,10 @@ class Connection(Protocol):
 
 
 class Address(Protocol):
-    """What can be opened. `speed` is that of the line, `max_rate` what is read at most (both in bytes/s).
+    """What can be opened.
 
-    `starts_midway` is whether the first bytes may belong to a piece that began before. `datagrams` is whether
-    each portion is complete.
+    `bytes_per_second` is that of the line, `max_read_rate` what is read at most (both in bytes/s). `starts_midway`
+    is whether the first bytes may belong to a piece that began before. `datagrams` is whether each portion is complete.
     """
 
     @property

@@ -11,7 +11,7 @@ from runtime.logs.consecutive_run_logs import (
 )
 from runtime.logs.log_folder_creation import create_log
 from runtime.logs.logged_clock_jumps import without_outliers
-from runtime.logs.packet_blocks import Array, PacketBlock, packet_blocks, packet_headers
+from runtime.logs.packet_block_reader import Array, PacketBlock, packet_blocks, packet_headers
 from runtime.logs.summary import LogSummary, PacketCount, summarize
 from runtime.logs.system_names import KEPT, NAMING, SystemNames, UnknownNameError, find_message_ids, type_name
 

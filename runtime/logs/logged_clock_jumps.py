@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.logs.packet_blocks import Array
+from runtime.logs.packet_block_reader import Array
 
 BACK, AHEAD = 1.0, 10.0  # s
 WINDOW = 16  # packets on each side; a stray time returns to normal within them

@@ -14,7 +14,7 @@ from imc.layout import SMALLEST_PACKET
 from imc.lsf import ReportProgress
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.logs.logged_clock_jumps import ClockStep, SystemClock
-from runtime.logs.packet_blocks import Array, PacketBlock, packet_blocks
+from runtime.logs.packet_block_reader import Array, PacketBlock, packet_blocks
 from runtime.logs.system_names import KEPT, NAMING, SystemNames, type_name
 
 K = TypeVar("K")

@@ -14,6 +14,7 @@ from runtime.zenoh.config import SESSIONS, SessionConfig, ZenohConfig, error_tex
 from runtime.zenoh.error_counter import ErrorCounter
 from runtime.zenoh.key_expressions import Delivery, Publication
 from runtime.zenoh.last_value_cache import LastValueCache
+from runtime.zenoh.listen_endpoint_failover import StandbyListener, is_in_use
 from runtime.zenoh.live_systems import LiveSystems
 from runtime.zenoh.loopback_discovery import HelloSender, hello_message
 from runtime.zenoh.packet_authorization import PacketAuthorizer
@@ -22,7 +23,6 @@ from runtime.zenoh.publishers import Publisher, Publishers
 from runtime.zenoh.queryables import Queryables
 from runtime.zenoh.reliable_queue import ReliableQueue
 from runtime.zenoh.session_factory import SessionFactory
-from runtime.zenoh.standby_listener import StandbyListener, is_in_use
 from runtime.zenoh.subscribers import Subscribers
 
 if TYPE_CHECKING:

@@ -129,7 +129,7 @@ class NetworkSystem:
     def update(self, link: NetworkLink, message: imc.Message, entity: str, *, is_heard: bool) -> None:
         """Note what a packet says of the system besides its content; `entity` is its label, if the link knows it.
 
-        `is_heard` is whether the packets of this link count, as `accepts_from` says.
+        `is_heard` is whether the packets of this link count, as `accepts_link` says.
         """
         if is_heard:
             self.last[link.name] = self.heard_at = time.monotonic()

@@ -20,10 +20,10 @@ from runtime.vehicle import Fleet, Vehicle
 from shoal.missions import COMPLETED, FAILED, Mission, Report, prepare
 from shoal.scenarios.expectations import Expectation, ExpectationMonitor, vacuous_warnings
 from shoal.scenarios.metrics import MetricRecorder
-from shoal.scenarios.profiles import format_profile_problem
 from shoal.scenarios.result import ExpectationVerdict, ScenarioResult
 from shoal.scenarios.run_context import RunContext
 from shoal.scenarios.scenario import Scenario, ScenarioFileError, VehicleSpec
+from shoal.scenarios.scenario_profiles import format_profile_problem
 from shoal.scenarios.start_depth_check import check_start_depth
 from shoal.scenarios.true_track import TrueTrack
 from support.diagnostics import ProfileError

@@ -15,9 +15,9 @@ from shoal.scenarios.expectations import Expectation
 from shoal.scenarios.link_reader import read_links
 from shoal.scenarios.metrics import KINDS_OF_ENUMERATIONS, METRIC_KINDS, Metric
 from shoal.scenarios.option_shorthands import EnabledTasks, start_settings, world_settings
-from shoal.scenarios.profiles import ScenarioProfiles, parameter_setting
 from shoal.scenarios.robustness import negate_unless_nan
 from shoal.scenarios.scenario import Scenario, ScenarioSetting, VehicleSpec
+from shoal.scenarios.scenario_profiles import ScenarioProfiles, parameter_setting
 from shoal.scenarios.value_reader import (
     read_choice,
     read_mapping,

@@ -8,10 +8,10 @@ from typing import Any, cast
 from runtime.profile import load_profile
 from shoal.scenarios.engine import dry_run
 from shoal.scenarios.file_dependencies import ScenarioDependencies, normalized_absolute_path, profile_dependencies
-from shoal.scenarios.profiles import ScenarioProfiles
 from shoal.scenarios.reader import ScenarioReader
 from shoal.scenarios.relative_file_paths import relocate_tree
 from shoal.scenarios.scenario import Scenario, ScenarioFileError
+from shoal.scenarios.scenario_profiles import ScenarioProfiles
 from support.located_yaml import Node, parse_yaml_tree, read_text
 
 KeyPath = tuple[str, ...]

@@ -8,7 +8,7 @@ from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, param, periodic
 from runtime.network_interfaces import is_loopback_address
 from tasks.transports.imc_links import peer_table
-from tasks.transports.imc_links.datagram_reader import DatagramReader
+from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.peer_table import DropCounts, Peer
 from tasks.transports.imc_links.recvmmsg import Datagram

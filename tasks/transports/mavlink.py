@@ -8,11 +8,11 @@ from mavlink.vehicle.command import RelayNames
 from runtime import consume
 from tasks.transports.mavlink_links.disk_usage_and_thumbnails import DiskPictures
 from tasks.transports.mavlink_links.ftp_folders import DiskFolders
-from tasks.transports.mavlink_links.ground_links import GroundLinks
+from tasks.transports.mavlink_links.ground_links import GroundLinksTask
 from tasks.transports.mavlink_links.parameters_and_cameras import find_cameras, task_parameters
 
 
-class MAVLink(GroundLinks):
+class MAVLink(GroundLinksTask):
     """MAVLink 2 over UDP, TCP and serial lines: telemetry, commands and parameters, with a flavor for each link."""
 
     def make_endpoint(self) -> VehicleEndpoint:

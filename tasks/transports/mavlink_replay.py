@@ -10,7 +10,7 @@ from mavlink.vehicle import CHANGES, ShownMessages, VehicleEquipment, VehicleIde
 from runtime import State, consume, param, periodic
 from tasks.transports.mavlink_links.disk_usage_and_thumbnails import DiskPictures
 from tasks.transports.mavlink_links.ftp_folders import DiskFolders
-from tasks.transports.mavlink_links.ground_links import GroundLinks
+from tasks.transports.mavlink_links.ground_links import GroundLinksTask
 from tasks.transports.mavlink_links.logged_vehicle import (
     LoggedEndpoint,
     LoggedIdentity,
@@ -39,7 +39,7 @@ Told = (
 class LoggedPort:
     """The vehicle of a log, which is not there and gets no requests; parameters are those of the replay."""
 
-    def __init__(self, imc_id: int, task: GroundLinks) -> None:
+    def __init__(self, imc_id: int, task: GroundLinksTask) -> None:
         self.imc_id = imc_id
         self.set_parameter = task.set_parameter
 
@@ -50,7 +50,7 @@ class LoggedPort:
         return math.inf
 
 
-class MAVLinkReplay(GroundLinks):
+class MAVLinkReplay(GroundLinksTask):
     """MAVLink 2 for the vehicle of the log that `Transports.Replay` plays; it takes no orders.
 
     Stations also see the parameters of the replay, by which they can move it.

@@ -12,7 +12,7 @@ from runtime.network_interfaces import enable_icmp_errors, refused_destinations
 from runtime.profile import split_list
 from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
 from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, DatagramFilter, sender_text
-from tasks.transports.imc_links.datagram_reader import DatagramReader
+from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.link_task import ImcLinkTask, reraise_as_parameter_error
 from tasks.transports.imc_links.message_list import MessageList, parse_rate

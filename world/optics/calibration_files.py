@@ -55,7 +55,7 @@ def calibration_file_to_json(path: str | Path, camera: str = "") -> str:
 
 
 def parse_calibration(text: str) -> CameraModel:
-    """The camera of a text of `calibration_json`. Raises CalibrationError."""
+    """The camera of a text of `calibration_file_to_json`. Raises CalibrationError."""
     try:
         return _model(_mapping(json.loads(text), "the text"))
     except (ValueError, RecursionError) as error:

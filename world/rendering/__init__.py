@@ -1,6 +1,5 @@
 """Renders what a camera sees."""
 
-from world.rendering.camera import SceneCamera
 from world.rendering.cube_map_resampler import CubeMapAssembler
 from world.rendering.image_sensor import Exposure, Shutter, frame_random
 from world.rendering.labels import ImageLabels, Labeler, ObjectBox, PixelClass
@@ -12,6 +11,7 @@ from world.rendering.objects.glider import Glider
 from world.rendering.remap_interpolation import INTERPOLATIONS
 from world.rendering.remap_table import uncovered_warning
 from world.rendering.renderer import optical_to_body_transform
+from world.rendering.scene_camera import SceneCamera
 from world.rendering.scenes import SCENES, ScenePose
 
 __all__ = [

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.random import PCG64, Generator, SeedSequence
 from numpy.typing import NDArray
 
-from world.rendering.camera import SceneCamera
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.glider import Glider
+from world.rendering.scene_camera import SceneCamera
 from world.rendering.scenes import ScenePose
 
 Image = NDArray[np.uint8]

@@ -9,7 +9,7 @@ from numpy.random import PCG64, Generator, SeedSequence
 from numpy.typing import NDArray
 
 from support.rotations import Vector, body_rates
-from world.sea.sea_state import SeaState
+from world.sea.wave_statistics import SeaState
 
 Floats = NDArray[np.floating[Any]]
 

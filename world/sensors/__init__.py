@@ -11,6 +11,7 @@ from world.sensors.imu_noise import (
     specific_force,
     vins_parameters,
 )
+from world.sensors.inertial_sampler import BodyMotion, InertialSample, InertialSampler
 from world.sensors.mug_detection_geometry import (
     ACCURACY,
     UNIFORM_ERROR,
@@ -31,7 +32,6 @@ from world.sensors.range_and_doppler import (
     velocity_from_beams,
 )
 from world.sensors.sonar_beam import SonarBeam
-from world.sensors.strapdown import BodyMotion, InertialSample, InertialSampler
 
 __all__ = [
     "ACCURACY",

@@ -14,7 +14,7 @@ from runtime.logs import Array
 from shoal.logs.export import foxglove_annotations, ros_standard_conversion
 from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, photos_of_other_lenses, read_photo_cameras
 from shoal.logs.export.cdr import ENCAPSULATION, CdrError, CdrRecords, CdrWriter, Item, cdr_string, make_cdr_writer
-from shoal.logs.export.detection_projection import MUG, DetectionCollector, DetectionPoint, SystemDetections
+from shoal.logs.export.logged_detections import MUG, DetectionCollector, DetectionPoint, SystemDetections
 from shoal.logs.export.mcap_topic_channels import TopicChannels, ros_name
 from shoal.logs.export.mcap_writer import MESSAGE, MESSAGE_LENGTH, McapChunk, McapWriter
 from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch, nanoseconds

@@ -25,7 +25,7 @@ Offered = imc.AnnounceService.ServiceType
 LINKS = ["udpout://127.0.0.1:14550", "udpout://127.0.0.1:14540?flavour=px4", "udpin://127.0.0.1:14551"]
 
 
-class GroundLinks(Task):
+class GroundLinksTask(Task):
     """Telemetry, commands and parameters over all links, of a vehicle that `make_endpoint` gives."""
 
     external = True

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from runtime.zenoh.config import SESSION_OFFSET, SESSIONS
-from runtime.zenoh.standby_listener import is_in_use
+from runtime.zenoh.listen_endpoint_failover import is_in_use
 from tests.outside import PATIENCE, until
 
 DISCOVERY = ("Transports.Announce", "Transports.Discovery")

@@ -14,7 +14,7 @@ import runtime.zenoh.publishers
 from runtime.zenoh import ZenohConfig, ZenohTransport
 from runtime.zenoh.error_counter import ErrorCounter
 from runtime.zenoh.key_expressions import key_chunk, message_key
-from runtime.zenoh.standby_listener import is_in_use
+from runtime.zenoh.listen_endpoint_failover import is_in_use
 from runtime.zenoh.subscribers import Subscribers
 from tests.outside import until
 from tests.runtime.zenoh.processes import local_port

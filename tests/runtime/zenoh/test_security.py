@@ -9,8 +9,8 @@ import pytest
 
 from runtime.zenoh import ZenohConfig
 from runtime.zenoh.certificate_checks import certificate_problem
+from runtime.zenoh.listen_endpoint_failover import is_in_use
 from runtime.zenoh.security import Security
-from runtime.zenoh.standby_listener import is_in_use
 from tests.outside import NO_FILE, until
 from tests.runtime.zenoh.processes import PATIENCE, Network, Process, count
 

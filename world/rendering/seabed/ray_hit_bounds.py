@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from support.rotations import Vector
-from world.rendering.seabed.depth_pyramid import COARSER, REACH, DepthGrid
+from world.rendering.seabed.depth_clipmap import COARSER, REACH, DepthGrid
 
 Floats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from support.rotations import Vector
-from world.rendering.seabed.depth_pyramid import CurvedDepthGrid, DepthGrid
+from world.rendering.seabed.depth_clipmap import CurvedDepthGrid, DepthGrid
 
 Floats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]

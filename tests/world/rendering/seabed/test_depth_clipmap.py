@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from world.rendering.seabed.depth_pyramid import CURVED, LEVELS, REACH, DepthPyramid
+from world.rendering.seabed.depth_clipmap import CURVED, LEVELS, REACH, DepthPyramid
 from world.rendering.seabed.ray_hit_bounds import GridHorizon, HorizonSectors, sector_of_rays
 from world.rendering.seabed.seabed_intersection import SeabedIntersector
 from world.sea import Bathymetry
