@@ -105,7 +105,10 @@ class ExpectationMonitor(ABC):
 
 
 class AlwaysMonitor(ExpectationMonitor):
-    """The condition holds at all times; its margin is the smallest."""
+    """The condition holds at all times; its margin is the smallest.
+
+    A missing message is not judged; a value that is no number fails.
+    """
 
     least = math.inf
     time = math.nan
