@@ -47,7 +47,7 @@ FORMATS = {
     "llf": ExportFormat("-llf", False, "shoal.logs.export.llf", "export_llf"),
     "euroc": ExportFormat("-euroc", False, "shoal.logs.export.euroc", "export_euroc"),
     "coco": ExportFormat("-coco", False, "shoal.rendering.coco", "export_coco"),
-    "tum": ExportFormat("-tum", False, "shoal.logs.export.tum_rgbd", "export_tum"),
+    "tum": ExportFormat("-tum", False, "shoal.logs.export.tum_rgbd", "export_tum_rgbd"),
 }
 LogWriter: TypeAlias = Callable[[LogSource, Path, ReportProgress], int]
 """Writes what is selected to a path, reports the bytes read, and returns how many messages or rows it wrote."""

@@ -242,7 +242,7 @@ def test_a_camera_in_trouble_says_why_it_takes_no_picture(dive):
 @given(st.data())
 def test_no_message_to_a_camera_raises(diving, data):
     definition = data.draw(st.sampled_from(list(DIALECT.by_id.values())))
-    payload = bytearray(definition.fill(data.draw(st.binary(max_size=255))))
+    payload = bytearray(definition.pad_payload(data.draw(st.binary(max_size=255))))
     place = 0
     for field in definition.fields:
         size = struct.calcsize(f"<{field.length or ''}{field.kind}")

@@ -101,7 +101,7 @@ def test_integers_survive_bytewise(value):
 
 
 def test_pattern_of_a_signalling_nan_survives_as_integer(sonar):
-    assert sonar["pings"].decode_text(struct.pack("<i", 0x7F800001), INT32, PX4) == str(0x7F800001)
+    assert sonar["pings"].decode_param_value(struct.pack("<i", 0x7F800001), INT32, PX4) == str(0x7F800001)
 
 
 @pytest.mark.parametrize("flavor", [PX4, ARDUPILOT])
@@ -114,12 +114,12 @@ def test_floats_survive(flavor, value):
 
 
 def test_text_is_the_short_decimal(sonar):
-    assert sonar["gain"].decode_text(struct.pack("<f", 0.1), REAL32, PX4) == "0.1"
+    assert sonar["gain"].decode_param_value(struct.pack("<f", 0.1), REAL32, PX4) == "0.1"
 
 
 def test_choices_and_booleans_are_set_by_number(sonar):
-    assert sonar["beamforming_window_selection"].decode_text(struct.pack("<i", 2), INT32, PX4) == "hamming"
-    assert sonar["enabled_beams"].decode_text(struct.pack("<f", 0.0), INT32, ARDUPILOT) == "false"
+    assert sonar["beamforming_window_selection"].decode_param_value(struct.pack("<i", 2), INT32, PX4) == "hamming"
+    assert sonar["enabled_beams"].decode_param_value(struct.pack("<f", 0.0), INT32, ARDUPILOT) == "false"
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_choices_and_booleans_are_set_by_number(sonar):
 )
 def test_refusals(sonar, name, raw, kind, flavor, code):
     with pytest.raises(ParameterRefusal) as caught:
-        sonar[name].decode_text(raw, kind, flavor)
+        sonar[name].decode_param_value(raw, kind, flavor)
     assert caught.value.code == code
 
 
