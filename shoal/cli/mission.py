@@ -138,8 +138,8 @@ def _plain(report: Report) -> dict[str, object]:
         "reason": report.reason,
         "seconds": report.seconds,
         "distance": report.distance,
-        "cross_track": _known(report.max_cross_track),
-        "depth_error": _known(report.max_depth_error),
+        "cross_track": _known(report.cross_track),
+        "depth_error": _known(report.depth_error),
         "deepest": report.deepest,
     }
     legs = [{key: _known(value) for key, value in asdict(leg).items()} for leg in report.legs]
@@ -159,7 +159,7 @@ def _print(title: str, report: Report) -> None:
     table.add_column("maneuver")
     for name in ("time", "distance", "cross-track", "depth error"):
         table.add_column(name, justify="right")
-    total = ManeuverReport("all", 0.0, report.seconds, report.distance, report.max_cross_track, report.max_depth_error)
+    total = ManeuverReport("all", 0.0, report.seconds, report.distance, report.cross_track, report.depth_error)
     for leg in (*report.legs, total):
         table.add_row(
             leg.name,

@@ -45,16 +45,16 @@ class Report:
         return sum(leg.distance for leg in self.legs)
 
     @property
-    def max_cross_track(self) -> float:
+    def cross_track(self) -> float:
         """The worst of all legs (m), NaN if no straight leg was followed."""
         return max((leg.cross_track for leg in self.legs if not math.isnan(leg.cross_track)), default=math.nan)
 
     @property
-    def max_depth_error(self) -> float:
+    def depth_error(self) -> float:
         """The worst of all legs (m), NaN if no leg reached its depth."""
         return max((leg.depth_error for leg in self.legs if not math.isnan(leg.depth_error)), default=math.nan)
 
     @property
-    def maneuver_names(self) -> list[str]:
+    def maneuvers(self) -> list[str]:
         """The names of the maneuvers, in order of execution."""
         return [leg.name for leg in self.legs]

@@ -89,7 +89,7 @@ def flown(items, craft, profile, flavor=PX4):
     plan, table = plan_of(items, flavor, craft)
     report = fly(plan, profile, limit=1500)
     assert report.completed, report.reason
-    assert report.maneuver_names == [name for ids in table.steps for name in ids]
+    assert report.maneuvers == [name for ids in table.steps for name in ids]
     return report
 
 
@@ -103,9 +103,9 @@ def test_the_auv_flies_a_mission():
         item(C.NAV_LAND, 0, 0, 0),
     ]
     report = flown(items, SUBMARINE, "lauv-noptilus-1", ARDUPILOT)
-    assert report.maneuver_names == ["Goto1", "StationKeeping3", "Goto4", "Goto5", "PopUp5"]
+    assert report.maneuvers == ["Goto1", "StationKeeping3", "Goto4", "Goto5", "PopUp5"]
     assert report.deepest == pytest.approx(2.0, abs=0.5)
-    assert report.max_cross_track < 6.0
+    assert report.cross_track < 6.0
 
 
 @pytest.mark.parametrize("profile", ["otter", "caravel"])
@@ -115,7 +115,7 @@ def test_a_boat_flies_a_mission(profile):
         bare(C.NAV_RETURN_TO_LAUNCH),
     ]  # fmt: skip
     report = flown(items, BOAT, profile)
-    assert report.maneuver_names == ["Goto0", "StationKeeping0", "Loiter1", "StationKeeping2", "Goto3"]
+    assert report.maneuvers == ["Goto0", "StationKeeping0", "Loiter1", "StationKeeping2", "Goto3"]
 
 
 def test_a_copter_flies_a_mission():
@@ -126,9 +126,9 @@ def test_a_copter_flies_a_mission():
         item(C.NAV_SPLINE_WAYPOINT, 0, 0, 15), bare(C.NAV_RETURN_TO_LAUNCH),
     ]  # fmt: skip
     report = flown(items, COPTER, "hexa-00")
-    assert report.maneuver_names[:2] == ["Takeoff0", "Goto0"]
-    assert report.maneuver_names[-1] == "Land6"
-    assert report.max_depth_error <= 0.5
+    assert report.maneuvers[:2] == ["Takeoff0", "Goto0"]
+    assert report.maneuvers[-1] == "Land6"
+    assert report.depth_error <= 0.5
 
 
 def test_a_copter_flies_the_rest_of_a_mission():
@@ -136,7 +136,7 @@ def test_a_copter_flies_the_rest_of_a_mission():
     plan, table = plan_of(items, PX4, COPTER)
     report = fly(remaining_plan(plan, table.maneuver_at(2), takeoff=True), "hexa-00", limit=300)
     assert report.completed, report.reason
-    assert report.maneuver_names == ["Takeoff0", "Goto2", "Land3"]
+    assert report.maneuvers == ["Takeoff0", "Goto2", "Land3"]
     assert report.distance < 100.0
 
 
@@ -153,7 +153,7 @@ maneuvers:
     listed = items_of(plan, PX4, BOAT)
     assert listed.remarks == []
     report = flown(listed.items, BOAT, "otter")
-    assert report.maneuver_names == ["Goto0", "StationKeeping2"]
+    assert report.maneuvers == ["Goto0", "StationKeeping2"]
     assert report.distance == pytest.approx(50.0, abs=10.0)
 
 

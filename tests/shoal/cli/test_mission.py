@@ -83,7 +83,7 @@ def test_a_vehicle_that_knows_no_plans_says_what_it_lacks():
 def test_a_limit_ends_a_mission():
     report = fly(load_plan(RECORDED), limit=60)
     assert (report.outcome, report.reason) == ("TIMEOUT", "plan not finished")
-    assert report.maneuver_names == ["Goto1"]
+    assert report.maneuvers == ["Goto1"]
 
 
 def test_the_command_prints_what_came_of_it(tmp_path):

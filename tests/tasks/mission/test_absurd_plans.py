@@ -50,7 +50,7 @@ def plan(maneuver, head=""):
 )
 def test_an_absurd_number_is_refused_with_its_field_and_the_limit(profile, maneuver, reason):
     report = fly(plan(maneuver), profile, limit=60)
-    assert (report.outcome, report.maneuver_names) == ("FAILURE", [])
+    assert (report.outcome, report.maneuvers) == ("FAILURE", [])
     assert report.reason.startswith(f"M: {reason}")
     assert len(report.reason) < 80
 

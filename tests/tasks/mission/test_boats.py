@@ -30,7 +30,7 @@ WIND = ("Simulators.Wind:Speed=6", "Simulators.Wind:Direction=45", "Simulators.W
 def test_a_plan_is_flown_along_its_legs_and_around_its_corners(boat, corner):
     voyage = sail(boat, load_plan(HARBOUR))
     assert voyage.report.completed, voyage.report.reason
-    assert voyage.report.maneuver_names == ["Goto1", "Goto2", "Goto3", "StationKeeping4"]
+    assert voyage.report.maneuvers == ["Goto1", "Goto2", "Goto3", "StationKeeping4"]
     assert voyage.report.deepest == 0.0
     states = voyage.of(imc.SimulatedState)
     assert max(m.x for m in states) < 60.0 + corner
@@ -85,7 +85,7 @@ def test_areas_paths_and_circles_are_sailed():
     circle = imc.Loiter(**at(20, 30), z_units=DEPTH, speed=1.5, radius=12, duration=60)
     voyage = sail("otter", plan_of(field_, track, circle, imc.IdleManeuver(duration=3)))
     assert voyage.report.completed, voyage.report.reason
-    assert voyage.report.max_cross_track < 2.5
+    assert voyage.report.cross_track < 2.5
     end = voyage.heard[imc.SimulatedState][-1][0] - 4.0
     around = voyage.distances(imc.SimulatedState, end - 25.0, end, (20.0, 30.0))
     assert max(abs(distance - 12.0) for distance in around) < 1.5

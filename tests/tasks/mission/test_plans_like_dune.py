@@ -140,7 +140,7 @@ def test_a_depth_that_is_not_reached_is_said(tmp_path):
 def test_a_plan_that_cannot_be_flown_is_refused(profile, text, reason, tmp_path):
     flown = Flown(text, tmp_path, profile=profile)
     assert (flown.report.outcome, flown.report.reason) == ("FAILURE", reason)
-    assert flown.report.maneuver_names == []
+    assert flown.report.maneuvers == []
 
 
 def test_what_is_not_there_is_not_active(tmp_path):
