@@ -63,7 +63,7 @@ def vessel(tmp_path_factory):
 def test_a_flood_delays_nobody_and_fills_no_memory(vessel, flood):
     console = Station(vessel).join()
     steps = []
-    vessel.vehicle.kernel.post(vessel.vehicle.tap, imc.SimulatedState, lambda _: steps.append(time.monotonic()))
+    vessel.vehicle.kernel.post(vessel.vehicle.observe, imc.SimulatedState, lambda _: steps.append(time.monotonic()))
     packets = " ".join(packet.hex() for packet in FLOODS[flood])
     port = vessel.discovery.port if flood == "announces" else vessel.udp.port
     time.sleep(2.0)
