@@ -8,13 +8,14 @@ import signal
 import subprocess
 from collections.abc import Callable, Generator, Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
 
 import imc
 from imc.lsf import LsfWriter, gzip_schema
+from tests.outside import lacking
 
 if TYPE_CHECKING:
     from tests.runtime.zenoh.processes import Network
@@ -48,13 +49,6 @@ def pytest_collection() -> Generator[None, object, object]:
     finally:
         gc.freeze()
         gc.enable()
-
-
-def lacking(words: str) -> NoReturn:
-    """Skip a test, since this machine lacks something; CI has all, so there it fails."""
-    if os.environ.get("CI"):
-        pytest.fail(words)
-    pytest.skip(words)
 
 
 @pytest.fixture

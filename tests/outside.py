@@ -7,7 +7,9 @@ import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import NoReturn, TypeVar
+
+import pytest
 
 PATIENCE = 20.0  # s; what comes at all comes sooner, also on a busy machine
 
@@ -61,3 +63,10 @@ def children(process: int) -> list[int]:
 def slowness() -> float:
     """How much slower than alone a process may be here; other work on the computer is not its fault."""
     return max(1.0, 2.0 * os.getloadavg()[0] / (os.cpu_count() or 1))
+
+
+def lacking(words: str) -> NoReturn:
+    """Skip a test, since this machine lacks something; CI has all, so there it fails."""
+    if os.environ.get("CI"):
+        pytest.fail(words)
+    pytest.skip(words)

@@ -34,7 +34,7 @@ class PlanBounds:
 
 
 def depth_violations(graph: PlanGraph, deepest: float) -> Iterator[str]:
-    """Objections to maneuvers below PLAN_MARGIN above `deepest` (m); a vehicle whose `deepest` is 0 stays afloat."""
+    """Objections to maneuvers deeper than `deepest` (m) less PLAN_MARGIN; with 0 m the vehicle stays at the surface."""
     afloat = ", the vehicle stays at the surface" if deepest <= 0.0 else ""
     reachable = max(0.0, deepest - PLAN_MARGIN)
     for name, node in graph.nodes.items():

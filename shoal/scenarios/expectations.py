@@ -107,7 +107,7 @@ class ExpectationMonitor(ABC):
 class AlwaysMonitor(ExpectationMonitor):
     """The condition holds at all times; its margin is the smallest.
 
-    A missing message is not judged; a value that is no number fails.
+    A sample without its message counts neither way; a value that is not a number fails.
     """
 
     least = math.inf

@@ -35,7 +35,7 @@ def boolean_robustness(compare: Callable[[Any, Any], bool], a: object, b: object
 
 
 def is_unknown(margin: float) -> bool:
-    """Whether a message is missing; a value that is no number has the margin NO_NUMBER, which fails."""
+    """Whether the margin is NaN because a message is missing. A value that is not a number has the margin NO_NUMBER."""
     return margin != margin
 
 

@@ -7,26 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from runtime.profile import Config, format_sections, read_config, read_sections, write_sections
-
-
-def read(folder: Path, text: str | bytes, **others: str) -> Config:
-    """The configuration of main.ini, with other files next to it, given by their names without suffix."""
-    for name, content in others.items():
-        (folder / f"{name}.ini").write_text(content)
-    main = folder / "main.ini"
-    main.write_bytes(text.encode() if isinstance(text, str) else text)
-    return read_config(main)
-
-
-def values(config: Config) -> dict[str, dict[str, str]]:
-    return {name: {o.name: o.value for o in s.options.values()} for name, s in config.sections.items()}
-
-
-def said(config: Config) -> list[str]:
-    """The problems without their folder: "main.ini:3: warning: ..."."""
-    folder = str(Path(config.files[0]).parent)
-    return [str(p).replace(folder + os.sep, "").replace(folder, ".") for p in config.problems]
+from runtime.profile import format_sections, read_config, read_sections, write_sections
+from tests.runtime.profile.ini_files import read, said, values
 
 
 def test_attributes_merge(tmp_path: Path) -> None:

@@ -6,11 +6,17 @@ from pathlib import Path
 import pytest
 
 from runtime.zenoh import tcp_user_timeout
+from tests.outside import lacking
 from tests.runtime.zenoh.test_security import certificates
 from tests.runtime.zenoh.test_strangers import played
 
 
-@pytest.mark.skipif(not tcp_user_timeout.POSSIBLE, reason="the system has no TCP_USER_TIMEOUT")
+@pytest.fixture(autouse=True)
+def possible() -> None:
+    if not tcp_user_timeout.POSSIBLE:
+        lacking("the system has no TCP_USER_TIMEOUT")
+
+
 def test_the_limit_is_set_at_the_wanted_sockets_only() -> None:
     with (
         socket.create_server(("127.0.0.1", 0)) as server,
@@ -28,7 +34,6 @@ def test_the_limit_is_set_at_the_wanted_sockets_only() -> None:
 
 
 @pytest.mark.heavy
-@pytest.mark.skipif(not tcp_user_timeout.POSSIBLE, reason="the system has no TCP_USER_TIMEOUT")
 def test_a_cut_between_the_computers_of_a_vehicle_is_told_in_10_s_and_forgotten_5_s_after_its_end(
     namespace: list[str], openssl: str, tmp_path: Path
 ) -> None:
