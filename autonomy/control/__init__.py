@@ -16,7 +16,7 @@ from autonomy.control.multirotor_velocity_controller import (
     MultirotorGains,
 )
 from autonomy.control.pid import PID, PIDGains
-from autonomy.control.remote_actions_reader import AXES, BUTTONS, OperatorInput, format_actions_request
+from autonomy.control.remote_actions_reader import AXES, BUTTONS, RemoteActionsReader, format_actions_request
 from autonomy.control.speed_controller import SpeedController
 from autonomy.control.touchdown_detector import TouchdownDetector
 from autonomy.control.underwater_speed_controller import STANDSTILL, ThrusterController, ThrusterGains
@@ -42,8 +42,8 @@ __all__ = [
     "MultirotorCommand",
     "MultirotorController",
     "MultirotorGains",
-    "OperatorInput",
     "PIDGains",
+    "RemoteActionsReader",
     "SpeedController",
     "ThrusterController",
     "ThrusterGains",

@@ -10,7 +10,7 @@ AXES = ("Heading", "Thrust", "Pitch")
 BUTTONS = ("Accelerate", "Decelerate", "Stop")
 
 
-class OperatorInput:
+class RemoteActionsReader:
     """Positions of axes, -1 to 1, and newly pressed buttons, of one operator or of any.
 
     A button counts once, when it goes down. An axis that a message does not name is released; the caller keeps the

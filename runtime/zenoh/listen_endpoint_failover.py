@@ -19,7 +19,7 @@ PERIOD = 0.5  # s
 logger = logging.getLogger("shoal.zenoh")
 
 
-class StandbyListener:
+class ListenEndpointFailover:
     """Listens at the fixed endpoints of a configuration as soon as no other process does.
 
     It has its own zenoh sessions, because zenoh can neither start to listen in an open session, nor close a session

@@ -14,7 +14,7 @@ from runtime.zenoh.config import SESSIONS, SessionConfig, ZenohConfig, error_tex
 from runtime.zenoh.error_counter import ErrorCounter
 from runtime.zenoh.key_expressions import Delivery, Publication
 from runtime.zenoh.last_value_cache import LastValueCache
-from runtime.zenoh.listen_endpoint_failover import StandbyListener, is_in_use
+from runtime.zenoh.listen_endpoint_failover import ListenEndpointFailover, is_in_use
 from runtime.zenoh.live_systems import LiveSystems
 from runtime.zenoh.loopback_discovery import HelloSender, hello_message
 from runtime.zenoh.packet_authorization import PacketAuthorizer
@@ -77,7 +77,7 @@ class ZenohTransport:
         self._entity_label = entity_label
         self._session: zenoh.Session | None = None
         self._session_factory = SessionFactory(tell)
-        self._rendezvous = StandbyListener(config, self._session_factory)
+        self._rendezvous = ListenEndpointFailover(config, self._session_factory)
         self._presence: Presence | None = None
         self._hello_sender: HelloSender | None = None
         self._publishers: Publishers | None = None

@@ -9,7 +9,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import imc
-from runtime.zenoh import SessionFactory, StandbyListener, ZenohConfig, describe_local_host, error_text, parse_token
+from runtime.zenoh import (
+    ListenEndpointFailover,
+    SessionFactory,
+    ZenohConfig,
+    describe_local_host,
+    error_text,
+    parse_token,
+)
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
 TOLD = (imc.LogBookEntry.Type.ERROR, imc.LogBookEntry.Type.CRITICAL)
@@ -44,7 +51,7 @@ class FleetMonitor:
 
         config = ZenohConfig.from_options({"Mode": "router", "Scouting": "none", **options})
         self._opener = SessionFactory()
-        self._meeting = StandbyListener(config, self._opener)
+        self._meeting = ListenEndpointFailover(config, self._opener)
         self._meeting.open()
         client = ZenohConfig.from_options({**_own(options), "Mode": "client", "Scouting": "none"})
         joined: Any = client.build().config

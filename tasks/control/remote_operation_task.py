@@ -4,7 +4,7 @@ import math
 from typing import ClassVar
 
 import imc
-from autonomy.control import BUTTONS, EnabledLoops, OperatorInput, format_actions_request
+from autonomy.control import BUTTONS, EnabledLoops, RemoteActionsReader, format_actions_request
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
 
@@ -40,7 +40,7 @@ class RemoteActionsTask(Task):
 
     def start(self) -> None:
         self._loops = EnabledLoops(Loops.TELEOPERATION)
-        self._operator = OperatorInput()
+        self._operator = RemoteActionsReader()
         self._heard = self._located = -math.inf
         self._state: imc.EstimatedState | None = None
         self._release()
@@ -111,7 +111,7 @@ class RemoteActionsTask(Task):
         self.publish(imc.DesiredHeadingRate(value=turn))
         self.publish_further_references(self._operator, blind=bool(lost))
 
-    def publish_further_references(self, operator: OperatorInput, *, blind: bool) -> None:
+    def publish_further_references(self, operator: RemoteActionsReader, *, blind: bool) -> None:
         """Publish further references after thrust and heading rate; `blind` if operator or navigation is silent."""
 
     def _lost(self) -> str:

@@ -10,7 +10,7 @@ from runtime import Script, State, Task, consume, param, periodic
 from runtime.task import Inbox, ParameterError
 from tasks.plan.actions import ActivationTimes, PlanActions, unsupported_setting_reasons
 from tasks.plan.execution_progress import NO_MANEUVER, PlanExecution
-from tasks.plan.outgoing_requests import COMMAND_TIMEOUT, MessageCache, SupervisorClient
+from tasks.plan.outgoing_requests import COMMAND_TIMEOUT, MessageCache, OutgoingRequests
 from tasks.plan.replies import Replies
 
 Op = imc.PlanControl.Op
@@ -60,7 +60,7 @@ class Engine(Task):
         self._plan_id = ""
         self._execution: PlanExecution | None = None
         self._stops = 0
-        self._requests, self._replies = SupervisorClient(self), Replies(self)
+        self._requests, self._replies = OutgoingRequests(self), Replies(self)
         self._supported: set[int] = set()
         self._activation_times = ActivationTimes(self.vehicle.entities)
         self._latest = MessageCache()

@@ -14,7 +14,7 @@ COMMAND_TIMEOUT = 2.5  # s for the supervisor
 DATABASE_TIMEOUT = 1.0  # s
 
 
-class SupervisorClient:
+class OutgoingRequests:
     """Numbers the requests of a task, to match each with its answer."""
 
     def __init__(self, task: Task):

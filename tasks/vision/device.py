@@ -5,13 +5,13 @@ from collections.abc import Callable
 from functools import partial
 
 from runtime import ParameterError, State, param
-from tasks.vision.cameras.external_camera import CalibratedCameraTask
+from tasks.vision.cameras.external_camera import ExternalCameraTask
 from tasks.vision.cameras.image_sequence import Image, bgr_to_rgba, open_video
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
 
 
-class Device(CalibratedCameraTask):
+class Device(ExternalCameraTask):
     """Shares what a camera sees, at the camera's own rate, or at most `Frame Rate`.
 
     Of frames that come faster than they are handled, the newest counts. While the camera is missing, the entity is in

@@ -4,7 +4,7 @@ import importlib.util
 from functools import partial
 
 from runtime import ParameterError, State, param
-from tasks.vision.cameras.external_camera import CalibratedCameraTask
+from tasks.vision.cameras.external_camera import ExternalCameraTask
 from tasks.vision.cameras.image_sequence import MOST_REPORTED, Image, ImageSequence, TimedImage, find_calibration
 from world.optics import CalibrationError, read_calibration
 
@@ -12,7 +12,7 @@ FROM_START, AS_RECORDED = "From Start", "As Recorded"
 LATE = 1.0  # s, beyond which a picture is left out on a wall clock
 
 
-class Recording(CalibratedCameraTask):
+class Recording(ExternalCameraTask):
     """Shares pictures of a folder or a video at their times.
 
     A folder is a data set of EuRoC (mav0/cam0) or TUM (rgb.txt), the Photos of a log, or has pictures whose names are
@@ -20,7 +20,7 @@ class Recording(CalibratedCameraTask):
     that is missing or broken is named, counted and left out.
     """
 
-    transient = (*CalibratedCameraTask.transient, "_reel")
+    transient = (*ExternalCameraTask.transient, "_reel")
 
     source: str = param(
         "", "", "The folder or video; a relative path counts from the profile, or the working folder.", editable=False

@@ -13,7 +13,7 @@ from world.optics import CameraModel, Floats
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.capsule import Capsule
 from world.rendering.objects.glider import Glider, glider_contact_geometry
-from world.rendering.objects.seabed_and_walls import RestingBody, StaticScene
+from world.rendering.objects.seabed_and_walls import RestingBody, SeabedAndWalls
 from world.rendering.renderer import optical_to_ned_rotation
 from world.rendering.scenes import SCENES, SHALLOWEST, ScenePose
 
@@ -39,7 +39,7 @@ class CameraPose(NamedTuple):
     down: float
 
     @classmethod
-    def from_pose(cls, standpoint: ScenePose, mount: Pose, scene: str, landscape: StaticScene) -> "CameraPose":
+    def from_pose(cls, standpoint: ScenePose, mount: Pose, scene: str, landscape: SeabedAndWalls) -> "CameraPose":
         """That of a vehicle in one of SCENES. Raises ValueError for a camera that is nowhere, or in ground or walls."""
         where = standpoint.north, standpoint.east, standpoint.height, standpoint.depth
         angles = standpoint.roll, standpoint.pitch, standpoint.yaw

@@ -22,7 +22,7 @@ from world.rendering.depth_image import DepthImage
 from world.rendering.objects.calibration_targets import Board, board_contact_geometry
 from world.rendering.objects.capsule import Capsule
 from world.rendering.objects.glider import Glider
-from world.rendering.objects.seabed_and_walls import StaticScene
+from world.rendering.objects.seabed_and_walls import SeabedAndWalls
 from world.rendering.optical_flow import compute_flow
 from world.rendering.pixel_rays import Bools, PixelRays, Places
 from world.rendering.scenes import ScenePose
@@ -98,11 +98,11 @@ class Labeler:
         optics: CameraModel,
         mount: Pose = DOWN,
         scene: str = "Seabed",
-        landscape: StaticScene | None = None,
+        landscape: SeabedAndWalls | None = None,
     ):
         check_scene_name(scene)
         self.optics, self.mount, self.scene = optics, mount, scene
-        self.landscape = landscape or StaticScene()
+        self.landscape = landscape or SeabedAndWalls()
         self._rays = PixelRays(optics)
         relief = self.landscape.relief
         self._ranging = None if relief is None else DepthImage(optics, self._rays, relief)

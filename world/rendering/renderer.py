@@ -18,7 +18,7 @@ from world.rendering.objects import calibration_targets, marine_snow, walls
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.glider import CameraGlider, Glider, Pixels, draw_glider, glider_contact_geometry
 from world.rendering.objects.marine_snow import MarineSnow
-from world.rendering.objects.seabed_and_walls import RestingBody, StaticScene
+from world.rendering.objects.seabed_and_walls import RestingBody, SeabedAndWalls
 from world.rendering.scenes import Scene, ScenePose, SeabedScene
 from world.rendering.seabed.ray_interpolation import rotate
 from world.rendering.seabed.seabed_renderer import SeabedRenderer
@@ -57,7 +57,7 @@ class Renderer:
         lamps: Sequence[Lamp] = (),
         snow: MarineSnow | None = None,
         caustics: Caustics | None = None,
-        landscape: StaticScene | None = None,
+        landscape: SeabedAndWalls | None = None,
     ):
         self.scene = scene
         self.width = width
@@ -67,7 +67,7 @@ class Renderer:
         self.snow, self.caustics = snow, caustics
         self.caster, self.terrain = PlaneCaster(width), None
         self.windows = list(zip(self.rows, self.columns, strict=True))
-        self.landscape = landscape or StaticScene()
+        self.landscape = landscape or SeabedAndWalls()
         if self.landscape.relief is not None and isinstance(scene, SeabedScene):
             self.terrain = SeabedRenderer(self.landscape.relief, width, self.faces, self.windows)
 

@@ -16,7 +16,7 @@ from world.rendering.light.lamps import Lamp
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.glider import Glider
 from world.rendering.objects.marine_snow import MarineSnow
-from world.rendering.objects.seabed_and_walls import StaticScene, Wall
+from world.rendering.objects.seabed_and_walls import SeabedAndWalls, Wall
 from world.rendering.remap_interpolation import make_resampler
 from world.rendering.remap_table import RemapTable, finest_face_width
 from world.rendering.renderer import Renderer
@@ -119,8 +119,8 @@ class SceneCamera:
         return Caustics(self.caustics, self.waves, self.sun, self._scene.water, self.seed)
 
     @cached_property
-    def _landscape(self) -> StaticScene:
-        return StaticScene(self.seabed, self.walls) if self.scene == "Seabed" else StaticScene()
+    def _landscape(self) -> SeabedAndWalls:
+        return SeabedAndWalls(self.seabed, self.walls) if self.scene == "Seabed" else SeabedAndWalls()
 
     @cached_property
     def _tables(self) -> tuple[Callable[[NDArray[np.uint32]], NDArray[np.uint8]], Renderer]:

@@ -3,7 +3,7 @@
 import math
 
 import imc
-from autonomy.control import AXES, OperatorInput
+from autonomy.control import AXES, RemoteActionsReader
 from runtime import param
 from tasks.control.remote_operation_task import Enable, Loops, RemoteActionsTask
 
@@ -20,7 +20,7 @@ class RemoteOperation(RemoteActionsTask):
 
     pitch_reference: float = param(15.0, "°", "Pitch at full deflection of the axis.", minimum=0, maximum=80)
 
-    def publish_further_references(self, operator: OperatorInput, *, blind: bool) -> None:
+    def publish_further_references(self, operator: RemoteActionsReader, *, blind: bool) -> None:
         """Pitch, or hold the depth if no pitch is commanded."""
         share, depth = operator.axis("Pitch"), self._state.depth if self._state is not None else -1.0
         if blind or share or depth < 0.0:

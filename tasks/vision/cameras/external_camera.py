@@ -20,7 +20,7 @@ OLDEST = 1.0  # s, beyond which an EstimatedState says nothing of a picture
 NOWHERE = np.full((4, 4), math.nan)
 
 
-class CalibratedCameraTask(MountedCameraTask):
+class ExternalCameraTask(MountedCameraTask):
     """Shares frames that somebody else has taken."""
 
     reads = SECTIONS

@@ -25,7 +25,7 @@ THINNEST = 1e-6  # m, from a wall, within which a camera is in it
 SAME = 1e-6  # share of a distance, by which things at one place may seem apart
 
 
-class StaticScene:
+class SeabedAndWalls:
     """A seabed and vertical walls, which reach from the bottom to the surface; without soundings the bottom is flat."""
 
     def __init__(self, seabed: Bathymetry | None = None, walls: Sequence[Wall] = ()):

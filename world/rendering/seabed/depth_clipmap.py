@@ -116,7 +116,7 @@ class CurvedDepthGrid(NamedTuple):
         return self.errors.take(self.grid.cells_at(north, east)[0], mode="clip")
 
 
-class DepthPyramid:
+class DepthClipmap:
     """The grids of a bottom around cameras. What is kept for the next picture does not depend on the last one."""
 
     def __init__(self, sea: Bathymetry):

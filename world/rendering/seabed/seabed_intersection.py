@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from support.rotations import Vector
-from world.rendering.seabed.depth_clipmap import COARSER, CURVED, LEVELS, REACH, CurvedDepthGrid, DepthPyramid
+from world.rendering.seabed.depth_clipmap import COARSER, CURVED, LEVELS, REACH, CurvedDepthGrid, DepthClipmap
 from world.rendering.seabed.ray_hit_bounds import GridHorizon, HorizonSectors, sector_of_rays
 from world.rendering.seabed.ray_march import ABOUT, MOST, NEARLY, SLACK, GroundRays, MarchSpans, RayMarch
 from world.sea import Bathymetry
@@ -50,7 +50,7 @@ class SeabedIntersector:
 
     def __init__(self, sea: Bathymetry):
         self.sea = sea
-        self._grids, self._sectors = DepthPyramid(sea), HorizonSectors()
+        self._grids, self._sectors = DepthClipmap(sea), HorizonSectors()
         self._horizons: dict[int, tuple[Vector, GridHorizon]] = {}
 
     def intersect(

@@ -13,7 +13,7 @@ from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.vision.camera import Camera
-from tasks.vision.cameras.external_camera import CalibratedCameraTask
+from tasks.vision.cameras.external_camera import ExternalCameraTask
 from tasks.vision.cameras.picture_files import write_picture
 
 NORMAL, FAULT, FAILURE = (imc.EntityState.State[name] for name in ("NORMAL", "FAULT", "FAILURE"))
@@ -53,7 +53,7 @@ def test_what_is_told_of_a_camera_is_what_it_was_at_the_exposure(tmp_path):
     assert (before["resolution"], after["resolution"]) == ([640, 480], [96, 480])
 
 
-class Fast(CalibratedCameraTask):
+class Fast(ExternalCameraTask):
     """A camera that never waits for the disk."""
 
     @periodic(50.0)

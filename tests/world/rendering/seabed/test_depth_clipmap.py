@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from world.rendering.seabed.depth_clipmap import CURVED, LEVELS, REACH, DepthPyramid
+from world.rendering.seabed.depth_clipmap import CURVED, LEVELS, REACH, DepthClipmap
 from world.rendering.seabed.ray_hit_bounds import GridHorizon, HorizonSectors, sector_of_rays
 from world.rendering.seabed.seabed_intersection import SeabedIntersector
 from world.sea import Bathymetry
@@ -28,7 +28,7 @@ def rays_down(count):
 @pytest.mark.parametrize("level", range(CURVED))
 def test_curves_are_as_near_to_the_bottom_as_they_tell(level):
     sea, random = hills(), np.random.default_rng(level)
-    curved, reach = DepthPyramid(sea).curved_grid_around(level, PLACE), REACH * 4**level
+    curved, reach = DepthClipmap(sea).curved_grid_around(level, PLACE), REACH * 4**level
     north, east = (at + random.uniform(-reach, reach, 4000) for at in PLACE[:2])
     apart = np.abs(curved.depths(north, east) - sea.depths(north, east))
     told = curved.errors_at(north, east)
@@ -44,7 +44,7 @@ def test_curves_are_as_near_to_the_bottom_as_they_tell(level):
 def test_no_ray_touches_a_grid_before_or_after_where_the_horizon_tells(level, deep):
     place, rays = (*PLACE[:2], deep), rays_down(1500)
     slope = rays[2] * 0.1
-    grid = DepthPyramid(hills()).grid_around(level, place)
+    grid = DepthClipmap(hills()).grid_around(level, place)
     horizon = GridHorizon.from_grid(place, grid, level, HorizonSectors())
     touch, nearest, farthest = horizon.possible_hits(sector_of_rays(rays[0], rays[1]), slope)
     first, last = np.full(len(slope), np.inf), np.zeros(len(slope))
