@@ -60,7 +60,7 @@ def test_blocks_run(document, tmp_path, apart):
         else:
             continue
         words = [*apart, *command]
-        done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60)
+        done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=200)
         assert done.returncode == 0, f"{code}\n{done.stdout}\n{done.stderr}"
 
 
@@ -78,7 +78,7 @@ def test_what_documents_say_of_shoal_is_found_by_import_shoal():
     }
     assert "shoal.missions.load_plan" in told
     code = "\n".join(["import shoal", *sorted(told)])
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=200)
     assert done.returncode == 0, done.stderr
 
 

@@ -346,3 +346,9 @@ def test_modules_import_each_other_in_a_circle_only_where_there_is_a_reason():
         TopologicalSorter(imported).prepare()
     except CycleError as error:
         pytest.fail(f"a circle of imports: {' imports '.join(reversed(error.args[1]))}")
+
+
+@pytest.mark.parametrize("script", sorted((ROOT / ".ci").iterdir()), ids=lambda path: path.name)
+def test_paths_in_scripts_of_ci_exist(script):
+    for path in re.findall(r"\b(?:tests|bench)/[\w./]*\w", script.read_text()):
+        assert (ROOT / path).exists(), path
