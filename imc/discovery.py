@@ -17,6 +17,8 @@ PORTS = range(30100, 30105)
 """A system listens on the first of these that is free, so that several share a computer; announce to all of them."""
 PERIOD = 10.0
 """s between two Announces."""
+VEHICLE_TYPES = frozenset({2, 3, 4, 5})
+"""SystemType in Announce: UUV, USV, UAV and UGV."""
 
 MOST_SERVICES = 64
 LONGEST_SERVICE = 512  # characters

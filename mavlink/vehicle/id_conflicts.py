@@ -4,13 +4,12 @@ from collections.abc import Callable
 from itertools import islice
 
 import imc
-from imc.discovery import Services, displayable_name
+from imc.discovery import VEHICLE_TYPES, Services, displayable_name
 from mavlink import AUTOPILOT_NONE, GROUND_STATION, ReceivedMessage, mavlink_system_id
 
 MOST = 16
 FRESH = 30.0  # s that a twin is told after it was heard
 NAMED = 3  # in the state of the entity
-VEHICLES = (imc.SystemType.UUV, imc.SystemType.USV, imc.SystemType.UAV, imc.SystemType.UGV)
 
 
 class IdConflicts:
@@ -33,7 +32,7 @@ class IdConflicts:
     def on_announce(self, other: imc.Announce, now: float) -> None:
         """Take the Announce of another vehicle; its id follows from its IMC id if it does not tell it."""
         theirs = Services.parse(other.services).mavlink_id or mavlink_system_id(other.src)
-        if other.sys_type in VEHICLES and theirs == self._system:
+        if other.sys_type in VEHICLE_TYPES and theirs == self._system:
             self.note_conflict(f"{displayable_name(other.sys_name)} ({other.src:#06x})", now)
 
     def note_conflict(self, twin: str, now: float) -> None:

@@ -9,12 +9,14 @@ from imc.discovery import (
     MULTICAST,
     PERIOD,
     PORTS,
+    VEHICLE_TYPES,
     Endpoint,
     Service,
     Services,
     announce_targets,
     message_services,
 )
+from imc.reserved_ids import OPERATORS
 from runtime import State, Task, consume, param, periodic
 from runtime.network_interfaces import EVERYWHERE, Interface, interfaces, is_loopback_address
 from tasks.transports.imc_links.own_announce import (
@@ -42,10 +44,11 @@ BREAK = 0.05  # s between two answers to newcomers, who may claim any address
 class Announce(Task):
     """Sends Announce to the loopback address, and with another `Address` to the networks of this computer.
 
-    There it goes to the multicast group, to all by broadcast, and to the addresses of systems that have announced
-    themselves. It goes out every `Announcement Periodicity`, and at once when a service begins or a system appears.
-    The services are those of which tasks publish an AnnounceService. One at 0.0.0.0 is announced at each address of
-    this computer, one at another address as it is; a later one of the same entity, scheme and path replaces it.
+    There it goes to the multicast group, to all by broadcast, and to the addresses of consoles that have announced
+    themselves: another vehicle that receives it at its port would send its data. It goes out every `Announcement
+    Periodicity`, and at once when a service begins or a system appears. The services are those of which tasks publish
+    an AnnounceService. One at 0.0.0.0 is announced at each address of this computer, one at another address as it is; a
+    later one of the same entity, scheme and path replaces it.
     """
 
     external = True
@@ -71,6 +74,7 @@ class Announce(Task):
 
     def configure(self) -> None:
         self.place = listen_address(self, self.address)
+        self.is_vehicle = imc.SystemType[self.system_type.upper()] in VEHICLE_TYPES
 
     def start(self) -> None:
         self.state: imc.EstimatedState | None = None
@@ -104,6 +108,9 @@ class Announce(Task):
         places = services.endpoints("imc+udp")
         addresses = tuple(dict.fromkeys(end.address for end in places))
         who = services.uid or other.sys_name
+        is_console = other.sys_type == imc.SystemType.CCU or other.src in OPERATORS
+        if self.is_vehicle and not is_console:
+            places, addresses = (), ()
         before = self.systems.pop(other.src, None)
         if len(self.systems) >= MOST_SYSTEMS:
             del self.systems[next(iter(self.systems))]

@@ -29,6 +29,7 @@ from tasks.transports.imc_links.port_search import announce_listening_service, c
 from tasks.transports.imc_links.radio_range import RadioRange
 from tasks.transports.imc_links.recvmmsg import Datagram
 from tasks.transports.imc_links.sockets import bind_udp_socket, listen_address, network_time, send_packet
+from tasks.transports.imc_links.vehicle_peers import VehiclePeers
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
 OUT_OF_RANGE = "out of range"
@@ -63,8 +64,9 @@ class UDP(ImcLinkTask):
     """Exchanges IMC packets with systems that announce themselves, and with static destinations.
 
     A system gets packets as soon as it has announced itself and sent one, until it is silent for `Contact Timeout`; it
-    may move to another address or port. A packet is put on the bus only if its system has announced the address that it
-    comes from, or if it is an Abort for this vehicle. Nothing goes back to its sender, and nothing is forwarded twice.
+    may move to another address or port. Another vehicle gets none unless `Call Systems` names it. A packet is put on
+    the bus only if its system has announced the address that it comes from, or if it is an Abort for this vehicle.
+    Nothing goes back to its sender, and nothing is forwarded twice.
     """
 
     address: str = param(
@@ -86,7 +88,8 @@ class UDP(ImcLinkTask):
     call_systems: list[str] = param(
         [],
         "",
-        "Systems, by name or id, to which to send once they announce themselves; others first have to send.",
+        "Systems, by name or id, to which to send once they announce themselves; others first have to send, and "
+        "other vehicles get nothing.",
         editable=False,
     )
     static_destinations: list[str] = param(
@@ -141,8 +144,9 @@ class UDP(ImcLinkTask):
             self.lists[system] = self.message_list(names, [*self.rate_limiters, *rates])
         if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
             self.peers, self.positions = PeerTable(), RadioRange()
+            self.vehicles = VehiclePeers(self.system)
         self.peers.timeout, self.peers.kept = self.contact_timeout, self.commanders.listed
-        self.peers.called = reraise_as_parameter_error(
+        self.peers.called = self.vehicles.called = reraise_as_parameter_error(
             "Call Systems", lambda: ConsoleAcl(self.call_systems, id_of).listed
         )
         self.gate = DatagramFilter(
@@ -182,6 +186,7 @@ class UDP(ImcLinkTask):
     def refresh_subscriptions(self) -> None:
         """Find out where to send, and to whom by which list."""
         contacts = self.peers.contacts(network_time(self)) if self.dynamic_nodes else []
+        contacts = [(peer, endpoint) for peer, endpoint in contacts if not self.vehicles.withholds(peer.system)]
         groups: dict[int, list[tuple[int, Endpoint]]] = {}
         for peer, endpoint in contacts:
             groups.setdefault(peer.system if peer.system in self.lists else UNKNOWN_SYSTEM, []).append(
@@ -219,6 +224,9 @@ class UDP(ImcLinkTask):
     @consume(others=True)
     def on_announce(self, other: imc.Announce) -> None:
         """Take up a system, or where it is now."""
+        changed = self.vehicles.on_announce(other)
+        if changed and other.src == self.system:
+            self.refresh_subscriptions()
         if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM) or self.vehicle.bus.is_system_on_transport(
             other.src
         ):
@@ -277,7 +285,9 @@ class UDP(ImcLinkTask):
         if now - peer.answered_at >= BREAK:
             peer.answered_at = now
             self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
-            if new:
+            if self.vehicles.withholds(peer.system):
+                self.log.info(f"{peer.name} is another vehicle: it gets nothing, since Call Systems does not name it")
+            elif new:
                 self.send_last_states(peer)
 
     def send_last_states(self, peer: Peer) -> None:
@@ -367,7 +377,10 @@ class UDP(ImcLinkTask):
             self.log.info(f"lost contact with {peer.name} (0x{peer.system:04X})")
         if moved or lost:
             self.refresh_subscriptions()
-        contacts = [f"{peer.name} at {endpoint}" for peer, endpoint in self.peers.contacts(network_time(self))]
+        contacts = [
+            f"{peer.name} at {endpoint}{', gets nothing' if self.vehicles.withholds(peer.system) else ''}"
+            for peer, endpoint in self.peers.contacts(network_time(self))
+        ]
         figures = [self.trouble, f"{len(contacts)} in contact" + (f" ({', '.join(contacts)})" if contacts else "")]
         figures += [f"{self.taken} packets taken", str(self.drops), str(self.unsent)]
         figures += [f"{self.missed} came too fast to be read"] if self.missed else []

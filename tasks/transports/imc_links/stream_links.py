@@ -38,6 +38,7 @@ class PacketStream:
         self.heard = now  # when it connected, or sent a packet last
         self.left, self.filled = 0.0, now
         self.rubbish = self.lost = 0  # bytes that are no packets: since the last good one, and told in all
+        self.greeted = False  # whether it was sent the last states, and so is sent all that follows
         self.awaited = False  # whether a timer will look behind an unfinished packet
         self.deaf: OSError | None = None  # why the peer takes nothing more
         opened.setblocking(False)
@@ -127,8 +128,13 @@ class StreamLinkTask(ImcLinkTask):
         self.streams.append(stream)
         self.watch(stream.socket, lambda: self.receive(stream))
         self.refresh_subscriptions()
-        stream.waiting += b"".join(self.last_states(self.messages))
-        self.flush_soon()
+
+    def greet(self, stream: PacketStream) -> None:
+        """Send the last states, and from now on all that is listed."""
+        if stream in self.streams and not stream.greeted:
+            stream.greeted = True
+            stream.waiting += b"".join(self.last_states(self.messages))
+            self.flush_soon()
 
     def close_stream(self, stream: PacketStream, why: str, *, warn: bool = True) -> None:
         """End a connection, and say why."""
@@ -141,6 +147,13 @@ class StreamLinkTask(ImcLinkTask):
         if warn:
             self.log.warning(f"connection with {stream.name} ended: {why}")
         self.on_closed(stream, why)
+
+    def on_message(self, stream: PacketStream, message: imc.Message) -> None:
+        """Called with each message of a connection that was put on the bus."""
+
+    def withholds(self, stream: PacketStream) -> bool:
+        """Whether nothing is sent by a connection."""
+        return False
 
     def on_closed(self, stream: PacketStream, why: str) -> None:
         """Called when a connection has ended."""
@@ -227,6 +240,7 @@ class StreamLinkTask(ImcLinkTask):
         stream.taken += 1
         stream.heard, stream.commands = network_time(self), stream.commands or kind not in REPORTS
         stream.add_system(head.src)
+        self.on_message(stream, message)
         if not self.local_messages_only:
             self.transmit(message, packet)
 
@@ -236,7 +250,7 @@ class StreamLinkTask(ImcLinkTask):
         if message.src != self.system and self.forwarded.is_duplicate(packet):
             return  # two that forward would never end
         for stream in self.streams.copy():
-            if stream.deaf is not None or message.src in stream.systems:
+            if not stream.greeted or stream.deaf is not None or message.src in stream.systems or self.withholds(stream):
                 continue
             stream.waiting += packet
             if len(stream.waiting) > LONGEST_WAIT:

@@ -74,7 +74,9 @@ class Client(StreamLinkTask):
         opened, self.pending = self.pending, None
         self.trouble = ""
         self.log.info(f"connected with {name}")
-        self.add_stream(PacketStream(opened, self.server_address, name, network_time(self)))
+        stream = PacketStream(opened, self.server_address, name, network_time(self))
+        self.add_stream(stream)
+        self.greet(stream)
 
     def retry_later(self, why: str) -> None:
         """Try again later; the same reason is logged once."""

@@ -3,16 +3,21 @@
 import socket
 from collections import Counter
 
+import imc
 from imc.discovery import Service
-from runtime import State, param
+from runtime import State, consume, param
+from tasks.transports.imc_links.console_acl import ConsoleAcl
+from tasks.transports.imc_links.link_task import reraise_as_parameter_error
 from tasks.transports.imc_links.port_search import announce_listening_service, listening_socket
 from tasks.transports.imc_links.sockets import listen_address, network_time, schedule_network_timer
 from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
+from tasks.transports.imc_links.vehicle_peers import VehiclePeers
 
 PORTS_TRIED = 6  # from Port on, as in DUNE
 AT_ONCE = 8  # connections accepted at a time
 IDLE = 1.0  # s without a packet after which a connection may have to give way
 PAUSE = 0.01  # s, after so many
+UNKNOWN_FOR = 1.0  # s until a client that sends nothing is taken for a console
 REFUSED = "connections refused, since there were too many"
 GAVE_WAY = "connections ended for others"
 
@@ -22,7 +27,8 @@ class Server(StreamLinkTask):
 
     A client that leaves much unread, sends what is no IMC, or has vanished, is cut off. Nothing goes back to its
     sender. A client may also connect for one packet only. If there are too many, one that was idle for a second gives
-    way, or one of another address that has more than half of them.
+    way, or one of another address that has more than half of them. It is sent the listed messages as soon as it has
+    sent a packet, or after a second; if it is another vehicle, only if `Call Systems` names it.
     """
 
     address: str = param(
@@ -42,10 +48,19 @@ class Server(StreamLinkTask):
     announce_service: bool = param(
         True, "", "Announce the server; Neptus then sends its commands by TCP.", editable=False
     )
+    call_systems: list[str] = param(
+        [], "", "Other vehicles, by name or id, that get messages when they connect.", editable=False
+    )
     maximum_connections: int = param(32, "1", "Most connections at a time.", minimum=1, maximum=256, editable=False)
 
     def configure(self) -> None:
         self.place = listen_address(self, self.address)
+        called = reraise_as_parameter_error(
+            "Call Systems", lambda: ConsoleAcl(self.call_systems, self.vehicle.systems.id).listed
+        )
+        if not hasattr(self, "vehicles"):  # they stay if parameters change, or the task is restarted
+            self.vehicles = VehiclePeers(self.system)
+        self.vehicles.called = called
         super().configure()
 
     def start(self) -> None:
@@ -89,13 +104,33 @@ class Server(StreamLinkTask):
                     self.log.warning(f"a connection failed: {error.strerror}")
                 break
             if len(self.streams) < self.maximum_connections or self.make_room(address):
-                self.add_stream(PacketStream(opened, address, f"{address}:{port}", network_time(self)))
+                stream = PacketStream(opened, address, f"{address}:{port}", network_time(self))
+                self.add_stream(stream)
+                schedule_network_timer(self, UNKNOWN_FOR, self.greet, stream)
                 continue
             opened.close()
             if self.drops.add(REFUSED, address):
                 self.log.warning(f"{self.maximum_connections} are connected: {address} was refused")
         self.unwatch(self.listener)
         schedule_network_timer(self, PAUSE, self.go_on_accepting)
+
+    @consume(others=True)
+    def on_announce(self, other: imc.Announce) -> None:
+        self.vehicles.on_announce(other)
+
+    def on_message(self, stream: PacketStream, message: imc.Message) -> None:
+        if isinstance(message, imc.Announce):
+            self.vehicles.on_announce(message)
+        if stream.greeted:
+            return
+        if self.withholds(stream):
+            stream.greeted = True
+            self.log.info(f"{stream.name} is another vehicle: it gets nothing, since Call Systems does not name it")
+        else:
+            self.greet(stream)
+
+    def withholds(self, stream: PacketStream) -> bool:
+        return bool(stream.systems) and all(map(self.vehicles.withholds, stream.systems))
 
     def make_room(self, address: str) -> bool:
         """End the connection that is worth least, so that nobody shuts out an operator by many."""

@@ -12,7 +12,7 @@ from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.transports.imc_links.stream_links import LONGEST_WAIT
-from tasks.transports.tcp.server import Server
+from tasks.transports.tcp.server import UNKNOWN_FOR, Server
 from tests.tasks.transports.tcp.peers import CONSOLE, HOST, VEHICLE, Peer, packet, run, until
 
 
@@ -155,7 +155,7 @@ def test_a_client_that_does_not_read_is_cut_off_and_delays_nobody():
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         slow.connect((HOST, server.open_port))
         good = Peer.of(server.open_port)
-        await until(script, lambda: len(server.streams) == 2)
+        await until(script, lambda: [stream.greeted for stream in server.streams] == [True, True])
         server.streams[0].socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
         big = imc.DevDataText(value="x" * 60_000)
         for _ in range(2 * LONGEST_WAIT // 60_000):
@@ -335,3 +335,36 @@ def test_neptus_commands_the_otter_by_tcp(tmp_path):
     vehicle.close()
     assert [type(m).__name__ for m in answers] == ["PlanDB", "PlanControl", "EntityParameters", "EntityList"]
     assert answers[1].type == imc.PlanControl.Type.SUCCESS
+
+
+def announce(system, kind=imc.SystemType.UUV):
+    return packet(imc.Announce(sys_name="lauv-xplore-2", sys_type=kind), system, target=0)
+
+
+def test_another_vehicle_that_connects_gets_nothing():
+    """The last states would stop a plan of DUNE: it is known by its first packet, or by its Announce before."""
+
+    async def test(script, server, depths):
+        peer = Peer.of(server.open_port)
+        peer.send(announce(0x001B))
+        console = Peer.of(server.open_port)
+        console.send(packet(imc.Heartbeat()))
+        await until(script, lambda: len(console.of_type(imc.Depth)) > 5)
+        assert peer.take() == []
+        again = Peer.of(server.open_port)
+        again.send(packet(imc.EstimatedState(), 0x001B))
+        await script.sleep(UNKNOWN_FOR + 0.2)
+        assert again.take() == []
+        peer.send(announce(0x001B, imc.SystemType.CCU))
+        await until(script, lambda: peer.of_type(imc.Depth))
+
+    assert any("is another vehicle: it gets nothing" in line for line in run(test, transports=["Depth"]).log)
+
+
+def test_another_vehicle_that_call_systems_names_gets_messages_when_it_connects():
+    async def test(script, server, depths):
+        peer = Peer.of(server.open_port)
+        peer.send(announce(0x001B))
+        await until(script, lambda: peer.of_type(imc.Depth))
+
+    run(test, transports=["Depth"], call_systems=["0x001B"])
