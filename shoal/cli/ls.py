@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
-from imc.discovery import PERIOD, displayable_name
+from imc.discovery import displayable_name
 from shoal.cli.remote_command import (
     exit_with_reason,
     format_clock_time,
@@ -21,7 +21,7 @@ from shoal.cli.remote_command import (
     print_json_line,
     run_on_network,
 )
-from shoal.network import NEAR, Network, NetworkSystem
+from shoal.network import CONTACT, NEAR, Network, NetworkSystem
 from support.terminal_text import printable
 
 KINDS = (
@@ -36,7 +36,6 @@ KINDS = (
 )
 SHOWN = (imc.VehicleState, imc.EstimatedState, imc.EntityState)
 FIRST, LONGEST = 0.2, 0.75  # s to hear who is there, and what they say
-SILENT = 2.0  # s after which a long wait is explained
 REFRESH = 0.25  # s
 
 
@@ -86,16 +85,14 @@ async def _gather(network: Network, duration: float | None) -> None:
     longest = (
         LONGEST if network.discovery_timeout <= NEAR else network.discovery_timeout
     )  # over a radio, packets get lost and come late
-    has_told, questions, known = duration is not None, StateQueries(network), 0
+    questions, known = StateQueries(network), 0
     while (past := time.monotonic() - began) < (network.discovery_timeout if duration is None else duration):
         await asyncio.sleep(0.02)
         there = network.vehicles()
         questions.send_due(there)
         before, known = known, sum(len(system.latest) for system in there)  # integers
-        if not there and not has_told and past > SILENT and network.discovery_timeout > PERIOD:
-            has_told = True
-            why = f"since DUNE announces itself every {PERIOD:g} s"
-            click.echo(f"nobody has answered yet; waiting up to {network.discovery_timeout:g} s, {why}", err=True)
+        if duration is None:
+            network.explain_search(past, there)
         if duration is not None or not there or past < FIRST:
             continue
         is_complete = all(system.latest_message(kind) is not None for system in there for kind in SHOWN)
@@ -198,6 +195,8 @@ def absolute_position(state: imc.EstimatedState) -> tuple[float, float]:
 def format_state(system: NetworkSystem) -> str:
     """Mode and plan."""
     vehicle, plan = system.latest_message(imc.VehicleState), system.latest_message(imc.PlanControlState)
+    if system.contact_timeout:
+        return f"data within {CONTACT:g} s"
     mode = _name(imc.VehicleState.OpMode, vehicle.op_mode) if vehicle is not None else "here"
     if plan is None or plan.state not in (
         imc.PlanControlState.State.EXECUTING,

@@ -66,11 +66,15 @@ def exit_with_reason(reason: object) -> NoReturn:
     raise click.exceptions.Exit(1)
 
 
+def _echo_note(text: str) -> None:
+    click.echo(text, err=True)
+
+
 def run_on_network(connection: Mapping[str, Any], act: Callable[[Network], Coroutine[Any, Any, T]]) -> T:
     """Run `act` with all networks."""
 
     async def run() -> T:
-        async with make_network(**connection) as network:
+        async with make_network(**connection, report=_echo_note) as network:
             return await act(network)
 
     return _finish(run())
@@ -82,7 +86,7 @@ def run_on_vehicle(
     """Run `act` with a vehicle; what the vehicle or the network refuses ends the command with status 1."""
 
     async def run() -> T:
-        async with connect(name, **connection) as vehicle:
+        async with connect(name, **connection, report=_echo_note) as vehicle:
             return await act(vehicle)
 
     return _finish(run())

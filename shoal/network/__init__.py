@@ -11,12 +11,13 @@ from shoal.network.network_factory import connect, make_network
 from shoal.network.parameters import AsyncRemoteParameters, check_parameter_name
 from shoal.network.plans import AsyncRemotePlans, PlanOutcome, Refused, StoredPlan
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
-from shoal.network.system_table import NetworkSystem
+from shoal.network.system_table import CONTACT, NetworkSystem
 from shoal.network.tcp_link import TCPLink
 from shoal.network.udp_link import UDPLink
 from shoal.network.zenoh_link import ZenohLink
 
 __all__ = [
+    "CONTACT",
     "NEAR",
     "AsyncRemoteLogs",
     "AsyncRemoteParameters",

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import imc
 from shoal.network.message_listener import MessageListener
-from shoal.network.network import Network, NoAnswer, VehicleLost
+from shoal.network.network import COMPANY, Network, NoAnswer, VehicleLost
 from shoal.network.system_table import NetworkSystem
 
 PROBES = 5
@@ -85,6 +85,7 @@ async def diagnose(network: Network, name: str = "", seconds: float = 2.5, patie
     network.subscribe(None, (imc.Heartbeat, imc.EntityState))
     if name:
         network.subscribe(None, (imc.EstimatedState, imc.VehicleState))
+    await _await_contact(network, name)
     began = time.monotonic()
     before = {system.name: Counter(system.heard) for system in network.systems.values()}
     await asyncio.sleep(seconds)
@@ -99,6 +100,20 @@ async def diagnose(network: Network, name: str = "", seconds: float = 2.5, patie
         found.findings += _judge(network, system, contact)
     found.findings += _of_here(network, name, found)
     return found
+
+
+async def _await_contact(network: Network, name: str) -> None:
+    """Wait for who announces itself seldom, and for the first data of who has announced itself."""
+    began = time.monotonic()
+    while True:
+        past = time.monotonic() - began
+        there = [each for each in network.systems.values() if each.is_vehicle and name in ("", each.name)]
+        there = [each for each in there if each.is_there]
+        is_late = any(each.contact_timeout for each in there)
+        if past > COMPANY and not is_late and (there or past > network.discovery_timeout):
+            return
+        network.explain_search(past, there)
+        await asyncio.sleep(0.05)
 
 
 def _contact(system: NetworkSystem, before: Counter[str], past: float) -> Contact:

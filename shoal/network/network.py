@@ -9,6 +9,7 @@ from contextlib import suppress
 from typing import Self, TypeVar
 
 import imc
+from imc.discovery import PERIOD
 from imc.reserved_ids import OPERATORS
 from shoal.network.link import (
     EVERYBODY,
@@ -20,17 +21,20 @@ from shoal.network.link import (
     size_warning,
 )
 from shoal.network.message_listener import MessageListener, check_message_type, damage_kind
-from shoal.network.system_table import MOST_SYSTEMS, NetworkSystem, NetworkSystemTable
+from shoal.network.query_messages import is_query
+from shoal.network.system_table import CONTACT, MOST_SYSTEMS, NetworkSystem, NetworkSystemTable
 from support.terminal_text import printable, suggestion
 
 M = TypeVar("M", bound=imc.Message)
 A = TypeVar("A")
 MOST_REPLIES = 64  # remembered, since they may come by several ways
 REPEAT = 0.4  # s between copies of a request that is not answered
+ABORT_REPEAT = 2.0  # s between those of an Abort to who obeys each: it confirms one within a second, if it arrives
+EXPLAINED = 2.0  # s after which a search that may take long is explained
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 COMPANY = 0.15  # s in which a second vehicle of the same name answers our first Announce, too
 TOLD = 2.5  # s since its last packet, after which a system that vanishes has fallen silent before; Heartbeat has 1 Hz
-LONGEST = 8.0  # s for a system to say its id
+LONGEST = 8.0  # s for a system to say its id, or for Shoal to send data
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
 BASIC = ("Heartbeat",)
 """What is asked of a system that we talk to, so that its silence is noticed."""
@@ -49,7 +53,7 @@ class Network:
 
     Systems with one name and several ids are two vehicles: neither is commanded, see
     `NetworkSystem.systems_with_same_id`. `expects_all`: that a link does not work is worth to be told also if others
-    do.
+    do. `report` gets a sentence when a search takes long.
     """
 
     def __init__(
@@ -59,6 +63,7 @@ class Network:
         messages: imc.Schema | None = None,
         *,
         expects_all: bool = False,
+        report: Callable[[str], object] = lambda _: None,
     ) -> None:
         number = random.SystemRandom().choice(range(OPERATORS.start + 0x1000, OPERATORS.stop - 1))
         self.console = console or ConsoleIdentity(number, f"0x{number:04X}")
@@ -70,6 +75,7 @@ class Network:
         self._listeners: list[MessageListener] = []
         self._replies: deque[imc.Message] = deque(maxlen=MOST_REPLIES)
         self._opened = 0.0
+        self._report, self._reported = report, set[str]()
         self._request = random.SystemRandom().randrange(1, 0xFFFF)
 
     async def __aenter__(self) -> Self:
@@ -122,6 +128,8 @@ class Network:
             return
         if number is not None:
             self.systems.assign_id(found, number, place)
+        if not found.is_there:
+            found.appeared_at = time.monotonic()
         found.links[link.name] = link
         found.has_ended = False
         found.parts[link.name, part] = place or found.parts.get((link.name, part), "")
@@ -215,6 +223,8 @@ class Network:
     async def find_system(self, name: str, timeout: float | None = None, *, takes_clash: bool = False) -> NetworkSystem:
         """The system of a name, as soon as its id is known; without a time-out, as long as there is hope.
 
+        A DUNE is waited for until its first data: then it is known to receive us. `takes_clash` does without.
+
         Raises NetworkError that says who is there instead; and, without `takes_clash`, if several vehicles have the
         name or its id.
         """
@@ -225,14 +235,16 @@ class Network:
             link.subscribe(name, BASIC)
             link.subscribe(name, ("VehicleState", "PlanControlState"))
         began = time.monotonic()
-        while (left := began + (self._patience(name) if timeout is None else timeout) - time.monotonic()) > 0.0:
+        while (left := self._search_end(name, began, timeout) - time.monotonic()) > 0.0:
             system = self.systems.get(name)
             alone = time.monotonic() > self._opened + COMPANY
             if system is not None and system.id is not None and system.is_there and (alone or system.conflict_text):
                 if system.conflict_text and not takes_clash:
                     break
-                self.request_labels(system)
-                return system
+                if takes_clash or not system.awaits_contact:
+                    self.request_labels(system)
+                    return system
+            self.explain_search(time.monotonic() - began, [] if system is None else [system])
             await self.wait_for_change(min(left, 0.05))
         raise NetworkError(self._not_found_reason(name))
 
@@ -241,14 +253,34 @@ class Network:
         """How long it makes sense to wait for somebody to appear (s)."""
         return max((link.discovery_timeout for link in self.links), default=0.0)
 
+    def explain_search(self, past: float, there: Sequence[NetworkSystem]) -> None:
+        """Report once why a search, which has taken `past` s, takes longer: nobody is there, or sends anything."""
+        if past < EXPLAINED:
+            return
+        late = [system.name for system in there if system.contact_timeout]
+        texts = [f"{name} has announced itself; a DUNE vehicle sends data within {CONTACT:g} s" for name in late]
+        if not there and self.discovery_timeout > PERIOD:
+            why = f"since DUNE announces itself every {PERIOD:g} s"
+            texts = [f"nobody has answered yet; waiting up to {self.discovery_timeout:g} s, {why}"]
+        for text in texts:
+            if text not in self._reported:
+                self._reported.add(text)
+                self._report(printable(text))
+
     def request_labels(self, system: NetworkSystem) -> None:
         """Ask a system for the labels of its entities, which `NetworkSystem.label` then knows."""
         query = self.with_header(system, imc.EntityList(op=imc.EntityList.Op.QUERY)).replace(src_ent=LABELS)
         self._send(system, query, imc.encode(query))
 
-    def _patience(self, name: str) -> float:
+    def _search_end(self, name: str, began: float, timeout: float | None) -> float:
+        """When there is no more hope for a system (s of time.monotonic)."""
+        if timeout is not None:
+            return began + timeout
         known = self.systems.get(name)
-        return max(self.discovery_timeout, LONGEST) if known is not None and known.is_there else self.discovery_timeout
+        if known is None or not known.is_there:
+            return began + self.discovery_timeout
+        appeared = max(began, known.appeared_at)
+        return max(began + self.discovery_timeout, appeared + LONGEST, time.monotonic() + known.contact_timeout)
 
     async def wait_for_change(self, timeout: float) -> None:
         """Wait until a system appears, vanishes, or gets known, but not longer than `timeout` s."""
@@ -299,13 +331,17 @@ class Network:
     ) -> A:
         """Send a request, and again every `repeat` s, until `answer` finds what it needs in a message of these types.
 
-        Copies are equal to the last byte, so that a vehicle can know them. `number` is the id of the one that is meant,
+        Copies are equal to the last byte, so that Shoal knows them. A DUNE would carry out each: it gets an order once,
+        and an Abort every 2 s. `number` is the id of the one that is meant,
         of several with one name. Raises NoAnswer, VehicleLost, and what `answer` raises.
         """
         timeout = system.answer_timeout if timeout is None else timeout
         listener = self.listen(system, kinds)
         number = system.id if number is None else number
         packet = imc.encode(self.with_header(system, request, number))
+        is_once = not (system.is_shoal or is_query(request))
+        if is_once:
+            repeat = ABORT_REPEAT if isinstance(request, imc.Abort) else timeout
         deadline, attempt = time.monotonic() + timeout, 0
         try:
             while (left := deadline - time.monotonic()) > 0.0:
@@ -323,7 +359,9 @@ class Network:
                 self.check_is_there(system)
         finally:
             self.close_listener(listener)
-        what = f"{system.name} does not answer {type(request).__name__} within {timeout:g} s"
+        what = f"{system.name} does not answer {type(request).__name__} within {timeout:.0f} s"
+        if is_once and not isinstance(request, imc.Abort):
+            what += ", which was sent once, since it is no Shoal vehicle and might obey each copy"
         raise NoAnswer(f"{what}; {self._no_answer_reason(system, len(packet))}")
 
     def _no_answer_reason(self, system: NetworkSystem, size: int) -> str:
@@ -359,6 +397,8 @@ class Network:
         if system is not None and system.conflict_text:
             return f"{name}: {system.conflict_text}; end one of them"
         if system is not None and system.is_there:
+            if system.awaits_contact:
+                return f"{name} has announced itself, but sent nothing yet; `shoal link {name}` tells why"
             return f"{name} is there, but says nothing"
         there = [system.name for system in self.vehicles()]
         if there:

@@ -1,7 +1,7 @@
 """From where a user wants to look to the links that do it."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -26,7 +26,10 @@ EXAMPLES = "zenoh, udp, tcp/10.0.0.7:7447, imc+udp://10.0.0.7:6002/ or imc+tcp:/
 
 
 def make_network(
-    endpoints: str | Sequence[str] = (), zenoh_config: Path | None = None, messages: imc.Schema | None = None
+    endpoints: str | Sequence[str] = (),
+    zenoh_config: Path | None = None,
+    messages: imc.Schema | None = None,
+    report: Callable[[str], object] = lambda _: None,
 ) -> Network:
     """A network of the links to some endpoints; without any, to all of this computer.
 
@@ -34,7 +37,7 @@ def make_network(
     imc+udp://10.0.0.7:6002/, imc+tcp://10.0.0.7:7001/, or imc+udp://0.0.0.0/ for all networks of this computer. Without
     endpoints those in the environment are used, or those for zenoh in `zenoh_config`, a file. Each endpoint of zenoh is
     a network of its own, since a client of zenoh joins one only. `messages` are those of its vehicles, by default the
-    built-in ones. Raises ValueError for a wrong endpoint or file.
+    built-in ones. `report` gets a sentence when a search takes long. Raises ValueError for a wrong endpoint or file.
     """
     texts = [endpoints] if isinstance(endpoints, str) else list(endpoints) or [os.environ.get(ENDPOINTS, "")]
     given = [word.strip() for text in texts for word in text.split(",") if word.strip()]
@@ -61,7 +64,7 @@ def make_network(
     links += [ZenohLink([each], zenoh_config, name) for each, name in zip(of_zenoh, names, strict=False)]
     links += [UDPLink(of_udp, _ports())] if of_udp else []
     links += [TCPLink(of_tcp)] if of_tcp else []
-    return Network(links, _console(), _schema(messages), expects_all=bool(given or len(of_zenoh) > 1))
+    return Network(links, _console(), _schema(messages), expects_all=bool(given or len(of_zenoh) > 1), report=report)
 
 
 def connect(
@@ -71,10 +74,11 @@ def connect(
     zenoh_config: Path | None = None,
     messages: imc.Schema | None = None,
     timeout: float | None = None,
+    report: Callable[[str], object] = lambda _: None,
 ) -> VehicleConnection:
     """A running vehicle, by its name; over zenoh or IMC, whichever answers.
 
-    `make_network` explains endpoints and messages.
+    `make_network` explains endpoints, messages and report.
 
     Use it in `with` (then it is a `RemoteVehicle`) or in `async with` (an `AsyncRemoteVehicle`):
 
@@ -86,7 +90,7 @@ def connect(
     Entering raises NetworkError if it is not found within `timeout` seconds, by default as long as there is hope, and
     ValueError for a wrong endpoint.
     """
-    return VehicleConnection(name, lambda: make_network(endpoints, zenoh_config, messages), timeout)
+    return VehicleConnection(name, lambda: make_network(endpoints, zenoh_config, messages, report), timeout)
 
 
 def _in_file(path: Path | None) -> list[str]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 import imc
-from imc.discovery import PERIOD
+from imc.discovery import PERIOD, Services
 from imc.reserved_ids import OPERATORS
 from shoal.network.link import NetworkLink, ReceivedPacket
 
@@ -21,7 +21,7 @@ FORGOTTEN = 1.2 * PERIOD  # s of silence after which a second vehicle of one nam
 STEP = 60.0  # s; a time stamp that is older than this before the last one means that the clock was set
 WRONG = (imc.EntityState.State.FAULT, imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
 PATIENCE = 3.0  # s for an answer
-LATE = 6.0  # s more for the first answer: DUNE sends nothing for 5 s
+CONTACT = 20.0  # s from the Announce of a DUNE to its first data: it may miss our first one, and sends every 5 s
 FRESH = 3.0  # s; a packet that also comes over another network counts only if the first was silent for so long
 
 
@@ -32,7 +32,7 @@ class NetworkSystem:
     parts: where its processes are, by link and process. heard: packets by link. missed: what did not arrive, or could
     not be read, by reason. others: further ids that use its name. rivals: further systems that use its id. clock: its
     time stamps less our time (s), the smallest difference of the last packets. has_ended: whether its end was told.
-    seen: when each of its ids was heard last.
+    seen: when each of its ids was heard last. appeared_at: when its first process appeared.
     """
 
     name: str
@@ -48,6 +48,7 @@ class NetworkSystem:
     labels: dict[int, str] = field(default_factory=dict[int, str])
     clock: float = float("nan")
     heard_at: float = field(default_factory=time.monotonic)
+    appeared_at: float = field(default_factory=time.monotonic)
     has_ended: bool = False
     latest: dict[tuple[str, int], imc.Message] = field(default_factory=dict[tuple[str, int], imc.Message])
 
@@ -67,9 +68,27 @@ class NetworkSystem:
         return all(name == imc.Announce.__name__ for name, _ in self.latest)
 
     @property
+    def is_shoal(self) -> bool:
+        """Whether it runs Shoal, as its Announce or zenoh says: then copies of an order are carried out once."""
+        announced = self.latest_entity_messages(imc.Announce)
+        return any(name.startswith("zenoh") for name in self.links) or any(
+            Services.parse(announce.services).version == "shoal" for announce in announced
+        )
+
+    @property
+    def awaits_contact(self) -> bool:
+        """Whether it may not receive us: a DUNE that has sent no data over UDP."""
+        return self.has_only_announced and self.links.keys() <= {"udp"} and not self.is_shoal
+
+    @property
+    def contact_timeout(self) -> float:
+        """How long the first data of a DUNE may still need (s); 0 if they have come, or are overdue."""
+        return max(0.0, self.appeared_at + CONTACT - time.monotonic()) if self.awaits_contact else 0.0
+
+    @property
     def answer_timeout(self) -> float:
         """How long to wait for its answer (s)."""
-        return PATIENCE + (LATE if self.has_only_announced else 0.0)
+        return PATIENCE + self.contact_timeout
 
     @property
     def is_vehicle(self) -> bool:

@@ -33,6 +33,8 @@ SILENCE = 4.0  # s; a system that we send Heartbeat sends its own at 1 Hz
 UNSEEN = 2.5 * PERIOD  # s without Announce
 MISSED = 600.0  # s for which a system that fell silent is called
 MOST_PEERS = 256
+PORTS_OF_CONSOLES = 20000
+"""A console takes packets at this port and the number of its id among those of consoles."""
 
 
 @dataclass
@@ -96,7 +98,7 @@ class UDPLink:
         self._ear, self._console = ear, console
         address = EVERYWHERE if self.is_far else LOOPBACK
         try:
-            self._data = bound_socket(address, 0)
+            self._data = _bound_socket(address, console)
         except OSError as error:
             self.trouble = f"no UDP socket: {error.strerror}"
             return
@@ -323,3 +325,10 @@ class UDPLink:
         if len(self._peers) >= MOST_PEERS:
             return False
         return sender in self._places or (self.deaf and sender.address == LOOPBACK and sender.port in USUAL_PORTS)
+
+
+def _bound_socket(address: str, console: ConsoleIdentity) -> socket.socket:
+    """A socket at the port of a console's id, since DUNE never forgets the port that an id had first; or at any."""
+    with suppress(OSError):
+        return bound_socket(address, PORTS_OF_CONSOLES + console.id - OPERATORS.start)
+    return bound_socket(address, 0)

@@ -45,7 +45,6 @@ def command(
     ports = discovery_ports()
     monkeypatch.setenv("SHOAL_DISCOVERY", f"{ports[0]}-{ports[-1]}")
     monkeypatch.setattr("shoal.network.system_table.PATIENCE", 1.0)
-    monkeypatch.setattr("shoal.network.system_table.LATE", 0.0)
 
     async def act() -> tuple[Result, list[bool]]:
         both = Vehicle(ports), Vehicle(ports[:-1], name=name, system=system)

@@ -19,7 +19,10 @@ def discovery_ports() -> range:
 
 
 class Station:
-    """Hears announcements at the last of the discovery ports; `consoles` is where those who announce take packets."""
+    """Hears announcements at the last of the discovery ports; `consoles` is where those who announce take packets.
+
+    `version` is what it announces of its software: Shoal carries out copies of an order once, others each copy.
+    """
 
     def __init__(
         self,
@@ -28,9 +31,10 @@ class Station:
         system: int = OWN,
         clock: float = 0.0,
         complaint: str = "",
+        version: str = "shoal",
     ) -> None:
         self.ports, self.name, self.system, self.uid = ports, name, system, str(time.time_ns())
-        self.clock, self.complaint = clock, complaint
+        self.clock, self.complaint, self.version = clock, complaint, version
         self.consoles: set[tuple[str, int]] = set()
         self.heard: list[imc.Message] = []
         self.discovery = self._socket(ports[-1] if ports else 0)
@@ -44,7 +48,8 @@ class Station:
         return one
 
     def announce(self) -> None:
-        services = Services.from_system_info([Service("imc+udp", *self.data.getsockname())], uid=self.uid)
+        place = Service("imc+udp", *self.data.getsockname())
+        services = Services.from_system_info([place], uid=self.uid, version=self.version)
         packet = self.packet(imc.Announce(sys_name=self.name, sys_type=2, owner=0xFFFF, services=str(services)))
         for port in self.ports:
             self.data.sendto(packet, ("127.0.0.1", port))

@@ -63,7 +63,7 @@ def test_where_nobody_else_is_the_search_ends_soon(how: dict[str, bool], reason:
 def test_a_system_of_dune_announces_itself_late_and_sends_5_s_after_it_has_heard_us() -> None:
     async def act() -> imc.PlanControlState:
         ports = discovery_ports()
-        station = Station(ports)
+        station = Station(ports, version="2026.01.0")
         state = station.packet(imc.PlanControlState(plan_id="survey"))
 
         async def live() -> None:
