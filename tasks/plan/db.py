@@ -9,11 +9,12 @@ from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
 from tasks.plan.duplicate_requests import DuplicateRequests
 from tasks.plan.replies import truncate_reply
-from tasks.plan.store import PlanChange, PlanRow, PlanStore
+from tasks.plan.store import PlanChange, PlanRow, PlanStore, StoreFullError
 
 Op = imc.PlanDB.Op
 Type = imc.PlanDB.Type
 UNDEFINED = "undefined plan"
+STATE_PERIOD = 1.0  # s between two states for all, however fast plans change
 
 
 class DB(Task):
@@ -31,12 +32,14 @@ class DB(Task):
         editable=False,
     )
 
-    transient = ("_store",)
+    transient = ("_store", "_current")
 
     def start(self) -> None:
         self._reply_to_boot(Type.IN_PROGRESS, "initializing")
         trouble = ""
         self._copies = DuplicateRequests(self.system)
+        self._current: imc.PlanDBState | None = None
+        self._published, self._is_due = -STATE_PERIOD, False
         try:
             self._store = self._open()
         except (sqlite3.Error, OSError) as error:
@@ -57,6 +60,7 @@ class DB(Task):
     def after_restore(self) -> None:
         self._store = PlanStore(None)
         self._store.restore_rows(*self._rows)
+        self._current = None
 
     def stop(self) -> None:
         if hasattr(self, "_store"):
@@ -76,6 +80,8 @@ class DB(Task):
             self._serve(request)
         except sqlite3.Error as error:
             self._answer(request, Type.FAILURE, f"database: {error}")
+        except StoreFullError as error:
+            self._answer(request, Type.FAILURE, str(error))
 
     @consume(others=True)
     def keep_started(self, request: imc.PlanControl) -> None:
@@ -94,7 +100,7 @@ class DB(Task):
         answer = imc.PlanDB(op=Op.SET, plan_id=plan.plan_id)
         try:
             stored, new = self._store.set(plan, self._change(request))
-        except sqlite3.Error as error:
+        except (sqlite3.Error, StoreFullError) as error:
             self.log.warning(f"database: {error}: {plan.plan_id!r}")
             self.publish(answer.replace(type=Type.FAILURE, info=f"database: {error}"))
         else:
@@ -154,17 +160,26 @@ class DB(Task):
 
     def _state(self) -> imc.PlanDBState:
         """The state with all plans, without them if they do not fit into one message."""
-        state = self._store.state()
-        try:
-            imc.encode(state)
-        except imc.EncodeError:
-            return self._store.state(with_plans=False)
-        return state
+        if self._current is None:
+            self._current = self._store.state()
+            try:
+                imc.encode(self._current)
+            except imc.EncodeError:
+                self._current = self._current.replace(plans_info=())
+        return self._current
 
     def _publish_database_state(self) -> None:
-        """Tell all what is stored now; on a virtual clock nobody is there to see it."""
-        if not self.vehicle.has_virtual_time:
-            self.publish(self._state())
+        """Publish what is stored now, once a second at most; on a virtual clock nobody is there to see it."""
+        self._current = None
+        if self.vehicle.has_virtual_time or self._is_due:
+            return
+        self._is_due = True
+        pause = self._published + STATE_PERIOD - self.now
+        self.after(min(max(0.0, pause), STATE_PERIOD), self._publish_state)  # the clock may be set
+
+    def _publish_state(self) -> None:
+        self._published, self._is_due = self.now, False
+        self.publish(self._state())
 
     def _progress(self, request: imc.PlanDB) -> None:
         self._answer(request, Type.IN_PROGRESS, "in progress")

@@ -10,12 +10,19 @@ import imc
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
 from imc.reserved_ids import UNKNOWN_SYSTEM
 
+MOST_PLANS = 1000
+MOST_BYTES = 32 << 20  # of all plans
+
 Row = tuple[str | bytes | float | None, ...]
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS Plan (
     plan_id TEXT PRIMARY KEY, change_time REAL, change_sid INTEGER, change_sname TEXT, md5 BLOB, data BLOB);
 CREATE TABLE IF NOT EXISTS LastChange (change_time REAL, change_sid INTEGER, change_sname TEXT);
 """
+
+
+class StoreFullError(ValueError):
+    """There is no room for one more plan."""
 
 
 class PlanChange(NamedTuple):
@@ -82,10 +89,17 @@ class PlanStore:
         return list(self._select("ORDER BY plan_id"))
 
     def set(self, plan: imc.PlanSpecification, change: PlanChange) -> tuple[PlanRow, bool]:
-        """Store a plan; returns it as stored, and True if its id is new."""
+        """Store a plan; returns it as stored, and True if its id is new. Raises StoreFullError."""
         data = serialize_fields(plan)
         stored = PlanRow(plan.plan_id, change, md5(data, usedforsecurity=False).digest(), data)
-        new = self.get(plan.plan_id) is None
+        query = "SELECT LENGTH(data) FROM Plan WHERE plan_id = ?"
+        replaced = self._base.execute(query, (_key(plan.plan_id),)).fetchone()
+        new = replaced is None
+        count, size = self._base.execute("SELECT COUNT(*), COALESCE(SUM(LENGTH(data)), 0) FROM Plan").fetchone()
+        if new and count >= MOST_PLANS:
+            raise StoreFullError(f"{count} plans are stored, which is the limit: delete some")
+        if size - (0 if new else replaced[0]) + len(data) > MOST_BYTES:
+            raise StoreFullError(f"all plans together may have {MOST_BYTES >> 20} MiB: delete some")
         with self._base:
             self._base.execute(
                 "INSERT OR REPLACE INTO Plan VALUES (?, ?, ?, ?, ?, ?)", (_key(plan.plan_id), *change, *stored[2:])
@@ -106,20 +120,32 @@ class PlanStore:
             self._base.execute("DELETE FROM Plan")
             self._changed(change)
 
-    def state(self, *, with_plans: bool = True) -> imc.PlanDBState:
+    def state(self) -> imc.PlanDBState:
         """The last change, all plans and the digest of their digests in the order of their ids."""
-        plans = self.all()
+        # The data, megabytes of them, are not read.
+        query = "SELECT plan_id, change_time, change_sid, change_sname, md5, LENGTH(data) FROM Plan ORDER BY plan_id"
+        plans = [
+            imc.PlanDBInformation(
+                plan_id=_text(key),
+                plan_size=size,
+                change_time=time,
+                change_sid=system,
+                change_sname=name,
+                md5=bytes(digest),
+            )
+            for key, time, system, name, digest, size in self._base.execute(query)
+        ]
         row = self._base.execute("SELECT change_time, change_sid, change_sname FROM LastChange").fetchone()
         last = PlanChange(*row) if row else PlanChange()
         digest = md5(b"".join(plan.md5 for plan in plans), usedforsecurity=False).digest()
         return imc.PlanDBState(
             plan_count=len(plans),
-            plan_size=sum(len(plan.data) for plan in plans),  # integers
+            plan_size=sum(plan.plan_size for plan in plans),  # integers
             change_time=last.time,
             change_sid=last.system,
             change_sname=last.name,
             md5=digest,
-            plans_info=tuple(plan.information() for plan in plans) if with_plans else (),
+            plans_info=tuple(plans),
         )
 
     def rows(self) -> tuple[list[Row], list[Row]]:

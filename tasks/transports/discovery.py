@@ -7,9 +7,11 @@ from imc.discovery import MULTICAST, PERIOD, PORTS, Services, displayable_name
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, param, periodic
 from runtime.network_interfaces import is_loopback_address
+from support.token_bucket import TokenBucket
 from tasks.transports.imc_links import peer_table
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
+from tasks.transports.imc_links.log_limit import LogLimit
 from tasks.transports.imc_links.peer_table import DropCounts, Peer
 from tasks.transports.imc_links.recvmmsg import Datagram
 from tasks.transports.imc_links.shared_discovery import DiscoveryFollower, DiscoveryLeader
@@ -26,11 +28,15 @@ MOST_RUNS = 4  # of one id that are told apart
 MOST_SENDERS = 64
 RATE = 20.0  # Announces per second from one address of another computer
 LOCAL_RATE = 200.0  # from this one, where a fleet may run
+NEW_SYSTEMS = 64  # at once, a fleet
+NEW_RATE = 2.0  # of them per second in the long run
 REMEMBERED = 256  # packets, since each comes by several ways
 PULSE = 1.0  # s between two signs of life of the vehicle that listens for all
 LONGEST_SILENCE = 5  # of them missing until a follower listens itself
 MOST_REFUSALS = 2  # one may come from a vehicle that ends or begins just now
 NOT_AN_ANNOUNCE = "no Announce"
+TOO_MANY = "of too many new systems"
+ANYBODY = "anybody"
 
 
 @dataclass(slots=True)
@@ -83,6 +89,8 @@ class Discovery(Task):
         self.drops = DropCounts()
         self.recent = DuplicateFilter(REMEMBERED)
         self.senders: dict[str, Peer] = {}
+        self.new_systems = TokenBucket(NEW_RATE, NEW_SYSTEMS, network_time(self))
+        self.new_lines = LogLimit(self.log.info, "more new systems are within range", network_time(self))
         self.seen: dict[int, list[SystemSighting]] = {}
         self.clashes: dict[str, float] = {}
         self.listen_or_follow()
@@ -190,6 +198,11 @@ class Discovery(Task):
         if not isinstance(message, imc.Announce) or message.src in (0, BROADCAST, UNKNOWN_SYSTEM):
             self.report_drop(NOT_AN_ANNOUNCE, address, type(message).__name__)
             return
+        is_new = message.src not in self.seen and message.src != self.system
+        if is_new and not self.new_systems.try_acquire(network_time(self)):
+            if self.drops.add(TOO_MANY, ANYBODY):
+                self.log.warning(f"announcements dropped: {TOO_MANY}, the last of them at {address}")
+            return
         if self.leader is not None:
             self.leader.forward(address, packet)
         services, name = Services.parse(message.services), displayable_name(message.sys_name)
@@ -220,7 +233,8 @@ class Discovery(Task):
         found = next((run for run in runs if (run.name, run.uid) == (name, uid)), None)
         if found is None:
             if not runs:
-                self.log.info(f"new system within range: {name} (0x{system:04X}) at {address}")
+                text = f"new system within range: {name} (0x{system:04X}) at {address}"
+                self.new_lines.write(text, network_time(self))
             found = SystemSighting(name, uid, address, network_time(self), network_time(self))
             runs.append(found)
             del runs[:-MOST_RUNS]

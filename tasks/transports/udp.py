@@ -15,6 +15,7 @@ from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPO
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.link_task import ImcLinkTask, reraise_as_parameter_error
+from tasks.transports.imc_links.log_limit import LogLimit
 from tasks.transports.imc_links.message_list import MessageList, parse_rate
 from tasks.transports.imc_links.peer_table import (
     MALFORMED,
@@ -175,6 +176,7 @@ class UDP(ImcLinkTask):
         self.socket: socket | None = None
         self.reader: DatagramReader | None = None
         self.trouble = ""
+        self.contact_lines = LogLimit(self.log.info, "more systems come into contact, or lose it", network_time(self))
         super().start()
         self.open()
 
@@ -284,11 +286,16 @@ class UDP(ImcLinkTask):
         self.refresh_subscriptions()
         if now - peer.answered_at >= BREAK:
             peer.answered_at = now
-            self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
+            self.log_contact(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
             if self.vehicles.withholds(peer.system):
-                self.log.info(f"{peer.name} is another vehicle: it gets nothing, since Call Systems does not name it")
+                self.log_contact(
+                    f"{peer.name} is another vehicle and gets nothing, since Call Systems does not name it"
+                )
             elif new:
                 self.send_last_states(peer)
+
+    def log_contact(self, text: str) -> None:
+        self.contact_lines.write(text, network_time(self))
 
     def send_last_states(self, peer: Peer) -> None:
         """Tell a system that has come the last states, which it would have to wait for."""
@@ -353,7 +360,7 @@ class UDP(ImcLinkTask):
         assert self.socket is not None
         for place in set(map(Endpoint._make, refused_destinations(self.socket))):
             for peer in self.peers.on_port_unreachable(place, network_time(self)):
-                self.log.info(f"lost contact with {peer.name} (0x{peer.system:04X}): nobody listens at {place}")
+                self.log_contact(f"lost contact with {peer.name} (0x{peer.system:04X}): nobody listens at {place}")
                 self.refresh_subscriptions()
 
     @periodic(1.0)
@@ -374,7 +381,7 @@ class UDP(ImcLinkTask):
         for peer in moved:
             self.log.info(f"{peer.name} (0x{peer.system:04X}) is on the zenoh bus, and no longer in contact over UDP")
         for peer in lost:
-            self.log.info(f"lost contact with {peer.name} (0x{peer.system:04X})")
+            self.log_contact(f"lost contact with {peer.name} (0x{peer.system:04X})")
         if moved or lost:
             self.refresh_subscriptions()
         contacts = [

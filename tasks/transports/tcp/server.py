@@ -125,7 +125,7 @@ class Server(StreamLinkTask):
             return
         if self.withholds(stream):
             stream.greeted = True
-            self.log.info(f"{stream.name} is another vehicle: it gets nothing, since Call Systems does not name it")
+            self.log.info(f"{stream.name} is another vehicle and gets nothing, since Call Systems does not name it")
         else:
             self.greet(stream)
 

@@ -150,6 +150,51 @@ def test_too_many_plans_for_a_message_are_counted():
     assert (reply.arg.plan_count, reply.arg.plans_info) == (300, ())
 
 
+def test_a_full_database_refuses_new_plans_and_takes_changes(monkeypatch):
+    monkeypatch.setattr("tasks.plan.store.MOST_PLANS", 2)
+    longer = plan_of(goto(1, 0), goto(2, 0), goto(3, 0), name="b")
+    sets = [ask(Op.SET, "a", A), ask(Op.SET, "b", B), ask(Op.SET, "c", plan_of(goto(1, 0), name="c"))]
+    replies = served(*sets, ask(Op.SET, "b", longer), ask(Op.DEL, "a"), ask(Op.SET, "c", plan_of(name="c"), at=2.0))
+    assert told(replies)[2:] == [
+        ("FAILURE", "2 plans are stored, which is the limit: delete some"),
+        ("SUCCESS", "OK (updated)"),
+        ("SUCCESS", "OK"),
+        ("SUCCESS", "OK (new entry)"),
+    ]
+
+
+def test_all_plans_together_have_a_limit(monkeypatch):
+    monkeypatch.setattr("tasks.plan.store.MOST_BYTES", len(serialize_fields(B)) + 10)
+    replies = served(ask(Op.SET, "b", B), ask(Op.SET, "a", A), ask(Op.SET, "b", B, at=2.0))
+    assert [kind for kind, _ in told(replies)] == ["SUCCESS", "FAILURE", "SUCCESS"]
+    assert "all plans together may have" in replies[1].info
+
+
+def test_a_plan_that_is_started_and_finds_no_room_is_told(monkeypatch):
+    monkeypatch.setattr("tasks.plan.store.MOST_PLANS", 0)
+    (kept,) = served(imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, plan_id="a", arg=A))
+    assert (kept.type, kept.info) == (Type.FAILURE, "database: 0 plans are stored, which is the limit: delete some")
+
+
+def test_the_state_is_made_from_the_digests_and_not_from_the_plans():
+    """Reading all plans for each answer once kept all tasks waiting for seconds."""
+    store = PlanStore(None)
+    for name in ("a", "b"):
+        store.set(plan_of(goto(1, 0), name=name), PlanChange(1.0, 2, "x"))
+    read: list[str] = []
+    store._base.set_trace_callback(read.append)
+    assert store.state().plan_count == 2
+    assert all(" data " not in query and ", data" not in query for query in read)
+
+
+def test_the_state_for_all_is_published_once_a_second_however_fast_plans_change():
+    sets = [ask(Op.SET, f"p{n}", plan_of(goto(1, 0), name=f"p{n}"), at=1.0 + 0.01 * n) for n in range(100)]
+    run = simulate([(DB, {"storage": "Memory"})], sets, seconds=4.0, clock=WallClock())
+    states = run.of(imc.PlanDBState)
+    assert 2 <= len(states) <= 5
+    assert states[-1].plan_count == 100
+
+
 def test_virtual_runs_begin_without_plans_and_a_file_keeps_them(tmp_path):
     path = tmp_path / "Plan.db"
     store = PlanStore(path)

@@ -14,7 +14,9 @@ from runtime.network_interfaces import Interface
 from runtime.testing import simulate
 from tasks.transports import discovery
 from tasks.transports.announce import BREAK, Announce
+from tasks.transports.discovery import NEW_RATE, NEW_SYSTEMS
 from tasks.transports.imc_links import shared_discovery
+from tasks.transports.imc_links.log_limit import AT_ONCE
 from tests.tasks.transports.imc_station import Station, afloat, free_ports
 
 OWN = 0x001A
@@ -215,3 +217,17 @@ def test_a_fleet_of_this_computer_may_announce_itself_at_once(vessel):
         station.send_bytes(imc.encode(imc.Announce(src=system, sys_name=f"of-a-fleet-{system}")), vessel.discovery.port)
     vessel.until(lambda: set(range(0x4400, 0x4400 + 60)) <= set(vessel.discovery.seen))
     assert str(vessel.discovery.drops) == before
+
+
+def test_a_flood_of_new_systems_is_bounded_on_the_bus_and_in_the_log_book(tmp_path):
+    with afloat(tmp_path) as vessel:
+        seen = vessel.hears(imc.Announce)
+        station = Station(vessel, 0x4320)
+        for system in range(0x5000, 0x5000 + 600):
+            station.send_bytes(imc.encode(imc.Announce(src=system, sys_name=f"s{system}")), vessel.discovery.port)
+            time.sleep(0.002)
+        vessel.logged("announcements dropped: of too many new systems")
+        assert len([other for other in seen if other.src != vessel.vehicle.system]) <= NEW_SYSTEMS + 10 * NEW_RATE
+        lines = [text for text in vessel.log if "new system" in text and "dropped" not in text]
+        assert len(lines) <= AT_ONCE + 3
+        assert "more new systems are within range, which are not logged one by one" in lines

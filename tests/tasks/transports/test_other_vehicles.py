@@ -28,7 +28,7 @@ def test_another_vehicle_gets_nothing_and_a_console_everything(vessel):
     neighbor, console = Neighbor(vessel), Station(vessel)
     neighbor.join()
     console.join()
-    vessel.logged("lauv-xplore-2 is another vehicle: it gets nothing, since Call Systems does not name it")
+    vessel.logged("lauv-xplore-2 is another vehicle and gets nothing, since Call Systems does not name it")
     console.packets()
     received: list[imc.Message] = []
     wanted = {imc.VehicleState, imc.EstimatedState, imc.PlanControlState}

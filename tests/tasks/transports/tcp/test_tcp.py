@@ -358,7 +358,7 @@ def test_another_vehicle_that_connects_gets_nothing():
         peer.send(announce(0x001B, imc.SystemType.CCU))
         await until(script, lambda: peer.of_type(imc.Depth))
 
-    assert any("is another vehicle: it gets nothing" in line for line in run(test, transports=["Depth"]).log)
+    assert any("is another vehicle and gets nothing" in line for line in run(test, transports=["Depth"]).log)
 
 
 def test_another_vehicle_that_call_systems_names_gets_messages_when_it_connects():
