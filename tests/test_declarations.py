@@ -72,6 +72,7 @@ def test_tasks_never_import_tasks():
     assert not any(imported.values()), imported
 
 
+@pytest.mark.heavy
 def test_the_core_install_imports_without_the_extras():
     code = (
         "import sys\n"

@@ -13,20 +13,25 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-# Flights of several seconds of computing each, 70 s together: heavy.
+# Flights of several seconds of computing each, or processes that start: heavy.
 LONG = (
     "aerial",
+    "autopilot",
+    "cameras",
     "campaigns",
     "detection",
+    "driver",
     "dynamics",
     "export",
     "fleet",
+    "frames",
     "logs",
     "mission",
     "plans",
     "scenarios",
     "surface",
     "time",
+    "zenoh",
 )
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 

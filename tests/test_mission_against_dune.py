@@ -66,6 +66,7 @@ def test_the_recorded_plan_completes_as_it_did_in_dune(flown):
     assert report.states[-3:] == ["INITIALIZING", "EXECUTING", "READY"]
 
 
+@pytest.mark.heavy
 def test_maneuvers_and_modes_follow_each_other_as_in_dune(ours, dune):
     assert ours["plan"] == dune["plan"]
     assert ours["vehicle"] == dune["vehicle"]

@@ -118,6 +118,7 @@ def test_services_are_bounded():
     assert services.refused > 0
 
 
+@pytest.mark.heavy
 @given(st.text())
 def test_no_text_breaks_the_services(text):
     services = Services.parse(text)

@@ -93,6 +93,7 @@ def passed(message: imc.Message) -> tuple[imc.Message, bytes, imc.Message]:
     return seen, packet, codec.round_trip_function(type(message), encodes=False)(message, *header)
 
 
+@pytest.mark.heavy
 @settings(max_examples=300)
 @given(MESSAGES, st.floats(-1e30, 1e30), st.sampled_from([b"", b"more"]))
 def test_messages_are_rounded_alike_with_and_without_a_packet(
@@ -159,6 +160,7 @@ def has_signalling_nan(packet: bytes) -> bool:
     return any(packet[i] & 0x7F == 0x7F and packet[i - 1] & 0xC0 == 0x80 for i in range(1, len(packet)))
 
 
+@pytest.mark.heavy
 @settings(max_examples=120)
 @given(st.lists(st.tuples(GARBAGE, MESSAGES, ORDERS), max_size=5), GARBAGE, st.data())
 def test_stream_loses_nothing_good(parts: list[Any], end: bytes, data: st.DataObject) -> None:

@@ -81,6 +81,7 @@ def test_a_large_packet_on_a_slow_link_is_waited_for() -> None:
     assert parser.lost == 0
 
 
+@pytest.mark.heavy
 def test_memory_is_bounded() -> None:
     parser = imc.StreamParser()
     for _ in range(200):
@@ -92,6 +93,7 @@ def test_memory_is_bounded() -> None:
     assert len(parser.losses) == 1000
 
 
+@pytest.mark.heavy
 def test_garbage_of_synchronization_numbers_ends() -> None:
     parser = imc.StreamParser()
     stream = b"\x54\xfe" * 100_000 + BEAT

@@ -54,6 +54,7 @@ def test_pytest_starts_without_importing_shoal(tmp_path):
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.heavy
 def test_what_a_search_has_found_is_a_test_only_if_it_is_named(tmp_path):
     found = tmp_path / "campaigns" / "breaks"
     found.mkdir(parents=True)
@@ -70,6 +71,7 @@ def test_what_a_search_has_found_is_a_test_only_if_it_is_named(tmp_path):
         assert (f"{passed} passed" in told, f"{failed} failed" in told) == (passed > 0, failed > 0), told
 
 
+@pytest.mark.heavy
 def test_scenarios_are_tests_with_reasons_warnings_and_logs(tmp_path):
     (tmp_path / "deep").mkdir()
     vain = scenario("always: EstimatedState.depth < 20 m, while: EstimatedState.depth > 500 m")
@@ -89,6 +91,7 @@ def test_scenarios_are_tests_with_reasons_warnings_and_logs(tmp_path):
     assert sorted(cases) == ["bad", "broken", "error", "good", "test_it", "vain"]
 
 
+@pytest.mark.heavy
 def test_scenarios_run_in_several_processes(tmp_path):
     pytest.importorskip("xdist")
     write(tmp_path, **{f"dive{number}": scenario(seed=number) for number in range(2)}, bad=scenario(FLAT))
@@ -131,6 +134,7 @@ def test_a_vehicle(vehicle):
 '''
 
 
+@pytest.mark.heavy
 def test_fixtures_run_scenarios_and_vehicles(tmp_path):
     write(tmp_path, dive=scenario(), test_own=TEST)
     done = run(tmp_path, "test_own.py", "-rf")

@@ -131,6 +131,7 @@ def test_it_keeps_to_its_track(mission):
     assert all(abs(s.east) < 3.0 for s in between(samples, BEGIN, 110.0))
 
 
+@pytest.mark.heavy
 def test_it_keeps_its_depth_once_settled(mission):
     samples, _ = mission
     assert all(abs(s.depth - 3.0) < 0.3 for s in between(samples, 40.0, 110.0))
@@ -163,6 +164,7 @@ def test_fins_and_thruster_stay_within_their_limits(mission):
     assert all(0.0 <= m.value <= 1700.0 / 2500.0 + 1e-6 for m in messages if isinstance(m, imc.SetThrusterActuation))
 
 
+@pytest.mark.heavy
 def test_a_current_from_the_side_is_held_against(tmp_path):
     current = [*DEEP, "Simulators.StreamVelocity:Default Speed East=0.3"]
     samples, messages = fly(tmp_path, [path(1, 200.0, 0.0, 3.0)], 90.0, seed=3, settings=current)
@@ -195,6 +197,7 @@ def test_a_circle_is_kept(tmp_path):
     assert rms(math.dist((s.north, s.east), (60.0, 0.0)) - 20.0 for s in settled) < 1.5
 
 
+@pytest.mark.heavy
 def test_the_bottom_is_kept_away_from(tmp_path):
     """The desired depth is 5 m where the water is shallower."""
     samples, messages = fly(tmp_path, [path(1, 60.0, 15.0, 5.0)], 60.0, seed=6, settings=())

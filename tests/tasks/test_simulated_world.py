@@ -61,6 +61,7 @@ def test_all_tasks_of_a_shipped_vehicle_share_one_world(tmp_path):
     }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("plane", ["Seabed", "Surface"])
 def test_the_shipped_vehicle_detects_gliders_below_and_above_it(plane, tmp_path):
     override = f"{MUG_CAMERA}:Target Plane={plane}"
@@ -141,6 +142,7 @@ def test_the_kinematic_vehicle_swims_above_the_same_bottom(tmp_path):
     assert max(state.z for state in states) == 3.0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "options", [["Depth=20"], ["Vertical Mode=Altitude", "Altitude=1.5"], ["Pattern=Lawn-mower", "Depth=4"]]
 )

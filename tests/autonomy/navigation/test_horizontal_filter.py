@@ -51,6 +51,7 @@ def fly(seed):
     return found
 
 
+@pytest.mark.heavy
 def test_the_errors_are_those_that_the_covariance_promises():
     """The mean of twelve distances, each of two degrees of freedom, is from 1.03 to 3.28 in 95 of 100 cases."""
     flights = [fly(seed) for seed in range(12)]

@@ -58,6 +58,7 @@ def one_by_one(data: bytes) -> list[tuple[int, bytes]]:
     return packets
 
 
+@pytest.mark.heavy
 @settings(max_examples=80)
 @given(CONTENTS, st.integers(1, 300))
 @example(b"\x54\xfe" * 40_000 + PACKETS[1] + b"\xfe\x54" * 40_000 + PACKETS[0], 70_000)

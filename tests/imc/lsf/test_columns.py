@@ -115,6 +115,7 @@ def test_every_type_in_both_byte_orders(tmp_path: Path) -> None:
     assert log.losses == []
 
 
+@pytest.mark.heavy
 def test_payloads_that_are_too_short_are_losses_and_no_rows(tmp_path: Path) -> None:
     chance = random.Random(2)
     path = tmp_path / "Data.lsf"

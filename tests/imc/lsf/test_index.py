@@ -157,6 +157,7 @@ def test_cache_has_a_largest_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert sum(file.stat().st_size for file in kept(tmp_path)) <= 3 * size
 
 
+@pytest.mark.heavy
 @FAST
 @given(st.floats(0.0, 1.0), st.binary(max_size=40), st.integers(0, 40))
 def test_damaged_index_is_replaced(tmp_path: Path, where: float, piece: bytes, cut: int) -> None:
@@ -170,6 +171,7 @@ def test_damaged_index_is_replaced(tmp_path: Path, where: float, piece: bytes, c
     assert all_of(Log(path)) == expected
 
 
+@pytest.mark.heavy
 @FAST
 @given(st.data())
 def test_index_that_lies_does_no_harm(tmp_path: Path, data: st.DataObject) -> None:

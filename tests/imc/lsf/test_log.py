@@ -221,6 +221,7 @@ def test_damaged_member_costs_nothing_of_the_others(tmp_path: Path, which: int, 
     assert [packet for packet in found if packet in set(others)] == others
 
 
+@pytest.mark.heavy
 def test_a_member_that_is_cut_off_does_not_unpack_on_through_the_next_one(tmp_path: Path) -> None:
     """In zlib's coding of these packets, and with these times of packing, it does after 160 of the cuts."""
     packets = make_packets(200)

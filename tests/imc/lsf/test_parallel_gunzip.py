@@ -83,6 +83,7 @@ def test_pieces_are_the_same(threads: ParallelMap, seed: int, members: int, dama
     assert list(unpack_ahead(BytesIO(data), GZIP, 0, map)) == in_order
 
 
+@pytest.mark.heavy
 @FAST
 @files
 @example(seed=867, members=18, damage=3)

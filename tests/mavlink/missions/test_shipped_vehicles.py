@@ -93,6 +93,7 @@ def flown(items, craft, profile, flavor=PX4):
     return report
 
 
+@pytest.mark.heavy
 def test_the_auv_flies_a_mission():
     items = [
         home_item(SUBMARINE.home),
@@ -108,6 +109,7 @@ def test_the_auv_flies_a_mission():
     assert report.cross_track < 6.0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("profile", ["otter", "caravel"])
 def test_a_boat_flies_a_mission(profile):
     items = [
@@ -118,6 +120,7 @@ def test_a_boat_flies_a_mission(profile):
     assert report.maneuvers == ["Goto0", "StationKeeping0", "Loiter1", "StationKeeping2", "Goto3"]
 
 
+@pytest.mark.heavy
 def test_a_copter_flies_a_mission():
     """Begun with a waypoint, as with MAVSDK; with all that it can do."""
     items = [

@@ -160,6 +160,7 @@ def test_landed_state_follows_the_medium():
     assert [from_imc.extended_state(*state)["landed_state"] for state in states] == [0, 1, 1, 2, 2]
 
 
+@pytest.mark.heavy
 @settings(max_examples=400)
 @given(ANY_STATE, st.booleans())
 @example(imc.EstimatedState(lat=math.pi / 2, lon=0.0, x=10.0, y=10.0), True)

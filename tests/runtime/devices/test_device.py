@@ -52,6 +52,7 @@ def cable(tmp_path: Path):
     made.unplug()
 
 
+@pytest.mark.heavy
 def test_a_cable_is_missing_plugged_unplugged_and_plugged_again(cable: Cable) -> None:
     async def script(script: Script) -> None:
         task = sounder_of(script)
@@ -106,6 +107,7 @@ def test_garbage_is_counted_and_costs_nothing_else(cable: Cable) -> None:
     assert "10 bad, the last " in tenth
 
 
+@pytest.mark.heavy
 def test_the_wrong_baud_rate_is_guessed(cable: Cable) -> None:
     async def script(script: Script) -> None:
         task = sounder_of(script)
@@ -120,6 +122,7 @@ def test_the_wrong_baud_rate_is_guessed(cable: Cable) -> None:
     assert states(run)[-1][1].endswith("bytes; is the baud rate right?")
 
 
+@pytest.mark.heavy
 def test_a_flood_leaves_the_others_their_time(cable: Cable) -> None:
     late: list[float] = []
 
@@ -143,6 +146,7 @@ def test_a_flood_leaves_the_others_their_time(cable: Cable) -> None:
     assert len([text for text in run.log if "more than can be handled" in text]) == 1
 
 
+@pytest.mark.heavy
 def test_a_mistake_of_the_driver_restarts_it_and_closes_the_port(cable: Cable) -> None:
     async def script(script: Script) -> None:
         task = sounder_of(script)
@@ -200,6 +204,7 @@ def test_what_is_no_port_is_an_error_and_no_crash(port: str, reason: str) -> Non
     assert states(run)[0][1].startswith(reason)
 
 
+@pytest.mark.heavy
 def test_what_is_sent_to_a_device_that_does_not_read_is_bounded(cable: Cable) -> None:
     async def script(script: Script) -> None:
         task = sounder_of(script)

@@ -10,6 +10,7 @@ from tests.outside import REFUSED, TIMED_OUT, free_port
 from tests.runtime.devices.sounder import depths, played, sounder_of, states, until
 
 
+@pytest.mark.heavy
 def test_a_tcp_server_that_comes_late_goes_and_comes_back() -> None:
     with socket.socket() as reserved:
         reserved.bind(("127.0.0.1", 0))

@@ -33,6 +33,7 @@ class Endless:
             number * number
 
 
+@pytest.mark.heavy
 def test_an_endless_loop_is_named_with_its_line_and_broken(caplog):
     kernel, errors, after = Kernel(WallClock()), [], []
     kernel.on_error = lambda owner, error: errors.append((repr(owner), error))
@@ -61,6 +62,7 @@ def test_a_virtual_clock_is_warned_but_never_interrupted(caplog):
     assert "has not returned from sleep for 0." in caplog.text
 
 
+@pytest.mark.heavy
 def test_many_calls_at_one_moment_are_not_one_that_hangs(caplog):
     kernel = Kernel(VirtualClock())
     for _ in range(20):
@@ -86,6 +88,7 @@ def test_a_simulator_that_does_not_step_its_clock_is_named(caplog):
     assert "the simulator does not answer" in caplog.text
 
 
+@pytest.mark.heavy
 def test_an_idle_kernel_is_left_alone(caplog):
     kernel = Kernel(WallClock())
     with Watchdog(kernel, pytest.fail):

@@ -150,6 +150,7 @@ LINE = st.one_of(
 )
 
 
+@pytest.mark.heavy
 @settings(max_examples=300)
 @given(st.lists(LINE, max_size=12))
 def test_what_was_read_is_read_again_from_its_dump(tmp_path_factory: pytest.TempPathFactory, lines: list[str]) -> None:
@@ -173,6 +174,7 @@ NAME = st.text(st.characters(exclude_characters="={}[]\n\0;#|", exclude_categori
 VALUE = st.text(st.characters(exclude_characters="\n\0;#|", exclude_categories=["Cs"]), max_size=200).map(str.strip)
 
 
+@pytest.mark.heavy
 @given(st.dictionaries(NAME.map(str.strip).filter(bool), st.dictionaries(NAME.map(str.strip).filter(bool), VALUE)))
 def test_what_is_written_is_read_again(
     tmp_path_factory: pytest.TempPathFactory, sections: dict[str, dict[str, str]]

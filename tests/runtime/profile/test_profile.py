@@ -276,6 +276,7 @@ def test_the_effective_configuration_is_the_same_wherever_the_files_are(tmp_path
 NAMES = st.text("ABab éŽ-./()0", min_size=1, max_size=12).map(str.strip).filter(bool)
 
 
+@pytest.mark.heavy
 @given(st.dictionaries(NAMES, st.dictionaries(NAMES, st.text("abc, 0.1=$({})", max_size=80).map(str.strip))))
 def test_profiles_are_read_again_from_their_dump(
     tmp_path_factory: pytest.TempPathFactory, sections: dict[str, dict[str, str]]

@@ -57,6 +57,7 @@ def escaped(seen: list[str], jail: Path) -> list[str]:
     return [path for path in seen if not allowed.match(path)]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("profile", "count"),
     [
@@ -78,6 +79,7 @@ def test_a_forged_snapshot_is_refused_or_goes_on(
     assert outcome(states[profile], tmp_path) == ""
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("text", ["../../../escaped", pytest.param("/tmp/escaped", marks=LONG)])
 def test_a_path_in_any_text_leads_nowhere(
     states: dict[str, bytes], tmp_path: Path, watch: list[str], text: str

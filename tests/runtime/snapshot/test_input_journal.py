@@ -110,6 +110,7 @@ def go_on(snapshot: bytes, *tasks: type[Task], seed: int = 0, until: float = LEN
         vehicle.close()
 
 
+@pytest.mark.heavy
 @given(st.lists(st.floats(0.001, LENGTH), min_size=2, max_size=4, unique=True), st.integers(0, 2**32))
 @settings(max_examples=15)
 def test_scripts_go_on_from_any_moment(times: list[float], seed: int) -> None:

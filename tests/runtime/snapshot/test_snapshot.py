@@ -83,6 +83,7 @@ def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> list[bytes]:
     return packets(root)
 
 
+@pytest.mark.heavy
 @given(time=st.one_of(st.floats(0.001, LENGTH - 0.1), st.sampled_from([0.75, 1.0, 1.01, 3.01, 5.0])))
 @settings(max_examples=8, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture])
 def test_the_stock_vehicle_goes_on_with_the_same_bytes(
@@ -99,6 +100,7 @@ def test_the_stock_vehicle_goes_on_with_the_same_bytes(
     assert resumed == next(time for time in states if time >= time_ns / SECOND)
 
 
+@pytest.mark.heavy
 def test_a_camera_that_is_about_to_deliver_goes_on(tmp_path: Path) -> None:
     modes = "Kinematic,Camera"
     overrides = "[Require lauv-noptilus-1.ini]\n[Vision.FisheyeCamera]\nSize = 64\nFace Size = 32\n"

@@ -96,6 +96,7 @@ def moments(flight: Flight) -> Iterator[int]:
     yield from sorted({asked + 1, asked + SECOND, *exact, *anywhere})
 
 
+@pytest.mark.heavy
 def test_saving_changes_nothing(uninterrupted: Flight, saved: Flight) -> None:
     assert uninterrupted.outcome == saved.outcome == "SUCCESS"
     assert digest(uninterrupted.heard) == digest(saved.heard)

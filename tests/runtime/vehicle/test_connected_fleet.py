@@ -94,6 +94,7 @@ def test_one_that_joins_or_leaves_a_connected_fleet():
     assert [value for _, value in other.heard] == [12.0]
 
 
+@pytest.mark.heavy
 def test_whole_vehicles_that_hear_everything_of_each_other_do_their_own_plans(tmp_path):
     with Fleet(VirtualClock(START * SECOND)) as fleet:
         missions = []

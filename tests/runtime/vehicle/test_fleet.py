@@ -31,6 +31,7 @@ members = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.heavy
 @settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(members, min_size=2, max_size=3), st.randoms(use_true_random=False))
 def test_each_is_as_it_is_alone_to_the_byte_in_any_order(hows, shuffler):
@@ -41,6 +42,7 @@ def test_each_is_as_it_is_alone_to_the_byte_in_any_order(hows, shuffler):
     assert all(len(packets) > 3 for packets in expected.values())
 
 
+@pytest.mark.heavy
 def test_whole_vehicles_leave_the_same_logs_as_alone(tmp_path):
     def swimming(name, seed, root, fleet=None):
         profile = load_profile("lauv-noptilus-1", vehicle=name)

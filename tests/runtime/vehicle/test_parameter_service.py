@@ -89,6 +89,7 @@ values = st.one_of(
 entries = st.lists(st.builds(imc.EntityParameter, name=names, value=values), max_size=5)
 
 
+@pytest.mark.heavy
 @settings(max_examples=60)
 @given(st.lists(entries, min_size=1, max_size=4))
 def test_whatever_is_set_the_values_keep_to_their_declarations_and_the_daemon_lives(lots):

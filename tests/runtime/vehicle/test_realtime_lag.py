@@ -2,6 +2,8 @@
 
 import time
 
+import pytest
+
 from runtime import Task, periodic
 from runtime.kernel import ScaledClock, WallClock
 from runtime.profile import load_profile
@@ -30,6 +32,7 @@ def run(clock, seconds, folder):
     return vehicle, said
 
 
+@pytest.mark.heavy
 def test_a_clock_that_cannot_keep_its_factor_says_which_it_reaches(monkeypatch, tmp_path):
     monkeypatch.setattr(realtime_lag, "WINDOW", 0.5)
     vehicle, said = run(ScaledClock(500.0), 10.0, tmp_path)
@@ -41,6 +44,7 @@ def test_a_clock_that_cannot_keep_its_factor_says_which_it_reaches(monkeypatch, 
     assert vehicle.realtime_lag.describe_run(30.0, 0.06) == ""
 
 
+@pytest.mark.heavy
 def test_a_system_time_that_is_set_is_told_and_does_not_reach_the_vehicle(monkeypatch, tmp_path):
     began, real = time.monotonic(), time.time_ns
     monkeypatch.setattr(time, "time_ns", lambda: real() + (3_600_000_000_000 if time.monotonic() > began + 2.0 else 0))

@@ -30,6 +30,7 @@ def ask(process: Process, message: imc.Message, **fields: object) -> Any:
     return process.ask(f"get imc/{NAME}/@q/{name} {json.dumps(request)}")
 
 
+@pytest.mark.heavy
 def test_a_vehicle_answers_queries_and_a_late_joiner_has_its_state_at_once(network: Network, tmp_path: Path) -> None:
     vehicle = Vehicle(network, tmp_path)
     wait_until(lambda: list(tmp_path.rglob("*_dive")), vehicle)  # its plan has begun
@@ -118,6 +119,7 @@ def test_a_vehicle_answers_queries_and_a_late_joiner_has_its_state_at_once(netwo
     assert reply["abbrev"] == "Abort"
 
 
+@pytest.mark.heavy
 def test_births_and_deaths_are_seen_within_a_second(network: Network, tmp_path: Path) -> None:
     first = Vehicle(network, tmp_path / "first")
     wait_until(first.swims, first)

@@ -58,6 +58,7 @@ def values(client: Any, key: str, how: zenoh.ConsolidationMode) -> list[str]:
     return [message.description for message in found if isinstance(message, imc.EntityState)]
 
 
+@pytest.mark.heavy
 def test_of_two_processes_that_know_an_entity_only_its_own_one_answers_and_the_newest_counts(
     port: int, main: tuple[ZenohTransport, Received], client: Any
 ) -> None:
@@ -101,6 +102,7 @@ def answer(transport: ZenohTransport, source: int, request_id: int, info: str) -
     transport.send(message, imc.encode(message))
 
 
+@pytest.mark.heavy
 def test_one_that_asks_for_what_takes_long_keeps_nobody_else_from_asking(
     main: tuple[ZenohTransport, Received], client: Any
 ) -> None:
@@ -116,6 +118,7 @@ def test_one_that_asks_for_what_takes_long_keeps_nobody_else_from_asking(
     assert told(kept[3]) == "three"
 
 
+@pytest.mark.heavy
 def test_a_request_that_was_not_answered_takes_no_reply_of_a_later_one(
     main: tuple[ZenohTransport, Received], client: Any
 ) -> None:

@@ -27,6 +27,7 @@ def played(namespace: list[str], *arguments: str) -> Any:
     return json.loads(done.stdout)
 
 
+@pytest.mark.heavy
 def test_an_attacker_on_the_network_reaches_nothing_hears_nothing_and_is_not_obeyed(
     namespace: list[str], tmp_path: Path
 ) -> None:

@@ -20,6 +20,7 @@ from tests.runtime.bus.transport_contract import FIRST, SECOND_, Link, Transport
 from tests.runtime.zenoh.processes import PATIENCE, PEERS, Network, Process, hear_each_other, local_port
 
 
+@pytest.mark.heavy
 def test_two_processes_hear_each_other_in_order_and_close_under_traffic(network: Network) -> None:
     first, second = network.buses(1, 2)
     for process, other in ((first, 2), (second, 1)):
@@ -84,6 +85,7 @@ def test_commands_reach_the_other_processes(network: Network) -> None:
     second.until(lambda status: {"SetEntityParameters", "Abort"} <= set(status["names"]))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scouting", [True, False])
 def test_three_processes_survive_the_death_of_the_one_that_listens(network: Network, scouting: bool) -> None:
     running = dict(zip((1, 2, 3), network.buses(1, 2, 3, scouting=scouting), strict=True))
@@ -104,6 +106,7 @@ def test_three_processes_survive_the_death_of_the_one_that_listens(network: Netw
         hear_each_other(running)
 
 
+@pytest.mark.heavy
 def test_a_stopped_process_delays_nobody_and_comes_back(network: Network) -> None:
     first, second, third = network.buses(1, 2, 3)
     second.popen.send_signal(signal.SIGSTOP)
@@ -120,6 +123,7 @@ def test_a_stopped_process_delays_nobody_and_comes_back(network: Network) -> Non
     assert second.wait() == 0, "ends by itself, without having closed"
 
 
+@pytest.mark.heavy
 def test_a_bus_that_does_not_listen_loses_counted_packets(network: Network) -> None:
     first, second = network.buses(1, 2)
     second.ask("deaf")
@@ -146,6 +150,7 @@ def test_garbage_is_counted_and_costs_nothing_else(network: Network) -> None:
     assert sum("too large for a packet" in line for line in bus.errors) == 1
 
 
+@pytest.mark.heavy
 def test_a_packet_under_a_key_with_wildcards_arrives_once_each_time_it_is_sent() -> None:
     zenoh = pytest.importorskip("zenoh")
     config = ZenohConfig(local_port=local_port(), scouting="none")
@@ -167,6 +172,7 @@ def test_a_packet_under_a_key_with_wildcards_arrives_once_each_time_it_is_sent()
         transport.close()
 
 
+@pytest.mark.heavy
 def test_a_port_held_by_something_else_keeps_nobody_apart_and_is_taken_over(network: Network) -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", network.local_port))
@@ -212,6 +218,7 @@ MUGs = 0 0
 """
 
 
+@pytest.mark.heavy
 def test_a_vehicle_in_two_processes_is_one_vehicle(network: Network, tmp_path: Path) -> None:
     profile = tmp_path / "lauv-test-1.ini"
     profile.write_text(PROFILE.format(network))

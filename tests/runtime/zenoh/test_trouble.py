@@ -73,6 +73,7 @@ def test_a_flood_of_20000_messages_a_second_neither_ends_nor_delays_a_run(networ
     assert len(answers) < 2000, "of 20 000 requests for 50 entities each"
 
 
+@pytest.mark.heavy
 def test_a_vehicle_that_is_too_busy_for_a_flood_says_whose_packets_it_dropped(network: Network, tmp_path: Path) -> None:
     (tmp_path / "busy.py").write_text(BUSY)
     vehicle = Vehicle(network, tmp_path, "--code", str(tmp_path), "--set", "busy.Busy:Enabled=Always")
@@ -120,6 +121,7 @@ def test_a_name_that_is_on_the_network_is_refused_until_its_vehicle_has_gone(net
     assert not heir.ended(), heir.errors
 
 
+@pytest.mark.heavy
 def test_who_waits_for_a_process_that_does_not_answer_says_so(network: Network, tmp_path: Path) -> None:
     stopped = Vehicle(network, tmp_path / "stopped", "-V", "stopped")
     wait_until(stopped.swims, stopped)

@@ -19,6 +19,7 @@ NAMES = ("first", "second")
 CONSOLE = 0x4042
 
 
+@pytest.mark.heavy
 def test_two_vehicles_hear_each_other_and_a_console_once_though_both_networks_reach(
     network: Network, tmp_path: Path
 ) -> None:

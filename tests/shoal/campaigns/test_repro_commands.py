@@ -62,6 +62,7 @@ def pasted(line):
     return words
 
 
+@pytest.mark.heavy
 def test_merge_and_rerun_print_commands_with_all_options(folder):
     options = ("-j", 1, "-o", "parts", "--code", "my code", "--logs", "all", "--wall-limit", "5 min", *SET)
     assert shoal("hum.study.yaml", "--shard", "1/2", *options).exit_code == 0
@@ -82,6 +83,7 @@ def test_merge_and_rerun_print_commands_with_all_options(folder):
     assert "as it was: fingerprint and log" in same.output
 
 
+@pytest.mark.heavy
 def test_what_is_not_on_this_computer_is_told(folder):
     assert shoal("hum.study.yaml", "--shard", "1/2", "-j", 1, "-o", "parts", "--code", "my code").exit_code == 0
     shutil.rmtree(folder / "my code")
@@ -90,6 +92,7 @@ def test_what_is_not_on_this_computer_is_told(folder):
     assert "hum.study.yaml is not" not in some.output
 
 
+@pytest.mark.heavy
 def test_a_file_that_the_study_does_not_name_is_told_as_the_reason(folder):
     (folder / "hum.study.yaml").write_text(STUDY)
     done = shoal("hum.study.yaml", "-j", 1, "-o", "bare", "--code", "my code", "--runs", 1)

@@ -55,6 +55,7 @@ def test_a_row_has_all_of_a_run(tmp_path):
     assert json.loads(table.schema.metadata[b"varied"])["world/current/east"] == "uniform: [-1, 1]"
 
 
+@pytest.mark.heavy
 def test_results_are_equal_for_any_number_of_workers(tmp_path):
     study = write_study(tmp_path, STUDY.replace("runs: 40", "until: {pass rate known to: 6 %}"))
     one, two = do(study, tmp_path / "one"), do(study, tmp_path / "two", workers=2)
@@ -105,6 +106,7 @@ run_study(study, folder / "runs", make_runner=partial(StandInRuns, folder / "cou
 """
 
 
+@pytest.mark.heavy
 def test_killed_at_any_moment_it_goes_on_and_does_nothing_twice(tmp_path):
     write_study(tmp_path, STUDY.replace("runs: 40", "runs: 80"))
     command = [sys.executable, "-c", SCRIPT, str(tmp_path)]
@@ -226,6 +228,7 @@ def test_a_run_whose_log_has_no_room_is_done_again(tmp_path):
     assert all("hashes.lauv" in row for row in data.counted_rows)
 
 
+@pytest.mark.heavy
 def test_logs_are_kept_of_all_of_the_failed_or_of_none(tmp_path):
     kept = {}
     for logs in ("all", "failed", "none"):

@@ -39,6 +39,7 @@ def commands(folder: Path, *lines: str) -> list[str]:
     return results
 
 
+@pytest.mark.heavy
 def test_bzip2_bomb(tmp_path: Path) -> None:
     bomb = zlib.decompress(base64.b85decode(PACKED_BOMB))
     (tmp_path / "bomb").mkdir()
@@ -52,6 +53,7 @@ def test_bzip2_bomb(tmp_path: Path) -> None:
     assert "no message in it" in results[6]
 
 
+@pytest.mark.heavy
 def test_bombs_as_definitions(tmp_path: Path) -> None:
     folder = tmp_path / "log"
     folder.mkdir()

@@ -242,6 +242,7 @@ def test_messages_are_found_by_name_and_id(shoal):
     assert shoal("message", "12345").exit_code == 2
 
 
+@pytest.mark.heavy
 def test_a_new_task_runs_and_its_test_passes(shoal, tmp_path):
     result = shoal("new", "task", "DepthAlarm")
     assert result.exit_code == 0, result.output
@@ -253,6 +254,7 @@ def test_a_new_task_runs_and_its_test_passes(shoal, tmp_path):
     assert "How often to report." in shoal("tasks", "depth_alarm.DepthAlarm").output
 
 
+@pytest.mark.heavy
 def test_a_new_driver_passes_its_test(shoal, tmp_path):
     result = shoal("new", "driver", "DepthCell")
     assert result.exit_code == 0, result.output
@@ -263,6 +265,7 @@ def test_a_new_driver_passes_its_test(shoal, tmp_path):
     assert "Baud rate of the port." in shoal("tasks", "depth_cell.DepthCell").output
 
 
+@pytest.mark.heavy
 def test_a_new_vehicle_runs_and_its_test_passes(shoal, tmp_path):
     assert shoal("new", "vehicle", "lauv-mine").exit_code == 0
     result = shoal("check", "lauv-mine")

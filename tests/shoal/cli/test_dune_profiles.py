@@ -99,6 +99,7 @@ def fly(profile, depth, tree):
     return Mission(made.vehicle, parse_plan(PLAN.replace("DEPTH", depth))).fly(900)
 
 
+@pytest.mark.heavy
 def test_the_maneuvers_of_one_section_of_dune_are_carried_out(tree):
     report = fly("lauv-dune-1", "depth: 1", tree)
     assert (report.outcome, report.reason) == ("SUCCESS", "plan completed")
@@ -169,6 +170,7 @@ def test_an_option_of_a_maneuver_with_a_section_of_its_own_has_no_effect_and_is_
     assert said.count("has no effect: ") == 1
 
 
+@pytest.mark.heavy
 def test_a_boat_of_dune_flies_a_plan(tree):
     checked = shoal("check", "swordfish", "-p", "Simulation")
     assert checked.exit_code == 0, checked.output

@@ -50,6 +50,7 @@ def hollow(_: bytes) -> bytes:
     return b"\0" * (100 << 20)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("rubbish", [bomb, hollow, lambda _: b"\x91" * 1_000_000, lambda _: b"", lambda s: s[:-9]])
 def test_rubbish_is_refused_in_one_line_and_little_memory(tmp_path: Path, state: bytes, rubbish) -> None:
     (tmp_path / "x").write_bytes(rubbish(state))
@@ -67,6 +68,7 @@ def test_what_is_no_file_is_refused(tmp_path: Path, place: str, reason: str) -> 
     assert megabytes < 500
 
 
+@pytest.mark.heavy
 def test_a_snapshot_received_from_others_runs_no_code(tmp_path: Path, state: bytes) -> None:
     content = opened(state)
     content["configuration"] += b"\n[horns.Horn]\nEnabled = Always\n"

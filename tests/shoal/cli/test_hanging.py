@@ -73,6 +73,7 @@ def until(process, word):
     raise AssertionError("".join(lines))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("how", "number"),
     [
@@ -102,6 +103,7 @@ def test_a_signal_ends_it_in_a_second_whatever_hangs_and_the_log_can_be_read(tmp
     assert imc.Log(log).counts()["SimulatedState"] > 100
 
 
+@pytest.mark.heavy
 def test_signals_of_the_same_moment_do_not_kill_a_run_that_has_stopped(tmp_path):
     process = begin(tmp_path, "nothing")
     until(process, "hanging now")
@@ -113,6 +115,7 @@ def test_signals_of_the_same_moment_do_not_kill_a_run_that_has_stopped(tmp_path)
     assert process.returncode == 0, rest
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("gap", [0.001, 0.1])
 def test_signals_of_the_same_moment_are_one_stop(tmp_path, gap):
     """`timeout` signals its child, and then its group."""
@@ -128,6 +131,7 @@ def test_signals_of_the_same_moment_are_one_stop(tmp_path, gap):
     assert imc.Log(log).counts()["SimulatedState"] > 100
 
 
+@pytest.mark.heavy
 def test_an_endless_loop_is_named_and_its_task_restarts_on_a_vehicle(tmp_path):
     process = begin(tmp_path, "loop", "--keep-going", "--for", "8s")
     text = process.communicate(timeout=60)[0]
@@ -147,6 +151,7 @@ def test_sys_exit_in_a_handler_is_its_tasks_error(tmp_path, how):
     assert "in hanging.Hanging at 2.000 s of the run" in text
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("how", "number"), [("loop", signal.SIGINT), ("nothing", signal.SIGTERM)])
 def test_a_signal_ends_a_mission_with_a_report(tmp_path, how, number):
     (tmp_path / "hanging.py").write_text(HANGING)

@@ -42,6 +42,7 @@ def ls(monkeypatch: pytest.MonkeyPatch, *options: str, name: str = "other") -> R
     return asyncio.run(act())
 
 
+@pytest.mark.heavy
 def test_two_vehicles_of_one_id_are_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
     words = f"its id 0x{OWN:04X} is also that of "
     found = {
@@ -53,6 +54,7 @@ def test_two_vehicles_of_one_id_are_told_of(monkeypatch: pytest.MonkeyPatch) -> 
     assert any(f" station here; {words}other at " in line for line in lines), lines
 
 
+@pytest.mark.heavy
 def test_states_of_entities_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """They come once a second, or later; who asks need not wait."""
     ports = discovery_ports()
@@ -75,6 +77,7 @@ def test_a_stranger_does_not_write_to_the_terminal(monkeypatch: pytest.MonkeyPat
     assert "\x1b" not in ls(monkeypatch, "--for", "0.3s").stderr
 
 
+@pytest.mark.heavy
 def test_a_long_wait_for_a_program_that_does_not_answer_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shoal.network.network.EXPLAINED", 0.1)
     ports = discovery_ports()
@@ -91,6 +94,7 @@ def test_a_long_wait_for_a_program_that_does_not_answer_is_explained(monkeypatch
     assert (result.exit_code, result.stderr, "station" in result.stdout) == (0, explained, True)
 
 
+@pytest.mark.heavy
 def test_errors_are_those_of_all_entities(tmp_path: Path) -> None:
     """VehicleState names only those that a monitor watches; this vehicle has none, as with `-p Hardware`."""
     settings = [word for setting in NO_GPS for word in ("--set", setting)]

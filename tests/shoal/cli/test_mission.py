@@ -29,6 +29,7 @@ def mission(*arguments, cwd):
     return shoal("mission", *arguments, cwd=cwd)
 
 
+@pytest.mark.heavy
 def test_a_log_that_does_not_fit_on_the_disk_is_said_and_is_no_success(tmp_path):
     (tmp_path / "plan.yaml").write_text(SHORT)
     command = [*SHOAL, "mission", "lauv-noptilus-1", "plan.yaml", "--json"]
@@ -39,6 +40,7 @@ def test_a_log_that_does_not_fit_on_the_disk_is_said_and_is_no_success(tmp_path)
     assert re.search(lack, done.stderr)
 
 
+@pytest.mark.heavy
 def test_a_mission_is_reproducible_with_and_without_a_log(tmp_path):
     first, second = (fly(parse_plan(SHORT), seed=3, limit=300, log_root=root) for root in (None, tmp_path))
     assert first.completed
@@ -56,6 +58,7 @@ def test_without_a_folder_for_it_a_vehicle_has_no_log(tmp_path):
     assert not (tmp_path / "log").exists()
 
 
+@pytest.mark.heavy
 def test_files_that_cannot_be_read(tmp_path):
     status, _, error = mission("lauv-noptilus-1", tmp_path / "none.yaml", cwd=tmp_path)
     assert (status, error) == (2, f"Error: {tmp_path / 'none.yaml'}: {NO_FILE}\n")
@@ -74,18 +77,21 @@ def test_a_plan_that_cannot_be_flown_says_why():
     assert report.legs == []
 
 
+@pytest.mark.heavy
 def test_a_vehicle_that_knows_no_plans_says_what_it_lacks():
     report = fly(parse_plan(SHORT), modes=["Kinematic"], limit=300)
     assert report.outcome == "FAILURE"
     assert report.reason == "vehicle not ready within 120 s: missing Supervisors.Vehicle and Plan.Engine"
 
 
+@pytest.mark.heavy
 def test_a_limit_ends_a_mission():
     report = fly(load_plan(RECORDED), limit=60)
     assert (report.outcome, report.reason) == ("TIMEOUT", "plan not finished")
     assert report.maneuvers == ["Goto1"]
 
 
+@pytest.mark.heavy
 def test_the_command_prints_what_came_of_it(tmp_path):
     (tmp_path / "plan.yaml").write_text(SHORT, encoding="utf-8")
     status, out, err = mission("lauv-noptilus-1", "plan.yaml", cwd=tmp_path)
@@ -96,6 +102,7 @@ def test_the_command_prints_what_came_of_it(tmp_path):
     assert list((tmp_path / "log" / "lauv-noptilus-1").glob("*/*_short/Data.lsf.gz"))
 
 
+@pytest.mark.heavy
 def test_the_command_has_an_exit_status_for_ci(tmp_path):
     (tmp_path / "plan.yaml").write_text(SHORT.replace("depth: 2", "depth: 200"), encoding="utf-8")
     status, out, _ = mission("lauv-noptilus-1", "plan.yaml", "--json", cwd=tmp_path)

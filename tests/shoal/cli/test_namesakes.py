@@ -69,6 +69,7 @@ def test_an_abort_is_for_all_vehicles_of_the_name(monkeypatch: pytest.MonkeyPatc
     assert result.stderr.startswith("station: several vehicles have this name, with the ids 0x0B01, 0x0B02 (at ")
 
 
+@pytest.mark.heavy
 def test_one_of_two_that_does_not_confirm_the_abort_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     result, heard = command(monkeypatch, "abort", "station", system=OWN + 1, mute=True)
     assert (result.exit_code, heard) == (1, [True, True])

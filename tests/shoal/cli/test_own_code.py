@@ -54,6 +54,7 @@ def run(project, *words):
     return shoal("run", "./my.ini", "-p", "Kinematic", "--clock", "virtual", "--for", "2s", *words, cwd=project)
 
 
+@pytest.mark.heavy
 def test_tasks_in_an_own_folder_are_found_by_path(project):
     status, out, err = run(project)
     assert (status, "skipped: Transports.MAVLink" in err, "Temperature" in err) == (0, True, False)
@@ -70,6 +71,7 @@ def test_tasks_in_an_own_folder_are_found_by_path(project):
     assert "imc: 'imc' is a package of Shoal" in err
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("words", [["run", "./my.ini", "-p", "Kinematic"], ["fleet", "fleet.yaml", "--crew", "0"]])
 def test_a_process_that_shoal_starts_has_own_tasks_but_no_other_module_of_the_folder(project, words):
     (project / "msgspec.py").write_text("raise SystemExit('a module of this folder runs')\n")
@@ -88,6 +90,7 @@ def test_a_process_that_shoal_starts_has_own_tasks_but_no_other_module_of_the_fo
         assert "restart: 'soon' is not one of" in done.stderr
 
 
+@pytest.mark.heavy
 def test_a_clone_of_shoal_beside_the_installed_one_is_no_clash(project):
     for name in ("imc", "runtime", "tasks"):
         shutil.copytree(ROOT / name, project / name, dirs_exist_ok=True)
@@ -142,6 +145,7 @@ def test_a_misspelled_task_is_an_error(project, before, after, words):
     assert words in out
 
 
+@pytest.mark.heavy
 def test_run_and_check_say_the_same_of_a_section_without_enabled(project):
     names = ("Simulators.MUGDetectionCamera/Front", "Simulators.MUGDetectionCamra/Front", "horns.Horn/2", "horns.Hron")
     (project / "my.ini").write_text(PROFILE + "".join(f"[{name}]\nRate = 2\n" for name in names))
@@ -170,6 +174,7 @@ def test_a_misspelled_task_whose_module_fails_is_an_error_without_a_traceback(pr
     assert "Traceback" not in err
 
 
+@pytest.mark.heavy
 def test_an_own_task_without_its_folder_in_reach_is_an_error(project, tmp_path_factory):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
     for word in ("run", "check"):
@@ -180,6 +185,7 @@ def test_an_own_task_without_its_folder_in_reach_is_an_error(project, tmp_path_f
     assert shoal("run", project / "my.ini", "-p", "Kinematic", *words, cwd=elsewhere)[0] == 0
 
 
+@pytest.mark.heavy
 def test_a_class_that_is_no_task_and_a_failing_import_name_the_place(project):
     (project / "horns.py").write_text("class Horn:\n    pass\n")
     assert f"Horn in {project}/horns.py is not a Task: write class Horn(Task)" in run(project)[2]
@@ -189,6 +195,7 @@ def test_a_class_that_is_no_task_and_a_failing_import_name_the_place(project):
     assert f"{project / 'horns.py'}:1: SyntaxError" in run(project)[2]
 
 
+@pytest.mark.heavy
 def test_a_part_of_a_log_in_the_same_folder_hides_no_tasks(project):
     assert run(project)[0] == 0
     log = next(project.glob("log/*/*/*"))

@@ -72,6 +72,7 @@ def run(project):
     return shoal("run", "./my.ini", "-p", "Kinematic", "--clock", "virtual", "--for", "3s", cwd=project)
 
 
+@pytest.mark.heavy
 def test_own_messages_are_heard_and_logged_with_their_definitions(project):
     status, _, err = run(project)
     assert (status, "error" in err) == (0, False)
@@ -89,6 +90,7 @@ def test_own_messages_are_heard_and_logged_with_their_definitions(project):
     assert (status, "id 30001" in out, "level" in out) == (0, True, True)
 
 
+@pytest.mark.heavy
 def test_a_run_with_a_task_that_consumes_own_messages_can_be_rewound(project):
     (project / "my.ini").write_text(PROFILE.replace("Kinematic", "Simulation"))
     words = ("run", "./my.ini", "-p", "Simulation", "--clock", "virtual", "--for", "6s")
@@ -100,6 +102,7 @@ def test_a_run_with_a_task_that_consumes_own_messages_can_be_rewound(project):
     assert [type(m).__name__ for m in imc.Log(again)].count("WhaleCall") == 2
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("network", ["udp", pytest.param("zenoh", marks=pytest.mark.heavy)])
 def test_own_messages_of_a_running_vehicle(project, network):
     answering = TASKS.replace("@consume\n", "@consume(others=True)\n")
@@ -165,6 +168,7 @@ def test_an_own_message_without_its_file_is_an_error_that_tells_how_to_name_it(p
     assert (status, "WhaleCall (id 350) collides with EstimatedState" in err) == (2, True)
 
 
+@pytest.mark.heavy
 def test_a_run_with_own_messages_can_be_rewound_elsewhere(project):
     assert run(project)[0] == 0
     elsewhere = project / "elsewhere"
@@ -176,6 +180,7 @@ def test_a_run_with_own_messages_can_be_rewound_elsewhere(project):
     assert [call.level for call in again if type(call).__name__ == "WhaleCall"] == [120.0]
 
 
+@pytest.mark.heavy
 def test_the_messages_of_a_log_are_those_in_it_whatever_is_in_the_present_folder(project):
     assert run(project)[0] == 0
     elsewhere = project / "elsewhere"
@@ -186,6 +191,7 @@ def test_the_messages_of_a_log_are_those_in_it_whatever_is_in_the_present_folder
     assert (status, "0 bytes of difference" in out, err) == (0, True, "")
 
 
+@pytest.mark.heavy
 def test_a_replay_logs_own_messages_with_their_definitions(project):
     assert run(project)[0] == 0
     log = next(project.glob("log/*/*/*"))

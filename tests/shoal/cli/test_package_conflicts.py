@@ -80,6 +80,7 @@ def shoal_of(wheels: Path) -> Path:
     return found
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("other", ["world", "globe"])
 def test_a_package_installed_over_ours_is_named_with_what_repairs_it(tmp_path: Path, wheels: Path, other: str) -> None:
     place = Environment(tmp_path / "venv")
@@ -97,6 +98,7 @@ def test_a_package_installed_over_ours_is_named_with_what_repairs_it(tmp_path: P
     assert place.shoal() == (0, "")
 
 
+@pytest.mark.heavy
 def test_a_package_that_ours_was_installed_over_is_named(tmp_path: Path, wheels: Path) -> None:
     place = Environment(tmp_path / "venv")
     place.install(wheels / "world-1.0-py3-none-any.whl", shoal_of(wheels))
@@ -104,6 +106,7 @@ def test_a_package_that_ours_was_installed_over_is_named(tmp_path: Path, wheels:
     assert (status, "shoal and world 1.0 have both installed a package world" in told) == (2, True)
 
 
+@pytest.mark.heavy
 def test_a_package_found_before_that_of_a_clone_is_named(tmp_path: Path, wheels: Path) -> None:
     place = Environment(tmp_path / "venv")
     place.install(shoal_of(wheels / "editable"))
@@ -116,6 +119,7 @@ def test_a_package_found_before_that_of_a_clone_is_named(tmp_path: Path, wheels:
     assert "to repair it: pip uninstall world && pip install " in told
 
 
+@pytest.mark.heavy
 def test_a_folder_of_a_user_that_hides_a_package_is_named_and_one_that_does_not_is_none(
     tmp_path: Path, wheels: Path
 ) -> None:

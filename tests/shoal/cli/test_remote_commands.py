@@ -44,6 +44,7 @@ def lines_of(*words: object) -> list[Any]:
     return [json.loads(line) for line in result.stdout.splitlines()]
 
 
+@pytest.mark.heavy
 def test_ls(process: Running) -> None:
     (found,) = json_of("ls", "--json")
     assert (found["name"], found["id"], found["mode"], found["network"]) == (NAME, 26, "SERVICE", ["zenoh"])
@@ -55,6 +56,7 @@ def test_ls(process: Running) -> None:
     assert "41.185" in words
 
 
+@pytest.mark.heavy
 def test_spy(process: Running) -> None:
     shown = lines_of(
         "spy", NAME, "EstimatedState", "--fields", "depth,x", "--where", "depth < 5", "--count", 3, "--json"
@@ -76,6 +78,7 @@ def test_spy(process: Running) -> None:
     assert (silent.exit_code, silent.output) == (1, f"Error: {NAME}: nothing came within 0.3 s\n")
 
 
+@pytest.mark.heavy
 def test_plans(process: Running, tmp_path: Path) -> None:
     path = tmp_path / "pause.yaml"
     path.write_text(PLAN % 1)
@@ -106,6 +109,7 @@ def test_plans(process: Running, tmp_path: Path) -> None:
     assert result.output == "Error: Zzz: undefined plan; known: pause\n"
 
 
+@pytest.mark.heavy
 def test_ctrl_c_ends_the_command_and_not_the_plan(process: Running, tmp_path: Path) -> None:
     path = tmp_path / "long.yaml"
     path.write_text(PLAN % 600)
@@ -126,6 +130,7 @@ def test_ctrl_c_ends_the_command_and_not_the_plan(process: Running, tmp_path: Pa
     assert stopped == "stopped\n"
 
 
+@pytest.mark.heavy
 def test_parameters(process: Running) -> None:
     place = "Path Control:Corridor -- Width"
     assert json_of("param", NAME, "get", place, "--json") == {"Path Control": {"Corridor -- Width": "1.5"}}
@@ -140,6 +145,7 @@ def test_parameters(process: Running) -> None:
         assert "lists them" in result.output, "all are too many to name"
 
 
+@pytest.mark.heavy
 def test_send_and_abort(process: Running) -> None:
     (reply,) = lines_of("send", NAME, "EntityList", "op=QUERY", "--wait", "1s", "--json")
     assert reply["abbrev"] == "EntityList"
@@ -148,6 +154,7 @@ def test_send_and_abort(process: Running) -> None:
     assert shoal("abort", NAME).output == f"{NAME} has aborted\n"
 
 
+@pytest.mark.heavy
 def test_link(process: Running) -> None:
     found = json_of("link", NAME, "--for", "1s", "--json", status=1)
     (contact,) = [contact for contact in found["contacts"] if contact["name"] == NAME]
@@ -190,6 +197,7 @@ def test_wrong_use_is_status_2(words: tuple[str, ...]) -> None:
     assert "Traceback" not in result.output
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("words", [("ls",), ("abort", NAME)])
 def test_nobody_there_is_status_1(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SHOAL_CONNECT", "tcp/127.0.0.1:9")
@@ -218,6 +226,7 @@ def pressed_tab(*words: str) -> list[str]:
     return [line for line in done.stdout.splitlines() if line]
 
 
+@pytest.mark.heavy
 def test_the_shell_completes_vehicles_messages_and_plans(process: Running, tmp_path: Path) -> None:
     path = tmp_path / "pause.yaml"
     path.write_text(PLAN % 1)

@@ -29,6 +29,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.heavy
 def test_saving_changes_nothing(log: Path, tmp_path: Path) -> None:
     shoal(*VIRTUAL, cwd=tmp_path)
     (other,) = tmp_path.glob("log/*/*/*/Data.lsf.gz")

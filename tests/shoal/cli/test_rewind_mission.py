@@ -47,6 +47,7 @@ def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("plan", "at", "states"), [("one", 9.5, True), ("one", 12.3, False), ("two", 2.1, False), ("one", 4.2, True)]
 )
@@ -104,6 +105,7 @@ def test_a_mission_goes_on_from_a_saved_state(day: Path, tmp_path: Path) -> None
     assert whole[begin : begin + lasting] == after[:lasting]
 
 
+@pytest.mark.heavy
 def test_a_run_that_begins_a_plan_by_itself_is_repeated(tmp_path: Path) -> None:
     options = ("-p", "Simulation", "--clock", "virtual", "--for", "12s", "--snapshot-every", "8s")
     done = shoal("run", "lauv-noptilus-1", *options, cwd=tmp_path)

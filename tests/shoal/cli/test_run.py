@@ -55,6 +55,7 @@ def test_a_virtual_run_leaves_a_log_that_begins_at_the_profiles_time(tmp_path):
     assert log.losses == []
 
 
+@pytest.mark.heavy
 def test_equal_runs_leave_equal_bytes_whatever_the_hash_seed_and_the_other_tasks(tmp_path):
     logs = []
     for name, seed, more in [
@@ -95,6 +96,7 @@ def test_keep_going_restarts_it_and_says_so(tmp_path):
     assert "too deep for me (faulty.py:13 in look): restarting in 1 s" in done.stdout
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_stops_it_in_order_within_a_second(tmp_path, number):
     command = [*SHOAL, "run", "lauv-noptilus-1", "-p", "Simulation", *ALONE_WORDS]
@@ -114,6 +116,7 @@ def test_a_signal_stops_it_in_order_within_a_second(tmp_path, number):
     assert last.op == imc.LoggingControl.Op.STOPPED
 
 
+@pytest.mark.heavy
 def test_whoever_reads_may_go_and_the_vehicle_goes_on(tmp_path):
     command = [*SHOAL, *VIRTUAL, "--for", "1min", "--set", "Transports.Logging:Transports=Nonsense"]
     read, write = os.pipe()
@@ -124,6 +127,7 @@ def test_whoever_reads_may_go_and_the_vehicle_goes_on(tmp_path):
     assert imc.Log(next(tmp_path.glob("log/*/*/*"))).counts()["LoggingControl"] == 2
 
 
+@pytest.mark.heavy
 def test_a_closed_terminal_stops_it_in_order(tmp_path):
     process, terminal = pty.fork()
     if process == 0:
@@ -140,6 +144,7 @@ def test_a_closed_terminal_stops_it_in_order(tmp_path):
     assert last.op == imc.LoggingControl.Op.STOPPED
 
 
+@pytest.mark.heavy
 def test_a_terminal_shows_the_vehicle(tmp_path):
     screen = pyte.Screen(110, 30)
     stream = pyte.ByteStream(screen)
@@ -240,6 +245,7 @@ def test_a_locale_without_unicode_only_loses_signs(tmp_path, arguments):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.heavy
 def test_saved_parameters_come_back_and_leave_virtual_runs_alone(tmp_path):
     (tmp_path / "db").mkdir()
     (tmp_path / "db" / "lauv-noptilus-1-saved.ini").write_text("[Simulators.GPS/Kinematic]\nExecution Frequency = 5\n")

@@ -127,6 +127,7 @@ def test_a_unit_that_was_changed_by_hand_is_not_replaced_unasked(folder: Path) -
     assert "# mine" not in unit.read_text()
 
 
+@pytest.mark.heavy
 def test_it_waits_for_the_clock_once_a_boot(folder: Path) -> None:
     unit = options(shoal("otter", "-p", "Simulation", "--wait-for-clock", "1", "-o", "-").stdout)
     assert (unit["RuntimeDirectory"], unit["RuntimeDirectoryPreserve"]) == ("shoal-otter", "restart")
@@ -185,6 +186,7 @@ def test_mistakes_write_nothing(folder: Path, words: list[str], said: str) -> No
     assert list(folder.glob("*.service")) == []
 
 
+@pytest.mark.heavy
 def test_the_command_of_the_unit_starts(folder: Path) -> None:
     """Not as the service manager runs it: without its user and its folders."""
     done = shoal("lauv-noptilus-1", "-p", "Hardware", "--log-dir", str(folder / "log"), "-o", "-")

@@ -89,6 +89,7 @@ def started(folder: Path, **environment: str) -> subprocess.Popen[str]:
     )
 
 
+@pytest.mark.heavy
 def test_a_run_says_that_it_is_ready_alive_and_stopping_and_nothing_while_it_hangs(
     tmp_path: Path, manager: Manager
 ) -> None:
@@ -112,6 +113,7 @@ def test_a_run_says_that_it_is_ready_alive_and_stopping_and_nothing_while_it_han
     assert run.returncode == 0, output
 
 
+@pytest.mark.heavy
 def test_a_run_that_systemd_ends_says_where_it_hung(tmp_path: Path, manager: Manager) -> None:
     run = started(tmp_path, WATCHDOG_USEC="30000000")
     while not any("WATCHDOG=1" in line for line in manager.next()):
@@ -153,6 +155,7 @@ def test_a_watchdog_of_another_process_is_not_ours(manager: Manager, monkeypatch
     assert not [lines for lines in manager.all() if "WATCHDOG=1" in lines]
 
 
+@pytest.mark.heavy
 def test_a_socket_without_a_file_and_one_that_nobody_reads(monkeypatch: pytest.MonkeyPatch) -> None:
     name = f"shoal-test-{os.getpid()}"
     listening = Manager(f"\0{name}")
@@ -166,6 +169,7 @@ def test_a_socket_without_a_file_and_one_that_nobody_reads(monkeypatch: pytest.M
     told(*host(None))
 
 
+@pytest.mark.heavy
 def test_the_period_is_one_of_real_time(manager: Manager, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WATCHDOG_USEC", "300000")
     vehicle = Vehicle("probe", 1, clock=ScaledClock(20.0), profile=NoProfile())

@@ -45,6 +45,7 @@ def lines(out):
     return {name: (word, rest.strip()) for word, name, rest in found}
 
 
+@pytest.mark.heavy
 def test_all_that_pass(write):
     folder = write(one=scenario(), two=scenario(seed=2))
     (folder / "deep" / "er").mkdir(parents=True)
@@ -66,6 +67,7 @@ def test_all_that_pass(write):
     assert (status, set(lines(out))) == (2, {"five"}), out
 
 
+@pytest.mark.heavy
 def test_one_that_fails_is_told_with_its_log_and_the_command_that_repeats_it(write):
     folder = write(good=scenario(), bad=scenario(FLAT, seed=3))
     status, out, err = shoal("test", "-j", "2", cwd=folder)
@@ -87,6 +89,7 @@ def test_one_that_fails_is_told_with_its_log_and_the_command_that_repeats_it(wri
     assert first.read_bytes() == second.read_bytes()
 
 
+@pytest.mark.heavy
 def test_seed_and_values_are_in_the_command_that_repeats_a_run(write):
     folder = write(it=scenario())
     given = ["--seed", "5", "--set", "expect/0/always=EstimatedState.depth < 2 m", "--log-dir", "my logs"]
@@ -100,6 +103,7 @@ def test_seed_and_values_are_in_the_command_that_repeats_a_run(write):
     assert lines(shoal(*command[1:], cwd=folder).stdout) == lines(out)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("keep", "logs"), [("all", 2), ("none", 0)])
 def test_logs_of_all_or_of_none(write, keep, logs):
     folder = write(good=scenario(), bad=scenario(FLAT))
@@ -107,6 +111,7 @@ def test_logs_of_all_or_of_none(write, keep, logs):
     assert len(list(folder.rglob("Data.lsf.gz"))) == logs
 
 
+@pytest.mark.heavy
 def test_a_file_that_cannot_be_read_is_one_line_and_the_others_run(write):
     broken = {"a": "vehicle: [", "b": scenario(profile="nothere"), "c": scenario("always: EstimatedState.deep < 1 m")}
     broken["g"] = scenario() + "events: [{at: 1 s, set: {Control.Path: {Nothing: 1}}}]\n"
@@ -132,12 +137,14 @@ def test_a_file_that_cannot_be_read_is_one_line_and_the_others_run(write):
     assert out.count("again: ") == 1
 
 
+@pytest.mark.heavy
 def test_a_wrong_value_is_blamed_and_no_line_of_the_file(write):
     status, out, _ = shoal("test", "--set", "limit=1 s", "--set", "seed=abc", cwd=write(a=scenario()))
     assert status == 2
     assert lines(out)["a"][1] == "--set seed=abc: expected a whole number, 0 or more, not 'abc'"
 
 
+@pytest.mark.heavy
 def test_a_distribution_in_a_scenario_is_said_to_be_for_a_campaign(write):
     folder = write(a=scenario().replace("limit: 20 s", "limit: {uniform: [10 s, 20 s]}"))
     status, out, _ = shoal("test", cwd=folder)
@@ -146,6 +153,7 @@ def test_a_distribution_in_a_scenario_is_said_to_be_for_a_campaign(write):
     assert shoal("test", "--set", "limit=1 s", cwd=folder).returncode == 0
 
 
+@pytest.mark.heavy
 def test_all_logs_of_a_failed_run_are_told(write):
     """A vehicle begins a log with a plan."""
     folder = write(a=PLANNED)
@@ -177,6 +185,7 @@ def test_wrong_use(tmp_path, words, why):
     assert why in err.splitlines()[-1]
 
 
+@pytest.mark.heavy
 def test_tasks_of_a_user_that_make_trouble_cost_their_own_runs_alone(write):
     hows = ("die", "hang", "fail", "exhaust")
     folder = write(**{how: trouble(how) for how in hows}, good=scenario())
@@ -193,6 +202,7 @@ def test_tasks_of_a_user_that_make_trouble_cost_their_own_runs_alone(write):
     assert "--wall-limit '4 s'" in out
 
 
+@pytest.mark.heavy
 def test_a_run_that_does_not_repeat_itself_is_told(write):
     folder = write(it=trouble("differ", "always: RelativeHumidity.value < 0"))
     (folder / "trouble.py").write_text(TROUBLE)
@@ -201,6 +211,7 @@ def test_a_run_that_does_not_repeat_itself_is_told(write):
     assert "warning: the run for the log went otherwise: something in it depends on more than file and seed" in out
 
 
+@pytest.mark.heavy
 def test_an_expectation_that_never_applied_is_a_warning(write):
     folder = write(it=scenario("always: EstimatedState.depth < 20 m, while: EstimatedState.depth > 500 m"))
     status, out, _ = shoal("test", cwd=folder)
@@ -208,6 +219,7 @@ def test_an_expectation_that_never_applied_is_a_warning(write):
     assert re.search(r"warning: depth proved nothing", out)
 
 
+@pytest.mark.heavy
 def test_the_files_for_programs(write):
     folder = write(good=scenario(), bad=scenario(FLAT), broken="]")
     status, out, err = shoal("test", "--junit", "new/j.xml", "--json", "-", cwd=folder)
@@ -233,6 +245,7 @@ def test_a_new_scenario_can_be_read(tmp_path):
     assert "is not a name such as" in shoal("new", "scenario", "a/b", cwd=tmp_path).stderr
 
 
+@pytest.mark.heavy
 def test_ctrl_c_leaves_no_process_and_tells_what_was_done(write):
     folder = write(a=scenario(), b=trouble("hang"), c=trouble("hang"), d=scenario())
     (folder / "trouble.py").write_text(TROUBLE)
@@ -251,6 +264,7 @@ def test_ctrl_c_leaves_no_process_and_tells_what_was_done(write):
     until(lambda: not any(Path(f"/proc/{worker}").exists() for worker in workers))
 
 
+@pytest.mark.heavy
 def test_a_terminal_has_a_progress_bar(write):
     folder = write(one=scenario(), two=scenario())
     program = f"import pty, sys; sys.exit(pty.spawn({[*SHOAL, 'test']!r}) >> 8)"

@@ -162,6 +162,7 @@ def script(text: str) -> list[str]:
     return [sys.executable, "-c", text]
 
 
+@pytest.mark.heavy
 def test_a_process_that_fails_starts_again_after_a_growing_pause_with_its_reason_told() -> None:
     child = ManagedProcess("bad", script("import sys; sys.exit('no cable')"))
     supervisor = Supervisor([child])
@@ -201,6 +202,7 @@ def test_a_process_that_ends_well_or_must_not_start_again_stays_ended() -> None:
     assert supervisor.poll() == []
 
 
+@pytest.mark.heavy
 def test_a_process_that_cannot_be_started_is_tried_again_and_has_not_ended_well(tmp_path: Path) -> None:
     program = tmp_path / "program"
     child = ManagedProcess("late", [str(program)])
@@ -238,6 +240,7 @@ def test_what_must_not_start_again_is_over_without_having_ended_well(tmp_path: P
     assert supervisor.never_started == [absent]
 
 
+@pytest.mark.heavy
 def test_a_process_whose_errors_nobody_could_read_is_ended_and_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(thread: threading.Thread) -> None:
         raise RuntimeError("can't start new thread")
@@ -261,6 +264,7 @@ def test_a_process_whose_errors_nobody_could_read_is_ended_and_tried_again(monke
     supervisor.stop()
 
 
+@pytest.mark.heavy
 def test_a_fleet_whose_processes_cannot_be_started_fails(network: Network, tmp_path: Path) -> None:
     file = tmp_path / "fleet.yaml"
     file.write_text(fleet_file(network, 3))
@@ -294,6 +298,7 @@ def test_all_processes_end_together_even_one_that_ignores_it() -> None:
     assert supervisor.poll() == []
 
 
+@pytest.mark.heavy
 def test_a_fleet_whose_vehicles_already_run_is_refused_before_anything_starts(network: Network, tmp_path: Path) -> None:
     config = ZenohConfig(local_port=network.local_port, scouting="none", vehicle="lauv-2")
     running = ZenohTransport(config, str, lambda *_: "", part=ProcessPart("lauv-2", 7, 1))
@@ -327,6 +332,7 @@ def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_told(
     assert f"other-{network.local_port}" in stop.output
 
 
+@pytest.mark.heavy
 def test_errors_in_the_log_books_of_vehicles_are_told_once(network: Network) -> None:
     watch = FleetMonitor({"Local Port": str(network.local_port)})
     config = ZenohConfig(mode="client", local_port=network.local_port, scouting="none", vehicle="lauv-1")
@@ -343,6 +349,7 @@ def test_errors_in_the_log_books_of_vehicles_are_told_once(network: Network) -> 
     watch.close()
 
 
+@pytest.mark.heavy
 def test_a_port_that_another_program_has_is_named() -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))

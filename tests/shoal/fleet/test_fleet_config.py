@@ -78,6 +78,7 @@ def test_the_settings_of_each_member_are_valid(tmp_path: Path) -> None:
         assert "Zenoh:Hear=Abort, Announce" in member.overrides
 
 
+@pytest.mark.heavy
 def test_ids_that_follow_from_names_do_not_clash(tmp_path: Path) -> None:
     members = roster(tmp_path, "vehicles: [{name: 'v-{number}', count: 600}]").vehicles
     assert len({member.system for member in members}) == 600
@@ -153,6 +154,7 @@ def test_one_mavlink_id_for_two_vehicles_is_refused_with_both_names_and_the_opti
     assert len(roster(tmp_path, silent).vehicles) == 3
 
 
+@pytest.mark.heavy
 def test_vehicles_for_which_no_mavlink_id_is_left_do_not_speak_it(tmp_path: Path) -> None:
     made = roster(tmp_path, "vehicles: [{name: 'v-{number}', count: 252}]")
     silent = [member.name for member in made.vehicles if "Transports.MAVLink:Enabled=Never" in member.overrides]

@@ -39,6 +39,7 @@ def texts(diagnosis):
     return [f"{finding.about}: {finding.text}" for finding in diagnosis.findings]
 
 
+@pytest.mark.heavy
 def test_a_system_that_is_heard_but_does_not_hear_us():
     found = examine()
     assert texts(found) == ["station: is heard, but does not answer: here to vehicle is silent"]
@@ -61,11 +62,13 @@ def test_the_log_book_of_a_vehicle_says_why_it_does_not_hear_us():
     assert why.endswith("dropped: command of a console that is not listed")
 
 
+@pytest.mark.heavy
 def test_a_vehicle_that_writes_its_log_book_all_the_time_is_not_listened_to_for_ever():
     silent = examine(also=lambda station: [station.packet(imc.LogBookEntry(text="GPS fix"))])
     assert texts(silent) == ["station: is heard, but does not answer: here to vehicle is silent"]
 
 
+@pytest.mark.heavy
 def test_a_system_that_only_announces_itself():
     found = examine(beats=False)
     assert texts(found) == ["station: announces itself, but sends nothing to us: vehicle to here is silent"]
@@ -79,6 +82,7 @@ def test_another_console_that_greets_us_before_its_announce_is_nothing_wrong():
     assert texts(examine(announces=False, beats=False, also=greeting)) == [": no vehicle is heard"]
 
 
+@pytest.mark.heavy
 def test_what_the_entities_of_a_vehicle_report_is_told():
     def states(station):
         fault = imc.EntityState(state=imc.EntityState.State.FAULT, description="id 0x0B01 is also used by evil")
@@ -93,6 +97,7 @@ def test_a_system_that_does_not_announce_itself():
     assert any("30100-30104" in finding.advice for finding in found.findings)
 
 
+@pytest.mark.heavy
 def test_packets_that_cannot_be_read():
     def spoiled(station):
         good = station.packet(STATE)
@@ -115,6 +120,7 @@ def test_packets_that_cannot_be_read():
     assert not [finding for finding in found.findings if finding.advice == "see docs/hand.md"]
 
 
+@pytest.mark.heavy
 def test_clocks_that_are_apart():
     async def act() -> Diagnosis:
         ports = discovery_ports()
@@ -126,6 +132,7 @@ def test_clocks_that_are_apart():
     assert clock.endswith("s behind ours")
 
 
+@pytest.mark.heavy
 def test_two_systems_of_one_name_are_not_commanded():
     assert any("several vehicles have this name and id" in text for text in texts(examine(twin=True)))
 
@@ -203,6 +210,7 @@ def test_a_network_whose_address_has_gone_does_not_end_our_announcements(monkeyp
     asyncio.run(act())
 
 
+@pytest.mark.heavy
 def test_two_programs_with_one_id_are_told_of():
     async def act() -> None:
         ports = discovery_ports()
@@ -261,6 +269,7 @@ def test_a_system_that_ends_is_gone_within_a_second():
     asyncio.run(act())
 
 
+@pytest.mark.heavy
 def test_a_system_that_falls_silent_is_not_said_to_have_ended(monkeypatch):
     """Its process may have been stopped, or the way to it been cut."""
     monkeypatch.setattr("shoal.network.udp_link.SILENCE", 0.5)

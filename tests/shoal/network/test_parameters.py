@@ -61,6 +61,7 @@ def in_a_hurry(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shoal.network.system_table.PATIENCE", 0.6)
 
 
+@pytest.mark.heavy
 def test_an_entity_whose_answer_was_lost_has_its_parameters() -> None:
     assert on(Vehicle(lost=range(1)), lambda param: param.get("GPS")) == {
         "Rate": "1.0",
@@ -75,11 +76,13 @@ def test_a_value_whose_confirmation_was_lost_is_read_back() -> None:
     assert on(Vehicle(lost=range(1, 3)), lambda param: param.set("GPS", {"Rate": 3})) == {"Rate": "3.0"}
 
 
+@pytest.mark.heavy
 def test_a_vehicle_that_falls_silent_has_not_refused() -> None:
     with pytest.raises(NoAnswer, match="does not answer QueryEntityParameters"):
         on(Vehicle(lost=range(1, 1000)), lambda param: param.set("GPS", {"Rate": 3}))
 
 
+@pytest.mark.heavy
 def test_a_refusal_without_a_reason_in_a_long_log_book() -> None:
     with pytest.raises(Refused, match="Rate = '3' was not accepted"):
         on(Vehicle(refuses=True), lambda param: param.set("GPS", {"Rate": 3}), imc.LogBookEntry(text="GPS fix"))

@@ -41,6 +41,7 @@ def test_over_a_radio_on_which_somebody_answers_a_late_vehicle_is_found() -> Non
     assert asyncio.run(look(far=True, others=True)) == "late"
 
 
+@pytest.mark.heavy
 def test_one_of_this_computer_that_hears_us_is_waited_for() -> None:
     assert asyncio.run(look(silent=True)) == "late"
     assert asyncio.run(look(silent=True, others=True)) == "late"

@@ -57,6 +57,7 @@ def ready(vehicle: RemoteVehicle) -> None:
                 vehicle.plan.stop()
 
 
+@pytest.mark.heavy
 def test_what_it_says(vehicle: RemoteVehicle) -> None:
     assert (vehicle.name, vehicle.id) == (NAME, 0x001A)
     assert vehicle.latest(imc.EstimatedState).lat == pytest.approx(0.7188, abs=1e-3)
@@ -121,6 +122,7 @@ def test_a_vehicle_that_says_no_says_why(vehicle: RemoteVehicle, act: object, re
     assert reason in str(refusal.value)
 
 
+@pytest.mark.heavy
 def test_parameters(vehicle: RemoteVehicle) -> None:
     assert vehicle.param.entity_ids()["Daemon"] == 0
     before = vehicle.param.get("Path Control")["Corridor -- Width"]
@@ -173,6 +175,7 @@ def test_names_and_classes_in_place_of_messages_are_refused_and_harm_nothing(veh
     assert "Daemon=0" in vehicle.request(imc.EntityList(op=imc.EntityList.Op.QUERY), imc.EntityList).list
 
 
+@pytest.mark.heavy
 def test_requests_of_any_kind(vehicle: RemoteVehicle) -> None:
     query = imc.EntityList(op=imc.EntityList.Op.QUERY)
     assert "Daemon=0" in vehicle.request(query, imc.EntityList).list
@@ -258,6 +261,7 @@ def spoil(link: NetworkLink) -> None:
     link.send = send
 
 
+@pytest.mark.heavy
 def test_commands_over_a_network_that_loses_and_repeats_packets(process: Running) -> None:
     async def act() -> None:
         network = make_network()
@@ -320,6 +324,7 @@ def test_who_is_not_there(process: Running, name: str, reason: str) -> None:
     assert time.monotonic() - began < 5.0
 
 
+@pytest.mark.heavy
 def test_a_vehicle_that_dies_in_the_middle(doomed: Running) -> None:
     async def act(there: AsyncRemoteVehicle) -> None:
         async for _ in there.messages(imc.PlanControlState, where="state == EXECUTING"):

@@ -46,6 +46,7 @@ def reaching(port: int) -> Network:
     return make_network([f"imc+tcp://127.0.0.1:{port}"])
 
 
+@pytest.mark.heavy
 def test_a_vehicle_is_found_by_its_name_commanded_and_missed_when_it_ends(tmp_path: Path) -> None:
     with contextlib.ExitStack() as stack:
         running = stack.enter_context(afloat(tmp_path, "Transports.TCP.Server:Port=0"))
@@ -79,6 +80,7 @@ def test_a_system_that_does_not_announce_itself_is_called_by_its_id_until_it_doe
     asyncio.run(act())
 
 
+@pytest.mark.heavy
 def test_a_server_that_is_not_there_yet_is_named_and_connected_to_later() -> None:
     async def act() -> None:
         async with serving() as port:
@@ -124,6 +126,7 @@ def test_what_is_no_imc_is_counted() -> None:
     asyncio.run(act())
 
 
+@pytest.mark.heavy
 def test_a_damaged_length_hides_what_is_behind_it_for_a_second_only() -> None:
     async def act() -> None:
         beat = packet(imc.Heartbeat())

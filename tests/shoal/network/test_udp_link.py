@@ -3,6 +3,8 @@
 import asyncio
 import time
 
+import pytest
+
 import imc
 from shoal.network import ConsoleIdentity, UDPLink, udp_link
 from tests.shoal.network.station import Station, discovery_ports
@@ -34,6 +36,7 @@ async def until(condition, seconds=5.0):
         await asyncio.sleep(0.01)
 
 
+@pytest.mark.heavy
 def test_a_system_behind_a_network_that_was_cut_is_back_before_it_announces_itself(monkeypatch):
     """It has lost us, too: it sends again once it has heard us, and announces itself every 10 s only."""
     monkeypatch.setattr(udp_link, "SILENCE", 0.3)

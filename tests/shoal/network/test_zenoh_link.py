@@ -76,6 +76,7 @@ def test_who_is_turned_away_is_told_so_and_not_that_nobody_listens(whose: str, o
     assert asyncio.run(look()) == f"nobody listens at {endpoint}"
 
 
+@pytest.mark.heavy
 def test_the_doctor_names_the_list_of_commanders_of_a_vehicle_that_is_heard_over_zenoh_and_does_not_answer() -> None:
     port = local_port()
     config = ZenohConfig(local_port=port, scouting="none", vehicle="pole")

@@ -63,6 +63,7 @@ def asked(tmp_path_factory):
     return run(tmp_path_factory.mktemp("asked"), ask)
 
 
+@pytest.mark.heavy
 def test_pictures_after_the_fact_are_those_of_the_run(asked, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = call("log", "render", asked, "out", "-j", "1", "--flow")

@@ -85,6 +85,7 @@ def test_a_data_set_has_the_pictures_of_the_run_with_boxes_and_masks(log):
     assert first["date_captured"].startswith("2026-01-01 00:00:0")
 
 
+@pytest.mark.heavy
 def test_pictures_that_were_asked_for_have_numbers_of_their_own(log):
     folder = log("Vision.FisheyeCamera:Save Images=false", order="count=3;period=1")
     (folder / "Photos" / "Other_Camera_000000_1767225601.000000.png").write_bytes(b"")

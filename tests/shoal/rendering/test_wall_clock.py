@@ -45,6 +45,7 @@ def taken(folder):
     return {tuple(path.stem.rsplit("_", 2)[::2]): path for path in folder.glob("*.png")}
 
 
+@pytest.mark.heavy
 def test_each_picture_has_its_partner(log, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(main, ["log", "render", str(log), "out", "--no-labels", "-j", "1"])

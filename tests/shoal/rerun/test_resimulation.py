@@ -85,6 +85,7 @@ def test_late_measurements_and_labels_of_others_are_what_they_were(tmp_path: Pat
         assert len(done.comparison.counts) > 2
 
 
+@pytest.mark.heavy
 def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
     log = run(tmp_path, "lauv-noptilus-1", 9.0, mode="Simulation")
     assert log.path.parent.name == "000005_dive"

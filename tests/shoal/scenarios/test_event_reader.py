@@ -33,6 +33,7 @@ def said(texts):
     return [text for text in texts["lauv-noptilus-1"] if text.startswith(("scenario:", "fault of"))]
 
 
+@pytest.mark.heavy
 def test_without_gps_the_uncertainty_of_the_position_grows_and_more_without_dvl(told):
     text = """
     limit: 53 s
@@ -88,6 +89,7 @@ def test_a_leak_ends_the_plan_in_error(told):
     assert said(texts) == ["scenario: leak of all sensors, for 5 s", "scenario: end of the leak of all sensors"]
 
 
+@pytest.mark.heavy
 def test_an_abort_and_a_plan_that_is_stopped(told):
     for event, words in (("abort: true", "scenario: abort"), ("plan: stop", "scenario: plan stop")):
         result, texts = told(f"events: [{{at: 15 s, {event}}}]")
@@ -96,6 +98,7 @@ def test_an_abort_and_a_plan_that_is_stopped(told):
         assert said(texts) == [words]
 
 
+@pytest.mark.heavy
 def test_a_plan_that_is_started_again(told):
     text = """
     settle: 10 s

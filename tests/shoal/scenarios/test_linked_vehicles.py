@@ -27,6 +27,7 @@ def heard(result, vehicle, kind, source):
     return [message for message in log.messages(kind) if message.src == source]
 
 
+@pytest.mark.heavy
 def test_a_link_loses_and_delays_what_a_vehicle_and_a_boat_say(play, tmp_path):
     text = """
     links:
@@ -47,6 +48,7 @@ def test_a_link_loses_and_delays_what_a_vehicle_and_a_boat_say(play, tmp_path):
     assert result.metrics != play(text, PAIR, seed=4).metrics
 
 
+@pytest.mark.heavy
 def test_two_vehicles_of_one_profile_hear_each_other_until_the_link_is_cut(play, tmp_path):
     text = """
     links:

@@ -68,6 +68,7 @@ def test_a_run_is_the_same_with_a_log_and_without_it(document, tmp_path):
     assert run(scenario, seed=6).fingerprint != first.fingerprint
 
 
+@pytest.mark.heavy
 def test_a_run_does_not_depend_on_the_hash_seed(document):
     path = document("expect: [{always: SimulatedState.z < 9 m}]").path
     code = (

@@ -88,6 +88,7 @@ def test_the_speed_is_not_integrated_while_braking():
     assert max(after) == pytest.approx(before[-1], abs=0.03)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("north", "braking"), [(50.0, True), (150.0, False)])
 def test_a_vehicle_stops_before_a_wall(tmp_path, north, braking):
     ends = [number for east in (-40.0, 40.0) for number in displace(*START, 0.0, north, east)[:2]]

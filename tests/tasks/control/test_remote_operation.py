@@ -156,6 +156,7 @@ def test_tuples():
     ]
 
 
+@pytest.mark.heavy
 def test_teleoperation_moves_the_vehicle_until_its_operator_leaves(tmp_path: Path):
     made = prepare(
         "lauv-noptilus-1", overrides=(UNLOGGED, BLIND), log_root=tmp_path / "log", state_folder=tmp_path / "db"

@@ -156,6 +156,7 @@ def test_it_descends_level_where_it_does_not_know_its_state():
     assert max(float(text.split()[-2]) for text in run.log if text.startswith("touchdown")) < 2.5
 
 
+@pytest.mark.heavy
 def test_states_that_come_and_go_are_not_believed_a_second_time():
     class Flickering(Eyes):
         """After the second gap it takes the height of that moment for the ground."""

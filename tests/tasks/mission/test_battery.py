@@ -68,6 +68,7 @@ def test_a_plan_that_would_need_the_reserve_is_refused(tmp_path):
     assert re.fullmatch(r"the plan needs \d+ W h and the battery has 28 W h above its reserve", reply)
 
 
+@pytest.mark.heavy
 def test_a_plan_ends_at_the_reserve_and_the_vehicle_comes_up(tmp_path):
     endless = ("Plan.Engine:Fuel Prediction=false", "Monitors.FuelLevel:Initial Level=10.1")
     dive = Dive(tmp_path, *endless, seconds=100.0)
@@ -78,6 +79,7 @@ def test_a_plan_ends_at_the_reserve_and_the_vehicle_comes_up(tmp_path):
     assert dive.depths[-1] < dive.depths[-20] - 0.3
 
 
+@pytest.mark.heavy
 def test_an_empty_battery_moves_nothing_and_the_vehicle_drifts_up(tmp_path):
     dive = Dive(tmp_path, TRUSTED, f"Simulators.Battery:Initial Level={EMPTY}", seconds=100.0)
     assert not dive.failures

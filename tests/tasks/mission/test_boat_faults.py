@@ -18,6 +18,7 @@ def at_fault():
     return cache(lambda boat: underway(boat, plan_of(goto(200, 0)), FAULT, kinds=KINDS))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("boat", BOATS)
 def test_an_abort_stops_the_motors(boat):
     async def abort(vehicle, script):
@@ -92,6 +93,7 @@ def test_the_motors_stop_without_supervisor_or_maneuver_and_an_abort_stops_them_
     assert {m.value for m in stopped.of(imc.SetThrusterActuation, 26.1)} <= {0.0}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("boat", BOATS)
 def test_a_boat_whose_battery_is_empty_drifts(boat):
     half_a_minute = {"otter": 0.07, "caravel": 0.03}[boat]  # % of the battery

@@ -44,6 +44,7 @@ def test_a_plan_is_flown_along_its_legs_and_around_its_corners(boat, corner):
     assert max(voyage.distances(imc.SimulatedState, end - 120.0, end, (20.0, 20.0))) < 15.0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("boat", "beyond"), [("otter", 3.0), ("caravel", 10.0)])
 def test_a_station_is_kept_in_a_current(boat, beyond):
     station = imc.StationKeeping(**at(30, 20), z_units=DEPTH, speed=1.2, radius=15, duration=150)
@@ -68,6 +69,7 @@ def test_a_station_behind_a_sharp_turn_is_reached(boat, weather):
     assert max(voyage.distances(imc.SimulatedState, end - 10.0, end, (20.0, 20.0))) < 15.0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("boat", BOATS)
 def test_a_leg_across_current_and_wind_is_followed(boat):
     voyage = sail(boat, plan_of(goto(20, 0), goto(90, 0)), *CURRENT, *WIND)
@@ -105,6 +107,7 @@ def test_a_boat_does_not_dive(maneuver, reason):
         assert (report.outcome, report.reason) == ("FAILURE", reason)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("boat", BOATS)
 def test_an_operator_steers(boat):
     async def steer(vehicle, script):
@@ -149,6 +152,7 @@ def test_each_task_says_the_same_again_from_the_log(boat, tmp_path):
         assert sum(tally.equal for tally in done.comparison.counts.values()) > 100
 
 
+@pytest.mark.heavy
 def test_a_boat_circles_by_itself_until_it_is_given_a_plan(tmp_path):
     profile = load_profile("otter")
     selected = profile.parse_modes("Simulation")

@@ -156,6 +156,7 @@ def test_a_plan_ends_whose_engine_fails_and_restarts(fly, tmp_path):
     assert flight.depths[-1] < max(0.3, flight.depths[-200])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("fault", [broken("Maneuver.Idle"), silent("Maneuver.Idle")])
 def test_no_loop_stays_enabled_after_a_plan_whose_last_maneuver_was_steering(fault, fly, tmp_path):
     """A restarted task does not know of the loops; one that is silent does not disable them."""

@@ -81,6 +81,7 @@ def test_a_lost_fix_does_not_put_the_simulated_vehicle_back_to_its_start(tmp_pat
     assert norths[-1] > 4.5
 
 
+@pytest.mark.heavy
 def test_the_first_pictures_show_the_glider_and_the_camera_detects_it(tmp_path):
     _, heard = start(tmp_path, mode="Simulation,Camera", seconds=8.0, kinds=[imc.EstimatedMugState])
     assert len(heard[imc.EstimatedMugState]) > 40

@@ -29,6 +29,7 @@ SQUARE = parse_plan(
 )
 
 
+@pytest.mark.heavy
 def test_a_square_at_several_heights():
     report = fly(SQUARE, "hexa-00", limit=600, overrides=[UNLOGGED])
     assert report.completed, report.reason
@@ -38,6 +39,7 @@ def test_a_square_at_several_heights():
     assert report.distance == pytest.approx(280.0, abs=40.0)
 
 
+@pytest.mark.heavy
 def test_an_area_in_wind():
     plan = parse_plan(
         "plan: area\n"
@@ -93,6 +95,7 @@ def test_an_abort_lands_it_where_it_is(tmp_path):
     assert flight.touchdown < 1.0
 
 
+@pytest.mark.heavy
 def test_a_plan_that_is_stopped_leaves_it_hovering_and_a_new_one_begins_in_the_air(tmp_path):
     stop = imc.PlanControl(op=imc.PlanControl.Op.STOP, dst=OWN, src=CCU)
     there = parse_plan("plan: there\n" + HEAD + "  - goto: {north: 0, altitude: 15}\n  - land: {}")
@@ -102,6 +105,7 @@ def test_a_plan_that_is_stopped_leaves_it_hovering_and_a_new_one_begins_in_the_a
     assert (flight.end.x, flight.end.z) == (pytest.approx(0.0, abs=2.0), 0.0)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("task", "modes", "hardest"),
     [
@@ -136,6 +140,7 @@ def test_without_supervisor_and_failsafe_it_lands(tmp_path):
     assert flight.touchdown < 1.0
 
 
+@pytest.mark.heavy
 def test_a_battery_that_runs_low_ends_the_plan_and_lands_it(tmp_path):
     flight = Flight(tmp_path, seconds=110.0, overrides=["Monitors.FuelLevel:Initial Level=28"], until_down=True)
     assert flight.modes == ["GROUND", "GUIDED", "LOITER", "LAND", "GROUND"]
@@ -168,6 +173,7 @@ def test_beyond_the_limits_the_plan_ends(tmp_path):
     assert "LAND" in flight.modes
 
 
+@pytest.mark.heavy
 def test_two_flights_are_the_same(tmp_path):
     def digest(folder):
         Flight(folder, seconds=30.0, logged=True)
@@ -191,6 +197,7 @@ def test_without_a_plan_of_others_it_flies_circles(tmp_path):
     assert min(heights) == pytest.approx(-15.0, abs=1.5)
 
 
+@pytest.mark.heavy
 def test_the_area_bounds_plans_and_flights(tmp_path):
     area = ["Monitors.OperationalLimits:Initial Setting - Area Center=41.185, -8.7062"]
     size = "Monitors.OperationalLimits:Initial Setting - Area Size="

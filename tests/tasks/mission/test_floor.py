@@ -105,6 +105,7 @@ def grounded(log):
     return [text for text in log if "grounded" in text]
 
 
+@pytest.mark.heavy
 def test_a_yoyo_turns_above_a_bottom_that_is_too_near():
     run = dive(YOYO)
     assert run.reason == "plan completed; YoYo1: depth 2.4 m instead of 9 m"
@@ -114,6 +115,7 @@ def test_a_yoyo_turns_above_a_bottom_that_is_too_near():
     assert len(run.pitches) <= 5 * (run.turns + 2), "no more steps than the turns need"
 
 
+@pytest.mark.heavy
 def test_a_yoyo_reaches_its_depths_where_there_is_water():
     run = dive("  - yo_yo: {north: 120, depth: 6, amplitude: 3, pitch: 15°}", deep(12))
     dived = next(i for i, state in enumerate(run.states) if state.z > 8.0)
@@ -121,6 +123,7 @@ def test_a_yoyo_reaches_its_depths_where_there_is_water():
     assert min(state.z for state in run.states[dived:]) == pytest.approx(3.0, abs=0.4)
 
 
+@pytest.mark.heavy
 def test_a_yoyo_between_altitudes_turns_below_the_surface_too():
     run = dive("  - yo_yo: {north: 80, altitude: 6, amplitude: 3, pitch: 15°}", deep(7))
     assert run.reason == "plan completed"
@@ -128,12 +131,14 @@ def test_a_yoyo_between_altitudes_turns_below_the_surface_too():
     assert 2.0 < run.clearance < 3.2
 
 
+@pytest.mark.heavy
 def test_a_yoyo_that_is_too_slow_to_dive_says_so():
     run = dive("  - yo_yo: {north: 30, depth: 6, amplitude: 6, pitch: 15°, speed: 0.3 m/s}", deep(30), seconds=600)
     assert re.fullmatch(r"plan completed; YoYo1: depth \d\.\d m instead of 12 m", run.reason)
     assert float(run.reason.split()[4]) == pytest.approx(run.deepest, abs=0.2)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("yoyo", [YOYO, "  - yo_yo: {north: 100, east: 30, depth: 2, amplitude: 2, pitch: 15°}"])
 def test_a_yoyo_does_not_brake_before_the_surface(yoyo):
     run = dive(yoyo, deep(30) if yoyo is not YOYO else ())
@@ -141,6 +146,7 @@ def test_a_yoyo_does_not_brake_before_the_surface(yoyo):
     assert not [text for text in run.log if "braking" in text]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("overrides", "floor"),
     [
@@ -165,6 +171,7 @@ def test_a_dislodge_does_not_dive():
     assert run.clearance > 1.5
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("z", "unit"), [(1e6, imc.ZUnits.DEPTH), (-9.0, imc.ZUnits.ALTITUDE), (5.0, imc.ZUnits.NONE)])
 def test_a_reference_to_follow_does_not_lead_to_the_bottom(z, unit):
     has = imc.Reference.Flags
@@ -178,6 +185,7 @@ def test_a_reference_to_follow_does_not_lead_to_the_bottom(z, unit):
     assert run.clearance > 1.0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("maneuver", [YOYO, "  - goto: {north: 60, east: 30, depth: 6}"])
 def test_without_an_altimeter_the_bottom_seen_last_counts_for_a_minute(maneuver):
     legs = f"{maneuver}\n{maneuver.replace('60, east: 30', '0, east: 60')}\n{maneuver}"
@@ -187,6 +195,7 @@ def test_without_an_altimeter_the_bottom_seen_last_counts_for_a_minute(maneuver)
     assert run.clearance > 0.6
 
 
+@pytest.mark.heavy
 def test_a_vehicle_that_touches_the_bottom_stops_there_and_the_log_says_so():
     run = dive(STEERED, [OFF, PATIENT], steer=[(8.0, DOWN), (45.0, "Thrust=127;Pitch=127")], seconds=60)
     assert 0.05 < run.clearance < 0.06, "half the height of the hull"
@@ -203,6 +212,7 @@ def test_a_vehicle_that_touches_the_bottom_stops_there_and_the_log_says_so():
     assert len(words) <= 6, "once for each contact"
 
 
+@pytest.mark.heavy
 def test_a_boat_runs_aground_before_the_shore():
     shore = ["Bathymetry:Data=0 0 4, 20 0 1, 40 0 -2", "World:Sounding Radius=30"]
     run = dive("  - goto: {north: 80, depth: 0}", shore, profile="otter", seconds=90)

@@ -189,6 +189,7 @@ def test_a_navigation_that_restarts_in_the_air_still_knows_the_ground(fly, tmp_p
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("task", [AHRS, BAROMETER])
 def test_a_multirotor_whose_sensors_are_two_seconds_late_comes_down(task, fly, tmp_path):
     flight = fly(tmp_path, late(task, 2.0), "hexa-00", 200.0)
@@ -203,6 +204,7 @@ def test_one_fix_far_away_moves_nothing(profile, fly, tmp_path):
     assert flight.astray < 3.0
 
 
+@pytest.mark.heavy
 def test_a_depth_that_is_stuck_is_found_in_the_gentlest_dive(fly, tmp_path):
     flight = fly(tmp_path, lies(DEPTH, imc.Depth, ("value", 0.0)), "lauv-noptilus-1, gently", 80.0)
     assert flight.failed < 40.0
@@ -223,6 +225,7 @@ def test_an_altimeter_that_is_stuck_is_not_believed(fly, tmp_path):
     assert "active without altitude" in flight.said
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("lie", [lambda d, t: 30.0 + 0.1 * math.sin(9.0 * t), lambda d, t: d + min(10.0, t)])
 def test_an_altimeter_that_leads_to_the_bottom_does_not_keep_the_vehicle_there(lie, fly, tmp_path):
     lying = lies(SOUNDER, imc.Distance, ("value", lie))

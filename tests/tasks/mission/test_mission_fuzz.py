@@ -16,6 +16,7 @@ DIVE = plan_of(goto(60, 0, 5.0), goto(60, 60, 5.0))
 QUIET = {"derandomize": True, "database": None, "deadline": None, "suppress_health_check": list(HealthCheck)}
 
 
+@pytest.mark.heavy
 @settings(max_examples=40, **QUIET)
 @given(happenings())
 def test_missions_of_an_ideal_vehicle(mission):
@@ -32,11 +33,13 @@ def test_missions_of_a_vehicle_with_dynamics(sailing):
     check_voyage(sailing, sail(sailing))
 
 
+@pytest.mark.heavy
 def test_equal_voyages_are_equal():
     sailing = Sailing(DIVE, "Simulators.DVL", 20.0, 0.3, -0.2, abort_at=30.0, until=40.0)
     assert sail(sailing).packets == sail(sailing).packets
 
 
+@pytest.mark.heavy
 def test_a_supervisor_that_restarts_stops_the_maneuver():
     sailing = Sailing(DIVE, "Supervisors.Vehicle", 30.0, abort_at=100.0)
     voyage = sail(sailing)
@@ -46,6 +49,7 @@ def test_a_supervisor_that_restarts_stops_the_maneuver():
     assert next(depth for time, depth in voyage.depths if time > 90.0) < 0.5
 
 
+@pytest.mark.heavy
 def test_a_vehicle_that_loses_its_attitude_comes_up():
     sailing = Sailing(DIVE, "Simulators.IMU/AHRS", 40.0)
     check_voyage(sailing, sail(sailing))

@@ -55,6 +55,7 @@ def _offset(lat, lon):
     return round(north), round(east)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("profile", ["lauv-noptilus-1", "otter"])
 def test_each_row_ends_beyond_its_area(profile, tmp_path):
     rows = "{north: 20, width: 20, length: 40, hstep: 20, coff: 10, alternation: 100, flags: [CURVE_RIGHT]}"
@@ -63,6 +64,7 @@ def test_each_row_ends_beyond_its_area(profile, tmp_path):
     assert [end for _, end in flown.legs()] == [(10, 0), (20, 0), (70, 0), (60, 20), (10, 20)]
 
 
+@pytest.mark.heavy
 def test_a_leg_begins_where_the_path_before_ended(tmp_path):
     text = """
   - loiter: {north: 20, radius: 15, duration: 10}
@@ -79,6 +81,7 @@ def test_a_leg_begins_where_the_path_before_ended(tmp_path):
     assert starts[4] != ends[3]  # the vehicle has drifted for 3 s
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("flags", ["[WAIT_AT_SURFACE]", "[STATION_KEEP]"])
 def test_popup_goes_up_and_down_where_it_is_also_in_shallow_water(flags, tmp_path):
     """The water is 4 m deep, the vehicle keeps 2.5 m above the bottom."""
@@ -193,6 +196,7 @@ def test_a_wrong_request_of_another_console_does_not_end_a_mission(tmp_path):
     assert flown.report.completed
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("profile", ["lauv-noptilus-1", "caravel"])
 def test_a_task_of_the_vehicle_need_not_address_its_requests(profile, tmp_path):
     """A stranger must: what another system sends to nobody is not obeyed."""

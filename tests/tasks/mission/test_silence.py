@@ -175,6 +175,7 @@ def test_the_plan_goes_on_without_all_others(diving, tmp_path):
     assert all(abs(depth - 10.0) < 0.5 for depth in dive.depths)
 
 
+@pytest.mark.heavy
 def test_a_dvl_that_stays_silent_ends_the_plan_after_a_minute(diving, tmp_path):
     dive = Dive(diving, tmp_path, ["Simulators.DVL"], seconds=PATIENCE + 15)
     assert PATIENCE <= dive.rises_after <= PATIENCE + 10, dive.depths

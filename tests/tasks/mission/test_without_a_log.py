@@ -34,6 +34,7 @@ def flown(profile: str, root: Path, *overrides: str) -> list[imc.Message]:
     return states
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("profile", ["lauv-noptilus-1", "otter", "hexa-00"])
 def test_a_run_without_a_log_is_the_same_and_encodes_nothing(
     profile: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

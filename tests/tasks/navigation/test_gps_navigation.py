@@ -82,6 +82,7 @@ def test_position_velocity_and_current_are_found_in_circles():
     assert (water.x, water.y) == pytest.approx((0.2, -0.3), abs=0.1)
 
 
+@pytest.mark.heavy
 def test_it_is_not_surer_than_it_may_be():
     """Normalised squared errors of the position, over seeds and seconds; fixes claim 2 m and have it."""
     ratios = []

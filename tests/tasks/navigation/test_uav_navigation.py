@@ -158,6 +158,7 @@ def flight(seed):
     return np.mean(found[200:], axis=0)
 
 
+@pytest.mark.heavy
 def test_errors_are_as_large_as_it_says():
     north, east, down = np.mean([flight(seed) for seed in range(6)], axis=0)
     assert 0.6 < 0.5 * (north + east) < 1.4

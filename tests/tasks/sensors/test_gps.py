@@ -253,6 +253,7 @@ def hardware(folder: Path, port: Path, *more: str) -> subprocess.Popen[str]:
     )
 
 
+@pytest.mark.heavy
 def test_a_vehicle_without_its_receiver_runs_and_names_it(tmp_path: Path) -> None:
     run = hardware(tmp_path, tmp_path / "ttyNONE", "--for", "1s")
     output = run.communicate(timeout=60)[0]
@@ -261,6 +262,7 @@ def test_a_vehicle_without_its_receiver_runs_and_names_it(tmp_path: Path) -> Non
     assert "Traceback" not in output
 
 
+@pytest.mark.heavy
 def test_the_shipped_vehicle_takes_its_fixes_from_a_serial_port(tmp_path: Path) -> None:
     end, own = os.openpty()
     tty.setraw(own)

@@ -146,6 +146,7 @@ def test_a_constant_current():
     assert [(m.x, m.y, m.z) for m in run.of(imc.EstimatedStreamVelocity)] == [(0.3, 0.0, -0.1)] * 3
 
 
+@pytest.mark.heavy
 def test_a_current_that_varies():
     options = {"stream_velocity_source": "Gauss-Markov", "default_speed_east": 0.5, "time_constant": 10.0}
     run = simulate(StreamVelocity, seconds=20000.0, seed=3, standard_deviation=0.2, **options)

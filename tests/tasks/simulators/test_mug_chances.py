@@ -102,6 +102,7 @@ def test_a_camera_apart_from_the_middle_sees_what_is_below_it():
     assert (seen.x, seen.y) == pytest.approx((-3.0, 4.0), abs=0.01)
 
 
+@pytest.mark.heavy
 def test_errors_by_covariance_are_longer_where_the_plane_is_seen_aslant():
     seen = detections(still(3000, phi=0.6), error_model="Covariance", detection_rate=0.0, mugs=["0 -6"], seed=1)
     exact = detections(still(1, phi=0.6), mugs=["0 -6"], **EXACT)[0]

@@ -76,6 +76,7 @@ def test_target_planes():
     assert detections(still(1), target_plane="Surface", mount_orientation=[0.0, 0.0, 0.0]) == []
 
 
+@pytest.mark.heavy
 def test_uniform_error_is_within_half_a_metre_at_ten():
     for alt in (10.0, 30.0):
         seen = np.array([(m.x, m.y) for m in detections(still(3000, alt=alt), detection_rate=0.0, seed=5)])
@@ -217,6 +218,7 @@ def test_an_altitude_out_of_range_is_said():
     assert run.task.entity.description.startswith("altitude out of range")
 
 
+@pytest.mark.heavy
 def test_default_vehicle_sees_its_glider_at_the_start_and_after_each_circle():
     run = simulate([EstimatedState, MUGDetectionCamera], seconds=260, seed=1)
     times = np.array([m.timestamp - run.vehicle.start_time for m in run.of(imc.EstimatedMugState)])

@@ -53,6 +53,7 @@ def miss(truth, samples, begin):
     return float(np.linalg.norm(place - position(truth[round(time, 4)])))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("profile", "rate", "limit", "more"),
     [

@@ -42,6 +42,7 @@ def test_a_plan_is_carried_out_in_waves(boat, corner):
     assert max(m.y for m in states) < 60.0 + corner
 
 
+@pytest.mark.heavy
 def test_a_small_boat_at_rest_rises_by_a_quarter_of_the_significant_height():
     """Its two meters average waves of ten a little."""
     here = imc.GpsFix(timestamp=0.1, type=imc.GpsFix.Type.MANUAL_INPUT, lat=LAT, lon=LON)

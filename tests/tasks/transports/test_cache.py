@@ -56,6 +56,7 @@ def test_limits_of_an_operator_survive_a_restart_and_are_told(tmp_path):
     assert [path.name for path in tmp_path.rglob("*.*")] == ["OperationalLimits.imc"]
 
 
+@pytest.mark.heavy
 def test_they_are_written_while_the_vehicle_runs(tmp_path):
     live(tmp_path, LIMITS, seconds=1.2)
     assert (tmp_path / "lauv" / "Cache" / "OperationalLimits.imc").is_file()
@@ -98,12 +99,14 @@ def test_only_listed_messages_are_stored_and_nothing_is_copied_elsewhere(tmp_pat
     assert [path.name for path in tmp_path.rglob("*.imc")] == ["OperationalLimits.imc"]
 
 
+@pytest.mark.heavy
 def test_a_full_or_forbidden_disk_is_told(tmp_path):
     (tmp_path / "lauv").write_text("a file where a folder should be")
     _, log = live(tmp_path, LIMITS, seconds=1.3)
     assert any("the cache cannot be written" in line for line in log)
 
 
+@pytest.mark.heavy
 def test_a_full_disk_is_told_with_the_file_that_did_not_fit(tmp_path):
     folder = tmp_path / "lauv" / "Cache"
     folder.mkdir(parents=True)

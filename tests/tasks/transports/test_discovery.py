@@ -55,6 +55,7 @@ def test_what_is_no_announce_is_dropped_counted_and_named(vessel):
     assert not heard
 
 
+@pytest.mark.heavy
 def test_a_new_system_gets_an_answer_within_a_second_or_two(vessel):
     port = next(port for port in vessel.ports if port != vessel.discovery.port)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
@@ -128,6 +129,7 @@ def test_a_service_of_another_task_is_announced_and_a_wrong_one_is_named(vessel)
     assert task.entity.state == imc.EntityState.State.NORMAL
 
 
+@pytest.mark.heavy
 def test_without_a_free_port_a_vehicle_says_so_and_takes_one_that_gets_free(tmp_path):
     (port,) = free_ports(1)
     taken = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -173,6 +175,7 @@ def hears(vessel, system):
     vessel.until(lambda: vessel.discovery.entity.state == imc.EntityState.State.NORMAL)
 
 
+@pytest.mark.heavy
 def test_who_follows_a_vehicle_that_hangs_listens_itself(tmp_path, quick):
     hangs, goes_on = threading.Event(), threading.Event()
 

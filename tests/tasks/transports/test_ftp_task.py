@@ -4,6 +4,8 @@ import ftplib
 import socket
 from threading import Thread
 
+import pytest
+
 from runtime import State
 from runtime.kernel import WallClock
 from runtime.testing import simulate
@@ -32,6 +34,7 @@ class Client:
             self.error = error
 
 
+@pytest.mark.heavy
 def test_the_task_serves_its_vehicle_and_reports(tmp_path):
     (tmp_path / "lauv-noptilus-1" / "20260101").mkdir(parents=True)
     found = []

@@ -93,6 +93,7 @@ def test_station_may_start_late_and_start_again():
     sail(script, f"udpout:{HOST}:{port}:px4")
 
 
+@pytest.mark.heavy
 def test_a_station_of_a_scaled_vehicle_has_its_own_seconds():
     async def script(control):
         station = Station(control)
@@ -105,6 +106,7 @@ def test_a_station_of_a_scaled_vehicle_has_its_own_seconds():
     sail(script, f"udpin:{HOST}:{port}:px4", clock=ScaledClock(20.0), peer_timeout=2.0)
 
 
+@pytest.mark.heavy
 def test_rubbish_and_floods_are_counted_and_nobody_else_suffers():
     async def script(control):
         good, bad = Station(control), Station(control, system=254)
@@ -158,6 +160,7 @@ def test_a_flood_of_many_stations_is_dropped_unread_and_the_first_station_is_ser
     sail(script, f"udpin:{HOST}:{port}:px4", clock=WallClock())
 
 
+@pytest.mark.heavy
 def test_a_link_beyond_this_computer_is_warned_of():
     async def script(control):
         await control.sleep(2.0)

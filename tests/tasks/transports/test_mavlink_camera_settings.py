@@ -23,6 +23,7 @@ from tests.tasks.transports.mavlink_dive import (
 )
 
 
+@pytest.mark.heavy
 def test_settings_are_numbers_texts_and_lists(dive):
     found = named(dive.ask("PARAM_EXT_REQUEST_LIST", seconds=2.0), "PARAM_EXT_VALUE")
     values = {m.values["param_id"]: m.values for m in found}

@@ -44,6 +44,7 @@ def pose(event):
     return tuple(float(told[name]) for name in ("lat", "lon", "depth"))
 
 
+@pytest.mark.heavy
 def test_each_camera_is_a_component_with_its_own_numbers(dive):
     dive.said()
     dive.run(3.0)
@@ -271,6 +272,7 @@ def test_a_mission_switches_the_camera(dive):
     assert (chosen.camera, chosen.switch) == ("Fisheye Camera", "Save Images")
 
 
+@pytest.mark.heavy
 def test_mavsdk_uses_the_cameras(tmp_path):
     port = free_port()
     options = [f"Transports.MAVLink:Links=udpout:127.0.0.1:{port}:px4", "Vision.FisheyeCamera:Save Images=false"]

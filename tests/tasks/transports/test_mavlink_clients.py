@@ -73,6 +73,7 @@ def afloat(flavor, link="udpout://127.0.0.1:{port}?flavour={flavor}"):
         vehicle.close()
 
 
+@pytest.mark.heavy
 def test_mavsdk():
     with afloat("px4") as (surveyor, port):
         command = [sys.executable, str(Path(__file__).with_name("mavsdk_client.py")), str(port)]
@@ -106,6 +107,7 @@ def test_mavsdk():
     assert "FAILED" in seen["refused"], "there is no plan engine"
 
 
+@pytest.mark.heavy
 def test_mavproxy(tmp_path):
     with afloat("ardupilot") as (surveyor, port):
         with MAVProxy(port, tmp_path) as console:

@@ -58,6 +58,7 @@ class Client:
         return {entry.name: entry.size_b for entry in self.ftp.list_result}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("size", [239, 100])  # of the pieces; 100 divides the length
 def test_pymavlink(tree, logs, tmp_path, size):
     (tmp_path / "logs/many").mkdir()
@@ -81,6 +82,7 @@ def test_pymavlink_with_a_fifth_of_all_lost_and_others_twice(tree, logs):
         client.link.close()
 
 
+@pytest.mark.heavy
 def test_mavsdk(tree, logs, tmp_path):
     port = free_port()
     with serving(tree, station=(HOST, port)):

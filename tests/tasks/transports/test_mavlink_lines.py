@@ -30,6 +30,7 @@ def line(tmp_path):
     return tmp_path / "ttyTEST"
 
 
+@pytest.mark.heavy
 def test_a_serial_line_with_noise_and_a_frame_that_never_ends(line):
     async def script(control):
         station = SerialStation(control, line)
@@ -56,6 +57,7 @@ def test_a_serial_line_with_noise_and_a_frame_that_never_ends(line):
     assert sum("unplugged" in text for text in run.log) == 1
 
 
+@pytest.mark.heavy
 def test_a_line_that_is_not_read_holds_up_nobody(line):
     async def script(control):
         station, other = SerialStation(control, line), Station(control, port)

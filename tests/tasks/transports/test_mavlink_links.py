@@ -4,6 +4,8 @@ import os
 import socket
 import struct
 
+import pytest
+
 from runtime import State
 from runtime.kernel import ScaledClock, WallClock
 from tests.outside import REFUSED, free_port
@@ -25,6 +27,7 @@ def in_a_row(numbers):
     return [(numbers[0] + place) % 256 for place in range(len(numbers))] == numbers
 
 
+@pytest.mark.heavy
 def test_ipv6():
     async def script(control):
         called, calling = Station(control, port=out, host="::1"), Station(control, host="::1")

@@ -3,6 +3,8 @@
 import socket
 from collections import Counter
 
+import pytest
+
 from mavlink import encode, parse_link_url, split
 from mavlink.vehicle.telemetry.streams import STREAMS
 from shoal.missions import parse_plan
@@ -12,6 +14,7 @@ from tests.tasks.transports.mavlink_station import DIALECT, HOST, Station
 from tests.tasks.transports.test_mavlink_vehicles import PLANS, Commanded
 
 
+@pytest.mark.heavy
 def test_a_link_with_low_rates_takes_less_than_300_bytes_a_second(tmp_path):
     key = tmp_path / "key"
     key.write_bytes(bytes(range(200, 232)))

@@ -126,6 +126,7 @@ def test_an_aircraft_is_not_steered(tmp_path):
     flown.vehicle.close()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("action", ["Hold", "Return", "Land", "Stop"])
 def test_a_vehicle_that_has_lost_its_stations_does_what_its_profile_says(action, tmp_path):
     flown = Commanded("lauv-noptilus-1", tmp_path)

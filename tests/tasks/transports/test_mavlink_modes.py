@@ -74,6 +74,7 @@ def test_only_an_aircraft_is_not_steered_by_hand():
         assert hidden == ([] if kind.afloat else ["TELEOPERATION"]), name
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("flavor", FLAVORS)
 def test_the_monitor_is_streamed_and_stays_the_same_while_the_modes_do(flown, flavor):
     station = Watcher(flown, flavor)
@@ -107,6 +108,7 @@ def test_current_mode_is_that_of_the_heartbeat_at_once(flown, flavor):
     assert station.last("CURRENT_MODE")["custom_mode"] == station.last("HEARTBEAT")["custom_mode"]
 
 
+@pytest.mark.heavy
 def test_a_mode_that_was_left_without_stations_is_still_the_intended_one(flown):
     flown.link.gcs_timeout, flown.link.gcs_action = 20.0, "Return"
     station = Watcher(flown, "ardupilot")

@@ -57,6 +57,7 @@ def metres_between(state, values):
     return math.hypot(*wgs84.displacement(lat, lon, 0.0, *place, 0.0)[:2])
 
 
+@pytest.mark.heavy
 def test_a_station_sees_what_the_vehicle_was_and_did(dive):
     async def watch(station, player):
         await station.meet()
@@ -90,6 +91,7 @@ async def items(station):
     return found
 
 
+@pytest.mark.heavy
 def test_a_copter_is_what_its_configuration_says(flight):
     assert identify_log_owner(flight).kind == "hexacopter"
     home = next(imc.Log(flight).messages("EstimatedState"))

@@ -44,6 +44,7 @@ def heard(station, name, where=lambda message: True):
     raise AssertionError(f"no {name}")
 
 
+@pytest.mark.heavy
 def test_pymavlink_sees_a_log_of_dune_and_moves_the_replay():
     with replaying(DUNE, "?flavour=ardupilot", "--clock", "2x") as port:
         station = mavutil.mavlink_connection(f"udpin:127.0.0.1:{port}")

@@ -73,6 +73,7 @@ def test_a_station_of_pymavlink_with_the_key_is_heard_and_hears(key, station):
     assert not [text for text in (*run.log, *map(str, run.messages)) if WORDS in text or KEY.hex() in text]
 
 
+@pytest.mark.heavy
 def test_strangers_get_nothing_and_are_counted(key, station):
     async def script(control):
         plain, wrong = Station(control, system=254), station(f"udpout:{HOST}:{port}", bytes(32))
@@ -176,6 +177,7 @@ def sail_for(seconds, start, state_folder, link):
     return log
 
 
+@pytest.mark.heavy
 def test_times_grow_over_restarts_of_a_computer_without_a_clock(key, tmp_path):
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     receiver.bind((HOST, 0))

@@ -57,6 +57,7 @@ def said(request, tmp_path_factory):
     flown.vehicle.close()
 
 
+@pytest.mark.heavy
 def test_a_vehicle_on_its_plan_says_all_that_it_measures(said):
     profile, found, _, _ = said
     assert {name for name, instances in found.items() if instances} == ALWAYS | BESIDES[profile]

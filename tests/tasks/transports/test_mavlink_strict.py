@@ -95,6 +95,7 @@ def converse(peer, speed):
     return len(parameters)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("seed", range(3))
 def test_everything_gets_through_a_bad_line(afloat, seed):
     peer = afloat.peer(**BAD, seed=seed)
@@ -154,6 +155,7 @@ def test_a_station_that_falls_silent_in_an_upload(afloat, step, kind):
     assert peer.upload(items[::-1], kind)["type"] == ACCEPTED
 
 
+@pytest.mark.heavy
 def test_a_station_that_falls_silent_elsewhere_leaves_nothing_open(afloat):
     peer = afloat.peer()
     assert peer.upload([waypoint(1)])["type"] == ACCEPTED
@@ -204,6 +206,7 @@ def test_two_stations_at_one_port_and_one_vanishes(afloat):
     assert same(mission, first.download()[0])
 
 
+@pytest.mark.heavy
 def test_two_stations_at_one_port_at_once(afloat):
     line = afloat.line(**BAD)
     first, second = afloat.peer(line, system=255), afloat.peer(line, system=250)

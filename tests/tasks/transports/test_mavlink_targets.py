@@ -38,6 +38,7 @@ def away(flown):
     return wgs84.displacement(home.lat, home.lon, 0.0, lat, lon, 0.0)[:2]
 
 
+@pytest.mark.heavy
 def test_a_guided_vehicle_goes_where_the_last_target_is(flown):
     console = Helmsman(flown)
     target = dict(target_system=console.mine, coordinate_frame=1, type_mask=POSITION_ONLY)

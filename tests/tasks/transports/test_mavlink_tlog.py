@@ -174,6 +174,7 @@ def test_a_full_disk_is_told_once_survived_and_costs_no_frame(logs, tmp_path):
     ]
 
 
+@pytest.mark.heavy
 def test_what_waits_for_a_folder_that_is_not_there_is_bounded(logs, tmp_path):
     send = logs.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
     logs.set_folder(tmp_path / "nowhere")

@@ -96,6 +96,7 @@ def test_there_is_no_home_before_the_navigation_is_aligned(tmp_path):
     flown.vehicle.close()
 
 
+@pytest.mark.heavy
 def test_set_current_of_mavsdk_and_mission_planner_makes_the_vehicle_jump(flown):
     console = Console(flown)
     assert console.upload((90, 0), (90, 60), (0, 60), z=flown.z)[0] == ACCEPTED
@@ -117,6 +118,7 @@ def test_set_current_of_mavsdk_and_mission_planner_makes_the_vehicle_jump(flown)
     assert reached == []
 
 
+@pytest.mark.heavy
 def test_a_mission_that_was_paused_goes_on_where_it_was_and_an_order_to_continue_does_not_restart_it(flown):
     console, mission = Console(flown), flown.link.endpoint.mission
     console.upload((30, 0), (30, 60), (0, 60), z=flown.z)
@@ -147,6 +149,7 @@ def test_items_that_were_jumped_over_are_not_reached(flown):
     assert reached[:1] == [1]
 
 
+@pytest.mark.heavy
 def test_a_mission_that_is_uploaded_in_flight_is_not_flown_until_it_is_started(flown):
     console = Console(flown)
     console.upload((90, 0), z=flown.z)
@@ -279,6 +282,7 @@ def test_mission_planner_and_mavproxy_send_items_as_orders(flown):
     assert console.current()["mission_state"] == 1, "it is no mission"
 
 
+@pytest.mark.heavy
 def test_qgroundcontrol_changes_the_altitude_of_a_copter_by_a_target(tmp_path):
     flown = Commanded("hexa-00", tmp_path)
     flown.vehicle.start()

@@ -62,6 +62,7 @@ class Ends:
         return station
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scheme", ["udpin", "udpout", "udpbcast", "tcpin", "tcpout", "serial"])
 def test_a_heartbeat_with_our_id_is_a_fault_until_it_has_been_away(scheme, tmp_path):
     ends = Ends(scheme, tmp_path)

@@ -121,6 +121,7 @@ def test_the_first_hold_ends_the_plan_that_began_by_itself(profile, tmp_path):
     assert all(abs(truth.z - depth) < (1.5 if profile == "hexa-00" else 0.7) for truth in flown.truths[-3000:])
 
 
+@pytest.mark.heavy
 def test_a_vehicle_that_cannot_keep_station_stops(tmp_path):
     flown = Commanded("lauv-noptilus-1", tmp_path)
     flown.vehicle.start()
@@ -166,6 +167,7 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
     ]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("profile", ["lauv-noptilus-1", "otter", "hexa-00"])
 def test_mavsdk_finds_a_shipped_vehicle_well(profile, tmp_path):
     port = free_port()

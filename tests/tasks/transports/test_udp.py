@@ -33,6 +33,7 @@ def test_a_console_that_announces_itself_gets_telemetry_and_is_obeyed(vessel, or
     assert (answers[0].dst, answers[0].src) == (console.system, OWN)
 
 
+@pytest.mark.heavy
 def test_the_state_comes_at_the_rate_of_the_profile_and_other_types_at_theirs(vessel):
     console = Station(vessel).join()
     console.get(imc.EstimatedState)
@@ -129,6 +130,7 @@ def test_a_peer_that_moves_to_another_address_is_followed_when_it_sends_from_the
     assert vessel.udp.peers.find(0x4201).endpoint == ("127.0.0.2", console.port)
 
 
+@pytest.mark.heavy
 def test_a_peer_that_sends_by_turns_from_two_addresses_is_greeted_once(vessel):
     one, two = Station(vessel, 0x4203), Station(vessel, 0x4203, address="127.0.0.2")
     vessel.until(lambda: imc.FuelLevel in {type(state) for state, _ in vessel.udp.states.values()})
@@ -169,6 +171,7 @@ def test_any_number_of_systems_shuts_out_neither_an_operator_nor_an_abort(tmp_pa
         assert operator.get(imc.EstimatedState).src == OWN
 
 
+@pytest.mark.heavy
 def test_a_console_that_has_ended_is_no_longer_in_contact(vessel):
     console = Station(vessel, system=0x4204).join()
     console.get(imc.EulerAngles)

@@ -56,6 +56,7 @@ def test_what_others_say_is_forwarded_once_and_never_back(tmp_path):
         assert packet not in one.packets()
 
 
+@pytest.mark.heavy
 def test_silence_ends_the_contact_and_a_packet_begins_it_again(tmp_path):
     with afloat(tmp_path, "Transports.UDP:Contact Timeout=1") as vessel:
         console = Station(vessel).join()
@@ -69,6 +70,7 @@ def test_silence_ends_the_contact_and_a_packet_begins_it_again(tmp_path):
         console.get(imc.EulerAngles, patience=2.0)
 
 
+@pytest.mark.heavy
 def test_a_static_destination_needs_no_announce_and_a_peer_may_have_its_own_rate(tmp_path):
     port = free_port()
     settings = (
@@ -89,6 +91,7 @@ def test_a_static_destination_needs_no_announce_and_a_peer_may_have_its_own_rate
         vessel.until(lambda: texts)
 
 
+@pytest.mark.heavy
 def test_the_network_keeps_its_own_time_on_a_scaled_clock(tmp_path):
     with afloat(tmp_path, "Transports.UDP:Contact Timeout=2", clock=ScaledClock(8.0)) as vessel:
         console = Station(vessel).join()

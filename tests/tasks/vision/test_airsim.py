@@ -286,6 +286,7 @@ def test_a_hanging_server_does_not_keep_the_vehicle():
         assert run.task.dropped >= 5
 
 
+@pytest.mark.heavy
 def test_in_real_time_too():
     with StandIn() as server:
         run = shot(server, seconds=1.0, clock=WallClock(), pose_from="AirSim")

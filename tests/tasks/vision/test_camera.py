@@ -94,6 +94,7 @@ def test_a_stereo_camera_exposes_at_one_instant_and_sees_the_disparity_of_its_ba
         assert columns[0] - columns[1] == pytest.approx(focal * 0.3 / 3.0, rel=0.03)
 
 
+@pytest.mark.heavy
 def test_a_log_says_what_each_picture_is_and_the_folder_what_each_camera(tmp_path):
     """On a shipped vehicle, whose navigation drifts: truth and estimate are both told, by each camera."""
     loaded = load_profile("lauv-noptilus-1")

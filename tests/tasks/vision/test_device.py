@@ -80,11 +80,13 @@ def test_a_stream_is_shared_at_its_own_rate(server):
     assert run.task.entity.state is State.NORMAL
 
 
+@pytest.mark.heavy
 def test_a_stream_is_thinned_out(server):
     run = watched(lambda device: device.taken >= 5, address=address(server), frame_rate=10.0)
     assert np.diff([frame.time for frame in run.frames]).min() >= 0.09
 
 
+@pytest.mark.heavy
 def test_a_stream_that_ends_is_opened_again(server):
     server.count = 10
     run = watched(lambda device: server.asked >= 2 and device.taken >= 12, address=address(server))
@@ -93,6 +95,7 @@ def test_a_stream_that_ends_is_opened_again(server):
     assert f"{address(server)} sends again" in run.log
 
 
+@pytest.mark.heavy
 def test_a_stream_that_hangs_is_opened_again_and_the_vehicle_goes_on(server):
     server.count, server.hangs = 10, True
     run = watched(lambda device: server.asked >= 2, address=address(server), timeout=0.5)

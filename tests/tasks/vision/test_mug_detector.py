@@ -228,6 +228,7 @@ def hanging(image):
     return []
 
 
+@pytest.mark.heavy
 def test_a_function_that_hangs_is_a_fault_and_frames_are_dropped(good):
     """On a wall clock; the kernel goes on: states are heard meanwhile."""
     WAITING.clear()

@@ -58,6 +58,7 @@ def test_finds_the_gliders_of_rendered_pictures_and_nothing_else(scene, sigma):
     assert math.sqrt(np.mean(np.square(off))) < 0.6
 
 
+@pytest.mark.heavy
 def test_a_glider_of_five_noise_levels_is_found_and_noise_is_not():
     """49 x 10 px: as long and wide as a glider 10 m below a camera of 610 px focal length."""
     hue = np.array(YELLOW) - np.mean(YELLOW)

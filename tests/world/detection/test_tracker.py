@@ -90,6 +90,7 @@ def test_errors_are_as_large_as_the_covariance_says(passes, at):
     assert np.mean(np.sum(errors**2, axis=1)) == pytest.approx(told, rel=0.3)
 
 
+@pytest.mark.heavy
 def test_a_filter_that_took_errors_of_the_pose_for_noise_would_be_too_sure():
     """What is told as new in each picture, but lasts: the band is no formality."""
     lasting, short = (DetectionAccuracy(place=0.0, attitude_time=time, height_time=time) for time in (1e6, 0.0))
@@ -103,6 +104,7 @@ def test_with_the_true_pose_a_glider_is_within_five_centimeters():
     assert math.sqrt(np.mean(np.sum(np.square(errors), axis=1))) < 0.05
 
 
+@pytest.mark.heavy
 def test_each_glider_keeps_its_id(passes):
     """A pass may lose a picture to the gate, but never its glider."""
     assert {id for rows in passes for id, _, _ in rows} == {1}

@@ -102,6 +102,7 @@ def test_ideal_gps_with_an_antenna():
     assert reading.fix == 3
 
 
+@pytest.mark.heavy
 def test_beard_reads_once_a_second_and_wanders():
     gps = GPS("beard")
     readings = [gps.read(Quadrotor(), n, 0.1) for n in range(21)]

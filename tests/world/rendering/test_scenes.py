@@ -38,6 +38,7 @@ def test_far_from_the_ground_the_exposure_is_that_of_the_water():
     assert scene._lit(ScenePose(0.0, 0.0, 0.5, 10.0))[0](12.0)[1] < 0.7 * scene.water.daylight(12.0, 10.0)[1]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("corner", [(100, 100), (990, 990)])
 def test_the_seabed_does_not_repeat(corner):
     """A place of 4 m x 4 m is like no other one within 100 m, except where it is: 120 m of ground seen from 60 m."""

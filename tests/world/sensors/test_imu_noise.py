@@ -58,6 +58,7 @@ def allan(samples, rate, tau):
     return np.sqrt(np.mean(second**2, axis=0) / (2.0 * tau**2))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("density", "column"), [(GYROSCOPE, "gyro"), (ACCELEROMETER, "acc")])
 def test_allan_deviation(density, column):
     seconds, rate = 3600, 100

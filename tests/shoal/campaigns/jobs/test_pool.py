@@ -67,6 +67,7 @@ def jobs(*names, **more):
     return [Job(number, Path(name), **more) for number, name in enumerate(names)]
 
 
+@pytest.mark.heavy
 def test_each_job_is_done_once_and_processes_are_kept():
     with ProcessPool(2, make_runner=Trial) as pool:
         told = [(job.key, result.metrics) for job, result in pool.run(jobs(*["tell"] * 40))]
@@ -85,6 +86,7 @@ def test_without_workers_this_process_does_the_jobs():
     assert told == [{"pid": os.getpid(), "done": 1}, {"pid": os.getpid(), "done": 2}]
 
 
+@pytest.mark.heavy
 def test_jobs_are_asked_for_when_there_is_somebody_for_them():
     asked, known = [], []
 
@@ -100,6 +102,7 @@ def test_jobs_are_asked_for_when_there_is_somebody_for_them():
     assert all(results >= key - 1 for key, results in asked)
 
 
+@pytest.mark.heavy
 def test_a_job_whose_process_dies_is_done_by_another_one(tmp_path):
     with ProcessPool(2, make_runner=Trial) as pool:
         work = [*jobs("tell", "tell", "tell"), Job("x", Path("die_once 9"), seed=4, log_root=tmp_path)]
@@ -109,6 +112,7 @@ def test_a_job_whose_process_dies_is_done_by_another_one(tmp_path):
     assert told["x"].seed == 4
 
 
+@pytest.mark.heavy
 def test_processes_that_are_killed_from_outside_lose_nothing_and_double_nothing():
     told = []
     with ProcessPool(2, make_runner=Trial) as pool:
@@ -120,6 +124,7 @@ def test_processes_that_are_killed_from_outside_lose_nothing_and_double_nothing(
     assert sorted(told) == list(range(30))
 
 
+@pytest.mark.heavy
 def test_a_process_that_died_while_it_was_idle_costs_its_next_job_nothing(tmp_path):
     with ProcessPool(1, make_runner=Trial) as pool:
         [(_, first)] = pool.run(jobs("tell"))
@@ -128,6 +133,7 @@ def test_a_process_that_died_while_it_was_idle_costs_its_next_job_nothing(tmp_pa
     assert not result.error
 
 
+@pytest.mark.heavy
 def test_a_job_that_kills_two_processes_is_a_result():
     with ProcessPool(1, make_runner=Trial) as pool:
         told = {job.key: result for job, result in pool.run(jobs("tell", "die 11", "tell"))}
@@ -136,6 +142,7 @@ def test_a_job_that_kills_two_processes_is_a_result():
     assert not told[1].passed
 
 
+@pytest.mark.heavy
 def test_a_job_that_hangs_ends_at_the_limit_and_is_told_where():
     with ProcessPool(2, make_runner=Trial, wall_limit=0.5) as pool:
         told = {job.key: result for job, result in pool.run(jobs("hang", "tell", "tell"))}
@@ -159,6 +166,7 @@ def test_what_goes_wrong_in_this_process_is_a_result_too():
         assert [result.error[:10] for _, result in pool.run(jobs("fail", "leave"))] == ["ZeroDivisi", "SystemExit"]
 
 
+@pytest.mark.heavy
 def test_processes_that_cannot_start_are_an_error():
     with (
         ProcessPool(2, make_runner=Stillborn) as pool,
@@ -167,6 +175,7 @@ def test_processes_that_cannot_start_are_an_error():
         list(pool.run(jobs("tell", "tell")))
 
 
+@pytest.mark.heavy
 def test_who_has_heard_enough_may_leave_and_ask_again():
     with ProcessPool(2, make_runner=Trial) as pool:
         for job, _ in pool.run(jobs("hang", "tell")):
@@ -182,6 +191,7 @@ def test_folders_of_a_user_are_searched(tmp_path):
     assert result.error == str(tmp_path / "of_the_user.py")
 
 
+@pytest.mark.heavy
 def test_nothing_stays_in_the_folder_of_temporary_files(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with ProcessPool(1, make_runner=Trial, wall_limit=0.2) as pool:
@@ -209,6 +219,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_no_process_stays_behind(tmp_path, number):
     """Ctrl-C goes to all processes of a terminal; other signals, often, to one."""

@@ -71,6 +71,7 @@ def data(tmp_path_factory):
     return run_study(load_study(path, make_draft=StandInDraft), folder / "runs", make_runner=Swimming, workers=0)
 
 
+@pytest.mark.heavy
 def test_the_page_says_all_and_needs_no_network(data):
     page = campaign_html(data, data.folder)
     read = Reading(page)
@@ -93,6 +94,7 @@ def test_the_page_says_all_and_needs_no_network(data):
     assert f"--run {sorted(data.counted_rows, key=lambda row: row['margin'])[19]['run']}" not in logs
 
 
+@pytest.mark.heavy
 def test_a_choice_is_told_by_what_was_drawn(data):
     sensors = ("DVL", "<GPS>", "IMU")
     rows = {run: row | {"values.events/0/silent": sensors[run % 3]} for run, row in data.rows.items()}
@@ -129,6 +131,7 @@ def test_tracks_survive_the_data_set(data):
     assert track[1, 0] == pytest.approx(41.0 + 1e-3 * again.rows[3]["metrics.drift"], abs=1e-7)
 
 
+@pytest.mark.heavy
 def test_a_page_without_a_run_is_refused_and_one_with_few_is_drawn(tmp_path, data):
     with pytest.raises(ResultsError, match="has no run yet"):
         campaign_html(CampaignResults(tmp_path, data.metadata), tmp_path)

@@ -88,6 +88,7 @@ def test_a_search_of_nothing_is_refused(tmp_path):
         load_study(write(tmp_path, STUDY.replace("margin of stays", "margin"), bare))
 
 
+@pytest.mark.heavy
 @given(st.dictionaries(TEXTS.filter(bool), TREES, min_size=1, max_size=4))
 def test_any_tree_reads_as_it_was_written(values):
     text = json.dumps(values, ensure_ascii=False)

@@ -67,6 +67,7 @@ def test_what_it_found_is_a_scenario_that_says_why(found):
     assert speeds == [repr(float(north))]
 
 
+@pytest.mark.heavy
 def test_it_is_the_same_for_any_number_of_workers(found, tmp_path):
     two = do(write(tmp_path), tmp_path / "runs", workers=2)
     assert comparable(two) == comparable(found)
@@ -136,6 +137,7 @@ def test_a_run_of_a_search_is_done_again(found):
     assert again.values == {NORTH: f"{shown.changed_values_of_run(shown.smallest_failure)[NORTH]!r} m/s"}
 
 
+@pytest.mark.heavy
 def test_the_page_has_no_pass_rate(found):
     page = campaign_html(found, found.folder)
     assert "Smallest margin of stays" in page
@@ -149,6 +151,7 @@ def test_the_page_has_no_pass_rate(found):
     assert "4 of 30 runs done" in campaign_html(few, found.folder)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("goal", "kind"), [("minimise", "smallest"), ("maximise", "largest")])
 def test_the_page_lists_the_best_runs(tmp_path, goal, kind):
     text = STUDY.replace("minimise: margin of stays, shrink: 40", f"{goal}: metrics.far")
@@ -179,6 +182,7 @@ def test_a_value_without_a_unit_is_in_that_of_the_study(tmp_path, place, before,
     assert load_study(tmp_path / "dive.study.yaml", has_begun=True).search.axes[place].default == default
 
 
+@pytest.mark.heavy
 def test_the_best_parameters_are_options_of_a_profile(tmp_path):
     text = STUDY.replace("minimise: margin of stays, shrink: 40", "minimise: metrics.far")
     data = do(write(tmp_path, text), tmp_path / "runs")
@@ -237,6 +241,7 @@ def test_what_ends_with_an_error_is_no_finding_about_one_expectation(tmp_path):
     assert shown.smallest_failure is not None
 
 
+@pytest.mark.heavy
 def test_all_combinations_are_tried_once_and_then_it_ends(tmp_path):
     text = f"scenario: dive.scenario.yaml\nvary: {{{GPS}: {{choice: [3, 2, 7]}}}}\nsearch: {{minimise: metrics.far}}\n"
     data = do(write(tmp_path, text), tmp_path / "runs")
@@ -294,6 +299,7 @@ def test_another_optuna_does_not_go_on(found, monkeypatch):
         do(found.folder.parent / "dive.study.yaml", found.folder)
 
 
+@pytest.mark.heavy
 def test_paths_in_what_it_writes_lead_to_the_same_files(tmp_path):
     """A study elsewhere than its data set; the profile and the plan are beside the scenario."""
     (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n")
@@ -314,6 +320,7 @@ def test_a_search_has_no_shards(tmp_path):
     assert not (tmp_path / "runs").exists()
 
 
+@pytest.mark.heavy
 def test_nothing_is_written_of_a_scenario_that_has_changed_meanwhile(tmp_path):
     path = write(tmp_path)
 
@@ -335,6 +342,7 @@ class Dead:
         raise AssertionError(job)
 
 
+@pytest.mark.heavy
 def test_a_search_gives_a_frame(tmp_path):
     text = STUDY.replace("runs: 30", "runs: 3").replace("shrink: 40", "at a time: 2")
     study = write(tmp_path, text, SCENARIO.replace("< 3 m", "< 90 m"))

@@ -197,6 +197,7 @@ def name_absolutely(study):
     study.write_text(f"scenario: {far}/mine.scenario.yaml\n{text[text.index('vary:') :]}")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("named", ["relative", "absolute", "roundabout", "inside"])
 def test_what_the_campaign_has_read_counts_and_not_what_is_there_later(tmp_path, named):
     study = write(tmp_path)
@@ -223,6 +224,7 @@ def test_what_the_campaign_has_read_counts_and_not_what_is_there_later(tmp_path,
         assert not rest
 
 
+@pytest.mark.heavy
 def test_a_campaign_that_is_killed_leaves_no_copies(tmp_path):
     study = write(tmp_path)
     study.write_text(STUDY.replace("runs: 4", "runs: 9999"))

@@ -55,6 +55,7 @@ def there(place, monkeypatch):
     monkeypatch.chdir(place)
 
 
+@pytest.mark.heavy
 def test_runs_differ_by_what_varies(place):
     frame = open_results(place / "campaigns" / "rest").data_frame()
     north = frame["values.world/current/north"]
@@ -64,6 +65,7 @@ def test_runs_differ_by_what_varies(place):
     assert len(frame.loc[0, "tracks.lauv-noptilus-1"]) >= 3 * 4
 
 
+@pytest.mark.heavy
 def test_a_run_again_is_the_same_to_the_byte_of_its_log(place):
     frame = open_results(place / "campaigns" / "rest").data_frame()
     number = frame.index[~frame["passed"]][0]
@@ -79,6 +81,7 @@ def test_a_run_again_is_the_same_to_the_byte_of_its_log(place):
     assert "(was " in what_if.output.partition("metrics.north")[2]
 
 
+@pytest.mark.heavy
 def test_it_goes_on_where_it_was_and_compares_pairs(place):
     set_option = ("--set", "vehicle/parameters/Simulators.GPS/HACC=9")
     assert shoal("rest.study.yaml", "-j", 0, "-o", "b", "--runs", 2, *set_option).exit_code == 0
@@ -95,6 +98,7 @@ def test_it_goes_on_where_it_was_and_compares_pairs(place):
     assert "limit exceeded: metrics.north changed by" in limit.output
 
 
+@pytest.mark.heavy
 def test_runs_that_do_not_count_are_told(place):
     words = ("rest.study.yaml", "-j", 0, "-o", "fewer", "--runs")
     assert "more run" not in shoal(*words, 3).output
@@ -106,6 +110,7 @@ def test_runs_that_do_not_count_are_told(place):
     assert "more run" not in shoal(*words, 3).output
 
 
+@pytest.mark.heavy
 def test_shards_are_merged_and_what_is_missing_can_be_done(place):
     words = ("rest.study.yaml", "-j", 0, "--runs", 3, "-o", "parts")
     assert "of 2 passed" in shoal(*words, "--shard", "1/2").output
@@ -134,6 +139,7 @@ def test_a_notebook_gets_a_data_frame(place):
     assert list(frame.index) == list(range(5))
 
 
+@pytest.mark.heavy
 def test_a_scenario_inside_the_study_is_the_same(place):
     inside = "\n".join(
         f"  {line}" for line in SCENARIO.replace("north: 0,", "north: {uniform: [0, 0.3]},").splitlines()
@@ -194,6 +200,7 @@ def test_a_choice_that_the_vehicle_has_not_got_is_told_before_any_run(place):
     assert not (place / "choice").exists()
 
 
+@pytest.mark.heavy
 def test_without_the_extra_it_says_what_to_install(place):
     code = "import sys; sys.modules['scipy'] = None; sys.modules['pyarrow'] = None\nfrom shoal.cli import main; main()"
     words = [sys.executable, "-c", code, "campaign", "rest.study.yaml", "-o", "none", "-j", "0"]

@@ -55,6 +55,7 @@ def there(place, monkeypatch):
     monkeypatch.chdir(place)
 
 
+@pytest.mark.heavy
 def test_it_tells_what_it_found(told):
     assert told.startswith("rest: 6 runs sought the smallest margin of stays near, ")
     assert "made the change smaller" in told
@@ -65,6 +66,7 @@ def test_it_tells_what_it_found(told):
     assert "Wilson" not in told
 
 
+@pytest.mark.heavy
 def test_what_it_found_fails_again_and_in_the_same_way(told, place):
     data = open_results(place / "campaigns" / "rest")
     smallest = compute_findings(data).smallest_failure

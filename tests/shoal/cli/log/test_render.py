@@ -86,6 +86,7 @@ def same(one, other):
     return filecmp.cmpfiles(one, other, names, shallow=False)[1:] == ([], [])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("which", [1, 2], ids=["of its own cameras", "of a vehicle without cameras"])
 def test_pictures_after_the_fact_are_those_of_the_run(shoal, run, which):
     """Of each log of the run: the second one, that of a plan, begins in the middle of it."""
@@ -113,6 +114,7 @@ def test_pictures_of_all_shipped_vehicles_are_those_of_the_run(shoal, tmp_path, 
         assert same(Path(f"out{number}") / "Photos", with_cameras / "Photos")
 
 
+@pytest.mark.heavy
 def test_pictures_and_labels_are_the_same_on_one_processor_and_on_two(shoal, run):
     ini, _, (_, log) = run
     for count in (1, 2):
@@ -124,6 +126,7 @@ def test_pictures_and_labels_are_the_same_on_one_processor_and_on_two(shoal, run
     assert Path("out1/labels.json").read_bytes() == Path("out2/labels.json").read_bytes()
 
 
+@pytest.mark.heavy
 def test_labels_fit_each_other_and_the_pictures(shoal, run):
     ini, _, (_, log) = run
     assert shoal(log, "out", "--camera", ini, "--flow").exit_code == 0
@@ -154,6 +157,7 @@ def test_labels_fit_each_other_and_the_pictures(shoal, run):
     assert [file for file, has_flow in flow.items() if not has_flow] == sorted(last)
 
 
+@pytest.mark.heavy
 def test_another_lens_and_other_gliders(shoal, run, tmp_path):
     _, _, (_, log) = run
     (tmp_path / "other.ini").write_text("[Vision.FisheyeCamera]\nSize = 200\nFrame Rate = 2\nLens = equisolid\n")

@@ -99,6 +99,7 @@ def damaged(data, edits):
     return data, first
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("form", FORMATS)
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(edits=damage)
@@ -143,6 +144,7 @@ ATTITUDE = mavlink.MAVLink_attitude_message(2000, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0)
 PLACE = mavlink.MAVLink_global_position_int_message(1000, round(41.18e7), round(-8.7e7), 0, 0, 0, 0, 0, 0)
 
 
+@pytest.mark.heavy
 @settings(max_examples=60, deadline=None)
 @given(values=st.lists(ODD, min_size=12, max_size=12), number=st.integers(0, 255))
 def test_frames_with_impossible_values_cost_only_themselves(tmp_path_factory, values, number):

@@ -58,6 +58,7 @@ def matrices(attitudes):
     return np.moveaxis(np.array(rows), -1, 0)
 
 
+@pytest.mark.heavy
 def test_the_parts_of_a_euroc_data_set_fit_each_other(source, tmp_path):
     """The forces, turned to the world by the truth, less gravity, add up to the velocity of the place of the IMU."""
     export_euroc(source, tmp_path)

@@ -81,6 +81,7 @@ def idle(tmp_path_factory):
     return source, path, Reader(path), count
 
 
+@pytest.mark.heavy
 def test_all_messages_of_a_log_of_dune_are_read_as_they_are(idle):
     source, _, reader, count = idle
     packets = packets_of(source.log)
@@ -185,6 +186,7 @@ def test_poses_are_east_north_up_and_forward_left_up(make_log, tmp_path):
     assert reader.metadata["map"]["latitude_rad"] == "0.7"
 
 
+@pytest.mark.heavy
 def test_every_message_of_the_schema_is_read_as_it_is(make_log, tmp_path):
     schema = imc.builtin()
     messages = [filled(schema, schema.by_id(number), 2).replace(**HEADER) for number in sorted(schema.types_by_id)]

@@ -65,6 +65,7 @@ def test_pictures_have_circles_around_the_gliders_that_they_show(source, reader)
     assert np.median(misses["MUG Detector"]) < 3.0  # px
 
 
+@pytest.mark.heavy
 def test_the_scene_has_the_gliders_where_the_vehicle_believes_them(source, reader):
     found = reader.on(f"{NAME}/EstimatedMugState/MUG_Detector/scene")
     entity = next(number for (_, number), label in source.names.labels.items() if label == "MUG Detector")

@@ -46,6 +46,7 @@ def group_of(path, name=None):
     return xarray.open_dataset(path, group=name, engine="h5netcdf")
 
 
+@pytest.mark.heavy
 def test_all_messages_of_a_log_of_dune_are_there(idle):
     log = imc.Log(LOGS / "dune-idle")
     with h5netcdf.File(idle, decode_vlen_strings=True) as file:
@@ -61,6 +62,7 @@ def test_all_messages_of_a_log_of_dune_are_there(idle):
                     assert group[field.attribute][...].tolist() == expected, (kind, field.attribute)
 
 
+@pytest.mark.heavy
 def test_time_units_and_names_follow_the_conventions(idle):
     assert group_of(idle).attrs["Conventions"] == "CF-1.11"
     states, stamps = group_of(idle, "EstimatedState"), imc.Log(LOGS / "dune-idle")["EstimatedState"]["timestamp"]
@@ -80,6 +82,7 @@ def test_bits_have_masks_and_names(export_messages):
     assert 0 not in names.values()
 
 
+@pytest.mark.heavy
 def test_every_row_says_who_spoke(idle):
     for kind in ("EstimatedState", "EntityState"):
         group = group_of(idle, kind)
@@ -109,6 +112,7 @@ def test_no_value_is_taken_for_a_missing_one(export_messages):
         assert file["Temperature/value"][1] == -math.inf
 
 
+@pytest.mark.heavy
 def test_text_raw_data_and_messages_inside(export_messages):
     path = export_messages(
         imc.LogBookEntry(text='tab\tline\r\nquote" comma, ñ', context="\udcff\0", **HEADER),
@@ -157,6 +161,7 @@ def test_a_file_is_written_in_pieces(export_messages, monkeypatch):
         assert file["Rpm/value"][:].tolist() == [number for number in range(1000) if number != 500]
 
 
+@pytest.mark.heavy
 def test_every_message_of_the_schema_can_be_written(export_messages):
     path = export_messages(*(imc.builtin().by_id(number)(**HEADER) for number in imc.builtin().types_by_id))
     with netCDF4.Dataset(path) as file:

@@ -70,6 +70,7 @@ def test_misses_false_alarms_switches_and_nees_of_a_shipped_vehicle(tmp_path):
         assert thing.nees < 2.4
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scene", ["Sea Surface", "Seabed"])
 def test_gliders_below_a_flying_vehicle_are_in_view_where_no_bottom_is_known(tmp_path, scene):
     overrides = ["World:Gliders=1 0.3, 8 -4", "Vision.FisheyeCamera:Save Images=false"]
@@ -80,6 +81,7 @@ def test_gliders_below_a_flying_vehicle_are_in_view_where_no_bottom_is_known(tmp
         assert 0.0 < thing.nees < 10.0
 
 
+@pytest.mark.heavy
 def test_detections_of_pictures_before_the_log_do_not_count(sailed, tmp_path):
     """The log begins between a picture and what is detected in it."""
     log = imc.Log(sailed)

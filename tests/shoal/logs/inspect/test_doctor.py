@@ -74,6 +74,7 @@ def test_damage_is_told_and_repaired(make_log, tmp_path, kind, text, saved):
     assert len(imc.Log(tmp_path / "clean")) == saved
 
 
+@pytest.mark.heavy
 def test_a_cut_member_is_told_and_mended(make_log, tmp_path):
     """SIGKILL during a write cuts the last member at any byte."""
     path = make_log(good(), block=2000) / "Data.lsf.gz"

@@ -181,6 +181,7 @@ def test_a_state_beyond_the_pole_or_without_a_place_is_left_out(make_log):
     assert read_report_data(log, summarize(log)).origin is None
 
 
+@pytest.mark.heavy
 def test_a_page_stays_small_whatever_the_log_says(make_log):
     def flood():
         for n in range(6000):

@@ -22,6 +22,7 @@ def place(state):
     return north, east, state.alt
 
 
+@pytest.mark.heavy
 def test_a_copter_takes_off_flies_two_legs_and_lands(body):
     copter = body("autopilot-copter")
     copter.ready()
@@ -35,6 +36,7 @@ def test_a_copter_takes_off_flies_two_legs_and_lands(body):
     assert copter.modes == ["STABILIZE", "GUIDED", "LAND"]
 
 
+@pytest.mark.heavy
 def test_px4_takes_off_circles_hovers_and_lands(body):
     copter = body("autopilot-copter", kind="px4")
     copter.ready()
@@ -51,6 +53,7 @@ def test_px4_takes_off_circles_hovers_and_lands(body):
     assert not any("COMMAND" in text or "accepted" in text for text in copter.texts())
 
 
+@pytest.mark.heavy
 def test_a_boat_goes_circles_and_keeps_station(body):
     boat = body("autopilot-rover", "--old", kind="boat", overrides=[*PATIENT, "Maneuver.Loiter:Minimum Radius=8"])
     boat.ready()
@@ -67,6 +70,7 @@ def test_a_boat_goes_circles_and_keeps_station(body):
     boat.wait(lambda: boat.modes[-1] == "LOITER")  # it holds after the plan
 
 
+@pytest.mark.heavy
 def test_a_submarine_dives_to_a_depth(body):
     sub = body("autopilot-rover", kind="submarine", overrides=[*PATIENT, "General:Absolute Maximum Depth=10"])
     sub.ready()
@@ -75,6 +79,7 @@ def test_a_submarine_dives_to_a_depth(body):
     assert sub.last(imc.EstimatedState).depth == pytest.approx(4.0, abs=1.1)
 
 
+@pytest.mark.heavy
 def test_a_plane_takes_off_and_circles_at_the_end_of_its_leg(body):
     radius = "Control.Autopilot.MAVLink:Radius To Endpoint=80"
     plane = body(
@@ -110,6 +115,7 @@ def flying(copter, then="  - goto: {north: 400, altitude: 6}\n"):
     copter.wait(lambda: place(copter.last(imc.EstimatedState))[0] > 5.0)
 
 
+@pytest.mark.heavy
 def test_the_mode_that_a_pilot_chooses_is_not_fought(body):
     copter = body("autopilot-copter")
     flying(copter)
@@ -120,6 +126,7 @@ def test_the_mode_that_a_pilot_chooses_is_not_fought(body):
     assert copter.modes[-2:] == ["GUIDED", "LAND"]  # and not BRAKE, as after other plans
 
 
+@pytest.mark.heavy
 def test_a_killed_autopilot_is_an_error_and_a_new_one_works(body):
     copter = body("autopilot-copter", speed=8.0, overrides=())
     flying(copter)
@@ -138,6 +145,7 @@ def test_a_killed_autopilot_is_an_error_and_a_new_one_works(body):
     assert copter.wait(copter.outcome) == "SUCCESS", "\n".join(copter.texts())
 
 
+@pytest.mark.heavy
 def test_an_abort_lands_and_an_idle_copter_too(body):
     copter = body("autopilot-copter", overrides=[*PATIENT, "Control.Autopilot.MAVLink:Idle Timeout=5"])
     flying(copter)
@@ -159,6 +167,7 @@ def test_what_the_autopilot_refuses_ends_the_plan_with_its_reason(body):
     assert "arming was not carried out: PreArm: compass not calibrated" in "\n".join(copter.texts())
 
 
+@pytest.mark.heavy
 def test_foreigners_garbage_and_what_is_no_number_have_no_effect(body):
     copter = body("autopilot-copter")
     copter.ready()

@@ -22,6 +22,7 @@ def go(boat):
     assert boat.wait(boat.outcome) == "SUCCESS", "\n".join(boat.texts())
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("address", [name for name in ADDRESSES if name != "udpin"])  # of all other tests
 def test_a_plan_is_carried_out_over_each_link(body, address):
     place, *options = ADDRESSES[address]
@@ -49,6 +50,7 @@ def key(tmp_path, words="left luggage"):
     return file
 
 
+@pytest.mark.heavy
 def test_on_a_signed_link_only_the_key_counts(body, tmp_path):
     address = f"udpin://127.0.0.1:{{port}}?key={key(tmp_path)}"
     boat = body("autopilot-rover", "--key", "left luggage", kind="boat", address=address, speed=8.0)
@@ -72,6 +74,7 @@ def test_an_autopilot_with_another_key_is_not_heard(body, tmp_path):
     assert not boat.said[imc.EstimatedState]
 
 
+@pytest.mark.heavy
 def test_a_second_autopilot_with_the_same_id_has_no_effect_and_is_told(body):
     boat = body("autopilot-rover", kind="boat", overrides=[*PATIENT])
     boat.ready()
@@ -83,6 +86,7 @@ def test_a_second_autopilot_with_the_same_id_has_no_effect_and_is_told(body):
     assert other.poll() is None
 
 
+@pytest.mark.heavy
 def test_acknowledgments_for_others_are_none(body):
     boat = body("autopilot-rover", kind="boat")
     boat.ready()

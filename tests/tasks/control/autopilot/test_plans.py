@@ -46,6 +46,7 @@ HEAVY = pytest.mark.heavy
 SLOW = "--of-loss", "20"  # a busy computer sends late
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("kind", "plan", "more"),
     [

@@ -42,6 +42,7 @@ def works_again(vehicle, plan):
     assert vehicle.wait(vehicle.outcome) == "SUCCESS", "\n".join(vehicle.texts())
 
 
+@pytest.mark.heavy
 def test_a_copter_that_loses_its_position_ends_the_plan_and_lands(body):
     copter = under_way(body("autopilot-copter"), FLIGHT)
     copter.tell("gps lost")
@@ -89,6 +90,7 @@ def test_an_autopilot_that_is_silent_for_a_while_holds_when_it_is_back(body):
     assert copter.state("Autopilot").startswith("NORMAL")
 
 
+@pytest.mark.heavy
 def test_a_command_without_an_answer_ends_the_plan(body):
     copter = body("autopilot-copter")
     copter.ready()
@@ -106,6 +108,7 @@ def test_what_an_autopilot_does_not_do_ends_the_plan(body):
     fails(copter, "a takeoff was not carried out")
 
 
+@pytest.mark.heavy
 def test_px4_in_offboard_holds_when_this_computer_fails(body):
     copter = under_way(body("autopilot-copter", kind="px4", speed=4.0, overrides=[*PATIENT, OFFBOARD]), FLIGHT)
     assert copter.modes[-1] == "OFFBOARD"
@@ -117,6 +120,7 @@ def test_px4_in_offboard_holds_when_this_computer_fails(body):
     assert copter.seen()[-1][2] < 100.0  # and does not go on to its target, 400 m to the north
 
 
+@pytest.mark.heavy
 def test_a_plan_in_the_memory_goes_on_when_this_computer_fails(body):
     boat = under_way(body("autopilot-rover", kind="boat", overrides=[*PATIENT, MEMORY]), FAR)
     assert boat.modes[-1] == "AUTO"

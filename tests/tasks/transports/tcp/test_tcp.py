@@ -5,6 +5,7 @@ import struct
 import time
 
 import imcpy
+import pytest
 
 import imc
 from runtime.kernel import ScaledClock, WallClock, parse_clock
@@ -103,6 +104,7 @@ def test_packets_may_come_in_pieces_and_between_rubbish():
     assert any("bytes that are no packet" in line for line in run(test).log)
 
 
+@pytest.mark.heavy
 def test_a_damaged_length_makes_the_server_deaf_for_a_moment_only():
     async def test(script, server, depths):
         peer = Peer.of(server.open_port)
@@ -171,6 +173,7 @@ def test_a_client_that_does_not_read_is_cut_off_and_delays_nobody():
     assert any("it leaves 1 MiB unread" in line for line in run(test, transports=["Depth", "DevDataText"]).log)
 
 
+@pytest.mark.heavy
 def test_a_peer_that_sends_no_imc_is_cut_off():
     async def test(script, server, depths):
         bad, good = Peer.of(server.open_port), Peer.of(server.open_port)
@@ -187,6 +190,7 @@ def test_a_peer_that_sends_no_imc_is_cut_off():
     assert any("it sends no IMC" in line for line in run(test, maximum_rate=100_000.0).log)
 
 
+@pytest.mark.heavy
 def test_a_flood_takes_its_turn():
     """What is sent too fast waits at its sender; the vehicle's own timers go on."""
 
@@ -221,6 +225,7 @@ def test_there_is_room_for_so_many_and_no_more():
     assert any("127.0.0.1 was refused" in line for line in run(test, maximum_connections=4).log)
 
 
+@pytest.mark.heavy
 def test_idle_connections_shut_nobody_out():
     """One that has commanded stays; nor does it help to be busy in many connections from one address."""
 

@@ -3,6 +3,8 @@
 import socket
 import time
 
+import pytest
+
 import imc
 from runtime import State
 from runtime.kernel import ScaledClock
@@ -11,6 +13,7 @@ from tests.outside import REFUSED
 from tests.tasks.transports.tcp.peers import HOST, VEHICLE, Peer, packet, run, until
 
 
+@pytest.mark.heavy
 def test_the_client_connects_exchanges_packets_and_connects_again():
     listener = socket.create_server((HOST, 0))
     listener.setblocking(False)
@@ -38,6 +41,7 @@ def test_the_client_connects_exchanges_packets_and_connects_again():
     assert sum("connected with" in line for line in log) == 3  # connected, not connected, connected
 
 
+@pytest.mark.heavy
 def test_the_client_waits_longer_each_time_and_says_so_once():
     with socket.create_server((HOST, 0)) as gone:
         port = gone.getsockname()[1]

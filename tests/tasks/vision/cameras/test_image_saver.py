@@ -25,6 +25,7 @@ def states(seconds, rate=10):
     return [imc.EstimatedState(timestamp=n / rate, depth=5.0, z=5.0, alt=4.0) for n in range(int(seconds * rate))]
 
 
+@pytest.mark.heavy
 def test_what_is_told_of_a_camera_is_what_it_was_at_the_exposure(tmp_path):
     """A shipped vehicle whose camera gets another lens and place while a picture is on its way."""
     profile = load_profile("lauv-noptilus-1", overrides=["Vision.Camera/Left:Frame Rate=5"])
@@ -61,6 +62,7 @@ class Fast(ExternalCameraTask):
         self.deliver(self.now, np.zeros((4, 4, 4), np.uint8), self.now)
 
 
+@pytest.mark.heavy
 def test_a_slow_disk_loses_pictures_and_not_the_memory(tmp_path, monkeypatch):
     """Each picture takes 0.2 s to write, and one comes each 20 ms."""
 

@@ -18,6 +18,7 @@ def caustics(strength=1.0, height=0.88, elevation=90.0, visibility=20.0, seed=1)
     return Caustics(strength, SeaState(height), Sun(0.0, math.radians(elevation)), green_water(visibility), seed)
 
 
+@pytest.mark.heavy
 def test_the_light_is_gathered_and_not_made():
     north, east = np.random.default_rng(1).uniform(-200.0, 200.0, (2, 100000))
     for depth in DEPTHS:
@@ -40,6 +41,7 @@ def test_they_are_fixed_to_places_and_times():
     )
 
 
+@pytest.mark.heavy
 def test_they_fade_with_depth_and_need_sun_and_waves():
     contrasts = [float(caustics().contrast(depth)) for depth in DEPTHS]
     assert max(contrasts) == contrasts[2]

@@ -134,6 +134,7 @@ def test_a_calibration_gives_the_camera_back(optics, spread):
     assert (found[0, 2], found[1, 2]) == pytest.approx((cx, cy), abs=0.3)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("optics", [BROWN, ODD, QUARTIC], ids=["brown", "kannala", "quartic"])
 def test_what_is_told_of_a_camera_makes_lines_straight(optics):
     about = describe_camera(optics, DOWN)["opencv"]

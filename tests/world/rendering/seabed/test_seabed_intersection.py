@@ -135,6 +135,7 @@ def trial(request):
     return Trial(*request.param)
 
 
+@pytest.mark.heavy
 def test_distances_to_a_relief_are_those_of_the_true_bottom(trial):
     inside, expected = trial.inside, trial.image(trial.distance)
     assert inside.sum() > 0.6 * trial.covered.sum()
@@ -211,6 +212,7 @@ def test_a_point_of_the_ground_is_shown_where_it_projects_to(name, optics):
     assert np.percentile(apart, 99.9) <= 1.5  # the rest are edges of ground before other ground
 
 
+@pytest.mark.heavy
 def test_pictures_do_not_depend_on_where_the_camera_was_before():
     sea, (north, east, depth) = SEAS["hills"]
     travelled, fresh = (SceneCamera(FISHEYE, 64, seabed=sea, walls=WALLS) for _ in range(2))
