@@ -16,6 +16,11 @@ Op = imc.CacheControl.Op
 FORGET = "CacheControl CLEAR forgets it"
 
 
+def is_setting(message: imc.Message) -> bool:
+    """Whether a message sets something; LblConfig also asks, and answers."""
+    return not isinstance(message, imc.LblConfig) or message.op == imc.LblConfig.Op.SET_CFG
+
+
 class Cache(Task):
     """Stores the last message of some types that an operator has sent to this vehicle, and repeats them at the start.
 
@@ -46,7 +51,7 @@ class Cache(Task):
             except (OSError, imc.DecodeError) as error:
                 self.log.warning(f"{path.name} of the cache cannot be read: {error}")
                 continue
-            if type(message) in self._kinds:
+            if type(message) in self._kinds and is_setting(message):
                 self._kept[path.stem] = packet
         self._repeat()
 
@@ -59,8 +64,9 @@ class Cache(Task):
         if not self.is_for_me(request):
             return
         name = self.vehicle.systems.name(request.src)
-        if request.op == Op.STORE and type(request.message) in self._kinds and request.message is not None:
-            self._store(request.message)
+        inner = request.message
+        if request.op == Op.STORE and inner is not None and type(inner) in self._kinds and is_setting(inner):
+            self._store(inner)
         elif request.op == Op.LOAD:
             self._repeat()
         elif request.op == Op.CLEAR:
@@ -87,7 +93,7 @@ class Cache(Task):
 
     def _keep(self, message: imc.Message) -> None:
         """Keep a message of an operator to this vehicle, unless a value in it cannot be."""
-        if message.src in OPERATORS and self.is_for_me(message) and not imc.validate(message):
+        if message.src in OPERATORS and self.is_for_me(message) and is_setting(message) and not imc.validate(message):
             self._store(message)
 
     def _store(self, message: imc.Message) -> None:

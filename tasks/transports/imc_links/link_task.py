@@ -18,6 +18,7 @@ from tasks.transports.imc_links.message_list import (
     parse_entities,
     parse_rate,
 )
+from tasks.transports.imc_links.own_announce import is_for_log
 
 T = TypeVar("T")
 
@@ -113,6 +114,8 @@ class ImcLinkTask(Task):
             self.log.warning(f"no such message: {', '.join(self.messages.unknown)}")
 
     def keep_state(self, state: imc.Message, packet: bytes) -> None:
+        if isinstance(state, imc.Announce) and is_for_log(state):
+            return
         self.states[type(state), state.src_ent] = state, packet
 
     def last_states(self, messages: MessageList) -> Iterator[bytes]:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import imc
 from imc.coordinates import absolute_position
-from imc.discovery import LOOPBACK, Service
+from imc.discovery import LOOPBACK, Service, Services
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.network_interfaces import EVERYWHERE, is_loopback_address
 
@@ -25,6 +25,13 @@ def announcement(name: str, system_type: str, state: imc.EstimatedState | None, 
         height=height,
         services=services,
     )
+
+
+def is_for_log(announce: imc.Announce) -> bool:
+    """Whether an Announce of this vehicle only begins a log: it names no run, and a console would take it for a second
+    vehicle with the same id.
+    """
+    return not Services.parse(announce.services).uid
 
 
 def custom_message_signatures(schema: imc.Schema) -> dict[int, str]:

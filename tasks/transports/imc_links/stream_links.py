@@ -12,6 +12,7 @@ from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
 from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.link_task import ImcLinkTask, reraise_as_parameter_error
+from tasks.transports.imc_links.own_announce import is_for_log
 from tasks.transports.imc_links.peer_table import MALFORMED, ON_THE_BUS, DropCounts
 from tasks.transports.imc_links.sockets import network_time, schedule_network_timer
 
@@ -245,6 +246,8 @@ class StreamLinkTask(ImcLinkTask):
             self.transmit(message, packet)
 
     def transmit(self, message: imc.Message, packet: bytes) -> None:
+        if isinstance(message, imc.Announce) and message.src == self.system and is_for_log(message):
+            return
         if not self.streams or not self.messages.passes(message, network_time(self)):
             return
         if message.src != self.system and self.forwarded.is_duplicate(packet):

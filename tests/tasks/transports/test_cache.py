@@ -75,6 +75,14 @@ def test_what_no_operator_has_set_or_cannot_be_is_not_kept(tmp_path, message):
     assert not list(tmp_path.rglob("*.imc"))
 
 
+@pytest.mark.parametrize("op", [imc.LblConfig.Op.GET_CFG, imc.LblConfig.Op.CUR_CFG])
+def test_a_question_is_no_setting(tmp_path, op):
+    live(tmp_path, imc.LblConfig(op=op), imc.CacheControl(op=imc.CacheControl.Op.STORE, message=imc.LblConfig(op=op)))
+    assert not list(tmp_path.rglob("*.imc"))
+    live(tmp_path, imc.LblConfig(op=imc.LblConfig.Op.SET_CFG))
+    assert [path.name for path in tmp_path.rglob("*.imc")] == ["LblConfig.imc"]
+
+
 @pytest.mark.parametrize("content", [b"", b"rubbish", imc.encode(LIMITS)[:-1], imc.encode(imc.Abort())])
 def test_damaged_files_are_named_and_do_no_harm(tmp_path, content):
     folder = tmp_path / "lauv" / "Cache"
