@@ -21,7 +21,8 @@ class DB(Task):
     """Stores plans by id and publishes their digests, so that a console can compare them with its own.
 
     They are in `Plan.db` in the vehicle's state folder; on a virtual clock, where nothing may come from an earlier run,
-    in memory. A file that is damaged is renamed; where none can be made, plans are kept in memory.
+    in memory. A file that is damaged is renamed, and its readable plans are kept; where no file can be made, plans are
+    kept in memory.
     """
 
     storage: str = param(
@@ -219,8 +220,10 @@ class DB(Task):
                 raise
             aside = path.with_suffix(".damaged")
             path.replace(aside)
-            self.log.error(f"{path.name}: {error}; renamed to {aside.name}")
-            return PlanStore(path)
+            store = PlanStore(path)
+            kept = store.copy_readable(aside)
+            self.log.error(f"{path.name}: {error}; renamed to {aside.name}, of which {kept} plans could be read")
+            return store
 
 
 def _saved(new: bool) -> str:

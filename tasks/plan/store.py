@@ -2,6 +2,7 @@
 
 import sqlite3
 from collections.abc import Iterator
+from contextlib import closing, suppress
 from hashlib import md5
 from pathlib import Path
 from typing import NamedTuple
@@ -18,6 +19,11 @@ _SCHEMA = """
 CREATE TABLE IF NOT EXISTS Plan (
     plan_id TEXT PRIMARY KEY, change_time REAL, change_sid INTEGER, change_sname TEXT, md5 BLOB, data BLOB);
 CREATE TABLE IF NOT EXISTS LastChange (change_time REAL, change_sid INTEGER, change_sname TEXT);
+"""
+_UNREADABLE = """
+SELECT COUNT(*) FROM Plan WHERE typeof(plan_id) NOT IN ('text', 'blob') OR typeof(md5) != 'blob'
+    OR typeof(data) != 'blob' OR typeof(change_time) != 'real' OR typeof(change_sid) != 'integer'
+    OR typeof(change_sname) != 'text'
 """
 
 
@@ -69,14 +75,44 @@ def serialize_fields(plan: imc.PlanSpecification) -> bytes:
 
 
 class PlanStore:
-    """Plans by id. `path` None keeps them in memory. Raises OSError, sqlite3.Error if the file is no plan database."""
+    """Plans by id. `path` None keeps them in memory.
+
+    Raises OSError; sqlite3.Error if the file is no plan database, or damaged.
+    """
 
     def __init__(self, path: Path | None):
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
         self._base = sqlite3.connect(path or ":memory:", check_same_thread=False)
         self._base.executescript(_SCHEMA)
+        try:
+            self._check(path)
+        except sqlite3.Error:
+            self._base.close()
+            raise
+
+    def _check(self, path: Path | None) -> None:
         self._base.execute("SELECT plan_id, change_time, change_sid, change_sname, md5, data FROM Plan LIMIT 1")
+        if path is None:
+            return
+        (found,) = self._base.execute("PRAGMA quick_check(1)").fetchone()
+        if found != "ok":
+            raise sqlite3.DatabaseError(found.splitlines()[-1])
+        (unreadable,) = self._base.execute(_UNREADABLE).fetchone()
+        if unreadable:
+            raise sqlite3.DatabaseError(f"{unreadable} plans have fields of other types")
+
+    def copy_readable(self, path: Path) -> int:
+        """Copy the plans of a damaged file that can be read, into this empty store; returns how many."""
+        with suppress(sqlite3.Error), closing(sqlite3.connect(":memory:")) as damaged:
+            damaged.deserialize(_padded(path.read_bytes()))
+            for row in damaged.execute("SELECT plan_id, change_time, change_sid, change_sname, md5, data FROM Plan"):
+                with suppress(sqlite3.Error, TypeError, imc.DecodeError), self._base:
+                    plan_id, *_, data = row
+                    if PlanRow(_text(plan_id), PlanChange(), b"", data).specification().plan_id == _text(plan_id):
+                        self._base.execute("INSERT INTO Plan VALUES (?, ?, ?, ?, ?, ?)", row)
+        (count,) = self._base.execute("SELECT COUNT(*) FROM Plan").fetchone()
+        return count
 
     def close(self) -> None:
         self._base.close()
@@ -167,6 +203,12 @@ class PlanStore:
     def _changed(self, change: PlanChange) -> None:
         self._base.execute("DELETE FROM LastChange")
         self._base.execute("INSERT INTO LastChange VALUES (?, ?, ?)", change)
+
+
+def _padded(file: bytes) -> bytes:
+    """A file of SQLite with as many pages as its header says, which SQLite wants before it reads any."""
+    page, count = int.from_bytes(file[16:18]), int.from_bytes(file[28:32])
+    return file.ljust(min(page * count, 2 * MOST_BYTES), b"\0")
 
 
 def _key(plan_id: str) -> str | bytes:

@@ -207,6 +207,54 @@ def test_virtual_runs_begin_without_plans_and_a_file_keeps_them(tmp_path):
     again.close()
 
 
+def plans_after_start(folder, name="lauv-noptilus-1"):
+    """The names of the plans that the database finds in a folder at its start, and its log book."""
+
+    class Files(DB):
+        """A database in a file."""
+
+        def _open(self):
+            path = folder / "Plan.db"
+            target = self.vehicle.state_folder / self.system_name / "Plan.db"
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(path.read_bytes())
+            return super()._open()
+
+    question = ask(Op.GET_STATE, at=0.1)
+    run = simulate([(Files, {"storage": "File"})], [question], seconds=1.0)
+    (answer,) = [m for m in run.of(imc.PlanDB) if m.op == Op.GET_STATE]
+    return [info.plan_id for info in answer.arg.plans_info], run.log
+
+
+def stored_file(folder, count=40):
+    path = folder / "Plan.db"
+    store = PlanStore(path)
+    for n in range(count):
+        plan = plan_of(*(goto(each, 0) for each in range(20)), name=f"plan{n:02d}")
+        store.set(plan, PlanChange(1.0, 2, "x"))
+    store.close()
+    return path
+
+
+@pytest.mark.parametrize("part", [0.3, 0.5, 0.9])
+def test_half_a_file_is_put_aside_and_its_readable_plans_are_kept(tmp_path, part):
+    path = stored_file(tmp_path)
+    path.write_bytes(path.read_bytes()[: int(path.stat().st_size * part)])
+    names, log = plans_after_start(tmp_path)
+    assert 40 * part - 8 < len(names) < 40
+    assert any(f"renamed to Plan.damaged, of which {len(names)} plans could be read" in line for line in log)
+
+
+def test_a_row_with_other_types_loses_no_other_plan(tmp_path):
+    path = stored_file(tmp_path, 3)
+    with sqlite3.connect(path) as base:
+        base.execute("UPDATE Plan SET md5 = NULL, data = 7 WHERE plan_id = 'plan01'")
+    base.close()
+    names, log = plans_after_start(tmp_path)
+    assert names == ["plan00", "plan02"]
+    assert any("1 plans have fields of other types; renamed to Plan.damaged" in line for line in log)
+
+
 def test_a_damaged_file_is_put_aside(tmp_path):
     class Files(DB):
         """A database whose file is damaged."""
