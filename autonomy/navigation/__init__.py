@@ -35,6 +35,7 @@ from autonomy.navigation.validation_gates import (
     FixGate,
     Reason,
     VelocityGate,
+    assume_height,
     has_plausible_position,
 )
 
@@ -70,6 +71,7 @@ __all__ = [
     "UnderwaterEstimator",
     "UnderwaterSettings",
     "VelocityGate",
+    "assume_height",
     "estimated_state",
     "fix_variance",
     "has_plausible_position",

@@ -13,6 +13,7 @@ from autonomy.navigation.validation_gates import (
     FixGate,
     Reason,
     VelocityGate,
+    assume_height,
     has_plausible_position,
 )
 from support.rotations import Vector, wrap
@@ -52,6 +53,7 @@ class SensorInputs:
         self.euler, self.rates, self.depth = SampleMean(), SampleMean(), SampleMean()
         self.ground, self.water = SampleMean(), SampleMean()
         self.fix: imc.GpsFix | None = None
+        self._height = 0.0  # of the last fix, for those without
         self.place: imc.GpsFix | None = None
         self.dvl_time = dvl_time
         self.rpm = 0
@@ -144,12 +146,13 @@ class SensorInputs:
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             self.place = fix if has_plausible_position(fix) else self.place
             return None
+        fix = assume_height(fix, self._height)
         reason = self._fix_gate.reject_reason(fix)
         if reason is None and not has_plausible_position(fix):
             reason = Reason.INVALID
         if reason is not None:
             return imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason)
-        self.fix = fix
+        self.fix, self._height = fix, fix.height
         return None
 
     def lacks_velocity(self, now: float) -> bool:

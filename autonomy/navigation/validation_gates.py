@@ -21,6 +21,11 @@ def has_plausible_position(fix: imc.GpsFix) -> bool:
     return on_earth and not fix.lat == fix.lon == 0.0
 
 
+def assume_height(fix: imc.GpsFix, height: float) -> imc.GpsFix:
+    """The fix at `height` (m above the ellipsoid) if it has none, for those who need only latitude and longitude."""
+    return fix.replace(height=height) if math.isnan(fix.height) else fix
+
+
 @dataclass
 class FixGate:
     """Rejects fixes without a valid position, and those whose claimed accuracy is too bad or much worse than before.

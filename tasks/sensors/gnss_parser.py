@@ -16,6 +16,8 @@ LONGEST_SENTENCE = 256  # bytes; NMEA says 82, receivers send more
 LONGEST_UBX = 1024  # bytes; NAV-SAT of 80 satellites
 KNOT = 1852.0 / 3600.0  # m/s
 KMH = 1.0 / 3.6
+HEIGHT_KEPT = 10.0  # s that a height counts for positions without one
+LATE_FIELDS = ("utc_year", "utc_month", "utc_day", "sog", "cog", "hdop", "vdop", "hacc", "vacc")
 NO_DILUTION = 99.0  # receivers send 99.99 while they have none
 WANTED = (b"GGA,", b"GNS,", b"RMC,", b"VTG,", b"ZDA,", b"GSA,", b"GST,")
 BY_QUALITY = {1: Type.STANDALONE, 3: Type.STANDALONE, 6: Type.DEAD_RECKONING, 7: Type.MANUAL_INPUT, 8: Type.SIMULATION}
@@ -55,7 +57,11 @@ class FixAssembler:
     """Joins the sentences of one moment to one GpsFix.
 
     `last` is the sentence that ends a moment, such as GPRMC or PUBX. Otherwise it is learned: the last one that the two
-    moments before had. A moment whose last sentence is missing ends when the next one begins.
+    moments before had. A moment whose last sentence is missing ends when the next one begins. What a sentence says that
+    comes seldom, and so after the end of its moment, is in the fix of the next one.
+
+    A position without height, as of RMC, has the last one of the last 10 s, else NaN. A height above mean sea level
+    without the separation of the geoid is taken with the last separation; before the first one it is unknown, too.
     """
 
     def __init__(self, last: str = ""):
@@ -65,6 +71,9 @@ class FixAssembler:
         self._kinds: list[str] = []
         self._before: list[str] = []
         self._fields: dict[str, Any] | None = None
+        self._late: dict[str, Any] = {}
+        self._separation: float | None = None
+        self._height, self._height_at = math.nan, -math.inf
 
     def add(self, sentence: Any, now: float) -> list[imc.GpsFix]:
         """The fixes that a sentence, parsed by pynmeagps, completes. `now` (s) is when it arrived.
@@ -82,10 +91,13 @@ class FixAssembler:
                 self._last = common[-1] if common else ""
             self._before, self._kinds, self._time = self._kinds, [], None
         if not self._kinds:
-            self._fields = {"timestamp": now}
+            self._fields = {"timestamp": now, **self._late}
+            self._late = {}
         self._kinds.append(kind)
         self._time = at if at is not None else self._time
-        if self._fields is not None:
+        if self._fields is None:
+            _merge(self._late, late_fields(values))
+        else:
             _merge(self._fields, values)
             if self._last and (kind == self._last or kind.startswith(self._given or "\0")):
                 found += self._end()
@@ -93,7 +105,27 @@ class FixAssembler:
 
     def _end(self) -> list[imc.GpsFix]:
         fields, self._fields = self._fields, None
-        return [] if fields is None else [imc.GpsFix(**fields)]
+        if fields is None:
+            return []
+        self._complete_height(fields)
+        return [imc.GpsFix(**fields)]
+
+    def _complete_height(self, fields: dict[str, Any]) -> None:
+        """Replace the height above mean sea level by that above the ellipsoid, as IMC has it."""
+        above_sea, now = fields.pop("above_sea", None), fields["timestamp"]
+        self._separation = fields.pop("separation", self._separation)
+        if "height" not in fields and above_sea is not None and self._separation is not None:
+            fields["height"] = above_sea + self._separation
+        if "height" in fields:
+            self._height, self._height_at = fields["height"], now
+        elif fields.get("validity", 0) & Valid.VALID_POS:
+            fields["height"] = self._height if now - self._height_at <= HEIGHT_KEPT else math.nan
+
+
+def late_fields(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of a sentence that may be joined to the fix of the next moment: all but time and position."""
+    validity = values.get("validity", 0) & ~(Valid.VALID_TIME | Valid.VALID_POS)
+    return {"validity": validity, **{name: values[name] for name in LATE_FIELDS if name in values}}
 
 
 def _merge(fields: dict[str, Any], values: Mapping[str, Any]) -> None:
@@ -106,7 +138,10 @@ def _merge(fields: dict[str, Any], values: Mapping[str, Any]) -> None:
 
 
 def gps_fix_fields(kind: str, sentence: Any) -> dict[str, Any]:
-    """The fields of GpsFix that one sentence has. Raises ValueError for values that cannot be."""
+    """The fields of GpsFix that one sentence has; `above_sea` and `separation` (m) become its height.
+
+    Raises ValueError for values that cannot be.
+    """
     found: dict[str, Any] = {"validity": 0}
     if isinstance(at := getattr(sentence, "time", ""), time):
         found |= {"utc_time": at.hour * 3600.0 + at.minute * 60.0 + at.second + at.microsecond * 1e-6}
@@ -164,11 +199,9 @@ def _position(found: dict[str, Any], kind: str, sentence: Any) -> None:
         raise ValueError(f"no place on Earth: {lat:g}, {lon:g}")
     found |= {"lat": math.radians(lat), "lon": math.radians(lon), "type": valid}
     found["validity"] |= Valid.VALID_POS
-    height = _number(sentence, "altRef")
-    if height is None and (height := _number(sentence, "alt")) is not None:
-        height += _number(sentence, "sep") or 0.0  # above the ellipsoid, as IMC has it
-    if height is not None:
-        found["height"] = height
+    for name, field in (("height", "altRef"), ("above_sea", "alt"), ("separation", "sep")):
+        if (value := _number(sentence, field)) is not None:
+            found[name] = value
 
 
 def _text(sentence: Any, name: str) -> Any:

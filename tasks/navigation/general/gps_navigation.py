@@ -23,6 +23,7 @@ from autonomy.navigation import (
     Reason,
     SampleMean,
     StuckDetector,
+    assume_height,
     fix_variance,
     has_plausible_position,
     missing_reason,
@@ -100,6 +101,7 @@ class GPSNavigation(Task):
         self._attitude, self._heading, self._rates = SampleMean(), SampleMean(), SampleMean()
         self._turns = 0.0
         self._fix: imc.GpsFix | None = None
+        self._height = 0.0  # of the last fix, for those without
         self._manual: imc.GpsFix | None = None
         self._reference: imc.GpsFix | None = None
         self._filter = ASVFilter(1.0, 1.0, 0.25, self.process, self.sway_decay)
@@ -145,11 +147,12 @@ class GPSNavigation(Task):
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             self._manual = fix if has_plausible_position(fix) else self._manual
         elif self._is_from(fix, self.gps):
+            fix = assume_height(fix, self._height)
             reason = self._gate.reject_reason(fix)
             if reason is None and not has_plausible_position(fix):
                 reason = Reason.INVALID
             if reason is None:
-                self._fix, self._fixed = fix, self.now
+                self._fix, self._fixed, self._height = fix, self.now, fix.height
             else:
                 self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason))
 

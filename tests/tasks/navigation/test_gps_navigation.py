@@ -110,6 +110,15 @@ def test_without_attitude_it_is_an_error():
     assert (run.task.entity.state, run.task.entity.description) == (State.ERROR, "attitude is missing")
 
 
+def test_a_fix_without_height_is_at_the_height_of_the_one_before():
+    feed = sensors(6.0)
+    heights = iter((50.0, *[math.nan] * 9))
+    feed = [m.replace(height=next(heights)) if isinstance(m, imc.GpsFix) else m for m in feed]
+    run = navigate(feed)
+    assert run.of(imc.GpsFixRejection) == []
+    assert {state.height for state in run.of(imc.EstimatedState)} == {50.0}
+
+
 def test_before_the_first_fix_nothing_is_published():
     run = navigate([m for m in sensors(2.0) if not isinstance(m, imc.GpsFix)])
     assert (run.task.entity.state, run.task.entity.description) == (State.BOOT, "waiting for GPS fix")

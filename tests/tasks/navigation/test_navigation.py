@@ -55,6 +55,15 @@ def test_the_first_fix_is_the_reference_at_the_surface():
     assert run.task.entity.state is State.NORMAL
 
 
+def test_a_receiver_that_knows_no_height_gives_positions_all_the_same():
+    run = simulate(Navigation, feed=sensors(3.0, fixes=lambda _: FIX.replace(height=math.nan)), **ANY)
+    last = run.of(imc.EstimatedState)[-1]
+    assert (last.lat, last.lon, last.height) == (LAT, LON, pytest.approx(1.0))
+    assert run.of(imc.GpsFixRejection) == []
+    endless = simulate(Navigation, feed=sensors(3.0, fixes=lambda _: FIX.replace(height=math.inf)), **ANY)
+    assert endless.of(imc.EstimatedState) == []
+
+
 def test_a_manual_fix_is_no_measurement():
     manual = FIX.replace(type=imc.GpsFix.Type.MANUAL_INPUT)
     run = simulate(Navigation, feed=sensors(3.0, fixes=lambda _: manual), **ANY)

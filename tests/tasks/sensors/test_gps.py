@@ -136,6 +136,42 @@ def test_each_sentence_says_whether_and_how_the_position_is_known(words: str, va
     assert (fix.lat != 0.0) is valid
 
 
+def test_an_unknown_height_is_not_zero_and_the_last_one_counts_for_a_while() -> None:
+    rmc, gga = (
+        "GPRMC,12{0:04d},A,4110.0,N,00842.0,W,2.0,90.0,010126,,,A",
+        "GPGGA,12{0:04d},4110.0,N,00842.0,W,1,08,0.9,{1},M,,",
+    )
+    moments = [rmc.format(0), gga.format(1, "100.0,M,50.0"), rmc.format(2), rmc.format(20), rmc.format(21)]
+    stream = [(float(int(text[8:12])), sentence(text)) for text in moments]
+    heights = [
+        fix.height for fix in fixes(simulate(GPS, stream=stream, keep_going=True)) if fix.validity & Valid.VALID_POS
+    ]
+    assert heights == pytest.approx([math.nan, 150.0, 150.0, math.nan, math.nan], nan_ok=True)
+
+
+def test_a_height_above_the_sea_is_not_taken_for_one_above_the_ellipsoid() -> None:
+    def gga(second: int, separation: str) -> str:
+        return f"GPGGA,1200{second:02d},4110.0,N,00842.0,W,1,08,0.9,100.0,M,{separation},M,,"
+
+    found = of(gga(0, ""), gga(1, "50.0"), gga(2, ""), gga(3, "51.0"), gga(4, ""))
+    assert [fix.height for fix in found] == pytest.approx([math.nan, 150.0, 150.0, 151.0, 151.0], nan_ok=True)
+
+
+def test_speed_and_date_that_come_seldom_are_in_the_next_fix() -> None:
+    stream = []
+    for step in range(20):
+        second, tenth = divmod(step * 2, 10)
+        text = sentence(f"GPGGA,1200{second:02d}.{tenth}0,4110.0,N,00842.0,W,1,08,0.9,100.0,M,50.0,M,,")
+        if not tenth:
+            text += sentence(f"GPRMC,1200{second:02d}.00,A,4110.0,N,00842.0,W,2.0,90.0,010126,,,A")
+        stream.append((second + tenth / 10, text))
+    found = fixes(simulate(GPS, stream=stream))
+    speeds = [fix for fix in found if fix.validity & Valid.VALID_SOG]
+    assert (len(found), len(speeds)) == (20, 4)
+    assert {(round(fix.sog, 2), fix.utc_year, fix.validity & Valid.VALID_DATE) for fix in speeds} == {(1.03, 2026, 1)}
+    assert [fix.utc_time for fix in found] == sorted({fix.utc_time for fix in found})
+
+
 def test_damaged_sentences_are_left_out_and_counted() -> None:
     damaged = [line.replace(b"4111", b"4211", 1) if b"GGA" in line else line for line in LINES]
     run = simulate(GPS, stream=list(timed(damaged)))
