@@ -137,6 +137,7 @@ def test_every_flipped_bit_is_noticed(message: imc.Message, order: Any) -> None:
             imc.decode(bytes(damaged))
 
 
+@pytest.mark.heavy
 @settings(max_examples=150)
 @given(MESSAGES, st.data())
 def test_damaged_payload_with_a_right_crc_never_crashes(message: imc.Message, data: st.DataObject) -> None:

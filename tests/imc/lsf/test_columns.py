@@ -94,6 +94,7 @@ def test_columns_of_logs_of_dune_are_the_objects(name: str) -> None:
     assert log.losses == []
 
 
+@pytest.mark.heavy
 def test_every_type_in_both_byte_orders(tmp_path: Path) -> None:
     chance = random.Random(1)
     path = tmp_path / "Data.lsf"
@@ -135,6 +136,7 @@ def test_payloads_that_are_too_short_are_losses_and_no_rows(tmp_path: Path) -> N
         assert len(log.losses) + len(expected) == len(packets) + 2
 
 
+@pytest.mark.heavy
 @FAST
 @given(st.lists(st.tuples(st.integers(0, 40), pieces), max_size=12), st.integers(0, 2**32), st.binary(max_size=30))
 def test_good_packets_around_damage_are_all_rows(

@@ -21,6 +21,7 @@ def packets(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return bench.packets_of_profile(tmp_path_factory.mktemp("run"), seconds=3.0)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("form", bench.FORMS)
 def test_no_flip_is_silent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, packets: bytes, form: str) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))

@@ -60,6 +60,7 @@ def test_members_that_are_not_needed_are_not_unpacked(tmp_path: Path, monkeypatc
     assert len(unpacked) == 2
 
 
+@pytest.mark.heavy
 def test_damaged_members_are_read_again_as_the_first_time(tmp_path: Path) -> None:
     parts: list[bytes] = []
     made = messages(6000)

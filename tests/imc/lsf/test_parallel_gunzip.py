@@ -74,6 +74,7 @@ def make_file(seed: int, members: int, damage: int) -> tuple[random.Random, byte
 files = given(st.integers(0, 1 << 32), st.integers(0, 40), st.integers(0, 3))
 
 
+@pytest.mark.heavy
 @FAST
 @files
 def test_pieces_are_the_same(threads: ParallelMap, seed: int, members: int, damage: int) -> None:

@@ -53,6 +53,7 @@ def test_generated_files_are_current() -> None:
     assert imc.builtin() == builtin_from_yaml()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("name", "file", "old"), [("MESSAGES", "messages.py", "float"), ("MERGED", "merged.json", "rad")]
 )

@@ -316,6 +316,7 @@ def anything(draw):
     return kind(**fields)
 
 
+@pytest.mark.heavy
 @settings(max_examples=100)
 @example([imc.FollowPoint(lat=LAT, lon=LON, max_speed=1.0)], None, "submarine", PX4)  # has a position, but no speed
 @example([imc.RowsCoverage(angaperture=math.inf)], None, "submarine", PX4)

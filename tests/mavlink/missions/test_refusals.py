@@ -178,6 +178,7 @@ def test_any_items_are_a_plan_or_refused(items, vehicle, flavor):
     convert(items, vehicle, flavor)
 
 
+@pytest.mark.heavy
 @settings(max_examples=100)
 @given(st.data(), st.sampled_from(sorted(VEHICLES)), st.sampled_from((PX4, ARDUPILOT)))
 def test_usual_missions_with_a_wrong_item_are_a_plan_or_refused(data, vehicle, flavor):

@@ -87,6 +87,7 @@ def test_a_cable_is_missing_plugged_unplugged_and_plugged_again(cable: Cable) ->
     assert named + "unplugged" in run.log
 
 
+@pytest.mark.heavy
 def test_garbage_is_counted_and_costs_nothing_else(cable: Cable) -> None:
     async def script(script: Script) -> None:
         task = sounder_of(script)

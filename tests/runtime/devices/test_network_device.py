@@ -64,6 +64,7 @@ def test_a_tcp_server_that_never_answers_is_given_up_and_tried_again(monkeypatch
     assert f"tcp://127.0.0.1:{number}: no answer" in run.log
 
 
+@pytest.mark.heavy
 def test_a_tcp_server_that_takes_nothing_any_more_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(KEEPALIVE, "TCP_USER_TIMEOUT", 300)
     with socket.create_server(("127.0.0.1", 0)) as server:

@@ -53,6 +53,7 @@ def test_an_endless_loop_is_named_with_its_line_and_broken(caplog):
     assert after == ["went on"]
 
 
+@pytest.mark.heavy
 def test_a_virtual_clock_is_warned_but_never_interrupted(caplog):
     kernel = Kernel(VirtualClock())
     kernel.at(SECOND, time.sleep, 0.8)
@@ -73,6 +74,7 @@ def test_many_calls_at_one_moment_are_not_one_that_hangs(caplog):
     assert not caplog.records
 
 
+@pytest.mark.heavy
 def test_a_simulator_that_does_not_step_its_clock_is_named(caplog):
     class Hung(VirtualClock):
         def advance(self, target, wait):

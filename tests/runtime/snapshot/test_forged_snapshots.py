@@ -224,6 +224,7 @@ def test_what_does_not_fit_is_named(
     assert re.search(reason, outcome(sealed(content), tmp_path))
 
 
+@pytest.mark.heavy
 def test_a_journal_that_unpacks_to_much_is_refused(states: dict[str, bytes], tmp_path: Path) -> None:
     content = opened(states["caravel"])
     past = next(iter(content["journals"].values()))

@@ -26,6 +26,7 @@ VALUES = st.recursive(
 )
 
 
+@pytest.mark.heavy
 @given(VALUES)
 def test_plain_values_come_back(value: object) -> None:
     writer, reader = StateWriter(lambda _: None), StateReader(lambda _: None)

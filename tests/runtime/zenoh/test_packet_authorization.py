@@ -118,6 +118,7 @@ def pole(network: Network, openssl: str, tmp_path: Path) -> Iterator[tuple[Zenoh
     transport.close()
 
 
+@pytest.mark.heavy
 def test_a_vehicle_with_a_certificate_cannot_command_another_one(
     network: Network, pole: tuple[ZenohTransport, list[imc.Message], str], tmp_path: Path
 ) -> None:

@@ -76,6 +76,7 @@ def test_merged_shards_are_the_campaign(tmp_path, sampling):
         )
 
 
+@pytest.mark.heavy
 def test_a_merged_campaign_is_reported_compared_and_run_again(tmp_path):
     study = write_study(tmp_path)
     parts = [do(study, tmp_path, f"{number}/2") for number in (1, 2)]

@@ -80,6 +80,7 @@ def test_a_snapshot_received_from_others_runs_no_code(tmp_path: Path, state: byt
     assert "horns" in output
 
 
+@pytest.mark.heavy
 def test_a_task_that_fails_with_a_forged_state_is_named_in_one_line(tmp_path: Path, state: bytes) -> None:
     content = opened(state)
     for attribute in content["tasks"]["Transports.Logging"][2]:

@@ -142,6 +142,7 @@ def test_an_endless_loop_is_named_and_its_task_restarts_on_a_vehicle(tmp_path):
     assert "0x" not in text
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("how", ["leave", "leave_offloaded"])
 def test_sys_exit_in_a_handler_is_its_tasks_error(tmp_path, how):
     process = begin(tmp_path, how, "--clock", "virtual", "--for", "20s")

@@ -121,6 +121,7 @@ def test_the_command_has_an_exit_status_for_ci(tmp_path):
         assert "Traceback" not in err
 
 
+@pytest.mark.heavy
 def test_changes_that_change_nothing_are_said(tmp_path):
     (tmp_path / "plan.yaml").write_text(SHORT.replace("depth: 2", "depth: 200"), encoding="utf-8")
     for change, status, words in (

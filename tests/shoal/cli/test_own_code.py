@@ -103,6 +103,7 @@ def test_a_clone_of_shoal_beside_the_installed_one_is_no_clash(project):
     assert f"{project}: the Shoal that runs is the one in {ROOT}, not this clone; this file differs: tasks/simu" in err
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
@@ -209,6 +210,7 @@ def test_a_part_of_a_log_in_the_same_folder_hides_no_tasks(project):
     assert run(project, "--code", ".")[0] == 0
 
 
+@pytest.mark.heavy
 def test_an_own_profile_with_the_name_of_that_of_a_log_tells_what_to_do(project):
     (project / "my.ini").rename(project / "Config.ini")
     status, _, err = shoal("check", "Config.ini", cwd=project)

@@ -205,6 +205,7 @@ def test_a_replay_logs_own_messages_with_their_definitions(project):
     assert set(played) == {120.0}
 
 
+@pytest.mark.heavy
 def test_a_message_that_the_vehicle_does_not_have_is_an_error(project):
     (project / "my.ini").write_text(PROFILE.replace("Messages = own.yaml\n", "").replace("[General]\n", ""))
     status, _, err = run(project)

@@ -73,6 +73,7 @@ def test_a_mission_is_changed_on_its_way(day: Path, tmp_path: Path) -> None:
     assert imc.Log(log).counts()["PlanControlState"] == pytest.approx(100, abs=4)
 
 
+@pytest.mark.heavy
 def test_a_log_that_is_not_of_its_configuration_is_refused(day: Path, tmp_path: Path) -> None:
     copy = tmp_path / day.parent.name / day.name
     shutil.copytree(day, copy, ignore=shutil.ignore_patterns("State-*", "*_[23]", "*_two"))

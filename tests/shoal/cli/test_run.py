@@ -41,6 +41,7 @@ def data(folder):
     return gzip.decompress(log.read_bytes())
 
 
+@pytest.mark.heavy
 def test_a_virtual_run_leaves_a_log_that_begins_at_the_profiles_time(tmp_path):
     done = shoal(*VIRTUAL, "--for", "30s", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -73,6 +74,7 @@ def test_equal_runs_leave_equal_bytes_whatever_the_hash_seed_and_the_other_tasks
     assert len(logs[0]) > 400_000
 
 
+@pytest.mark.heavy
 def test_another_seed_is_another_run(tmp_path):
     for seed in "12":
         (tmp_path / seed).mkdir()
@@ -89,6 +91,7 @@ def test_a_failing_task_ends_a_simulation_with_its_own_traceback(tmp_path):
     assert "kernel.py" not in done.stderr
 
 
+@pytest.mark.heavy
 def test_keep_going_restarts_it_and_says_so(tmp_path):
     (tmp_path / "faulty.py").write_text(FAULTY)
     done = shoal(*VIRTUAL, "--for", "60s", "--set", "faulty.Faulty:Enabled=Always", "--keep-going", cwd=tmp_path)
@@ -200,6 +203,7 @@ def test_what_cannot_be_is_said_in_one_line_and_nothing_runs(tmp_path, arguments
     assert not (tmp_path / "log").exists()
 
 
+@pytest.mark.heavy
 def test_a_log_is_replayed_whole(tmp_path):
     shoal(*VIRTUAL, "--for", "10s", cwd=tmp_path)
     folder = next(tmp_path.glob("log/*/*/*"))
@@ -229,6 +233,7 @@ def test_what_a_profile_asks_for_in_vain_is_told(tmp_path):
     assert "did you mean 'HDOP'?" in done.stderr
 
 
+@pytest.mark.heavy
 def test_a_log_that_cannot_be_written_is_told_at_the_end(tmp_path):
     command = ["bash", "-c", 'ulimit -f 0; exec "$@"', "-", *SHOAL, *VIRTUAL, "--for", "2s"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
@@ -236,6 +241,7 @@ def test_a_log_that_cannot_be_written_is_told_at_the_end(tmp_path):
     assert f"MiB of messages are not on the disk: {TOO_LARGE}" in done.stdout
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "arguments",
     [["tasks", "Simulators.IMU"], ["run", "lauv-noptilus-1", "-p", "Kinematic", *ALONE_WORDS, "--for", "0.1s"]],

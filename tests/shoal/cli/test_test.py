@@ -235,6 +235,7 @@ def test_the_files_for_programs(write):
     assert (folder / "new" / "j.xml").read_text().count("<testcase ") == 3
 
 
+@pytest.mark.heavy
 def test_a_new_scenario_can_be_read(tmp_path):
     done = shoal("new", "scenario", "dvl-outage", cwd=tmp_path)
     assert done.returncode == 0

@@ -129,6 +129,7 @@ vehicles:
     assert all("fleet.yaml: warning" in str(warning) for warning in made.warnings)
 
 
+@pytest.mark.heavy
 def test_no_two_vehicles_have_one_mavlink_id(tmp_path: Path) -> None:
     """The ids that follow from the names of ten vehicles are eight MAVLink ids."""
     members = roster(tmp_path, "vehicles: [{name: 'lauv-{number}', count: 240}, {name: lauv-noptilus-1}]").vehicles

@@ -49,6 +49,7 @@ def test_a_system_that_is_heard_but_does_not_hear_us():
     assert found.links == {"udp": ""}
 
 
+@pytest.mark.heavy
 def test_the_log_book_of_a_vehicle_says_why_it_does_not_hear_us():
     async def act() -> Diagnosis:
         ports = discovery_ports()

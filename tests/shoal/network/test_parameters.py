@@ -71,6 +71,7 @@ def test_an_entity_whose_answer_was_lost_has_its_parameters() -> None:
         on(Vehicle(), lambda param: param.get("Empty"))
 
 
+@pytest.mark.heavy
 def test_a_value_whose_confirmation_was_lost_is_read_back() -> None:
     """Of the vehicle's answers the first is to a question, and two are to copies of the request."""
     assert on(Vehicle(lost=range(1, 3)), lambda param: param.set("GPS", {"Rate": 3})) == {"Rate": "3.0"}

@@ -37,6 +37,7 @@ async def look(*, far: bool = False, others: bool = False, silent: bool = False,
         return (await network.find_system("late")).name
 
 
+@pytest.mark.heavy
 def test_over_a_radio_on_which_somebody_answers_a_late_vehicle_is_found() -> None:
     assert asyncio.run(look(far=True, others=True)) == "late"
 

@@ -70,6 +70,7 @@ def test_what_it_says(vehicle: RemoteVehicle) -> None:
         break
 
 
+@pytest.mark.heavy
 def test_a_plan_from_the_file_to_its_end(vehicle: RemoteVehicle) -> None:
     plan = idle("short", 2)
     vehicle.plan.put(plan)

@@ -68,6 +68,7 @@ def test_a_vehicle_is_found_by_its_name_commanded_and_missed_when_it_ends(tmp_pa
                     pass
 
 
+@pytest.mark.heavy
 def test_a_system_that_does_not_announce_itself_is_called_by_its_id_until_it_does() -> None:
     async def act() -> None:
         async with serving(packet(imc.Heartbeat())) as port, reaching(port) as net:

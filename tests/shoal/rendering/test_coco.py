@@ -96,6 +96,7 @@ def test_pictures_that_were_asked_for_have_numbers_of_their_own(log):
     assert [image["file_name"][-28:-18] for image in found["images"]] == ["000001_176", "000002_176"]
 
 
+@pytest.mark.heavy
 def test_without_pictures_it_says_what_makes_some(log):
     folder = log("Vision.FisheyeCamera:Save Images=false")
     code, said = shoal("export", folder, "set", "-f", "coco")

@@ -10,11 +10,13 @@ import pytest
 from shoal.rendering.process_pool import IndexedWork, RenderPool
 
 
+@pytest.mark.heavy
 def test_all_is_done_once_by_whoever_has_time():
     with closing(RenderPool(2)) as crew:
         assert sorted(crew.run(IndexedWork(hex, 500))) == sorted(map(hex, range(500)))
 
 
+@pytest.mark.heavy
 def test_helpers_do_their_share():
     names = set()
     with closing(RenderPool(1)) as crew:

@@ -1,5 +1,7 @@
 """What is in the water of a run is in the pictures that are rendered after it."""
 
+import pytest
+
 import imc
 from shoal.rendering import render_log
 from tests.shoal.cli.log.test_render import sailed, same
@@ -15,6 +17,7 @@ Save Images = true
 WATER = "[World]\nMarine Snow = 100\nCaustics = 1\n"
 
 
+@pytest.mark.heavy
 def test_pictures_rendered_afterwards_have_the_water_of_the_run(tmp_path):
     clear, snowy = tmp_path / "clear.ini", tmp_path / "snowy.ini"
     clear.write_text(CAMERA)

@@ -76,6 +76,7 @@ def test_every_task_says_again_what_is_in_the_log(log: imc.Log, sections: list[s
     assert said == len(owned) > 30
 
 
+@pytest.mark.heavy
 def test_late_measurements_and_labels_of_others_are_what_they_were(tmp_path: Path) -> None:
     (tmp_path / "idle.ini").write_text("[Require lauv-noptilus-1.ini]\n[Plan.Autostart]\nEnabled = Never\n")
     log = run(tmp_path / "log", tmp_path / "idle.ini", 11.0, mode="Simulation")

@@ -59,6 +59,7 @@ def test_without_gps_the_uncertainty_of_the_position_grows_and_more_without_dvl(
     ]
 
 
+@pytest.mark.heavy
 def test_a_servo_that_is_stuck_while_the_vehicle_turns_lets_it_turn_on_until_the_plan_ends(told):
     text = """
     settle: 10 s
@@ -74,6 +75,7 @@ def test_a_servo_that_is_stuck_while_the_vehicle_turns_lets_it_turn_on_until_the
     assert said(texts) == ["fault of Simulators.Servos: stuck"]
 
 
+@pytest.mark.heavy
 def test_a_leak_ends_the_plan_in_error(told):
     text = """
     settle: 10 s
@@ -185,6 +187,7 @@ def test_an_event_that_does_not_happen_is_told(play):
     ]
 
 
+@pytest.mark.heavy
 def test_the_same_events_give_the_same_run(play):
     text = """
     limit: 16 s

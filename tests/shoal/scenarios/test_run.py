@@ -36,6 +36,7 @@ def by_name(result):
     return {verdict.name: verdict for verdict in result.verdicts}
 
 
+@pytest.mark.heavy
 def test_a_dive_is_judged_and_measured(play):
     result = play(JUDGED, DIVE)
     verdicts = by_name(result)
@@ -56,6 +57,7 @@ def test_a_dive_is_judged_and_measured(play):
     assert any("metric nothing: no Turbidity" in words for words in result.warnings)
 
 
+@pytest.mark.heavy
 def test_a_run_is_the_same_with_a_log_and_without_it(document, tmp_path):
     scenario = document("limit: 8 s\nmetrics: {east: {last: SimulatedState.u}}", DIVE).scenario()
     without, first, second = (run(scenario, seed=5, log_root=root) for root in (None, tmp_path / "a", tmp_path / "b"))
@@ -188,6 +190,7 @@ print(result.passed, result.error)
 """
 
 
+@pytest.mark.heavy
 def test_a_broken_task_that_no_vehicle_has_stops_no_scenario(tmp_path):
     (tmp_path / "tasks/mine").mkdir(parents=True)
     (tmp_path / "tasks/mine/broken.py").write_text("import nothing_there\n")

@@ -51,6 +51,7 @@ def test_a_vehicle_in_company_has_the_log_that_it_has_alone(play, tmp_path):
     assert set(both) == {"first", "second"}
 
 
+@pytest.mark.heavy
 def test_the_run_ends_when_all_plans_are_over_and_settled(play):
     begin = "vehicles:\n" + "".join(
         f"  {name}:\n    profile: otter{GOTO.format(north=north)}" for name, north in (("near", 5), ("far", 12))

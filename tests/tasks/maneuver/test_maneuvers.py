@@ -181,6 +181,7 @@ def test_elevator_without_progress_fails():
     assert ("FAILURE", "Elevator maneuver error: vertical speed is below 0.1 m/s") in replies(run)
 
 
+@pytest.mark.heavy
 def test_popup_surfaces_and_dives_again():
     flags = imc.PopUp.Flags.WAIT_AT_SURFACE
     run = flown(imc.Goto(**at(30, 0, 6)), imc.PopUp(**at(80, 0, 6), duration=20, radius=15, flags=flags), seconds=300)

@@ -71,6 +71,7 @@ def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, tas
     assert set(last.values()) == {0.0}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("boat", BOATS)
 def test_the_motors_stop_without_supervisor_and_failsafe(boat):
     async def silence(vehicle, script):

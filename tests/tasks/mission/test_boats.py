@@ -124,6 +124,7 @@ def test_an_operator_steers(boat):
     assert max(abs(m.value) for m in voyage.of(imc.SetThrusterActuation, 42.5)) < 0.2, "the operator is silent"
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("boat", BOATS)
 def test_equal_voyages_are_equal(boat):
     plan = plan_of(goto(20, 10))
@@ -132,6 +133,7 @@ def test_equal_voyages_are_equal(boat):
     assert sail(boat, plan, *CURRENT, seed=2, keep_all=True).packets != first
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("boat", BOATS)
 def test_each_task_says_the_same_again_from_the_log(boat, tmp_path):
     (tmp_path / "windy.ini").write_text(

@@ -83,6 +83,7 @@ def test_takeoff_and_landing_are_written_as_they_are_read():
     assert imc.encode(parse_plan(text)) == imc.encode(SQUARE)
 
 
+@pytest.mark.heavy
 def test_an_abort_lands_it_where_it_is(tmp_path):
     flight = Flight(tmp_path, (35.0, imc.Abort(src=CCU, dst=OWN)), seconds=65.0, until_down=True)
     assert flight.modes == ["GROUND", "GUIDED", "LAND", "GROUND"]
@@ -132,6 +133,7 @@ def test_what_falls_silent_in_the_air_brings_it_down_softly(tmp_path, task, mode
     assert flight.touchdown < hardest
 
 
+@pytest.mark.heavy
 def test_without_supervisor_and_failsafe_it_lands(tmp_path):
     silent = (25.0, "Supervisors.Failsafe"), (25.0, "Supervisors.Vehicle")
     flight = Flight(tmp_path, *silent, seconds=70.0, until_down=True)

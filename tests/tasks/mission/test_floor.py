@@ -165,6 +165,7 @@ def test_teleoperation_pitched_down_stays_above_bottom_and_maximum_depth(overrid
     assert max(last) - min(last) < 0.3, "held, not bouncing"
 
 
+@pytest.mark.heavy
 def test_a_dislodge_does_not_dive():
     run = dive("  - goto: {north: 20, east: 30, depth: 2}\n  - dislodge: {rpm: 1500, timeout: 60s}")
     assert run.reason == "plan completed"

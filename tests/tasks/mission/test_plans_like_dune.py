@@ -172,6 +172,7 @@ def test_a_plan_may_end_on_a_condition(tmp_path):
     assert report.distance < 40.0
 
 
+@pytest.mark.heavy
 def test_who_started_a_plan_hears_that_it_was_replaced_or_stopped(tmp_path):
     """Every START has one last reply, also if another console ends its plan."""
     plan = parse_plan(HEAD + "  - goto: {north: 300}\n    id: Far", "other")
@@ -189,6 +190,7 @@ def test_who_started_a_plan_hears_that_it_was_replaced_or_stopped(tmp_path):
     assert flown.replies(OTHER) == [(8, "SUCCESS", "OK")]
 
 
+@pytest.mark.heavy
 def test_a_wrong_request_of_another_console_does_not_end_a_mission(tmp_path):
     wrong = imc.PlanControl(src=CCU, dst=0x1A, type=Type.REQUEST, request_id=1, op=Op.START, plan_id="none")
     flown = Flown("  - goto: {north: 40}", tmp_path, feed=[(15.0, wrong)])

@@ -164,6 +164,7 @@ def test_the_vehicle_is_in_error_when_physics_stop(diving, tmp_path):
     assert Dive(diving, tmp_path, [PHYSICS]).modes[-1] is Mode.ERROR
 
 
+@pytest.mark.heavy
 def test_the_plan_goes_on_without_all_others(diving, tmp_path):
     tasks = {task.name for task in vehicle(tmp_path).tasks}
     others = sorted(tasks - set(RISES) - {PHYSICS})
@@ -191,6 +192,7 @@ def test_an_abort_to_everybody_is_obeyed_whoever_is_silent(silent, dst, diving, 
     assert dive.thrust == 0.0
 
 
+@pytest.mark.heavy
 def test_the_vehicle_comes_up_after_an_error_even_if_no_maneuver_idles(diving, tmp_path):
     dive = Dive(diving, tmp_path, ["Maneuver.Idle", "Simulators.DepthSensor"])
     assert dive.thrust == 0.0

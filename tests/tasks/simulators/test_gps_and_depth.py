@@ -113,6 +113,7 @@ def test_satellites_take_time_at_the_start_and_after_a_dive():
     assert "waiting for satellites" in [m.description for m in run.of(imc.EntityState)]
 
 
+@pytest.mark.heavy
 def test_the_position_wanders_as_told():
     feed = [at(0.5, 0.0)]
     drifting = {"position_drift": 5.0, "height_drift": 8.0, "drift_time": 20.0, "execution_frequency": 1.0}

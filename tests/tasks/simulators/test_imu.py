@@ -45,6 +45,7 @@ def test_a_changing_stream_is_felt():
     assert (m.x, m.y, m.z) == pytest.approx((0.0, -0.5, -G), abs=1e-4)
 
 
+@pytest.mark.heavy
 def test_force_agrees_with_the_motion():
     """The error stays ten times below the noise of one sample (2.4e-2 m/s²), dives and turns included."""
     run = simulate(

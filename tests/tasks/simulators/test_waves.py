@@ -58,6 +58,7 @@ def test_a_small_boat_at_rest_rises_by_a_quarter_of_the_significant_height():
     assert 1.0 < np.degrees(np.std([m.theta for m in states])) < 6.0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("boat", BOATS)
 def test_velocities_and_rates_of_the_truth_are_its_derivatives(boat):
     states = sail(boat, plan_of(goto(5, 20), goto(30, 20)), *WAVES, until=35.0).of(imc.SimulatedState)
@@ -74,6 +75,7 @@ def test_velocities_and_rates_of_the_truth_are_its_derivatives(boat):
         assert (now.p, now.q, now.r) == pytest.approx(body_rates(now.phi, now.theta, phi, theta, psi), abs=5e-3)
 
 
+@pytest.mark.heavy
 def test_a_run_in_waves_is_the_same_again_and_after_a_snapshot(tmp_path):
     assert ran("otter", 8.0, tmp_path) == ran("otter", 8.0, tmp_path)
     vehicle = prepare("otter", overrides=WAVES, log_root=tmp_path / "log").vehicle

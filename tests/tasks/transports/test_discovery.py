@@ -113,6 +113,7 @@ def test_who_could_use_no_service_gets_no_answer(kind, count):
     assert [place.port for place in sent if place.address == "203.0.113.9"].count(6001) == count
 
 
+@pytest.mark.heavy
 def test_a_service_of_another_task_is_announced_and_a_wrong_one_is_named(vessel):
     task = vessel.vehicle.task("Transports.Announce")
     kind = imc.AnnounceService.ServiceType

@@ -64,6 +64,7 @@ def test_saved_parameters_are_there_after_a_restart(profile, tmp_path):
     assert limits.max_depth == 33
 
 
+@pytest.mark.heavy
 def test_pushed_parameters_come_back(noptilus):
     label = next(
         task.entity.label

@@ -99,6 +99,7 @@ def test_a_full_disk_ends_no_plan_and_loses_nothing(tmp_path: Path, profile: str
     assert any("messages are recorded again; 0 were lost" in text for text in texts(tmp_path))
 
 
+@pytest.mark.heavy
 def test_what_could_not_be_held_is_counted_in_the_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(logging, "LONGEST_BACKLOG", 1 << 16)
     with disk() as (fill, make_room):
@@ -171,6 +172,7 @@ def test_a_log_that_an_operator_begins_in_the_middle_of_a_plan_has_the_plan(tmp_
     assert "PlanSpecification" not in logs(tmp_path)[-1].counts()
 
 
+@pytest.mark.heavy
 def test_a_thousand_requests_make_few_logs_and_lose_nothing(tmp_path: Path) -> None:
     def prepared(vehicle: Vehicle) -> None:
         for number in range(1000):

@@ -41,6 +41,7 @@ def download(dive, path, component=1):
     return data
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("asked", [0, 1, FISHEYE, MUG])
 def test_a_camera_also_gives_its_files_itself(dive, asked):
     """MAVSDK asks the camera, and leaves the component in the path."""

@@ -137,6 +137,7 @@ def test_mavproxy(tmp_path):
     assert {name: attitude[name] for name in expected} == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("link", "scheme"), [("tcpin://127.0.0.1:{port}", "tcp"), ("udpin://127.0.0.1:{port}?key={key}", "udpout")]
 )

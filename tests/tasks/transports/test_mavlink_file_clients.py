@@ -75,6 +75,7 @@ def test_pymavlink(tree, logs, tmp_path, size):
         client.link.close()
 
 
+@pytest.mark.heavy
 def test_pymavlink_with_a_fifth_of_all_lost_and_others_twice(tree, logs):
     with serving(tree, loss=0.2, twice=0.05) as vehicle:
         client = Client(vehicle.port, 239)

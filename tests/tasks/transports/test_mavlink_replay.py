@@ -144,6 +144,7 @@ def test_orders_are_refused_with_the_reason_and_reach_nobody(dive, flavor):
     assert run.tasks[-1].asked == []
 
 
+@pytest.mark.heavy
 def test_a_jump_shows_at_once_what_was_there_and_no_time_goes_back(dive):
     """Forward and back, by a console, by a station, and while it is paused."""
 

@@ -194,6 +194,7 @@ def test_times_grow_over_restarts_of_a_computer_without_a_clock(key, tmp_path):
     assert times_of(receiver)[0] == pytest.approx((1_790_001_000.0 - 1420070400) * 1e5, abs=1e5), "its clock is right"
 
 
+@pytest.mark.heavy
 def test_a_disk_that_takes_nothing_is_told_once(key, tmp_path):
     (tmp_path / "db").write_text("no folder")
     log = sail_for(8.0, 1_790_000_000.0, tmp_path / "db", f"udpout://{HOST}:{free_port()}?key={key}")
@@ -201,6 +202,7 @@ def test_a_disk_that_takes_nothing_is_told_once(key, tmp_path):
     assert line.startswith("the time of signatures cannot be saved: ")
 
 
+@pytest.mark.heavy
 def test_a_key_that_cannot_be_used_keeps_the_link_closed_until_it_can(key):
     async def script(control):
         task = mavlink(control)

@@ -180,6 +180,7 @@ def test_what_cannot_be_started_is_told_at_the_upload(flown):
     assert "item 1 (NAV_WAYPOINT): is outside the fence, the area of the operational limits" in texts
 
 
+@pytest.mark.heavy
 def test_an_abort_is_an_emergency(flown):
     console = Console(flown)
     console.upload((90, 0), z=flown.z)
@@ -242,6 +243,7 @@ def test_a_boat_may_be_sent_to_the_altitude_that_it_shows(tmp_path):
     flown.vehicle.close()
 
 
+@pytest.mark.heavy
 def test_px4_takes_off_to_an_altitude_above_the_sea(tmp_path):
     flown = Commanded("hexa-00", tmp_path)
     flown.vehicle.start()

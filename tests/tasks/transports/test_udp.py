@@ -57,6 +57,7 @@ def test_who_comes_is_answered_at_once_and_told_the_last_states(vessel):
         time.sleep(0.06)
 
 
+@pytest.mark.heavy
 def test_each_question_for_states_is_answered_whatever_the_rate_of_the_telemetry(vessel):
     console = Station(vessel, system=0x4502).join()
     console.get(imc.EntityState)
@@ -261,6 +262,7 @@ def test_two_systems_with_one_id_are_reported_and_a_restart_is_not(vessel):
     vessel.until(lambda: "0x4800 is also used" in vessel.discovery.entity.description)
 
 
+@pytest.mark.heavy
 def test_another_system_with_the_name_of_this_vehicle_is_reported(vessel):
     name = vessel.vehicle.name
     Station(vessel, 0x4801, name).announce(sys_name=name)

@@ -161,6 +161,7 @@ def test_impossible_cameras_are_refused(options, words):
         simulate(Camera, **options)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("options", "said"),
     [

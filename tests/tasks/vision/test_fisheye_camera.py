@@ -199,6 +199,7 @@ def test_a_full_disk_fails_the_entity_and_frames_go_on(tmp_path):
     ]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kind", ["PNG", "QOI"])
 def test_pictures_that_are_written_again_make_the_entity_normal(tmp_path, kind):
     """As when somebody makes room on a full disk."""

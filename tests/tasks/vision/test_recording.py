@@ -338,6 +338,7 @@ def test_two_runs_are_one(tmp_path):
     assert [f.image.tobytes() for f in first.frames] == [f.image.tobytes() for f in second.frames]
 
 
+@pytest.mark.heavy
 def test_in_real_time(tmp_path):
     run = played(euroc(tmp_path, count=4), seconds=0.8, clock=WallClock())
     gaps = np.diff([frame.time for frame in run.frames])

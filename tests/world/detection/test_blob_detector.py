@@ -36,6 +36,7 @@ def plain(width=320, height=240, sigma=3.0, seed=0):
     return noisy(image, sigma, seed)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scene", ["Seabed", "Sea Surface"])
 @pytest.mark.parametrize("sigma", [1.0, 4.0])
 def test_finds_the_gliders_of_rendered_pictures_and_nothing_else(scene, sigma):

@@ -125,6 +125,7 @@ def test_a_shutter_that_nothing_moves_before_takes_the_same_picture():
     np.testing.assert_array_equal(taken, fisheye.take_picture(HERE, ()))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("bands", "most"), [(8, 5 / 8), (30, 5 / 30)])
 def test_each_row_of_a_rolling_shutter_has_its_own_pose(bands, most):
     """A turn of 10 px in a readout: each row is that of the global shutter at its time, to half a band of motion."""

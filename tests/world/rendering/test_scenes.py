@@ -84,6 +84,7 @@ def test_words_are_those_of_the_encoding():
     assert (words[..., 3] == 255).all()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("draw", [procedural_textures.underwater_textures, procedural_textures.wave_and_cloud_textures])
 def test_textures_are_drawn_once_for_all_cameras_of_a_seed_and_again_the_same(draw):
     shared = draw(5)

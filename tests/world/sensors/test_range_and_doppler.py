@@ -27,6 +27,7 @@ def walked(start, direction, middle, heading, length, diameter, reach=30.0, step
     return t[np.argmax(inside)] if inside.any() else math.inf
 
 
+@pytest.mark.heavy
 def test_a_beam_meets_a_body_where_a_walk_along_it_does():
     hits = 0
     for _ in range(300):
@@ -117,6 +118,7 @@ def test_beams_tell_the_velocity():
     assert velocity_from_beams([directions[0]] * 3, [1.0] * 3) is None
 
 
+@pytest.mark.heavy
 def test_a_beam_without_a_limit_hears_the_bottom_of_a_shipped_vehicle():
     """Against a walk along the beam in steps of 5 cm, over soundings in a sea that is 120 m deep elsewhere."""
     seabed = read_world(load_profile("lauv-noptilus-1").value, offset).seabed

@@ -3,6 +3,7 @@
 import math
 import random
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -19,6 +20,7 @@ HILLY = Bathymetry(SOUNDINGS, 10.0, 25.0)
 PLACE = st.tuples(st.floats(-80.0, 80.0), st.floats(-80.0, 80.0), st.floats(0.0, 20.0))
 
 
+@pytest.mark.heavy
 @settings(max_examples=400)
 @given(PLACE, st.floats(-math.pi, math.pi), st.floats(-0.5 * math.pi, 0.5), st.floats(1.0, 120.0))
 def test_a_quicker_look_at_the_bottom_finds_the_same_to_the_last_bit(place, pan, tilt, reach) -> None:

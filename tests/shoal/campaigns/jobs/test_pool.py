@@ -153,6 +153,7 @@ def test_a_job_that_hangs_ends_at_the_limit_and_is_told_where():
     assert not told[2].error
 
 
+@pytest.mark.heavy
 def test_what_goes_wrong_in_a_job_is_its_result():
     with ProcessPool(1, make_runner=Trial) as pool:
         told = {job.key: result for job, result in pool.run(jobs("fail", "leave", "tell"))}
@@ -184,6 +185,7 @@ def test_who_has_heard_enough_may_leave_and_ask_again():
         assert [result.name for result, _ in pool.run(jobs("tell"))] == ["tell"]
 
 
+@pytest.mark.heavy
 def test_folders_of_a_user_are_searched(tmp_path):
     (tmp_path / "of_the_user.py").write_text("")
     with ProcessPool(1, make_runner=Trial, code=[tmp_path]) as pool:

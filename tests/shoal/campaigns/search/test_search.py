@@ -32,6 +32,7 @@ def found(tmp_path_factory):
     return do(write(folder), folder / "runs")
 
 
+@pytest.mark.heavy
 def test_it_finds_what_breaks_a_scenario_and_the_smallest_change_that_does(found):
     shown = compute_findings(found)
     assert shown.baseline["run"] == 0

@@ -106,6 +106,7 @@ def test_all_that_a_study_names_is_in_its_bundle(study, monkeypatch):
     assert parse_bundle(bundle.pack()) == bundle
 
 
+@pytest.mark.heavy
 def test_a_changed_task_of_a_user_is_another_study(study, monkeypatch):
     monkeypatch.chdir(study.parent)
     first = load_study(study).digest
@@ -116,6 +117,7 @@ def test_a_changed_task_of_a_user_is_another_study(study, monkeypatch):
     assert load_study(study).digest != first
 
 
+@pytest.mark.heavy
 def test_files_that_tasks_read_are_named_in_the_study(study, monkeypatch):
     monkeypatch.chdir(study.parent)
     (study.parent / "tables").mkdir()

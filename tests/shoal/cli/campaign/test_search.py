@@ -80,6 +80,7 @@ def test_what_it_found_fails_again_and_in_the_same_way(told, place):
     assert smallest["reason"] in done.output
 
 
+@pytest.mark.heavy
 def test_the_report_and_a_run_again(told, place):
     done = shoal("campaign", "report", "campaigns/rest")
     assert done.exit_code == 0
@@ -115,6 +116,7 @@ def test_the_number_of_runs_cannot_be_changed(told):
     assert said in " ".join(done.output.split())
 
 
+@pytest.mark.heavy
 def test_parameters_are_tuned(place, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "rest.scenario.yaml").write_text(SCENARIO)

@@ -236,6 +236,7 @@ def test_what_cannot_be_rendered_is_told(shoal, run, tmp_path):
     assert (done.exit_code, "already exists" in done.output) == (2, True)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("processes", [1, 2])
 @pytest.mark.parametrize("size", [1000, 12000], ids=["picture", "labels"])
 def test_a_full_disk_leaves_nothing_behind(shoal, run, tmp_path, processes, size):

@@ -98,6 +98,7 @@ def test_a_plane_takes_off_and_circles_at_the_end_of_its_leg(body):
     plane.wait(lambda: plane.modes[-1] == "RTL")  # it cannot land on command
 
 
+@pytest.mark.heavy
 def test_who_disarms_a_boat_is_not_contradicted(body):
     boat = body("autopilot-rover", kind="boat")
     boat.ready()
@@ -159,6 +160,7 @@ def test_an_abort_lands_and_an_idle_copter_too(body):
     copter.wait(lambda: copter.modes[-1] == "LAND" and not copter.armed)
 
 
+@pytest.mark.heavy
 def test_what_the_autopilot_refuses_ends_the_plan_with_its_reason(body):
     copter = body("autopilot-copter", "--unready")
     copter.ready()

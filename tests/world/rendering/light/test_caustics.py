@@ -55,6 +55,7 @@ def test_they_fade_with_depth_and_need_sun_and_waves():
     assert caustics(height=3.0).contrast(0.3) > caustics().contrast(0.3)
 
 
+@pytest.mark.heavy
 def test_a_picture_shows_the_light_of_its_places():
     """What a camera sees more than without caustics is the light of the place that it sees, wherever it is."""
     for place in ((0.0, 0.0), (1.3, -40.2)):

@@ -86,6 +86,7 @@ def test_corners_are_found_where_they_project_to(optics):
         assert apart.max() < 0.5
 
 
+@pytest.mark.heavy
 def test_tags_are_found_with_their_numbers():
     grid = Board(april_grid_cells(4, 5), CELL, 0.0, 0.0, RISE, heading=0.3)
     optics, pose = PinholeModel(800, 600, 600.0, 600.0, 400.0, 300.0), ScenePose(0.05, 0.0, 1.2, 5.0, 0.1, -0.1, 0.2)

@@ -58,6 +58,7 @@ def seen(camera, bare, pose):
     return float((part * columns).sum() / part.sum()), float((part * rows).sum() / part.sum())
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "optics",
     [
