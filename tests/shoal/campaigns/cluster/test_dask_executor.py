@@ -77,7 +77,7 @@ def test_rows_and_logs_are_those_of_this_computer(grid, study, tmp_path):
     assert len(there.counted_rows) == 6
     assert not any(row["error"] for row in there.counted_rows)
     assert logs_of(tmp_path / "there" / "logs") == logs_of(tmp_path / "here" / "logs")
-    until(lambda: not job_processes(grid.keeper.pid))
+    until(lambda: not job_processes(grid.keeper.pid), 60.0)
     assert not list(grid.folder.rglob("shoal-*"))
 
 
@@ -228,5 +228,5 @@ def test_who_has_heard_enough_leaves_nothing_behind(grid, study, tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         run_study(load_study(study), tmp_path / "there", on=grid.address, on_progress=stop)
-    until(lambda: not job_processes(grid.keeper.pid))
+    until(lambda: not job_processes(grid.keeper.pid), 60.0)
     assert len(open_results(tmp_path / "there").rows) == 2
