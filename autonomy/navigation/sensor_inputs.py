@@ -143,10 +143,10 @@ class SensorInputs:
 
     def receive_fix(self, fix: imc.GpsFix) -> imc.GpsFixRejection | None:
         """A fix; returns why it is rejected, None if it is not."""
+        fix = assume_height(fix, self._height)
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             self.place = fix if has_plausible_position(fix) else self.place
             return None
-        fix = assume_height(fix, self._height)
         reason = self._fix_gate.reject_reason(fix)
         if reason is None and not has_plausible_position(fix):
             reason = Reason.INVALID

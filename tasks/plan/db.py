@@ -180,7 +180,12 @@ class DB(Task):
 
     def _publish_state(self) -> None:
         self._published, self._is_due = self.now, False
-        self.publish(self._state())
+        try:
+            state = self._state()
+        except sqlite3.Error as error:
+            self.log.warning(f"database: {error}")
+        else:
+            self.publish(state)
 
     def _progress(self, request: imc.PlanDB) -> None:
         self._answer(request, Type.IN_PROGRESS, "in progress")
@@ -216,7 +221,7 @@ class DB(Task):
         try:
             return PlanStore(path)
         except sqlite3.DatabaseError as error:
-            if isinstance(error, sqlite3.OperationalError):
+            if isinstance(error, sqlite3.OperationalError) and "UTF-8" not in str(error):
                 raise
             aside = path.with_suffix(".damaged")
             path.replace(aside)

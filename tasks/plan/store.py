@@ -98,6 +98,8 @@ class PlanStore:
         (found,) = self._base.execute("PRAGMA quick_check(1)").fetchone()
         if found != "ok":
             raise sqlite3.DatabaseError(found.splitlines()[-1])
+        self._base.execute("SELECT plan_id, change_sname FROM Plan").fetchall()  # text that is not UTF-8 is an error
+        self._base.execute("SELECT change_sname FROM LastChange").fetchall()
         (unreadable,) = self._base.execute(_UNREADABLE).fetchone()
         if unreadable:
             raise sqlite3.DatabaseError(f"{unreadable} plans have fields of other types")
@@ -105,12 +107,13 @@ class PlanStore:
     def copy_readable(self, path: Path) -> int:
         """Copy the plans of a damaged file that can be read, into this empty store; returns how many."""
         with suppress(sqlite3.Error), closing(sqlite3.connect(":memory:")) as damaged:
+            damaged.text_factory = _decoded
             damaged.deserialize(_padded(path.read_bytes()))
-            for row in damaged.execute("SELECT plan_id, change_time, change_sid, change_sname, md5, data FROM Plan"):
-                with suppress(sqlite3.Error, TypeError, imc.DecodeError), self._base:
-                    plan_id, *_, data = row
-                    if PlanRow(_text(plan_id), PlanChange(), b"", data).specification().plan_id == _text(plan_id):
-                        self._base.execute("INSERT INTO Plan VALUES (?, ?, ?, ?, ?, ?)", row)
+            for plan_id, data in damaged.execute("SELECT plan_id, data FROM Plan"):
+                with suppress(sqlite3.Error, TypeError, ValueError, AttributeError, imc.DecodeError):
+                    plan = PlanRow(_text(plan_id), PlanChange(), b"", data).specification()
+                    if plan.plan_id == _text(plan_id):
+                        self.set(plan, PlanChange())
         (count,) = self._base.execute("SELECT COUNT(*) FROM Plan").fetchone()
         return count
 
@@ -203,6 +206,10 @@ class PlanStore:
     def _changed(self, change: PlanChange) -> None:
         self._base.execute("DELETE FROM LastChange")
         self._base.execute("INSERT INTO LastChange VALUES (?, ?, ?)", change)
+
+
+def _decoded(raw: bytes) -> str:
+    return raw.decode(errors="surrogateescape")
 
 
 def _padded(file: bytes) -> bytes:

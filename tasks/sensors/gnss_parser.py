@@ -17,7 +17,7 @@ LONGEST_UBX = 1024  # bytes; NAV-SAT of 80 satellites
 KNOT = 1852.0 / 3600.0  # m/s
 KMH = 1.0 / 3.6
 HEIGHT_KEPT = 10.0  # s that a height counts for positions without one
-LATE_FIELDS = ("utc_year", "utc_month", "utc_day", "sog", "cog", "hdop", "vdop", "hacc", "vacc")
+LATE_FIELDS = ("satellites", "utc_year", "utc_month", "utc_day", "sog", "cog", "hdop", "vdop", "hacc", "vacc")
 NO_DILUTION = 99.0  # receivers send 99.99 while they have none
 WANTED = (b"GGA,", b"GNS,", b"RMC,", b"VTG,", b"ZDA,", b"GSA,", b"GST,")
 BY_QUALITY = {1: Type.STANDALONE, 3: Type.STANDALONE, 6: Type.DEAD_RECKONING, 7: Type.MANUAL_INPUT, 8: Type.SIMULATION}
@@ -97,6 +97,7 @@ class FixAssembler:
         self._time = at if at is not None else self._time
         if self._fields is None:
             _merge(self._late, late_fields(values))
+            self._complete_height({"timestamp": now, **values})
         else:
             _merge(self._fields, values)
             if self._last and (kind == self._last or kind.startswith(self._given or "\0")):

@@ -144,10 +144,10 @@ class GPSNavigation(Task):
 
     @consume
     def screen_gps_fix(self, fix: imc.GpsFix) -> None:
+        fix = assume_height(fix, self._height)
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             self._manual = fix if has_plausible_position(fix) else self._manual
         elif self._is_from(fix, self.gps):
-            fix = assume_height(fix, self._height)
             reason = self._gate.reject_reason(fix)
             if reason is None and not has_plausible_position(fix):
                 reason = Reason.INVALID

@@ -255,6 +255,17 @@ def test_a_row_with_other_types_loses_no_other_plan(tmp_path):
     assert any("1 plans have fields of other types; renamed to Plan.damaged" in line for line in log)
 
 
+@pytest.mark.parametrize("change", ["md5 = NULL", "change_sname = CAST(x'ff41' AS TEXT)", "change_time = 'x'"])
+def test_a_damaged_field_beside_a_good_plan_is_replaced(tmp_path, change):
+    path = stored_file(tmp_path, 3)
+    with sqlite3.connect(path) as base:
+        base.execute(f"UPDATE Plan SET {change} WHERE plan_id = 'plan01'")
+    base.close()
+    names, log = plans_after_start(tmp_path)
+    assert names == ["plan00", "plan01", "plan02"]
+    assert any("renamed to Plan.damaged, of which 3 plans could be read" in line for line in log)
+
+
 def test_a_damaged_file_is_put_aside(tmp_path):
     class Files(DB):
         """A database whose file is damaged."""

@@ -328,3 +328,17 @@ def test_the_shipped_vehicle_takes_its_fixes_from_a_serial_port(tmp_path: Path) 
     assert run.returncode == 0, output
     assert len(found) >= 3, output
     assert math.degrees(found[-1].lat) == pytest.approx(41.185, abs=1e-3)
+
+
+def test_a_height_that_comes_more_seldom_than_positions_counts_until_the_next() -> None:
+    stream = []
+    for step in range(150):
+        second, tenth = divmod(step * 2, 10)
+        at = f"12{second // 60:02d}{second % 60:02d}.{tenth}0"
+        text = sentence(f"GPRMC,{at},A,4110.0,N,00842.0,W,2.0,90.0,010126,,,A")
+        if not tenth:
+            text += sentence(f"GPGGA,{at},4110.0,N,00842.0,W,1,08,0.9,100.0,M,50.0,M,,")
+        stream.append((second + tenth / 10, text))
+    found = fixes(simulate(GPS, stream=stream))
+    assert len(found) > 140
+    assert {fix.height for fix in found[1:]} == {150.0}
