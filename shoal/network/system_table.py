@@ -70,10 +70,10 @@ class NetworkSystem:
     @property
     def is_shoal(self) -> bool:
         """Whether it runs Shoal, as its Announce or zenoh says: then copies of an order are carried out once."""
-        announced = self.latest_entity_messages(imc.Announce)
-        return any(name.startswith("zenoh") for name in self.links) or any(
-            Services.parse(announce.services).version == "shoal" for announce in announced
-        )
+        if any(name.startswith("zenoh") for name in self.links):
+            return True
+        announce = self.latest_message(imc.Announce)
+        return announce is not None and Services.parse(announce.services).version == "shoal"
 
     @property
     def awaits_contact(self) -> bool:

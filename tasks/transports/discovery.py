@@ -28,7 +28,7 @@ MOST_RUNS = 4  # of one id that are told apart
 MOST_SENDERS = 64
 RATE = 20.0  # Announces per second from one address of another computer
 LOCAL_RATE = 200.0  # from this one, where a fleet may run
-NEW_SYSTEMS = 64  # at once, a fleet
+NEW_SYSTEMS = 64  # at once from one address, a fleet
 NEW_RATE = 2.0  # of them per second in the long run
 REMEMBERED = 256  # packets, since each comes by several ways
 PULSE = 1.0  # s between two signs of life of the vehicle that listens for all
@@ -89,7 +89,7 @@ class Discovery(Task):
         self.drops = DropCounts()
         self.recent = DuplicateFilter(REMEMBERED)
         self.senders: dict[str, Peer] = {}
-        self.new_systems = TokenBucket(NEW_RATE, NEW_SYSTEMS, network_time(self))
+        self.new_systems: dict[str, TokenBucket] = {}  # by address: a flood from one keeps out nobody at another
         self.new_lines = LogLimit(self.log.info, "more new systems are within range", network_time(self))
         self.seen: dict[int, list[SystemSighting]] = {}
         self.clashes: dict[str, float] = {}
@@ -199,9 +199,9 @@ class Discovery(Task):
             self.report_drop(NOT_AN_ANNOUNCE, address, type(message).__name__)
             return
         is_new = message.src not in self.seen and message.src != self.system
-        if is_new and not self.new_systems.try_acquire(network_time(self)):
+        if is_new and not self.try_acquire_new(address):
             if self.drops.add(TOO_MANY, ANYBODY):
-                self.log.warning(f"announcements dropped: {TOO_MANY}, the last of them at {address}")
+                self.log.warning(f"announcements of new systems dropped: too many, the first from {address}")
             return
         if self.leader is not None:
             self.leader.forward(address, packet)
@@ -224,6 +224,14 @@ class Discovery(Task):
                 del self.senders[next(iter(self.senders))]
             sender = self.senders[address] = Peer(UNKNOWN_SYSTEM, address)
         return sender.try_acquire(network_time(self), LOCAL_RATE if is_loopback_address(address) else RATE)
+
+    def try_acquire_new(self, address: str) -> bool:
+        """Whether an address may announce one more new system."""
+        if address not in self.new_systems:
+            if len(self.new_systems) >= MOST_SENDERS:
+                del self.new_systems[next(iter(self.new_systems))]
+            self.new_systems[address] = TokenBucket(NEW_RATE, NEW_SYSTEMS, network_time(self))
+        return self.new_systems[address].try_acquire(network_time(self))
 
     def record_sighting(self, system: int, name: str, uid: str, address: str) -> None:
         """Remember who uses an id; two that use it by turns are two systems, one after the other a restart."""
