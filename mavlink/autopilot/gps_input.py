@@ -10,6 +10,7 @@ from mavlink.autopilot.telemetry import is_valid_message
 Validity = imc.GpsFix.Validity
 NO_FIX, FIX_3D = 1, 3  # GPS_FIX_TYPE
 # GPS_INPUT_IGNORE_FLAGS
+NO_HEIGHT = 1
 NO_VDOP, NO_LEVEL_SPEED, NO_VERTICAL_SPEED, NO_SPEED_ACCURACY = 4, 8, 16, 32
 NO_HEIGHT_ACCURACY = 128
 SATELLITES = 10  # said for a fix that has none, since an autopilot wants at least 6
@@ -21,8 +22,9 @@ WEEK = 604800  # s
 
 
 def is_usable_fix(fix: imc.GpsFix) -> bool:
-    """Whether a fix has no number that is none, and is on Earth."""
-    return is_valid_message(fix) and fix.sog >= 0.0
+    """Whether a fix has no number that is none, besides an unknown height, and is on Earth."""
+    known = fix.replace(height=0.0) if math.isnan(fix.height) else fix
+    return is_valid_message(known) and fix.sog >= 0.0
 
 
 def gps_input_fields(fix: imc.GpsFix, undulation: float, now: float) -> Fields:
@@ -32,6 +34,7 @@ def gps_input_fields(fix: imc.GpsFix, undulation: float, now: float) -> Fields:
     moves = valid & Validity.VALID_SOG and valid & Validity.VALID_COG
     for flag, known in (
         (NO_LEVEL_SPEED, moves),
+        (NO_HEIGHT, math.isfinite(fix.height)),
         (NO_VDOP, valid & Validity.VALID_VDOP),
         (NO_HEIGHT_ACCURACY, valid & Validity.VALID_VACC),
     ):
@@ -46,7 +49,7 @@ def gps_input_fields(fix: imc.GpsFix, undulation: float, now: float) -> Fields:
         "fix_type": FIX_3D if valid & Validity.VALID_POS else NO_FIX,
         "lat": degrees_e7(fix.lat),
         "lon": degrees_e7(fix.lon),
-        "alt": fix.height - undulation,
+        "alt": fix.height - undulation if math.isfinite(fix.height) else 0.0,
         "hdop": fix.hdop if valid & Validity.VALID_HDOP else HDOP,
         "vdop": fix.vdop,
         "vn": fix.sog * math.cos(fix.cog) if moves else 0.0,

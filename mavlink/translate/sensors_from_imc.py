@@ -14,7 +14,7 @@ ULTRASOUND = 1  # MAV_DISTANCE_SENSOR
 UNKNOWN_TEMPERATURE = 0x7FFF
 CELLS, MORE_CELLS = 10, 4
 Validity, FixType = imc.GpsFix.Validity, imc.GpsFix.Type
-NO_FIX, FIX_3D, FIX_DGPS, FIX_STATIC = 1, 3, 4, 7
+NO_FIX, FIX_2D, FIX_3D, FIX_DGPS, FIX_STATIC = 1, 2, 3, 4, 7
 FIXES: Mapping[int, int] = {
     FixType.DIFFERENTIAL: FIX_DGPS,
     FixType.MANUAL_INPUT: FIX_STATIC,
@@ -25,7 +25,7 @@ ATTITUDE_OK, VELOCITY_OK, POSITION_OK, DEPTH_OK = 0x001, 0x006, 0x018, 0x020  # 
 
 
 def has_position(fix: imc.GpsFix) -> bool:
-    return bool(fix.validity & Validity.VALID_POS) and all(map(math.isfinite, (fix.lat, fix.lon, fix.height)))
+    return bool(fix.validity & Validity.VALID_POS) and math.isfinite(fix.lat) and math.isfinite(fix.lon)
 
 
 def gps_raw(fix: imc.GpsFix, last: imc.GpsFix | None, undulation: float) -> Fields:
@@ -33,7 +33,7 @@ def gps_raw(fix: imc.GpsFix, last: imc.GpsFix | None, undulation: float) -> Fiel
     valid, flags = fix.validity, Validity
     values: dict[str, int] = {
         "time_usec": round(fix.timestamp * 1e6),
-        "fix_type": FIXES.get(fix.type, FIX_3D) if has_position(fix) else NO_FIX,
+        "fix_type": _fix_type(fix),
         "eph": _hundredths(fix.hdop) if valid & flags.VALID_HDOP else UNKNOWN_16,
         "epv": _hundredths(fix.vdop) if valid & flags.VALID_VDOP else UNKNOWN_16,
         "vel": _hundredths(fix.sog) if valid & flags.VALID_SOG else UNKNOWN_16,
@@ -41,15 +41,23 @@ def gps_raw(fix: imc.GpsFix, last: imc.GpsFix | None, undulation: float) -> Fiel
         "satellites_visible": fix.satellites,
     }
     if last is not None:
+        height = last.height if math.isfinite(last.height) else undulation
         values |= {
             "lat": degrees_e7(last.lat),
             "lon": degrees_e7(last.lon),
-            "alt": round((last.height - undulation) * 1e3),
-            "alt_ellipsoid": round(last.height * 1e3),
+            "alt": round((height - undulation) * 1e3),
+            "alt_ellipsoid": round(height * 1e3),
             "h_acc": round(last.hacc * 1e3) if last.validity & flags.VALID_HACC and math.isfinite(last.hacc) else 0,
             "v_acc": round(last.vacc * 1e3) if last.validity & flags.VALID_VACC and math.isfinite(last.vacc) else 0,
         }
     return values
+
+
+def _fix_type(fix: imc.GpsFix) -> int:
+    """GPS_FIX_TYPE; a fix whose height is unknown is two-dimensional."""
+    if not has_position(fix):
+        return NO_FIX
+    return FIXES.get(fix.type, FIX_3D) if math.isfinite(fix.height) else FIX_2D
 
 
 def attitude_quaternion(state: imc.EstimatedState, time: int) -> Fields | None:

@@ -21,7 +21,7 @@ from shoal.cli.remote_command import (
     print_json_line,
     run_on_network,
 )
-from shoal.network import CONTACT, NEAR, Network, NetworkSystem
+from shoal.network import NEAR, Network, NetworkSystem
 from support.terminal_text import printable
 
 KINDS = (
@@ -196,7 +196,7 @@ def format_state(system: NetworkSystem) -> str:
     """Mode and plan."""
     vehicle, plan = system.latest_message(imc.VehicleState), system.latest_message(imc.PlanControlState)
     if system.contact_timeout:
-        return f"data within {CONTACT:g} s"
+        return f"data within {system.contact_timeout:.0f} s"
     mode = _name(imc.VehicleState.OpMode, vehicle.op_mode) if vehicle is not None else "here"
     if plan is None or plan.state not in (
         imc.PlanControlState.State.EXECUTING,

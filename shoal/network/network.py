@@ -1,6 +1,7 @@
 """All networks at once: who is there, what they say, and requests to them."""
 
 import asyncio
+import math
 import random
 import time
 from collections import deque
@@ -128,7 +129,7 @@ class Network:
             return
         if number is not None:
             self.systems.assign_id(found, number, place)
-        if not found.is_there:
+        if (link.name, part) not in found.parts:
             found.appeared_at = time.monotonic()
         found.links[link.name] = link
         found.has_ended = False
@@ -332,22 +333,24 @@ class Network:
         """Send a request, and again every `repeat` s, until `answer` finds what it needs in a message of these types.
 
         Copies are equal to the last byte, so that Shoal knows them. A DUNE would carry out each: it gets an order once,
-        and an Abort every 2 s. `number` is the id of the one that is meant,
-        of several with one name. Raises NoAnswer, VehicleLost, and what `answer` raises.
+        and an Abort every 2 s. `number` is the id of the one that is meant, of several with one name. Raises NoAnswer,
+        VehicleLost, and what `answer` raises.
         """
         timeout = system.answer_timeout if timeout is None else timeout
         listener = self.listen(system, kinds)
         number = system.id if number is None else number
         packet = imc.encode(self.with_header(system, request, number))
-        is_once = not (system.is_shoal or is_query(request))
-        if is_once:
-            repeat = ABORT_REPEAT if isinstance(request, imc.Abort) else timeout
-        deadline, attempt = time.monotonic() + timeout, 0
+        if not (system.is_shoal or is_query(request)):
+            repeat = ABORT_REPEAT if isinstance(request, imc.Abort) else math.inf
+        began = time.monotonic()
+        deadline, next_copy, copies = began + timeout, began, 0
         try:
             while (left := deadline - time.monotonic()) > 0.0:
-                self._send(system, request, packet, attempt)
-                attempt += 1
-                again = time.monotonic() + min(repeat, left)
+                if time.monotonic() >= next_copy and self._send(system, request, packet, copies):
+                    copies += 1
+                    next_copy = time.monotonic() + repeat
+                self.explain_search(time.monotonic() - began, [system])
+                again = time.monotonic() + min(repeat, left, GRACE)
                 while (wait := again - time.monotonic()) > 0.0:
                     try:
                         _, message = await listener.next(wait)
@@ -359,8 +362,10 @@ class Network:
                 self.check_is_there(system)
         finally:
             self.close_listener(listener)
-        what = f"{system.name} does not answer {type(request).__name__} within {timeout:.0f} s"
-        if is_once and not isinstance(request, imc.Abort):
+        what = f"{system.name} does not answer {type(request).__name__} within {timeout:.3g} s"
+        if not copies:
+            what += ", to which no link leads: nothing was sent"
+        elif math.isinf(repeat):
             what += ", which was sent once, since it is no Shoal vehicle and might obey each copy"
         raise NoAnswer(f"{what}; {self._no_answer_reason(system, len(packet))}")
 
@@ -371,10 +376,12 @@ class Network:
         guess = size_warning(self._ways(system), size) or f"`shoal link {system.name}` tells why"
         return printable(f"its log book: {texts[-1]}" if texts else guess)
 
-    def _send(self, system: NetworkSystem, message: imc.Message, packet: bytes, attempt: int = 0) -> None:
-        """By the way that was heard last; further attempts take the others, too."""
-        if links := self._ways(system):
+    def _send(self, system: NetworkSystem, message: imc.Message, packet: bytes, attempt: int = 0) -> bool:
+        """By the way that was heard last; further attempts take the others, too. Whether there is a way."""
+        links = self._ways(system)
+        if links:
             links[attempt % len(links)].send(system.name, message, packet)
+        return bool(links)
 
     def _ways(self, system: NetworkSystem) -> list[NetworkLink]:
         return sorted(system.links.values(), key=lambda link: -system.last.get(link.name, 0.0))

@@ -32,7 +32,8 @@ class NetworkSystem:
     parts: where its processes are, by link and process. heard: packets by link. missed: what did not arrive, or could
     not be read, by reason. others: further ids that use its name. rivals: further systems that use its id. clock: its
     time stamps less our time (s), the smallest difference of the last packets. has_ended: whether its end was told.
-    seen: when each of its ids was heard last. appeared_at: when its first process appeared.
+    seen: when each of its ids was heard last. appeared_at: when its newest process appeared. data_at: when it sent
+    another message than Announce last.
     """
 
     name: str
@@ -49,6 +50,7 @@ class NetworkSystem:
     clock: float = float("nan")
     heard_at: float = field(default_factory=time.monotonic)
     appeared_at: float = field(default_factory=time.monotonic)
+    data_at: float = 0.0
     has_ended: bool = False
     latest: dict[tuple[str, int], imc.Message] = field(default_factory=dict[tuple[str, int], imc.Message])
 
@@ -64,8 +66,8 @@ class NetworkSystem:
 
     @property
     def has_only_announced(self) -> bool:
-        """Whether it has announced itself, but said nothing yet."""
-        return all(name == imc.Announce.__name__ for name, _ in self.latest)
+        """Whether it has announced itself since it appeared, but sent nothing yet."""
+        return self.data_at < self.appeared_at
 
     @property
     def is_shoal(self) -> bool:
@@ -152,6 +154,8 @@ class NetworkSystem:
         """
         if is_heard:
             self.last[link.name] = self.heard_at = time.monotonic()
+        if not isinstance(message, imc.Announce):
+            self.data_at = time.monotonic()
         self.links.setdefault(link.name, link)
         self.update_clock_offset(message.timestamp)
         if entity and message.src_ent <= MOST_LABELS:

@@ -14,6 +14,7 @@ from tasks.plan.store import PlanChange, PlanRow, PlanStore, StoreFullError
 Op = imc.PlanDB.Op
 Type = imc.PlanDB.Type
 UNDEFINED = "undefined plan"
+MOST_DAMAGED = 10  # files that are kept
 STATE_PERIOD = 1.0  # s between two states for all, however fast plans change
 
 
@@ -223,7 +224,8 @@ class DB(Task):
         except sqlite3.DatabaseError as error:
             if isinstance(error, sqlite3.OperationalError) and "UTF-8" not in str(error):
                 raise
-            aside = path.with_suffix(".damaged")
+            names = (path.with_suffix(f".damaged{number or ''}") for number in range(MOST_DAMAGED))
+            aside = next((name for name in names if not name.exists()), path.with_suffix(".damaged"))
             path.replace(aside)
             store = PlanStore(path)
             kept = store.copy_readable(aside)

@@ -109,11 +109,13 @@ class PlanStore:
         with suppress(sqlite3.Error), closing(sqlite3.connect(":memory:")) as damaged:
             damaged.text_factory = _decoded
             damaged.deserialize(_padded(path.read_bytes()))
-            for plan_id, data in damaged.execute("SELECT plan_id, data FROM Plan"):
-                with suppress(sqlite3.Error, TypeError, ValueError, AttributeError, imc.DecodeError):
-                    plan = PlanRow(_text(plan_id), PlanChange(), b"", data).specification()
-                    if plan.plan_id == _text(plan_id):
-                        self.set(plan, PlanChange())
+            for order in ("ASC", "DESC"):  # each reads the plans before the first damaged page
+                with suppress(sqlite3.Error):
+                    for plan_id, data in damaged.execute(f"SELECT plan_id, data FROM Plan ORDER BY rowid {order}"):
+                        with suppress(sqlite3.Error, TypeError, ValueError, AttributeError, imc.DecodeError):
+                            plan = PlanRow(_text(plan_id), PlanChange(), b"", data).specification()
+                            if plan.plan_id == _text(plan_id):
+                                self.set(plan, PlanChange())
         (count,) = self._base.execute("SELECT COUNT(*) FROM Plan").fetchone()
         return count
 

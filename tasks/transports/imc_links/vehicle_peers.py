@@ -17,6 +17,7 @@ class VehiclePeers:
     def __init__(self, system: int, called: Collection[int] = ()):
         self._system, self.called = system, called
         self._vehicles: set[int] = set()
+        self._announced: set[int] = set()
         self._is_vehicle = True  # until it announces something else
 
     def on_announce(self, other: imc.Announce) -> bool:
@@ -25,6 +26,7 @@ class VehiclePeers:
         if other.src == self._system:
             changed, self._is_vehicle = is_vehicle != self._is_vehicle, is_vehicle
             return changed
+        self._announced.add(other.src)
         is_vehicle &= other.src not in OPERATORS
         changed = is_vehicle != (other.src in self._vehicles)
         if is_vehicle:
@@ -32,6 +34,11 @@ class VehiclePeers:
         else:
             self._vehicles.discard(other.src)
         return changed
+
+    def is_no_vehicle(self, system: int) -> bool:
+        """Whether it is certain that a system may get messages: its Announce, its id or `called` says so."""
+        is_known = not self._is_vehicle or system in OPERATORS or system in self._announced or system in self.called
+        return is_known and not self.withholds(system)
 
     def withholds(self, system: int) -> bool:
         """Whether a system gets nothing."""

@@ -4,10 +4,11 @@ import socket
 from collections import Counter
 
 import imc
-from imc.discovery import Service
+from imc.discovery import PERIOD, Service
 from runtime import State, consume, param
 from tasks.transports.imc_links.console_acl import ConsoleAcl
 from tasks.transports.imc_links.link_task import reraise_as_parameter_error
+from tasks.transports.imc_links.log_limit import LogLimit
 from tasks.transports.imc_links.port_search import announce_listening_service, listening_socket
 from tasks.transports.imc_links.sockets import listen_address, network_time, schedule_network_timer
 from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
@@ -17,7 +18,8 @@ PORTS_TRIED = 6  # from Port on, as in DUNE
 AT_ONCE = 8  # connections accepted at a time
 IDLE = 1.0  # s without a packet after which a connection may have to give way
 PAUSE = 0.01  # s, after so many
-UNKNOWN_FOR = 1.0  # s until a client that sends nothing is taken for a console
+SILENT_FOR = 2.5  # s until a client that sends nothing is taken for a console; a DUNE sends Heartbeat at 1 Hz
+UNKNOWN_FOR = PERIOD + 1.0  # s until a system that does not announce itself is taken for no vehicle
 REFUSED = "connections refused, since there were too many"
 GAVE_WAY = "connections ended for others"
 
@@ -27,8 +29,9 @@ class Server(StreamLinkTask):
 
     A client that leaves much unread, sends what is no IMC, or has vanished, is cut off. Nothing goes back to its
     sender. A client may also connect for one packet only. If there are too many, one that was idle for a second gives
-    way, or one of another address that has more than half of them. It is sent the listed messages as soon as it has
-    sent a packet, or after a second; if it is another vehicle, only if `Call Systems` names it.
+    way, or one of another address that has more than half of them. It is sent the listed messages as soon as it is
+    known: a console by its first packet, others by their Announce, after eleven seconds without one, and after 2.5 s
+    without any packet. Another vehicle is sent nothing, unless `Call Systems` names it.
     """
 
     address: str = param(
@@ -66,6 +69,7 @@ class Server(StreamLinkTask):
     def start(self) -> None:
         self.listener: socket.socket | None = None
         self.trouble, self.open_port = "", 0
+        self.vehicle_lines = LogLimit(self.log.info, "more vehicles connect and get nothing", network_time(self))
         super().start()
         self.open()
 
@@ -106,7 +110,7 @@ class Server(StreamLinkTask):
             if len(self.streams) < self.maximum_connections or self.make_room(address):
                 stream = PacketStream(opened, address, f"{address}:{port}", network_time(self))
                 self.add_stream(stream)
-                schedule_network_timer(self, UNKNOWN_FOR, self.greet, stream)
+                schedule_network_timer(self, SILENT_FOR, self.greet_silent, stream)
                 continue
             opened.close()
             if self.drops.add(REFUSED, address):
@@ -121,12 +125,22 @@ class Server(StreamLinkTask):
     def on_message(self, stream: PacketStream, message: imc.Message) -> None:
         if isinstance(message, imc.Announce):
             self.vehicles.on_announce(message)
+        self.greet_if_known(stream, any(map(self.vehicles.is_no_vehicle, stream.systems)))
+        if stream.taken == 1:
+            schedule_network_timer(self, UNKNOWN_FOR, self.greet_if_known, stream, True)
+
+    def greet_if_known(self, stream: PacketStream, is_known: bool) -> None:
         if stream.greeted:
             return
         if self.withholds(stream):
             stream.greeted = True
-            self.log.info(f"{stream.name} is another vehicle and gets nothing, since Call Systems does not name it")
-        else:
+            text = f"{stream.name} is another vehicle and gets nothing, since Call Systems does not name it"
+            self.vehicle_lines.write(text, network_time(self))
+        elif is_known:
+            self.greet(stream)
+
+    def greet_silent(self, stream: PacketStream) -> None:
+        if not stream.taken:
             self.greet(stream)
 
     def withholds(self, stream: PacketStream) -> bool:

@@ -5,12 +5,23 @@ import math
 import pytest
 
 import imc
-from mavlink.autopilot.gps_input import GPS_EPOCH, gps_input_fields, usbl_fix
+from mavlink.autopilot.gps_input import GPS_EPOCH, gps_input_fields, is_usable_fix, usbl_fix
+from mavlink.translate.sensors_from_imc import gps_raw
 
 
 def fix(**values):
     good = imc.GpsFix.Validity.VALID_POS | imc.GpsFix.Validity.VALID_HDOP
     return imc.GpsFix(**{"validity": good, "lat": 0.7, "lon": -0.15, "height": 52.6, "hdop": 1.5, **values})
+
+
+def test_a_fix_of_unknown_height_is_a_position_without_a_height():
+    level = fix(height=math.nan)
+    assert is_usable_fix(level)
+    said = gps_input_fields(level, 54.6, GPS_EPOCH + 604800.0)
+    assert (said["alt"], said["fix_type"], said["ignore_flags"] & 1) == (0.0, 3, 1)
+    raw = gps_raw(level, level, 54.6)
+    assert (raw["fix_type"], raw["alt"], raw["lat"]) == (2, 0, said["lat"])
+    assert gps_raw(fix(lat=math.nan), None, 54.6)["fix_type"] == 1
 
 
 def test_a_position_of_shoal_becomes_the_gps_of_the_autopilot():

@@ -22,6 +22,7 @@ from shoal.network import (
     NetworkSystem,
     NoAnswer,
     UDPLink,
+    VehicleLost,
     diagnose,
 )
 from tests.shoal.network.station import Station, discovery_ports, living
@@ -120,6 +121,38 @@ def test_a_vehicle_that_has_only_announced_itself_is_waited_for_until_its_first_
     assert name == "station"
     assert time.monotonic() - began > 0.7
     assert reported == ["station has announced itself; a DUNE vehicle sends data within 20 s"]
+
+
+def test_a_vehicle_that_has_restarted_is_waited_for_again() -> None:
+    async def restart() -> tuple[bool, bool]:
+        ports = discovery_ports()
+        async with Network([UDPLink(ports=ports)]) as network:
+            async with living(Station(ports, version=DUNE)):
+                system = await network.find_system("station")
+                before = system.awaits_contact
+            async with living(Station(ports, version=DUNE), beats=False):
+                while not system.awaits_contact:
+                    await asyncio.sleep(0.02)
+                return before, True
+
+    assert asyncio.run(asyncio.wait_for(restart(), 20.0)) == (False, True)
+
+
+def test_an_order_says_that_a_vehicle_is_waited_for_and_ends_when_it_falls_silent(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("shoal.network.system_table.PATIENCE", 60.0)
+
+    async def fall_silent() -> str:
+        ports = discovery_ports()
+        async with Network([UDPLink(ports=ports)]) as network:
+            async with living(Station(ports, version=DUNE)):
+                system = await network.find_system("station")
+            with pytest.raises(VehicleLost) as raised:
+                await start(network, system)
+            return str(raised.value)
+
+    assert "station is" in asyncio.run(asyncio.wait_for(fall_silent(), 20.0))
 
 
 def test_one_that_never_sends_data_is_not_commanded() -> None:

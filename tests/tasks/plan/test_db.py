@@ -207,7 +207,7 @@ def test_virtual_runs_begin_without_plans_and_a_file_keeps_them(tmp_path):
     again.close()
 
 
-def plans_after_start(folder, name="lauv-noptilus-1"):
+def plans_after_start(folder, *, is_second_damage=False):
     """The names of the plans that the database finds in a folder at its start, and its log book."""
 
     class Files(DB):
@@ -218,7 +218,11 @@ def plans_after_start(folder, name="lauv-noptilus-1"):
             target = self.vehicle.state_folder / self.system_name / "Plan.db"
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(path.read_bytes())
-            return super()._open()
+            if is_second_damage:
+                target.with_suffix(".damaged").write_bytes(b"earlier")
+            store = super()._open()
+            assert not is_second_damage or target.with_suffix(".damaged").read_bytes() == b"earlier"
+            return store
 
     question = ask(Op.GET_STATE, at=0.1)
     run = simulate([(Files, {"storage": "File"})], [question], seconds=1.0)
@@ -243,6 +247,18 @@ def test_half_a_file_is_put_aside_and_its_readable_plans_are_kept(tmp_path, part
     names, log = plans_after_start(tmp_path)
     assert 40 * part - 8 < len(names) < 40
     assert any(f"renamed to Plan.damaged, of which {len(names)} plans could be read" in line for line in log)
+
+
+def test_the_plans_behind_a_damaged_page_are_kept_and_an_earlier_damaged_file_stays(tmp_path):
+    path = stored_file(tmp_path)
+    raw = bytearray(path.read_bytes())
+    middle = len(raw) // 2 // 4096 * 4096
+    raw[middle : middle + 4096] = bytes(4096)
+    path.write_bytes(raw)
+    names, log = plans_after_start(tmp_path, is_second_damage=True)
+    assert {"plan00", "plan39"} < set(names)
+    assert 30 < len(names) < 40
+    assert any(f"renamed to Plan.damaged1, of which {len(names)} plans" in line for line in log)
 
 
 def test_a_row_with_other_types_loses_no_other_plan(tmp_path):

@@ -13,7 +13,7 @@ from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.transports.imc_links.stream_links import LONGEST_WAIT
-from tasks.transports.tcp.server import UNKNOWN_FOR, Server
+from tasks.transports.tcp.server import SILENT_FOR, Server
 from tests.tasks.transports.tcp.peers import CONSOLE, HOST, VEHICLE, Peer, packet, run, until
 
 
@@ -358,12 +358,27 @@ def test_another_vehicle_that_connects_gets_nothing():
         assert peer.take() == []
         again = Peer.of(server.open_port)
         again.send(packet(imc.EstimatedState(), 0x001B))
-        await script.sleep(UNKNOWN_FOR + 0.2)
+        await script.sleep(SILENT_FOR + 0.2)
         assert again.take() == []
         peer.send(announce(0x001B, imc.SystemType.CCU))
         await until(script, lambda: peer.of_type(imc.Depth))
 
     assert any("is another vehicle and gets nothing" in line for line in run(test, transports=["Depth"]).log)
+
+
+@pytest.mark.heavy
+def test_another_vehicle_whose_announce_comes_after_its_first_data_gets_nothing():
+    """As after a restart of this vehicle: a DUNE that is connected announces itself every 10 s only."""
+
+    async def test(script, server, depths):
+        peer = Peer.of(server.open_port)
+        peer.send(packet(imc.EstimatedState(), 0x001B))
+        await script.sleep(SILENT_FOR + 0.2)
+        peer.send(announce(0x001B))
+        await script.sleep(0.5)
+        assert peer.take() == []
+
+    run(test, transports=["Depth"])
 
 
 def test_another_vehicle_that_call_systems_names_gets_messages_when_it_connects():
