@@ -102,11 +102,16 @@ class DaskExecutor:
     def close(self) -> None:
         """End what is under way, and leave nothing on the workers."""
         self._cancel()
-        if self._client.status == "running":
-            with suppress(Exception):  # they end by themselves if they hear nothing
-                self._client.run(
-                    dask_worker.uninstall_study, self._token, workers=list(self._workers), on_error="ignore"
-                )
+        if self._client.status == "running" and self._workers:
+            replies: dict[str, Any] = {}
+            with suppress(Exception):  # the scheduler has gone just now
+                there = self._client.scheduler_info()["workers"]
+                asked = [at for at in self._workers if at in there]
+                replies = self._client.run(dask_worker.uninstall_study, self._token, workers=asked, on_error="return")
+            for at, reply in replies.items():
+                if isinstance(reply, Exception):
+                    why = format_exception_line(reply)
+                    self._on_notice(f"{at}: the study is still there, and its processes end later: {why}")
         with suppress(Exception):
             self._client.close(timeout=LEAVE)
 
