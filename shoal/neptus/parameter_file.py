@@ -10,7 +10,10 @@ LANGUAGE = "en_US"
 
 
 def parameter_list(vehicle: Vehicle) -> bytes:
-    """The XML with the parameters of all tasks, by entity label; the value of each is its present one."""
+    """The XML with the parameters of all tasks, by entity label; the value of each is its present one.
+
+    An empty list has no element `default`: Neptus takes an empty one for a number that it cannot read, or for one item.
+    """
     first, *others = vehicle.tasks
     version = f"IMC {builtin().version}"
     root = Xml.Element("config", format="1", version=version, modules="", system=vehicle.name, i18n=LANGUAGE)
@@ -35,6 +38,8 @@ def _add(section: Xml.Element, task: Task, parameter: Parameter) -> None:
         "units": parameter.unit if parameter.unit != "1" else "",
         "desc": parameter.description,
     }
+    if parameter.xml_type_name.startswith("list:") and not tags["default"]:
+        del tags["default"]
     low, high = parameter.minimum, parameter.maximum
     tags |= {"min": f"{low:g}"} if low is not None else {}
     tags |= {"max": f"{high:g}"} if high is not None else {}

@@ -19,12 +19,16 @@ LOOKS = {"UUV": ("lauv/lauv-seacon0", "lauv/lauv-xtreme-2.x3d"), "UAV": ("culari
 
 
 class ManeuverFormat(NamedTuple):
-    """How Neptus describes a maneuver: its name there, the elements of its place and speed, and the others."""
+    """How Neptus describes a maneuver: its type there, the elements of its place and speed, and the others.
+
+    `implementation` is its class there, if that is not called like the type.
+    """
 
     name: str
     place: str
     speed: str
     others: Tree
+    implementation: str = ""
 
 
 TOLERANCE: Tree = {"trajectoryTolerance": {"radiusTolerance": "1"}}
@@ -46,12 +50,10 @@ SHAPES = {
         "StationKeeping", "basePoint", "speed", {"duration": "60", "trajectory": {"radius": "15"}}
     ),
     "YoYo": ManeuverFormat("YoYo", "finalPoint", "speed", {"amplitude": "1", "pitch": "0.2618"}),
-    "Elevator": ManeuverFormat(
-        "Elevator", "finalPoint", "speed", {"startZ": "0", "pitch": "15", "radius": "15", "duration": "0"}
-    ),
+    "Elevator": ManeuverFormat("Elevator", "finalPoint", "speed", {"startZ": "0", "startZUnits": "", "radius": "15"}),
     "PopUp": ManeuverFormat("PopUp", "finalPoint", "speed", {"duration": "60", "flags": ""}),
     "FollowPath": ManeuverFormat("FollowPath", "basePoint", "speed", {"path": ""}),
-    "Rows": ManeuverFormat("RowsManeuver", "basePoint", "speed", {**AREA, "height": "0", "hstep": "27", "vstep": "0"}),
+    "Rows": ManeuverFormat("Rows", "basePoint", "speed", {**AREA, "hstep": "27"}, "RowsManeuver"),
     "RowsCoverage": ManeuverFormat(
         "RowsCoverage", "basePoint", "speed", {**AREA, "angleAperture": "120", "range": "30", "overlapPercentage": "0"}
     ),
@@ -141,7 +143,10 @@ def _add_maneuver(parent: Xml.Element, shape: ManeuverFormat, kind: str, speed: 
     _grow(maneuver, shape.others)
     if (flags := maneuver.find("flags")) is not None:
         flags.attrib.update(CurrPos="false", WaitAtSurface="true")
-    _add(maneuver, "annotation", {"documentation": "", "implementation-class": f"{CLASSES}.{shape.name}"})
+    if (units := maneuver.find("startZUnits")) is not None:  # Neptus' own default, NONE, says no depth
+        units.text = "HEIGHT" if kind == "UAV" else "DEPTH"
+    implementation = f"{CLASSES}.{shape.implementation or shape.name}"
+    _add(maneuver, "annotation", {"documentation": "", "implementation-class": implementation})
 
 
 def _add_link(root: Xml.Element, vehicle: Vehicle) -> None:

@@ -19,7 +19,8 @@ NEEDED = {
     "StationKeeping": ["duration", "trajectory/radius"],
     "YoYo": ["amplitude", "pitch"],
     "PopUp": ["flags", "duration"],
-    "RowsManeuver": ["width", "length", "hstep", "bearing"],
+    "Rows": ["width", "length", "hstep", "bearing"],
+    "Elevator": ["startZ", "startZUnits", "radius"],
     "RowsCoverage": ["width", "bearing"],
     "FollowPath": ["path"],
     "FollowReference": ["controlSource", "controlEntity", "timeout", "loiterRadius", "altitudeInterval"],
@@ -67,7 +68,8 @@ def test_the_maneuvers_are_those_that_the_vehicle_registers(vehicle):
     root = Xml.fromstring(vehicle_definition(vehicle))
     found = {}
     for maneuver in root.findall("feasibleManeuvers/maneuver/*"):
-        assert text(maneuver, "annotation/implementation-class") == f"pt.lsts.neptus.mp.maneuvers.{maneuver.tag}"
+        implementation = "RowsManeuver" if maneuver.tag == "Rows" else maneuver.tag  # whose getType() is "Rows"
+        assert text(maneuver, "annotation/implementation-class") == f"pt.lsts.neptus.mp.maneuvers.{implementation}"
         for needed in NEEDED.get(maneuver.tag, []):
             assert maneuver.find(needed) is not None, (maneuver.tag, needed)
         if maneuver.tag not in ("FollowReference", "Unconstrained"):
@@ -76,8 +78,10 @@ def test_the_maneuvers_are_those_that_the_vehicle_registers(vehicle):
             speed = next(s for s in (maneuver.find("speed"), maneuver.find("velocity")) if s is not None)
             assert (float(speed.text) > 0, speed.get("unit")) == (True, "m/s")
         found[maneuver.tag] = maneuver
-    assert {"Goto", "Loiter", "StationKeeping", "FollowPath", "RowsManeuver"} <= set(found)
-    renamed = {"RowsManeuver": "Rows", "Unconstrained": "Teleoperation"}
+    assert {"Goto", "Loiter", "StationKeeping", "FollowPath", "Rows"} <= set(found)
+    if (elevator := found.get("Elevator")) is not None:
+        assert text(elevator, "startZUnits") == ("HEIGHT" if KINDS[vehicle.name] == "UAV" else "DEPTH")
+    renamed = {"Unconstrained": "Teleoperation"}
     described = {renamed.get(name, name) for name in found}
     assert described | set(unplannable_maneuvers(vehicle)) == set(heard) - {"IdleManeuver"}
 
@@ -99,10 +103,14 @@ def test_every_listed_parameter_is_answered_with_the_listed_value(vehicle):
         vehicle.run(0.2)
     types = {"string", "boolean", "integer", "real", *(f"list:{t}" for t in ("string", "boolean", "integer", "real"))}
     for section in sections:
-        listed = {param.get("name"): text(param, "default") or "" for param in section.findall("param")}
+        listed = {param.get("name"): param.findtext("default") or "" for param in section.findall("param")}
         assert answers[section.get("name")] == listed
         for param in section.findall("param"):
             assert text(param, "type") in types
+            # Neptus reads an empty default of a list as one item, or fails to read it as a number.
+            assert (param.find("default") is None) == (
+                text(param, "type").startswith("list:") and not listed[param.get("name")]
+            )
             assert text(param, "visibility") in ("user", "developer")
             assert text(param, "scope") in ("global", "idle", "plan", "maneuver")
             assert text(param, "desc")
