@@ -3,17 +3,18 @@
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 
 from shoal.campaigns.jobs import ResultRow, is_finished
 from shoal.campaigns.optional_import import import_optional
-from shoal.campaigns.pass_rate import PassRate
+from shoal.campaigns.pass_rate import PassRate, has_interval
 from shoal.campaigns.results import CampaignResults
+from shoal.logs.inspect import format_noun_count
 from support.terminal_text import with_suggestion
 
 PASS_RATE = "pass rate"
-_LIMIT = re.compile(r"(.+?)\s*(<=|>=|<|>)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%?)")
+_LIMIT = re.compile(r"(interval of )?(.+?)\s*(<=|>=|<|>)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%?)")
 _COMPARED = ("metrics.", "margins.")
 
 
@@ -23,7 +24,10 @@ class NotComparable(ValueError):
 
 @dataclass(frozen=True)
 class ColumnChange:
-    """How a column of B differs from that of A in `runs` pairs: the mean of B - A, and the interval of this mean."""
+    """How a column of B differs from that of A in `runs` pairs: the mean of B - A, and the interval of this mean.
+
+    Both ends of the interval are NaN if the sampling gives none.
+    """
 
     name: str
     runs: int
@@ -34,6 +38,10 @@ class ColumnChange:
     high: float
     fell: int
     rose: int
+
+    @property
+    def has_interval(self) -> bool:
+        return math.isfinite(self.high - self.low)
 
     @property
     def is_significant(self) -> bool:
@@ -61,7 +69,7 @@ class CampaignComparison:
     one run did not end, so that nothing is known of it.
 
     `p_value` is that of McNemar's exact test: how probable as many or more runs of one side among those whose verdict
-    changed are if the change has no effect.
+    changed are if the change has no effect; NaN if the runs are not independent.
     """
 
     rate_a: PassRate
@@ -77,15 +85,16 @@ class CampaignComparison:
     unfinished: int
 
     def describe_exceeded_limit(self, limit: str) -> str:
-        """A sentence if a limit such as "pass rate < -2 %" or "metrics.drift > 5 %" is exceeded, else empty.
+        """A sentence if a limit such as "pass rate < -2 %" or "interval of metrics.drift > 5 %" is met, else empty.
 
-        It is a limit of the mean difference B - A; in percentage points of a pass rate, in percent of A otherwise.
-        Raises NotComparable for a limit that cannot be read.
+        It is a limit of the mean difference B - A, or of its whole interval, which chance seldom exceeds; in percentage
+        points of a pass rate, in percent of A otherwise. Raises NotComparable for a limit that cannot be read, and if
+        there is no interval.
         """
         match = _LIMIT.fullmatch(limit.strip())
         if match is None:
-            raise NotComparable(f"{limit!r} is no limit; write 'pass rate < -2 %' or 'metrics.NAME > 0.5'")
-        name, sign, number, percent = match.groups()
+            raise NotComparable(f"{limit!r} is no limit; write 'pass rate < -2 %' or 'interval of metrics.NAME > 0.5'")
+        of_interval, name, sign, number, percent = match.groups()
         changes = {change.name: change for change in (self.rate_change, *self.changes)}
         if name not in changes:
             raise NotComparable(with_suggestion(f"neither data set has {name!r}", name, changes))
@@ -94,10 +103,20 @@ class CampaignComparison:
             bound *= 0.01 if name == PASS_RATE else 0.01 * abs(change.before)
         if not math.isfinite(change.mean):
             return f"{name} cannot be compared: no pair of runs has it"
-        is_beyond = {"<": change.mean < bound, ">": change.mean > bound, "<=": change.mean <= bound}
-        if not is_beyond.get(sign, change.mean >= bound):
+        if of_interval and not change.has_interval:
+            raise NotComparable(f"{limit!r}: {name} has no interval, {self.explain_missing_interval(change)}")
+        nearest = change.mean if not of_interval else change.high if "<" in sign else change.low
+        is_beyond = {"<": nearest < bound, ">": nearest > bound, "<=": nearest <= bound, ">=": nearest >= bound}
+        if not is_beyond[sign]:
             return ""
-        return f"{name} changed by {change.mean:+.4g} ({change.low:+.4g} to {change.high:+.4g}): {limit}"
+        interval = f" ({change.low:+.4g} to {change.high:+.4g})" if change.has_interval else ""
+        return f"{name} changed by {change.mean:+.4g}{interval}: {limit}"
+
+    def explain_missing_interval(self, change: ColumnChange) -> str:
+        """Why a change has none."""
+        if has_interval(self.rate_a.sampling):
+            return f"since {format_noun_count(change.runs, 'pair')} cannot give one"
+        return f"since the runs of sampling {self.rate_a.sampling} are not independent"
 
 
 def compare_campaigns(a: CampaignResults, b: CampaignResults, *, confidence: float = 0.95) -> CampaignComparison:
@@ -117,13 +136,20 @@ def compare_campaigns(a: CampaignResults, b: CampaignResults, *, confidence: flo
     repaired = [pair for pair in pairs if pair.b["passed"] and not pair.a["passed"]]
     worse = [pair for pair in pairs if pair.margin_loss > 0.0]
     names = dict.fromkeys(name for pair in pairs for name in pair.a if name.startswith(_COMPARED) and name in pair.b)
-    found = [_change(name, pairs, confidence) for name in sorted(names)]
+    sampling = str(a.metadata["sampling"])
+    is_independent = has_interval(sampling)
+    rate_change = _rate_change(pairs, len(broken), len(repaired), confidence)
+    found = [change for name in sorted(names) if (change := _change(name, pairs, confidence)).runs]
+    if not is_independent:
+        rate_change, *found = (replace(change, low=math.nan, high=math.nan) for change in (rate_change, *found))
+    passed_a = len([pair for pair in pairs if pair.a["passed"]])
+    passed_b = len([pair for pair in pairs if pair.b["passed"]])
     return CampaignComparison(
-        PassRate(sum(bool(pair.a["passed"]) for pair in pairs), len(pairs), confidence),
-        PassRate(sum(bool(pair.b["passed"]) for pair in pairs), len(pairs), confidence),
-        _rate_change(pairs, len(broken), len(repaired), confidence),
-        mcnemar_p_value(len(broken), len(repaired)),
-        tuple(sorted((change for change in found if change.runs), key=_severity)),
+        PassRate(passed_a, len(pairs), confidence, sampling=sampling),
+        PassRate(passed_b, len(pairs), confidence, sampling=sampling),
+        rate_change,
+        mcnemar_p_value(len(broken), len(repaired)) if is_independent else math.nan,
+        tuple(sorted(found, key=_severity)),
         tuple(_worst_first(broken)),
         tuple(sorted(repaired, key=lambda pair: pair.a["run"])),
         tuple(_worst_first(worse)),
@@ -184,8 +210,8 @@ def _change(name: str, pairs: Sequence[RunPair], confidence: float) -> ColumnCha
 
 def _severity(change: ColumnChange) -> tuple[bool, bool, float]:
     """Margins that fell for sure first, then what changed most beside its interval."""
-    half = 0.5 * (change.high - change.low)
-    size = -abs(change.mean) / half if half else -math.inf * bool(change.mean)
+    half = 0.5 * (change.high - change.low) if change.has_interval else math.inf
+    size = -abs(change.mean) / half if half else -math.inf if change.mean else 0.0
     return not (change.name.startswith("margins.") and change.high < 0.0), not change.is_significant, size
 
 

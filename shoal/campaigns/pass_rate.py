@@ -4,25 +4,45 @@ import math
 from dataclasses import dataclass
 from statistics import NormalDist
 
+INTERVAL_SAMPLINGS = ("random", "latin hypercube")
+"""Samplings of which an interval for independent draws is right, or too wide (A. B. Owen, 1997, for the latter).
+
+The points of `sobol` and the blocks of `saltelli` depend on each other, and those of `grid` are not drawn.
+"""
+
+
+def has_interval(sampling: str) -> bool:
+    """Whether intervals for independent runs apply to those of a sampling."""
+    return sampling in INTERVAL_SAMPLINGS
+
 
 @dataclass(frozen=True)
 class PassRate:
     """How many of `runs` passed, and the interval that holds the true rate with a confidence.
 
-    The interval is Wilson's score interval (E. B. Wilson, 1927): right also near 0 and 1 and for few runs, where
-    that of the normal distribution is not.
+    `runs` are those whose outcome is known; `unknown` is how many others there are. The interval is Wilson's score
+    interval (E. B. Wilson, 1927): right also near 0 and 1 and for few runs, where that of the normal distribution is
+    not. It is for independent runs; both ends are NaN if those of the `sampling` are not.
     """
 
     passed: int
     runs: int
     confidence: float = 0.95
+    unknown: int = 0
+    sampling: str = "random"
 
     @property
     def ratio(self) -> float:
         return self.passed / self.runs if self.runs else math.nan
 
     @property
+    def has_interval(self) -> bool:
+        return has_interval(self.sampling)
+
+    @property
     def interval(self) -> tuple[float, float]:
+        if not self.has_interval:
+            return math.nan, math.nan
         if not self.runs:
             return 0.0, 1.0
         z = NormalDist().inv_cdf(0.5 + 0.5 * self.confidence)
@@ -34,32 +54,46 @@ class PassRate:
         return low, high
 
     @property
-    def half_width(self) -> float:
+    def width(self) -> float:
+        """That of the interval."""
         low, high = self.interval
-        return 0.5 * (high - low)
+        return high - low
+
+    @property
+    def ratio_text(self) -> str:
+        return f"{self.ratio:.1%}" if self.runs else "unknown"
+
+    @property
+    def interval_text(self) -> str:
+        """Both ends; empty without an interval."""
+        low, high = self.interval
+        return f"{low:.1%} to {high:.1%}" if self.has_interval else ""
 
     def __str__(self) -> str:
-        low, high = self.interval
+        others = f"; the outcome of {self.unknown} more is unknown" if self.unknown else ""
         if not self.runs:
-            return "no run yet"
-        known = f"{low:.1%} to {high:.1%} with {100 * self.confidence:g}% confidence, Wilson"
-        return f"{self.passed} of {self.runs} passed: {self.ratio:.1%} ({known})"
+            return f"no run yet{others}"
+        known = f"{self.interval_text} with {100 * self.confidence:g}% confidence, Wilson"
+        if not self.has_interval:
+            known = f"no interval: the runs of sampling {self.sampling} are not independent"
+        return f"{self.passed} of {self.runs} passed: {self.ratio_text} ({known}){others}"
 
 
 @dataclass(frozen=True)
 class StoppingRule:
-    """When a campaign ends: after `max_runs`, or sooner when the pass rate is known to ± `target_half_width`."""
+    """When a campaign ends: after `max_runs`, or sooner when the interval of the pass rate is at most `target_width`
+    wide."""
 
     max_runs: int
-    target_half_width: float | None = None
+    target_width: float | None = None
     confidence: float = 0.95
 
-    def is_reached(self, passed: int, runs: int) -> bool:
-        """Whether the first `runs` runs, of which `passed` passed, are enough."""
-        if runs >= self.max_runs:
+    def is_reached(self, passed: int, runs: int, unknown: int = 0) -> bool:
+        """Whether the first runs are enough: `runs` of which `passed` passed, and those whose outcome is `unknown`."""
+        if runs + unknown >= self.max_runs:
             return True
         return (
-            self.target_half_width is not None
+            self.target_width is not None
             and runs > 0
-            and PassRate(passed, runs, self.confidence).half_width <= self.target_half_width
+            and PassRate(passed, runs, self.confidence).width <= self.target_width
         )

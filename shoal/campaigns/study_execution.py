@@ -10,7 +10,16 @@ from pathlib import Path
 
 from shoal.campaigns.executor_factory import open_executor
 from shoal.campaigns.findings_files import write_findings
-from shoal.campaigns.jobs import WALL_LIMIT, Job, JobExecutor, RunJob, StudyRunner, TimedResult, make_row
+from shoal.campaigns.jobs import (
+    WALL_LIMIT,
+    Job,
+    JobExecutor,
+    RunJob,
+    StudyRunner,
+    TimedResult,
+    is_finished,
+    make_row,
+)
 from shoal.campaigns.optional_import import import_optional
 from shoal.campaigns.provenance import software_versions
 from shoal.campaigns.results import LOGS, CampaignResults, ResultsWriter, study_metadata
@@ -125,7 +134,7 @@ class _RunSchedule:
     def __init__(self, study: Study, data: CampaignResults, shard: Shard):
         self._study, self._data = study, data
         self._runs = shard.runs(study.stopping_rule.max_runs)
-        self._evaluated = self._passed = 0
+        self._evaluated = self._passed = self._unknown = 0
         self.total_runs: int | None = None
         self.update_total_runs()
 
@@ -136,9 +145,12 @@ class _RunSchedule:
             if self._evaluated == len(self._runs):
                 self.total_runs = self._study.stopping_rule.max_runs
             elif (run := self._runs[self._evaluated]) in rows:
-                self._passed += bool(rows[run]["passed"])
+                is_known = is_finished(rows[run])
+                self._passed += is_known and bool(rows[run]["passed"])
+                self._unknown += not is_known
                 self._evaluated += 1
-                if self._study.stopping_rule.is_reached(self._passed, self._evaluated):
+                known = self._evaluated - self._unknown
+                if self._study.stopping_rule.is_reached(self._passed, known, self._unknown):
                     self.total_runs = run + 1
             else:
                 break

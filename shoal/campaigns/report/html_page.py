@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from shoal.campaigns.findings_files import compute_findings, describe_run
-from shoal.campaigns.jobs import ResultRow
+from shoal.campaigns.jobs import ResultRow, is_finished
 from shoal.campaigns.pass_rate import PassRate
 from shoal.campaigns.report.html_elements import escape_text, html_section, html_table, short_number
 from shoal.campaigns.report.plots import (
@@ -91,11 +92,12 @@ def _of_samples(
     correlations = rank_correlations(inputs, outputs)
     indices = sobol_indices(data, rows, dict(list(outputs.items())[:MOST_INDICES]))
     strongest = _strongest(correlations, indices)
+    known = np.array([float(row["passed"]) if is_finished(row) else math.nan for row in rows])
     return [
         _tiles(data, rows, rate),
-        html_section("Expectations", _expectations(rows, rate.confidence)),
-        html_section("Pass rate over what varies, %", pass_rate_plots(inputs, passed, units, rate.confidence)),
-        html_section("Choices", _choices(rows, outputs, rate.confidence), _CHOICES),
+        html_section("Expectations", _expectations(rows, rate)),
+        html_section("Pass rate over what varies, %", pass_rate_plots(inputs, known, units, rate)),
+        html_section("Choices", _choices(rows, outputs, rate), _CHOICES),
         _histograms(outputs, passed, units),
         html_section("Rank correlation", _correlations(inputs, outputs, correlations), _CORRELATION),
         html_section("Sobol indices", _indices(indices), _SOBOL),
@@ -159,14 +161,14 @@ def _only_first(outputs: Columns) -> str:
 
 
 def _tiles(data: CampaignResults, rows: Sequence[ResultRow], rate: PassRate) -> str:
-    low, high = rate.interval
-    errors = len([row for row in rows if row["error"]])
+    errors = len([row for row in rows if row["error"] and is_finished(row)])
     simulated, cpu = (math.fsum(row[name] for row in rows) for name in ("seconds", "cpu"))
     tiles = [
-        ("bad" if rate.ratio < 0.5 else "", f"{rate.ratio:.1%}", "of runs passed"),
-        ("", f"{low:.1%} to {high:.1%}", f"true pass rate, {100 * rate.confidence:g}% confidence (Wilson)"),
+        ("bad" if rate.ratio < 0.5 else "", rate.ratio_text, "of runs passed"),
+        ("", rate.interval_text, f"true pass rate, {100 * rate.confidence:g}% confidence (Wilson)"),
         ("", f"{rate.passed} of {rate.runs}", "runs passed"),
         ("bad" if errors else "", str(errors), "ended out of order"),
+        ("fair", str(rate.unknown or ""), "more did not end: outcome unknown"),
         ("", format_duration(simulated), "simulated"),
         ("", format_duration(cpu), "of CPU"),
         ("", f"{len(rows) * 3600.0 / cpu:.0f}" if cpu else "", "runs per hour of CPU"),
@@ -176,36 +178,37 @@ def _tiles(data: CampaignResults, rows: Sequence[ResultRow], rate: PassRate) -> 
     return '<div class="tiles">' + "".join(
         f'<div class="tile {kind}"><b>{escape_text(value)}</b><span>{escape_text(what)}</span></div>'
         for kind, value, what in tiles
+        if value
     ) + "</div>"  # fmt: skip
 
 
-def _expectations(rows: Sequence[ResultRow], confidence: float) -> str:
+def _expectations(rows: Sequence[ResultRow], whole: PassRate) -> str:
     names = dict.fromkeys(name.partition(".")[2] for row in rows for name in row if name.startswith("verdicts."))
     lines: list[Sequence[str]] = []
     for name in sorted(names):
         judged = [row for row in rows if f"verdicts.{name}" in row]
-        rate = PassRate(len([row for row in judged if row[f"verdicts.{name}"]]), len(judged), confidence)
+        kept = len([row for row in judged if row[f"verdicts.{name}"]])
+        rate = replace(whole, passed=kept, runs=len(judged), unknown=0)
         margins: Any = np.array([row[f"margins.{name}"] for row in judged], float)
         margins = margins[np.isfinite(margins)]
         least, median = (f"{f(margins):.4g}" if len(margins) else "" for f in (np.min, np.median))
         idle = len([row for row in judged if not row.get(f"applied.{name}", True)])
-        low, high = rate.interval
-        lines.append((name, f"{rate.ratio:.1%}", f"{low:.1%} to {high:.1%}", least, median, str(idle or "")))
+        lines.append((name, rate.ratio_text, rate.interval_text, least, median, str(idle or "")))
     heads = ("expectation", "passed", "interval", "least margin", "median margin", "never applied")
     return html_table(heads, lines, numbers=range(1, 6)) if lines else ""
 
 
-def _choices(rows: Sequence[ResultRow], outputs: Columns, confidence: float) -> str:
+def _choices(rows: Sequence[ResultRow], outputs: Columns, whole: PassRate) -> str:
     tables: list[str] = []
     for name, groups in group_rows_by_choice(rows).items():
         shares = {output: eta_squared(list(groups.values()), column) for output, column in outputs.items()}
         shown = sorted((o for o in shares if shares[o] > STRONG), key=lambda output: -shares[output])[:MEDIANS]
         lines: list[Sequence[str]] = []
         for word, group in groups.items():
-            rate = PassRate(len([k for k in group if rows[k]["passed"]]), len(group), confidence)
-            low, high = rate.interval
+            known = [row for row in (rows[int(k)] for k in group) if is_finished(row)]
+            rate = replace(whole, passed=len([row for row in known if row["passed"]]), runs=len(known), unknown=0)
             medians = [_median(outputs[output][group]) for output in shown]
-            lines.append((word, str(rate.runs), f"{rate.ratio:.1%}", f"{low:.1%} to {high:.1%}", *medians))
+            lines.append((word, str(rate.runs), rate.ratio_text, rate.interval_text, *medians))
         heads = (name.partition(".")[2], "runs", "passed", "interval", *shown)
         tables.append(html_table(heads, lines, numbers=range(1, len(heads))))
     return "".join(tables)
@@ -259,7 +262,8 @@ def _strongest(
 
 
 def _worst(data: CampaignResults, rows: Sequence[ResultRow], beside: Path) -> str:
-    worst = sorted(rows, key=lambda row: (not row["error"], row["passed"], row["margin"], row["run"]))[:LISTED]
+    ended = [row for row in rows if is_finished(row)]
+    worst = sorted(ended, key=lambda row: (not row["error"], row["passed"], row["margin"], row["run"]))[:LISTED]
     return html_section(
         f"The {format_noun_count(len(worst), 'worst run')}",
         _listed(data, [(row, row["margin"]) for row in worst], "margin", beside),

@@ -5,6 +5,7 @@ import io
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -52,19 +53,23 @@ def histogram_plots(columns: Columns, passed: Any, units: Mapping[str, str]) -> 
     return _grid_of(list(columns)[:MOST_PLOTS], draw, 1.5)
 
 
-def pass_rate_plots(inputs: Columns, passed: Any, units: Mapping[str, str], confidence: float) -> str:
-    """The pass rate over each input, in steps of equally many runs, with its interval."""
+def pass_rate_plots(inputs: Columns, passed: Any, units: Mapping[str, str], rate: PassRate) -> str:
+    """The pass rate over each input, in steps of equally many runs, each with its interval if that of all has one.
+
+    `passed` is 1, 0, or NaN where it is not known.
+    """
 
     def draw(axes: Any, name: str) -> None:
-        column = inputs[name]
-        order = np.argsort(column, kind="stable")
+        column, known = inputs[name], np.flatnonzero(np.isfinite(passed))
+        order = known[np.argsort(column[known], kind="stable")]
         steps = [part for part in np.array_split(order, min(STEPS, max(1, len(order) // 5))) if len(part)]
-        rates = [PassRate(int(passed[part].sum()), len(part), confidence) for part in steps]
+        rates = [replace(rate, passed=int(passed[part].sum()), runs=len(part), unknown=0) for part in steps]
         places = [float(np.median(column[part])) for part in steps]
-        shares = np.array([rate.ratio for rate in rates])
-        bounds = np.array([rate.interval for rate in rates]).T
-        spread = np.abs(bounds - shares)
-        axes.errorbar(places, 100 * shares, 100 * spread, color=PASSED, marker="o", markersize=3, linewidth=1)
+        shares = np.array([step.ratio for step in rates])
+        spread: Any = None
+        if rate.has_interval and rates:
+            spread = 100 * np.abs(np.array([step.interval for step in rates]).T - shares)
+        axes.errorbar(places, 100 * shares, spread, color=PASSED, marker="o", markersize=3, linewidth=1)
         axes.set_ylim(-4, 104)
         axes.set_title(_named(name, units), fontsize=8)
 

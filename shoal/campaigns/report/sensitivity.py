@@ -115,7 +115,8 @@ def sobol_indices(
     """Sobol indices by SALib, by input and output.
 
     From a campaign with sampling `saltelli`, first and total ones (Saltelli 2010); from random or evenly spread runs,
-    first ones by RBD-FAST (Tarantola 2006, Plischke 2010). None for grids, or if there are too few runs.
+    first ones by RBD-FAST (Tarantola 2006, Plischke 2010). None for grids, or if there are too few runs. Noise between
+    runs is a part of the variance and of no input's share: it is the same in all runs of a block, which share a seed.
     """
     sampling = str(data.metadata["sampling"])
     names = [f"values.{name}" for name in data.metadata["varied"]]
@@ -137,10 +138,13 @@ def _total(
     if len(rows) < 8 * size or [row["run"] for row in rows] != list(range(len(rows))):
         return {}
     analyze = import_optional("SALib.analyze.sobol").analyze
+    count = len(rows) // size
+    seeds: Any = np.array([row.get("seed", 0) for row in rows[: count * size]]).reshape(count, size)
+    is_alike = (seeds == seeds[:, :1]).all(axis=1)
     found: dict[tuple[str, str], SobolIndex] = {}
     for output, column in outputs.items():
         blocks = column[: len(column) // size * size].reshape(-1, size)
-        whole = blocks[np.isfinite(blocks).all(axis=1)]
+        whole = blocks[np.isfinite(blocks).all(axis=1) & is_alike]
         if len(whole) < 8 or float(np.ptp(whole)) == 0.0:
             continue
         made = analyze(problem, whole.ravel(), calc_second_order=False, num_resamples=50, seed=1)

@@ -47,9 +47,15 @@ class CampaignResults:
 
     @property
     def pass_rate(self) -> PassRate:
+        """That of the runs that came to an end: of the others nothing is known."""
         rows = self.counted_rows
-        passed = len([row for row in rows if row["passed"]])
-        return PassRate(passed, len(rows), float(self.metadata.get("confidence", 0.95)))
+        known = [row for row in rows if is_finished(row)]
+        passed = len([row for row in known if row["passed"]])
+        return PassRate(passed, len(known), self.confidence, len(rows) - len(known), str(self.metadata["sampling"]))
+
+    @property
+    def confidence(self) -> float:
+        return float(self.metadata.get("confidence", 0.95))
 
     @property
     def progress_text(self) -> str:
@@ -185,7 +191,7 @@ def study_metadata(study: Study) -> dict[str, Any]:
         "logs": study.logs,
         "code": list(study.bundle.code),
         "most": study.stopping_rule.max_runs,
-        _UNTIL: study.stopping_rule.target_half_width is not None,
+        _UNTIL: study.stopping_rule.target_width is not None,
         "confidence": study.stopping_rule.confidence,
         "versions": f"{software_versions()}, {search.sampler_version}" if search is not None else software_versions(),
         **({"search": search.to_dict()} if search is not None else {}),

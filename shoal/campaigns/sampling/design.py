@@ -61,6 +61,19 @@ class SamplingDesign:
         """How many combinations the gridded values have."""
         return math.prod(len(self.distributions[name].levels) for name in self.grid_names)
 
+    @property
+    def block_size(self) -> int:
+        """The runs in a block of sampling `saltelli`."""
+        return len(self.sampled_names) + 2
+
+    def run_seed(self, run: int) -> int:
+        """The seed of a run: what its sensors draw.
+
+        The runs of a block of `saltelli` share one, so that their differences are due to the values alone: with a seed
+        for each, the noise between runs would count as part of each total index.
+        """
+        return run_seed(self.seed, run // self.block_size if self.sampling == "saltelli" else run)
+
     def raw_values(self, run: int) -> dict[str, Scalar]:
         """The values of a run, by path, without their units."""
         start = run - run % _BLOCK
@@ -135,7 +148,7 @@ class SamplingDesign:
 
     def _saltelli(self, names: Sequence[str], start: int, stop: int) -> dict[str, Sequence[float]]:
         """Blocks of len(names) + 2 runs: a point, the point with one value of a second one each, the second one."""
-        size = len(names) + 2
+        size = self.block_size
         first, last = start // size, -(-stop // size)
         points = self._sobol([*names, *(_SECOND + name for name in names)], first, last)
         runs = np.arange(start, stop)

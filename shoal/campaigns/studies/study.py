@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from runtime.profile import resolve_root_copy
-from shoal.campaigns.pass_rate import StoppingRule
+from shoal.campaigns.pass_rate import StoppingRule, has_interval
 from shoal.campaigns.sampling import (
     FIXED_SIZE_SAMPLINGS,
     SAMPLINGS,
@@ -21,7 +21,6 @@ from shoal.campaigns.sampling import (
     describe_value_error,
     load_template,
     parse_distribution,
-    run_seed,
 )
 from shoal.campaigns.search import SearchConfig, parse_search
 from shoal.campaigns.studies.bundle import StudyBundle, make_bundle
@@ -37,6 +36,7 @@ _UNTIL = ("pass rate known to", "at most", "confidence")
 _MOST = 10_000_000  # runs
 _PERCENT = re.compile(r"(\d+\.?\d*|\.\d+)\s*%")
 _RUNS, _UNTIL_MOST = 100, 10_000  # defaults
+_SEED_PER_BLOCK = "one seed per block"  # no run of a data set from before is the same
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Study:
 
     def run_seed(self, run: int) -> int:
         """The seed of a run. In a search all have that of the scenario: what differs is due to the values alone."""
-        return self.search.seed if self.search is not None else run_seed(self.design.seed, run)
+        return self.search.seed if self.search is not None else self.design.run_seed(run)
 
 
 def load_study(
@@ -213,7 +213,7 @@ class _Reader:
             return self._checked(self._until(nodes["until"]), design, nodes["until"])
         if "runs" in nodes:
             return self._checked(StoppingRule(nodes["runs"].integer()), design, nodes["runs"])
-        usual = design.grid_size if design.grid_names else (len(design.sampled_names) + 2) * 64
+        usual = design.grid_size if design.grid_names else design.block_size * 64
         most = usual if design.grid_names or design.sampling == "saltelli" else _RUNS
         return self._checked(StoppingRule(most), design, self._root)
 
@@ -227,9 +227,13 @@ class _Reader:
     def _checked(self, ending: StoppingRule, design: SamplingDesign, node: Node) -> StoppingRule:
         if not 1 <= ending.max_runs <= _MOST:
             node.fail(f"expected 1 to {_MOST} runs, not {ending.max_runs}")
-        if ending.target_half_width is not None and design.sampling in FIXED_SIZE_SAMPLINGS:
+        if ending.target_width is not None and design.sampling in FIXED_SIZE_SAMPLINGS:
             node.fail(f"sampling: {design.sampling} needs a number of runs: it proves nothing before its last run")
-        block = len(design.sampled_names) + 2
+        if ending.target_width is not None and not has_interval(design.sampling):
+            node.fail(
+                f"sampling: {design.sampling} needs a number of runs: how well its pass rate is known has no formula"
+            )
+        block = design.block_size
         if design.sampling == "saltelli" and (ending.max_runs % block or not design.sampled_names or design.grid_names):
             if not design.sampled_names or design.grid_names:
                 node.fail("sampling: saltelli needs distributions, and none of them a grid")
@@ -280,6 +284,7 @@ class _Reader:
     def _digest(self, design: SamplingDesign, bundle: StudyBundle, search: SearchConfig | None) -> str:
         varied = {name: [found.text, found.unit] for name, found in design.distributions.items()}
         parts = [self._draft.digest, design.seed, design.sampling, design.runs, varied, dict(self._fixed)]
+        parts += [_SEED_PER_BLOCK] if design.sampling == "saltelli" else []
         parts += [bundle.digest] if bundle.digest else []
         parts += search.digest_parts if search is not None else []
         return hashlib.sha256(json.dumps(parts, ensure_ascii=False).encode()).hexdigest()

@@ -24,7 +24,8 @@ MOST_PAIRS = 10
     "limits",
     multiple=True,
     metavar="LIMIT",
-    help="Exit with 1 if the mean of B - A is so: 'pass rate < -2 %', 'metrics.NAME > 0.5', 'margins.NAME < -10 %'.",
+    help="Exit with 1 if the mean of B - A is so: 'pass rate < -2 %', 'metrics.NAME > 0.5', 'margins.NAME < -10 %'; "
+    "or all of its interval, so that chance alone seldom does it: 'interval of pass rate < 0'.",
 )
 def compare(a: Path, b: Path, limits: tuple[str, ...]) -> None:
     """Compare campaign B with A, run by run: both must have the same seeds and draws.
@@ -43,8 +44,12 @@ def compare(a: Path, b: Path, limits: tuple[str, ...]) -> None:
 def _show(found: CampaignComparison) -> None:
     rate = found.rate_change
     click.echo(f"A: {found.rate_a}\nB: {found.rate_b}")
-    interval = f"{100 * rate.low:+.1f} to {100 * rate.high:+.1f} points"
-    click.echo(f"B - A: {100 * rate.mean:+.1f} points ({interval}), McNemar p = {found.p_value:.2g}")
+    if rate.has_interval:
+        interval = f"{100 * rate.low:+.1f} to {100 * rate.high:+.1f} points"
+        known = f" ({interval}), McNemar p = {found.p_value:.2g}"
+    else:
+        known = f", no interval, {found.explain_missing_interval(rate)}"
+    click.echo(f"B - A: {100 * rate.mean:+.1f} points{known}")
     for count, name in ((found.only_a, "A"), (found.only_b, "B")):
         if count:
             click.echo(f"not compared: {format_noun_count(count, 'run')} that only {name} has")
@@ -53,7 +58,7 @@ def _show(found: CampaignComparison) -> None:
     columns = ("", "A", "B", "B - A", "interval", "fell", "rose")
     table = plain_table(*columns, right=columns[1:])
     for change in found.changes:
-        interval = f"{change.low:+.3g} to {change.high:+.3g}"
+        interval = f"{change.low:+.3g} to {change.high:+.3g}" if change.has_interval else ""
         means = f"{change.before:.4g}", f"{change.after:.4g}", f"{change.mean:+.3g}"
         cells = (change.name, *means, interval, str(change.fell), str(change.rose))
         table.add_row(*map(printable, cells), style="" if change.is_significant else "dim")

@@ -21,7 +21,9 @@ def progress_line(data: CampaignResults, *, is_short: bool = False) -> str:
     rate = data.pass_rate
     if not is_short:
         return str(rate)
-    return f"{rate.ratio:.1%} ± {rate.half_width:.1%} passed" if rate.runs else "starting"
+    if not rate.runs:
+        return "starting"
+    return f"{rate.ratio_text} passed" + (f" ({rate.interval_text})" if rate.has_interval else "")
 
 
 def uncounted_runs_text(data: CampaignResults) -> str:

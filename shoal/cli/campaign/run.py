@@ -173,10 +173,11 @@ def _sum_up(data: CampaignResults) -> None:
     if cpu:
         pace = f"{len(rows) * 3600.0 / cpu:.0f} runs per hour of CPU"
         click.echo(f"  {format_duration(simulated)} simulated in {format_duration(cpu)} of CPU: {pace}")
-    if errors := [row for row in rows if row["error"]]:
+    ended = [row for row in rows if is_finished(row)]
+    if errors := [row for row in ended if row["error"]]:
         first = errors[0]
         click.echo(f"{len(errors)} ended out of order, the first is run {first['run']}: {last_line(first['error'])}")
-    if cut_short := len([row for row in rows if not is_finished(row)]):
+    if cut_short := len(rows) - len(ended):
         click.echo(f"{cut_short} did not come to an end; the same command does them again")
     names = dict.fromkeys(name for row in rows for name in row if name.startswith(("metrics.", "margins.")))
     for name in sorted(names)[:MOST_NAMES]:
@@ -184,9 +185,9 @@ def _sum_up(data: CampaignResults) -> None:
         if found:
             middle = statistics.median(found)
             click.echo(f"  {printable(name)}: median {middle:.4g}, from {found[0]:.4g} to {found[-1]:.4g}")
-    if not rows:
+    if not ended:
         return
-    worst = min(rows, key=lambda row: (not row["error"], row["passed"], row["margin"]))
+    worst = min(ended, key=lambda row: (not row["error"], row["passed"], row["margin"]))
     why = last_line(worst["error"]) or worst["reason"] or f"least margin {worst['margin']:.4g}"
     click.echo(f"worst is run {worst['run']}: {printable(why)}")
     place = shlex.quote(str(data.folder))

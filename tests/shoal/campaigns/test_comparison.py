@@ -2,14 +2,16 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from shoal.campaigns.comparison import NotComparable, compare_campaigns, mcnemar_p_value
 from shoal.campaigns.jobs.job import UnfinishedResult
 from shoal.campaigns.rerun import reload_study, repeat_run
-from shoal.campaigns.results.store import ResultsError, open_results
+from shoal.campaigns.results.store import CampaignResults, ResultsError, open_results
 from shoal.campaigns.studies.study import load_study
 from shoal.campaigns.study_execution import run_study
 from shoal.cli import main
@@ -65,6 +67,44 @@ def test_limits_decide_for_ci(pair):
         found.describe_exceeded_limit("metrics.drfit > 1")
     with pytest.raises(NotComparable, match="is no limit"):
         found.describe_exceeded_limit("drift")
+
+
+def test_a_limit_of_the_interval_is_seldom_exceeded_by_chance():
+    """A thousand comparisons of equal campaigns of 200 runs, in which a tenth of the verdicts differ by chance."""
+    rng, alarms = np.random.default_rng(4), {"pass rate < -1 %": 0, "interval of pass rate < 0": 0}
+    for _ in range(1000):
+        outcomes = rng.random((200, 2)) < 0.95
+        rows = [
+            {run: {"run": run, "seed": run, "passed": bool(passed), "margin": 1.0} for run, passed in enumerate(side)}
+            for side in outcomes.T
+        ]
+        about = {"sampling": "random"}
+        found = compare_campaigns(*(CampaignResults(Path(name), about, rows[k]) for k, name in enumerate("ab")))
+        for limit in alarms:
+            alarms[limit] += bool(found.describe_exceeded_limit(limit))
+    assert alarms["pass rate < -1 %"] > 200
+    assert alarms["interval of pass rate < 0"] < 40
+
+
+def test_the_interval_decides_for_ci_if_it_is_asked_for(tmp_path, pair):
+    found = compare_campaigns(*pair)
+    drift = next(change for change in found.changes if change.name == "metrics.drift")
+    limit = f"metrics.drift > {0.5 * (drift.low + drift.mean)}"
+    assert found.describe_exceeded_limit(limit)
+    assert found.describe_exceeded_limit(f"interval of metrics.drift > {drift.low - 1e-6}")
+    assert not found.describe_exceeded_limit(f"interval of metrics.drift > {drift.low + 1e-6}")
+    with pytest.raises(NotComparable, match=r"did you mean 'metrics\.drift'"):
+        found.describe_exceeded_limit("interval of metrics.drfit > 1")
+    study = write_study(tmp_path / "s", f"{STUDY}sampling: sobol\n")
+    even = compare_campaigns(do(study, tmp_path / "x"), do(study, tmp_path / "y", Shifted))
+    assert even.describe_exceeded_limit("metrics.drift > 0.1")
+    with pytest.raises(NotComparable, match="no interval, since the runs of sampling sobol are not independent"):
+        even.describe_exceeded_limit("interval of metrics.drift > 0.1")
+    said = CliRunner().invoke(main, ["campaign", "compare", str(tmp_path / "x"), str(tmp_path / "y")])
+    assert said.exit_code == 0
+    assert "points, no interval, since the runs of sampling sobol are not independent" in said.output
+    assert "nan" not in said.output
+    assert "Wilson" not in said.output
 
 
 def test_runs_that_are_no_pairs_are_refused(tmp_path, pair):

@@ -15,7 +15,9 @@ from pathlib import Path
 import pyarrow.parquet
 import pytest
 
+from shoal.campaigns.jobs.job import UnfinishedResult
 from shoal.campaigns.pass_rate import PassRate, StoppingRule
+from shoal.campaigns.report.html_page import campaign_html
 from shoal.campaigns.results import append_log as journal_module
 from shoal.campaigns.results.append_log import AppendLog, AppendLogInUse, read_append_log
 from shoal.campaigns.results.store import ResultsError, open_results
@@ -57,19 +59,60 @@ def test_a_row_has_all_of_a_run(tmp_path):
 
 @pytest.mark.heavy
 def test_results_are_equal_for_any_number_of_workers(tmp_path):
-    study = write_study(tmp_path, STUDY.replace("runs: 40", "until: {pass rate known to: 6 %}"))
+    study = write_study(tmp_path, STUDY.replace("runs: 40", "until: {pass rate known to: 12 %}"))
     one, two = do(study, tmp_path / "one"), do(study, tmp_path / "two", workers=2)
     assert one.end == two.end
     assert 60 < one.end < 260
     assert repr(comparable(one)) == repr(comparable(two))
-    assert one.pass_rate.half_width <= 0.06
+    assert one.pass_rate.width <= 0.12
 
 
 def test_it_ends_when_the_rate_is_known_and_no_run_later_counts():
     ending = StoppingRule(1000, 0.01)
     passed = next(n for n in range(1, 1000) if ending.is_reached(n, n))
-    assert passed == 189  # z² / (n + z²) / 2 <= 1 %
+    assert passed == 381  # z² / (n + z²) <= 1 %
+    assert PassRate(381, 381).width <= 0.01
     assert StoppingRule(30, 0.01).is_reached(15, 30)
+    assert StoppingRule(30, 0.01).is_reached(5, 10, unknown=20)
+    assert not StoppingRule(1000, 0.01).is_reached(0, 0, unknown=500)
+
+
+class CutShort(StandInRuns):
+    """Every fourth run is ended from outside."""
+
+    def __call__(self, job):
+        cut = int(job.key) % 4 == 1
+        return job.failed_result("the run took longer than 1 s", UnfinishedResult) if cut else super().__call__(job)
+
+
+def test_runs_whose_outcome_is_unknown_are_no_failures(tmp_path):
+    study = write_study(tmp_path, STUDY.replace("runs: 40", "until: {pass rate known to: 12 %, at most: 400}"))
+    data = do(study, tmp_path / "runs", make=CutShort)
+    rows = data.counted_rows
+    cut = [row["run"] for row in rows if row["run"] % 4 == 1]
+    rate = data.pass_rate
+    assert (rate.runs, rate.unknown) == (len(rows) - len(cut), len(cut))
+    assert rate.passed == len([row for row in rows if row["passed"]])
+    before = [row for row in rows[:-1] if row["finished"]]
+    passed = len([row for row in before if row["passed"]])
+    assert rate.width <= 0.12 < PassRate(passed, len(before)).width
+    assert str(rate).endswith(f"; the outcome of {len(cut)} more is unknown")
+    page = campaign_html(data, data.folder)
+    assert f"<b>{len(cut)}</b><span>more did not end: outcome unknown" in page
+    assert f"<b>{rate.passed} of {rate.runs}</b>" in page
+    none = replace(rate, passed=0, runs=0)
+    assert str(none) == f"no run yet; the outcome of {len(cut)} more is unknown"
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "saltelli"])
+def test_no_interval_is_shown_where_runs_depend_on_each_other(tmp_path, sampling):
+    data = do(write_study(tmp_path, f"{STUDY}sampling: {sampling}\n"), tmp_path / "runs")
+    assert all(math.isnan(end) for end in data.pass_rate.interval)
+    assert "Wilson" not in str(data.pass_rate)
+    assert f"no interval: the runs of sampling {sampling} are not independent" in str(data.pass_rate)
+    page = campaign_html(data, data.folder)
+    assert "Wilson" not in page
+    assert "nan" not in page
 
 
 @pytest.mark.parametrize(

@@ -157,15 +157,22 @@ def test_a_page_of_errors_alone_groups_them(tmp_path, data):
     assert "100no plan" in read.text
 
 
-def ishigami(sampling, runs):
-    """Runs of Ishigami's function, whose indices are known: 0.314, 0.442, 0 alone, 0.558, 0.442, 0.244 in total."""
+def ishigami(sampling, runs, noise=0.0):
+    """Runs of Ishigami's function, whose indices are known: 0.314, 0.442, 0 alone, 0.558, 0.442, 0.244 in total.
+
+    `noise` is the standard deviation of what the seed adds; `coin` depends on the seed alone.
+    """
     text = f"{{uniform: [{-math.pi}, {math.pi}]}}"
     varied = {name: parse_distribution(parse_yaml_tree(text, "s", StudyFileError)) for name in "abc"}
     design, rows = SamplingDesign(varied, sampling, 3, runs), []
     for run in range(runs):
         a, b, c = design.raw_values(run).values()
         y = math.sin(a) + 7.0 * math.sin(b) ** 2 + 0.1 * c**4 * math.sin(a)
-        rows.append({"run": run, "metrics.y": y, "values.a": a, "values.b": b, "values.c": c})
+        seed = design.run_seed(run)
+        of_seed = np.random.default_rng(seed)
+        y += noise * of_seed.standard_normal()
+        drawn = {"values.a": a, "values.b": b, "values.c": c}
+        rows.append({"run": run, "seed": seed, "metrics.y": y, "metrics.coin": of_seed.random() > 0.5, **drawn})
     return {"sampling": sampling, "varied": dict.fromkeys("abc", "uniform: []")}, rows
 
 
@@ -182,6 +189,19 @@ def test_sobol_indices_are_those_that_are_known(tmp_path):
     assert math.isnan(found["values.b", "metrics.y"].total_order)
     rows[5]["metrics.y"] = math.nan
     assert sobol_indices(CampaignResults(tmp_path, about), rows[:90], output_arrays(rows[:90])) == {}
+
+
+def test_noise_between_runs_is_no_effect_of_an_input(tmp_path):
+    about, rows = ishigami("saltelli", 5 * 1024, noise=3.0)
+    found = sobol_indices(CampaignResults(tmp_path, about), rows, output_arrays(rows))
+    variance = 13.845  # of Ishigami's function with 7 and 0.1
+    for name, total in (("a", 0.5576), ("b", 0.4424), ("c", 0.2437)):
+        noisy = found[f"values.{name}", "metrics.y"]
+        assert noisy.total_order == pytest.approx(total * variance / (variance + 9.0), abs=0.04)
+        assert found[f"values.{name}", "metrics.coin"].total_order == 0.0
+    for row in rows:
+        row["seed"] = row["run"]
+    assert sobol_indices(CampaignResults(tmp_path, about), rows, output_arrays(rows)) == {}
 
 
 def test_correlations_leave_out_what_was_not_measured():

@@ -130,6 +130,13 @@ def test_saltelli_changes_one_value_at_a_time():
         assert not set(rows[0].values()) & set(rows[4].values())
 
 
+def test_the_runs_of_a_block_of_saltelli_share_a_seed(tmp_path):
+    study = load(write_study(tmp_path, STUDY.replace("runs: 40", "runs: 40\nsampling: saltelli")))
+    seeds = [study.run_seed(run) for run in range(40)]
+    assert [len(set(seeds[start : start + 4])) for start in range(0, 40, 4)] == [1] * 10
+    assert len(set(seeds)) == 10
+
+
 def test_a_grid_has_all_combinations(tmp_path):
     text = """\
 scenario: dive.scenario.yaml
@@ -167,6 +174,7 @@ def test_a_distribution_may_stand_in_place_of_a_value(tmp_path):
         ("runs: 40", "runs: 40\nuntil: {pass rate known to: 1 %}", ":6: runs and until exclude each other"),
         ("runs: 40", "until: {pass rate known to: 0 %}", ":5: expected a percentage above 0 %"),
         ("runs: 40", "until: {at most: 3}", "'pass rate known to' is missing"),
+        ("runs: 40", "until: {pass rate known to: 1 %}\nsampling: sobol", ":5: sampling: sobol needs a number of runs"),
         ("runs: 40", "until: {pass rate known to: 1 %}\nsampling: latin hypercube", "needs a number of runs"),
         ("dive.scenario", "dvie.scenario", ":1: there is no file 'dvie.scenario.yaml' (did you mean 'dive.scenario"),
         ("scenario: dive.scenario.yaml\n", "", "'scenario' is missing"),
@@ -184,4 +192,4 @@ def test_mistakes_are_named_with_their_line(tmp_path, old, new, words):
 def test_until_has_defaults(tmp_path):
     text = STUDY.replace("runs: 40", "until: {pass rate known to: 2 %, at most: 500, confidence: 99 %}")
     ending = load(write_study(tmp_path, text)).stopping_rule
-    assert (ending.max_runs, ending.target_half_width, ending.confidence) == (500, 0.02, 0.99)
+    assert (ending.max_runs, ending.target_width, ending.confidence) == (500, 0.02, 0.99)
