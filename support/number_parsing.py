@@ -1,5 +1,9 @@
 """Reads numbers in files that people write, and limits numbers."""
 
+import re
+
+NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|nan)\b", re.IGNORECASE)
+
 
 def parse_number(text: str) -> int | float:
     """A decimal or 0x integer, or a finite float. Raises ValueError."""
@@ -14,6 +18,19 @@ def parse_number(text: str) -> int | float:
     if value - value != 0.0:
         raise ValueError(f"{text!r} is not a number")
     return value
+
+
+def leading_number(text: str) -> float:
+    """The number at the start of a text, as DUNE reads it: 50.0 of "50.0 m". Raises ValueError if there is none."""
+    match = NUMBER.match(text.strip())
+    if match is None:
+        raise ValueError(f"{text!r} is not a number")
+    return float(match.group())
+
+
+def leading_numbers(text: str) -> list[float]:
+    """The numbers of a list with commas, each as in `leading_number`; none of a blank text. Raises ValueError."""
+    return [leading_number(word) for word in text.split(",")] if text.strip() else []
 
 
 def clamp_magnitude(value: float, limit: float) -> float:

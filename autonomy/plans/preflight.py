@@ -13,6 +13,7 @@ from autonomy.plans.graph import ROUNDING, PlanError, PlanGraph, parse_graph
 from autonomy.plans.limit_violations import PlanBounds, area_violations, depth_violations, flight_violations
 from autonomy.plans.value_ranges import value_range_violations
 from imc.coordinates import absolute_position
+from support.number_parsing import leading_number, leading_numbers
 
 OptionReader = Callable[[str], str]
 
@@ -46,7 +47,7 @@ class Preflight:
             _table(value, "Speed Conversion -- RPM") or usual.rpms,
             _table(value, "Speed Conversion -- Actuation") or usual.actuations,
             _table(value, "Power Model -- Conversion - RPM") or usual.power_rpms,
-            _table(value, "Power Model -- Conversion - Watt") or usual.powers,
+            _table(value, "Power Model -- Conversion - Watt", rising=False) or usual.powers,
             hotel,
             _number(value, "Time Of Arrival Factor", usual.ahead),
         )
@@ -101,18 +102,25 @@ def speed_violations(graph: PlanGraph, fastest: float) -> Iterator[str]:
 def _number(value: OptionReader, option: str, default: float) -> float:
     text = value(option)
     try:
-        return float(text) if text else default
+        return leading_number(text) if text else default
     except ValueError:
         raise PreflightOptionError(option, f"{text!r} is not a number") from None
 
 
-def _table(value: OptionReader, option: str) -> list[float]:
-    """Two or more rising numbers; empty if the option is empty."""
+def _table(value: OptionReader, option: str, *, rising: bool = True) -> list[float]:
+    """The numbers of a table, by default rising ones; empty if the option is empty.
+
+    One number above 0 is a proportion, a line from 0 through it, as in the power model of DUNE.
+    """
     text = value(option)
     try:
-        table = [float(word) for word in text.split(",")] if text else []
+        table = leading_numbers(text)
     except ValueError:
         raise PreflightOptionError(option, f"{text!r} are not numbers") from None
-    if table and (len(table) < 2 or sorted(table) != table):
-        raise PreflightOptionError(option, "needs two or more rising numbers")
+    if not all(map(math.isfinite, table)):
+        raise PreflightOptionError(option, f"{text!r} has a number that is not finite")
+    if len(table) == 1:
+        table.insert(0, 0.0)
+    if rising and sorted(table) != table:
+        raise PreflightOptionError(option, "needs rising numbers")
     return table

@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, get_args, get_origin, get_type_hints
 
+from support.number_parsing import NUMBER, leading_number
+
 Visibility = Literal["user", "developer"]
 Scope = Literal["global", "idle", "plan", "maneuver"]
 LONGEST_INTEGER = 64  # digits
 Kind = type[bool] | type[int] | type[float] | type[str]
 
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|nan)\b", re.IGNORECASE)
 _INTEGER = re.compile(r"([+-]?)(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9]\d*)")
 
 
@@ -65,10 +66,10 @@ def _int(word: str) -> int:
 
 
 def _float(word: str) -> float:
-    match = _NUMBER.match(word)
-    if match is None:
-        raise ValueError("is not a number")
-    return float(match.group())
+    try:
+        return leading_number(word)
+    except ValueError:
+        raise ValueError("is not a number") from None
 
 
 _PARSERS: Mapping[Kind, Callable[[str], Any]] = {str: _text, bool: _bool, int: _int, float: _float}
@@ -125,7 +126,7 @@ class Parameter:
         """What `parse` ignores at the end of a number: "rad" of "1.5 rad"."""
         if self.type not in (int, float):
             return ""
-        pattern = _INTEGER if self.type is int else _NUMBER
+        pattern = _INTEGER if self.type is int else NUMBER
         for word in text.split(",") if self.is_list else [text]:
             match = pattern.match(word.strip())
             if match and word.strip()[match.end() :]:
@@ -144,7 +145,7 @@ class Parameter:
             raise ValueError(f"'' is not a number{self._limits()}")
         if (rest := self.ignored_suffix(text).strip()) and (self.type is not int or rest.strip("0") != "."):
             words = text.split(",") if self.is_list else [text]
-            is_decimal = all(_NUMBER.fullmatch(word.strip()) for word in words)
+            is_decimal = all(NUMBER.fullmatch(word.strip()) for word in words)
             why = "is not an integer" if is_decimal else f"is not a number because of {rest!r}"
             raise ValueError(f"{text.strip()!r} {why}{self._limits()}")
         return value
@@ -170,8 +171,8 @@ class Parameter:
                 values[index] = item = float(item)
             if not isinstance(item, self.type) or (self.type is int and isinstance(item, bool)):
                 raise ValueError(f"{item!r} is not {_IMC_TYPES[self.type]}{self._limits()}")
-            if self.choices and item not in self.choices:
-                raise ValueError(f"{item!r} is not one of {', '.join(map(str, self.choices))}")
+            if self.choices:
+                values[index] = item = self._choice(item)
             if not isinstance(item, str):
                 self._check_range(item)
         return values if self.is_list else values[0]
@@ -187,6 +188,15 @@ class Parameter:
         """The type's name in DUNE's parameter XML: real, list:integer ..."""
         name = _IMC_TYPES[self.type]
         return f"list:{name}" if self.is_list else name
+
+    def _choice(self, item: Any) -> Any:
+        """The choice that `item` is; of texts, DUNE's tasks ignore the letter case."""
+        if item in self.choices:
+            return item
+        same = [choice for choice in self.choices if str(choice).casefold() == str(item).casefold()]
+        if len(same) != 1:
+            raise ValueError(f"{item!r} is not one of {', '.join(map(str, self.choices))}")
+        return same[0]
 
     def _check_range(self, item: float) -> None:
         if not math.isfinite(item):

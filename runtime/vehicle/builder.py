@@ -7,7 +7,7 @@ from pathlib import Path
 
 import imc
 from runtime.bus import Bus, find_equivalent_class
-from runtime.kernel import Clock, Kernel, to_ordinary_exception
+from runtime.kernel import Clock, Kernel, WallClock, to_ordinary_exception
 from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune_section_names
 from runtime.task import EntityError, ParameterError, Task, assign_ids, consumer_methods, with_location
 from runtime.vehicle.fleet import Fleet
@@ -31,10 +31,11 @@ SIMULATED = {"Simulation", "Kinematic"}
 
 @dataclass
 class Build:
-    """A vehicle, and the enabled sections that were skipped, by reason."""
+    """A vehicle, and the enabled sections that were skipped, by reason; `off` are those that virtual time skips."""
 
     vehicle: Vehicle
     skipped: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
+    off: list[str] = field(default_factory=list[str])
 
     def skip(self, section: str, reason: str) -> None:
         self.skipped.setdefault(reason, []).append(section)
@@ -98,6 +99,8 @@ def build(
         wanted = profile.is_task_enabled(section.name, selected) if only is None else section.name in only
         if wanted and section.name != dune_section_names.MULTIPLEXER:
             problems += _build_task(made, profile, section, process)
+    if made.off and only is None:
+        problems += _problems_of_external(profile, selected, made.off, seed, entity_ids)
     if problems:
         vehicle.close()
         raise ProfileError(list(dict.fromkeys(problems)))
@@ -119,6 +122,7 @@ def _build_task(made: Build, profile: Profile, section: Section, process: str | 
     if vehicle.has_virtual_time and cls.external:
         what = "a device" if cls.requires == "drivers" else "the network"
         made.skip(section.name, f"needs {what}, which is off in virtual time")
+        made.off.append(section.name)
     elif extra := missing_extra(cls):
         made.skip(section.name, f"needs pip install 'shoal[{extra}]'")
     elif process is not None and (elsewhere := profile.task_process(section.name)) != process:
@@ -127,6 +131,18 @@ def _build_task(made: Build, profile: Profile, section: Section, process: str | 
             vehicle.entities.reserve(label, section.name).process = elsewhere
     else:
         return _add_task(vehicle, profile, section, cls)
+    return []
+
+
+def _problems_of_external(
+    profile: Profile, selected: Collection[str], sections: Collection[str], seed: int, entity_ids: Mapping[str, int]
+) -> list[Problem]:
+    """The mistakes in sections that virtual time skips: a run in real time would refuse them."""
+    try:
+        alone = build(profile, selected, clock=WallClock(), only=sections, seed=seed, entity_ids=entity_ids)
+    except ProfileError as error:
+        return error.problems
+    alone.vehicle.close()
     return []
 
 

@@ -7,6 +7,7 @@ from typing import Any, Protocol, TypeVar
 
 from runtime.profile import read_sections, write_sections
 from runtime.task import ParameterError, Task
+from support.number_parsing import leading_number
 
 T = TypeVar("T")
 
@@ -40,7 +41,7 @@ def general_number(profile: ProfileValues, option: str, default: float) -> float
     """A number in section General, `default` if it is missing or empty. Raises ParameterError."""
     text = profile.value("General", option)
     try:
-        number = float(text) if text else default
+        number = leading_number(text) if text else default
     except ValueError:
         number = math.nan
     if math.isnan(number):

@@ -64,7 +64,7 @@ def check(
                 problems += _build_problems(
                     profile, [{mode} for mode in profile.selectable_modes] if selected is None else [selected]
                 )
-            problems += _mavlink_id_conflict(profile, speakers)
+            problems += _mavlink_id_conflict(profile, speakers, together=bool(names))
         except ProfileError as error:
             problems += error.problems
             wrong_use = True
@@ -103,8 +103,12 @@ def _build_problems(profile: Profile, selections: Iterable[Collection[str]]) -> 
     return list(dict.fromkeys(found))
 
 
-def _mavlink_id_conflict(profile: Profile, speakers: dict[int, Profile]) -> list[Problem]:
-    """The other vehicle that has the same MAVLink id; `speakers` are the profiles before this one, by that id."""
+def _mavlink_id_conflict(profile: Profile, speakers: dict[int, Profile], *, together: bool) -> list[Problem]:
+    """The other vehicle that has the same MAVLink id; `speakers` are the profiles before this one, by that id.
+
+    It is a mistake of profiles that are named `together`. Of all that are found some never share a network, and
+    MAVLink has 250 ids for them.
+    """
     number = mavlink_id(profile, profile.system_id)
     first = speakers.setdefault(number, profile) if number is not None else profile
     if first.vehicle == profile.vehicle:
@@ -114,4 +118,5 @@ def _mavlink_id_conflict(profile: Profile, speakers: dict[int, Profile]) -> list
     given = where.options.get(option)
     origin = given.origin if given is not None and given.history else where.origin
     words = f"{first.vehicle} and {profile.vehicle} have the same MAVLink id {number}"
-    return [Problem("error", *origin, words, f"set [{section}] {option} of one of them to another one")]
+    hint = f"set [{section}] {option} of one of them to another one"
+    return [Problem("error" if together else "note", *origin, words, hint)]

@@ -269,7 +269,9 @@ def report_missing_snapshots(snapshots: list[OSError]) -> None:
 
 
 def report_profile_warnings(problems: list[Problem], profile: str) -> None:
-    """Print the warnings about a profile; its errors are raised when it is built."""
+    """Print the warnings about a profile. Raises ProfileError for its errors, as `shoal check` reports them."""
+    if errors := [problem for problem in problems if problem.severity == "error"]:
+        raise ProfileError(errors)
     warnings = [problem for problem in problems if problem.severity == "warning"]
     for problem in warnings[:MOST_WARNINGS]:
         click.echo(problem, err=True)

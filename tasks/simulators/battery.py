@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
+from support.number_parsing import leading_numbers
 
 POWER_MODEL = "Power Model -- Conversion -"
 
@@ -43,10 +44,10 @@ class Battery(Task):
         watt, rpm = (
             _numbers(option, value("General", option)) for option in (f"{POWER_MODEL} Watt", f"{POWER_MODEL} RPM")
         )
-        if len(watt) != len(rpm) or len(rpm) == 1 or any(a >= b for a, b in pairwise(rpm)):
-            raise ParameterError(
-                POWER_MODEL, "Watt and RPM must have the same length, at least two, and RPM must increase"
-            )
+        if len(watt) == len(rpm) == 1:
+            rpm, watt = [0.0, *rpm], [0.0, *watt]  # DUNE's power model of one value is a proportion
+        if len(watt) != len(rpm) or any(a >= b for a, b in pairwise(rpm)):
+            raise ParameterError(POWER_MODEL, "Watt and RPM must have the same length, and RPM must increase from 0")
         self._rpm, self._watt = (rpm, watt) if rpm else ([0.0, 1400.0], [0.0, 70.0])
         known = _numbers("Battery Capacity", value("General", "Battery Capacity"))
         self._full = 3600.0 * (self.capacity or (known[0] if known else 700.0))  # J
@@ -134,7 +135,7 @@ def _interpolate(xs: Sequence[float], ys: Sequence[float], x: float) -> float:
 
 def _numbers(option: str, text: str) -> list[float]:
     try:
-        found = [float(word) for word in text.split(",")] if text else []
+        found = leading_numbers(text)
     except ValueError:
         found = [math.nan]
     if not all(map(math.isfinite, found)):

@@ -146,13 +146,16 @@ def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
 
 
 def _estimate(section: ModelSection, engines: tuple[Propeller, ...]) -> BoatModel:
-    """A boat of this `Mass` and of the sides in `Volume`, with DUNE's engines, and its fins as rudders.
+    """A boat of this `Mass`, of the length and beam in `Volume`, with DUNE's engines, and its fins as rudders.
 
+    Nothing needs the height in `Volume`, which is 0 in some of DUNE's: the draft follows from mass, length and beam.
     Added masses and damping are to mass and inertia as those of the Otter (Fossen, Marine Systems Simulator, otter.m);
     in surge the boat slows down within 10 s. The force of a fin is that of a foil with a lift coefficient of 1.
     """
     (mass,) = section.positive_numbers("Mass")
-    length, beam, _ = section.positive_numbers("Volume", 3)
+    length, beam, height = section.numbers("Volume", 3)
+    if min(length, beam) <= 0.0 or height < 0.0:
+        raise section.error("Volume: length and beam must be more than 0, the height at least 0")
     inertia = mass * (0.25 * length) ** 2
     sway, yaw = 2.5 * mass, 2.7 * inertia
     rudders: list[Rudder] = []

@@ -3,6 +3,8 @@
 import math
 from collections.abc import Callable, Sequence
 
+from support.number_parsing import leading_numbers
+
 
 class ModelError(ValueError):
     """A number in a section [VSIM/Model/...] is missing or invalid."""
@@ -29,7 +31,7 @@ class ModelSection:
         if not text and default is not None:
             return tuple(default)
         try:
-            found = tuple(float(word) for word in text.split(","))
+            found = tuple(leading_numbers(text))
         except ValueError:
             found = ()
         if len(found) != count or not all(map(math.isfinite, found)):

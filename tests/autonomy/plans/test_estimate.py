@@ -93,7 +93,7 @@ def test_energy_decides():
     [
         ("Battery Capacity", "much", "'much' is not a number"),
         ("Speed Conversion -- MPS", "0, x", "are not numbers"),
-        ("Speed Conversion -- MPS", "1, 0, 2", "two or more rising numbers"),
+        ("Speed Conversion -- MPS", "1, 0, 2", "rising numbers"),
         ("Speed Conversion -- MPS", "0, 1", "must have as many values"),
         ("Power Model -- Conversion - RPM", "0, 1", "must have as many values"),
     ],
@@ -101,6 +101,14 @@ def test_energy_decides():
 def test_bad_profiles_are_named(option, text, reason):
     with pytest.raises(PreflightOptionError, match=reason):
         preflight(**{option: text})
+
+
+def test_a_power_model_of_one_value_is_a_proportion_and_numbers_may_have_units():
+    one = {"Power Model -- Conversion - RPM": "1000 rpm", "Power Model -- Conversion - Watt": "50.0f"}
+    two = {"Power Model -- Conversion - RPM": "0, 1000", "Power Model -- Conversion - Watt": "0, 50"}
+    far = plan_of(goto(9_000, 0))
+    energies = [preflight(**options).check(far, KINDS, HERE, 100.0, 0.0).energy for options in (one, two)]
+    assert energies[0] == energies[1] > 0.0
 
 
 def test_interpolation_goes_on_beyond_the_ends():

@@ -43,6 +43,7 @@ def test_names_types_and_units_come_from_the_declaration():
         ("Count", "010", 8),
         ("Count", "12 pumps", 12),
         ("Name Plate", "B", "B"),
+        ("Name Plate", "b", "B"),
         ("Pump - On", "False", False),
         ("Pump - On", "1", True),
         ("Levels", "1, 2.5,3", [1.0, 2.5, 3.0]),

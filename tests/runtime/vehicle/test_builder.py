@@ -41,6 +41,18 @@ def test_what_is_skipped_is_listed_with_the_reason(tmp_path):
     build.vehicle.close()
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[Transports.UDP]\nEnabled=Always\nLocal Port=99999\n", "mine.ini:5: error: Transports.UDP: Local Port"),
+        ("[Transports.UDP]\nEnabled=Always\nAddress=nowhere\n", "mine.ini:5: error: Transports.UDP: Address"),
+        ("[Transports.TCP.Server]\nEnabled=Always\nMaximum Rate=1\n", "mine.ini:5: error: Transports.TCP.Server: Max"),
+    ],
+)
+def test_a_virtual_run_rejects_wrong_options_of_links_too(tmp_path, text, words):
+    assert words in refused(tmp_path, text)
+
+
 def test_bad_values_and_labels_name_file_and_line(tmp_path):
     text = refused(tmp_path, "[Simulators.GPS]\nEnabled = Always\nHDOP = -1\n[Simulators.IMU]\nEnabled = Always\n")
     assert "mine.ini:5: error: Simulators.GPS: HDOP: -1 is below the minimum" in text

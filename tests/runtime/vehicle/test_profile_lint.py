@@ -113,7 +113,6 @@ SWIMMER = {
     "above the maximum by its other name": ("Execution Frequency = 1e6", "error", "1 to 1000, Hz", "50.0"),
     "not a number at all": ("Rate = nan", "error", "nan is not a value", "50.0"),
     "not among the choices": ("Model = ful", "error", "one of simple, full", "did you mean 'full'?"),
-    "letter case of a choice": ("Model = Full", "error", "one of simple, full", "did you mean 'full'?"),
     "yes for true": ("Enable Roll = yes", "error", "'yes' is not true or false", "write true or false"),
     "capitals for true": ("Enable Roll = TRUE", "error", "is not true or false", "write true or false"),
     "too few items": ("Initial Position = 41.2", "error", "has 1 items (expects list:real, deg, 2 items)", "0.0, 0.0"),

@@ -146,6 +146,23 @@ def test_check_refuses_two_vehicles_with_one_mavlink_id(shoal, tmp_path):
     assert shoal("check", "lauv-a", "lauv-b", "--set", "Transports.MAVLink:Enabled=Never", *folder).exit_code == 0
 
 
+def test_all_shipped_profiles_are_right(shoal):
+    done = shoal("check")
+    assert done.exit_code == 0, done.output
+    assert "error" not in done.output
+    assert "have the same MAVLink id" not in done.output
+
+
+def test_two_profiles_that_are_not_named_together_may_share_a_mavlink_id(shoal, tmp_path):
+    for name, address in (("lauv-a", 0x421A), ("lauv-b", 0x431A)):
+        start = f"[Require {own_etc()}/lauv-noptilus-1.ini]\n[General]\nVehicle = {name}\n"
+        (tmp_path / f"{name}.ini").write_text(f"{start}[IMC Addresses]\n{name} = {address:#x}\n")
+    done = shoal("check", "-d", str(tmp_path))
+    assert done.exit_code == 0, done.output
+    assert "note: lauv-a and lauv-b have the same MAVLink id 26" in done.output
+    assert shoal("check", "lauv-a", "lauv-b", "-d", str(tmp_path)).exit_code == 1
+
+
 def test_a_folder_is_no_profile(shoal, tmp_path):
     (tmp_path / "boat.ini").mkdir()
     assert "boat" not in shoal("check").output

@@ -180,6 +180,40 @@ def test_a_boat_of_dune_flies_a_plan(tree):
     assert report.cross_track < 3.0
 
 
+@pytest.mark.parametrize(
+    "option",
+    [
+        "Transports.Announce:System Type=UAV",
+        "Transports.Logging:System Type=USV",
+        "Monitors.Medium:Vehicle Type=Asv",
+        "Plan.DB:Debug Level=debug",
+        "Simulators.StreamVelocity:Stream Velocity Source=gauss-markov",
+    ],
+)
+def test_choices_are_accepted_in_any_letter_case(tree, option):
+    done = shoal("check", "otter", "-p", "Simulation", "--set", option)
+    assert (done.exit_code, done.output) == (0, "otter: nothing wrong\n")
+
+
+def test_a_boat_without_height_and_a_power_model_of_one_value_load(tree):
+    model = BOAT.replace("Volume = 4, 2, 1", "Volume = 4, 2, 0") + "[Simulators.Battery]\nEnabled = Simulation\n"
+    power = "[General]\nPower Model -- Conversion - Watt = 50\nPower Model -- Conversion - RPM = 1000.0\n"
+    (tree / "wave.ini").write_text(model + power)
+    checked = shoal("check", "wave", "-p", "Simulation")
+    assert checked.exit_code == 0, checked.output
+    run = shoal("run", "wave", "-p", "Simulation", "--clock", "virtual", "--for", "2s", "--log-dir", str(tree / "log"))
+    assert run.exit_code == 0, run.output
+
+
+@pytest.mark.parametrize("option", ["Transports.UDP:Local Port=99999", "Transports.UDP:Address=nowhere"])
+@pytest.mark.parametrize("clock", ["real", "virtual"])
+def test_run_rejects_what_check_rejects_on_any_clock(tree, option, clock):
+    assert shoal("check", "otter", "-p", "Simulation", "--set", option).exit_code == 1
+    done = shoal("run", "otter", "-p", "Simulation", "--clock", clock, "--for", "1s", "--set", option)
+    assert done.exit_code == 2 or done.exit_code == 1
+    assert option.partition(":")[2].partition("=")[0] in done.output
+
+
 def test_every_maneuver_of_the_table_is_a_task_or_not_in_shoal():
     missing = {name for name in dune_section_names.MULTIPLEXED.values() if find_task(name) is None}
     assert missing == {"Maneuver.Drop", "Maneuver.Sample", "Maneuver.StationKeepingExtended"}

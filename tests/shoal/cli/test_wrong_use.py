@@ -44,7 +44,7 @@ MISTAKES = [
     ("runn", "no such command: runn. Did you mean run?"),
     ("run", "name a profile"),
     ("run nothere", "there is no profile 'nothere'"),
-    ("run empty.ini", "empty has nothing to run without a mode"),
+    ("run empty.ini", "the file has no section, so nothing runs"),
     ("run rubbish.ini", "rubbish"),
     ("run broken.ini", "broken.ini:5: error: invalid reference"),
     ("run hexa-00 -p Hardware --for 1s", "has nothing to run in mode Hardware besides Transports."),
