@@ -72,8 +72,8 @@ def ls(watch: bool, duration: float | None, connection: dict[str, Any], as_json:
                 for text in conflict_texts(system):
                     click.echo(printable(f"{displayable_name(system.name)}: {text}"), err=True)
         if not found:
-            exit_with_reason(network.no_vehicle_text())
-        for text in network.link_troubles:
+            exit_with_reason(network.search.no_vehicle_text())
+        for text in network.search.link_troubles:
             click.echo(printable(text), err=True)
 
     run_on_network(connection, act)
@@ -83,16 +83,16 @@ async def _gather(network: Network, duration: float | None) -> None:
     """Wait until every vehicle that is there has said what is shown, but not long."""
     began = time.monotonic()
     longest = (
-        LONGEST if network.discovery_timeout <= NEAR else network.discovery_timeout
+        LONGEST if network.search.discovery_timeout <= NEAR else network.search.discovery_timeout
     )  # over a radio, packets get lost and come late
     questions, known = StateQueries(network), 0
-    while (past := time.monotonic() - began) < (network.discovery_timeout if duration is None else duration):
+    while (past := time.monotonic() - began) < (network.search.discovery_timeout if duration is None else duration):
         await asyncio.sleep(0.02)
         there = network.vehicles()
         questions.send_due(there)
         before, known = known, sum(len(system.latest) for system in there)  # integers
         if duration is None:
-            network.explain_search(past, there)
+            network.search.explain(past, there)
         if duration is not None or not there or past < FIRST:
             continue
         is_complete = all(system.latest_message(kind) is not None for system in there for kind in SHOWN)

@@ -2,11 +2,20 @@
 
 from shoal.network.blocking import RemoteLogs, RemoteParameters, RemotePlans, RemoteVehicle, VehicleConnection
 from shoal.network.diagnosis import Contact, Diagnosis, LinkProblem, diagnose
-from shoal.network.link import NEAR, ConsoleIdentity, LinkListener, NetworkError, NetworkLink, ReceivedPacket
+from shoal.network.link import (
+    NEAR,
+    ConsoleIdentity,
+    LinkListener,
+    NetworkError,
+    NetworkLink,
+    NoAnswer,
+    ReceivedPacket,
+    VehicleLost,
+)
 from shoal.network.logs import AsyncRemoteLogs, RemoteLog
 from shoal.network.message_filter_expression import field_value, parse_message_filter
 from shoal.network.message_listener import MessageListener
-from shoal.network.network import Network, NoAnswer, VehicleLost
+from shoal.network.network import Network
 from shoal.network.network_factory import connect, make_network
 from shoal.network.parameters import AsyncRemoteParameters, check_parameter_name
 from shoal.network.plans import AsyncRemotePlans, PlanOutcome, Refused, StoredPlan

@@ -8,8 +8,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 import imc
+from shoal.network.link import NoAnswer, VehicleLost
 from shoal.network.message_listener import MessageListener
-from shoal.network.network import COMPANY, Network, NoAnswer, VehicleLost
+from shoal.network.network import COMPANY, Network
 from shoal.network.system_table import CONTACT, NetworkSystem
 
 PROBES = 5
@@ -110,10 +111,10 @@ async def _await_contact(network: Network, name: str) -> None:
         there = [each for each in network.systems.values() if each.is_vehicle and name in ("", each.name)]
         there = [each for each in there if each.is_there]
         is_late = any(each.contact_timeout for each in there)
-        enough = network.discovery_timeout + (CONTACT if there else 0.0)  # new ones may appear for ever
+        enough = network.search.discovery_timeout + (CONTACT if there else 0.0)  # new ones may appear for ever
         if past > enough or (past > COMPANY and there and not is_late):
             return
-        network.explain_search(past, there)
+        network.search.explain(past, there)
         await asyncio.sleep(0.05)
 
 

@@ -20,6 +20,14 @@ class NetworkError(Exception):
     """A sentence for people: nobody there, no answer, a refusal."""
 
 
+class VehicleLost(NetworkError):
+    """The vehicle has ended or has fallen silent."""
+
+
+class NoAnswer(NetworkError):
+    """The vehicle is there, but does not answer."""
+
+
 class ConsoleIdentity(NamedTuple):
     """Who we are: a system id of operators, and the name in keys and announcements."""
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import imc
 from imc.discovery import PERIOD, Endpoint, Services
-from shoal.network.link import NetworkError
-from shoal.network.network import Network, NoAnswer
+from shoal.network.link import NetworkError, NoAnswer
+from shoal.network.network import Network
 from shoal.network.system_table import NetworkSystem
 from support.file_errors import add_path_to_errors
 

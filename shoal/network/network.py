@@ -10,7 +10,6 @@ from contextlib import suppress
 from typing import Self, TypeVar
 
 import imc
-from imc.discovery import PERIOD
 from imc.reserved_ids import OPERATORS
 from shoal.network.link import (
     EVERYBODY,
@@ -18,20 +17,22 @@ from shoal.network.link import (
     ConsoleIdentity,
     NetworkError,
     NetworkLink,
+    NoAnswer,
     ReceivedPacket,
+    VehicleLost,
     size_warning,
 )
 from shoal.network.message_listener import MessageListener, check_message_type, damage_kind
 from shoal.network.query_messages import is_query
-from shoal.network.system_table import CONTACT, MOST_SYSTEMS, NetworkSystem, NetworkSystemTable
-from support.terminal_text import printable, suggestion
+from shoal.network.search_report import SearchReport
+from shoal.network.system_table import MOST_SYSTEMS, NetworkSystem, NetworkSystemTable
+from support.terminal_text import printable
 
 M = TypeVar("M", bound=imc.Message)
 A = TypeVar("A")
 MOST_REPLIES = 64  # remembered, since they may come by several ways
 REPEAT = 0.4  # s between copies of a request that is not answered
 ABORT_REPEAT = 2.0  # s between those of an Abort to who obeys each: it confirms one within a second, if it arrives
-EXPLAINED = 2.0  # s after which a search that may take long is explained
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 COMPANY = 0.15  # s in which a second vehicle of the same name answers our first Announce, too
 TOLD = 2.5  # s since its last packet, after which a system that vanishes has fallen silent before; Heartbeat has 1 Hz
@@ -39,14 +40,6 @@ LONGEST = 8.0  # s for a system to say its id, or for Shoal to send data
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
 BASIC = ("Heartbeat",)
 """What is asked of a system that we talk to, so that its silence is noticed."""
-
-
-class VehicleLost(NetworkError):
-    """The vehicle has ended or has fallen silent."""
-
-
-class NoAnswer(NetworkError):
-    """The vehicle is there, but does not answer."""
 
 
 class Network:
@@ -76,7 +69,7 @@ class Network:
         self._listeners: list[MessageListener] = []
         self._replies: deque[imc.Message] = deque(maxlen=MOST_REPLIES)
         self._opened = 0.0
-        self._report, self._reported = report, set[str]()
+        self.search = SearchReport(self.links, report, expects_all=expects_all)
         self._request = random.SystemRandom().randrange(1, 0xFFFF)
 
     async def __aenter__(self) -> Self:
@@ -245,28 +238,9 @@ class Network:
                 if takes_clash or not system.awaits_contact:
                     self.request_labels(system)
                     return system
-            self.explain_search(time.monotonic() - began, [] if system is None else [system])
+            self.search.explain(time.monotonic() - began, [] if system is None else [system])
             await self.wait_for_change(min(left, 0.05))
-        raise NetworkError(self._not_found_reason(name))
-
-    @property
-    def discovery_timeout(self) -> float:
-        """How long it makes sense to wait for somebody to appear (s)."""
-        return max((link.discovery_timeout for link in self.links), default=0.0)
-
-    def explain_search(self, past: float, there: Sequence[NetworkSystem]) -> None:
-        """Report once why a search, which has taken `past` s, takes longer: nobody is there, or sends anything."""
-        if past < EXPLAINED:
-            return
-        late = [system.name for system in there if system.contact_timeout]
-        texts = [f"{name} has announced itself; a DUNE vehicle sends data within {CONTACT:g} s" for name in late]
-        if not there and self.discovery_timeout > PERIOD:
-            why = f"since DUNE announces itself every {PERIOD:g} s"
-            texts = [f"nobody has answered yet; waiting up to {self.discovery_timeout:g} s, {why}"]
-        for text in texts:
-            if text not in self._reported:
-                self._reported.add(text)
-                self._report(printable(text))
+        raise NetworkError(self.search.not_found_text(name, self.systems.get(name), self.vehicles()))
 
     def request_labels(self, system: NetworkSystem) -> None:
         """Ask a system for the labels of its entities, which `NetworkSystem.label` then knows."""
@@ -279,9 +253,9 @@ class Network:
             return began + timeout
         known = self.systems.get(name)
         if known is None or not known.is_there:
-            return began + self.discovery_timeout
+            return began + self.search.discovery_timeout
         appeared = max(began, known.appeared_at)
-        return max(began + self.discovery_timeout, appeared + LONGEST, time.monotonic() + known.contact_timeout)
+        return max(began + self.search.discovery_timeout, appeared + LONGEST, time.monotonic() + known.contact_timeout)
 
     async def wait_for_change(self, timeout: float) -> None:
         """Wait until a system appears, vanishes, or gets known, but not longer than `timeout` s."""
@@ -349,7 +323,7 @@ class Network:
                 if time.monotonic() >= next_copy and self._send(system, request, packet, copies):
                     copies += 1
                     next_copy = time.monotonic() + repeat
-                self.explain_search(time.monotonic() - began, [system])
+                self.search.explain(time.monotonic() - began, [system])
                 again = time.monotonic() + min(repeat, left, GRACE)
                 while (wait := again - time.monotonic()) > 0.0:
                     try:
@@ -385,32 +359,3 @@ class Network:
 
     def _ways(self, system: NetworkSystem) -> list[NetworkLink]:
         return sorted(system.links.values(), key=lambda link: -system.last.get(link.name, 0.0))
-
-    def no_vehicle_text(self) -> str:
-        """The sentence for a network without vehicles."""
-        return f"no vehicle is on the network{self._troubles()}"
-
-    def _troubles(self) -> str:
-        troubles = "; ".join(link.trouble for link in self.links if link.trouble)
-        return f" ({troubles})" if troubles else ""
-
-    @property
-    def link_troubles(self) -> list[str]:
-        """What is wrong with networks where the user wants to look."""
-        return [link.trouble for link in self.links if link.trouble] if self.expects_all else []
-
-    def _not_found_reason(self, name: str) -> str:
-        system = self.systems.get(name)
-        if system is not None and system.conflict_text:
-            return f"{name}: {system.conflict_text}; end one of them"
-        if system is not None and system.is_there:
-            if system.awaits_contact:
-                return f"{name} has announced itself, but sent nothing yet; `shoal link {name}` tells why"
-            return f"{name} is there, but says nothing"
-        there = [system.name for system in self.vehicles()]
-        if there:
-            hint = suggestion(name, there) or "`shoal ls` lists them"
-            return (
-                f"no vehicle {printable(name)!r} on the network; {hint}{self._troubles() if self.link_troubles else ''}"
-            )
-        return self.no_vehicle_text()

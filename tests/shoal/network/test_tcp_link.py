@@ -87,7 +87,7 @@ def test_a_server_that_is_not_there_yet_is_named_and_connected_to_later() -> Non
         async with serving() as port:
             pass
         async with reaching(port) as net:
-            assert net.no_vehicle_text() == f"no vehicle is on the network (nobody listens at 127.0.0.1:{port})"
+            assert net.search.no_vehicle_text() == f"no vehicle is on the network (nobody listens at 127.0.0.1:{port})"
             async with serving(packet(imc.Announce(sys_name="buoy", services="")), port=port):
                 assert (await net.find_system("buoy", 5.0)).id == OWN
 
@@ -106,11 +106,15 @@ def test_a_server_that_does_not_answer_and_one_that_is_silent_are_named(monkeypa
                 one.connect_ex(full.getsockname())
             place = f"127.0.0.1:{full.getsockname()[1]}"
             async with reaching(full.getsockname()[1]) as net:
-                assert net.no_vehicle_text() == f"no vehicle is on the network ({place} has not answered yet)"
-        assert Network([ZenohLink([f"tcp/{place}"])]).no_vehicle_text().endswith(f"(tcp/{place} has not answered yet)")
+                assert net.search.no_vehicle_text() == f"no vehicle is on the network ({place} has not answered yet)"
+        assert (
+            Network([ZenohLink([f"tcp/{place}"])])
+            .search.no_vehicle_text()
+            .endswith(f"(tcp/{place} has not answered yet)")
+        )
         async with serving() as port, reaching(port) as net:
             async with asyncio.timeout(10.0):
-                while "has sent nothing for 0.1 s" not in net.no_vehicle_text():
+                while "has sent nothing for 0.1 s" not in net.search.no_vehicle_text():
                     await asyncio.sleep(0.01)
 
     asyncio.run(act())

@@ -140,7 +140,7 @@ def test_each_of_several_endpoints_is_joined_and_one_that_does_not_answer_is_nam
         async with make_network([",".join(endpoints)]) as network:
             network.subscribe(None, (imc.Heartbeat,))
             assert await seen(network, "first", "second")
-            assert network.link_troubles == [f"nobody listens at {missing}"]
+            assert network.search.link_troubles == [f"nobody listens at {missing}"]
             with pytest.raises(NetworkError, match=f"no vehicle 'third' on the network; .*nobody listens at {missing}"):
                 await network.find_system("third", 0.1)
 

@@ -1,0 +1,71 @@
+"""Sentences on a search for a vehicle: why it takes long, and who is there instead."""
+
+from collections.abc import Callable, Sequence
+
+from imc.discovery import PERIOD
+from shoal.network.link import NetworkLink
+from shoal.network.system_table import CONTACT, NetworkSystem
+from support.terminal_text import printable, suggestion
+
+EXPLAINED = 2.0  # s after which a search that may take long is explained
+
+
+class SearchReport:
+    """Explains searches on some links. `report` gets each sentence on a search that takes long, once.
+
+    `expects_all`: whether a link that does not work is worth a sentence also if others work.
+    """
+
+    def __init__(self, links: Sequence[NetworkLink], report: Callable[[str], object], *, expects_all: bool):
+        self._links, self._report, self._expects_all = links, report, expects_all
+        self._reported = set[str]()
+
+    @property
+    def discovery_timeout(self) -> float:
+        """How long it makes sense to wait for somebody to appear (s)."""
+        return max((link.discovery_timeout for link in self._links), default=0.0)
+
+    @property
+    def link_troubles(self) -> list[str]:
+        """Troubles of the networks where the user wants to look."""
+        return self._troubles if self._expects_all else []
+
+    def explain(self, past: float, there: Sequence[NetworkSystem]) -> None:
+        """Report once why a search, which has taken `past` s, takes longer: nobody is there, or sends anything."""
+        if past < EXPLAINED:
+            return
+        late = [system.name for system in there if system.contact_timeout]
+        texts = [f"{name} has announced itself; a DUNE vehicle sends data within {CONTACT:g} s" for name in late]
+        if not there and self.discovery_timeout > PERIOD:
+            why = f"since DUNE announces itself every {PERIOD:g} s"
+            texts = [f"nobody has answered yet; waiting up to {self.discovery_timeout:g} s, {why}"]
+        for text in texts:
+            if text not in self._reported:
+                self._reported.add(text)
+                self._report(printable(text))
+
+    def no_vehicle_text(self) -> str:
+        """The sentence for a network without vehicles."""
+        return f"no vehicle is on the network{self._in_brackets(self._troubles)}"
+
+    def not_found_text(self, name: str, system: NetworkSystem | None, vehicles: Sequence[NetworkSystem]) -> str:
+        """Why a search for a name has found nothing to talk to; `system` has the name, `vehicles` are there."""
+        if system is not None and system.conflict_text:
+            return f"{name}: {system.conflict_text}; end one of them"
+        if system is not None and system.is_there:
+            if system.awaits_contact:
+                return f"{name} has announced itself, but sent nothing yet; `shoal link {name}` explains why"
+            return f"{name} is there, but sends nothing"
+        there = [system.name for system in vehicles]
+        if there:
+            hint = suggestion(name, there) or "`shoal ls` lists them"
+            return f"no vehicle {printable(name)!r} on the network; {hint}{self._in_brackets(self.link_troubles)}"
+        return self.no_vehicle_text()
+
+    @property
+    def _troubles(self) -> list[str]:
+        return [link.trouble for link in self._links if link.trouble]
+
+    @staticmethod
+    def _in_brackets(texts: Sequence[str]) -> str:
+        return f" ({'; '.join(texts)})" if texts else ""
