@@ -105,18 +105,21 @@ class _Checker:
             severity: Severity = "warning" if near else "note"
             hint = f"did you mean {quoted(near)}?" if near else ""
             self._say(severity, option.origin, f"[General] unknown option {quoted(option.name)}", hint)
+        if (option := self._config.option("General", "Console Messages")) is not None:
+            names = [item.partition(":")[0].strip() for item in split_list(option.value)]
+            self._check_message_names(option, "[General] Console Messages", names)
 
     def _check_zenoh(self) -> None:
         for option, found in parse_zenoh_options(self._profile):
             if isinstance(found, str):
                 self._say("error", option.origin, found)
             else:
-                self._check_heard(option, found.hear or ())
+                self._check_message_names(option, "[Zenoh] Hear", found.hear or ())
                 if absent := found.describe_missing_interface():
                     self._say("warning", option.origin, absent)
 
-    def _check_heard(self, option: Option, names: tuple[str, ...]) -> None:
-        if not names:
+    def _check_message_names(self, option: Option, title: str, names: Iterable[str]) -> None:
+        if not (names := list(names)):
             return
         try:
             schema = self._profile.message_schema or imc.builtin()
@@ -125,7 +128,7 @@ class _Checker:
         known = [kind.abbrev for kind in schema.types_by_id.values()]
         for name in [name for name in names if name not in known]:
             hint = f"did you mean {quoted(near)}?" if (near := corrected_spelling(name, known)) else ""
-            self._say("warning", option.origin, f"[Zenoh] Hear: there is no message {quoted(name)}", hint)
+            self._say("warning", option.origin, f"{title}: there is no message {quoted(name)}", hint)
 
     def _check_addresses(self) -> None:
         known: dict[int, Option] = {}

@@ -6,17 +6,14 @@ from socket import socket
 import imc
 from imc.discovery import Endpoint, Service, Services
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
-from imc.schema import message_named
-from runtime import State, consume, param, periodic
+from runtime import State, consume, periodic
 from runtime.network_interfaces import enable_icmp_errors, refused_destinations
-from runtime.profile import split_list
-from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
-from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, DatagramFilter, sender_text
+from tasks.transports.imc_links.console_acl import REPORTS
+from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, sender_text
+from tasks.transports.imc_links.datagram_link import DatagramLinkTask
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
-from tasks.transports.imc_links.link_task import ImcLinkTask, reraise_as_parameter_error
 from tasks.transports.imc_links.log_limit import LogLimit
-from tasks.transports.imc_links.message_list import MessageList, parse_rate
 from tasks.transports.imc_links.peer_table import (
     MALFORMED,
     MOST_PEERS,
@@ -24,13 +21,11 @@ from tasks.transports.imc_links.peer_table import (
     UNKNOWN,
     DropCounts,
     Peer,
-    PeerTable,
 )
 from tasks.transports.imc_links.port_search import announce_listening_service, candidate_ports
-from tasks.transports.imc_links.radio_range import RadioRange
 from tasks.transports.imc_links.recvmmsg import Datagram
-from tasks.transports.imc_links.sockets import bind_udp_socket, listen_address, network_time, send_packet
-from tasks.transports.imc_links.vehicle_peers import VehiclePeers
+from tasks.transports.imc_links.sockets import bind_udp_socket, network_time, send_packet
+from tasks.transports.imc_links.stream_links import StreamLinkTask
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
 OUT_OF_RANGE = "out of range"
@@ -44,135 +39,21 @@ WHY = {
 }
 
 
-def parse_endpoint(text: str) -> Endpoint:
-    """An item of `Static Destinations`, such as 10.0.0.7:6001. Raises ValueError."""
-    found = Services.parse(f"imc+udp://{text.strip()}/").endpoints("imc+udp")
-    if not found:
-        raise ValueError(f"{text.strip()!r} is not the IPv4 address of a computer and a port, such as 10.0.0.7:6001")
-    return found[0]
-
-
-def parse_peer_rate(item: str) -> tuple[str, str]:
-    """The system and the rate of an item of `Peer Rates`, such as 0x4001/EstimatedState:20. Raises ValueError."""
-    name, slash, rate = item.strip().partition("/")
-    if not (name and slash):
-        raise ValueError(f"{item.strip()!r} is not a system, a message and a rate, such as 0x4001/EstimatedState:20")
-    parse_rate(rate)
-    return name.strip(), rate
-
-
-class UDP(ImcLinkTask):
+class UDP(DatagramLinkTask):
     """Exchanges IMC packets with systems that announce themselves, and with static destinations.
 
     A system gets packets as soon as it has announced itself and sent one, until it is silent for `Contact Timeout`; it
     may move to another address or port. Another vehicle gets none unless `Call Systems` names it. A packet is put on
     the bus only if its system has announced the address that it comes from, or if it is an Abort for this vehicle.
-    Nothing goes back to its sender, and nothing is forwarded twice.
+    Nothing goes back to its sender, and nothing is forwarded twice. A system that also sends by a TCP connection from
+    the same address gets there what that link lists, and only the rest over UDP.
     """
-
-    address: str = param(
-        "",
-        "",
-        "Where to listen; empty means [General] Network Address: 127.0.0.1 is this computer only.",
-        editable=False,
-    )
-    local_port: int = param(
-        6002,
-        "1",
-        "Port to listen at; if it is taken, one of the next four, else any. 0 takes any.",
-        minimum=0,
-        maximum=65535,
-        editable=False,
-    )
-    announce_service: bool = param(True, "", "Announce where to send packets to this vehicle.", editable=False)
-    dynamic_nodes: bool = param(True, "", "Send to the systems that announce themselves.", editable=False)
-    call_systems: list[str] = param(
-        [],
-        "",
-        "Systems, by name or id, to which to send once they announce themselves; others first have to send, and "
-        "other vehicles get nothing.",
-        editable=False,
-    )
-    static_destinations: list[str] = param(
-        [], "", "Where to send in any case, ADDRESS:PORT.", usable=parse_endpoint, editable=False
-    )
-    ignore_filter: bool = param(
-        False, "", "Take packets of systems that have not announced themselves.", editable=False
-    )
-    contact_timeout: float = param(
-        30.0, "s", "Silence after which a system gets no more packets.", minimum=1, editable=False
-    )
-    maximum_rate: float = param(
-        2000.0, "Hz", "Most packets per second that a system may send.", minimum=1, editable=False
-    )
-    communication_range: float = param(
-        0.0, "m", "Range of the simulated radio, in mode Simulation; 0 is unlimited.", minimum=0
-    )
-    underwater_communications: bool = param(False, "", "Let the simulated radio also work under water.")
-    always_transmitted_messages: list[str] = param(
-        ["Abort", "SimulatedState"],
-        "",
-        "Messages that the simulated radio carries at any range.",
-        usable=message_named,
-        editable=False,
-    )
-    consoles: list[str] = param(
-        [],
-        "",
-        "Systems that may command, NAME or NAME@ADDRESS; others then only report. Empty lets all command.",
-        editable=False,
-    )
-    peer_rates: list[str] = param(
-        [], "", "Rates for one system instead of Rate Limiters, SYSTEM/MESSAGE:HZ.", usable=parse_peer_rate
-    )
-
-    def configure(self) -> None:
-        id_of = self.vehicle.systems.id
-        self.place = listen_address(self, self.address)
-        self.commanders = reraise_as_parameter_error("Consoles", lambda: ConsoleAcl(self.consoles, id_of))
-        self.static = reraise_as_parameter_error(
-            "Static Destinations", lambda: [parse_endpoint(item) for item in self.static_destinations]
-        )
-        own: dict[int, list[str]] = {}
-        for name, rate in reraise_as_parameter_error(
-            "Peer Rates", lambda: [parse_peer_rate(item) for item in self.peer_rates]
-        ):
-            (system,) = reraise_as_parameter_error("Peer Rates", lambda name=name: ConsoleAcl([name], id_of).listed)
-            own.setdefault(system, []).append(rate)
-        self.lists: dict[int, MessageList] = {}
-        for system, rates in own.items():
-            names = [*self.transports, *(parse_rate(rate)[0] for rate in rates)]
-            self.lists[system] = self.message_list(names, [*self.rate_limiters, *rates])
-        if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
-            self.peers, self.positions = PeerTable(), RadioRange()
-            self.vehicles = VehiclePeers(self.system)
-        self.peers.timeout, self.peers.kept = self.contact_timeout, self.commanders.listed
-        self.peers.called = self.vehicles.called = reraise_as_parameter_error(
-            "Call Systems", lambda: ConsoleAcl(self.call_systems, id_of).listed
-        )
-        self.gate = DatagramFilter(
-            self.system,
-            self.peers,
-            self.commanders,
-            static=self.static,
-            ignore_filter=self.ignore_filter,
-            rate=self.maximum_rate,
-        )
-        self.reach: RadioRange | None = None
-        if self.communication_range and "Simulation" in split_list(
-            self.vehicle.profile.value("General", "Selected", "")
-        ):
-            schema = self.vehicle.bus.messages
-            always = [schema[name].ID for name in self.always_transmitted_messages if name in schema]
-            self.reach = self.positions
-            self.reach.set_limits(self.communication_range, self.underwater_communications, always)
-        super().configure()
 
     def start(self) -> None:
         self.drops, self.unsent = DropCounts(), DropCounts()
         self.taken = self.missed = self.port = 0
         self.forwarded = DuplicateFilter(REPEATS)  # two vehicles that forward would send a packet for ever
-        self.groups: list[tuple[MessageList, list[tuple[int, Endpoint]]]] = []
+        self.streams = [task for task in self.vehicle.tasks if isinstance(task, StreamLinkTask)]
         self.socket: socket | None = None
         self.reader: DatagramReader | None = None
         self.trouble = ""
@@ -188,18 +69,19 @@ class UDP(ImcLinkTask):
     def refresh_subscriptions(self) -> None:
         """Find out where to send, and to whom by which list."""
         contacts = self.peers.contacts(network_time(self)) if self.dynamic_nodes else []
-        contacts = [(peer, endpoint) for peer, endpoint in contacts if not self.vehicles.withholds(peer.system)]
-        groups: dict[int, list[tuple[int, Endpoint]]] = {}
-        for peer, endpoint in contacts:
-            groups.setdefault(peer.system if peer.system in self.lists else UNKNOWN_SYSTEM, []).append(
-                (peer.system, endpoint)
-            )
-        known = {endpoint for _, endpoint in contacts}
-        for endpoint in self.static:
-            if endpoint not in known:
-                groups.setdefault(UNKNOWN_SYSTEM, []).append((UNKNOWN_SYSTEM, endpoint))
-        self.groups = [(self.lists.get(system, self.messages), places) for system, places in groups.items()]
-        self.set_subscriptions_enabled(bool(groups))
+        self.routes.update(
+            (peer.system, endpoint) for peer, endpoint in contacts if not self.vehicles.withholds(peer.system)
+        )
+        self.set_subscriptions_enabled(bool(self.routes))
+
+    def goes_by_stream(self, system: int, address: str, kind: int) -> bool:
+        """Whether a system that is connected by TCP, too, gets this vehicle's messages of a type, by its id, there.
+
+        One that `Peer Rates` names gets everything at these rates over UDP.
+        """
+        return system not in self.routes.lists and any(
+            kind in task.sent_ids and task.serves(system, address) for task in self.streams
+        )
 
     def open(self) -> None:
         """Listen, at the first port that is free; if that fails, the reason is logged once."""
@@ -300,8 +182,11 @@ class UDP(ImcLinkTask):
     def send_last_states(self, peer: Peer) -> None:
         """Tell a system that has come the last states, which it would have to wait for."""
         if self.dynamic_nodes and peer.endpoint is not None:
-            for packet in self.last_states(self.lists.get(peer.system, self.messages)):
-                if self.reach is None or self.reach.reaches(peer.system, imc.packet_id(packet)):
+            for packet in self.last_states(self.routes.messages(peer.system)):
+                kind = imc.packet_id(packet)
+                if self.goes_by_stream(peer.system, peer.endpoint.address, kind):
+                    continue
+                if self.reach is None or self.reach.reaches(peer.system, kind):
                     self.send_to_endpoint(packet, peer.endpoint)
 
     def keep_state(self, state: imc.Message, packet: bytes) -> None:
@@ -332,18 +217,18 @@ class UDP(ImcLinkTask):
             tell(f"packet from {who} dropped: {reason}" + (f" ({why})" if why else ""))
 
     def sent_types(self) -> Iterable[type[imc.Message]]:
-        return dict.fromkeys(kind for messages in (self.messages, *self.lists.values()) for kind in messages.types)
+        return self.routes.types
 
     def transmit(self, message: imc.Message, packet: bytes) -> None:
         source, now = message.src, network_time(self)
         if self.socket is None or (source != self.system and self.forwarded.is_duplicate(packet)):
             return
-        for messages, places in self.groups:
-            if not messages.passes(message, now):
+        own, kind = source == self.system, message.ID
+        for system, endpoint in self.routes.destinations(message, now):
+            if system == source or (own and self.goes_by_stream(system, endpoint.address, kind)):
                 continue
-            for system, endpoint in places:
-                if system != source and (self.reach is None or self.reach.reaches(system, message.ID)):
-                    self.send_to_endpoint(packet, endpoint)
+            if self.reach is None or self.reach.reaches(system, kind):
+                self.send_to_endpoint(packet, endpoint)
 
     def send_to_endpoint(self, packet: bytes, endpoint: Endpoint) -> None:
         """Send a packet; one that cannot be sent is counted, and the first of each place and reason named."""
@@ -384,11 +269,15 @@ class UDP(ImcLinkTask):
             self.log_contact(f"lost contact with {peer.name} (0x{peer.system:04X})")
         if moved or lost:
             self.refresh_subscriptions()
-        contacts = [
-            f"{peer.name} at {endpoint}{', gets nothing' if self.vehicles.withholds(peer.system) else ''}"
-            for peer, endpoint in self.peers.contacts(network_time(self))
-        ]
+        contacts = [self.contact_text(peer, endpoint) for peer, endpoint in self.peers.contacts(network_time(self))]
         figures = [self.trouble, f"{len(contacts)} in contact" + (f" ({', '.join(contacts)})" if contacts else "")]
         figures += [f"{self.taken} packets taken", str(self.drops), str(self.unsent)]
         figures += [f"{self.missed} came too fast to be read"] if self.missed else []
         self.set_entity_state(State.ERROR if self.trouble else State.NORMAL, "; ".join(filter(None, figures)))
+
+    def contact_text(self, peer: Peer, endpoint: Endpoint) -> str:
+        """A system in contact, for the entity's state."""
+        if self.vehicles.withholds(peer.system):
+            return f"{peer.name} at {endpoint}, gets nothing"
+        by_tcp = any(task.serves(peer.system, endpoint.address) for task in self.streams)
+        return f"{peer.name} at {endpoint}{', also by TCP' if by_tcp else ''}"

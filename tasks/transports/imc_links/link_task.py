@@ -7,9 +7,11 @@ import imc
 from imc.schema import message_named
 from runtime import Task, param
 from runtime.bus import Subscription
+from runtime.profile import split_list
 from runtime.task import ParameterError
 from support.diagnostics import ConfigWarning
 from support.terminal_text import corrected_spelling, quoted, suggestion
+from tasks.transports.imc_links.console_acl import ConsoleAcl
 from tasks.transports.imc_links.custom_filters import parse_custom
 from tasks.transports.imc_links.message_list import (
     MessageList,
@@ -32,6 +34,15 @@ def reraise_as_parameter_error(option: str, make: Callable[[], T]) -> T:
         return make()
     except ValueError as error:
         raise ParameterError(option, str(error)) from None
+
+
+def link_consoles(task: Task, own: list[str]) -> ConsoleAcl:
+    """Who may command over the link of a task: its own Consoles, or if these are empty those of [General].
+
+    Raises ParameterError.
+    """
+    listed = own if any(map(str.strip, own)) else split_list(task.vehicle.profile.value("General", "Consoles", ""))
+    return reraise_as_parameter_error("Consoles", lambda: ConsoleAcl(listed, task.vehicle.systems.id))
 
 
 class ImcLinkTask(Task):
@@ -64,19 +75,35 @@ class ImcLinkTask(Task):
         True, "", "Send only what this vehicle says, not what it has heard of other systems."
     )
     loopback_internal_messages: bool = param(True, "", "Send the messages of this task itself.", editable=False)
+    consoles: list[str] = param(
+        [],
+        "",
+        "Systems that may command over this link, NAME or NAME@ADDRESS; others then only report. Empty means [General] "
+        "Consoles, and if that is empty, too, all may.",
+        editable=False,
+    )
 
     def configure(self) -> None:
+        self.commanders = link_consoles(self, self.consoles)
         self.messages = self.message_list(self.transports, self.rate_limiters)
+        self.configure_peers()
         if getattr(self, "subscriptions", None) is not None:
             self.set_subscriptions_enabled(False)
             self.refresh_subscriptions()
+
+    def configure_peers(self) -> None:
+        """Read further parameters; `commanders` and `messages` are there already. Raises ParameterError."""
 
     def refresh_subscriptions(self) -> None:
         """Call `set_subscriptions`, according to whether there is somebody to send to, after a change of parameters."""
 
     def message_list(self, names: Iterable[str], rates: Iterable[str]) -> MessageList:
-        """A list with the entity filters of this task. Raises ParameterError."""
-        rates, entities, custom = list(rates), self.filtered_entities, self.custom_filters
+        """A list with the entity filters of this task, and with [General] Console Messages. Raises ParameterError."""
+        everywhere = split_list(self.vehicle.profile.value("General", "Console Messages", ""))
+        limited = [item for item in everywhere if ":" in item]
+        reraise_as_parameter_error("Console Messages", lambda: [parse_rate(item) for item in limited])
+        names = [*names, *(item.partition(":")[0] for item in everywhere)]
+        rates, entities, custom = [*limited, *rates], self.filtered_entities, self.custom_filters
         reraise_as_parameter_error("Rate Limiters", lambda: [parse_rate(item) for item in rates if item.strip()])
         reraise_as_parameter_error(
             "Filtered Entities", lambda: [parse_entities(item) for item in entities if item.strip()]

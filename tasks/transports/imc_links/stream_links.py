@@ -1,6 +1,7 @@
 """IMC over connections: packets in and out of each, with bounds on what a peer can cost."""
 
 import errno
+import math
 import socket
 from collections import OrderedDict
 from contextlib import suppress
@@ -8,10 +9,10 @@ from contextlib import suppress
 import imc
 from runtime import param, periodic
 from runtime.kernel import Timer
-from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
+from tasks.transports.imc_links.console_acl import REPORTS
 from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
-from tasks.transports.imc_links.link_task import ImcLinkTask, reraise_as_parameter_error
+from tasks.transports.imc_links.link_task import ImcLinkTask
 from tasks.transports.imc_links.own_announce import is_for_log
 from tasks.transports.imc_links.peer_table import MALFORMED, ON_THE_BUS, DropCounts
 from tasks.transports.imc_links.sockets import network_time, schedule_network_timer
@@ -23,6 +24,10 @@ RUBBISH = 8  # bytes that cost as much as a packet
 LONGEST_UNFINISHED = 1.0  # s that a packet may need before one behind it counts more
 RETRY = 0.02  # s until what found no room is sent again
 MOST_SYSTEMS = 64  # whose packets came by one connection, and are not sent back
+QUIET = (
+    3.0  # s without a packet of a system after which it may no longer read its connection; Heartbeat comes every 1 s
+)
+FULL = 1 << 16  # bytes that wait for a peer that reads too slowly
 REPEATS = 1024  # forwarded packets that are remembered
 ALIVE = {"TCP_KEEPIDLE": 15, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3, "TCP_USER_TIMEOUT": 30_000}  # s, s, probes, ms
 
@@ -34,7 +39,7 @@ class PacketStream:
         self.socket, self.address, self.name = opened, address, name
         self.parser = imc.StreamParser()
         self.waiting = bytearray()
-        self.systems: OrderedDict[int, None] = OrderedDict()
+        self.systems: OrderedDict[int, float] = OrderedDict()  # and when a packet of each came last (s)
         self.taken, self.commands = 0, False
         self.heard = now  # when it connected, or sent a packet last
         self.left, self.filled = 0.0, now
@@ -81,12 +86,17 @@ class PacketStream:
         self.filled = now
         return max(0.0, -self.left / rate)
 
-    def add_system(self, system: int) -> None:
-        """Note that packets of a system come by this connection."""
-        self.systems[system] = None
+    def add_system(self, system: int, now: float) -> None:
+        """Note that a packet of a system came by this connection."""
+        self.systems[system] = now
         self.systems.move_to_end(system)
         if len(self.systems) > MOST_SYSTEMS:
             self.systems.popitem(last=False)
+
+    def serves(self, system: int, now: float) -> bool:
+        """Whether a system lives at the other end, and reads what is sent."""
+        is_open = self.greeted and self.deaf is None and len(self.waiting) < FULL
+        return is_open and now - self.systems.get(system, -math.inf) <= QUIET
 
 
 class StreamLinkTask(ImcLinkTask):
@@ -95,21 +105,9 @@ class StreamLinkTask(ImcLinkTask):
     maximum_rate: float = param(
         2000.0, "Hz", "Most packets per second that are taken from a connection.", minimum=10, editable=False
     )
-    consoles: list[str] = param(
-        [],
-        "",
-        "Systems that may command, NAME or NAME@ADDRESS; others then only report. Empty lets all command.",
-        editable=False,
-    )
-
-    def configure(self) -> None:
-        self.commanders = reraise_as_parameter_error(
-            "Consoles", lambda: ConsoleAcl(self.consoles, self.vehicle.systems.id)
-        )
-        super().configure()
 
     def start(self) -> None:
-        self.streams: list[PacketStream] = []
+        self.streams = []
         self.drops = DropCounts()
         self.taken = 0
         self.forwarded = DuplicateFilter(REPEATS)
@@ -121,6 +119,10 @@ class StreamLinkTask(ImcLinkTask):
             self.unwatch(stream.socket)
             stream.socket.close()
         self.streams = []
+
+    def configure_peers(self) -> None:
+        self.sent_ids = frozenset(kind.ID for kind in self.messages.types)
+        self.streams: list[PacketStream] = getattr(self, "streams", [])  # other links may ask before this task starts
 
     def refresh_subscriptions(self) -> None:
         self.set_subscriptions_enabled(bool(self.streams))
@@ -158,6 +160,17 @@ class StreamLinkTask(ImcLinkTask):
 
     def on_closed(self, stream: PacketStream, why: str) -> None:
         """Called when a connection has ended."""
+
+    def serves(self, system: int, address: str) -> bool:
+        """Whether a system at an address gets the messages of this vehicle that are listed by a connection.
+
+        The address keeps a stranger elsewhere that uses the id of a console from ending what the console gets.
+        """
+        now = network_time(self)
+        return any(
+            stream.address == address and stream.serves(system, now) and not self.withholds(stream)
+            for stream in self.streams
+        )
 
     def receive(self, stream: PacketStream) -> None:
         """Take what has arrived; a peer that sends too much has to wait."""
@@ -240,7 +253,7 @@ class StreamLinkTask(ImcLinkTask):
         self.taken += 1
         stream.taken += 1
         stream.heard, stream.commands = network_time(self), stream.commands or kind not in REPORTS
-        stream.add_system(head.src)
+        stream.add_system(head.src, stream.heard)
         self.on_message(stream, message)
         if not self.local_messages_only:
             self.transmit(message, packet)
