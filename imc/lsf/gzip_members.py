@@ -19,6 +19,9 @@ MOST_WASTED = 8  # bytes read in vain for each byte of progress, and for each of
 DOUBTFUL_CHUNK = 1 << 8  # first read of a search for a member, and of what it finds; doubled with each read
 SEARCH_CHUNK = 1 << 18
 LONGEST_MAGIC = 10
+LOST_SECTOR = 512  # bytes
+SHORTEST_TAIL = 16  # zeros at the end of a file that are more than the end of a member
+_FILLINGS = (bytes(LOST_SECTOR), b"\xff" * LOST_SECTOR)  # what a file system or a memory card leaves of lost data
 
 
 def compress_member(data: bytes, level: int = 1) -> bytes:
@@ -97,9 +100,10 @@ def unpack_members(
 class _Member:
     """A member of a file. Iterate over its content; then `end` is where it ends or fails, and `damage` why it fails.
 
-    One that is cut off may by chance unpack on through the next one, whose content would then come twice. So where
-    another one begins inside it, a `wary` one looks ahead whether it ends well, and ends there if not; `looked` is how
-    many bytes that took. bzip2 has a checksum in each block, so this does not happen there.
+    One that is cut off may by chance unpack on through the next one, whose content would then come twice. And where its
+    data is lost, zeros for example, it may unpack to copies of what came before, with good CRCs. So where another one
+    begins inside it, or data may be lost, a `wary` one looks ahead whether it ends well, and ends there if not;
+    `looked` is how many bytes that took. bzip2 has a checksum in each block, so this does not happen there.
     """
 
     def __init__(self, file: BinaryIO, form: Compression, begin: int, chunk: int, wary: bool):
@@ -116,7 +120,8 @@ class _Member:
 
     def __iter__(self) -> Iterator[bytes]:
         unpacker, produced, chunk = self._form.unpacker(), 0, self._chunk
-        wary, at_header = self._wary and hasattr(unpacker, "copy"), True
+        can_copy = hasattr(unpacker, "copy")
+        wary, checks_filling, at_header = self._wary and can_copy, can_copy, True
         while not unpacker.eof:
             if wary and at_header and self.end > self.begin and self._holds_member():
                 if not self._ends_well(unpacker.copy()):
@@ -124,11 +129,18 @@ class _Member:
                     return
                 wary = False
             self._file.seek(self.end)
-            packed = self._file.read(chunk + LONGEST_MAGIC - 1)
+            packed = self._file.read(chunk + LOST_SECTOR - 1)
+            lost = _lost_from(packed, len(packed) < chunk + LOST_SECTOR - 1) if checks_filling else -1
+            if lost == 0 and self.end > self.begin:
+                if not self._ends_well(unpacker.copy(), of_bomb=False):
+                    self.damage = f"its data is lost from byte {self.end} on"
+                    return
+                checks_filling, lost = False, -1
+            packed = packed[: lost if lost > 0 else None]
             likely = wary and packed.find(self._form.first, at_header) >= 0  # much faster than the search
             header = self._form.magic.search(packed, at_header) if likely else None
-            at_header = header is not None
-            packed = packed[: header.start() if header else chunk]
+            at_header = header is not None and header.start() < chunk
+            packed = packed[: header.start() if header and at_header else chunk]
             if at_header and not packed:
                 continue
             chunk = min(2 * chunk, PACKED_CHUNK)
@@ -156,8 +168,11 @@ class _Member:
         except zlib.error:
             return False
 
-    def _ends_well(self, unpacker: Any) -> bool:
-        """Whether a copy of the unpacker gets from `end` to the end of this member, whose checksum then is right."""
+    def _ends_well(self, unpacker: Any, *, of_bomb: bool = True) -> bool:
+        """Whether a copy of the unpacker gets from `end` to the end of this member, whose checksum then is right.
+
+        `of_bomb` is the answer if that unpacks to far too much.
+        """
         self._file.seek(self.end)
         produced = 0
         try:
@@ -165,7 +180,7 @@ class _Member:
                 self.looked += len(packed)
                 produced += sum(map(len, _contents(unpacker, packed)))  # integers
                 if produced > max(HARMLESS, MOST_TIMES * (self.end + self.looked)):
-                    return True  # so that `unpack_members` comes there, and stops
+                    return of_bomb  # if true, `unpack_members` comes there, and stops
         except zlib.error:
             return False
         return unpacker.eof
@@ -184,6 +199,17 @@ class _Member:
                     known = max(0, known - len(data))
         except (zlib.error, OSError, EOFError):
             self.end = self._file.tell()
+
+
+def _lost_from(packed: bytes, is_end: bool) -> int:
+    """Where packed bytes are a filling that no data packs to; -1 if none are. `is_end`: they end where the file does.
+
+    A sector of equal bytes would be the same byte half a million times: no packet is so long.
+    """
+    found = [place for filling in _FILLINGS if (place := packed.find(filling)) >= 0]
+    if is_end and len(packed) - (content := len(packed.rstrip(b"\0"))) >= SHORTEST_TAIL:
+        found.append(content)
+    return min(found, default=-1)
 
 
 def _contents(unpacker: Any, packed: bytes) -> Iterator[bytes]:

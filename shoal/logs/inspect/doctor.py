@@ -118,7 +118,11 @@ _REASONS = (
     ("wrong CRC", "error", "Bytes of packets have changed: a bad disk, a bad copy, or a transfer in text mode."),
     ("packet cut short", "warning", "The log ends within a packet: power was lost, or a copy is incomplete."),
     ("no packet begins here", "error", "There are other bytes between the packets."),
-    ("member", "error", "The compressed file is damaged or cut; the data after the damage in this part is lost."),
+    (
+        "member",
+        "error",
+        "The compressed file is damaged or cut, or a power cut left zeros in it; what follows in this part is lost.",
+    ),
 )
 
 
