@@ -25,4 +25,4 @@ def tilt_and_thrust(acceleration: Vector, psi: float, steepest: float) -> tuple[
 
 def rotor_actuation(thrust: float, hover: float) -> float:
     """The actuation, 0 to 1, of rotors for a specific thrust (m/s²); `hover` is the one that carries the weight."""
-    return max(0.0, min(1.0, hover * math.sqrt(thrust / GRAVITY)))
+    return max(0.0, min(1.0, hover * math.sqrt(max(0.0, thrust) / GRAVITY)))

@@ -10,8 +10,12 @@ from support.number_parsing import clamp_magnitude
 from support.rotations import Vector, wrap
 from support.vectors import add, limit_horizontal_and_vertical, norm
 
-LEVEL, LEARNING = 0.5, 5.0  # m/s, s: when and how fast the weight is learned
+LEVEL, FOLLOWS, LEARNING = 0.5, 0.25, 2.5  # m/s, m/s, s: when (vz, its error) and how fast the weight is learned
+LIGHTEST, HEAVIEST = 0.5 * GRAVITY, 1.8 * GRAVITY  # m/s², what can be the weight
+MASS_CHANGE, CHANGE_TIME, CHANGE_LEARNING = 0.15, 0.2, 0.1  # share of the force that a lost load changes; s; s
+SAME_WEIGHT = 0.2 * GRAVITY  # m/s², how far integral and accelerometer may differ
 BLIND_THRUST, BLIND_DESCENT, BLIND_GAIN = 0.98, 1.5, 1.0  # share of the weight, m/s, 1/s: a blind descent
+SPEED_GAINS = PIDGains(4.0, 2.0, 0.0, integral_limit=6.0, limit=0.7 * GRAVITY)  # of one whose speed is measured
 REACTION = 0.3  # s before a vehicle brakes
 
 
@@ -45,8 +49,8 @@ class MultirotorCommand(NamedTuple):
 class MultirotorController:
     """PIDs of velocity north, east and down, whose reference changes no faster than the vehicle can accelerate.
 
-    `velocity` (m/s) is the desired velocity of the last step within the limits. The weight is learned in level flight;
-    `descend_blind` needs it. `falling` (m/s) is the descent assumed there.
+    `velocity` (m/s) is the desired velocity of the last step within the limits. `weight` (m/s²) is the specific thrust
+    that carries the vehicle, learned in level flight; `descend_blind` needs it. `falling` (m/s) is the descent there.
     """
 
     def __init__(self, gains: MultirotorGains):
@@ -66,7 +70,10 @@ class MultirotorController:
         self.velocity: Vector = (0.0, 0.0, 0.0)
         self.falling = 0.0
         self._ramped: Vector = (0.0, 0.0, 0.0)
-        self._weight = GRAVITY
+        self.weight = self._by_integral = self._by_force = GRAVITY
+        self._confirmed, self._changed = False, 0.0
+        self._thrust = GRAVITY
+        self._blind = PID.from_gains(SPEED_GAINS)
 
     def stopping_point(self, state: imc.EstimatedState) -> Vector:
         """Where the vehicle comes to rest if it brakes now (m north, east, down)."""
@@ -85,8 +92,13 @@ class MultirotorController:
         low = state.alt < self.gains.landing_altitude
         return north, east, self.gains.landing_rate if low else self.gains.descent
 
-    def step(self, state: imc.EstimatedState, velocity: Vector, heading: float, dt: float) -> MultirotorCommand:
-        """The command for a velocity (m/s north, east, down) and a heading (rad), `dt` s after the last."""
+    def step(
+        self, state: imc.EstimatedState, velocity: Vector, heading: float, dt: float, force: float | None = None
+    ) -> MultirotorCommand:
+        """The command for a velocity (m/s north, east, down) and a heading (rad), `dt` s after the last.
+
+        `force` is the specific force (m/s²) measured along the mast, None if unknown.
+        """
         gains = self.gains
         wanted, before = limit_horizontal_and_vertical(velocity, gains.speed, gains.climb, gains.descent), self._ramped
         self.velocity, change = wanted, add(wanted, before, -1.0)
@@ -99,13 +111,51 @@ class MultirotorController:
         n, e, d = (law.step(dt, e, 0.0) + rate * step for law, e, step in zip(laws, error, ahead, strict=True))
         roll, pitch, thrust = tilt_and_thrust((n, e, d), state.psi, gains.tilt)
         turning = clamp_magnitude(gains.heading * wrap(heading - state.psi), gains.heading_rate)
-        if abs(state.vz) < LEVEL:
-            self._weight += min(1.0, dt / LEARNING) * (GRAVITY - self._down.i - self._weight)
+        if abs(state.vz) < LEVEL and abs(error[2]) < FOLLOWS:  # on the ground it does not follow a descent
+            self._learn_weight(min(1.0, dt / LEARNING), force)
+        self._thrust = thrust
+        self._blind.reset()
         return MultirotorCommand(roll, pitch, turning, thrust)
 
-    def descend_blind(self, dt: float) -> MultirotorCommand:
-        """The command for a level descent without a state, `dt` s after the last."""
-        brake = clamp_magnitude(BLIND_GAIN * (BLIND_DESCENT - self.falling), self.gains.acceleration)
-        self.falling += dt * brake
-        weight = min(self._weight, GRAVITY)  # one that was learned in a climb nobody noticed is too large
-        return MultirotorCommand(0.0, 0.0, 0.0, BLIND_THRUST * weight - brake)
+    def _learn_weight(self, share: float, force: float | None) -> None:
+        """Use a weight that the accelerometer confirms; an integral alone may come from a climb nobody noticed."""
+        self._by_integral += share * (GRAVITY - self._down.i - self._by_integral)
+        if force is None:
+            if not self._confirmed:
+                self.weight = min(self._by_integral, GRAVITY)
+            return
+        now = GRAVITY * self._thrust / force
+        self._by_force += share * (now - self._by_force)
+        settled = max(abs(now - self._by_force), abs(self._by_integral - self._by_force)) < SAME_WEIGHT
+        if settled and LIGHTEST < self._by_force < HEAVIEST:
+            self.weight, self._confirmed = self._by_force, True
+
+    def update_load(self, dt: float, force: float | None) -> None:
+        """Learn at once that a load is lost or added, from the specific force (m/s²) along the mast in the last `dt` s.
+
+        One that differs from gravity is not that of a vehicle on the ground.
+        """
+        if force is None:
+            return
+        expected = self._thrust * GRAVITY / self.weight
+        moves = abs(force - GRAVITY) > MASS_CHANGE * GRAVITY
+        self._changed = self._changed + dt if moves and abs(force - expected) > MASS_CHANGE * expected else 0.0
+        if self._changed > CHANGE_TIME:
+            share = min(1.0, dt / CHANGE_LEARNING)
+            weight = self.weight + share * (GRAVITY * self._thrust / force - self.weight)
+            self.weight = self._by_force = min(HEAVIEST, max(LIGHTEST, weight))
+
+    def descend_blind(self, dt: float, falling: float | None = None) -> MultirotorCommand:
+        """The command for a level descent without a state, `dt` s after the last.
+
+        `falling` is the measured speed downward (m/s); without it, that is what thrust and weight make of the last one.
+        """
+        if falling is not None:
+            self.falling = falling
+            share = 1.0 - self._blind.step(dt, BLIND_DESCENT - falling) / GRAVITY
+        else:
+            brake = clamp_magnitude(BLIND_GAIN * (BLIND_DESCENT - self.falling), self.gains.acceleration)
+            self.falling += dt * brake
+            share = BLIND_THRUST - brake / GRAVITY
+        self._thrust = share * self.weight
+        return MultirotorCommand(0.0, 0.0, 0.0, self._thrust)

@@ -1,6 +1,7 @@
 """Navigation: Kalman filters, gates and checks that find faulty sensors, and the estimator of an underwater vehicle."""
 
 from autonomy.navigation.asv_filter import STREAM_EAST, STREAM_NORTH, ASVFilter
+from autonomy.navigation.barometric_height import BarometricHeight, pressure_altitude
 from autonomy.navigation.cross_checks import AttitudeCheck, DepthCheck
 from autonomy.navigation.depth_filter import DepthFilter
 from autonomy.navigation.fault_detection import (
@@ -38,6 +39,7 @@ from autonomy.navigation.validation_gates import (
     assume_height,
     has_plausible_position,
 )
+from autonomy.navigation.vertical_speed_estimator import VerticalSpeedEstimator
 
 __all__ = [
     "AGREEMENT",
@@ -53,6 +55,7 @@ __all__ = [
     "STREAM_NORTH",
     "ASVFilter",
     "AttitudeCheck",
+    "BarometricHeight",
     "DepthCheck",
     "DepthFilter",
     "Disagreement",
@@ -71,6 +74,7 @@ __all__ = [
     "UnderwaterEstimator",
     "UnderwaterSettings",
     "VelocityGate",
+    "VerticalSpeedEstimator",
     "assume_height",
     "estimated_state",
     "fix_variance",
@@ -82,4 +86,5 @@ __all__ = [
     "navigation_data",
     "navigation_uncertainty",
     "offset_from",
+    "pressure_altitude",
 ]

@@ -26,8 +26,8 @@ class InertialFilter:
         """Variances of position (m²), velocity (m²/s²) and bias (m²/s⁴) of each axis."""
         return self._p[0], self._p[3], self._p[5]
 
-    def predict(self, dt: float, accelerations: Sequence[float]) -> None:
-        """Advance by `dt` (s) with the mean accelerations (m/s²) of that time."""
+    def predict(self, dt: float, accelerations: Sequence[float], noise: float | None = None) -> None:
+        """Advance by `dt` (s) with the mean accelerations (m/s²) of that time; `noise` replaces the usual one."""
         for axis, measured in enumerate(accelerations):
             a = measured - self.bias[axis]
             self.position[axis] += dt * (self.velocity[axis] + 0.5 * dt * a)
@@ -37,7 +37,7 @@ class InertialFilter:
         pv_, vv_, vb_ = pv + dt * vv - half * vb, vv - dt * vb, vb - dt * bb
         pp_, pb_ = pp + dt * pv - half * pb, pb + dt * vb - half * bb
         pv_full = pv_ - dt * (pb + dt * vb - half * bb)
-        q = self._noise * dt
+        q = (self._noise if noise is None else noise * noise) * dt
         self._p = [
             pp_ + dt * pv_ - half * pb_ + q * dt * dt / 3.0,
             pv_full + 0.5 * q * dt,

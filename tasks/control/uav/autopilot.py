@@ -15,6 +15,7 @@ from autonomy.control import (
     TouchdownDetector,
     rotor_actuation,
 )
+from autonomy.navigation import VerticalSpeedEstimator
 from runtime import State, Task, consume, param, periodic
 from support.rotations import Vector
 
@@ -44,8 +45,12 @@ class Autopilot(Task):
     The rotors stand still on the ground until a climb is commanded, and after a touchdown: the vehicle should descend
     but does not, and the rotors carry less than three quarters of the weight for a second. It lands where it is after
     an Abort, after hovering without a maneuver for `Idle Timeout` (after an error, `Error Timeout`), and always below
-    `Landing Fuel Level`. Without EstimatedState it descends level; the second time in two minutes, down to the ground.
+    `Landing Fuel Level`. Without EstimatedState it descends level, by accelerometer and barometer or, without these, by
+    the thrust that carries its weight; the second time in two minutes, down to the ground.
     """
+
+    ahrs: str = param("AHRS", "", "Entity of acceleration.", name="Entity Label - AHRS")
+    barometer: str = param("Barometer", "", "Entity of pressure.", name="Entity Label - Barometer")
 
     velocity_gains: list[float] = param([1.8, 0.5, 0.0], "1/s", "P, I, D.", name="Velocity PID Gains", size=3)
     vertical_gains: list[float] = param([3.0, 1.5, 0.0], "1/s", "P, I, D.", name="Vertical PID Gains", size=3)
@@ -97,7 +102,8 @@ class Autopilot(Task):
 
     def start(self) -> None:
         self._loops = EnabledLoops(Loops.VELOCITY)
-        self._touchdown = TouchdownDetector()
+        self._touchdown, self._vertical = TouchdownDetector(), VerticalSpeedEstimator()
+        self._advanced, self._tilt = self.now, 1.0
         self._phase, self._begun = FlightPhase.GROUND, False
         self._state: imc.EstimatedState | None = None
         self._stated = self._resumed = self._referred = -math.inf
@@ -145,6 +151,21 @@ class Autopilot(Task):
     def record_fuel_level(self, fuel: imc.FuelLevel) -> None:
         self._fuel = fuel.value
 
+    @consume
+    def on_acceleration(self, force: imc.Acceleration) -> None:
+        if self._is_from(force, self.ahrs):
+            self._vertical.receive_force(self.now, force.x, force.y, force.z)
+
+    @consume
+    def on_pressure(self, pressure: imc.Pressure) -> None:
+        if self._is_from(pressure, self.barometer):
+            self._vertical.receive_pressure(self.now, pressure.value)
+
+    @consume
+    def on_gps_fix(self, fix: imc.GpsFix) -> None:
+        if fix.type != imc.GpsFix.Type.MANUAL_INPUT and fix.validity & imc.GpsFix.Validity.VALID_POS:
+            self._vertical.receive_gps_height(fix.height)
+
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
         if self.is_addressed_or_broadcast(abort):
@@ -158,6 +179,7 @@ class Autopilot(Task):
         dt, self._stated, self._state = self.now - self._stated, self.now, state
         if dt > self.state_timeout:
             self._resumed = self.now
+        self._advance()
         if self._phase is FlightPhase.BLIND and (self._stays_blind or self.now - self._resumed < RECOVERY):
             self._highest = max(self._highest, state.alt)
             return  # estimates that come and go would make it climb and fall
@@ -190,11 +212,37 @@ class Autopilot(Task):
         if self.now - self._entered > BLIND_MARGIN + 2.0 * self._highest / BLIND_DESCENT:
             self._enter(FlightPhase.GROUND, self._state)
             return
-        self._command(self._law.descend_blind(periods * BLIND_STEP))
+        self._advance()
+        falling = self._vertical.speed if self._vertical.knows_speed(self.now) else None
+        command = self._law.descend_blind(periods * BLIND_STEP, falling)
+        self._command(command)
+        if falling is not None and self._stands(BLIND_DESCENT, falling, command.thrust):
+            self._enter(FlightPhase.GROUND, self._state)
 
     @periodic(1.0)
     def publish_status(self) -> None:
         self._publish_status()
+
+    def _is_from(self, message: imc.Message, label: str) -> bool:
+        return not label or self.vehicle.entities.label(message.src, message.src_ent) == label
+
+    def _advance(self) -> None:
+        """Advance height and vertical speed by accelerometer and barometer."""
+        elapsed, self._advanced = self.now - self._advanced, self.now
+        if self._phase is FlightPhase.GROUND:
+            self._vertical.rest(self._state.alt if self._state is not None and not self._begun else 0.0)
+        else:
+            dt = min(elapsed, LONGEST_STEP)
+            self._vertical.advance(self.now, dt, self._expected_force, self._tilt)
+            self._law.update_load(dt, self._vertical.measured_force(self.now, self._expected_force))
+
+    @property
+    def _expected_force(self) -> float:
+        """Specific force (m/s²) along the mast by the commanded thrust."""
+        return self._thrust * GRAVITY / self._law.weight
+
+    def _stands(self, descent: float, vz: float, thrust: float) -> bool:
+        return self._touchdown.update(self.now, descent, vz, thrust / self._law.weight)
 
     @property
     def _follows(self) -> bool:
@@ -243,7 +291,7 @@ class Autopilot(Task):
     def _rest(self) -> None:
         self._law.reset()
         self._touchdown.reset()
-        self._share = 0.0
+        self._share, self._thrust = 0.0, GRAVITY
         self._entered = self.now
         self._hold: Vector = (0.0, 0.0, 0.0)
         self._kept = 0.0
@@ -256,13 +304,14 @@ class Autopilot(Task):
             wanted = law.landing_velocity(state, self._hold)
         else:
             wanted = law.position_hold_velocity(state, self._hold)
-        command = law.step(state, wanted, heading, dt)
+        command = law.step(state, wanted, heading, dt, self._vertical.measured_force(self.now, self._expected_force))
         self._command(command)
-        if self._touchdown.update(self.now, law.velocity[2], state.vz, command.thrust):
+        if self._stands(law.velocity[2], state.vz, command.thrust):
             self._enter(FlightPhase.GROUND, state)
 
     def _command(self, command: MultirotorCommand) -> None:
         self._share = rotor_actuation(command.thrust, self.hover_actuation)
+        self._thrust, self._tilt = command.thrust, math.cos(command.roll) * math.cos(command.pitch)
         self.publish(imc.DesiredRoll(value=command.roll))
         self.publish(imc.DesiredPitch(value=command.pitch))
         self.publish(imc.DesiredHeadingRate(value=command.heading_rate))

@@ -9,6 +9,7 @@ from autonomy.navigation import (
     LARGEST_ANGLE,
     LARGEST_RATE,
     AttitudeCheck,
+    BarometricHeight,
     FixGate,
     GateDecision,
     InertialFilter,
@@ -33,7 +34,6 @@ CONTRADICTIONS = 5  # contradicting fixes in a row that agree to within AGREEMEN
 AGREEMENT = 10.0  # m
 ATTITUDES, FALLS = 50, 20  # samples that agree before a jump of theirs is believed
 FALL, SIGMAS = 5.0, 5.5  # m; a larger change of pressure is a jump
-NOISE_FACTOR = 5.0  # of pressure: what is noisier than so many standard deviations is not used
 FIX_SIGMAS = 4.0  # fixes that scatter by more of the standard deviations that they claim are not used
 HEIGHT_FACTOR = 4.0  # of the variance of heights by GPS, to that of its positions
 HEIGHT_JUMP, HEIGHT_AGREEMENT, HEIGHTS = 20.0, 20.0, 10  # m, m, fixes: GPS against barometer
@@ -43,11 +43,6 @@ PAUSE = 0.2  # s without attitude, in which the rates are unknown
 ATTITUDE_VARIANCE, RATE_VARIANCE = 1e-6, 1e-5  # rad², (rad/s)²
 INITIAL_VELOCITY, INITIAL_BIAS = 0.01, 0.01  # variances at rest, (m/s)², (m/s²)²
 FLYING_VELOCITY = 25.0  # (m/s)², variance in the air
-
-
-def pressure_altitude(pressure: float) -> float:
-    """Height (m) of a pressure (hPa) above that of 1013.25 hPa in the standard atmosphere; ISO 2533:1975."""
-    return 288.15 / 0.0065 * (1.0 - (pressure / 1013.25) ** (1.0 / 5.25588))
 
 
 class Navigation(Task):
@@ -81,7 +76,8 @@ class Navigation(Task):
     def start(self) -> None:
         self._angles: Vector | None = None
         self._rates: Vector = (0.0, 0.0, 0.0)
-        self._acceleration, self._height = SampleMean(), SampleMean()
+        self._acceleration, self._barometer = SampleMean(), BarometricHeight(self.pressure_noise)
+        self._height = self._barometer.mean
         self._fix: imc.GpsFix | None = None
         self._fixed = self._oriented = -math.inf
         self._first: list[imc.GpsFix] = []
@@ -91,8 +87,7 @@ class Navigation(Task):
         self._fix_gate = FixGate(math.inf, 1, self.largest_hacc, math.inf)
         self._jumps, self._falls = JumpGate(CONTRADICTIONS, AGREEMENT), JumpGate(FALLS, AGREEMENT)
         self._heights = JumpGate(HEIGHTS, HEIGHT_AGREEMENT)
-        self._attitude_noise, self._pressure_noise, self._fix_noise = StuckDetector(), StuckDetector(), StuckDetector()
-        self._roughness = NoiseMonitor(NOISE_FACTOR * self.pressure_noise)
+        self._attitude_noise, self._fix_noise = StuckDetector(), StuckDetector()
         self._scatter = NoiseMonitor(FIX_SIGMAS), NoiseMonitor(FIX_SIGMAS)
         self._check = AttitudeCheck(ATTITUDES)
         self._held_fault, self._held_until, self._lost_until = "", -math.inf, -math.inf
@@ -131,12 +126,8 @@ class Navigation(Task):
 
     @consume
     def on_pressure(self, pressure: imc.Pressure) -> None:
-        possible = 0.0 < pressure.value < 2000.0 and self._is_from(pressure, self.barometer)
-        if not possible or self._pressure_noise.update(pressure.value):
-            return
-        height = pressure_altitude(pressure.value)
-        if not self._roughness.update(height):
-            self._height.add(self.now, height)
+        if self._is_from(pressure, self.barometer):
+            self._barometer.receive(self.now, pressure.value)
 
     @consume
     def screen_gps_fix(self, fix: imc.GpsFix) -> None:
@@ -328,9 +319,7 @@ class Navigation(Task):
             why = missing_reason(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)
             self.set_entity_state(State.ERROR, f"attitude {why}")
         elif now - self._pressed > self.pressure_timeout:
-            why = missing_reason(
-                stuck=self._pressure_noise.stuck, jumps=self._roughness.noisy or self._falls.rejected > 0
-            )
+            why = self._barometer.missing_reason(jumps=self._falls.rejected > 0)
             self.set_entity_state(State.ERROR, f"pressure {why}")
         elif now - self._fixed > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS fixes are missing")

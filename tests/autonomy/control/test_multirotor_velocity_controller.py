@@ -91,3 +91,34 @@ def test_without_a_state_it_descends_level_with_the_weight_that_it_learned():
         law.step(STILL.replace(vz=-0.1), NOWHERE, 0.0, 0.1)
     law.falling = 1.5
     assert law.descend_blind(0.1).thrust == pytest.approx(0.98 * (GRAVITY - 0.5), abs=0.05)
+
+
+def test_a_blind_descent_follows_the_speed_that_is_measured():
+    law = MultirotorController(GAINS)
+    assert law.descend_blind(0.1, 1.5).thrust == pytest.approx(GRAVITY)
+    assert law.descend_blind(0.1, 2.0).thrust == pytest.approx(GRAVITY + 2.0)
+    assert law.descend_blind(0.1, -20.0).thrust == pytest.approx(0.3 * GRAVITY), "it does not stop the rotors"
+
+
+def test_the_weight_is_that_which_the_accelerometer_confirms():
+    def learned(force):
+        law = MultirotorController(GAINS)
+        for _ in range(600):
+            law.step(STILL, NOWHERE, 0.0, 0.05, force=force)
+        return law.weight / GRAVITY
+
+    assert learned(GRAVITY / 1.1) == pytest.approx(1.1)
+    assert learned(3.0 * GRAVITY) == 1.0, "it contradicts the integral"
+
+
+def test_a_load_that_is_lost_is_learned_at_once_but_not_on_the_ground():
+    law = MultirotorController(GAINS)
+    law.step(STILL, NOWHERE, 0.0, 0.05)
+    for _ in range(20):
+        law.update_load(0.05, 1.5 * GRAVITY)
+    assert law.weight == pytest.approx(GRAVITY / 1.5, rel=0.15)
+    law.reset()
+    for _ in range(20):
+        law.update_load(0.05, GRAVITY)
+    law.update_load(0.05, None)
+    assert law.weight == GRAVITY

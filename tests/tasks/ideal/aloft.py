@@ -1,6 +1,7 @@
 """Flies the profile hexa-00 with its full simulation."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 from lean import UNLOGGED
@@ -16,8 +17,18 @@ OWN, CCU = 0x0C30, 0x4000
 START = 5.0
 
 
+def load(kilograms):
+    """An event that adds a load to the vehicle, or takes one away."""
+
+    def hang(vehicle):
+        craft = vehicle.task("Simulators.UAV").craft
+        craft.airframe = replace(craft.airframe, mass=craft.airframe.mass + kilograms)
+
+    return hang
+
+
 class Flight:
-    """A hovering vehicle with an event: a message, or a task that becomes silent.
+    """A hovering vehicle with events: a message, a task that becomes silent, or what is done to the vehicle.
 
     With `until_down` the flight ends 5 s after landing. There is no log unless it is `logged`.
     """
@@ -47,6 +58,8 @@ class Flight:
     def _happen(self, event):
         if isinstance(event, str):
             self.vehicle.task(event).cancel_callbacks()
+        elif callable(event):
+            event(self.vehicle)
         else:
             packet = imc.encode_with_header(event, self.vehicle.kernel.now_ns / 1e9, event.src, 0xFF, event.dst, 0xFF)
             self.vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)

@@ -4,7 +4,7 @@ import hashlib
 import math
 
 import pytest
-from aloft import CCU, HEAD, HOVER, OWN, Flight
+from aloft import CCU, HEAD, HOVER, OWN, Flight, load
 from lean import UNLOGGED
 
 import imc
@@ -131,6 +131,25 @@ def test_what_falls_silent_in_the_air_brings_it_down_softly(tmp_path, task, mode
     assert "ERROR" in flight.op_modes or task == "Supervisors.Vehicle"
     assert flight.end.z == 0.0
     assert flight.touchdown < hardest
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("kilograms", [-1.0, 0.25, 0.5, 1.0])
+@pytest.mark.parametrize("when", [15.0, 29.0], ids=["before", "meanwhile"])
+@pytest.mark.parametrize("task", ["Navigation.UAV.Navigation", "Simulators.IMU/AHRS"])
+def test_a_load_makes_no_landing_without_a_state_hard(tmp_path, task, kilograms, when):
+    flight = Flight(tmp_path, (when, load(kilograms)), (25.0, task), seconds=100.0, until_down=True)
+    assert flight.modes[-2:] == ["BLIND", "GROUND"]
+    assert flight.end.z == 0.0
+    assert flight.touchdown < 2.5
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("kilograms", [-1.5, -1.0, 1.5])
+def test_a_load_that_is_dropped_or_added_in_the_air_is_no_touchdown(tmp_path, kilograms):
+    flight = Flight(tmp_path, (20.0, load(kilograms)), seconds=45.0)
+    assert flight.modes == ["GROUND", "GUIDED"]
+    assert flight.end.z == pytest.approx(-15.0, abs=1.5)
 
 
 @pytest.mark.heavy

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import imc
+from autonomy.navigation import pressure_altitude
 from runtime import State
 from runtime.testing import simulate
 from support.wgs84 import displacement
-from tasks.navigation.uav.navigation import GRAVITY, Navigation, pressure_altitude
+from tasks.navigation.uav.navigation import GRAVITY, Navigation
 from tasks.simulators.barometer import Barometer
 from tasks.simulators.gps import GPS
 from tasks.simulators.imu import IMU

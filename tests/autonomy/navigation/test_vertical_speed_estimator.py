@@ -1,0 +1,104 @@
+"""Vertical speed from accelerometer and barometer, and what remains without one of them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from autonomy.navigation import VerticalSpeedEstimator
+
+GRAVITY = 9.80665
+STEP = 0.05  # s
+
+
+def pressure(height):
+    """ISO 2533:1975, hPa."""
+    return 1013.25 * (1.0 - 0.0065 * height / 288.15) ** 5.25588
+
+
+def flown(seconds=20.0, climb=2.0, *, force=lambda f: f, height=lambda h, t: h, gps=None, seed=1):
+    """After 5 s at rest a climb that begins with 2 m/s²: the estimator, and the true height and speed downward."""
+    estimator, noise = VerticalSpeedEstimator(), np.random.default_rng(seed)
+    h = v = now = 0.0
+    for step in range(round((seconds + 5.0) / STEP)):
+        now, rests = step * STEP, step * STEP < 5.0
+        a = 0.0 if rests else max(-2.0, min(2.0, (climb - v) / STEP))
+        v, h = v + STEP * a, h + STEP * v
+        if (f := force(GRAVITY + a)) is not None:
+            estimator.receive_force(now, 0.0, 0.0, -f)
+        if (measured := height(h + 0.1 * noise.standard_normal(), now - 5.0)) is not None:
+            estimator.receive_pressure(now, pressure(30.0 + measured))
+        if gps is not None:
+            estimator.receive_gps_height(gps(h) + noise.standard_normal())
+        if rests:
+            estimator.rest()
+        else:
+            estimator.advance(now, STEP, GRAVITY + a, 1.0)
+    return estimator, now, h, -v
+
+
+def stuck():
+    kept = []
+
+    def lie(h, t):
+        if t > 3.0:
+            return kept[-1]
+        kept[:] = [h]
+        return h
+
+    return lie
+
+
+@pytest.mark.parametrize("climb", [-1.5, 0.0, 3.0])
+@pytest.mark.parametrize("force", [lambda f: f, lambda f: None, lambda f: 1.3 * f, lambda f: 1000.0 * f])
+def test_height_and_speed_are_measured_whatever_the_accelerometer_says(climb, force):
+    estimator, now, height, speed = flown(climb=climb, force=force)
+    assert estimator.knows_height(now)
+    assert estimator.knows_speed(now)
+    assert estimator.height == pytest.approx(height, abs=0.5)
+    assert estimator.speed == pytest.approx(speed, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    "lie",
+    [
+        lambda h, t: None if t > 3.0 else h,
+        stuck(),
+        lambda h, t: h + 900.0 * (t > 3.0),
+        lambda h, t: h + 15.0 * (t > 3.0),
+    ],
+    ids=["silent", "stuck", "in feet", "another ground"],
+)
+def test_the_speed_goes_on_without_a_barometer_that_can_be_used(lie):
+    estimator, now, _, speed = flown(height=lie)
+    assert estimator.knows_speed(now)
+    assert estimator.speed == pytest.approx(speed, abs=0.7)
+
+
+def test_the_accelerometer_alone_is_used_for_a_minute():
+    def silent(h, t):
+        return None if t > 3.0 else h
+
+    for seconds, known in ((60.0, True), (66.0, False)):
+        estimator, now, _, _ = flown(seconds, height=silent)
+        assert not estimator.knows_height(now)
+        assert estimator.knows_speed(now) is known
+
+
+def test_heights_by_gps_are_used_where_there_is_no_barometer():
+    estimator, now, _, speed = flown(
+        90.0, 1.0, force=lambda f: None, height=lambda h, t: None if t > 3.0 else h, gps=lambda h: 84.0 + h
+    )
+    assert estimator.knows_speed(now)
+    assert estimator.speed == pytest.approx(speed, abs=0.7)
+
+
+def test_what_is_not_a_number_changes_nothing():
+    estimator = VerticalSpeedEstimator()
+    estimator.rest()
+    estimator.receive_force(0.0, 0.0, 0.0, math.nan)
+    estimator.receive_pressure(0.0, math.nan)
+    estimator.receive_gps_height(math.nan)
+    estimator.advance(2.0, 2.0, GRAVITY, 1.0)
+    assert (estimator.height, estimator.speed) == (0.0, 0.0)
+    assert not estimator.knows_speed(2.0)
