@@ -2,10 +2,10 @@
 
 import math
 
-from autonomy.navigation.fault_detection import Disagreement, GateDecision, JumpGate
+from autonomy.navigation.fault_detection import CumulativeSum, Disagreement, GateDecision, JumpGate
 from support.rotations import Vector, wrap
 
-MEMORY = 30.0  # s; a Doppler log mounted 2° askew makes 1.3 m of it at 1.2 m/s
+MEMORY = 30.0  # s
 LARGEST_LAG = 2.0  # m
 LARGEST_LAG_OF_MOTOR = 4.0  # m; the motor says nothing about heave
 POWERED = 5.0  # s of a running motor before it is a witness
@@ -14,8 +14,14 @@ RELIEF = 0.5  # the share of a limit at which a fault is over
 ACCUSED = 0.3  # the share of a disagreement that a third witness may have with the honest one of two
 DEPTH_JUMP = 1.0  # m
 SIGMAS = 5.5
+DRIFT = 2.0  # m beyond what misalignment and scale explain
+SCALE = 0.03  # of the way down and up: density of the water, scale of the sensor
+WANDERING = 0.002  # m/s, of a sound depth sensor
+ABOVE_SURFACE = -1.0  # m; a sound sensor shows no such depth
+ABOVE_LONGEST = 5.0  # s of it
 STUCK = 15.0  # s with exactly the same depth; a sensor has noise
 STUCK_WAY = 0.4  # m downward meanwhile, by the velocities
+NOT_FOLLOWING = "depth does not follow the vertical speed"
 ANGLE_JUMP = math.radians(10.0)
 FASTEST = 2.0  # rad/s, of a turn that the rates do not show
 LONGEST = 1.0  # s, of such a turn
@@ -88,24 +94,31 @@ class AttitudeCheck:
 class DepthCheck:
     """Compares depth (m) with the vertical speed by velocity log and attitude, and by motor and attitude (m/s).
 
-    `fault` says for people that the depth lies, `velocity_faulty` that depth and motor contradict the velocity.
+    `fault` says for people that the depth is wrong, `velocity_faulty` that depth and motor contradict the velocity.
+    `misalignment` (rad) is the largest one between velocity log and attitude reference: it explains a slow drift.
     """
 
-    def __init__(self, count: int):
+    def __init__(self, count: int, misalignment: float):
         self._gate = JumpGate(count, DEPTH_JUMP)
-        self._velocity, self._motor = Disagreement(MEMORY), Disagreement(MEMORY)
+        self._misalignment = misalignment
+        self._velocity, self._motor, self._drift = Disagreement(MEMORY), Disagreement(MEMORY), CumulativeSum()
         self._depth = math.nan
-        self._elapsed = self._sunk = self._driven = self._powered = self._blind = 0.0
-        self._same, self._way = 0.0, 0.0
+        self._elapsed = self._sunk = self._driven = self._powered = self._blind = self._allowance = 0.0
+        self._same, self._way, self._above = 0.0, 0.0, 0.0
         self.velocity_faulty, self.fault = False, ""
 
-    def advance(self, dt: float, by_velocity: float | None, by_motor: float | None) -> None:
-        """Advance by `dt` s with the speeds downward (m/s); None if unknown."""
+    def advance(self, dt: float, by_velocity: float | None, by_motor: float | None, speed: float = 0.0) -> None:
+        """Advance by `dt` s with the speeds downward and the speed of the vehicle (m/s); None if unknown."""
         self._elapsed += dt
         self._sunk += math.nan if by_velocity is None else dt * by_velocity
         self._driven += math.nan if by_motor is None else dt * by_motor
         self._powered = 0.0 if by_motor is None else self._powered + dt
         self._blind = self._blind + dt if by_velocity is None else 0.0
+        self._allowance += dt * (WANDERING + self._misalignment * speed + SCALE * abs(by_velocity or 0.0))
+
+    def reset_drift(self) -> None:
+        """Forget a drift: the vehicle is at the surface, and so is its depth."""
+        self._drift.reset()
 
     def evaluate(self, depth: float, innovation: float, variance: float) -> GateDecision:
         """Judge a measured depth by its innovation (m) and the variance of that."""
@@ -117,7 +130,10 @@ class DepthCheck:
             for lag, sunk in (self._velocity, self._sunk), (self._motor, self._driven):
                 difference = change - sunk
                 lag.add(self._elapsed, 0.0 if math.isnan(difference) else difference)
-            self._elapsed = self._sunk = self._driven = 0.0
+            if verdict is GateDecision.ACCEPTED and not math.isnan(change - self._sunk):
+                self._drift.add(change - self._sunk, self._allowance)
+            self._above = self._above + self._elapsed if depth < ABOVE_SURFACE else 0.0
+            self._elapsed = self._sunk = self._driven = self._allowance = 0.0
             self._compare()
         return verdict
 
@@ -137,18 +153,31 @@ class DepthCheck:
     @property
     def disagreement(self) -> float:
         """How far depth and vertical speed disagree (m)."""
-        return max(abs(self._velocity.value), abs(self._motor.value))
+        return max(abs(self._velocity.value), abs(self._motor.value), self.drift)
+
+    @property
+    def drift(self) -> float:
+        """How far the depth has drifted from the vertical speed, beyond what is allowed (m)."""
+        return self._drift.value
 
     def _compare(self) -> None:
         """Find out whether the depth or the velocity lies, and hold that until the disagreement is half as large."""
         velocity, motor = abs(self._velocity.value), abs(self._motor.value)
         if self.velocity_faulty:
             self.velocity_faulty = velocity > RELIEF * LARGEST_LAG
+            self._drift.reset()
             return
-        patience = RELIEF if self.fault else 1.0
+        patience = RELIEF if self.fault == NOT_FOLLOWING else 1.0
         witness = not self.fault and motor < ACCUSED * velocity and self._powered > POWERED
         self.velocity_faulty = velocity > LARGEST_LAG and witness
         blind = self._blind > BLIND and motor > LARGEST_LAG_OF_MOTOR * patience
         wrong = blind or (velocity > LARGEST_LAG * patience and not self.velocity_faulty)
         stuck = self._same > STUCK and self._way > STUCK_WAY
-        self.fault = "depth does not follow the vertical speed" if wrong else "depth is stuck" if stuck else ""
+        if wrong:
+            self.fault = NOT_FOLLOWING
+        elif stuck:
+            self.fault = "depth is stuck"
+        elif self._above > ABOVE_LONGEST:
+            self.fault = "depth is above the surface"
+        else:
+            self.fault = "depth drifts away from the vertical speed" if self.drift > DRIFT else ""

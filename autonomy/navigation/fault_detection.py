@@ -112,3 +112,29 @@ class Disagreement:
     def add(self, dt: float, difference: float) -> None:
         """Add what they differ by in a step of `dt` s."""
         self.value += difference - self.value * min(1.0, dt / self.memory)
+
+
+@dataclass
+class CumulativeSum:
+    """Notices a small difference that stays: sums of differences beyond an allowance, up and down, each at least 0.
+
+    A difference below the allowance adds up to nothing, a larger one without limit, however slow it is (E. S. Page,
+    Continuous Inspection Schemes, Biometrika 41, 1954).
+    """
+
+    above: float = 0.0
+    below: float = 0.0
+
+    def add(self, difference: float, allowance: float) -> None:
+        """Add what two sensors differ by, and by how much they may differ meanwhile."""
+        self.above = max(0.0, self.above + difference - allowance)
+        self.below = max(0.0, self.below - difference - allowance)
+
+    @property
+    def value(self) -> float:
+        """The larger of both sums."""
+        return max(self.above, self.below)
+
+    def reset(self) -> None:
+        """Forget both sums."""
+        self.above = self.below = 0.0

@@ -17,7 +17,7 @@ HEARD = 1.0  # s, largest age of a velocity that is compared with others
 SLOW = 0.3  # m/s, least speed of the motor that is compared with others
 DEEP_FIXES = 10  # fixes under water at the vehicle's place before depth is doubted
 SURFACED = 10.0  # s; after a longer time without fixes the position, not GPS, has moved away
-SURFACE = 1.0  # m; nothing rises above it
+SURFACE, AFLOAT = 1.0, 0.2  # m, by motor and by velocity; nothing rises above it
 
 
 class WarningLog(Protocol):
@@ -38,7 +38,7 @@ class SensorChecks:
         self._log = log
         self._began = self._turned = began
         self._attitude = AttitudeCheck(max(1, round(PATIENCE * inputs.settings.execution_frequency)))
-        self._depth = DepthCheck(DEPTHS)
+        self._depth = DepthCheck(DEPTHS, inputs.settings.dvl_misalignment)
         self.attitude_time = self._depth_time = self._fix_time = self._deep_fix_time = -math.inf
         self._deep_fixes = 0
         self._held_fault, self._held_until = "", -math.inf
@@ -71,16 +71,18 @@ class SensorChecks:
         """Take the mean depth, unless it jumps."""
         inputs, vertical = self._inputs, self._estimator.vertical
         phi, theta, _ = inputs.euler.value
-        by_velocity = by_motor = None
+        by_velocity, by_motor, surge = None, None, 0.0
         if now - inputs.heave_time <= HEARD and inputs.heave_time == inputs.velocity_time:
             u, v, w = inputs.velocity
-            by_velocity = -math.sin(theta) * u + math.cos(theta) * (math.sin(phi) * v + math.cos(phi) * w)
+            by_velocity, surge = -math.sin(theta) * u + math.cos(theta) * (math.sin(phi) * v + math.cos(phi) * w), u
+            if by_velocity < 0.0 and vertical.depth < AFLOAT:
+                by_velocity = 0.0
         speed = self._motor_speed(now)
         if speed is not None and speed > SLOW:
             by_motor = -math.sin(theta) * speed
             if by_motor < 0.0 and vertical.depth < SURFACE:
                 by_motor = 0.0
-        self._depth.advance(dt, by_velocity, by_motor)
+        self._depth.advance(dt, by_velocity, by_motor, abs(surge))
         if not inputs.depth.update():
             return
         depth, noise = inputs.depth.value[0], self._inputs.settings.depth_variance
@@ -119,6 +121,7 @@ class SensorChecks:
         """Whether to use a fix; those under water at the vehicle's place mean that the depth lies."""
         if not submerged:
             self._deep_fixes = 0
+            self._depth.reset_drift()
             return True
         position = self._estimator.position
         agrees = position is None or position.agrees(fix, fix_variance(fix, self._inputs.settings.gps_variances))

@@ -1,5 +1,6 @@
 """The settings of an underwater vehicle's navigation: sensors, their limits and their noise."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,7 @@ class UnderwaterSettings:
     dvl_largest: Sequence[float] = (5.0, 1.5)  # m/s, largest surge and sway
     dvl_timeout: float = 3.0  # s after which velocities count as missing
     dvl_silence: float = 60.0  # s without any message of the log before a fault, 0 for never
+    dvl_misalignment: float = math.radians(0.5)  # rad, largest one between velocity log and attitude reference
     dvl_arm: float = 0.0  # m ahead of the center of gravity
     speed_per_rpm: float = 1.015e-3  # m/s/rpm
     speed_variation: float = 6e-4  # m/s/rpm, largest deviation of it

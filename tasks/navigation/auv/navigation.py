@@ -1,7 +1,7 @@
 """Estimates where an underwater vehicle is and how it moves."""
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import imc
 from autonomy.navigation import (
@@ -119,6 +119,15 @@ class Navigation(Task):
         [5.0, 1.5], "m/s", "Largest surge and sway.", name="DVL absolute thresholds", size=2
     )
     speed_per_rpm: float = param(1.015e-3, "m/s/rpm", "Speed per rpm.", name="Revolutions to speed factor")
+    dvl_misalignment: float = param(
+        0.5,
+        "°",
+        "Largest pitch between DVL and attitude reference; a slower drift of the depth is not noticed.",
+        name="DVL Maximum Misalignment",
+        minimum=0,
+        maximum=10,
+        editable=False,
+    )
     dvl_arm: float = param(0.0, "m", "Distance of the DVL ahead of the CG.", name="Distance Between DVL and CG")
     gps_arm: float = param(0.0, "m", "Height of the antenna above the CG.", name="Distance Between GPS and CG")
     gps_factor: float = param(
@@ -145,6 +154,7 @@ class Navigation(Task):
 
     def configure(self) -> None:
         settings = UnderwaterSettings(**{name: getattr(self, name) for name in SETTINGS})
+        settings = replace(settings, dvl_misalignment=math.radians(self.dvl_misalignment))
         if hasattr(self, "_inputs"):
             self._inputs.apply_settings(settings)
         else:

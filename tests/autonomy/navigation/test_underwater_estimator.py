@@ -21,13 +21,13 @@ class Log:
 class Vehicle:
     """Navigation that moves ahead at 1 m/s at a depth of 1 m, after a fix at the surface."""
 
-    def __init__(self, **settings):
+    def __init__(self, depth=0.0, **settings):
         self.log, self.now = Log(), 0.0
         self.inputs = SensorInputs(UnderwaterSettings(**settings))
         self.inputs.restart(self.now)
         self.estimator = UnderwaterEstimator(self.inputs)
         self.checks = SensorChecks(self.inputs, self.estimator, self.log, self.now)
-        self.step(0.0)
+        self.step(depth)
         self.estimator.begin(FIX)
 
     def step(self, depth, heading=0.3, surge=1.0):
@@ -78,3 +78,35 @@ def test_a_missing_sensor_is_a_fault():
     vehicle = Vehicle(depth_timeout=5.0)
     assert vehicle.checks.fault(vehicle.now + 4.0) == ""
     assert vehicle.checks.fault(vehicle.now + 6.0) == "depth is missing"
+
+
+def drifting(rate, seconds, vehicle=None, **settings):
+    """The fault after `seconds` at 1 m/s with a depth that drifts by `rate` (m/s), and when it began (s)."""
+    vehicle, since = vehicle or Vehicle(10.0, **settings), math.inf
+    for tick in range(round(20.0 * seconds)):
+        vehicle.step(10.0 + rate * 0.05 * tick)
+        if vehicle.checks.fault(vehicle.now):
+            since = min(since, vehicle.now)
+    return vehicle.checks.fault(vehicle.now), since
+
+
+def test_a_slow_drift_of_the_depth_adds_up_and_a_misaligned_velocity_log_does_not():
+    for rate in (0.03, -0.03, 0.06):
+        fault, since = drifting(rate, 120.0)
+        assert fault == "depth drifts away from the vertical speed"
+        assert since * (abs(rate) - 0.011) == pytest.approx(2.0, abs=0.15)
+    assert drifting(0.008, 600.0) == ("", math.inf)
+    assert drifting(0.03, 300.0, dvl_misalignment=math.radians(2.0)) == ("", math.inf)
+
+
+def test_a_fix_at_the_surface_ends_a_drift_and_a_depth_above_the_surface_is_a_fault():
+    vehicle = Vehicle(10.0)
+    assert drifting(0.05, 60.0, vehicle)[0] == "depth drifts away from the vertical speed"
+    assert vehicle.checks.evaluate_fix(vehicle.now, FIX, submerged=False)
+    for _ in range(240):
+        vehicle.step(13.0)
+    assert vehicle.checks.fault(vehicle.now) == ""
+    vehicle = Vehicle(-2.0)
+    for _ in range(120):
+        vehicle.step(-2.0)
+    assert vehicle.checks.fault(vehicle.now) == "depth is above the surface"

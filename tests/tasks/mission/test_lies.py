@@ -4,14 +4,19 @@ import math
 from functools import cache
 
 import pytest
+from flying import place, plan_of
 
 import imc
+from autonomy.navigation import DepthCheck
 from tests.tasks.mission.lies import (
     AHRS,
     BAROMETER,
+    BLIND,
+    DEEP,
     DEPTH,
     DVL,
     FAR,
+    FAULT,
     GPS,
     MOTOR,
     SOUNDER,
@@ -22,6 +27,7 @@ from tests.tasks.mission.lies import (
     late,
     lies,
 )
+from tests.tasks.mission.underway import underway
 
 # a lie that is noticed and rejected: the plan goes on, and the estimate stays true
 HARMLESS = {
@@ -223,6 +229,40 @@ def test_an_altimeter_that_is_stuck_is_not_believed(fly, tmp_path):
 
     flight = fly(tmp_path, stick, seconds=40.0)
     assert "active without altitude" in flight.said
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+@pytest.mark.parametrize(("rate", "longest"), [(-0.03, 160.0), (-0.06, 55.0), (0.06, 55.0)])
+def test_a_depth_that_drifts_slowly_ends_the_plan(rate, longest, fly, tmp_path):
+    drifting = lies(DEPTH, imc.Depth, ("value", lambda z, t: z + rate * t))
+    flight = fly(tmp_path, drifting, seconds=FAULT + longest + 20.0)
+    assert flight.errors[0] == "Navigation: depth drifts away from the vertical speed"
+    assert flight.failed < longest
+    assert max(flight.depths) < 6.5 + abs(rate) * flight.failed
+    assert flight.depths[-1] < flight.depths[-1500] - 0.5
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+def test_no_drift_is_found_in_a_yoyo_against_current_and_waves(monkeypatch, tmp_path):
+    largest = 0.0
+    judge = DepthCheck.evaluate
+
+    def note(check, *measured):
+        nonlocal largest
+        decision = judge(check, *measured)
+        largest = max(largest, check.drift)
+        return decision
+
+    monkeypatch.setattr(DepthCheck, "evaluate", note)
+    yoyo = imc.YoYo(**place(160, 0), z=10.0, z_units=imc.ZUnits.DEPTH, amplitude=9.5, pitch=0.26, speed=1.4)
+    current = "Simulators.StreamVelocity:Default Speed North=-0.4"
+    state = underway("lauv-noptilus-1", plan_of(yoyo), FAULT, DEEP, BLIND, current, "World:Wave Height=1.0")
+    flight = Flight(state, tmp_path, lambda vehicle: None, seconds=160.0)
+    assert not flight.errors
+    assert max(flight.depths) > 15.0
+    assert 0.05 < largest < 1.0, "it measures, and half of what is a fault is far away"
 
 
 @pytest.mark.heavy
