@@ -1,5 +1,6 @@
 """Cameras that AirSim, Colosseum or Cosys-AirSim renders."""
 
+import json
 import math
 from functools import partial
 from typing import NamedTuple
@@ -16,8 +17,17 @@ from tasks.vision.airsim_api.client import AirSimCapture, AirSimClient, mount_fr
 from tasks.vision.airsim_api.rpc_messages import AirSimError, Image, Kinematics, pose_transform
 from tasks.vision.cameras.camera_metadata import camera_frame_message
 from tasks.vision.cameras.image_saver import ImageSaverTask
+from tasks.vision.cameras.mounted_camera import INLINE, NO_VALUE
 from world import SECTIONS
-from world.optics import LENS_PRESETS, CameraModel, FisheyeModel, Floats, PinholeModel, preset_lens
+from world.optics import (
+    LENS_PRESETS,
+    CameraModel,
+    FisheyeModel,
+    Floats,
+    PinholeModel,
+    parse_airsim_settings,
+    preset_lens,
+)
 from world.rendering import INTERPOLATIONS, CubeMapAssembler, optical_to_body_transform, uncovered_warning
 
 OLDEST = 1.0  # s, beyond which a state counts as missing
@@ -61,6 +71,12 @@ class AirSim(ImageSaverTask):
         "Cameras in AirSim's settings: one, or the views down, front, right, back, left and perhaps up.",
         editable=False,
     )
+    settings_file: str = param(
+        "",
+        "",
+        "File settings.json, for what AirSim does not say of its cameras; empty to ask AirSim for it.",
+        editable=False,
+    )
     compress: bool = param(False, "", "Let AirSim send PNGs, which are smaller and slower.", editable=False)
     pose_from: str = param(SHOAL, "", "Who moves the vehicle.", choices=(SHOAL, AIRSIM), editable=False)
     publish_truth: bool = param(False, "", "Publish AirSim's motion as SimulatedState.", editable=False)
@@ -80,6 +96,7 @@ class AirSim(ImageSaverTask):
             raise ParameterError("Cameras", f"{len(self.cameras)} instead of one, five or six")
         if self.publish_truth and self.pose_from == SHOAL:
             raise ParameterError("Publish Truth", f"needs Pose From = {AIRSIM}")
+        self._settings_text = self._read_settings()
         self._panorama: CubeMapAssembler | None = None
         if len(self.cameras) > 1:
             fov = math.radians(self.field_of_view)
@@ -90,6 +107,30 @@ class AirSim(ImageSaverTask):
                 raise ParameterError("Field of View", str(error)) from None
             if warning := uncovered_warning(fov, len(self.cameras)):
                 self.after(0.0, self.log.warning, warning)
+
+    def _read_settings(self) -> str:
+        """The text of settings.json, empty without the file. Raises ParameterError."""
+        if not self.settings_file:
+            return ""
+        text = self.settings_file
+        try:
+            if not text.startswith(INLINE):
+                text = self.resolve_parameter_path(text).read_text(encoding="utf-8-sig")
+            named = parse_airsim_settings(text, self.vehicle_name)
+        except (OSError, ValueError) as error:
+            raise ParameterError(
+                "Settings File", f"{self.settings_file[:80]}: {getattr(error, 'strerror', None) or error}"
+            ) from None
+        if missing := [name for name in self.cameras if name not in named]:
+            raise ParameterError(
+                "Settings File",
+                f"{self.settings_file[:80]} has no camera {missing[0]}; there are {', '.join(named) or 'none'}",
+            )
+        text = json.dumps(json.loads(text))
+        if NO_VALUE.isdisjoint(text):  # so that a log or a snapshot needs no other file
+            self.settings_file = text
+            self.vehicle.profile.override(f"{self.name}:Settings File={text}")
+        return text
 
     def start(self) -> None:
         super().start()
@@ -112,7 +153,14 @@ class AirSim(ImageSaverTask):
         self._camera: tuple[CameraModel, Pose] | None = None
         turns = self._panorama.face_rotations if self._panorama else np.eye(3)[None]
         self._client = AirSimClient(
-            self.host, self.port, self.timeout, self.vehicle_name, self.cameras, turns, compress=self.compress
+            self.host,
+            self.port,
+            self.timeout,
+            self.vehicle_name,
+            self.cameras,
+            turns,
+            compress=self.compress,
+            settings=self._settings_text,
         )
         self._busy, self._retry, self._next = False, FIRST_RETRY, self.now
 
@@ -158,6 +206,8 @@ class AirSim(ImageSaverTask):
             self._fail(made)
             return
         self._next, self._retry = self.now, FIRST_RETRY
+        while self._client.notes:
+            self.log.warning(self._client.notes.pop(0))
         if self._trouble or not self.taken:
             self.log.info(f"{self._client.exchange.name} answers")
             self._trouble = ""
@@ -215,8 +265,7 @@ def _shoot(client: AirSimClient, panorama: CubeMapAssembler | None, pose: Pose |
         height, width, _ = shot.images[0].shape
         image = np.full((height, width, 4), 255, np.uint8)
         image[..., :3] = shot.images[0]
-        f = 0.5 * width / math.tan(0.5 * shot.fov)
-        optics = PinholeModel(width, height, f, f, 0.5 * width, 0.5 * height)
+        optics = PinholeModel(width, height, *shot.focal, 0.5 * width, 0.5 * height)
     return AirSimPicture(image, optics, shot.pose, mount_from_poses(shot.pose, body), shot.stamp, shot.motion)
 
 

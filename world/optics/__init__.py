@@ -1,5 +1,6 @@
 """Camera models."""
 
+from world.optics.airsim_settings import AirSimCamera, airsim_cameras, parse_airsim_settings
 from world.optics.brown_conrady import PinholeModel
 from world.optics.calibration_files import calibration_file_to_json, parse_calibration, read_calibration
 from world.optics.camera_model import CalibrationError, CameraModel, Floats
@@ -11,6 +12,7 @@ from world.optics.underwater_housing import DomePort, FlatPort, HousedModel, put
 
 __all__ = [
     "LENS_PRESETS",
+    "AirSimCamera",
     "CalibrationError",
     "CameraModel",
     "DomePort",
@@ -22,8 +24,10 @@ __all__ = [
     "HousedModel",
     "Lens",
     "PinholeModel",
+    "airsim_cameras",
     "calibration_file_to_json",
     "kannala_brandt_lens",
+    "parse_airsim_settings",
     "parse_calibration",
     "preset_lens",
     "put_behind_port",

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from world.optics.airsim_settings import AirSimCamera, airsim_cameras, is_airsim_settings
 from world.optics.brown_conrady import PinholeModel
 from world.optics.camera_model import CalibrationError, CameraModel
 from world.optics.double_sphere import DoubleSphereModel
@@ -72,6 +73,10 @@ def _read(path: Path, camera: str) -> tuple[Values, CameraModel]:
             raise CalibrationError("too large for a calibration")
         values = _parsed(text, is_json=path.suffix.lower() == ".json")
         cameras = {str(name): each for name, each in values.items() if _is_camera(name, each)}
+        if is_airsim_settings(values):
+            cameras = {name: {"airsim": each} for name, each in airsim_cameras(values).items()}
+            if not cameras:
+                raise CalibrationError("no cameras in Vehicles or ExternalCameras")
         if cameras:
             if camera and camera not in cameras:
                 raise CalibrationError(f"no camera {camera}; there are {', '.join(cameras)}")
@@ -99,6 +104,9 @@ def _line(text: str, camera: str, field: str) -> int:
 
 
 def _model(values: Values) -> CameraModel:
+    if "airsim" in values:
+        width, height, fov = _numbers(values, "airsim", 3)
+        return AirSimCamera(int(width), int(height), fov).model
     if "intrinsic" in values:
         return _woodscape(_mapping(values["intrinsic"], "intrinsic"))
     return _kalibr(values) if "intrinsics" in values else _opencv(values)

@@ -23,21 +23,22 @@ from tasks.vision.airsim_api.rpc_messages import (
     image_request,
     optical_pose,
 )
-from world.optics import Floats
+from world.optics import AirSimCamera, CalibrationError, Floats, parse_airsim_settings
 
 ALIGNED = math.radians(1.0)  # by which a camera may look elsewhere than its face
-NARROWEST = 1e-3  # °, of fields of view
+FACE = 2e-5  # by which the focal length of a face may be off half of its side
+DIFFERENT = math.radians(0.01)  # between the field of view of pictures and that in settings.json
 TOGETHER = 0.1  # s between the pictures of one answer
 
 
 class AirSimCapture(NamedTuple):
     """Pictures (RGB) of one instant. `stamp` is AirSim's time (s), `pose` (4, 4) leads from the optical frame of the
-    first camera to AirSim's north, east, down; `fov` (rad) is its horizontal field of view."""
+    first camera to AirSim's north, east, down; `focal` are its focal lengths along rows and columns (px)."""
 
     images: list[Image]
     stamp: float
     pose: Floats
-    fov: float
+    focal: tuple[float, float]
     motion: Kinematics | None = None
 
 
@@ -63,14 +64,26 @@ class AirSimClient(RpcClient):
     optical frame of the first one, and are checked."""
 
     def __init__(
-        self, host: str, port: int, timeout: float, vehicle: str, cameras: list[str], turns: Floats, *, compress: bool
+        self,
+        host: str,
+        port: int,
+        timeout: float,
+        vehicle: str,
+        cameras: list[str],
+        turns: Floats,
+        *,
+        compress: bool,
+        settings: str = "",
     ):
+        """`settings` is the text of settings.json; without it AirSim is asked for its own."""
         super().__init__(host, port, timeout)
         self.home: GeoPoint | None = None
+        self.notes: list[str] = []  # what settings.json says otherwise than the pictures
+        self._settings = settings
         self._vehicle, self._cameras, self._turns, self._compress = vehicle, cameras, turns, compress
         self._cosys = False
         self._mount = MountEstimator()
-        self._fov = 0.0
+        self._scales = (1.0, 1.0)
 
     def capture(self, place: tuple[Any, Any] | None) -> AirSimCapture:
         """Move the vehicle to `place` (north, east, down; roll, pitch, yaw), if it is given, and take the pictures.
@@ -110,15 +123,44 @@ class AirSimClient(RpcClient):
         home = self.call("getHomeGeoPoint", GeoPoint, self._vehicle)
         home.validate()
         self.home = home
-        fields = [
-            self.call("simGetCameraInfo", CameraInfo, name, self._vehicle, *self._outside).fov for name in self._cameras
-        ]
-        for name, fov in zip(self._cameras, fields, strict=True):
-            if not NARROWEST < fov < 180.0:
-                raise AirSimError(f"{name}: a field of view of {fov:g}°")
-            if len(fields) > 1 and abs(fov - 90.0) > 1e-3:
-                raise AirSimError(f"{name}: FOV_Degrees is {fov:g} in settings.json, not 90")
-        self._fov = math.radians(fields[0])
+        told = self._told_cameras()
+        scales = [self._picture_scales(name, told.get(name)) for name in self._cameras]
+        for name, (across, down) in zip(self._cameras, scales, strict=True):
+            if len(scales) > 1 and max(abs(across - 1.0), abs(down - 1.0)) > FACE:
+                raise AirSimError(
+                    f"{name}: its pictures have {math.degrees(2.0 * math.atan(1.0 / across)):.6g} x "
+                    f"{math.degrees(2.0 * math.atan(1.0 / down)):.6g}°, not 90: see FOV_Degrees of ImageType 0, and "
+                    "Width and Height, in settings.json"
+                )
+        self._scales = scales[0]
+
+    def _picture_scales(self, name: str, told: AirSimCamera | None) -> tuple[float, float]:
+        """Focal lengths in halves of width and height, of AirSim's projection, or else of settings.json."""
+        info = self.call("simGetCameraInfo", CameraInfo, name, self._vehicle, *self._outside)
+        scales = None if info.proj_mat is None else info.proj_mat.scales()
+        expected = None if told is None else (2.0 * told.model.fx / told.width, 2.0 * told.model.fy / told.height)
+        if scales is None and expected is None:
+            raise AirSimError(f"{name}: neither proj_mat of simGetCameraInfo nor settings.json says what it sees")
+        if scales is None or expected is None:
+            return scales or expected or (1.0, 1.0)
+        found, stated = (math.degrees(2.0 * math.atan(1.0 / each[0])) for each in (scales, expected))
+        if abs(found - stated) > math.degrees(DIFFERENT):
+            self.notes.append(f"{name}: its pictures have {found:.6g}°, settings.json says {stated:.6g}°")
+        return scales
+
+    def _told_cameras(self) -> dict[str, AirSimCamera]:
+        """The cameras of settings.json; none from a server that does not send it."""
+        text = self._settings
+        if not text:
+            try:
+                text = self.call("getSettingsString", str)
+            except AirSimError:
+                return {}
+        try:
+            return parse_airsim_settings(text, self._vehicle) if text else {}
+        except CalibrationError as error:
+            self.notes.append(f"settings.json: {error}")
+            return {}
 
     def _checked(self, answers: list[ImageResponse]) -> AirSimCapture:
         if len(answers) != len(self._cameras):
@@ -130,7 +172,9 @@ class AirSimClient(RpcClient):
         poses = [optical_pose(answer) for answer in answers]
         if len(images) > 1:
             self._check_faces(images, poses)
-        return AirSimCapture(images, stamps[0] / 1e9, poses[0], self._fov)
+        height, width, _ = images[0].shape
+        focal = 0.5 * width * self._scales[0], 0.5 * height * self._scales[1]
+        return AirSimCapture(images, stamps[0] / 1e9, poses[0], focal)
 
     def _check_faces(self, images: list[Image], poses: list[Floats]) -> None:
         sizes = {image.shape for image in images}

@@ -19,6 +19,7 @@ REQUEST, ANSWER = 0, 1
 SCENE = 0  # of the types of images
 COSYS = 2  # the first version of a server that no longer knows cameras outside vehicles
 LARGEST = 8192  # px of a side
+SMALLEST = 1e-5  # of a scale of the projection, and of other terms beside it
 FARTHEST = 1e9  # m, m/s, rad/s, beyond which a number is rubbish
 PNG = b"\x89PNG"
 SCALARS = {0xC0: 0, 0xC2: 0, 0xC3: 0, 0xCA: 4, 0xCB: 8, 0xCC: 1, 0xCD: 2, 0xCE: 4, 0xCF: 8} | {
@@ -85,11 +86,35 @@ class GeoPoint(Struct):
             raise AirSimError(f"a place that is none: {self}")
 
 
+class ProjectionMatrix(Struct):
+    """Of the scene capture, which takes the pictures: its rows are across, down, depth and w of the picture."""
+
+    matrix: list[list[float]]
+
+    def scales(self) -> tuple[float, float] | None:
+        """Focal lengths in halves of width and height; None for the matrix of no capture, which AirSim fills with NaN.
+
+        They are the only terms of their rows, at [0][1] and [1][2] since AirSim's axes are forward, right, down, or on
+        the diagonal. Raises AirSimError for a matrix that is none of a pinhole.
+        """
+        rows = [[abs(value) for value in row] for row in self.matrix[:2]]
+        if len(rows) < 2 or any(len(row) != 4 for row in rows):
+            raise AirSimError(f"proj_mat is no matrix: {self.matrix}")
+        if any(math.isnan(value) for row in rows for value in row):
+            return None
+        across, down = (max(row) for row in rows)
+        if not all(
+            SMALLEST < max(row) < 1.0 / SMALLEST and math.fsum(row) <= max(row) * (1.0 + SMALLEST) for row in rows
+        ):
+            raise AirSimError(f"proj_mat is not that of a pinhole: {self.matrix}")
+        return across, down
+
+
 class CameraInfo(Struct):
-    """The horizontal field of view is in degrees."""
+    """`fov` (degrees) is left out: it is that of the viewer, not of the pictures."""
 
     pose: AirSimPose
-    fov: float
+    proj_mat: ProjectionMatrix | None = None
 
 
 class ImageResponse(Struct):

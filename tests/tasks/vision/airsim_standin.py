@@ -7,6 +7,7 @@ import threading
 import msgspec
 import numpy as np
 
+VIEWER = 89.90362548828125  # °, what AirSim answers for fov, whatever the pictures have
 FORWARD = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 PITCH, YAW = "Pitch", "Yaw"
 SETTINGS = {
@@ -52,8 +53,11 @@ def colors(directions):
 
 
 class StandIn:
-    """Listens at a port of its own until it is closed. `fault(method, answer)` may change the bytes of an answer, or
-    return None to stay silent. `version` 4 is Cosys-AirSim."""
+    """What each answer follows is in airsim_standin_sources.yaml.
+
+    Listens at a port of its own until it is closed. `fault(method, answer)` may change the bytes of an answer, or
+    return None to stay silent. `version` 4 is Cosys-AirSim. `fov` (°) is that of the longer side of the pictures.
+    """
 
     def __init__(self, width=64, height=64, version=1, port=0, settings=SETTINGS, lever=(0.5, 0.0, 0.1), fov=90.0):
         self.width, self.height, self.version = width, height, version
@@ -61,6 +65,7 @@ class StandIn:
         self.place, self.turn = np.zeros(3), about(0, 0.0)
         self.stamp = 1_700_000_000_000_000_000
         self.calls, self.depth = [], 3
+        self.told = None  # settings.json, if this server sends it
         self.paused, self.polls = False, 0
         self.fault = lambda method, answer: answer
         self._server = socket.create_server(("127.0.0.1", port))
@@ -144,9 +149,15 @@ class StandIn:
     def do_simGetCameraInfo(self, camera, vehicle, *external):
         assert len(external) == (self.version < 4)
         place, turn = self.pose(camera)
-        matrix = [[float(i == j) for j in range(4)] for i in range(4)]
+        across, down = (2 * self.focal / side for side in (self.width, self.height))
+        matrix = [[0.0, across, 0.0, 0.0], [0.0, 0.0, -down, 0.0], [0.0, 0.0, 0.0, 10.0], [-1.0, 0.0, 0.0, 0.0]]
         pose = {"position": vector(place), "orientation": named(turn)}
-        return {"pose": pose, "fov": self.fov, "proj_mat": {"matrix": matrix}}
+        return {"pose": pose, "fov": VIEWER, "proj_mat": {"matrix": matrix}}
+
+    def do_getSettingsString(self):
+        if self.told is None:
+            raise AttributeError
+        return self.told
 
     def do_simGetImages(self, requests, vehicle, *external):
         if len(external) != (self.version < 4):
@@ -172,10 +183,14 @@ class StandIn:
         turn = times(about(2, math.radians(angles.get(YAW, 0.0))), about(1, math.radians(angles.get(PITCH, 0.0))))
         return self.place + turned(self.turn, self.lever), times(self.turn, turn)
 
+    @property
+    def focal(self):
+        return 0.5 * max(self.width, self.height) / math.tan(math.radians(self.fov) / 2)
+
     def pixels(self, camera):
         """RGB as the camera sees the world."""
         _, turn = self.pose(camera)
-        f = 0.5 * self.width / math.tan(math.radians(self.fov) / 2)
+        f = self.focal
         u, v = np.meshgrid(np.arange(self.width) + 0.5, np.arange(self.height) + 0.5)
         rays = np.stack(((u - self.width / 2) / f, (v - self.height / 2) / f, np.ones_like(u)), axis=-1)
         matrix = np.stack([turned(turn, axis) for axis in np.eye(3)], axis=-1)

@@ -252,7 +252,7 @@ def test_cameras_that_look_elsewhere_are_named():
         run = shot(server)
         assert "fisheye_left looks 10.0° from where it should: see its Pitch and Yaw" in run.task.entity.description
     with StandIn(fov=100.0) as server:
-        assert "FOV_Degrees is 100 in settings.json, not 90" in shot(server).task.entity.description
+        assert "its pictures have 100 x 100°, not 90: see FOV_Degrees" in shot(server).task.entity.description
     with StandIn() as server:
         run = shot(server, cameras=["elsewhere"])
         assert "simGetCameraInfo: rpclib: no camera 'elsewhere'" in run.task.entity.description

@@ -34,7 +34,8 @@ for name, response in zip(names, responses):
     pixels = np.frombuffer(response.image_data_uint8, dtype=np.uint8)
     assert pixels.size == response.width * response.height * 3
     np.save(name + ".npy", pixels.reshape(response.height, response.width, 3))
-assert client.simGetCameraInfo("fisheye_down").fov == 90.0
+info = client.simGetCameraInfo("fisheye_down")
+assert info.fov == 89.90362548828125 and abs(info.proj_mat.matrix[0][1] - 1.0) < 1e-6
 state = client.simGetGroundTruthKinematics()
 assert (state.position.x_val, state.orientation.w_val, state.linear_velocity.y_val) == (1.0, 0.8, 3.0)
 try:
