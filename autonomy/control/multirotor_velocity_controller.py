@@ -92,6 +92,10 @@ class MultirotorController:
         low = state.alt < self.gains.landing_altitude
         return north, east, self.gains.landing_rate if low else self.gains.descent
 
+    def below_fence(self, velocity: Vector, room: float) -> Vector:
+        """A velocity (m/s north, east, down) that stays `room` (m) below a limit of altitude, or comes back to it."""
+        return velocity[0], velocity[1], max(velocity[2], -self.gains.position * room)
+
     def step(
         self, state: imc.EstimatedState, velocity: Vector, heading: float, dt: float, force: float | None = None
     ) -> MultirotorCommand:

@@ -1,5 +1,6 @@
 """Navigation: Kalman filters, gates and checks that find faulty sensors, and the estimator of an underwater vehicle."""
 
+from autonomy.navigation.aerial_height import AerialHeight
 from autonomy.navigation.asv_filter import STREAM_EAST, STREAM_NORTH, ASVFilter
 from autonomy.navigation.barometric_height import BarometricHeight, pressure_altitude
 from autonomy.navigation.cross_checks import AttitudeCheck, DepthCheck
@@ -54,6 +55,7 @@ __all__ = [
     "STREAM_EAST",
     "STREAM_NORTH",
     "ASVFilter",
+    "AerialHeight",
     "AttitudeCheck",
     "BarometricHeight",
     "DepthCheck",

@@ -16,18 +16,21 @@ INITIAL_VARIANCES = 0.02, 0.01, 0.01  # m², (m/s)², (m/s²)²
 LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
 PLAUSIBLE_FORCES = 0.4, 2.2  # of what the commanded thrust and the known weight make
 FRESH = 1.0  # s; older measurements are not used
+BIAS_MEMORY = 10.0  # s
 BY_FORCE_ALONE = 60.0  # s, how long the accelerometer alone gives the speed
 JUMP, SIGMAS = 3.0, 5.5  # m; a larger change of pressure is a jump
 JUMPS, AGREEMENT = 20, 3.0  # steps in a row that agree to within m make a jump one of the ground pressure
 LARGEST_JUMP = 30.0  # m; a barometer that has jumped farther is not used until the next landing
+SPEED_APART, HEIGHT_APART = 2.0, 15.0  # m/s, m: an estimate that differs by more
+APART = 0.5  # s, for so long, is wrong
 FIXES, LARGEST_STEP = 5, 15.0  # heights by GPS in a row that agree make a jump one of their reference; m
 
 
 class VerticalSpeedEstimator:
     """Needs no attitude: the mast is where the autopilot commands it, and force acts along it.
 
-    Without barometer, heights by GPS correct it coarsely. `height` is m above the ground where it rested last, `speed`
-    m/s downward.
+    Without barometer and accelerometer, heights by GPS correct it coarsely. `height` is m above the ground where it
+    rested last, `speed` m/s downward.
     """
 
     def __init__(self) -> None:
@@ -43,7 +46,10 @@ class VerticalSpeedEstimator:
         self._gate = JumpGate(JUMPS, AGREEMENT)
         self._steps, self._reference = JumpGate(FIXES, LARGEST_STEP), math.nan
         self._pressed, self._useless = -math.inf, False
-        self._since = 0.0  # s without barometer and GPS
+        self._fixed = -math.inf
+        self._since = 0.0  # s without barometer
+        self._usual_bias = 0.0  # m/s², the mean of the filter's, which is noisy
+        self._apart = 0.0
 
     def receive_force(self, now: float, x: float, y: float, z: float) -> None:
         """A specific force (m/s²) in the body frame at a time (s)."""
@@ -81,9 +87,13 @@ class VerticalSpeedEstimator:
         self._since += dt
         if self._pressure.mean.update() and not self._useless:
             self._correct(now, self._pressure.mean.value[0])
+        if self.knows_height(now):
+            self._usual_bias += min(1.0, dt / BIAS_MEMORY) * (self._filter.bias[0] - self._usual_bias)
+        elif force is not None:
+            self._filter.bias[0] = self._usual_bias
         fix, self._fix = self._fix, None
         if fix is not None:
-            self._correct_by_gps(now, fix)
+            self._correct_by_gps(now, fix, needed=force is None or self._since > BY_FORCE_ALONE)
 
     def measured_force(self, now: float, expected: float) -> float | None:
         """The specific force (m/s²) along the mast, without the bias by which speed and barometer contradict it.
@@ -111,10 +121,10 @@ class VerticalSpeedEstimator:
         self._pressed, self._since = now, 0.0
         state.correct((down,), variance)
 
-    def _correct_by_gps(self, now: float, height: float) -> None:
-        """Correct by a height (m) from GPS while there is no barometer, by which the reference is known."""
+    def _correct_by_gps(self, now: float, height: float, *, needed: bool) -> None:
+        """Correct by a height (m) from GPS if it is `needed`; its reference is known by the barometer."""
         state = self._filter
-        if not math.isfinite(self._reference) or self.knows_height(now):
+        if not math.isfinite(self._reference) or self.knows_height(now) or not needed:
             known = self._reference if math.isfinite(self._reference) else height + state.position[0]
             self._reference = known + 0.1 * (height + state.position[0] - known)
             return
@@ -123,7 +133,7 @@ class VerticalSpeedEstimator:
         if verdict is GateDecision.RESET:
             self._reference -= off
         if verdict is GateDecision.ACCEPTED:
-            self._since = 0.0
+            self._fixed = now
             state.correct((self._reference - height,), GPS_NOISE**2)
 
     def knows_height(self, now: float) -> bool:
@@ -133,7 +143,17 @@ class VerticalSpeedEstimator:
     def knows_speed(self, now: float) -> bool:
         """Whether barometer, GPS or, for a minute, accelerometer measures the speed."""
         by_force = now - self._force.last <= FRESH and self._since <= BY_FORCE_ALONE
-        return by_force or self._since <= FRESH
+        return by_force or now - max(self._pressed, self._fixed) <= FRESH
+
+    def contradicts(self, now: float, dt: float, height: float, speed: float) -> bool:
+        """Whether an estimate of height (m) and speed downward (m/s) has been far off for long.
+
+        Call it each `dt` s.
+        """
+        apart = self.knows_speed(now) and abs(speed - self.speed) > SPEED_APART
+        apart = apart or (self.knows_height(now) and abs(height - self.height) > HEIGHT_APART)
+        self._apart = self._apart + dt if apart else 0.0
+        return self._apart >= APART
 
     @property
     def height(self) -> float:

@@ -2,6 +2,7 @@
 
 import math
 from enum import Enum
+from functools import partial
 
 import imc
 from autonomy.control import (
@@ -15,8 +16,10 @@ from autonomy.control import (
     TouchdownDetector,
     rotor_actuation,
 )
+from autonomy.limits import OperatingLimits
 from autonomy.navigation import VerticalSpeedEstimator
 from runtime import State, Task, consume, param, periodic
+from runtime.vehicle import general_number
 from support.rotations import Vector
 
 Loops = imc.CLoopsMask
@@ -46,7 +49,8 @@ class Autopilot(Task):
     but does not, and the rotors carry less than three quarters of the weight for a second. It lands where it is after
     an Abort, after hovering without a maneuver for `Idle Timeout` (after an error, `Error Timeout`), and always below
     `Landing Fuel Level`. Without EstimatedState it descends level, by accelerometer and barometer or, without these, by
-    the thrust that carries its weight; the second time in two minutes, down to the ground.
+    the thrust that carries its weight; the second time in two minutes, down to the ground. So it does if barometer and
+    accelerometer contradict EstimatedState. It flies no higher than the limits of altitude, by the barometer, too.
     """
 
     ahrs: str = param("AHRS", "", "Entity of acceleration.", name="Entity Label - AHRS")
@@ -96,8 +100,9 @@ class Autopilot(Task):
             landing_rate=self.landing_rate,
             landing_altitude=self.landing_altitude,
         )
+        self._own_limits = OperatingLimits.from_options(partial(general_number, self.vehicle.profile), highest=math.inf)
         if not hasattr(self, "_law"):  # what it remembers stays if parameters change
-            self._law = MultirotorController(gains)
+            self._law, self._ceiling = MultirotorController(gains), self._own_limits.highest
         self._law.set_gains(gains)
 
     def start(self) -> None:
@@ -148,6 +153,12 @@ class Autopilot(Task):
         self._erred = self._erred or vehicle.op_mode == Mode.ERROR
 
     @consume
+    def on_operational_limits(self, limits: imc.OperationalLimits) -> None:
+        """Set the highest altitude. It is sent only once, so it survives new parameters and a restart."""
+        if limits.max_altitude >= 0.0:
+            self._ceiling = self._own_limits.tightened(limits).highest
+
+    @consume
     def record_fuel_level(self, fuel: imc.FuelLevel) -> None:
         self._fuel = fuel.value
 
@@ -180,6 +191,10 @@ class Autopilot(Task):
         if dt > self.state_timeout:
             self._resumed = self.now
         self._advance()
+        contradicted = self._vertical.contradicts(self.now, min(dt, LONGEST_STEP), state.alt, state.vz)
+        if contradicted and self._phase is not FlightPhase.GROUND:
+            self._resumed = self.now
+            self._descend(state, "EstimatedState contradicts barometer and accelerometer")
         if self._phase is FlightPhase.BLIND and (self._stays_blind or self.now - self._resumed < RECOVERY):
             self._highest = max(self._highest, state.alt)
             return  # estimates that come and go would make it climb and fall
@@ -206,18 +221,26 @@ class Autopilot(Task):
             or not (missing or self._phase is FlightPhase.BLIND)
         ):
             return
-        if self._phase is not FlightPhase.BLIND:
-            self.log.error("EstimatedState is missing: descending level")
-            self._enter(FlightPhase.BLIND, self._state)
-        if self.now - self._entered > BLIND_MARGIN + 2.0 * self._highest / BLIND_DESCENT:
-            self._enter(FlightPhase.GROUND, self._state)
-            return
+        self._descend(self._state, "EstimatedState is missing")
         self._advance()
         falling = self._vertical.speed if self._vertical.knows_speed(self.now) else None
+        longest = 2.0  # times that of the descent
+        if falling is not None:
+            self._highest, longest = max(self._highest, self._vertical.height), 6.0  # a touchdown is detected
+        if self.now - self._entered > BLIND_MARGIN + longest * self._highest / BLIND_DESCENT:
+            self._enter(FlightPhase.GROUND, self._state)
+            return
         command = self._law.descend_blind(periods * BLIND_STEP, falling)
         self._command(command)
         if falling is not None and self._stands(BLIND_DESCENT, falling, command.thrust):
             self._enter(FlightPhase.GROUND, self._state)
+
+    def _descend(self, state: imc.EstimatedState, reason: str) -> None:
+        """Begin to descend without a state."""
+        if self._phase is not FlightPhase.BLIND:
+            self.log.error(f"{reason}: descending level")
+            self._enter(FlightPhase.BLIND, state)
+            self.set_entity_state(State.ERROR, f"{reason}: descending level")
 
     @periodic(1.0)
     def publish_status(self) -> None:
@@ -230,7 +253,7 @@ class Autopilot(Task):
         """Advance height and vertical speed by accelerometer and barometer."""
         elapsed, self._advanced = self.now - self._advanced, self.now
         if self._phase is FlightPhase.GROUND:
-            self._vertical.rest(self._state.alt if self._state is not None and not self._begun else 0.0)
+            self._vertical.rest(self._state.alt if self._state is not None else 0.0)
         else:
             dt = min(elapsed, LONGEST_STEP)
             self._vertical.advance(self.now, dt, self._expected_force, self._tilt)
@@ -285,7 +308,6 @@ class Autopilot(Task):
         elif phase is FlightPhase.BLIND:
             self._law.falling, self._highest = state.vz, max(0.0, state.alt)
             self._stays_blind, self._blinded = self.now - self._blinded < BLIND_MEMORY, self.now
-            self.set_entity_state(State.ERROR, "EstimatedState is missing: descending level")
         self._publish_status()
 
     def _rest(self) -> None:
@@ -304,6 +326,8 @@ class Autopilot(Task):
             wanted = law.landing_velocity(state, self._hold)
         else:
             wanted = law.position_hold_velocity(state, self._hold)
+        measured = self._vertical.height if self._vertical.knows_height(self.now) else state.alt
+        wanted = law.below_fence(wanted, self._ceiling - max(state.alt, measured))
         command = law.step(state, wanted, heading, dt, self._vertical.measured_force(self.now, self._expected_force))
         self._command(command)
         if self._stands(law.velocity[2], state.vz, command.thrust):

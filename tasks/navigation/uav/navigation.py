@@ -8,8 +8,8 @@ from autonomy.navigation import (
     GPS_JUMP,
     LARGEST_ANGLE,
     LARGEST_RATE,
+    AerialHeight,
     AttitudeCheck,
-    BarometricHeight,
     FixGate,
     GateDecision,
     InertialFilter,
@@ -32,11 +32,8 @@ NO_DEPTH = -1.0
 CONTRADICTION = 30.0  # squared Mahalanobis distance of a fix that the filter cannot explain
 CONTRADICTIONS = 5  # contradicting fixes in a row that agree to within AGREEMENT reset the filter
 AGREEMENT = 10.0  # m
-ATTITUDES, FALLS = 50, 20  # samples that agree before a jump of theirs is believed
-FALL, SIGMAS = 5.0, 5.5  # m; a larger change of pressure is a jump
+ATTITUDES = 50  # samples that agree before a jump of theirs is believed
 FIX_SIGMAS = 4.0  # fixes that scatter by more of the standard deviations that they claim are not used
-HEIGHT_FACTOR = 4.0  # of the variance of heights by GPS, to that of its positions
-HEIGHT_JUMP, HEIGHT_AGREEMENT, HEIGHTS = 20.0, 20.0, 10  # m, m, fixes: GPS against barometer
 RESETS, RESET_MEMORY = 3, 30.0  # so many resets in so many seconds are no jump
 LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
 PAUSE = 0.2  # s without attitude, in which the rates are unknown
@@ -76,17 +73,16 @@ class Navigation(Task):
     def start(self) -> None:
         self._angles: Vector | None = None
         self._rates: Vector = (0.0, 0.0, 0.0)
-        self._acceleration, self._barometer = SampleMean(), BarometricHeight(self.pressure_noise)
-        self._height = self._barometer.mean
+        self._acceleration = SampleMean()
+        noise = self.acceleration_noise, self.bias_walk
+        self._height = AerialHeight(self.pressure_noise, self.pressure_timeout, noise)
         self._fix: imc.GpsFix | None = None
         self._fixed = self._oriented = -math.inf
         self._first: list[imc.GpsFix] = []
         self._reference: imc.GpsFix | None = None
         self._site: tuple[imc.GpsFix, float] | None = getattr(self, "_site", None)
-        self._pressed = -math.inf
         self._fix_gate = FixGate(math.inf, 1, self.largest_hacc, math.inf)
-        self._jumps, self._falls = JumpGate(CONTRADICTIONS, AGREEMENT), JumpGate(FALLS, AGREEMENT)
-        self._heights = JumpGate(HEIGHTS, HEIGHT_AGREEMENT)
+        self._jumps = JumpGate(CONTRADICTIONS, AGREEMENT)
         self._attitude_noise, self._fix_noise = StuckDetector(), StuckDetector()
         self._scatter = NoiseMonitor(FIX_SIGMAS), NoiseMonitor(FIX_SIGMAS)
         self._check = AttitudeCheck(ATTITUDES)
@@ -127,7 +123,7 @@ class Navigation(Task):
     @consume
     def on_pressure(self, pressure: imc.Pressure) -> None:
         if self._is_from(pressure, self.barometer):
-            self._barometer.receive(self.now, pressure.value)
+            self._height.barometer.receive(self.now, pressure.value)
 
     @consume
     def screen_gps_fix(self, fix: imc.GpsFix) -> None:
@@ -166,30 +162,32 @@ class Navigation(Task):
         if fix is not None:
             self._first.append(fix)
             del self._first[: -self.initial_fixes]
-        if len(self._first) < self._needed or self._angles is None or not self._height.update():
+        height = self._height.barometer.mean
+        if len(self._first) < self._needed or self._angles is None or not height.update():
             return
         if self._site is None:
-            self._site = mean_fix(self._first), self._height.value[0]
-            self._begin(*self._site, horizontal_variance(self._first[-1]) / len(self._first), INITIAL_VELOCITY)
+            self._site = mean_fix(self._first), height.value[0]
+            variance = horizontal_variance(self._first[-1]) / len(self._first)
+            self._begin(*self._site, 0.0, variance, INITIAL_VELOCITY)
         else:
             reference, ground = self._site
             last = self._first[-1]
-            self._begin(reference, ground, horizontal_variance(last), FLYING_VELOCITY)
+            down = ground - height.value[0]
+            self._begin(reference, ground, down, horizontal_variance(last), FLYING_VELOCITY)
             self._over_ground.position[:] = offset_from(reference, last)
-            self._down.position[0] = ground - self._height.value[0]
 
     @property
     def _needed(self) -> int:
         """How many fixes it takes to start."""
         return 1 if self._site else self.initial_fixes
 
-    def _begin(self, reference: imc.GpsFix, ground: float, variance: float, speed: float) -> None:
-        """Start the filters at the reference, with the variances of positions (m²) and velocities (m²/s²)."""
-        self._reference, self._ground, self._pressed = reference, ground, self.now
+    def _begin(self, reference: imc.GpsFix, ground: float, down: float, variance: float, speed: float) -> None:
+        """Start the filters `down` m below the reference, with variances of positions (m²) and velocities (m²/s²)."""
+        self._reference = reference
         self._believed = self.now
         noise, walk = self.acceleration_noise, self.bias_walk
         self._over_ground = InertialFilter(2, noise, walk, (variance, speed, INITIAL_BIAS))
-        self._down = InertialFilter(1, noise, walk, (self.pressure_noise**2, speed, INITIAL_BIAS))
+        self._height.start(ground, down, self.now, (speed, INITIAL_BIAS))
         self._acceleration.update()
 
     def _move(self, reference: imc.GpsFix, dt: float, fix: imc.GpsFix | None) -> None:
@@ -197,24 +195,11 @@ class Navigation(Task):
             self._acceleration.value = 0.0, 0.0, 0.0
         north, east, down = self._acceleration.value
         self._over_ground.predict(dt, (north, east))
-        self._down.predict(dt, (down,))
-        if self._height.update():
-            self._measure_height(self._ground - self._height.value[0])
+        if fault := self._height.advance(self.now, dt, down):
+            self._hold_fault(fault)
+            self._note_reset()
         if fix is not None:
             self._correct(reference, fix)
-
-    def _measure_height(self, down: float) -> None:
-        variance, off = self.pressure_noise**2, down - self._down.position[0]
-        limit = FALL + SIGMAS * math.sqrt(variance + self._down.variances[0])
-        verdict = self._falls.evaluate(not abs(off) <= limit, off)
-        if verdict is GateDecision.REJECTED:
-            return
-        if verdict is GateDecision.RESET:
-            self._down.reset((down,), variance)
-            self._hold_fault(f"pressure has jumped by {off:.0f} m")
-            self._note_reset()
-        self._pressed = self.now
-        self._down.correct((down,), variance)
 
     def _hold_fault(self, fault: str) -> None:
         if fault != self._held_fault or self.now > self._held_until:
@@ -233,7 +218,6 @@ class Navigation(Task):
             self._suspend("GPS disagrees with attitude and accelerations: the position is not trusted", RESET_MEMORY)
 
     def _correct(self, reference: imc.GpsFix, fix: imc.GpsFix) -> None:
-        height = reference.height
         north, east = offset_from(reference, fix)
         variance, horizontal, age = horizontal_variance(fix), self._over_ground, self.now - self._fixed
         sigma = math.sqrt(variance)
@@ -241,11 +225,8 @@ class Navigation(Task):
             return
         vn, ve = horizontal.velocity
         north, east = north + age * vn, east + age * ve
-        above = fix.height - height + self._down.position[0]
-        if self.now - self._pressed > self.pressure_timeout:  # coarse, but it keeps a vehicle that lands from rising
-            self._down.correct((height - fix.height,), HEIGHT_FACTOR * variance)
-        elif self._heights.evaluate(abs(above) > HEIGHT_JUMP, above) is GateDecision.RESET:
-            self._suspend("GPS and barometer disagree on the height, which is not trusted", FAULT_HOLD)
+        if fault := self._height.correct_by_gps(self.now, fix.height - reference.height, variance):
+            self._suspend(fault, FAULT_HOLD)
         off = north - horizontal.position[0], east - horizontal.position[1]
         verdict = self._jumps.evaluate(horizontal.mahalanobis_squared((north, east), variance) > CONTRADICTION, *off)
         if verdict is GateDecision.REJECTED:
@@ -263,7 +244,7 @@ class Navigation(Task):
     def _publish(self, reference: imc.GpsFix, angles: Vector) -> None:
         phi, theta, psi = angles
         (north, east), (vn, ve) = self._over_ground.position, self._over_ground.velocity
-        down, vd = self._down.position[0], self._down.velocity[0]
+        down, vd = self._height.filter.position[0], self._height.filter.velocity[0]
         u, v, w = to_body(rotation(*angles), (vn, ve, vd))
         p, q, r = self._rates
         self.publish(
@@ -291,7 +272,7 @@ class Navigation(Task):
             )
         )
         position, speed, _ = self._over_ground.variances
-        vertical, climb, _ = self._down.variances
+        vertical, climb, _ = self._height.filter.variances
         self.publish(
             imc.NavigationUncertainty(
                 x=position,
@@ -318,8 +299,8 @@ class Navigation(Task):
         elif now - self._oriented > self.euler_timeout:
             why = missing_reason(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)
             self.set_entity_state(State.ERROR, f"attitude {why}")
-        elif now - self._pressed > self.pressure_timeout:
-            why = self._barometer.missing_reason(jumps=self._falls.rejected > 0)
+        elif now - self._height.pressed > self.pressure_timeout:
+            why = self._height.barometer.missing_reason(jumps=self._height.rejects_pressure)
             self.set_entity_state(State.ERROR, f"pressure {why}")
         elif now - self._fixed > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS fixes are missing")

@@ -122,3 +122,12 @@ def test_a_load_that_is_lost_is_learned_at_once_but_not_on_the_ground():
         law.update_load(0.05, GRAVITY)
     law.update_load(0.05, None)
     assert law.weight == GRAVITY
+
+
+def test_a_fence_slows_a_climb_and_brings_back_what_is_above():
+    law = MultirotorController(GAINS)
+    assert law.below_fence((1.0, 2.0, -3.0), 100.0) == (1.0, 2.0, -3.0)
+    assert law.below_fence((1.0, 2.0, -3.0), 2.0) == pytest.approx((1.0, 2.0, -1.6))
+    assert law.below_fence((1.0, 2.0, -3.0), -2.0) == pytest.approx((1.0, 2.0, 1.6))
+    assert law.below_fence((1.0, 2.0, 3.0), -2.0) == (1.0, 2.0, 3.0)
+    assert law.below_fence((0.0, 0.0, -3.0), math.inf) == (0.0, 0.0, -3.0)

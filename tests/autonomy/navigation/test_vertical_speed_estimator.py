@@ -102,3 +102,11 @@ def test_what_is_not_a_number_changes_nothing():
     estimator.advance(2.0, 2.0, GRAVITY, 1.0)
     assert (estimator.height, estimator.speed) == (0.0, 0.0)
     assert not estimator.knows_speed(2.0)
+
+
+@pytest.mark.parametrize(("height", "speed", "wrong"), [(0, 0, False), (14, 1.5, False), (0, 2.5, True), (16, 0, True)])
+def test_an_estimate_that_is_far_off_for_half_a_second_is_contradicted(height, speed, wrong):
+    estimator, now, true, falling = flown()
+    found = [estimator.contradicts(now, 0.1, true + height, falling + speed) for _ in range(6)]
+    assert found == [False] * 4 + [wrong] * 2
+    assert not estimator.contradicts(now, 0.1, true, falling)

@@ -176,6 +176,17 @@ def test_states_that_come_and_go_are_not_believed_a_second_time():
     assert max(float(text.split()[-2]) for text in run.log if text.startswith("touchdown")) < 2.5
 
 
+def test_it_climbs_no_higher_than_the_limit_and_comes_back_to_a_lower_one():
+    def limit(time, altitude):
+        return imc.OperationalLimits(timestamp=time, mask=imc.OpLimitsMask.MAX_ALT, max_altitude=altitude)
+
+    climb = [enable(Loops.VELOCITY), *velocity(0.5, w=-3.0, until=40.0)]
+    run = air(*climb, limit(0.2, 12.0), limit(20.0, 6.0), seconds=40.0)
+    assert truth(run, 19.0).z == pytest.approx(-12.0, abs=0.3)
+    assert truth(run, 40.0).z == pytest.approx(-6.0, abs=0.3)
+    assert min(m.z for m in run.of(imc.SimulatedState)) > -12.5
+
+
 def test_what_is_no_number_is_refused():
     odd = [imc.DesiredVelocity(timestamp=3.0, u=math.nan), imc.DesiredHeading(timestamp=3.0, value=math.nan)]
     odd += [imc.EstimatedState(timestamp=3.001, x=math.nan, lat=LAT, lon=LON)]

@@ -27,6 +27,7 @@ FLIGHTS = {
     ),
 }
 DEPTH, AHRS, DVL, GPS = (f"Simulators.{name}" for name in ("DepthSensor", "IMU/AHRS", "DVL", "GPS"))
+NAVIGATION = "Navigation.UAV.Navigation"
 SOUNDER, MOTOR, BAROMETER = "Simulators.Environment", "Simulators.Motor", "Simulators.Barometer"
 FAR = math.radians(0.0684)  # 7.6 km
 
@@ -50,6 +51,32 @@ def lies(task, kind, *changes, times=math.inf):
             return honest(message, **options)
 
         sensor.publish = publish
+
+    return inject
+
+
+def gaps(task, period, silent):
+    """From FAULT on, the task says nothing for `silent` of each `period` s."""
+
+    def inject(vehicle):
+        sensor = vehicle.task(task)
+        at_once = sensor.publish
+
+        def publish(message, **options):
+            now = vehicle.kernel.now_ns * 1e-9 - vehicle.start_time - FAULT
+            return message if now % period < silent else at_once(message, **options)
+
+        sensor.publish = publish
+
+    return inject
+
+
+def all_of(*injections):
+    """Several faults at once."""
+
+    def inject(vehicle):
+        for one in injections:
+            one(vehicle)
 
     return inject
 
@@ -93,12 +120,13 @@ class Flight:
     def __init__(self, state: Underway, folder, inject, seconds=50.0):
         self.vehicle = vehicle = state.go_on(folder)
         self.modes, self.errors, self.said, self.depths, self.failed, self.truth = [], [], set(), [], math.inf, None
-        self.aloft, self.astray, self.wrong_depth = math.inf, 0.0, 0.0
+        self.aloft, self.astray, self.wrong_depth, self.touchdown = math.inf, 0.0, 0.0, 0.0
         self.variances = []
         vehicle.observe(imc.VehicleState, self._note)
         vehicle.observe(imc.SimulatedState, self._measure)
         vehicle.observe(imc.EstimatedState, self._compare)
         vehicle.observe(imc.EntityState, lambda state: self.said.add(state.description))
+        vehicle.observe(imc.LogBookEntry, self._read)
         vehicle.observe(imc.NavigationUncertainty, lambda sure: self.variances.append((sure.x, sure.z)))
         inject(vehicle)
         vehicle.run(seconds - FAULT)
@@ -119,6 +147,10 @@ class Flight:
             self.aloft = truth.timestamp
         elif self.errors and truth.timestamp > self.aloft + 10.0:
             self.vehicle.stop()  # it has landed
+
+    def _read(self, entry):
+        if entry.text.startswith("touchdown"):
+            self.touchdown = max(self.touchdown, float(entry.text.split()[-2]))
 
     def _compare(self, state):
         if self.truth is None:

@@ -19,11 +19,14 @@ from tests.tasks.mission.lies import (
     FAULT,
     GPS,
     MOTOR,
+    NAVIGATION,
     SOUNDER,
     Flight,
     Mode,
+    all_of,
     before,
     fixes_under_water,
+    gaps,
     late,
     lies,
 )
@@ -179,6 +182,39 @@ def test_a_multirotor_whose_sensors_drift_apart_comes_down(lie, fly, tmp_path):
     assert flight.errors[0].startswith(f"Navigation: {error}")
     assert -min(flight.depths) < 60.0
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+
+
+FEET = lies(GPS, imc.GpsFix, ("height", lambda h, t: 3.2808 * h))
+METERS = lies(GPS, imc.GpsFix, ("height", lambda h, t: 0.3048 * h))
+# how much higher than 10 m it may be
+CLIMBS = {
+    f"{angle} in {unit} for 8 s": lies(AHRS, imc.EulerAngles, (angle, lambda v, t, k=factor: k * v if t < 8.0 else v))
+    for angle in ("phi", "theta")
+    for unit, factor in (("degrees", 57.3), ("milliradians", 1000.0))
+} | {
+    "a barometer with gaps, GPS in feet": all_of(gaps(BAROMETER, 7.0, 4.0), FEET),
+    "a barometer with gaps, GPS too low": all_of(gaps(BAROMETER, 7.0, 4.0), METERS),
+    "no barometer, GPS in feet": all_of(gaps(BAROMETER, 1e3, 1e3), FEET),
+    "no barometer, GPS too low": all_of(gaps(BAROMETER, 1e3, 1e3), METERS),
+    "GPS in feet, then no barometer": all_of(
+        FEET, lambda vehicle: vehicle.kernel.after(9.0, gaps(BAROMETER, 1e3, 1e3), vehicle)
+    ),
+    "a navigation that repeats itself": lies(NAVIGATION, imc.EstimatedState, ("z", -8.0), ("alt", 8.0), ("vz", 0.0)),
+    "a navigation that sinks on and on": lies(
+        NAVIGATION, imc.EstimatedState, ("z", lambda z, t: z + t), ("alt", lambda z, t: max(0.0, z - t))
+    ),
+    "a navigation that falls": lies(NAVIGATION, imc.EstimatedState, ("vz", lambda v, t: v + t)),
+}
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("lie", CLIMBS)
+def test_a_multirotor_does_not_climb_by_a_height_that_others_contradict(lie, fly, tmp_path):
+    flight = fly(tmp_path, CLIMBS[lie], "hexa-00", 200.0)
+    assert -min(flight.depths) < 30.0
+    assert flight.errors
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+    assert flight.touchdown <= 2.5
 
 
 def test_a_navigation_that_restarts_in_the_air_still_knows_the_ground(fly, tmp_path):

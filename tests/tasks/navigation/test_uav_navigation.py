@@ -99,10 +99,18 @@ def test_accelerations_move_it_between_fixes():
 def test_a_lower_pressure_is_a_height():
     assert pressure_altitude(1013.25) == 0.0
     assert pressure_altitude(898.74) == pytest.approx(1000.0, abs=0.2)
-    feed = [*sensors(3.0), *sensors(30.0, start=3.0, pressure=998.8)]
+    climb = pressure_altitude(998.8) - pressure_altitude(1000.0)
+    higher = FIX.replace(height=FIX.height + climb)
+    feed = [*sensors(3.0), *sensors(30.0, start=3.0, pressure=998.8, fix=higher)]
     last = simulate(Navigation, feed=feed, **ANY).of(imc.EstimatedState)[-1]
-    assert last.z == pytest.approx(pressure_altitude(1000.0) - pressure_altitude(998.8), abs=0.1)
+    assert last.z == pytest.approx(-climb, abs=0.1)
     assert last.alt == pytest.approx(-last.z)
+
+
+def test_a_pressure_that_jumps_while_gps_does_not_keeps_the_height():
+    run = simulate(Navigation, feed=[*sensors(3.0), *sensors(30.0, start=3.0, pressure=998.8)], **ANY)
+    assert run.of(imc.EstimatedState)[-1].z == pytest.approx(0.0, abs=0.3)
+    assert "pressure has jumped by -10 m" in run.log
 
 
 def test_fixes_that_contradict_are_believed_when_they_go_on():

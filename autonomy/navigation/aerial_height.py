@@ -1,0 +1,87 @@
+"""The height of an aerial vehicle: accelerations, corrected by the barometer and, without one, by GPS."""
+
+import math
+
+from autonomy.navigation.barometric_height import BarometricHeight
+from autonomy.navigation.fault_detection import GateDecision, JumpGate
+from autonomy.navigation.inertial_filter import InertialFilter
+
+FALLS = 20  # samples that agree before a jump of theirs is used
+FALL, SIGMAS, AGREEMENT = 5.0, 5.5, 10.0  # m; a larger change of pressure is a jump
+HEIGHT_FACTOR = 4.0  # of the variance of heights by GPS, to that of its positions
+HEIGHT_JUMP, HEIGHT_AGREEMENT, HEIGHTS = 20.0, 20.0, 10  # m, m, fixes: GPS against barometer
+OFFSET_SHARE = 0.02  # per fix, of the mean by which GPS and barometer differ
+APART = "GPS and barometer disagree on the height, which is not trusted"
+ALONE = "GPS jumps in height, and there is no barometer: the height is not trusted"
+
+
+class AerialHeight:
+    """`filter` has m below the reference; `timeout` (s) is how long the barometer may be silent.
+
+    Two sources have to agree before the height follows one that jumps: a barometer that jumps while GPS does not keeps
+    the height, with another pressure of the ground.
+    """
+
+    def __init__(self, noise: float, timeout: float, acceleration: tuple[float, float]):
+        self.barometer = BarometricHeight(noise)
+        self.timeout = timeout
+        self._noise, self._acceleration = noise, acceleration
+        self.ground, self.pressed = 0.0, -math.inf
+        self.start(0.0, 0.0, -math.inf, (1.0, 1.0))
+
+    def start(self, ground: float, down: float, now: float, variances: tuple[float, float]) -> None:
+        """Start `down` (m) below a reference at the barometric height `ground` (m).
+
+        `variances` are those of velocity and accelerometer bias.
+        """
+        self.filter = InertialFilter(1, *self._acceleration, (self._noise**2, *variances))
+        self.filter.position[0] = down
+        self.ground, self.pressed = ground, now
+        self._falls, self._heights = JumpGate(FALLS, AGREEMENT), JumpGate(HEIGHTS, HEIGHT_AGREEMENT)
+        self._offset = self._above = 0.0
+
+    @property
+    def rejects_pressure(self) -> bool:
+        """Whether the latest pressure was rejected."""
+        return self._falls.rejected > 0
+
+    def advance(self, now: float, dt: float, acceleration: float) -> str:
+        """Advance by `dt` (s) with an acceleration downward (m/s²); what is wrong with the pressure, or empty."""
+        self.filter.predict(dt, (acceleration,))
+        mean = self.barometer.mean
+        if not mean.update():
+            return ""
+        down, state = self.ground - mean.value[0], self.filter
+        variance, off = self._noise**2, down - state.position[0]
+        limit = FALL + SIGMAS * math.sqrt(variance + state.variances[0])
+        verdict = self._falls.evaluate(not abs(off) <= limit, off)
+        if verdict is GateDecision.REJECTED:
+            return ""
+        self.pressed = now
+        if verdict is GateDecision.RESET:
+            if abs(self._above) < abs(self._above + off):  # GPS agrees with the height, not with the barometer
+                self.ground -= off
+                down = state.position[0]
+            state.reset((down,), variance)
+            return f"pressure has jumped by {off:.0f} m"
+        state.correct((down,), variance)
+        return ""
+
+    def correct_by_gps(self, now: float, above_reference: float, variance: float) -> str:
+        """Compare with a height by GPS (m above the reference) of a variance (m²), or correct by it without barometer.
+
+        Returns why the height is not trusted; empty if it is.
+        """
+        above = above_reference + self.filter.position[0]
+        alone = now - self.pressed > self.timeout
+        off = above - self._offset if alone else above
+        verdict = self._heights.evaluate(not abs(off) <= HEIGHT_JUMP, off)
+        if verdict is GateDecision.ACCEPTED:
+            self._above = off
+            if alone:
+                self.filter.correct((self._offset - above_reference,), HEIGHT_FACTOR * variance)
+            else:
+                self._offset += OFFSET_SHARE * (above - self._offset)
+        elif verdict is GateDecision.RESET:
+            return ALONE if alone else APART
+        return ""
