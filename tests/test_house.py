@@ -274,6 +274,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
 }
 SERVING = {  # a part that stands beside the one task that it serves, since the task is not a folder
     "tasks.control.autopilot.autopilot_connection_url": "tasks.control.autopilot.mavlink",
+    "tasks.control.autopilot.autopilot_parameters": "tasks.control.autopilot.mavlink",
     "tasks.plan.actions": "tasks.plan.engine",
     "tasks.plan.execution_progress": "tasks.plan.engine",
     "tasks.plan.outgoing_requests": "tasks.plan.engine",

@@ -8,8 +8,10 @@ from mavlink.autopilot.boot_clock import BootClock
 from mavlink.autopilot.command_client import ACCEPTED, DROPPED, SILENT, CommandClient, OnResult, result_text
 from mavlink.autopilot.connection import AutopilotConnection, FramePort, message_rates
 from mavlink.autopilot.gps_input import gps_input_fields, is_usable_fix, usbl_fix
-from mavlink.autopilot.guided_mode_controller import GuidedGoal, ModeController
+from mavlink.autopilot.guided_goal import GuidedGoal
+from mavlink.autopilot.guided_mode_controller import ModeController
 from mavlink.autopilot.health import CRITICAL, NAVIGATION, SensorHealth, describe_autopilot
+from mavlink.autopilot.heartbeat import HeartbeatWatch
 from mavlink.autopilot.leg import ArrivalTolerance, Leg, ReportedPosition, path_height_above_home
 from mavlink.autopilot.leg_progress import LegProgress
 from mavlink.autopilot.mission_builder import LandingApproach, MissionBuilder, choose_landing_approach
@@ -32,6 +34,7 @@ __all__ = [
     "CommandClient",
     "FramePort",
     "GuidedGoal",
+    "HeartbeatWatch",
     "LandingApproach",
     "Leg",
     "LegProgress",

@@ -17,7 +17,7 @@ from mavlink import (
     split,
 )
 from mavlink.autopilot.command_client import ACCEPTED, CommandClient
-from mavlink.autopilot.vehicle_modes import PX4
+from mavlink.autopilot.vehicle_modes import PX4, SUBMARINE
 
 COMPONENT = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
 ONBOARD_CONTROLLER, ACTIVE = 18, 4  # MAV_TYPE, MAV_STATE
@@ -33,13 +33,18 @@ SOURCE_TIMEOUT = 3.0  # s; an autopilot that was heard from a port since then is
 Rates = Mapping[str, float]
 
 
-def message_rates(autopilot: int, attitude: float, position: float, sensors: float) -> Rates:
-    """The messages to ask an autopilot of this MAV_AUTOPILOT for, and their rates (Hz)."""
-    imu, wind = ("HIGHRES_IMU", "WIND_COV") if autopilot == PX4 else ("RAW_IMU", "WIND")
+def message_rates(autopilot: int, kind: int, attitude: float, position: float, sensors: float) -> Rates:
+    """The messages to ask an autopilot of this MAV_AUTOPILOT and MAV_TYPE for, and their rates (Hz).
+
+    A submarine is asked for nothing that ArduSub 4.5 lacks: by a request for WIND its simulation ends (`AP_HAL::panic`
+    in `GCS_MAVLINK::try_send_message`).
+    """
+    imu = "HIGHRES_IMU" if autopilot == PX4 else "RAW_IMU"
+    own = ("WIND_COV",) if autopilot == PX4 else () if kind == SUBMARINE else ("WIND", "POSITION_TARGET_GLOBAL_INT")
     rates = {"ATTITUDE": attitude, "GLOBAL_POSITION_INT": position, "SYS_STATUS": 2.0}
     rates |= dict.fromkeys(("GPS_RAW_INT", "VFR_HUD", imu, "DISTANCE_SENSOR"), sensors)
     slow = ("EXTENDED_SYS_STATE", "SYSTEM_TIME", "BATTERY_STATUS", "SCALED_PRESSURE", "SCALED_PRESSURE2")
-    return {**rates, **dict.fromkeys((*slow, wind, "MISSION_CURRENT"), 1.0)}
+    return {**rates, **dict.fromkeys((*slow, *own, "MISSION_CURRENT"), 1.0)}
 
 
 class FramePort(Protocol):

@@ -2,40 +2,24 @@
 
 import math
 from collections.abc import Callable, Sequence
-from enum import Enum, auto
 
 from mavlink import Fields
 from mavlink.autopilot.command_client import ACCEPTED, result_text
-from mavlink.autopilot.leg import Leg, ReportedPosition
+from mavlink.autopilot.guided_goal import LEADING, GuidedGoal
+from mavlink.autopilot.leg import Leg, ReportedPosition, is_airborne
+from mavlink.autopilot.leg_speed import LegSpeed
 from mavlink.autopilot.mission_client import MissionClient
-from mavlink.autopilot.setpoints import CommandMessage, command_message, leg_command, position_target, speed_command
+from mavlink.autopilot.position_targets import PositionTargets
+from mavlink.autopilot.setpoints import CommandMessage, command_message, leg_command, offboard_setpoint
 from mavlink.autopilot.vehicle_modes import SteeredVehicle
 
 SET_MODE, ARM, TAKEOFF, MISSION_START = 176, 400, 22, 300  # MAV_CMD
 CUSTOM_MODE = 1
 RETRY, TRIES = 1.5, 3  # s
-AIRBORNE = 1.0  # m above home; higher, it is in the air
-PLANE_AIRBORNE = 15.0  # m; higher, a plane has taken off
 POSITION_TARGET = "SET_POSITION_TARGET_GLOBAL_INT"
-IN_AIR = 2  # MAV_LANDED_STATE
-LATE = 3.0  # s in which an autopilot tells again how far it has come with its mission
 WARM_UP = 1.0  # s of setpoints before PX4 is asked to follow them
 
 SendCommand = Callable[[str, Fields, Callable[[int], object]], object]
-
-
-class GuidedGoal(Enum):
-    """What the controller has to do; ENDS is what follows an Abort, or a long time without a maneuver."""
-
-    NONE = auto()
-    HOLD = auto()
-    ENDS = auto()
-    GO = auto()
-    TAKE_OFF = auto()
-    LAND = auto()
-
-
-LEADING = (GuidedGoal.GO, GuidedGoal.TAKE_OFF, GuidedGoal.LAND)
 
 
 class ModeController:
@@ -58,6 +42,7 @@ class ModeController:
     ) -> None:
         self._send_command, self._send_message = send_command, send
         self._warn, self._reason, self.missions = warn, reason, missions
+        self.targets, self._speed = PositionTargets(), LegSpeed()
         self.vehicle: SteeredVehicle | None = None
         self.mode, self.armed, self.landed_state = -1, False, 0
         self.position: ReportedPosition | None = None
@@ -81,6 +66,8 @@ class ModeController:
     def follow(self, leg: Leg, now: float) -> None:
         """Carry out a leg."""
         self.leg, self.error = leg, ""
+        self.targets.restart()
+        self._speed.restart(leg.speed)
         self._begin(GuidedGoal.TAKE_OFF if leg.takes_off else GuidedGoal.LAND if leg.lands else GuidedGoal.GO, now)
 
     def hold_position(self, now: float) -> None:
@@ -143,9 +130,9 @@ class ModeController:
 
     def _begin(self, goal: GuidedGoal, now: float) -> None:
         self.goal, self.since = goal, now
-        self._sent = self._sped = self._asked = self._is_taken_over = self._had_arms = self._yields = False
+        self._sent = self._asked = self._is_taken_over = self._had_arms = self._yields = False
         self._reached: int | None = None
-        self._streams_since = self._left = math.inf
+        self._streams_since = math.inf
         self._tries, self._due = 0, -math.inf
         self._asked_for: tuple[float, ...] = ()
         self._number += 1
@@ -161,27 +148,40 @@ class ModeController:
             self._arm(now, 0)
             return
         else:
-            ways = {"return": vehicle.back, "land": vehicle.land, "disarm": vehicle.land}
-            wanted = ways.get(self._ending) or (vehicle.back if self._ending == "land" and vehicle.flies else None)
-            wanted = wanted or self._hold(vehicle)
+            wanted = self._end(vehicle)
         if self._reached is not None and self.mode != wanted:
             self._warn("another mode was chosen: Shoal does not steer now")
             self._begin(GuidedGoal.NONE, now)
             return
         self._enter_mode(now, wanted)
 
+    def _end(self, vehicle: SteeredVehicle) -> int:
+        """The mode that ends a flight."""
+        if self._ending == "hold":
+            return self._hold(vehicle)
+        if self._ending != "return" and vehicle.land is not None:
+            return vehicle.land
+        if self._ending == "return" or vehicle.flies:
+            return self._unless_refused(vehicle.back, vehicle.land)
+        return self._hold(vehicle)
+
     def _hold(self, vehicle: SteeredVehicle) -> int:
-        """The mode that holds; another one once it has been refused, as without a position."""
-        if self._tries >= TRIES and vehicle.instead is not None and not self._yields:
+        return self._unless_refused(vehicle.hold, vehicle.instead)
+
+    def _unless_refused(self, wanted: int, instead: int | None) -> int:
+        """A mode; another one once it has been refused, as without a position."""
+        if self._tries >= TRIES and instead is not None and not self._yields:
             self._yields, self._tries = True, 0
-        return vehicle.instead if self._yields and vehicle.instead is not None else vehicle.hold
+        return instead if self._yields and instead is not None else wanted
 
     def _follow_leg(self, vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition, now: float) -> None:
         if self.goal is GuidedGoal.LAND and not self.armed:
             leg.near = True
         elif leg.item is not None:
             self._fly_mission(vehicle, leg, now)
-        elif self.goal is GuidedGoal.TAKE_OFF and not self._is_airborne(vehicle, at):
+        elif self.goal is GuidedGoal.TAKE_OFF and not (
+            self.armed and is_airborne(vehicle, at, sent=self._sent, landed_state=self.landed_state)
+        ):
             self._take_off(vehicle, leg, at, now)
         elif self.goal is GuidedGoal.LAND and leg.arrived:
             self._land(vehicle, now)
@@ -197,6 +197,7 @@ class ModeController:
     def _fly_mission(self, vehicle: SteeredVehicle, leg: Leg, now: float) -> None:
         """Let the autopilot carry out the mission in its memory from a leg on; it goes on to the next by itself."""
         missions, starts = self.missions, self.goal is GuidedGoal.TAKE_OFF
+        left = self._reached == vehicle.mission and self.mode in (vehicle.hold, vehicle.back)
         if leg.near or missions.busy:
             return
         if not missions.ready:
@@ -208,22 +209,10 @@ class ModeController:
         elif not self.armed and not vehicle.roams:  # ArduPilot's copters are not armed in AUTO
             if self._enter_mode(now, vehicle.mission if vehicle.px4 else vehicle.arming_mode):
                 self._arm(now, 1)
-        elif self._may_be_over(vehicle, now):
+        elif missions.may_be_over(now, left=left):
             return
         elif self._enter_mode(now, vehicle.mission) and self._arm(now, 1) and starts and not self._sent:
             self._command(command_message("the mission", MISSION_START, (0.0, 0.0)))
-
-    def _may_be_over(self, vehicle: SteeredVehicle, now: float) -> bool:
-        """Whether it has left the mission at its last item just now: that it has done it may not be told yet, or lost.
-
-        Autopilots hold or return by themselves after a mission.
-        """
-        left = self._reached == vehicle.mission and self.mode in (vehicle.hold, vehicle.back)
-        if not left or self.missions.current < len(self.missions.items) - 1:
-            self._left = math.inf
-            return False
-        self._left = min(self._left, now)
-        return now - self._left < LATE
 
     def _stream(self, vehicle: SteeredVehicle, now: float) -> None:
         """Send setpoints while PX4 is led, or still follows them: it takes an end of the stream for a failure."""
@@ -232,21 +221,13 @@ class ModeController:
             self._streams_since = math.inf
             return
         self._streams_since = min(self._streams_since, now)
-        self._send_message(POSITION_TARGET, position_target(vehicle, self.leg if led else None, self.position))
+        self._send_message(POSITION_TARGET, offboard_setpoint(self.leg if led else None, self.position))
 
     def _other_modes(self, vehicle: SteeredVehicle, leg: Leg) -> Sequence[int]:
         """Other modes in which the leg may be: those into which the autopilot goes by itself."""
         after = [vehicle.takeoff] if self.goal is GuidedGoal.TAKE_OFF and self._sent else []
         around = [vehicle.orbit] if leg.radius and self._sent else []
         return [mode for mode in (*after, *around) if mode is not None]
-
-    def _is_airborne(self, vehicle: SteeredVehicle, at: ReportedPosition) -> bool:
-        """Whether a takeoff needs no command of its own: it is in the air already, and did not take off just now."""
-        if not self.armed:
-            return False
-        if vehicle.roams:
-            return at.above_home > PLANE_AIRBORNE
-        return not self._sent and (at.above_home > AIRBORNE or self.landed_state == IN_AIR)
 
     def _take_off(self, vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition, now: float) -> None:
         if self._sent and not self.armed:
@@ -270,16 +251,31 @@ class ModeController:
             self._enter_mode(now, vehicle.land)
 
     def _go_to(self, vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition, now: float) -> None:
-        if not self._sped and (vehicle.targets or vehicle.roams) and not vehicle.offboard:
-            self._sped = True
-            self._send(speed_command(vehicle, leg.speed), final=False, aloud=True)
-            if not vehicle.targets:
-                return
+        """Send the target, then its speed: some autopilots lose, or refuse, a speed that comes first."""
+        if vehicle.offboard:
+            return
         if vehicle.targets:
-            if not vehicle.offboard:
-                self._send_message(POSITION_TARGET, position_target(vehicle, leg, at))
+            target = self.targets.due(vehicle, leg, at, now)
+            if target is not None:
+                self._send_message(POSITION_TARGET, target)
         elif not self._sent:
             self._command(leg_command(vehicle, leg, at))
+            if vehicle.px4:
+                self._speed.settle("", now)  # the command has it
+            return
+        command = self._speed.command(vehicle, leg, at, now)
+        if command is not None:
+            self._send(command, lambda reason: self._on_speed(reason, now))
+        if self._speed.warning:
+            self._warn(self._speed.warning)
+            self._speed.warning = ""
+        if self._speed.error:
+            self.fail(self._speed.error)
+
+    def _on_speed(self, reason: str, now: float) -> None:
+        self._speed.settle(reason, now)
+        if reason:
+            self.targets.repeat()  # Rover takes a speed only with a target
 
     def _enter_mode(self, now: float, wanted: int, *also: int) -> bool:
         """Whether it is in the wanted mode; asks for it, if not."""
@@ -315,27 +311,29 @@ class ModeController:
             return
         self._tries += 1
         self._due = now + RETRY
-        self._send(command_message(what, number, values), final=self._tries == TRIES)
+        final = self._tries == TRIES
+        self._send(command_message(what, number, values), lambda reason: self._on_refusal(reason) if final else None)
 
     def _command(self, command: CommandMessage) -> None:
         """Give a command once; a leg that the autopilot refuses is given up."""
         self._sent = True
-        self._send(command, final=True)
+        self._send(command, self._on_refusal)
 
-    def _send(self, command: CommandMessage, *, final: bool, aloud: bool = False) -> None:
+    def _on_refusal(self, reason: str) -> None:
+        if reason and self.is_following_leg:
+            self.fail(reason)
+        elif reason:
+            self._warn(reason)
+
+    def _send(self, command: CommandMessage, then: Callable[[str], object]) -> None:
+        """Send a command, and call with "" or the reason for which it was refused, unless its goal is over by then."""
         self._asked, number = True, self._number
 
         def settle(result: int) -> None:
-            if number != self._number:  # about a goal that is over
+            if number != self._number:
                 return
             self._asked = False
-            if result == ACCEPTED:
-                return
-            reason = f"{command.what} was {result_text(result)}{self._with_reason()}"
-            if final and self.is_following_leg:
-                self.fail(reason)
-            elif final or aloud:
-                self._warn(reason)
+            then("" if result == ACCEPTED else f"{command.what} was {result_text(result)}{self._with_reason()}")
 
         self._send_command(command.message, command.fields, settle)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import imc
 from autonomy.guidance import PathProgress, Track, is_valid_path, progress
+from mavlink.autopilot.vehicle_modes import SteeredVehicle
 from support.rotations import wrap
 from support.wgs84 import displace, displacement
 
@@ -24,11 +25,19 @@ SLOWEST = 0.2  # m/s; least speed for an ETA and for a course
 LEAD = 2.0  # s that the target is ahead on a circle
 LARGEST_LEAD = math.radians(40.0)
 ON_CIRCLE = 2.0  # m, or a quarter of the radius
+CORRECTION = 0.02  # of the error of the radius, with each target
+LARGEST_CORRECTION = 0.35  # of the radius
+AIRBORNE = 1.0  # m above home; higher, it is in the air
+PLANE_AIRBORNE = 15.0  # m; higher, a plane has taken off
+IN_AIR = 2  # MAV_LANDED_STATE
 
 
 @dataclass(frozen=True, slots=True)
 class ReportedPosition:
-    """Where an autopilot says it is: position (rad), heights (m) above the sea and above home, motion (m/s, rad)."""
+    """Where an autopilot says it is: position (rad), heights (m) above the sea and above home, motion (m/s, rad).
+
+    airspeed: m/s, not a number if it is unknown.
+    """
 
     lat: float
     lon: float
@@ -38,6 +47,7 @@ class ReportedPosition:
     vy: float = 0.0
     vz: float = 0.0
     psi: float = 0.0
+    airspeed: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +56,13 @@ class ArrivalTolerance:
 
     horizontal: float
     vertical: float
+
+
+def is_airborne(vehicle: SteeredVehicle, at: ReportedPosition, *, sent: bool, landed_state: int) -> bool:
+    """Whether a takeoff needs no command of its own (`sent`): it is in the air, and did not take off just now."""
+    if vehicle.roams:
+        return at.above_home > PLANE_AIRBORNE
+    return not sent and (at.above_home > AIRBORNE or landed_state == IN_AIR)
 
 
 def path_height_above_home(
@@ -85,6 +102,7 @@ class Leg:
         self.item: int | None = None  # of the mission in the autopilot's memory
         self.start = 0  # the item to begin with, for those that come before it
         self._origin = at.lat, at.lon
+        self._correction = 0.0  # m by which the targets are outside the circle
         self._track = Track((0.0, 0.0), self._offset(self.lat, self.lon))
         if self._track.length > LONGEST:
             raise ValueError(f"the desired path is longer than {LONGEST / 1000:g} km")
@@ -112,16 +130,23 @@ class Leg:
         self.near = not self.lands and not self.radius
         return before != self.near
 
-    def steering_target(self, at: ReportedPosition, lead: float = LEAD) -> tuple[float, float]:
-        """Where to send the vehicle now (rad): the end, or a point on the circle that is `lead` s ahead.
+    def steering_target(self, at: ReportedPosition) -> tuple[float, float]:
+        """Where to send the vehicle now (rad): the end, or a point that moves ahead on the circle."""
+        return self._ahead_on_circle(at, LEAD) if self.radius else (self.lat, self.lon)
 
-        The point is farther out than the circle: who always heads for it moves on the circle itself.
+    def _ahead_on_circle(self, at: ReportedPosition, lead: float, *, tangential: bool = False) -> tuple[float, float]:
+        """A point that is `lead` s ahead on the circle, farther out or in by what was missed so far.
+
+        tangential: for one that always heads for it; others are carried out as far as these would cut the corner.
         """
-        if not self.radius:
-            return self.lat, self.lon
-        turn = min(LARGEST_LEAD, lead * self.speed / self.radius)
         north, east, _ = displacement(self.lat, self.lon, 0.0, at.lat, at.lon, 0.0)
-        angle, out = math.atan2(east, north) + self.side * turn, self.radius / math.cos(turn)
+        if self.loitering:
+            most = LARGEST_CORRECTION * self.radius
+            missed = self.radius - math.hypot(north, east)
+            self._correction = max(-most, min(most, self._correction + CORRECTION * missed))
+        turn = min(LARGEST_LEAD, lead * self.speed / self.radius)
+        angle = math.atan2(east, north) + self.side * turn
+        out = self.radius / (math.cos(turn) if tangential else 1.0) + self._correction
         return displace(self.lat, self.lon, 0.0, out * math.cos(angle), out * math.sin(angle))[:2]
 
     def point_ahead(self, at: ReportedPosition, lead: float) -> tuple[float, float]:
@@ -130,7 +155,7 @@ class Leg:
         Who is always sent there goes at the speed of the leg, if it approaches by 1/lead of the distance each second.
         """
         if self.radius:
-            return self.steering_target(at, lead)
+            return self._ahead_on_circle(at, lead, tangential=True)
         track = self._track
         along = progress(track, self._offset(at.lat, at.lon), 0.0, 0.0, 0.0).x + lead * self.speed
         if along >= track.length:

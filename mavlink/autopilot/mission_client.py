@@ -10,6 +10,7 @@ from mavlink import Fields
 from mavlink.missions import Item, MissionCommand, MissionResult
 
 PATIENCE, TRIES = 1.5, 5  # s without an answer, after which the last message is sent again; how often
+LATE = 3.0  # s in which an autopilot tells again how far it has come
 REDIRECT_PERIOD = 1.0  # s between two requests to go on at another item
 SAME_HEIGHT = 0.02  # m; ArduPilot keeps centimeters
 FRAMES = {5: 0, 6: 3, 11: 10}  # MAV_FRAME of integers -> the one that older autopilots return
@@ -64,6 +65,7 @@ class MissionClient:
     _total: int = UNKNOWN_TOTAL
     _redirected_at: float = -math.inf
     _unsure: bool = False
+    _left_at: float = math.inf
 
     @property
     def busy(self) -> bool:
@@ -106,6 +108,17 @@ class MissionClient:
             self._continue_upload(name, values, now)
         elif self.phase is MissionPhase.READING:
             self._continue_download(name, values, now)
+
+    def may_be_over(self, now: float, *, left: bool) -> bool:
+        """Whether an autopilot that has left its mission just now may have done it: what says so may be lost, or late.
+
+        Autopilots hold or return by themselves after the last item.
+        """
+        if not left or self.current < len(self.items) - 1:
+            self._left_at = math.inf
+            return False
+        self._left_at = min(self._left_at, now)
+        return now - self._left_at < LATE
 
     def tick(self, now: float) -> None:
         """Send again what was not answered."""

@@ -1,4 +1,4 @@
-"""Where an autopilot is sent, as messages: targets in a stream, or one command for a leg."""
+"""Where an autopilot is sent, as messages: setpoints in a stream, or one command for a leg."""
 
 import math
 from collections.abc import Sequence
@@ -30,13 +30,17 @@ def command_message(what: str, number: int, values: Sequence[float], place: Fiel
     return CommandMessage(what, message, {"command": number, **numbered, **(place or {})})
 
 
-def position_target(vehicle: SteeredVehicle, leg: Leg | None, at: ReportedPosition) -> Fields:
-    """SET_POSITION_TARGET_GLOBAL_INT for a leg now; without one, the place where it is."""
+def offboard_setpoint(leg: Leg | None, at: ReportedPosition) -> Fields:
+    """The setpoint of PX4's OFFBOARD for a leg now; without one, the place where it is."""
     if leg is None:
         (lat, lon), height = (at.lat, at.lon), at.above_home
     else:
-        lat, lon = leg.point_ahead(at, LEAD_OFFBOARD) if vehicle.offboard else leg.steering_target(at)
-        height = leg.height
+        (lat, lon), height = leg.point_ahead(at, LEAD_OFFBOARD), leg.height
+    return position_target(lat, lon, height)
+
+
+def position_target(lat: float, lon: float, height: float) -> Fields:
+    """SET_POSITION_TARGET_GLOBAL_INT for a place (rad) and a height (m) above home."""
     place = {"lat_int": degrees_e7(lat), "lon_int": degrees_e7(lon), "alt": height}
     return {"coordinate_frame": RELATIVE, "type_mask": ONLY_POSITION, **place}
 

@@ -42,6 +42,7 @@ class Telemetry:
         self._translator = AutopilotTranslator(dialect)
         self._received_at: dict[str, float] = {}
         self._above_sea = 0.0  # of home
+        self._airspeed = math.nan
         self._latest = -math.inf  # time of a state
 
     def set_vehicle_type(self, kind: int, *, flies: bool) -> None:
@@ -68,6 +69,8 @@ class Telemetry:
         if name == "GLOBAL_POSITION_INT" and not self._note_place(values):
             return
         self._received_at[name] = now
+        if name == "VFR_HUD":
+            self._airspeed = values["airspeed"] if values["airspeed"] > 0.0 else math.nan
         if name == "DISTANCE_SENSOR" and values["orientation"] != DOWN:
             return  # what is ahead is no altitude
         if name == "STATUSTEXT" and values["severity"] <= WARNING and not values["chunk_seq"]:
@@ -119,7 +122,8 @@ class Telemetry:
     def _placed(self, state: imc.EstimatedState) -> imc.EstimatedState:
         """The state with the heights of Shoal: above the ellipsoid, and for an aircraft above the start."""
         amsl, above = state.height, state.height - self._above_sea
-        self.position = ReportedPosition(state.lat, state.lon, amsl, above, state.vx, state.vy, state.vz, state.psi)
+        motion = state.vx, state.vy, state.vz, state.psi, self._airspeed
+        self.position = ReportedPosition(state.lat, state.lon, amsl, above, *motion)
         if self.flies and state.alt < 0.0:
             state = state.replace(alt=max(0.0, above))
         return state.replace(height=amsl + self.undulation)

@@ -31,6 +31,7 @@ class SteeredVehicle:
     instead: int | None = None
     flies: bool = False
     targets: bool = True
+    replans: bool = False
     offboard: bool = False
     roams: bool = False
     orbit: int | None = None
@@ -53,7 +54,7 @@ FIXED_WING = SteeredVehicle(
 )
 CAR = SteeredVehicle("rover", guided=15, hold=4, back=11, mission=10)
 VESSEL = SteeredVehicle("boat", guided=15, hold=5, back=11, mission=10, instead=4)  # LOITER: in HOLD it drifts
-SUB = SteeredVehicle("submarine", guided=4, hold=16, back=9, mission=3, instead=2)  # it comes up where it is
+SUB = SteeredVehicle("submarine", guided=4, hold=16, back=9, mission=3, instead=2, replans=True)  # 9: SURFACE
 
 
 def steered_vehicle(autopilot: int, kind: int, *, offboard: bool = False) -> SteeredVehicle | None:

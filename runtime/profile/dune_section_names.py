@@ -40,6 +40,7 @@ GENERAL = {
     "Absolute Maximum Depth": ("m", "Maximum depth of the vehicle."),
     "Absolute Minimum Altitude": ("m", "Minimum altitude of the vehicle."),
     "Absolute Maximum Altitude": ("m", "Maximum altitude of an aerial vehicle."),
+    "Longest Radio Gap": ("s", "How long the autopilot that is the body may be silent until a plan ends; at least 3."),
     "Underwater Depth Threshold": ("m", "Depth beyond which the vehicle counts as under water."),
     "Maximum Underwater RPMs": ("rpm", "Highest speed of the motor under water."),
     "Maximum Absolute Speed": ("m/s", "Highest speed of the vehicle."),

@@ -33,7 +33,12 @@ class Failsafe(Task):
         "What must not fall silent, once heard; `Name: LOOP LOOP` only while one of these control loops is enabled.",
         editable=False,
     )
-    silence_timeout: float = param(3.0, "s", "Longest time without a required message.", minimum=0.5)
+    silence_timeout: float = param(
+        3.0,
+        "s",
+        "Longest time without a required message, unless `[General] Longest Radio Gap` is longer.",
+        minimum=0.5,
+    )
     thrusters: list[int] = param([], "1", "Thrusters to stop; none if the vehicle must not stop them.")
     servos: list[int] = param([], "1", "Servos to turn to the middle.")
     depth_margin: float = param(0.5, "m", "How much deeper than the limit the depth sensor may measure.", minimum=0)
@@ -48,6 +53,7 @@ class Failsafe(Task):
         self._required = dict(map(_requirement, self.required_messages))
         number = partial(general_number, self.vehicle.profile)
         self._own = OperatingLimits.from_options(number, deepest=math.inf)
+        self._gap = number("Longest Radio Gap", 0.0)
         self._surface = general_number(self.vehicle.profile, "Underwater Depth Threshold", 0.3)
 
     def subscribe_handlers(self) -> None:
@@ -109,7 +115,8 @@ class Failsafe(Task):
 
     def _faults(self) -> str:
         """What is wrong; empty if nothing is."""
-        most = self.silence_timeout * self.execution_frequency
+        longest = max(self.silence_timeout, self._gap)
+        most = longest * self.execution_frequency
         found: list[str] = []
         for name, loops in self._required.items():
             if loops and not self._loops & loops:
@@ -117,7 +124,7 @@ class Failsafe(Task):
             elif loops or name in self._missed:
                 self._missed[name] = self._missed.get(name, 0) + 1
                 if self._missed[name] > most:
-                    found.append(f"no {name} for {self.silence_timeout:g} s")
+                    found.append(f"no {name} for {longest:g} s")
         if self._too_deep:
             sensor = f" ({self._sensor})" if self._sensor else ""
             found.append(f"depth {self._depth:.1f} m{sensor} is deeper than the limit of {self._limit:g} m")

@@ -14,6 +14,7 @@ from mavlink.autopilot import (
     ArrivalTolerance,
     AutopilotConnection,
     GuidedGoal,
+    HeartbeatWatch,
     Leg,
     LegProgress,
     MissionBuilder,
@@ -33,21 +34,21 @@ from mavlink.autopilot import (
     usbl_fix,
 )
 from mavlink.translate import ENTITIES
-from runtime import ParameterError, State, Task, consume, expect, param, periodic
+from runtime import ParameterError, State, consume, expect, periodic
 from runtime.vehicle import general_number
 from tasks.control.autopilot.autopilot_connection_url import open_device, parse_address
+from tasks.control.autopilot.autopilot_parameters import AutopilotTask
 
 Loops = imc.CLoopsMask
 Status = imc.ArmingState.State
 REPEAT = 5.0  # s after which messages that do not come are asked for again
 TICK = 5.0  # Hz; how often targets are sent
-STALE = 2.0 / 3.0  # of Input Timeout; an older position is none
 FORGOTTEN = 10.0  # s after which a health that is not repeated is unknown
 USBL = "USBL"
 PATH_CONTROL = "Path Control"  # the entity that shows whether a path can be followed
 
 
-class MAVLink(Task):
+class MAVLink(AutopilotTask):
     """Makes an autopilot the body of the vehicle: its measurements become messages, and it follows DesiredPath.
 
     While the loop PATH is enabled, each path becomes targets for ArduPilot's GUIDED mode or PX4's OFFBOARD, or a
@@ -56,55 +57,8 @@ class MAVLink(Task):
     holds; after an Abort, or for an aircraft after `Idle Timeout`, it does what `Ending` says.
     """
 
-    external = True
-    requires = "mavlink"
-
-    address: str = param(
-        "udpin://127.0.0.1:14560",
-        "",
-        "Where it is: udpin://, udpout://, tcpout://HOST:PORT or serial:///DEVICE?baud=.",
-        editable=False,
-    )
-    autopilot_id: int = param(
-        0, "1", "MAVLink system id of the autopilot; 0 is the first that is heard.", minimum=0, maximum=255,
-        editable=False,
-    )  # fmt: skip
-    input_timeout: float = param(3.0, "s", "Without HEARTBEAT for this time the autopilot is lost.", minimum=1.5)
-    attitude_rate: float = param(10.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
-    position_rate: float = param(5.0, "Hz", "Rate of positions.", minimum=1, maximum=50)
-    sensor_rate: float = param(2.0, "Hz", "Rate of GpsFix and of other measurements.", minimum=0.1, maximum=50)
-    geoid_undulation: float = param(
-        0.0, "m", "Height of the geoid above the ellipsoid.", minimum=-120, maximum=100, editable=False
-    )
-    near_radius: float = param(
-        2.0, "m", "A path is done within this distance of its end.", name="Radius To Endpoint", minimum=0.1
-    )
-    height_tolerance: float = param(0.4, "m", "A path is done within this distance of its height.", minimum=0.1)
-    ending: str = param("hold", "", "What it does after an Abort.", choices=("hold", "return", "land", "disarm"))
-    idle_timeout: float = param(
-        60.0, "s", "An aircraft ends its flight after this time without a maneuver; 0 for never.", minimum=0
-    )
-
-    px4_guidance: str = param(
-        "hold", "", "How PX4 is led: by commands in its mode hold, or by a stream of setpoints in offboard.",
-        name="PX4 Guidance", choices=("hold", "offboard"), editable=False,
-    )  # fmt: skip
-    uploads: bool = param(
-        False, "", "Whether each plan is put into the autopilot's memory, and goes on if this computer fails.",
-        name="Plans In Memory", editable=False,
-    )  # fmt: skip
-    approach_length: float = param(400.0, "m", "Length of a plane's straight way down.", minimum=50, maximum=5000)
-    approach_height: float = param(30.0, "m", "Height at its beginning, above home.", minimum=5, maximum=500)
-    landing_course: float = param(
-        -1.0, "°", "Course of a plane that lands, such as that of a runway; -1 is against the wind.", minimum=-1,
-        maximum=360,
-    )  # fmt: skip
-    aiding_entity: str = param(
-        "", "", "Entity whose GpsFix, or USBL fixes of this vehicle if it is USBL, are the autopilot's GPS.",
-        editable=False,
-    )  # fmt: skip
-
     def configure(self) -> None:
+        super().configure()
         try:
             self._where = parse_address(self.address)
             self._key = read_key(Path(self._where.key).expanduser()) if self._where.key else b""
@@ -115,12 +69,13 @@ class MAVLink(Task):
 
     def start(self) -> None:
         dialect = load_dialect()
-        self._telemetry = Telemetry(dialect, self.geoid_undulation, STALE * self.input_timeout)
+        self._telemetry = Telemetry(dialect, self.geoid_undulation, self.position_timeout)
         self._sensors = SensorHealth(self._show)
         self._loops = EnabledLoops(Loops.PATH)
         self._limit = math.inf
-        self._beaten = self._asked = -math.inf
-        self._lost = self._critical = False
+        self._asked = -math.inf
+        self._critical = False
+        self._heartbeat = HeartbeatWatch()
         self._wind: imc.EstimatedStreamVelocity | None = None
         self._progress = LegProgress()
         self.device = open_device(self, self._where, self.receive)
@@ -163,14 +118,17 @@ class MAVLink(Task):
             self.controller.landed_state = values["landed_state"]
         elif name == "SYS_STATUS":
             self._sensors.receive(values)
+        elif name == "POSITION_TARGET_GLOBAL_INT":
+            lat, lon = (math.radians(values[f"{axis}_int"] / 1e7) for axis in ("lat", "lon"))
+            self.controller.targets.receive_shown(lat, lon, self.now)
         elif name.startswith("MISSION_") and ("target_system" not in values or self.connection.is_for_us(message)):
             self.controller.missions.receive(name, values, self.now)
         self._translate(message)
 
-    @expect(every="input_timeout")
+    @expect(every="longest_silence")
     def on_heartbeat(self, values: Mapping[str, int]) -> None:
         """Take a HEARTBEAT: mode and arming."""
-        controller, first = self.controller, self._beaten == -math.inf
+        controller, first = self.controller, self._heartbeat.at == -math.inf
         if first:
             offboard = self.px4_guidance == "offboard"
             vehicle = controller.vehicle = steered_vehicle(values["autopilot"], values["type"], offboard=offboard)
@@ -178,11 +136,12 @@ class MAVLink(Task):
             self._telemetry.set_vehicle_type(values["type"], flies=vehicle is not None and vehicle.flies)
             self.log.info(f"the autopilot is {self.connection.system}: {vehicle.name if vehicle else 'unknown'}")
         before = controller.mode, controller.armed
-        self._beaten = self.now
+        if self._heartbeat.is_late(self.now, self.position_timeout):
+            self.log.info(f"the autopilot was silent for {self.now - self._heartbeat.at:.1f} s")
+        returns = self._heartbeat.receive(self.now)
         controller.mode, controller.armed = values["custom_mode"], bool(values["base_mode"] & ARMED)
         self._critical = values["system_status"] in CRITICAL
-        if first or self._lost:
-            self._lost = False
+        if returns:
             controller.restore_goal_on_connection(controller.mode, controller.armed, self.now)
             self.connection.send_timesync(self.now_ns)
             self._request_messages()
@@ -289,7 +248,7 @@ class MAVLink(Task):
             self._aid(usbl_fix(fix, self.geoid_undulation))
 
     def _aid(self, fix: imc.GpsFix) -> None:
-        if self.connection.has_heard_autopilot and not self._lost and is_usable_fix(fix):
+        if self._heartbeat.heard and is_usable_fix(fix):
             self.connection.send("GPS_INPUT", gps_input_fields(fix, self.geoid_undulation, self.now))
 
     @consume(others=True)
@@ -305,11 +264,15 @@ class MAVLink(Task):
     @periodic(TICK)
     def check_timeouts(self) -> None:
         """Do what is due, and judge how the autopilot is."""
-        self.connection.commands.tick(self.now)
-        self.controller.missions.tick(self.now)
         controller, vehicle = self.controller, self.controller.vehicle
-        if self.connection.has_heard_autopilot and not self._lost and self.now - self._beaten > self.input_timeout:
+        if self._heartbeat.becomes_late(self.now, self.position_timeout) and controller.is_following_leg:
+            self.log.warning(f"the autopilot is silent: the plan waits for it, up to {self.longest_silence:g} s")
+        if self._heartbeat.becomes_lost(self.now, self.longest_silence):
             self._on_silence()
+        if self._is_late:
+            return
+        self.connection.commands.tick(self.now)
+        controller.missions.tick(self.now)
         idles = controller.goal is GuidedGoal.HOLD and vehicle is not None and vehicle.flies and controller.armed
         if idles and 0.0 < self.idle_timeout < self.now - controller.since:
             self.log.warning(f"no maneuver for {self.idle_timeout:g} s: {self.ending}")
@@ -320,7 +283,9 @@ class MAVLink(Task):
     def maintain_connection(self) -> None:
         """Tell that Shoal is there, compare the clocks, and ask again for what does not come."""
         self.connection.send_heartbeat()
-        if not self.connection.has_heard_autopilot or self._lost:
+        if self._is_late:
+            self.controller.position = None  # where it was is no place to steer from
+        if not self._heartbeat.heard or self._is_late:
             return
         self.connection.send_timesync(self.now_ns)
         if self._telemetry.is_message_overdue("SYS_STATUS", self.now, FORGOTTEN):
@@ -336,12 +301,17 @@ class MAVLink(Task):
 
     def _control(self) -> None:
         """Let the controller do what is next, and show how it is going."""
-        if self.connection.has_heard_autopilot and not self._lost:
+        if self._heartbeat.heard:
             self.controller.tick(self.now)
             error = self.controller.error
             self._show(PATH_CONTROL, State.ERROR if error else State.NORMAL, error or self.controller.goal.name.lower())
             if self.device.is_open:
                 self.set_entity_state(*self._described())
+
+    @property
+    def _is_late(self) -> bool:
+        """Whether the whole link is silent: then nothing is wrong with the position alone."""
+        return self._heartbeat.is_late(self.now, self.position_timeout)
 
     def _described(self) -> tuple[State, str]:
         controller, counts = self.controller, {**self.connection.counts, "unsound": self._telemetry.invalid}
@@ -350,11 +320,10 @@ class MAVLink(Task):
 
     def _on_silence(self) -> None:
         """The autopilot has fallen silent."""
-        self._lost = True
         self.controller.drop_leg_on_silence(self.now)
         self.connection.commands.cancel()
         self._mission_map.reset()
-        words = f"no HEARTBEAT of the autopilot for {self.input_timeout:g} s"
+        words = f"no HEARTBEAT of the autopilot for {self.longest_silence:g} s"
         self.log.error(words)
         self.set_entity_state(State.ERROR, words)
         for label, entity in self._parts.items():
@@ -364,7 +333,10 @@ class MAVLink(Task):
     def _request_messages(self) -> None:
         """Ask the autopilot for its messages."""
         self._asked = self.now
-        rates = message_rates(self.connection.autopilot, self.attitude_rate, self.position_rate, self.sensor_rate)
+        connection = self.connection
+        rates = message_rates(
+            connection.autopilot, connection.type, self.attitude_rate, self.position_rate, self.sensor_rate
+        )
         self.connection.request_messages(rates, self.now)
 
     def _show(self, label: str, state: State, words: str) -> None:

@@ -7,7 +7,7 @@ import pytest
 import imc
 from mavlink.autopilot.guided_mode_controller import POSITION_TARGET, WARM_UP, ModeController
 from mavlink.autopilot.leg import Leg, ReportedPosition
-from mavlink.autopilot.mission_client import MissionClient
+from mavlink.autopilot.mission_client import MissionClient, MissionPhase
 from mavlink.autopilot.vehicle_modes import ARDUPILOT, PX4, steered_vehicle
 
 HERE = ReportedPosition(0.7188, -0.1519, amsl=40.0, above_home=10.0)
@@ -75,11 +75,11 @@ def test_a_hold_that_is_refused_gives_way_to_one_that_needs_no_position(kind, ho
     assert line.words
 
 
-class Remembered:
+class Remembered(MissionClient):
     """A mission that is in the autopilot's memory already."""
 
-    busy, ready, error = False, True, ""
-    items, current = ("home", "there", "back"), 1
+    def __init__(self):
+        super().__init__(lambda *_: None, phase=MissionPhase.READY, items=("home", "there", "back"), current=1)
 
     def head_for(self, start, now):
         return True

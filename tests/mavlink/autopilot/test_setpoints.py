@@ -6,7 +6,7 @@ import pytest
 
 import imc
 from mavlink.autopilot.leg import Leg, ReportedPosition
-from mavlink.autopilot.setpoints import leg_command, position_target
+from mavlink.autopilot.setpoints import leg_command, offboard_setpoint
 from mavlink.autopilot.vehicle_modes import ARDUPILOT, PX4, steered_vehicle
 from support.wgs84 import displacement
 
@@ -27,14 +27,13 @@ def test_arduplane_gets_its_side_apart_from_the_radius_and_px4_with_it():
 
 
 def test_offboard_setpoints_move_ahead_at_the_speed_of_the_leg():
-    body = steered_vehicle(PX4, 2, offboard=True)
     leg = Leg(path(end_lat=HERE.lat + 100.0 / 6.37e6, speed=4.0), HERE, 10.0)
     north = 0.0
     for _ in range(100):  # PX4 approaches by 0.95/s of the distance
         lat = HERE.lat + north / 6.3596e6
-        fields = position_target(body, leg, ReportedPosition(lat, HERE.lon, 40.0, 10.0))
+        fields = offboard_setpoint(leg, ReportedPosition(lat, HERE.lon, 40.0, 10.0))
         away = displacement(lat, HERE.lon, 0.0, math.radians(fields["lat_int"] / 1e7), HERE.lon, 0.0)[0]
         north += 0.1 * 0.95 * away
     assert north == pytest.approx(40.0, rel=0.02)
-    here = position_target(body, None, HERE)
+    here = offboard_setpoint(None, HERE)
     assert (here["lat_int"], here["alt"]) == (round(math.degrees(HERE.lat) * 1e7), 10.0)

@@ -19,7 +19,11 @@ OPERATOR = imc.PlanControl
 SERIAL = "serial"
 
 
-PATIENT = ("Control.Autopilot.MAVLink:Input Timeout=60", "Supervisors.Failsafe:Silence Timeout=60")
+PATIENT = (
+    "Control.Autopilot.MAVLink:Input Timeout=60",
+    "Control.Autopilot.MAVLink:Position Timeout=40",
+    "Supervisors.Failsafe:Silence Timeout=60",
+)
 
 
 class Body:

@@ -10,7 +10,7 @@ BODIES = ("rover", "boat", "submarine", "plane")
 KINDS = ("copter", *BODIES, "px4", *(f"px4-{body}" for body in BODIES))
 
 
-def parse_options():
+def parse_options(arguments=None):
     parser = argparse.ArgumentParser()
     parser.add_argument("port", type=int)
     parser.add_argument("--kind", default="copter", choices=KINDS)
@@ -28,7 +28,7 @@ def parse_options():
     parser.add_argument("--serial", type=int, default=0, help="a file descriptor instead of the port")
     parser.add_argument("--diary", default="", help="a file for time, mode, arming and position, each second")
     parser.add_argument("--key", default="", help="signs, and wants signatures")
-    return parser.parse_args()
+    return parser.parse_args(arguments)
 
 
 def handle(a, line):
@@ -50,6 +50,8 @@ def handle(a, line):
         a.shift += float(rest[0])
     elif word == "refuse":
         a.refused[int(rest[0])] = int(rest[1])
+    elif word == "ignore":  # what it accepts, and does not do: speed, or the first of its targets
+        a.ignored[rest[0]] = int(rest[1]) if len(rest) > 1 else 0
     elif word == "deaf":
         a.deaf.add(int(rest[0]))
     elif word == "mumble":

@@ -71,6 +71,9 @@ class Store:
 
     def kept(self, m):
         """The values of MISSION_ITEM_INT as they are returned: ArduPilot's numbers are coarse."""
+        if m.seq == 0 and not self.px4:  # its home, whatever was sent
+            lat, lon, up = self.autopilot.home
+            return 0, WAYPOINT, 0, 1, 0.0, 0.0, 0.0, 0.0, round(1e7 * lat), round(1e7 * lon), up
         p = [m.param1, m.param2, m.param3, m.param4]
         frame, z = m.frame, m.z
         if not self.px4:

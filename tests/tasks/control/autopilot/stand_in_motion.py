@@ -10,6 +10,8 @@ TURNING = {"rover": 1.2, "boat": 0.5}  # rad/s
 BANK = math.radians(40.0)
 SLOWEST_FLIGHT, FASTEST_FLIGHT = 10.0, 25.0  # m/s
 ACCELERATION = {"copter": 3.0, "submarine": 0.7, "rover": 1.5, "boat": 0.8, "plane": 2.0}  # m/s²
+LAG = {"copter": 0.8, "rover": 1.2, "boat": 1.2}  # s by which the velocity follows what is wanted
+PLANNING = 0.3  # m/s², in which the speed of a submarine's new path grows
 CLIMB, DESCENT = 2.5, 1.5  # m/s
 NOISE = 0.03  # m, m/s and rad/10
 CURRENT = 0.1  # m/s to the east, for what floats without power
@@ -26,6 +28,7 @@ class Motion:
         self.at, self.velocity = [north, 0.0, 0.0], [0.0, 0.0, 0.0]
         self.heading = self.roll = self.pitch = self.airspeed = 0.0
         self.random = random.Random(1)
+        self.planned, self.asked = 0.0, (0.0, 0.0)
 
     @property
     def flies(self):
@@ -62,6 +65,14 @@ class Motion:
             wanted = (0.0, CURRENT if self.kind == "boat" else 0.0, -DESCENT if self.flying else 0.0)
             if self.kind == "submarine":
                 wanted = (0.0, 0.0, max(0.0, min(0.1, -self.at[2])))
+        if powered and self.kind in LAG:
+            share = min(1.0, dt / LAG[self.kind])
+            self.asked = tuple(a + share * (w - a) for a, w in zip(self.asked, wanted[:2], strict=True))
+            wanted = (*self.asked, wanted[2])
+        elif self.kind == "submarine":
+            self.planned += PLANNING * dt
+            share = min(1.0, self.planned / max(0.01, math.hypot(*wanted)))
+            wanted = tuple(share * w for w in wanted) if powered else wanted
         if self.kind in HOVERS or not powered:
             self._hover(dt, wanted)
         else:

@@ -148,7 +148,8 @@ def test_a_killed_autopilot_is_an_error_and_a_new_one_works(body):
 
 @pytest.mark.heavy
 def test_an_abort_lands_and_an_idle_copter_too(body):
-    copter = body("autopilot-copter", overrides=[*PATIENT, "Control.Autopilot.MAVLink:Idle Timeout=5"])
+    settings = "Control.Autopilot.MAVLink:Idle Timeout=5", "Control.Autopilot.MAVLink:Ending=land"
+    copter = body("autopilot-copter", overrides=[*PATIENT, *settings])
     flying(copter)
     copter.publish(imc.Abort())
     copter.wait(lambda: copter.modes[-1] == "LAND" and not copter.armed)

@@ -104,8 +104,18 @@ def test_a_single_message_that_is_unknown_changes_nothing_else():
     answers = [(0.1, frame("COMMAND_ACK", command=512))]
     answers += [(0.2 + 0.01 * n, frame("COMMAND_ACK", command=511, result=0 if n < 3 else 2)) for n in range(20)]
     run = heard(at(0.0), *answers, at(1.0))
-    assert len([m for m in sent(run, "COMMAND_LONG") if m.values["command"] == 511]) == 14
+    assert len([m for m in sent(run, "COMMAND_LONG") if m.values["command"] == 511]) == 15
     assert not sent(run, "REQUEST_DATA_STREAM")
+
+
+def test_a_submarine_is_never_asked_for_what_ends_its_simulation():
+    """ArduSub 4.5: WIND. What it was asked for in a recording of it, it knows."""
+    recorded = {30, 33, 1, 24, 74, 27, 132, 245, 2, 147, 29, 137, 42}
+    answers = [(0.1, frame("COMMAND_ACK", command=512))]
+    answers += [(0.2 + 0.01 * n, frame("COMMAND_ACK", command=511)) for n in range(20)]
+    run = heard((0.0, frame("HEARTBEAT", **{**BEAT, "type": 12})), *answers, (1.0, b""))
+    intervals = {m.values["param1"] for m in sent(run, "COMMAND_LONG") if m.values["command"] == 511}
+    assert intervals == recorded
 
 
 def test_messages_that_do_not_come_are_asked_for_again():

@@ -1,0 +1,17 @@
+"""What the controller of an autopilot has to do."""
+
+from enum import Enum, auto
+
+
+class GuidedGoal(Enum):
+    """What the controller has to do; ENDS is what follows an Abort, or a long time without a maneuver."""
+
+    NONE = auto()
+    HOLD = auto()
+    ENDS = auto()
+    GO = auto()
+    TAKE_OFF = auto()
+    LAND = auto()
+
+
+LEADING = (GuidedGoal.GO, GuidedGoal.TAKE_OFF, GuidedGoal.LAND)

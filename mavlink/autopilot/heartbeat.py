@@ -1,0 +1,43 @@
+"""Whether an autopilot is heard, late, or lost."""
+
+import math
+
+
+class HeartbeatWatch:
+    """The HEARTBEAT of an autopilot, at times (s).
+
+    It is late when none has come for `late` s: what was to be done waits. It is lost after `timeout` s.
+    """
+
+    def __init__(self) -> None:
+        self.at = -math.inf
+        self.lost = False
+        self._late_at = math.inf
+
+    @property
+    def heard(self) -> bool:
+        """Whether there was one, and it is not lost."""
+        return self.at > -math.inf and not self.lost
+
+    def receive(self, now: float) -> bool:
+        """Take one; True if it is the first, or the first after a loss."""
+        new, self.at = not self.heard, now
+        self.lost, self._late_at = False, math.inf
+        return new
+
+    def is_late(self, now: float, late: float) -> bool:
+        return self.heard and now - self.at > late
+
+    def becomes_late(self, now: float, late: float) -> bool:
+        """Whether it is late since this call."""
+        if not self.is_late(now, late) or self._late_at < math.inf:
+            return False
+        self._late_at = now
+        return True
+
+    def becomes_lost(self, now: float, timeout: float) -> bool:
+        """Whether it is lost since this call."""
+        if not self.heard or now - self.at <= timeout:
+            return False
+        self.lost = True
+        return True
