@@ -20,7 +20,7 @@ SAMPLES = 4  # across a pixel of a face: an edge is shaded in steps of a sixteen
 BLACK, WHITE = 0.04, 0.9  # reflectances
 THICK = 0.01  # m, of a board, by which the ground below it is never above it
 CHUNK = 32  # rows of a face that are drawn together
-TAG, GAP = 8, 2  # cells of a tag with its black border, and of the gap between tags
+BIT, TAG, GAP = 2, 20, 5  # cells of a bit, of a tag with Kalibr's black border of 2 bits, and of the gap between tags
 CODES = """
 21a146bab 92d18fe9b 7089014bb 193979e27 44153d3d7 35cd5b8cf a10ba56a0 2b874a608 b57fb8d44 4e20b5a64 61d897f2c
 ab3469ffc 594ca45c2 fa1c2d2e2 97c24b972 75928624a 1caafe99a 3236ddc16 884e527d6 5771a8c7e f52925b81 2e59cc1a1
@@ -57,7 +57,7 @@ def board_of_object(thing: WorldObject, spot: ObjectPosition, rise: float) -> Bo
     if thing.kind == CHESSBOARD:
         cells, cell = chessboard_cells(*thing.squares), thing.square_size
     else:
-        cells, cell = april_grid_cells(*thing.squares), thing.square_size / TAG
+        cells, cell = april_grid_cells(*thing.squares), thing.square_size / TAG  # `Square Size` is Kalibr's tagSize
     return Board(cells, cell, spot.north, spot.east, rise, spot.heading, thing.id)
 
 
@@ -77,9 +77,11 @@ def chessboard_cells(rows: int, columns: int) -> Floats:
 
 @cache
 def april_grid_cells(rows: int, columns: int) -> Floats:
-    """The cells of a grid of tags 36h11, 8 cells wide with their border of one cell, in gaps of 2, with a white margin.
+    """The cells of a grid of tags 36h11 as Kalibr's `aprilgrid`: TAG cells wide, with gaps of GAP and a white margin.
 
-    Small black squares fill the corners of the gaps, as in Kalibr's grid. Tag 0 is the first one of the first row.
+    `tagSize` is TAG cells, with the black border of 2 bits; `tagSpacing` is GAP / TAG = 0.25. Small black squares fill
+    the corners of the gaps. Tag 0 is the first one of the last row, at the lower left; numbers rise to the right, then
+    from row to row upwards. A cell is half a bit.
     Raises ValueError if there are not so many tags.
     """
     codes = CODES.split()
@@ -94,8 +96,8 @@ def april_grid_cells(rows: int, columns: int) -> Floats:
         row, column = divmod(number, columns)
         bits = np.array([c == "1" for c in f"{int(codes[number], 16):036b}"]).reshape(6, 6)
         tag = np.full((TAG, TAG), BLACK)
-        tag[1:-1, 1:-1][bits] = WHITE
-        top, left = 2 * GAP + row * pitch, 2 * GAP + column * pitch
+        tag[2 * BIT : -2 * BIT, 2 * BIT : -2 * BIT][bits.repeat(BIT, 0).repeat(BIT, 1)] = WHITE
+        top, left = 2 * GAP + (rows - 1 - row) * pitch, 2 * GAP + column * pitch
         cells[top : top + TAG, left : left + TAG] = tag
     return cells
 
