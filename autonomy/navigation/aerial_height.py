@@ -19,7 +19,7 @@ class AerialHeight:
     """`filter` has m below the reference; `timeout` (s) is how long the barometer may be silent.
 
     Two sources have to agree before the height follows one that jumps: a barometer that jumps while GPS does not keeps
-    the height, with another pressure of the ground.
+    the height, with another pressure of the ground. `now` in all methods is a time without stalls of the process.
     """
 
     def __init__(self, noise: float, timeout: float, acceleration: tuple[float, float]):
@@ -39,6 +39,11 @@ class AerialHeight:
         self.ground, self.pressed = ground, now
         self._falls, self._heights = JumpGate(FALLS, AGREEMENT), JumpGate(HEIGHTS, HEIGHT_AGREEMENT)
         self._offset = self._above = 0.0
+        self._is_unknown = False
+
+    def resume(self) -> None:
+        """Take the next pressure as it is: nobody knows how far the vehicle has climbed meanwhile."""
+        self._is_unknown = True
 
     @property
     def rejects_pressure(self) -> bool:
@@ -51,8 +56,11 @@ class AerialHeight:
         mean = self.barometer.mean
         if not mean.update():
             return ""
-        down, state = self.ground - mean.value[0], self.filter
-        variance, off = self._noise**2, down - state.position[0]
+        down, state, variance = self.ground - mean.value[0], self.filter, self._noise**2
+        if self._is_unknown:
+            self._is_unknown = False
+            state.reset((down,), variance)
+        off = down - state.position[0]
         limit = FALL + SIGMAS * math.sqrt(variance + state.variances[0])
         verdict = self._falls.evaluate(not abs(off) <= limit, off)
         if verdict is GateDecision.REJECTED:

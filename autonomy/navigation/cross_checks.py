@@ -44,6 +44,10 @@ class AttitudeCheck:
         """Whether the latest attitude was rejected."""
         return self._gate.rejected > 0
 
+    def resume(self) -> None:
+        """Take the next attitude as it is: nobody knows how the vehicle has turned since the last one."""
+        self._angles = None
+
     def evaluate(self, elapsed: float, angles: Vector, rates: Vector | None) -> GateDecision:
         """Judge an attitude `elapsed` s after the previous one; `rates` is None if they are unknown."""
         phi, theta, psi = angles
@@ -119,6 +123,11 @@ class DepthCheck:
     def reset_drift(self) -> None:
         """Forget a drift: the vehicle is at the surface, and so is its depth."""
         self._drift.reset()
+
+    def resume(self) -> None:
+        """Take the next depth as it is: nobody knows how the vehicle has sunk since the last one."""
+        self._depth = math.nan
+        self._elapsed = self._sunk = self._driven = 0.0
 
     def evaluate(self, depth: float, innovation: float, variance: float) -> GateDecision:
         """Judge a measured depth by its innovation (m) and the variance of that."""

@@ -51,6 +51,10 @@ class DepthFilter:
         self.rate += m * innovation
         self._p = a - k * a, b - k * b, c - m * b
 
+    def resume(self) -> None:
+        """Take the next depth as it is, and keep the rate for a first guess."""
+        self._p = (math.inf, 0.0, 1.0)
+
     def reset(self, depth: float, variance: float) -> None:
         """Start again at a depth (m); the rate is unknown."""
         self.depth, self.rate = depth, 0.0

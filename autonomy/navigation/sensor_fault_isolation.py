@@ -18,6 +18,7 @@ SLOW = 0.3  # m/s, least speed of the motor that is compared with others
 DEEP_FIXES = 10  # fixes under water at the vehicle's place before depth is doubted
 SURFACED = 10.0  # s; after a longer time without fixes the position, not GPS, has moved away
 SURFACE, AFLOAT = 1.0, 0.2  # m, by motor and by velocity; nothing rises above it
+UNKNOWN_MOTION = 0.5  # s without samples, after which a depth is not predicted
 
 
 class WarningLog(Protocol):
@@ -47,6 +48,17 @@ class SensorChecks:
     def depth_error_bound(self) -> float:
         """How far a faulty depth may be off (m), 0 if it is sound."""
         return self._depth.disagreement if self._depth.fault else 0.0
+
+    def resume(self, stall: float) -> None:
+        """Compare nothing across a time of `stall` s in which the process stood still and the vehicle moved on.
+
+        `now` in all methods is a time without stalls, so that they make nothing old.
+        """
+        self._attitude.resume()
+        if stall > UNKNOWN_MOTION:
+            self._fix_time = -math.inf
+            self._depth.resume()
+            self._estimator.vertical.resume()
 
     def update_attitude(self, now: float) -> bool:
         """Take the mean attitude, unless it jumps; whether there is a new one."""

@@ -50,6 +50,11 @@ class VerticalSpeedEstimator:
         self._since = 0.0  # s without barometer
         self._usual_bias = 0.0  # m/s², the mean of the filter's, which is noisy
         self._apart = 0.0
+        self._is_unknown = False
+
+    def resume(self) -> None:
+        """Take the next pressure as it is: it is unknown how far the vehicle has climbed since."""
+        self._is_unknown = True
 
     def receive_force(self, now: float, x: float, y: float, z: float) -> None:
         """A specific force (m/s²) in the body frame at a time (s)."""
@@ -110,6 +115,9 @@ class VerticalSpeedEstimator:
         if self._ground is None:
             self._ground = level + state.position[0]
         down = self._ground - level
+        if self._is_unknown:
+            self._is_unknown = False
+            state.reset((down,), variance)
         off = down - state.position[0]
         limit = JUMP + SIGMAS * math.sqrt(variance + state.variances[0])
         verdict = self._gate.evaluate(not abs(off) <= limit, off)

@@ -49,4 +49,4 @@ def raise_error(_: object, error: Exception) -> None:
 
 
 def warn_slow(owner: object, seconds: float, handler: str) -> None:
-    logger.warning("%s took %.3f s in one handler, %s", owner_title(owner), seconds, handler)
+    logger.warning("%s computed for %.3f s in one handler, %s", owner_title(owner), seconds, handler)

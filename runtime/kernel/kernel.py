@@ -10,6 +10,7 @@ from runtime.kernel.clock import SECOND, Clock
 from runtime.kernel.errors import LivelockError, raise_error, to_ordinary_exception, warn_slow
 from runtime.kernel.observer import KernelObserver
 from runtime.kernel.selector import WatchedSources
+from runtime.kernel.stalls import PUNCTUAL, StallRecord, postpone_timeouts
 from runtime.kernel.timer import Readable, Timer, handler_name, owner_of
 
 LIVELOCK_EVENTS = 100_000
@@ -17,6 +18,7 @@ LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock, a queue that has not been emp
 POLL_EVENTS = 64  # on a virtual clock, sockets are polled after this many events
 POLL_PERIOD = SECOND // 1000  # on a wall clock, sockets are polled this often even if the queue never empties
 LONGEST_MOMENT = SECOND // 5  # of real time; a clock that waits for an empty queue passes on then, as in a flood
+LONG_CALL = SECOND // 1000  # ns, after which the processor time of a call is measured
 FEW_TIMERS = 1000  # fewer timers than this are not searched for cancelled ones
 
 
@@ -28,7 +30,8 @@ class Kernel:
     method.
 
     `on_error(owner, exception)` is called when a call raises: it either handles the exception or raises, which ends the
-    run. On a wall clock, `on_slow(owner, seconds, handler)` reports a call that took longer than `slow` seconds.
+    run. On a wall clock, `on_slow(owner, seconds, handler)` reports a call that used the processor for longer than
+    `slow` seconds, and `stalls` has the times in which calls were due and none was made.
     `observers` observe all calls on a virtual clock.
     It is a livelock if a virtual clock stands still for `livelock_events` calls; on a wall clock, if the queue does not
     empty within that many calls although timers and sockets are held back.
@@ -58,6 +61,8 @@ class Kernel:
         self._idle_at = self.now_ns
         self._emptied = time.monotonic_ns()
         self._holding = False
+        self.stalls = StallRecord()
+        self._gathered = self.now_ns  # since when the calls in the queue are due, at the latest
 
     def set_now(self, time_ns: int) -> None:
         """Set the present time; `now` is the same in seconds."""
@@ -120,6 +125,7 @@ class Kernel:
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
         time_ns = self.now_ns + round(seconds * SECOND)
         timer = Timer(time_ns, function, args)
+        timer.is_timeout = True
         self.schedule_timer(timer, time_ns)
         return timer
 
@@ -166,6 +172,7 @@ class Kernel:
         self._stopping = self._holding = False
         self._emptied = time.monotonic_ns()
         self.set_now(max(self.now_ns, self.clock.read()))
+        self._gathered = self.now_ns
         while not self._stopping:
             if self._posted:
                 self._admit()
@@ -214,7 +221,8 @@ class Kernel:
         """Make the next calls, so many at most, and report those that were slow; the owner of the last one."""
         due, read, slow, busy = self._due, self.clock.read, self.slow_ns, 0
         call = None
-        began = time.perf_counter_ns()
+        began = marked = time.perf_counter_ns()
+        used = time.thread_time_ns()
         try:
             while busy < most and due and not self._stopping:
                 function, args = call = due.popleft()
@@ -224,12 +232,17 @@ class Kernel:
                 except BaseException as error:
                     self.on_error(self._owner(function, args), to_ordinary_exception(error))
                 ended = time.perf_counter_ns()
-                if ended - began > slow:
-                    self.on_slow(self._owner(function, args), (ended - began) / SECOND, handler_name(function, args))
-                    ended = time.perf_counter_ns()
+                if ended - began > LONG_CALL:
+                    # Others used at most what passed before this call, so this one did not wait for the processor.
+                    if (own := time.thread_time_ns() - used - (began - marked)) > slow:
+                        self.on_slow(self._owner(function, args), own / SECOND, handler_name(function, args))
+                    ended, used = time.perf_counter_ns(), time.thread_time_ns()
+                    marked = ended
                 began, now = ended, read()
                 if now > self.now_ns:
                     self.set_now(now)
+                    if now - self._gathered > PUNCTUAL:
+                        self._note_delay(self._gathered)
         finally:
             self.events += busy
             self._busy += busy
@@ -291,6 +304,7 @@ class Kernel:
         wake = self._later[0][0] if self._later else None
         if until is not None:
             wake = until if wake is None else min(wake, until)
+        due = self._gathered if self._due else wake
         if self._due:
             self._look()
             if self._later and time.monotonic_ns() - self._emptied > LONGEST_MOMENT:
@@ -305,8 +319,16 @@ class Kernel:
             self._poll_next = self._emptied + POLL_PERIOD
         if reached > now:
             self.set_now(reached)
+        if due is not None and reached - due > PUNCTUAL:
+            self._note_delay(due)
+        self._gathered = self.now_ns
         self._gather()
         return True
+
+    def _note_delay(self, due: int) -> None:
+        """Calls that were due at `due` (ns) have not been made until now."""
+        if stall := self.stalls.note_delay(due, self.now_ns):
+            postpone_timeouts(self._later, stall, self.now_ns)
 
     def _wait(self, timeout: float) -> None:
         """Poll the sockets; rather than wait, make the calls that were put off."""

@@ -36,9 +36,12 @@ def owner_title(owner: object) -> str:
 
 
 class Timer:
-    """A call that is due at a time, or whenever a source can be read; after `cancel()` it does not happen."""
+    """A call that is due at a time, or whenever a source can be read; after `cancel()` it does not happen.
 
-    __slots__ = ("args", "function", "owner", "queued", "time")
+    `is_timeout` is whether it waits for a span of time, which a stall of the process extends, rather than for a time.
+    """
+
+    __slots__ = ("args", "function", "is_timeout", "owner", "queued", "time")
 
     def __init__(self, at: int, function: Callable[..., object], args: tuple[Any, ...]):
         self.time = at
@@ -46,7 +49,7 @@ class Timer:
         self.owner = owner_of(function) if owner is None else owner
         self.function: Callable[..., object] | None = function
         self.args = args
-        self.queued = False
+        self.queued = self.is_timeout = False
 
     def cancel(self) -> None:
         self.function = None

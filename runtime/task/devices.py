@@ -135,7 +135,9 @@ class DeviceTask:
         found: list[str] = []
         for method, every in expected_methods(type(self)).items():
             limit = number_or_parameter(self, every)
-            if limit > 0.0 and self._kernel.now_ns - health.fresh.get(method, health.since) > limit * SECOND:
+            since = health.fresh.get(method, health.since)
+            silent = self._kernel.now_ns - since - self._kernel.stalls.between(since, self._kernel.now_ns)
+            if 0.0 < limit * SECOND < silent:
                 device = self._devices[0] if len(self._devices) == 1 else None
                 found.append(f"{method}: no data for {limit:g} s" if device is None else device.no_data_message(limit))
         return found

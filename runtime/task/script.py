@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import imc
 from runtime.bus import Bus, Subscription
-from runtime.kernel import SECOND, Timer, to_ordinary_exception
+from runtime.kernel import Timer, to_ordinary_exception
 
 if TYPE_CHECKING:
     from runtime.task.task import Task
@@ -168,7 +168,7 @@ class Script:
         return await _Pause()
 
     def _wake(self, seconds: float, value: Any) -> None:
-        self._timer = self._kernel.at(self._kernel.now_ns + round(seconds * SECOND), self.resume, value)
+        self._timer = self._kernel.after(seconds, self.resume, value)
         self._timer.owner = self.task
 
     def _forget(self) -> None:

@@ -11,7 +11,7 @@ from zlib import crc32
 import imc
 from imc.reserved_ids import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.bus import Subscription
-from runtime.kernel import Readable, Timer, handler_name, nanoseconds, to_ordinary_exception
+from runtime.kernel import SECOND, Readable, Timer, handler_name, nanoseconds, to_ordinary_exception
 from runtime.task.decorators import ConsumerMethod, Ticker, consumer_methods, periodic_methods
 from runtime.task.devices import DeviceTask
 from runtime.task.entity_system_tables import Entity, State
@@ -118,6 +118,27 @@ class Task(DeviceTask):
     def now_ns(self) -> int:
         """Nanoseconds since 1970 UTC."""
         return self._kernel.now_ns
+
+    def age(self, time: float) -> float:
+        """Seconds since `time` (s since 1970 UTC) in which the process ran: how long something has really been silent.
+
+        While the process stands still it receives nothing, so this does not count. On a virtual clock that never
+        happens, and it is `now - time`.
+        """
+        return self._kernel.now - time - self._kernel.stalls.between(time * SECOND, self._kernel.now_ns) / SECOND
+
+    @property
+    def recent_stall(self) -> float:
+        """How long the process stood still (s) until less than a second ago, else 0.
+
+        Then a first sample may be older than it seems, and says nothing of what happened since the one before.
+        """
+        return self._kernel.stalls.recent(self._kernel.now_ns) / SECOND
+
+    @property
+    def now_without_stalls(self) -> float:
+        """`now` less all times in which the process stood still: a clock for checks that take the time."""
+        return self._kernel.now - self._kernel.stalls.total / SECOND
 
     @functools.cached_property
     def random(self) -> "Generator":

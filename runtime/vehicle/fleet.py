@@ -199,6 +199,6 @@ class Fleet:
     def _slow(self, owner: object, seconds: float, handler: str) -> None:
         vehicle = self.vehicle_of(owner)
         if vehicle is None:
-            logger.warning("%s took %.3f s in one handler, %s", owner_title(owner), seconds, handler)
+            logger.warning("%s computed for %.3f s in one handler, %s", owner_title(owner), seconds, handler)
         else:
             vehicle.on_slow(owner, seconds, handler)

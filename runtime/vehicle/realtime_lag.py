@@ -1,9 +1,11 @@
 """Compares a vehicle's time with the computer's, and says where they part."""
 
+import math
 import time
 from typing import TYPE_CHECKING
 
 from runtime.kernel import SECOND
+from runtime.task import State
 
 if TYPE_CHECKING:
     from runtime.vehicle.vehicle import Vehicle
@@ -12,6 +14,9 @@ WINDOW = 10.0  # s of real time over which the pace is measured
 SILENCE = 60.0  # s of real time between two warnings of a kind
 ENOUGH = 0.95  # share of the wanted speed that is not worth a word
 MERGED = 0.01  # share of the periodic calls
+NAMED_STALL = 1.0  # s, least stall that is reported
+LONGEST_STALL = 10.0  # s, after which nobody knows where the vehicle is: its plan has to end
+STALL_HOLD = 10.0  # s for which the entity is in ERROR then
 STEP = 0.5  # s, least step of the system time that is told; a busy computer may read two clocks this far apart
 HUNG = 10.0  # s of real time in offloaded work, after which it is named
 
@@ -19,6 +24,8 @@ HUNG = 10.0  # s of real time in offloaded work, after which it is named
 class RealtimeLag:
     """The pace of a vehicle whose clock follows real time; `poll` is called about once a second of its time.
 
+    It is the only one that reports a stall of the process: nobody else counts that time (`Task.age`). After one of
+    more than `LONGEST_STALL` the vehicle's own entity is in ERROR for a while, so that a plan ends as after any error.
     `speed` is what the clock reached in the last window, in seconds of the vehicle per second of real time, `merged`
     the share of periodic calls that came so late in it that they were merged with others.
     """
@@ -34,9 +41,11 @@ class RealtimeLag:
         self._told: dict[str, float] = {}
         self._named: set[str] = set()
         self._offset = self._system_time()
+        self._polled, self._stalled_until = 0, math.inf
 
     def poll(self) -> None:
         """Measure, and warn in the log book."""
+        self._look_at_stalls()
         self._look_at_system_time()
         self._look_at_workers()
         real, now = time.monotonic(), self._vehicle.kernel.now_ns
@@ -87,6 +96,21 @@ class RealtimeLag:
                 f"the computer is too slow for real time: {100.0 * self.merged:.0f} % of the periodic calls of the "
                 f"last {passed:.0f} s came too late and were merged with others, most of them in {worst}",
             )
+
+    def _look_at_stalls(self) -> None:
+        kernel, daemon = self._vehicle.kernel, self._vehicle.daemon
+        polled, self._polled = self._polled, kernel.now_ns
+        stall = kernel.stalls.longest_since(polled) / SECOND if polled else 0.0
+        text = f"the process stood still for {stall:.1f} s"
+        if stall > LONGEST_STALL:
+            self._stalled_until = kernel.now + STALL_HOLD
+            daemon.log.error(f"{text}: the computer was busy or halted")
+            daemon.set_entity_state(State.ERROR, text)
+        elif kernel.now > self._stalled_until:
+            self._stalled_until = math.inf
+            daemon.set_entity_state(State.NORMAL, "active")
+        if NAMED_STALL < stall <= LONGEST_STALL:
+            self._warn("stall", f"{text}: the computer was busy or halted; no task is blamed for what it missed")
 
     def _look_at_system_time(self) -> None:
         offset = self._system_time()

@@ -349,9 +349,16 @@ class Vehicle:
         self._soon(self._restart, owner, delay)
 
     def on_slow(self, owner: object, seconds: float, handler: str) -> None:
-        """Report a task that delays the others: the kernel's `on_slow`. Tasks may take longer while they start."""
+        """Name a task that delays the others: the kernel's `on_slow`. Tasks may take longer while they start.
+
+        This is for developers: it stays on board, and operators do not get it.
+        """
         if self._starting and seconds < STARTING_PATIENCE:
             return
-        self.daemon.log.warning(
-            f"{owner_title(owner)} took {seconds:.3f} s in one handler, {handler}; heavy work belongs in offload()"
+        logger.warning(
+            "%s: %s computed for %.3f s in one handler, %s; heavy work belongs in offload()",
+            self.name,
+            owner_title(owner),
+            seconds,
+            handler,
         )

@@ -116,9 +116,9 @@ class RemoteActionsTask(Task):
 
     def _lost(self) -> str:
         """What has been missing for too long; empty if nothing."""
-        if self.now - self._heard > self.connection_timeout:
+        if self.age(self._heard) > self.connection_timeout:
             return f"no remote action for {self.connection_timeout:g} s"
-        if self.now - self._located > self.state_timeout:
+        if self.age(self._located) > self.state_timeout:
             return f"no EstimatedState for {self.state_timeout:g} s"
         return ""
 

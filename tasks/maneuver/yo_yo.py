@@ -69,7 +69,7 @@ class YoYo(Maneuver):
             below = min(below, state.alt - self._lowest)
         if yoyo.z_units == imc.ZUnits.ALTITUDE:
             if state.alt < 0.0:
-                if self.now - self._sounded > BLIND:
+                if self.age(self._sounded) > BLIND:
                     raise ManeuverError(f"altitude has been unknown for {BLIND:g} s")
                 return UP if state.depth > SURFACE else LEVEL
             left = state.alt - max(0.0, yoyo.z - yoyo.amplitude)
@@ -91,7 +91,7 @@ class YoYo(Maneuver):
         """Whether a dive has come to its end, whatever stops it."""
         if depth > self._dived + TOLERANCE:
             self._dived, self._deeper = depth, self.now
-        return self.now - self._deeper > STALL
+        return self.age(self._deeper) > STALL
 
     def _tilt(self, target: float) -> None:
         """One step towards a pitch."""

@@ -57,7 +57,7 @@ class Entities(Task):
     def publish_state(self) -> None:
         """Publish the state of all entities, once a second."""
         for label, heard in self._heard.items():
-            if self.now - heard > self.report_timeout:
+            if self.age(heard) > self.report_timeout:
                 self._change(label, Condition.FAILURE, f"no report for {self.report_timeout:g} s", tell=False)
         self._publish()
 

@@ -71,7 +71,7 @@ class FuelLevel(Task):
     def publish_level(self) -> None:
         if not self._capacity or self._sampled is None:
             return
-        if (self.now_ns - self._sampled) * 1e-9 > self.battery_timeout:
+        if self.age(self._sampled * 1e-9) > self.battery_timeout:
             self.set_entity_state(State.FAULT, f"no Current for {self.battery_timeout:g} s")
             return
         empty = self._voltage is not None and self._voltage <= 0.0

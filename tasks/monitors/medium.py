@@ -76,9 +76,9 @@ class Medium(Task):
             )
         if state.depth > self._deepest_float:
             return Where.UNDERWATER
-        known = self.now - self._wet_data <= self.wet_data_timeout
+        known = self.age(self._wet_data) <= self.wet_data_timeout
         if known and not self._wet:
             return Where.GROUND
-        if known or self.now - self._fix <= self.gps_timeout or self.now - self._began >= self.initialization_time:
+        if known or self.age(self._fix) <= self.gps_timeout or self.age(self._began) >= self.initialization_time:
             return Where.WATER
         return Where.UNKNOWN

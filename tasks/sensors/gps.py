@@ -51,7 +51,7 @@ class GPS(Task):
     def receive_frame(self, frame: bytes) -> None:
         if frame.startswith(UBX):
             self.receive_ubx(frame)
-        elif is_relevant_sentence(frame) and self.now - self.ubx_at >= UBX_FIRST:
+        elif is_relevant_sentence(frame) and self.age(self.ubx_at) >= UBX_FIRST:
             for fix in self.epochs.add(parse_sentence(frame), self.now):
                 self.report(fix)
 

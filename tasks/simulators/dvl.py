@@ -97,7 +97,7 @@ class DVL(Task):
         invalid = self.random.random() * 100.0 < self.invalid_reading_probability
         further: list[float] = self.random.standard_normal(BEAMS).tolist() if self.beams else []
         truth = self._truth
-        if truth is not None and self.now - truth.timestamp > OLDEST:
+        if truth is not None and self.age(truth.timestamp) > OLDEST:
             self._truth = truth = None
             self._say(State.FAULT, "no recent SimulatedState")
         if truth is None:

@@ -36,7 +36,7 @@ class FixedSteps:
             self._count += periods
 
     def run(self, now_ns: int, periods: int, step: Callable[[float], None], release: Callable[[], None]) -> str:
-        """Call `step(seconds)` for each of the `periods` that end now; returns a text if the computer stood still."""
+        """Call `step(seconds)` for each of the `periods` that end now; returns a text if some are left out."""
         if periods == 1 and self._began is not None:
             self._count += 1
             step(1.0 / self._hertz)
@@ -51,6 +51,5 @@ class FixedSteps:
         for _ in range(released, min(periods, self._most)):
             step(period)
         lost = max(0, periods - self._most) * period
-        return f"the computer stood still for {periods * period:.1f} s" + (
-            f"; the last {lost:.1f} s of them are not simulated" if lost else "; the simulation has caught up"
-        )
+        stall = f"the computer stood still for {periods * period:.1f} s"
+        return f"{stall}; the last {lost:.1f} s of them are not simulated" if lost else ""

@@ -115,7 +115,7 @@ class GPS(Task):
     @periodic("execution_frequency")
     def report(self, periods: int) -> None:
         self._drop_older_than(self.now - self.latency)
-        if self._truths and self.now - self._truths[-1].timestamp > OLDEST:
+        if self._truths and self.age(self._truths[-1].timestamp) > OLDEST:
             self.set_entity_state(State.FAULT, "no recent SimulatedState")
             return
         if not self._truths or (self.latency and self._truths[0].timestamp > self.now - self.latency):

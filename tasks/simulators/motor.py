@@ -49,7 +49,8 @@ class Motor(PoweredDeviceTask):
         if not self.has_power:
             return
         if self._actuation and self.command_timeout and self.now - self._commanded > self.command_timeout:
-            self.log.error(f"no actuation for {self.command_timeout:g} s; the motor stops")
+            if self.age(self._commanded) > self.command_timeout:
+                self.log.error(f"no actuation for {self.command_timeout:g} s; the motor stops")
             self._actuation = 0.0
             self.publish(imc.SetThrusterActuation(id=self.thruster_id, value=0.0))
         offset, factor = self.thruster_act_to_rpm_factor

@@ -209,7 +209,7 @@ class MUGDetectionCamera(Task):
 
     @periodic(1.0)
     def check_state_age(self) -> None:
-        silent = self.now - self._last if self._last > -math.inf else 0.0
+        silent = self.age(self._last) if self._last > -math.inf else 0.0
         if silent > max(self.maximum_age, 1.0) and self.entity.state is not State.FAULT:
             self.set_entity_state(State.FAULT, "no recent EstimatedState")
 
@@ -300,7 +300,7 @@ class MUGDetectionCamera(Task):
             self._first = self._last = state.timestamp
             self._image = -1
             return "time goes backwards"
-        if self.now - state.timestamp > self.maximum_age:
+        if self.age(state.timestamp) > self.maximum_age:
             return "no recent state"
         return ""
 

@@ -61,7 +61,10 @@ class Servos(PoweredDeviceTask):
         for servo in range(self.number_of_servos):
             stale = self.command_timeout and self.now - self._commanded[servo] > self.command_timeout
             if stale and self._target[servo] and not self._stuck:
-                self.log.error(f"no position for servo {servo} in {self.command_timeout:g} s; it goes to the middle")
+                if self.age(self._commanded[servo]) > self.command_timeout:
+                    self.log.error(
+                        f"no position for servo {servo} in {self.command_timeout:g} s; it goes to the middle"
+                    )
                 self._aim(servo, 0.0)
             self._advance(servo)
             self._publish(servo)

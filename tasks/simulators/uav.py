@@ -166,7 +166,7 @@ class UAV(PoweredDeviceTask):
             craft.command_rotor_speed(0.0)
             self._commanded = math.inf
             return
-        if "nothing" not in self._unknown:
+        if "nothing" not in self._unknown and self.age(self._commanded) > self.command_timeout:
             self._unknown.add("nothing")
             self.log.error("no commands for the rotors: descending level")
         craft.command_roll(0.0)

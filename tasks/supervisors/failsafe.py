@@ -86,7 +86,7 @@ class Failsafe(Task):
         self._depth = depth.value
         deep = depth.value > self._limit + self.depth_margin
         self._deep_since = min(self._deep_since, self.now) if deep else math.inf
-        self._too_deep = self.now - self._deep_since >= TOO_DEEP
+        self._too_deep = self.age(self._deep_since) >= TOO_DEEP
         self._sensor = self.vehicle.entities.label(depth.src, depth.src_ent)
 
     @consume(others=True)

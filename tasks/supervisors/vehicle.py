@@ -55,14 +55,14 @@ class Vehicle(Task):
 
     @periodic("execution_frequency")
     def monitor_and_publish_state(self) -> None:
-        if self._mode is Mode.SERVICE and self._loops and self.now - self._loops_since > EXTERNAL_AFTER:
+        if self._mode is Mode.SERVICE and self._loops and self.age(self._loops_since) > EXTERNAL_AFTER:
             if self.allows_external_control:
                 self._enter(Mode.EXTERNAL)
             else:
                 self.log.error("control loops are enabled without a maneuver; disabling them")
                 self._disable_loops()
         silence = self.maneuver_report_timeout
-        if self._is_executing() and silence and self.now - self._reported > silence:
+        if self._is_executing() and silence and self.age(self._reported) > silence:
             self._fail(f"no report for {silence:g} s")
         if self._missed_beats >= 0:
             self._watch_failsafe()

@@ -166,7 +166,7 @@ class MUGDetector(Task):
         self._last[frame.camera] = frame.time
         if self._busy and not self.vehicle.has_virtual_time:
             self.dropped += 1
-            if self.now - self._asked > self.patience:
+            if self.age(self._asked) > self.patience:
                 self._skip(frame.camera, f"the detector has not answered for {self.patience:g} s")
             return
         self._busy, self._asked = True, self.now
@@ -258,7 +258,7 @@ class MUGDetector(Task):
 
     def _tell(self) -> None:
         for camera in list(self._faults):
-            if camera and self.now - self._heard.get(camera, -math.inf) > SILENT:
+            if camera and self.age(self._heard.get(camera, -math.inf)) > SILENT:
                 del self._faults[camera]
         if self._faults:
             camera, fault = next(iter(self._faults.items()))

@@ -103,7 +103,7 @@ class BoatController(Task):
         if self.actuate(state, self._loops.mask, dt if 0.0 < dt <= LONGEST_STEP else 0.0):
             self._complete = self.now
             self.set_entity_state(State.NORMAL, "active")
-        elif self.now - self._complete > self.reference_timeout:
+        elif self.age(self._complete) > self.reference_timeout:
             self.set_entity_state(State.ERROR, "timed out while waiting for a reference")
 
     @periodic(2.0)
@@ -111,8 +111,8 @@ class BoatController(Task):
         """Move the actuators to neutral if EstimatedState or the report of an actuator is missing."""
         if not self._loops.mask:
             return
-        silent = [entity for entity, at in self._reports.items() if self.now - at > self.actuator_timeout]
-        if self.now - max(self._controlled, self._complete) > LONGEST_STEP:
+        silent = [entity for entity, at in self._reports.items() if self.age(at) > self.actuator_timeout]
+        if self.age(max(self._controlled, self._complete)) > LONGEST_STEP:
             self.center_actuators()
             self.set_entity_state(State.ERROR, "EstimatedState is missing")
         elif silent:

@@ -136,9 +136,9 @@ class MAVLink(AutopilotTask):
             self._telemetry.set_vehicle_type(values["type"], flies=vehicle is not None and vehicle.flies)
             self.log.info(f"the autopilot is {self.connection.system}: {vehicle.name if vehicle else 'unknown'}")
         before = controller.mode, controller.armed
-        if self._heartbeat.is_late(self.now, self.position_timeout):
-            self.log.info(f"the autopilot was silent for {self.now - self._heartbeat.at:.1f} s")
-        returns = self._heartbeat.receive(self.now)
+        if self._heartbeat.is_late(self.now_without_stalls, self.position_timeout):
+            self.log.info(f"the autopilot was silent for {self.now_without_stalls - self._heartbeat.at:.1f} s")
+        returns = self._heartbeat.receive(self.now_without_stalls)
         controller.mode, controller.armed = values["custom_mode"], bool(values["base_mode"] & ARMED)
         self._critical = values["system_status"] in CRITICAL
         if returns:
@@ -265,16 +265,16 @@ class MAVLink(AutopilotTask):
     def check_timeouts(self) -> None:
         """Do what is due, and judge how the autopilot is."""
         controller, vehicle = self.controller, self.controller.vehicle
-        if self._heartbeat.becomes_late(self.now, self.position_timeout) and controller.is_following_leg:
+        if self._heartbeat.becomes_late(self.now_without_stalls, self.position_timeout) and controller.is_following_leg:
             self.log.warning(f"the autopilot is silent: the plan waits for it, up to {self.longest_silence:g} s")
-        if self._heartbeat.becomes_lost(self.now, self.longest_silence):
+        if self._heartbeat.becomes_lost(self.now_without_stalls, self.longest_silence):
             self._on_silence()
         if self._is_late:
             return
         self.connection.commands.tick(self.now)
         controller.missions.tick(self.now)
         idles = controller.goal is GuidedGoal.HOLD and vehicle is not None and vehicle.flies and controller.armed
-        if idles and 0.0 < self.idle_timeout < self.now - controller.since:
+        if idles and 0.0 < self.idle_timeout < self.age(controller.since):
             self.log.warning(f"no maneuver for {self.idle_timeout:g} s: {self.ending}")
             controller.end_flight(self.ending, self.now)
         self._control()
@@ -311,7 +311,7 @@ class MAVLink(AutopilotTask):
     @property
     def _is_late(self) -> bool:
         """Whether the whole link is silent: then nothing is wrong with the position alone."""
-        return self._heartbeat.is_late(self.now, self.position_timeout)
+        return self._heartbeat.is_late(self.now_without_stalls, self.position_timeout)
 
     def _described(self) -> tuple[State, str]:
         controller, counts = self.controller, {**self.connection.counts, "unsound": self._telemetry.invalid}

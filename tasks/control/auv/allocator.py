@@ -69,10 +69,10 @@ class Allocator(Task):
 
     @periodic(1.0)
     def supervise(self) -> None:
-        since = self.now - self.servo_timeout
-        astray = [str(servo) for servo, at in self._followed.items() if max(at, self._began) < since]
-        silent = [str(servo) for servo, heard in self._servos.items() if self.now - heard > self.servo_timeout]
-        if self._loops.mask and self.now - max(self._moved, self._began) > self.control_timeout:
+        followed = {servo: max(at, self._began) for servo, at in self._followed.items()}
+        astray = [str(servo) for servo, at in followed.items() if self.age(at) > self.servo_timeout]
+        silent = [str(servo) for servo, heard in self._servos.items() if self.age(heard) > self.servo_timeout]
+        if self._loops.mask and self.age(max(self._moved, self._began)) > self.control_timeout:
             self._move((0.0, 0.0, 0.0, 0.0))
             self.set_entity_state(State.ERROR, f"no DesiredControl for {self.control_timeout:g} s")
         elif silent:

@@ -187,7 +187,7 @@ class Attitude(Task):
     @periodic(1.0)
     def report_missing_state(self) -> None:
         """Report an error if EstimatedState falls silent; the allocator then centers the fins."""
-        if self._loops.mask and self.now - max(self._controlled, self._began) > SILENCE:
+        if self._loops.mask and self.age(max(self._controlled, self._began)) > SILENCE:
             self.set_entity_state(State.ERROR, "EstimatedState is missing")
 
     def _report(self, vertical: bool, horizontal: bool) -> None:
@@ -202,9 +202,9 @@ class Attitude(Task):
             self._missed = self.now
         missing = "" if vertical else "vertical"
         missing = missing if horizontal else "yaw"
-        if missing and self.now - self._began > self.reference_timeout:
+        if missing and self.age(self._began) > self.reference_timeout:
             self.set_entity_state(State.ERROR, f"timed out while waiting for {missing} control mode")
-        elif self._missed is not None and self.now - self._missed > self.altitude_timeout:
+        elif self._missed is not None and self.age(self._missed) > self.altitude_timeout:
             self.set_entity_state(State.ERROR, "altitude has been unknown for too long")
         elif not missing:
             self.set_entity_state(State.NORMAL, f"active, kept off the {depth.held}" if depth.held else "active")

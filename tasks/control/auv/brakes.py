@@ -57,7 +57,7 @@ class Brakes(Task):
     def check_echo(self, distance: imc.Distance) -> None:
         """Judge an echo: enough near obstacles in a row brake, enough clear echoes in a row release."""
         state = self._state
-        if not self._loops.mask or state is None or self.now - state.timestamp > STALE:
+        if not self._loops.mask or state is None or self.age(state.timestamp) > STALE:
             return
         if self.vehicle.entities.label(self.system, distance.src_ent) != self.echo_sounder:
             return
@@ -78,7 +78,7 @@ class Brakes(Task):
 
     @periodic(1.0)
     def check_brake_duration(self) -> None:
-        if self._braked is not None and self.now - self._braked > self.longest_brake:
+        if self._braked is not None and self.age(self._braked) > self.longest_brake:
             self.set_entity_state(State.ERROR, "an obstacle is in the way")
 
     def _release(self) -> None:

@@ -156,9 +156,9 @@ class Speed(Task):
         if self._desired is None:
             return
         self._note_motion()
-        if self.now - max(self._driven, self._began) > self.rpm_timeout:
+        if self.age(max(self._driven, self._began)) > self.rpm_timeout:
             reason = f"no Rpm for {self.rpm_timeout:g} s"
-        elif self.now - max(self._stated, self._began) > self.state_timeout:
+        elif self.age(max(self._stated, self._began)) > self.state_timeout:
             reason = f"no EstimatedState for {self.state_timeout:g} s"
         elif self._vain >= self.stuck_timeout:
             reason = "not moving though the motor runs"

@@ -145,7 +145,7 @@ class PathFollowerTask(Task):
 
     @consume
     def restart_divergence_monitor(self, brake: imc.Brake) -> None:
-        self._divergence.restart(self.now + (LONGEST_BRAKE if brake.op == imc.Brake.Op.START else 0.0))
+        self._divergence.restart(self.now_without_stalls + (LONGEST_BRAKE if brake.op == imc.Brake.Op.START else 0.0))
 
     @consume
     def follow_path(self, path: imc.DesiredPath) -> None:
@@ -177,7 +177,7 @@ class PathFollowerTask(Task):
 
     @periodic(1.0)
     def watch_navigation(self) -> None:
-        if self._path is not None and self._state is not None and self.now - self._state.timestamp > SILENCE:
+        if self._path is not None and self._state is not None and self.age(self._state.timestamp) > SILENCE:
             self._fail("EstimatedState is missing")
 
     def _follow(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
@@ -201,7 +201,7 @@ class PathFollowerTask(Task):
         self._guidance.begin(track, loitering=loitering)
         self._path, self._ended = path, -math.inf
         self._reported = self._cycled = -math.inf
-        self._divergence.restart(self.now)
+        self._divergence.restart(self.now_without_stalls)
         self._bottom = BottomGuard(self.lowest)
         self._enable_for(path)
         self.set_entity_state(State.NORMAL, "active")
@@ -245,7 +245,7 @@ class PathFollowerTask(Task):
 
     def _notice_jump(self, jump: float) -> None:
         if jump > self.position_jump:
-            self._divergence.restart(self.now + jump / self.jump_factor)
+            self._divergence.restart(self.now_without_stalls + jump / self.jump_factor)
 
     def _cycle(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
         guidance = self._guidance
@@ -298,10 +298,12 @@ class PathFollowerTask(Task):
 
     def _supervise(self) -> None:
         guidance = self._guidance
-        if guidance.near and self.now - self._ended > self.new_reference_timeout:
+        if guidance.near and self.age(self._ended) > self.new_reference_timeout:
             self._fail("expected new path control reference")
         elif not guidance.loitering and not guidance.near:
-            error = self._divergence.error_text(self.now, guidance.where, guidance.target, self._uncertainty)
+            error = self._divergence.error_text(
+                self.now_without_stalls, guidance.where, guidance.target, self._uncertainty
+            )
             if error:
                 self._fail(error)
 

@@ -26,6 +26,7 @@ Loops = imc.CLoopsMask
 Mode = imc.VehicleState.OpMode
 UNCOMMANDED = (Mode.SERVICE, Mode.ERROR, Mode.BOOT)
 LONGEST_STEP = 1.0  # s
+UNKNOWN_MOTION = 0.5  # s in which the process stood still, after which the height starts anew
 ALOFT = 2.0  # m; above this altitude at the start of the task, the vehicle is flying
 RISES = 0.05  # m/s; a faster climb must be commanded to leave the ground
 BLIND_STEP, BLIND_MARGIN, RECOVERY = 0.1, 30.0, 3.0  # s
@@ -187,8 +188,11 @@ class Autopilot(Task):
     def control(self, state: imc.EstimatedState) -> None:
         if not math.isfinite(state.x + state.y + state.z + state.vx + state.vy + state.vz + state.psi):
             return
-        dt, self._stated, self._state = self.now - self._stated, self.now, state
-        if dt > self.state_timeout:
+        silent, dt = self.age(self._stated), self.now - self._stated
+        self._stated, self._state = self.now, state
+        if self.recent_stall > UNKNOWN_MOTION:
+            self._vertical.resume()
+        if silent > self.state_timeout:
             self._resumed = self.now
         self._advance()
         contradicted = self._vertical.contradicts(self.now, min(dt, LONGEST_STEP), state.alt, state.vz)
@@ -214,7 +218,7 @@ class Autopilot(Task):
     @periodic(1.0 / BLIND_STEP)
     def descend_without_state(self, periods: int) -> None:
         """Descend level if EstimatedState is missing."""
-        missing = self.now - self._stated > self.state_timeout
+        missing = self.age(self._stated) > self.state_timeout
         if (
             self._phase is FlightPhase.GROUND
             or self._state is None
@@ -269,7 +273,7 @@ class Autopilot(Task):
 
     @property
     def _follows(self) -> bool:
-        return bool(self._loops.mask) and self.now - self._referred <= self.reference_timeout
+        return bool(self._loops.mask) and self.age(self._referred) <= self.reference_timeout
 
     def _choose(self, state: imc.EstimatedState) -> None:
         """Choose the phase in the air."""
@@ -278,9 +282,9 @@ class Autopilot(Task):
         elif self._phase is not FlightPhase.HOVER or self._loops.mask or self._mode not in UNCOMMANDED:
             self._idle = self.now
         elif self._erred:
-            if 0.0 < self.error_timeout < self.now - self._idle:
+            if 0.0 < self.error_timeout < self.age(self._idle):
                 self._land("the vehicle is in error" if self._mode == Mode.ERROR else "no maneuver after an error")
-        elif 0.0 < self.idle_timeout < self.now - self._idle:
+        elif 0.0 < self.idle_timeout < self.age(self._idle):
             self._land("no maneuver")
         phase = FlightPhase.LAND if self._landing else FlightPhase.FOLLOW if self._follows else FlightPhase.HOVER
         if phase is not self._phase:

@@ -155,7 +155,7 @@ class Path(Task):
             self._fail("the reference position has changed")
         elif self._stands and not self._path.flags & (Flags.TAKEOFF | Flags.LAND):
             self._fail("on the ground: take off first")
-        elif self.now - self._heard > PATIENCE:
+        elif self.age(self._heard) > PATIENCE:
             self._fail("no ArmingState from the autopilot")
         else:
             self._cycle(self._path, state)

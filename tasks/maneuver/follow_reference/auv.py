@@ -44,7 +44,7 @@ class AUV(Maneuver):
                     raise Completed
                 heard = self.now
                 await self._accept(event)
-            if order.timeout > 0.0 and self.now - heard > order.timeout:
+            if order.timeout > 0.0 and self.age(heard) > order.timeout:
                 self._doing, self._told = Doing.TIMEOUT, -1.0
                 self._tell(0)
                 raise ManeuverError("reference timeout")

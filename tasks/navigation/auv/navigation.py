@@ -162,9 +162,10 @@ class Navigation(Task):
 
     def start(self) -> None:
         fitted = bool(self.dvl) and self.vehicle.entities.find(self.dvl) is not None
-        self._inputs.restart(self.now if fitted else math.inf)  # a vehicle without a DVL does not wait for one
+        # A vehicle without a DVL does not wait for one.
+        self._inputs.restart(self.now_without_stalls if fitted else math.inf)
         self._estimator = UnderwaterEstimator(self._inputs)
-        self._checks = SensorChecks(self._inputs, self._estimator, self.log, self.now)
+        self._checks = SensorChecks(self._inputs, self._estimator, self.log, self.now_without_stalls)
         true = self.true_altimeter
         self._sounder = true if true and self.vehicle.entities.find(true) is not None else self.altimeter
         self._stepped = self.now
@@ -174,31 +175,31 @@ class Navigation(Task):
     @consume
     def on_euler_angles(self, angles: imc.EulerAngles) -> None:
         if self._is_from(angles, self.compass):
-            self._inputs.receive_attitude(self.now, angles.phi, angles.theta, angles.psi)
+            self._inputs.receive_attitude(self.now_without_stalls, angles.phi, angles.theta, angles.psi)
 
     @consume
     def on_angular_velocity(self, rates: imc.AngularVelocity) -> None:
         if self._is_from(rates, self.compass):
-            self._inputs.receive_rates(self.now, rates.x, rates.y, rates.z)
+            self._inputs.receive_rates(self.now_without_stalls, rates.x, rates.y, rates.z)
 
     @consume
     def on_depth(self, depth: imc.Depth) -> None:
         if self._is_from(depth, self.depth_sensor):
-            self._inputs.receive_depth(self.now, depth.value)
+            self._inputs.receive_depth(self.now_without_stalls, depth.value)
 
     @consume
     def on_distance(self, distance: imc.Distance) -> None:
         if distance.validity == imc.Distance.Validity.VALID and self._is_from(distance, self._sounder):
-            self._inputs.receive_distance(self.now, distance.value)
+            self._inputs.receive_distance(self.now_without_stalls, distance.value)
 
     @consume
     def on_rpm(self, rpm: imc.Rpm) -> None:
-        self._inputs.receive_rpm(self.now, rpm.value)
+        self._inputs.receive_rpm(self.now_without_stalls, rpm.value)
 
     @consume
     def on_velocity(self, velocity: imc.GroundVelocity | imc.WaterVelocity) -> None:
         if self._is_from(velocity, self.dvl):
-            rejection = self._inputs.receive_velocity(self.now, velocity)
+            rejection = self._inputs.receive_velocity(self.now_without_stalls, velocity)
             if rejection is not None:
                 self.publish(rejection)
 
@@ -206,7 +207,7 @@ class Navigation(Task):
     def on_activation_state(self, activation: imc.EntityActivationState) -> None:
         if self.dvl and self._is_from(activation, self.dvl):
             active = activation.state == imc.EntityActivationState.State.ACTIVE
-            self._inputs.receive_dvl_activation(self.now, active)
+            self._inputs.receive_dvl_activation(self.now_without_stalls, active)
 
     @consume
     def screen_gps_fix(self, fix: imc.GpsFix) -> None:
@@ -224,8 +225,10 @@ class Navigation(Task):
 
     @periodic("execution_frequency")
     def estimate(self) -> None:
-        now, inputs, estimator, checks = self.now, self._inputs, self._estimator, self._checks
-        dt, self._stepped = now - self._stepped, now
+        now, inputs, estimator, checks = self.now_without_stalls, self._inputs, self._estimator, self._checks
+        dt, self._stepped = self.now - self._stepped, self.now
+        if self.recent_stall:
+            checks.resume(self.recent_stall)
         estimator.vertical.predict(dt)
         new_rates, new_attitude = inputs.rates.update(), checks.update_attitude(now)
         checks.update_depth(now, dt)
@@ -267,7 +270,7 @@ class Navigation(Task):
         self.publish(navigation_data(position, state))
 
     def _update_entity_state(self) -> None:
-        position, now = self._estimator.position, self.now
+        position, now = self._estimator.position, self.now_without_stalls
         fault = self._checks.fault(now)
         if fault:
             self.set_entity_state(State.ERROR, fault)

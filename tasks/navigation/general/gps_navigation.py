@@ -36,6 +36,7 @@ VALID_VELOCITY = imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG
 UNKNOWN_ALTITUDE = -1.0
 SPEED_JUMP = 20.0  # m/s, that no boat gains between two fixes
 OFTEN = 60.0  # s, between two resets of the position that are one too many
+UNKNOWN_MOTION = 0.5  # s in which the process stood still, after which the position starts anew
 PATIENCE = 1.0  # s of attitudes that agree before a jump of theirs is believed
 
 
@@ -113,6 +114,7 @@ class GPSNavigation(Task):
         self._turned = self.now
         self._altitude, self._sounded = UNKNOWN_ALTITUDE, -math.inf
         self._stepped = self._began = self.now
+        self._moved_on = False
         self._fixed = -math.inf
         self.set_entity_state(State.BOOT, "waiting for GPS fix")
 
@@ -166,9 +168,10 @@ class GPSNavigation(Task):
     @periodic("execution_frequency")
     def estimate(self) -> None:
         dt, self._stepped = self.now - self._stepped, self.now
+        self._moved_on |= self.recent_stall > UNKNOWN_MOTION
         self._update_attitude()
         fix, self._fix = self._fix, None
-        if self.now - self._sounded > self.altitude_timeout:
+        if self.age(self._sounded) > self.altitude_timeout:
             self._altitude = UNKNOWN_ALTITUDE
         psi = self._heading.value[0]
         if self._reference is not None:
@@ -184,8 +187,10 @@ class GPSNavigation(Task):
         self._rates.update()
         if not (self._attitude.update() | self._heading.update()):
             return
-        fresh = self.now - self._rates.last <= self.euler_timeout
+        fresh = self.age(self._rates.last) <= self.euler_timeout
         elapsed, self._turned = self.now - self._turned, self.now
+        if self.recent_stall:
+            self._check.resume()
         angles = self._attitude.value[0], self._attitude.value[1], self._heading.value[0]
         verdict = self._check.evaluate(elapsed, angles, self._rates.interval_mean if fresh else None)
         if verdict is GateDecision.REJECTED:
@@ -202,6 +207,9 @@ class GPSNavigation(Task):
             state.reset_position(0.0, 0.0, variance)
         reference = self._reference
         north, east, _ = displacement(reference.lat, reference.lon, 0.0, fix.lat, fix.lon, 0.0)
+        if self._moved_on:
+            self._moved_on = False
+            state.reset_position(north, east, variance)
         off = north - state.x[NORTH], east - state.x[EAST]
         verdict = self._jumps.evaluate(state.mahalanobis_squared(north, east, variance) > CONTRADICTION, *off)
         if verdict is GateDecision.REJECTED:
@@ -211,7 +219,7 @@ class GPSNavigation(Task):
         else:
             state.reset_position(north, east, variance)
             self.log.warning("fixes contradict the position, which is reset to theirs")
-            if math.hypot(*off) > GPS_JUMP and self.now - self._believed <= self.gps_timeout:
+            if math.hypot(*off) > GPS_JUMP and self.age(self._believed) <= self.gps_timeout:
                 self._held_fault, self._held_until = (
                     f"GPS has jumped by {math.hypot(*off):.0f} m",
                     self.now + FAULT_HOLD,
@@ -287,7 +295,7 @@ class GPSNavigation(Task):
             self.set_entity_state(State.ERROR, fault)
         elif self._reference is None:
             self.set_entity_state(State.BOOT, "waiting for GPS fix")
-        elif self.now - self._fixed > self.gps_timeout:
+        elif self.age(self._fixed) > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS is missing")
         else:
             contradicted = "; GPS: contradicts the position" if self._jumps.rejected else ""
@@ -295,9 +303,9 @@ class GPSNavigation(Task):
 
     def _fault(self) -> str:
         """Why the boat must stop; empty if it need not."""
-        if self.now - max(self._oriented, self._began) > self.euler_timeout:
+        if self.age(max(self._oriented, self._began)) > self.euler_timeout:
             return f"attitude {missing_reason(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)}"
-        if self._rates.last > -math.inf and self.now - self._rates.last > self.euler_timeout:
+        if self._rates.last > -math.inf and self.age(self._rates.last) > self.euler_timeout:
             return "turn rates are missing"
         self._check.set_hysteresis(bool(self._check.fault))
         if self._check.fault:

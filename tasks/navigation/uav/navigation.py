@@ -36,6 +36,7 @@ ATTITUDES = 50  # samples that agree before a jump of theirs is believed
 FIX_SIGMAS = 4.0  # fixes that scatter by more of the standard deviations that they claim are not used
 RESETS, RESET_MEMORY = 3, 30.0  # so many resets in so many seconds are no jump
 LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
+UNKNOWN_MOTION = 0.5  # s in which the process stood still, after which position and height start anew
 PAUSE = 0.2  # s without attitude, in which the rates are unknown
 ATTITUDE_VARIANCE, RATE_VARIANCE = 1e-6, 1e-5  # rad², (rad/s)²
 INITIAL_VELOCITY, INITIAL_BIAS = 0.01, 0.01  # variances at rest, (m/s)², (m/s²)²
@@ -90,6 +91,7 @@ class Navigation(Task):
         self._resets: list[float] = []
         self._believed = self._turned_at = -math.inf
         self._turned = self._stepped = self.now
+        self._moved_on = False
         self.set_entity_state(State.BOOT, "waiting for GPS fix")
 
     @consume
@@ -99,6 +101,8 @@ class Navigation(Task):
         if not possible or not self._is_from(angles, self.ahrs) or self._attitude_noise.update(phi + theta + psi):
             return
         elapsed, self._turned = self.now - self._turned, self.now
+        if self.recent_stall:
+            self._check.resume()
         rates = self._rates if elapsed < PAUSE else None
         verdict = self._check.evaluate(elapsed, (phi, theta, psi), rates)
         if verdict is not GateDecision.REJECTED:
@@ -150,7 +154,7 @@ class Navigation(Task):
         if self._reference is None:
             self._prepare(fix)
             fix = None
-        oriented = self.now - self._oriented <= self.euler_timeout
+        oriented = self.age(self._oriented) <= self.euler_timeout
         if self._reference is not None and self._angles is not None and oriented:
             self._move(self._reference, dt, fix)
             self._check.set_hysteresis(bool(self._check.fault))
@@ -187,15 +191,18 @@ class Navigation(Task):
         self._believed = self.now
         noise, walk = self.acceleration_noise, self.bias_walk
         self._over_ground = InertialFilter(2, noise, walk, (variance, speed, INITIAL_BIAS))
-        self._height.start(ground, down, self.now, (speed, INITIAL_BIAS))
+        self._height.start(ground, down, self.now_without_stalls, (speed, INITIAL_BIAS))
         self._acceleration.update()
 
     def _move(self, reference: imc.GpsFix, dt: float, fix: imc.GpsFix | None) -> None:
-        if not self._acceleration.update():
+        if self.recent_stall > UNKNOWN_MOTION:
+            self._moved_on = True
+            self._height.resume()
+        if not self._acceleration.update() or dt > UNKNOWN_MOTION:
             self._acceleration.value = 0.0, 0.0, 0.0
         north, east, down = self._acceleration.value
         self._over_ground.predict(dt, (north, east))
-        if fault := self._height.advance(self.now, dt, down):
+        if fault := self._height.advance(self.now_without_stalls, dt, down):
             self._hold_fault(fault)
             self._note_reset()
         if fix is not None:
@@ -225,8 +232,11 @@ class Navigation(Task):
             return
         vn, ve = horizontal.velocity
         north, east = north + age * vn, east + age * ve
-        if fault := self._height.correct_by_gps(self.now, fix.height - reference.height, variance):
+        if fault := self._height.correct_by_gps(self.now_without_stalls, fix.height - reference.height, variance):
             self._suspend(fault, FAULT_HOLD)
+        if self._moved_on:
+            self._moved_on = False
+            horizontal.reset((north, east), variance)
         off = north - horizontal.position[0], east - horizontal.position[1]
         verdict = self._jumps.evaluate(horizontal.mahalanobis_squared((north, east), variance) > CONTRADICTION, *off)
         if verdict is GateDecision.REJECTED:
@@ -237,7 +247,7 @@ class Navigation(Task):
             horizontal.reset((north, east), variance)
             self.log.warning("fixes contradict the position, which is reset to theirs")
             self._note_reset()
-            if math.hypot(*off) > GPS_JUMP and self.now - self._believed <= self.gps_timeout:
+            if math.hypot(*off) > GPS_JUMP and self.age(self._believed) <= self.gps_timeout:
                 self._hold_fault(f"GPS has jumped by {math.hypot(*off):.0f} m")
         self._believed = self.now
 
@@ -296,19 +306,19 @@ class Navigation(Task):
         if self._reference is None:
             missing = "GPS fix" if len(self._first) < self._needed else "attitude and pressure"
             self.set_entity_state(State.BOOT, f"waiting for {missing}")
-        elif now - self._oriented > self.euler_timeout:
+        elif self.age(self._oriented) > self.euler_timeout:
             why = missing_reason(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)
             self.set_entity_state(State.ERROR, f"attitude {why}")
-        elif now - self._height.pressed > self.pressure_timeout:
+        elif self.now_without_stalls - self._height.pressed > self.pressure_timeout:
             why = self._height.barometer.missing_reason(jumps=self._height.rejects_pressure)
             self.set_entity_state(State.ERROR, f"pressure {why}")
-        elif now - self._fixed > self.gps_timeout:
+        elif self.age(self._fixed) > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS fixes are missing")
-        elif now - self._believed > self.gps_timeout:
+        elif self.age(self._believed) > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS fixes jump")
-        elif self._turned_at > -math.inf and now - self._turned_at > self.euler_timeout:
+        elif self._turned_at > -math.inf and self.age(self._turned_at) > self.euler_timeout:
             self.set_entity_state(State.ERROR, "turn rates are missing")
-        elif self._acceleration.last > -math.inf and now - self._acceleration.last > self.euler_timeout:
+        elif self._acceleration.last > -math.inf and self.age(self._acceleration.last) > self.euler_timeout:
             self.set_entity_state(State.ERROR, "accelerations are missing")
         elif self._check.fault or now < self._held_until:
             self.set_entity_state(State.ERROR, self._check.fault or self._held_fault)

@@ -34,7 +34,7 @@ def test_late_ticks_become_one_on_a_wall_clock():
     run = simulate(Stalling, seconds=0.5, rate=100.0, clock=WallClock())
     assert len(run.task.ticks) <= 30
     assert run.task._tickers == []
-    assert any("took" in text for text in run.log)
+    assert not run.log  # what developers should do is not for operators
 
 
 def test_offloaded_work_arrives_after_its_latency_on_a_virtual_clock():

@@ -73,9 +73,7 @@ def test_the_actuators_of_a_computer_that_stands_still_stop_and_its_steps_are_bo
         done.append(seconds)
 
     assert steps.run(0, 1, step, lambda: done.append("released")) == ""
-    assert steps.run(10_000_000_000, 999, step, lambda: done.append("released")).endswith(
-        "the simulation has caught up"
-    )
+    assert steps.run(10_000_000_000, 999, step, lambda: done.append("released")) == ""
     assert done.index("released") == 201
     assert len(done) == 1001
     assert steps.time == 9.99

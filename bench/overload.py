@@ -1,0 +1,106 @@
+"""Runs a vehicle in real time on a computer that is overloaded or halted, and counts what that costs.
+
+`python bench/overload.py [--duration 1h] [--load 40] [--halt 30] [--profile lauv-noptilus-1]`: so many busy loops at
+normal priority; with `--halt`, the vehicle is also stopped for 2 to 5 s (SIGSTOP) every so many seconds. Exit status 1
+if a plan is lost, or an entity other than the computer's own is in error.
+"""
+
+import argparse
+import contextlib
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+import imc
+from runtime.logs import logs_of_run
+from support.durations import parse_duration
+
+State = imc.EntityState.State
+BROKEN = (State.FAULT, State.ERROR, State.FAILURE)
+COMPUTER = ("Daemon", "Host Resources")  # they report the load, and should
+ALONE = ("Transports.Discovery", "Transports.Announce", "Transports.UDP", "Transports.MAVLink")
+SETTLED = 15.0  # s, after which sensors are expected to work
+PATIENCE = 120.0  # s after the end of the run
+
+
+def run(profile: str, seconds: float, halt: float, folder: Path) -> int:
+    """Run a vehicle that flies its own plan, and halt it now and then; returns its exit status."""
+    command = [sys.executable, "-m", "shoal.cli", "run", profile, "-p", "Simulation", "--bus", "inprocess"]
+    for section in ALONE:
+        command += ["--set", f"{section}:Enabled=Never"]
+    options = ["--for", f"{seconds:g}s", "--log-dir", str(folder / "log"), "--keep-going"]
+    with (folder / "stderr").open("w") as errors:
+        child = subprocess.Popen([*command, *options], cwd=folder, stdout=subprocess.DEVNULL, stderr=errors)
+        end, generator = time.monotonic() + seconds + PATIENCE, random.Random(1)
+        try:
+            while child.poll() is None and time.monotonic() < end:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    child.wait(halt or 10.0)
+                if halt and child.poll() is None:
+                    child.send_signal(signal.SIGSTOP)
+                    time.sleep(generator.uniform(2.0, 5.0))
+                    child.send_signal(signal.SIGCONT)
+        finally:
+            child.kill()
+    return child.wait()
+
+
+def count_faults(folder: Path) -> tuple[Counter[str], Counter[str], float]:
+    """What entities were blamed for, and how many plans were lost, in all logs; and the recorded time (s)."""
+    blamed, lost, recorded = Counter[str](), Counter[str](), 0.0
+    for log in (imc.Log(part, keep_index=False) for part in logs_of_run(next(iter(sorted(folder.glob("log/*/*/*")))))):
+        labels, times, states = dict[int, str](), list[float](), dict[int, int]()
+        for message in log.messages():
+            times.append(message.timestamp)
+            match message:
+                case imc.EntityInfo():
+                    labels[message.id] = message.label
+                case imc.EntityState():
+                    label, before = labels.get(message.src_ent, ""), states.get(message.src_ent)
+                    states[message.src_ent] = message.state
+                    new = message.state in BROKEN and before not in BROKEN
+                    if new and label not in COMPUTER and message.timestamp > times[0] + SETTLED:
+                        blamed[f"{label}: {message.description}"] += 1
+                case imc.VehicleState(op_mode=imc.VehicleState.OpMode.ERROR):
+                    lost["vehicle in ERROR"] += 1
+                case imc.PlanControlState(last_outcome=imc.PlanControlState.LastOutcome.FAILURE):
+                    lost["plan failed"] += 1
+                case imc.LogBookEntry(context="Daemon"):
+                    print(f"{message.timestamp - times[0]:8.1f} s  {message.text}")
+                case _:
+                    pass
+        recorded += max(times, default=0.0) - min(times, default=0.0)
+    return blamed, lost, recorded
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--duration", default="1h")
+    parser.add_argument("--load", type=int, default=40)
+    parser.add_argument("--halt", type=float, default=0.0)
+    parser.add_argument("--profile", default="lauv-noptilus-1")
+    arguments = parser.parse_args()
+    seconds = parse_duration(arguments.duration)
+    loops = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(arguments.load)]
+    try:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            status = run(arguments.profile, seconds, arguments.halt, folder)
+            blamed, lost, recorded = count_faults(folder)
+            print((folder / "stderr").read_text()[-2000:])
+    finally:
+        for loop in loops:
+            loop.kill()
+            loop.wait()
+    print(f"{arguments.profile}, load {arguments.load}: {recorded:.0f} s recorded, exit status {status}")
+    print(f"blamed: {dict(blamed)}\nlost: {dict(lost)}")
+    return int(bool(blamed or lost or status))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

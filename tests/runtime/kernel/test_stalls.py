@@ -1,0 +1,107 @@
+"""Times in which a kernel does not run although it should."""
+
+import math
+
+import pytest
+
+import imc
+from runtime import State, Task, consume, expect, periodic
+from runtime.kernel import SECOND, Kernel
+from runtime.testing import simulate
+from tests.tasks.mission.stalling_clock import StallingClock
+
+START = 1_750_000_000 * SECOND
+
+
+def every_tenth(kernel):
+    """A call at 10 Hz, so that the kernel is always due."""
+
+    def tick():
+        kernel.at(kernel.now_ns + SECOND // 10, tick)
+
+    tick()
+
+
+@pytest.fixture
+def kernel():
+    made = Kernel(StallingClock(START, [(2.0, 5.0)]))
+    every_tenth(made)
+    yield made
+    made.close()
+
+
+def test_a_stall_is_what_comes_later_than_a_tenth_of_a_second(kernel):
+    kernel.run(until=START + 10 * SECOND)
+    stalls = kernel.stalls
+    assert stalls.total == pytest.approx(4.9 * SECOND)
+    assert stalls.between(START, kernel.now_ns) == stalls.total
+    assert stalls.between(-math.inf, kernel.now_ns) == stalls.total
+    assert stalls.between(START + 4 * SECOND, kernel.now_ns) == 3 * SECOND
+    assert stalls.between(START + 7 * SECOND, kernel.now_ns) == 0
+    assert stalls.longest_since(START) == stalls.total
+    assert stalls.longest_since(START + 7 * SECOND) == 0
+
+
+def test_punctual_calls_are_no_stall():
+    kernel = Kernel(StallingClock(START, [(n / 2, 0.09) for n in range(1, 20)]))
+    every_tenth(kernel)
+    kernel.run(until=START + 10 * SECOND)
+    assert kernel.stalls.total == 0
+    kernel.close()
+
+
+def test_what_waits_for_a_span_of_time_gets_the_rest_of_it_after_a_stall_but_a_second_at_most(kernel):
+    begun, found = kernel.now_ns, {}
+
+    def note(name):
+        found[name] = (kernel.now_ns - begun) / SECOND
+
+    kernel.after(2.4, note, "runs out soon")
+    kernel.after(6.5, note, "runs out late")
+    kernel.after(7.5, note, "runs out afterwards")
+    kernel.at(begun + 3 * SECOND, note, "time of day")
+    kernel.run(until=START + 10 * SECOND)
+    assert found["runs out soon"] == pytest.approx(7.4, abs=0.15)
+    assert found["runs out late"] == pytest.approx(8.0)
+    assert found["runs out afterwards"] == pytest.approx(8.0)
+    assert found["time of day"] == pytest.approx(7.0)
+
+
+class Sounder(Task):
+    """Expects a depth at least every second."""
+
+    def start(self) -> None:
+        self.ages: list[tuple[float, float]] = []
+        self.heard = self.now
+
+    @expect(every=1.0)
+    @consume
+    def take(self, depth: imc.Depth) -> None:
+        self.heard = self.now
+
+    @periodic(5.0)
+    def look(self) -> None:
+        self.ages.append((self.now - self.vehicle.start_time, self.age(self.heard)))
+
+
+class Sensor(Task):
+    """Measures for 6 s and is silent then."""
+
+    @periodic(2.0)
+    def measure(self) -> None:
+        if self.now - self.vehicle.start_time < 12.0:
+            self.publish(imc.Depth(value=1.0))
+
+
+def test_the_age_of_data_does_not_count_a_stall_and_expected_data_are_missed_only_when_they_are_silent():
+    seen = []
+
+    class Watched(Sounder):
+        def stop(self) -> None:
+            seen.extend(self.ages)
+
+    run = simulate([Watched, Sensor], seconds=16.0, clock=StallingClock(START, [(3.2, 4.0)]))
+    assert max(age for time, age in seen if time < 12.0) < 0.8
+    errors = [m.timestamp for m in run.of(imc.EntityState) if m.state == State.ERROR]
+    assert errors
+    assert min(errors) - START / SECOND > 12.0

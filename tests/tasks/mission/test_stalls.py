@@ -1,0 +1,100 @@
+"""A computer that stands still, or is too slow, is no failed sensor: no plan is lost, and one entity reports it."""
+
+import pytest
+from lean import BLIND, UNLOGGED
+
+import imc
+from shoal.missions import Mission, parse_plan, prepare
+from tests.tasks.mission.stalling_clock import StallingClock
+
+OFFLINE = ("Transports.MAVLink:Enabled=Never", "Transports.UDP:Enabled=Never", "Transports.Discovery:Enabled=Never")
+START = 1_750_000_000_000_000_000
+BAD = (imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE, imc.EntityState.State.FAULT)
+PLANS = {
+    "lauv-noptilus-1": "origin: 41.185°, -8.7062°\nspeed: 1.6 m/s\nmaneuvers:\n"
+    "  - goto: {north: 120, depth: 1}\n  - goto: {north: 120, east: 60, depth: 1}\n",
+    "otter": "origin: 41.185°, -8.7062°\nspeed: 1.5 m/s\nmaneuvers:\n"
+    "  - goto: {north: 60}\n  - goto: {north: 60, east: 60}\n",
+    "caravel": "origin: 41.185°, -8.7062°\nspeed: 1 m/s\nmaneuvers:\n"
+    "  - goto: {north: 40}\n  - goto: {north: 40, east: 40}\n",
+    "hexa-00": "origin: 41.185°, -8.7062°\nspeed: 5 m/s\naltitude: 20\nmaneuvers:\n"
+    "  - takeoff: {altitude: 15}\n  - goto: {north: 100}\n  - goto: {north: 100, east: 100}\n  - land: {}\n",
+}
+
+
+class Run:
+    """A plan of a shipped vehicle on a clock that is not virtual, with what it blames."""
+
+    def __init__(self, profile, folder, clock, *, happen=None, seconds=900.0):
+        overrides = [*OFFLINE, UNLOGGED, *([BLIND] if profile.startswith("lauv") else [])]
+        places = {"log_root": folder / "log", "state_folder": folder / "db"}
+        self.vehicle = prepare(profile, overrides=overrides, clock=clock, **places).vehicle
+        self.log, self.bad = [], []
+        self.vehicle.observe(imc.LogBookEntry, self.log.append)
+        self.vehicle.observe(imc.EntityState, self._judge)
+        if happen is not None:
+            self.vehicle.kernel.soon(self.vehicle.daemon.start_script, happen)
+        self.report = Mission(self.vehicle, parse_plan("plan: test\n" + PLANS[profile])).fly(seconds)
+
+    def _judge(self, state):
+        label = self.vehicle.entities.label(state.src, state.src_ent)
+        if state.state in BAD and label != "Host Resources":  # which is busy with this test
+            self.bad.append((round(state.timestamp - self.vehicle.start_time, 1), label, state.description))
+
+    @property
+    def complaints(self):
+        worse = (imc.LogBookEntry.Type.WARNING, imc.LogBookEntry.Type.ERROR)
+        return [(m.context, m.text) for m in self.log if m.type in worse and not m.text.startswith("now in")]
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+@pytest.mark.parametrize("profile", PLANS)
+def test_a_stall_of_seconds_loses_no_plan_and_blames_no_sensor(profile, tmp_path):
+    run = Run(profile, tmp_path, StallingClock(START, [(20.0, 2.0), (45.0, 5.0), (70.0, 3.3)]))
+    assert run.report.outcome == "SUCCESS"
+    assert not run.bad
+    assert {context for context, _ in run.complaints} == {"Daemon"}
+    assert any("the process stood still for " in text for _, text in run.complaints)
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+def test_after_a_stall_of_half_a_minute_the_plan_ends_in_error(tmp_path):
+    run = Run("lauv-noptilus-1", tmp_path, StallingClock(START, [(30.0, 30.0)]))
+    assert run.report.outcome == "FAILURE"
+    assert {label for _, label, _ in run.bad} == {"Daemon"}
+    assert 60.0 <= run.bad[0][0] < 62.0
+    assert run.bad[0][2].startswith("the process stood still for ")
+    assert run.report.reason == "vehicle errors: Daemon"
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+@pytest.mark.parametrize("profile", ["lauv-noptilus-1", "otter", "hexa-00"])
+def test_on_an_overloaded_computer_no_sensor_is_blamed(profile, tmp_path):
+    delay = 0.15 if profile == "hexa-00" else 0.6  # a multirotor cannot be held at 2 Hz
+    run = Run(profile, tmp_path, StallingClock(START, overload=(20.0, 500.0), delay=delay))
+    assert run.report.outcome == "SUCCESS"
+    assert not run.bad
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+@pytest.mark.parametrize(
+    ("profile", "task", "label"),
+    [
+        ("lauv-noptilus-1", "Simulators.IMU/AHRS", "Navigation"),
+        ("lauv-noptilus-1", "Simulators.DepthSensor", "Navigation"),
+        ("otter", "Simulators.GPS", "Navigation"),
+    ],
+)
+def test_on_an_overloaded_computer_a_sensor_that_is_silent_is_still_found(profile, task, label, tmp_path):
+    async def silence(script):
+        await script.sleep(30.0)
+        script.task.vehicle.task(task).cancel_callbacks()
+
+    run = Run(profile, tmp_path, StallingClock(START, overload=(20.0, 500.0), delay=0.4), happen=silence)
+    assert run.report.outcome == "FAILURE"
+    assert label in {found for _, found, _ in run.bad}
+    assert run.bad[0][0] < 90.0
