@@ -52,11 +52,19 @@ class SigningTime:
     """The time in signatures: 10 µs since 2015, never twice the same, and never behind what others have signed.
 
     `clock` gives s since 1970; one that was never set may be far behind. `latest` is the last time that was used.
-    `known` is one up to which frames may have come before a restart: they are not new.
+    `known` is one up to which frames may have come before a restart: they are not new. `keep` is called with the time
+    of each accepted frame before the frame has an effect.
     """
 
-    def __init__(self, clock: Callable[[], float], latest: int = 0, known: int = 0):
+    def __init__(
+        self,
+        clock: Callable[[], float],
+        latest: int = 0,
+        known: int = 0,
+        keep: Callable[[int], None] = lambda _: None,
+    ):
         self._clock = clock
+        self._keep = keep
         self.known = known
         self.latest = max(0, min(latest, END))
 
@@ -71,7 +79,9 @@ class SigningTime:
 
     def advance_to(self, time: int) -> None:
         """Do not stay behind a time that somebody with the key has signed."""
-        self.latest = max(self.latest, min(time, END))
+        if time > self.latest:
+            self.latest = max(self.latest, min(time, END))
+            self._keep(self.latest)
 
 
 class Signing:

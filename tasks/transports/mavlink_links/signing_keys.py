@@ -9,7 +9,9 @@ from runtime import Task
 from support.atomic_files import write_file
 from tasks.transports.imc_links.sockets import network_time_scale
 
-SAVE_PERIOD = 60.0  # s
+SYNC_PERIOD = 5.0  # s
+AHEAD = 60.0  # s, of a clock that is behind: more than was not on the disk when the power failed
+DIGITS = 20  # of a time in the file, always as many, so that one write replaces it
 TICKS = 100_000  # per second
 OTHERS = 0o077  # what others than the owner may do with a file
 
@@ -33,16 +35,17 @@ class SigningKeys:
     """Reads the keys of a task's links; links with the same key share what they have heard.
 
     The time is kept in the vehicle's state folder: a clock that was never set does not repeat times that were used.
+    That of an accepted frame is written before the frame has an effect: the process may be killed at any moment.
     """
 
     def __init__(self, task: Task):
         self._task = task
-        self._file = task.vehicle.state_folder / task.system_name / "MAVLink time"
+        self._file = _TimeFile(task.vehicle.state_folder / task.system_name / "MAVLink time")
         self._speed, self._start = network_time_scale(task), task.vehicle.start_time
         self._signings: dict[bytes, Signing] = {}
         self._reported: set[str] = set()
         self._time: SigningTime | None = None
-        self._saved, self._due = 0, 0.0
+        self._due = 0.0
 
     def signing(self, path: str) -> Signing:
         """The signatures with the key in a file. Raises ValueError with the reason if it cannot be used."""
@@ -63,29 +66,32 @@ class SigningKeys:
     def tick(self, now: float) -> None:
         """Save the time now and then; a disk that is full is reported, and costs nothing else."""
         if (
-            self._time is None
-            or self._task.vehicle.has_virtual_time
-            or now < self._due
-            or self._time.latest == self._saved
+            self._time is not None
+            and not self._task.vehicle.has_virtual_time
+            and now >= self._due
+            and self._file.is_older_than(self._time.latest)
         ):
-            return
-        self._due = now + SAVE_PERIOD * self._speed
-        self._saved = self._time.latest
-        self._task.offload(_save, self._file, self._saved, then=self._report)
+            self._due = now + SYNC_PERIOD * self._speed
+            self._keep(self._time.latest)
+            self._task.offload(self._file.sync, then=self._report)
 
     def close(self) -> None:
         if self._time is not None and not self._task.vehicle.has_virtual_time:
-            _save(self._file, self._time.latest)
+            self._keep(self._time.latest)
+            self._report(self._file.sync())
+        self._file.close()
 
     def _begin(self) -> SigningTime:
-        saved = 0
-        if not self._task.vehicle.has_virtual_time:
-            with suppress(OSError, ValueError):
-                saved = int(self._file.read_bytes()[:20])
-        time = SigningTime(self._now, known=saved)
+        if self._task.vehicle.has_virtual_time:
+            return SigningTime(self._now)
+        saved = self._file.read()
+        time = SigningTime(self._now, saved, saved, self._keep)
         if saved >= time.now:  # the clock is behind: no telling how many times were used since then
-            time = SigningTime(self._now, saved + round(SAVE_PERIOD * TICKS), saved)
+            time = SigningTime(self._now, saved + round(AHEAD * TICKS), saved, self._keep)
         return time
+
+    def _keep(self, time: int) -> None:
+        self._report(self._file.write(time))
 
     def _now(self) -> float:
         """The time of others: on a scaled clock the vehicle's own passes faster."""
@@ -97,10 +103,60 @@ class SigningKeys:
             self._task.log.error(f"the time of signatures cannot be saved: {error.filename}: {error.strerror}")
 
 
-def _save(file: Path, time: int) -> OSError | None:
-    """Write the time, completely or not at all; returns what prevents it."""
-    try:
-        write_file(file, b"%d\n" % time)
-    except OSError as error:
-        return error
-    return None
+class _TimeFile:
+    """The latest time that was used, in a file; it never becomes less. Methods return what prevents them."""
+
+    def __init__(self, path: Path):
+        self._path = path
+        self._descriptor = -1
+        self._written = self._synced = 0
+
+    def read(self) -> int:
+        """0 if there is none that can be read."""
+        with suppress(OSError):
+            return _parsed(self._path.read_bytes()[:DIGITS])
+        return 0
+
+    def is_older_than(self, time: int) -> bool:
+        """Whether a time is later than what is on the disk."""
+        return time > self._synced
+
+    def write(self, time: int) -> OSError | None:
+        """Replace the time by a later one: the system has it then, also if the process is killed."""
+        try:
+            if self._descriptor < 0:
+                if not self._path.exists():
+                    write_file(self._path, b"%0*d\n" % (DIGITS, 0))
+                self._descriptor = os.open(self._path, os.O_RDWR)
+            os.lseek(self._descriptor, 0, os.SEEK_SET)
+            if time > _parsed(os.read(self._descriptor, DIGITS)):  # another task may have written, too
+                os.lseek(self._descriptor, 0, os.SEEK_SET)
+                os.write(self._descriptor, b"%0*d\n" % (DIGITS, time))
+            self._written = time
+        except OSError as error:
+            return error if error.filename else OSError(error.errno, error.strerror, str(self._path))
+        return None
+
+    def sync(self) -> OSError | None:
+        """Put what was written on the disk, where it is also if the power fails."""
+        if self._descriptor < 0:
+            return None
+        time = self._written
+        try:
+            os.fsync(self._descriptor)
+        except OSError as error:
+            return OSError(error.errno, error.strerror, str(self._path))
+        self._synced = time
+        return None
+
+    def close(self) -> None:
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+
+def _parsed(content: bytes) -> int:
+    """The time in a file; 0 if there is none."""
+    with suppress(ValueError):
+        return max(0, int(content))
+    return 0

@@ -1,10 +1,15 @@
 """Signed links on sockets: pymavlink's own station with a key, strangers without one, and what a restart remembers."""
 
+import contextlib
 import hashlib
 import socket
+import subprocess
+import sys
+import time
 
 import pytest
 from pymavlink import mavutil
+from pymavlink.dialects.v20 import ardupilotmega as upstream
 
 import imc
 from mavlink import split
@@ -192,6 +197,42 @@ def test_times_grow_over_restarts_of_a_computer_without_a_clock(key, tmp_path):
     assert times[0] == pytest.approx((1_790_000_000.0 - 1420070400) * 1e5, abs=1e5)
     sail_for(3.0, 1_790_001_000.0, tmp_path / "db", f"udpout://{HOST}:{receiver.getsockname()[1]}?key={key}")
     assert times_of(receiver)[0] == pytest.approx((1_790_001_000.0 - 1420070400) * 1e5, abs=1e5), "its clock is right"
+
+
+@pytest.mark.heavy
+def test_a_recorded_termination_is_not_obeyed_after_the_process_was_killed(key, tmp_path):
+    """The shipped LAUV is killed after the order, and twice again: a run without a sender forgets nothing either."""
+    port = free_port()
+    link = f"Transports.MAVLink:Links=udpin://{HOST}:{port}?key={key}"
+    command = [sys.executable, "-m", "shoal.cli", "run", "lauv-noptilus-1", "-p", "Simulation", "--log-dir", "log"]
+    mav = upstream.MAVLink(None, srcSystem=255, srcComponent=190)
+    mav.signing.secret_key, mav.signing.sign_outgoing = KEY, True
+    mav.signing.timestamp = round((time.time() - 1420070400) * 1e5)
+    order = bytes(mav.command_long_encode(26, 1, 185, 0, 1, 0, 0, 0, 0, 0, 0).pack(mav))
+
+    def acknowledged(seconds, *frames):
+        """Whether one of the frames was acknowledged, sent each second."""
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            sender.settimeout(1.0)
+            for _ in range(seconds):
+                for frame in frames:
+                    sender.sendto(frame, (HOST, port))
+                with contextlib.suppress(TimeoutError):
+                    while True:
+                        messages, _ = split(sender.recv(2048), DIALECT)
+                        if any(message.name == "COMMAND_ACK" for message in messages):
+                            return True
+        return False
+
+    saved = []
+    for life in range(3):
+        with subprocess.Popen([*command, "--set", link], cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:
+            next(line for line in process.stdout if "executing maneuver" in line)
+            assert acknowledged(30 if life == 0 else 4, order) is (life == 0)
+            process.kill()
+        saved += [int(path.read_text()) for path in tmp_path.rglob("MAVLink time")]
+    assert len(set(saved)) == 1
+    assert saved[0] > 0
 
 
 @pytest.mark.heavy
