@@ -53,8 +53,11 @@ class Device:
     raised ValueError, LookupError or struct.error. `skipped_bytes` belong to no piece. While the device is missing,
     `trouble` has been called with the reason, and opening it is tried again, at least every 5 s; "" ends the trouble.
     Whoever closes the device in `trouble` keeps the reason out of the log book. `log` is where it reports
-    instead of its owner's log book.
+    instead of its owner's log book. A driver may set `explain`, which says what came in the last seconds instead
+    of what is wanted; empty if it does not know.
     """
+
+    explain: Callable[[float], str]
 
     def __init__(
         self,
@@ -69,6 +72,7 @@ class Device:
     ):
         self.name = address.name
         self.good = self.bad = 0
+        self.explain = lambda _: ""
         self._owner = owner
         self._log = log or owner.log
         self._address = address
@@ -112,6 +116,8 @@ class Device:
 
     def no_data_message(self, seconds: float) -> str:
         """What to say if nothing that is understood has come for this time."""
+        if known := self.explain(seconds):
+            return f"{self.name}: {known}"
         if not self._unheeded:
             return f"{self.name}: no data for {seconds:g} s"
         hint = "; is the baud rate right?" if self._address.starts_midway and not self._address.unresolved_host else ""

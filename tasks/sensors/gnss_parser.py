@@ -20,6 +20,8 @@ HEIGHT_KEPT = 10.0  # s that a height counts for positions without one
 LATE_FIELDS = ("satellites", "utc_year", "utc_month", "utc_day", "sog", "cog", "hdop", "vdop", "hacc", "vacc")
 NO_DILUTION = 99.0  # receivers send 99.99 while they have none
 WANTED = (b"GGA,", b"GNS,", b"RMC,", b"VTG,", b"ZDA,", b"GSA,", b"GST,")
+HEADINGS = (b"HDT,", b"HDM,", b"HDG,", b"THS,", b"ROT,")
+LISTED = 4  # kinds of sentences in a text
 BY_QUALITY = {1: Type.STANDALONE, 3: Type.STANDALONE, 6: Type.DEAD_RECKONING, 7: Type.MANUAL_INPUT, 8: Type.SIMULATION}
 BY_MODE = {"A": Type.STANDALONE, "E": Type.DEAD_RECKONING, "M": Type.MANUAL_INPUT, "S": Type.SIMULATION}
 BY_STATUS = {"G2": Type.STANDALONE, "G3": Type.STANDALONE, "DR": Type.DEAD_RECKONING, "RK": Type.DEAD_RECKONING}
@@ -51,6 +53,68 @@ def has_valid_checksum(frame: bytes) -> bool:
 def is_relevant_sentence(sentence: bytes) -> bool:
     """Whether a sentence has fields of GpsFix."""
     return sentence[3:7] in WANTED or sentence.startswith(b"$PUBX,00,")
+
+
+def is_heading_sentence(sentence: bytes) -> bool:
+    """Whether a sentence has a heading or a turn rate."""
+    return sentence[3:7] in HEADINGS
+
+
+def is_unchecked_sentence(frame: bytes) -> bool:
+    """Whether a frame is a sentence without a checksum, as older instruments send them."""
+    content = frame.strip()
+    return (
+        content.startswith(b"$") and b"*" not in content and b"," in content and content.decode("latin").isprintable()
+    )
+
+
+def heading_message(kind: str, sentence: Any) -> imc.EulerAngles | imc.AngularVelocity | None:
+    """What a sentence with a heading or a turn rate, parsed by pynmeagps, says; NaN for all that it does not say.
+
+    None if it has no value, or one that its sender calls invalid. Raises ValueError for values that cannot be.
+    """
+    if kind.endswith("ROT"):
+        rate = _number(sentence, "rot", math.radians(1.0) / 60.0)  # °/min, positive to starboard
+        if rate is None or _text(sentence, "valid") not in ("A", ""):
+            return None
+        return imc.AngularVelocity(x=math.nan, y=math.nan, z=rate)
+    true = _number(sentence, "headt" if kind.endswith("THS") else "headingT")
+    if kind.endswith("THS") and _text(sentence, "mi") in ("S", "V"):  # of a simulator, or invalid
+        return None
+    magnetic = _number(sentence, "headingM")
+    if magnetic is not None and kind.endswith("HDG"):
+        magnetic += _eastward(sentence, "deviation")
+        if isinstance(_text(sentence, "variation"), int | float):
+            true = magnetic + _eastward(sentence, "variation")
+    if true is None and magnetic is None:
+        return None
+    psi, psi_magnetic = (_course(value) for value in (true, magnetic))
+    unknown = math.nan
+    return imc.EulerAngles(
+        phi=unknown,
+        theta=unknown,
+        psi=unknown if psi is None else psi,
+        psi_magnetic=unknown if psi_magnetic is None else psi_magnetic,
+    )
+
+
+def _eastward(sentence: Any, name: str) -> float:
+    """A deviation or variation (°), positive to the east; 0 if there is none."""
+    return (_number(sentence, name) or 0.0) * (-1.0 if _text(sentence, f"{name}EW") == "W" else 1.0)
+
+
+def describe_missing_fix(kinds: set[str], unchecked: set[str]) -> str:
+    """Why a receiver gives no fix that sends `kinds` of messages, or `unchecked` sentences; empty without either."""
+    if unchecked:
+        return f"sentences have no checksum ({_listed(unchecked)}), and are left out: make the receiver send *hh"
+    if kinds:
+        return f"{_listed(kinds)} received, but no fix: enable NAV-PVT, or the sentences GGA and RMC"
+    return ""
+
+
+def _listed(names: set[str]) -> str:
+    more = ", ..." if len(names) > LISTED else ""
+    return ", ".join(sorted(names)[:LISTED]) + more
 
 
 class FixAssembler:

@@ -121,13 +121,17 @@ class GPSNavigation(Task):
     @consume
     def on_euler_angles(self, angles: imc.EulerAngles) -> None:
         phi, theta, psi = angles.phi, angles.theta, angles.psi
-        if not (abs(phi) <= LARGEST_ANGLE and abs(theta) <= LARGEST_ANGLE and abs(psi) <= LARGEST_ANGLE):
+        has_attitude = abs(phi) <= LARGEST_ANGLE and abs(theta) <= LARGEST_ANGLE
+        has_heading = abs(psi) <= LARGEST_ANGLE
+        lacks_attitude = math.isnan(phi) and math.isnan(theta)  # as a compass of its own does
+        if not (has_attitude or lacks_attitude) or not (has_heading or math.isnan(psi)):
             return
-        if self._is_from(angles, self.yaw) and self._attitude_noise.update(phi + theta + psi):
+        is_yaw = has_heading and self._is_from(angles, self.yaw)
+        if is_yaw and self._attitude_noise.update(phi + theta + psi if has_attitude else psi):
             return
-        if self._is_from(angles, self.imu):
+        if has_attitude and self._is_from(angles, self.imu):
             self._attitude.add(self.now, phi, theta)
-        if self._is_from(angles, self.yaw):
+        if is_yaw:
             self._turns += wrap(psi - self._turns)
             self._heading.add(self.now, self._turns)
 

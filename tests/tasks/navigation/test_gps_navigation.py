@@ -67,6 +67,22 @@ def errors(run, begin=0.0, **options):
     return found
 
 
+def test_a_compass_without_roll_and_pitch_gives_the_heading():
+    """The heading of a GNSS compass has NaN for roll and pitch, which come from an IMU without a heading."""
+    feed = []
+    for message in sensors(60.0):
+        if isinstance(message, imc.EulerAngles):
+            feed.append(message.replace(phi=math.nan, theta=math.nan))
+            feed.append(message.replace(psi=math.nan))
+        else:
+            feed.append(message)
+    run = navigate(feed)
+    assert run.task.entity.state is State.NORMAL
+    state = run.of(imc.EstimatedState)[-1]
+    psi = truth(state.timestamp - run.vehicle.start_time)[2]
+    assert math.remainder(state.psi - psi, math.tau) == pytest.approx(0.0, abs=0.05)
+
+
 def test_position_velocity_and_current_are_found_in_circles():
     run = navigate(sensors(150.0, noise=0.5))
     assert max(errors(run, 30.0)) < 1.5

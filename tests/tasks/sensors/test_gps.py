@@ -251,6 +251,42 @@ def test_a_damaged_ubx_message_is_counted_and_the_next_one_is_taken() -> None:
     assert run.task.receiver.bad >= 1
 
 
+def described(stream: list[tuple[float, bytes]]) -> str:
+    """What the driver says at the end of a stream."""
+    return simulate(GPS, stream=stream, port="/dev/ttyS9", keep_going=True).task.entity.description
+
+
+def test_a_receiver_that_sends_something_else_is_reported_as_that() -> None:
+    old = described([(i, f"$GPGGA,12000{i},4110.0,N,00842.0,W,1,08,0.9,9.0,M,50.0,M,,\r\n".encode()) for i in range(8)])
+    assert old == "/dev/ttyS9: sentences have no checksum (GPGGA), and are left out: make the receiver send *hh"
+    frame = bytearray(b"\x01\x06" + (52).to_bytes(2, "little") + bytes(52))
+    first = second = 0
+    for byte in frame:
+        first = (first + byte) & 0xFF
+        second = (second + first) & 0xFF
+    binary = b"\xb5\x62" + bytes(frame) + bytes((first, second))
+    enable = "received, but no fix: enable NAV-PVT, or the sentences GGA and RMC"
+    assert described([(i, binary) for i in range(8)]) == f"/dev/ttyS9: UBX NAV-SOL {enable}"
+    place = sentence("GPGLL,4916.45,N,12311.12,W,225444,A,A") + sentence("HEHDT,10.0,T")
+    assert described([(i, place) for i in range(8)]) == f"/dev/ttyS9: GPGLL, HEHDT {enable}"
+    assert "baud rate" in described([(i, b"\x80\x99\x12" * 20) for i in range(8)])
+
+
+def test_headings_and_turn_rates_are_published_and_what_they_do_not_say_is_unknown() -> None:
+    contents = ["HEHDT,274.07,T", "HCHDM,90.0,M", "HCHDG,98.3,0.5,E,12.6,W", "GPTHS,123.4,A", "GPTHS,1.0,V", "HEHDT,,T"]
+    contents += ["HEROT,-30.0,A", "HEROT,5.0,V"]
+    run = simulate(GPS, stream=b"".join(map(sentence, contents)))
+    found = run.of(imc.EulerAngles)
+    assert all(math.isnan(angles.phi) and math.isnan(angles.theta) for angles in found)
+    assert [round(math.degrees(angles.psi), 2) for angles in found if angles.psi == angles.psi] == [-85.93, 86.2, 123.4]
+    magnetic = [math.degrees(angles.psi_magnetic) for angles in found]
+    assert [round(value, 2) for value in magnetic if value == value] == [90.0, 98.8]
+    (rates,) = run.of(imc.AngularVelocity)
+    assert rates.z == pytest.approx(math.radians(-0.5))
+    assert math.isnan(rates.x)
+    assert not fixes(run)
+
+
 def test_a_receiver_that_falls_silent_or_is_unplugged_is_an_error() -> None:
     run = simulate(GPS, stream=[*timed(LINES), (30.0, None), (35.0, LINES[3])], seconds=36.0, port="/dev/ttyS9")
     found = [(round(m.timestamp - START), State(m.state), m.description) for m in run.of(imc.EntityState)]
