@@ -9,10 +9,11 @@ from autonomy.navigation.inertial_filter import InertialFilter
 FALLS = 20  # samples that agree before a jump of theirs is used
 FALL, SIGMAS, AGREEMENT = 5.0, 5.5, 10.0  # m; a larger change of pressure is a jump
 HEIGHT_FACTOR = 4.0  # of the variance of heights by GPS, to that of its positions
-HEIGHT_JUMP, HEIGHT_AGREEMENT, HEIGHTS = 20.0, 20.0, 10  # m, m, fixes: GPS against barometer
+HEIGHT_JUMP, HEIGHTS = 20.0, 10  # m, fixes in a row: GPS against barometer
+UNCORRECTED = 5.0  # s; accelerations alone do not give a height for longer
 OFFSET_SHARE = 0.02  # per fix, of the mean by which GPS and barometer differ
 APART = "GPS and barometer disagree on the height, which is not trusted"
-ALONE = "GPS jumps in height, and there is no barometer: the height is not trusted"
+ALONE = "neither barometer nor GPS measures the height, which is not trusted"
 
 
 class AerialHeight:
@@ -37,8 +38,9 @@ class AerialHeight:
         self.filter = InertialFilter(1, *self._acceleration, (self._noise**2, *variances))
         self.filter.position[0] = down
         self.ground, self.pressed = ground, now
-        self._falls, self._heights = JumpGate(FALLS, AGREEMENT), JumpGate(HEIGHTS, HEIGHT_AGREEMENT)
+        self._falls = JumpGate(FALLS, AGREEMENT)
         self._offset = self._above = 0.0
+        self._apart, self._corrected = 0, now
         self._is_unknown = False
 
     def resume(self) -> None:
@@ -65,7 +67,7 @@ class AerialHeight:
         verdict = self._falls.evaluate(not abs(off) <= limit, off)
         if verdict is GateDecision.REJECTED:
             return ""
-        self.pressed = now
+        self.pressed = self._corrected = now
         if verdict is GateDecision.RESET:
             if abs(self._above) < abs(self._above + off):  # GPS agrees with the height, not with the barometer
                 self.ground -= off
@@ -75,21 +77,23 @@ class AerialHeight:
         state.correct((down,), variance)
         return ""
 
-    def correct_by_gps(self, now: float, above_reference: float, variance: float) -> str:
-        """Compare with a height by GPS (m above the reference) of a variance (m²), or correct by it without barometer.
-
-        Returns why the height is not trusted; empty if it is.
-        """
+    def correct_by_gps(self, now: float, above_reference: float, variance: float) -> None:
+        """Compare with a height by GPS (m above the reference) of a variance (m²), or correct by it alone."""
         above = above_reference + self.filter.position[0]
         alone = now - self.pressed > self.timeout
         off = above - self._offset if alone else above
-        verdict = self._heights.evaluate(not abs(off) <= HEIGHT_JUMP, off)
-        if verdict is GateDecision.ACCEPTED:
-            self._above = off
-            if alone:
-                self.filter.correct((self._offset - above_reference,), HEIGHT_FACTOR * variance)
-            else:
-                self._offset += OFFSET_SHARE * (above - self._offset)
-        elif verdict is GateDecision.RESET:
-            return ALONE if alone else APART
-        return ""
+        if not abs(off) <= HEIGHT_JUMP:
+            self._apart += 1
+            return
+        self._apart, self._above = 0, off
+        if alone:
+            self._corrected = now
+            self.filter.correct((self._offset - above_reference,), HEIGHT_FACTOR * variance)
+        else:
+            self._offset += OFFSET_SHARE * (above - self._offset)
+
+    def fault(self, now: float) -> str:
+        """Why the height is not trusted; empty if it is."""
+        if now - self._corrected > UNCORRECTED:
+            return ALONE
+        return APART if self._apart >= HEIGHTS and now - self.pressed <= self.timeout else ""

@@ -15,6 +15,7 @@ THRUST_NOISE = 1.5  # m/s²/√Hz, of accelerations that the thrust should make
 INITIAL_VARIANCES = 0.02, 0.01, 0.01  # m², (m/s)², (m/s²)²
 LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
 PLAUSIBLE_FORCES = 0.4, 2.2  # of what the commanded thrust and the known weight make
+IMPACT = 2  # steps; the ground makes a larger force for a moment, an accelerometer that lies for longer
 FRESH = 1.0  # s; older measurements are not used
 BIAS_MEMORY = 10.0  # s
 BY_FORCE_ALONE = 60.0  # s, how long the accelerometer alone gives the speed
@@ -50,6 +51,7 @@ class VerticalSpeedEstimator:
         self._since = 0.0  # s without barometer
         self._usual_bias = 0.0  # m/s², the mean of the filter's, which is noisy
         self._apart = 0.0
+        self._odd = 0
         self._is_unknown = False
 
     def resume(self) -> None:
@@ -87,6 +89,9 @@ class VerticalSpeedEstimator:
         """
         self._force.update()
         force = self.measured_force(now, expected)
+        self._odd = 0 if force is not None else self._odd + 1
+        if force is None and self._odd <= IMPACT and now - self._force.last <= FRESH:
+            force = self._filter.bias[0] - self._force.value[2]
         measured = expected if force is None else force - self._filter.bias[0]
         self._filter.predict(dt, (GRAVITY - lift * measured,), THRUST_NOISE if force is None else None)
         self._since += dt

@@ -127,7 +127,7 @@ class Navigation(Task):
     @consume
     def on_pressure(self, pressure: imc.Pressure) -> None:
         if self._is_from(pressure, self.barometer):
-            self._height.barometer.receive(self.now, pressure.value)
+            self._height.barometer.receive(self.now_without_stalls, pressure.value)
 
     @consume
     def screen_gps_fix(self, fix: imc.GpsFix) -> None:
@@ -207,6 +207,8 @@ class Navigation(Task):
             self._note_reset()
         if fix is not None:
             self._correct(reference, fix)
+        if fault := self._height.fault(self.now_without_stalls):
+            self._suspend(fault, FAULT_HOLD)
 
     def _hold_fault(self, fault: str) -> None:
         if fault != self._held_fault or self.now > self._held_until:
@@ -232,8 +234,7 @@ class Navigation(Task):
             return
         vn, ve = horizontal.velocity
         north, east = north + age * vn, east + age * ve
-        if fault := self._height.correct_by_gps(self.now_without_stalls, fix.height - reference.height, variance):
-            self._suspend(fault, FAULT_HOLD)
+        self._height.correct_by_gps(self.now_without_stalls, fix.height - reference.height, variance)
         if self._moved_on:
             self._moved_on = False
             horizontal.reset((north, east), variance)
