@@ -100,7 +100,7 @@ class ConversionContext:
         """The level of an item. Raises MissionError."""
         if frame not in POSITIONS:
             raise MissionError(MissionResult.UNSUPPORTED_FRAME, f"frame {frame} has no meaning for a position")
-        if math.isnan(z) and (self.flies or self.dives):
+        if math.isnan(z):
             raise _bad_z("altitude is not a number")
         if abs(z) > FARTHEST_UP:
             raise _bad_z(f"altitude {z:g} m is out of range")

@@ -14,7 +14,7 @@ from mavlink.missions.enums import (
     MissionResult,
     MissionType,
 )
-from mavlink.missions.item import DEGREES, Item, to_float32
+from mavlink.missions.item import DEGREES, Item, check_position, to_float32
 from mavlink.positions import degrees_e7
 from support.wgs84 import displace, displacement
 
@@ -93,12 +93,7 @@ def _check(item: Item) -> None:
         raise MissionError(MissionResult.UNSUPPORTED_FRAME, f"frame {item.frame} has no meaning for a fence")
     if item.param1 != CORNERS:
         raise MissionError(MissionResult.INVALID_PARAM1, f"its polygon has {item.param1:g} corners; {ADVICE}")
-    if abs(item.x) > 90 * DEGREES:
-        raise MissionError(MissionResult.INVALID_PARAM5_X, f"latitude {item.x} is out of range; it counts 1e-7 degrees")
-    if abs(item.y) > 180 * DEGREES:
-        raise MissionError(
-            MissionResult.INVALID_PARAM6_Y, f"longitude {item.y} is out of range; it counts 1e-7 degrees"
-        )
+    check_position(item)
 
 
 def _rectangle(items: Sequence[Item], limits: imc.OperationalLimits) -> imc.OperationalLimits:

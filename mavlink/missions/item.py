@@ -87,6 +87,16 @@ class Item(NamedTuple):
         return LAYOUT.pack(*floats, *places, to_float32(self.z), int(self.command) & 0xFFFF, *small)
 
 
+def check_position(item: Item) -> None:
+    """Raises MissionError if x or y are no latitude or longitude."""
+    for value, limit, name, result in (
+        (item.x, 90, "latitude", MissionResult.INVALID_PARAM5_X),
+        (item.y, 180, "longitude", MissionResult.INVALID_PARAM6_Y),
+    ):
+        if abs(value) > limit * DEGREES:
+            raise MissionError(result, f"{name} {value} is out of range; it counts 1e-7 degrees")
+
+
 def to_float32(value: float) -> float:
     """The nearest number that a field of 32 bits holds."""
     try:

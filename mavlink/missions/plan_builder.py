@@ -8,7 +8,7 @@ import imc
 from mavlink.missions.conversion_context import ConversionContext, Level, Units
 from mavlink.missions.enums import PARAMETERS, MissionError, MissionResult
 from mavlink.missions.fence import inside
-from mavlink.missions.item import DEGREES, Item
+from mavlink.missions.item import DEGREES, Item, check_position
 from mavlink.missions.item_map import ItemMap
 
 LONGEST = 65_535  # s, of what IMC lets a maneuver last
@@ -117,12 +117,7 @@ class PlanBuilder:
 
     def item_position(self, item: Item) -> Place | None:
         """The position (rad) of an item; latitude and longitude 0 are none. Raises MissionError."""
-        for value, limit, name, result in (
-            (item.x, 90, "latitude", MissionResult.INVALID_PARAM5_X),
-            (item.y, 180, "longitude", MissionResult.INVALID_PARAM6_Y),
-        ):
-            if abs(value) > limit * DEGREES:
-                raise MissionError(result, f"{name} {value} is out of range; it counts 1e-7 degrees")
+        check_position(item)
         if item.x == 0 and item.y == 0:
             return None
         self.place = math.radians(item.x / DEGREES), math.radians(item.y / DEGREES)

@@ -1,5 +1,6 @@
 """Items of a mission as an IMC plan."""
 
+import math
 from collections.abc import Sequence
 
 from mavlink.missions.command_conversion import COMMANDS, UNKNOWN
@@ -13,7 +14,7 @@ from mavlink.missions.enums import (
     MissionResult,
     MissionType,
 )
-from mavlink.missions.item import Item, first_item_seq
+from mavlink.missions.item import WITHOUT_POSITION, Item, check_position, first_item_seq
 from mavlink.missions.plan_builder import ConvertedPlan, PlanBuilder
 from mavlink.modes import Flavor
 
@@ -30,6 +31,8 @@ def plan_of(items: Sequence[Item], flavor: Flavor, context: ConversionContext) -
     builder = PlanBuilder(context, first)
     seq, item = 0, Item(MISSION, MissionCommand.NAV_WAYPOINT)
     try:
+        for item in items[:first]:
+            _check_home(item)
         for seq, item in enumerate(items[first:], first):
             if seq >= MOST_ITEMS:
                 raise MissionError(MissionResult.NO_SPACE, f"a mission has at most {MOST_ITEMS} items")
@@ -39,6 +42,15 @@ def plan_of(items: Sequence[Item], flavor: Flavor, context: ConversionContext) -
         return builder.finish()
     except MissionError as error:
         raise error.for_item(seq, item.command) from None
+
+
+def _check_home(item: Item) -> None:
+    """ArduPilot's item 0 is not kept, as home is the vehicle's own; one that no vehicle could have is an error."""
+    _check(item)
+    if item.command not in WITHOUT_POSITION:
+        check_position(item)
+        if not math.isfinite(item.z):
+            raise MissionError(MissionResult.INVALID_PARAM7, "altitude is not a number")
 
 
 def _check(item: Item) -> None:

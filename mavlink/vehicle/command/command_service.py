@@ -17,6 +17,9 @@ from mavlink.vehicle.model import VehicleModel
 from mavlink.vehicle.service import Handler, MavlinkService
 from mavlink.vehicle.session import Session
 
+WITHOUT_PROGRESS = frozenset({176, 262, 400})
+"""Modes and arming: MAVSDK 4 takes "in progress" for the end of these, and gives up."""
+
 Command = Callable[[Session, CommandRequest, float], CommandResult | None]
 """Carries out a request; None if that takes time, and its `finish` is called later."""
 
@@ -45,18 +48,18 @@ class CommandService(MavlinkService):
         """Carry out a command, acknowledge it, and send the reason if it is refused.
 
         An order that takes time is acknowledged when the vehicle has answered, and before that as in progress if that
-        takes long.
+        takes long, except for those WITHOUT_PROGRESS.
         """
         pending, command = self._pending.setdefault(session, {}), message.values["command"]
         key = message.system, message.component, command
         last = pending.get(key)
         if last is not None and last.is_repeated_by(message, self._model.command_count, now):
-            acknowledge(session, message, last.reply or CommandResult(MavResult.IN_PROGRESS), now)
+            if last.reply is not None or command not in WITHOUT_PROGRESS:
+                acknowledge(session, message, last.reply or CommandResult(MavResult.IN_PROGRESS), now)
             return
         self._model.command_count += command in self._moving
-        begun = PendingCommand(
-            message, now + REPEATED * session.speed, now + session.retry_period, self._model.command_count
-        )
+        progress_due = math.inf if command in WITHOUT_PROGRESS else now + session.retry_period
+        begun = PendingCommand(message, now + REPEATED * session.speed, progress_due, self._model.command_count)
 
         def finish(reply: CommandResult) -> None:
             if begun.reply is None:

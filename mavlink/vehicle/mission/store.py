@@ -1,23 +1,23 @@
 """The mission that all ground stations and IMC consoles share: its items, its plan, its fence, its progress."""
 
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from enum import IntEnum
 
 import imc
-from autonomy.plans import remaining_plan
+from autonomy.plans import main_sequence, remaining_plan
 from mavlink import FLAVORS, Flavor
 from mavlink.missions import (
     Item,
     ItemMap,
-    fence_items,
     first_item_seq,
     home_item,
     items_of,
-    limits_with_fence,
     opaque_id,
     plan_of,
 )
 from mavlink.vehicle.interfaces import VehiclePort
+from mavlink.vehicle.mission.fence_store import FenceStore
 from mavlink.vehicle.mission.plan_client import OnReply, PlanClient, PlanReply
 from mavlink.vehicle.model import GUIDED_PLANS, VehicleModel
 
@@ -55,11 +55,9 @@ class MissionStore:
         self.current = 0
         self._plans = plans
         self._settings = model.conversion_settings
-        self._limits = model.limits
-        self._port = port
+        self._fence = FenceStore(model.limits, port)
         self._reach = reach
         self._items: list[Item] = []
-        self._home: Item | None = None
         self._item_map = ItemMap()
         self._maneuver = ""
         self._next: str | None = None
@@ -68,14 +66,13 @@ class MissionStore:
         self._is_old = False  # the vehicle still flies what was the mission before
 
     def items(self, flavor: Flavor) -> list[Item]:
-        """The items for stations of a flavor, as they were uploaded."""
-        home = self._home or home_item(self._settings().home)
+        """The items for stations of a flavor, as they were uploaded; item 0 of ArduPilot is the vehicle's home."""
+        home = home_item(self._settings().home)
         return ([home] * first_item_seq(flavor) if self.plan is not None else []) + self._items
 
     def fence(self) -> list[Item]:
-        """The corners of the area in the operational limits."""
-        limits = self._limits.message
-        return [] if limits is None else fence_items(limits)
+        """The corners of the area in the operational limits, in the order in which they were uploaded."""
+        return self._fence.items()
 
     def id(self, flavor: Flavor) -> int:
         """The opaque id, 0 for no mission."""
@@ -87,19 +84,28 @@ class MissionStore:
         if not items[first:]:
             self.clear(then, now)
             return
-        converted = plan_of(items, flavor, self._settings())
+        # whether it has to take off first is decided when it is started
+        converted = plan_of(items, flavor, replace(self._settings(), aloft=False))
 
         def adopt(outcome: PlanReply) -> None:
             if outcome.done:
                 self._replace(converted.plan, list(items[first:]), converted.item_map.renumbered(-first))
-                self._home = items[0] if first else None
             then(outcome)
 
         self._plans.store(converted.plan, adopt, now)
 
-    def put_fence(self, items: Sequence[Item]) -> None:
-        """Make uploaded corners the area of the operational limits. Raises BadItem."""
-        self._port.publish(limits_with_fence(items, self._limits.message).replace(dst=self._port.imc_id))
+    def put_fence(self, items: Sequence[Item], then: OnReply, now: float) -> None:
+        """Make uploaded corners the area of the operational limits, once these have it. Raises BadItem."""
+        self._fence.put(items, then, now)
+
+    def poll(self, now: float) -> None:
+        """Answer for a fence that the vehicle has taken, or does not take."""
+        self._fence.poll(now)
+
+    @property
+    def next_deadline(self) -> float | None:
+        """When a fence has been waiting too long, in s since 1970."""
+        return self._fence.next_deadline
 
     def clear(self, then: OnReply, now: float) -> None:
         """Forget the mission, and delete its plan if it came from here."""
@@ -123,8 +129,10 @@ class MissionStore:
         if number is not None and maneuver is None:
             then(PlanReply(False, f"no item from {number} on moves the vehicle"))
             return
-        if maneuver is not None and maneuver != plan.start_man_id:
-            rest = remaining_plan(plan, maneuver, takeoff=not self._settings().aloft)
+        aloft, maneuver = self._settings().aloft, maneuver or plan.start_man_id
+        maneuver = skip_takeoff(plan, maneuver) if aloft else maneuver
+        if maneuver != plan.start_man_id:
+            rest = remaining_plan(plan, maneuver, takeoff=not aloft)
             plan = rest.replace(plan_id=plan.plan_id + REST_SUFFIX)  # the database keeps what is started under its name
         self._plans.start(plan, then, now)
 
@@ -226,7 +234,7 @@ class MissionStore:
         self.state = MissionState.NOT_STARTED
 
     def _forget(self) -> None:
-        self.plan, self._items, self._item_map, self._home = None, [], ItemMap(), None
+        self.plan, self._items, self._item_map = None, [], ItemMap()
         self.state, self.current, self._maneuver, self._next = MissionState.NO_MISSION, 0, "", None
 
     def _follow(self, maneuver: str) -> None:
@@ -262,3 +270,13 @@ class MissionStore:
                 self._reach(over)
         else:
             self._interrupt()
+
+
+def skip_takeoff(plan: imc.PlanSpecification, maneuver: str) -> str:
+    """The maneuver after a Takeoff, for an aircraft in the air; the Takeoff itself if nothing follows."""
+    nodes = main_sequence(plan)[0]
+    names = [node.maneuver_id for node in nodes]
+    if maneuver not in names:
+        return maneuver
+    rest = nodes[names.index(maneuver) :]
+    return next((node.maneuver_id for node in rest if not isinstance(node.data, imc.Takeoff)), maneuver)

@@ -89,6 +89,7 @@ class MissionTransfer(MavlinkService):
 
     def poll(self, now: float) -> None:
         """Ask again for items that have not come, and give up at last; repeat an answer that may have been lost."""
+        self.mission.poll(now)
         echo = self._echo
         if echo is not None and now >= echo.due:
             acknowledge(echo.upload.session, echo.upload.message, echo.result, echo.id)
@@ -110,7 +111,10 @@ class MissionTransfer(MavlinkService):
     def next_deadline(self) -> float | None:
         """When an item or an echo is due, in s since 1970."""
         echo = [] if self._echo is None else [self._echo.due]
-        return min([*echo, *(upload.due for upload in self._uploads.values() if not upload.storing)], default=None)
+        fence = [] if self.mission.next_deadline is None else [self.mission.next_deadline]
+        return min(
+            [*echo, *fence, *(upload.due for upload in self._uploads.values() if not upload.storing)], default=None
+        )
 
     def items(self, kind: int, session: Session) -> Sequence[Item]:
         if kind == MissionType.MISSION:
@@ -223,12 +227,19 @@ class MissionTransfer(MavlinkService):
         if any(kind in (upload.kind, MissionType.ALL) for upload in self._uploads.values()):
             acknowledge(session, message, MissionResult.DENIED)
             return
+
+        def clear_mission(outcome: PlanReply) -> None:
+            if not outcome.done:
+                acknowledge(session, message, MissionResult.ERROR)
+            elif kind in (MissionType.MISSION, MissionType.ALL):
+                self.mission.clear(lambda _: acknowledge(session, message, MissionResult.ACCEPTED), now)
+            else:
+                acknowledge(session, message, MissionResult.ACCEPTED)
+
         if kind in (MissionType.FENCE, MissionType.ALL) and self.mission.fence():
-            self.mission.put_fence(())
-        if kind in (MissionType.MISSION, MissionType.ALL):
-            self.mission.clear(lambda _: acknowledge(session, message, MissionResult.ACCEPTED), now)
+            self.mission.put_fence((), clear_mission, now)
         else:
-            acknowledge(session, message, MissionResult.ACCEPTED)
+            clear_mission(PlanReply(True))
 
     def _set_current(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """The older form of MAV_CMD_DO_SET_MISSION_CURRENT, which has no acknowledgment."""
@@ -266,12 +277,16 @@ class MissionTransfer(MavlinkService):
         items = upload.items + upload.tail
         try:
             if upload.kind == MissionType.FENCE:
-                self.mission.put_fence(items)
-                self._finish(upload, MissionResult.ACCEPTED, now)
+                self.mission.put_fence(items, lambda done: self._stored_fence(upload, done, now), now)
             else:
                 self.mission.put_items(items, upload.session.flavor, lambda done: self._stored(upload, done, now), now)
         except BadItem as bad:
             self._refuse(upload, bad, now)
+
+    def _stored_fence(self, upload: Upload, outcome: PlanReply, now: float) -> None:
+        self._finish(upload, MissionResult.ACCEPTED if outcome.done else MissionResult.ERROR, now)
+        if not outcome.done:
+            upload.session.send_statustext(statustext.WARNING, f"Fence refused: {outcome.reason}", now)
 
     def _stored(self, upload: Upload, outcome: PlanReply, now: float) -> None:
         self._finish(upload, MissionResult.ACCEPTED if outcome.done else MissionResult.ERROR, now)

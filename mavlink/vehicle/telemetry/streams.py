@@ -62,7 +62,7 @@ STREAMS: Mapping[str, MessageStream] = {
         MessageStream("SYSTEM_TIME", 1.0, STATUS, "the clock", status.system_time),
         MessageStream("GPS_RAW_INT", 2.0, STATUS, "GpsFix", motion.gps_raw),
         MessageStream("ATTITUDE", "attitude_rate", EXTRA_1, "EstimatedState", motion.attitude),
-        MessageStream("ATTITUDE_QUATERNION", 0.0, EXTRA_1, "EstimatedState", motion.attitude_quaternion),
+        MessageStream("ATTITUDE_QUATERNION", 2.0, EXTRA_1, "EstimatedState", motion.attitude_quaternion),
         MessageStream("LOCAL_POSITION_NED", "position_rate", POSITION, "EstimatedState", motion.local_position),
         MessageStream(
             "GLOBAL_POSITION_INT", "position_rate", POSITION, "EstimatedState", motion.global_position, low=1.0
@@ -105,7 +105,7 @@ STREAMS: Mapping[str, MessageStream] = {
             sensors.distance_sensors,
         ),
         MessageStream("RAW_IMU", 0.0, RAW, "Acceleration, AngularVelocity, MagneticField", sensors.raw_imu),
-        MessageStream("HIGHRES_IMU", 0.0, 0, "Acceleration, AngularVelocity, MagneticField", sensors.highres_imu),
+        MessageStream("HIGHRES_IMU", 1.0, 0, "Acceleration, AngularVelocity, MagneticField", sensors.highres_imu),
         MessageStream("CURRENT_MODE", 0.5, 0, "VehicleState, PlanControlState", status.current_mode),
         MessageStream("ESTIMATOR_STATUS", 0.5, 0, "NavigationUncertainty", motion.estimator_status),
         MessageStream("WATER_DEPTH", 0.5, 0, "EstimatedState of vessels", motion.water_depth),

@@ -107,6 +107,7 @@ def refusal(items, settings=SUBMARINE, flavor=PX4):
         ([item(C.NAV_LOITER_TO_ALT)], BOAT, R.UNSUPPORTED, "item 0 (NAV_LOITER_TO_ALT): a boat stays at the surface"),
         ([bare(C.NAV_DELAY, -1, 12)], BOAT, R.INVALID_PARAM1,
          "item 0 (NAV_DELAY): the vehicle cannot wait for a time of day"),
+        ([waypoint(1, 0, NAN)], BOAT, R.INVALID_PARAM7, "item 0 (NAV_WAYPOINT): altitude is not a number"),
         ([item(C.NAV_LAND)], BOAT, R.UNSUPPORTED, "item 0 (NAV_LAND): a boat does not land"),
         ([item(C.NAV_LAND, 0, 0, 0, 0, 2)], COPTER, R.INVALID_PARAM2,
          "item 0 (NAV_LAND): the vehicle has no precision landing"),

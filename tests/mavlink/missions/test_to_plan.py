@@ -30,7 +30,8 @@ from mission_samples import (
 )
 
 import imc
-from mavlink.missions import Item, ItemMap, MissionCommand, plan_of
+from mavlink.missions import BadItem, Item, ItemMap, MissionCommand, plan_of
+from mavlink.missions import MissionResult as R
 
 C = MissionCommand
 DEPTH, ALTITUDE, HEIGHT, NONE = imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE, imc.ZUnits.HEIGHT, imc.ZUnits.NONE
@@ -75,7 +76,6 @@ def test_a_waypoint_without_a_position_changes_only_the_depth():
         (SUBMARINE, 11, 3.0, (3.0, ALTITUDE)),
         (BOAT, 6, 0.0, (0.0, DEPTH)),
         (BOAT, 3, 50.0, (0.0, DEPTH)),  # what consoles send by default
-        (BOAT, 3, NAN, (0.0, DEPTH)),
         (replace(COPTER, aloft=True), 6, 20.0, (float32(GROUND + 20.0), HEIGHT)),
         (replace(COPTER, aloft=True), 0, 50.0, (float32(GROUND - 30.0 + 50.0), HEIGHT)),
         (replace(COPTER, aloft=True), 11, 20.0, (20.0, ALTITUDE)),
@@ -235,7 +235,7 @@ def test_the_camera_is_switched_where_the_mission_says_so():
 
 
 def test_item_0_of_ardupilot_is_home_and_not_flown():
-    home = Item(0, 16, x=10**9, y=5, z=NAN, param1=math.inf)  # whatever it is
+    home = Item(0, 16, x=0, y=5, z=-7.0, param1=NAN)
     plan, table = plan_of([home, waypoint(10), waypoint(20)], ARDUPILOT, SUBMARINE)
     assert [m.maneuver_id for m in plan.maneuvers] == ["Goto1", "Goto2"]
     assert (table.steps, table.first) == (((), ("Goto1",), ("Goto2",)), 1)
@@ -245,6 +245,23 @@ def test_item_0_of_ardupilot_is_home_and_not_flown():
         table.current_item("Goto2"),
     ) == ((), (1,), 2)
     assert table.renumbered(-1) == ItemMap((("Goto1",), ("Goto2",)))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "result"),
+    [
+        ({"x": 2_000_000_000}, R.INVALID_PARAM5_X),
+        ({"y": -1_900_000_000}, R.INVALID_PARAM6_Y),
+        ({"z": NAN}, R.INVALID_PARAM7),
+        ({"param1": math.inf}, R.INVALID_PARAM1),
+        ({"frame": 77}, R.UNSUPPORTED_FRAME),
+        ({"command": 9999}, R.UNSUPPORTED),
+    ],
+)
+def test_an_item_0_that_no_home_can_have_is_refused(wrong, result):
+    with pytest.raises(BadItem, match="item 0") as error:
+        plan_of([Item(0, 16)._replace(**wrong), waypoint(10)], ARDUPILOT, SUBMARINE)
+    assert error.value.result == result
 
 
 def test_the_maneuvers_follow_each_other():

@@ -63,6 +63,14 @@ def test_a_vehicle_on_its_plan_says_all_that_it_measures(said):
     assert {name for name, instances in found.items() if instances} == ALWAYS | BESIDES[profile]
 
 
+def test_quaternion_and_imu_come_without_a_request(said):
+    _, found, _, flown = said
+    rates = flown.link.endpoint.telemetry.rates(low=False)
+    for name in ("ATTITUDE_QUATERNION", "HIGHRES_IMU"):
+        assert rates[name] >= 1.0
+        assert found[name]
+
+
 def test_figures_are_those_of_the_vehicle(said):
     profile, found, truth, flown = said
     before = next(t for t in reversed(flown.truths) if t.timestamp <= truth.timestamp - 1.0)

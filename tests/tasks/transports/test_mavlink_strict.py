@@ -129,6 +129,13 @@ def test_everything_gets_through_in_real_time(tmp_path):
         vehicle.close()
 
 
+def test_a_fence_can_be_read_back_as_it_came_once_it_is_acknowledged(afloat):
+    peer = afloat.peer()
+    for corners in (FENCED, FENCED[::-1], [*FENCED[2:], *FENCED[:2]]):
+        assert peer.upload(corners, FENCE)["type"] == ACCEPTED
+        assert same(corners, peer.download(FENCE)[0])
+
+
 def asked_for(peer, since):
     """When (s after a time) which items were asked for, and how the upload ended."""
     heard = [(at - since, name, values) for at, name, values in peer.heard if at > since]

@@ -11,6 +11,7 @@ from tests.mavlink.vehicle.desk import State
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS = range(6)
 HOLD = (1, 4, 3)
+RETURN = {"target_component": 1, "command": 20}
 ORDER = {"target_component": 1, "command": 176, "param1": 1, "param2": 4, "param3": 3}
 MANEUVER = imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER)
 
@@ -183,8 +184,8 @@ def test_an_order_that_takes_time_is_acknowledged_when_the_vehicle_has_answered(
     desk.answers = False
     desk.locate()
     desk.endpoint.update_state(MANEUVER, "", desk.now)
-    assert desk.ask("COMMAND_LONG", target_system=26, **ORDER) == []
-    assert [m.values["result"] for m in desk.ask("COMMAND_LONG", target_system=26, confirmation=1, **ORDER)] == [5]
+    assert desk.ask("COMMAND_LONG", target_system=26, **RETURN) == []
+    assert [m.values["result"] for m in desk.ask("COMMAND_LONG", target_system=26, confirmation=1, **RETURN)] == [5]
     assert progress(desk, desk.now + 0.1) == desk.now + 0.25
     assert desk.said() == []
     assert progress(desk, desk.now + 0.3) is None
@@ -195,11 +196,24 @@ def test_an_order_that_takes_time_is_acknowledged_when_the_vehicle_has_answered(
     assert desk.said() == []
     desk.endpoint.plans.receive(desk.requests[0].replace(type=kind.SUCCESS))
     (ack,) = desk.said()
-    assert (ack.values["command"], ack.values["result"], ack.values["target_system"]) == (176, ACCEPTED, 255)
+    assert (ack.values["command"], ack.values["result"], ack.values["target_system"]) == (20, ACCEPTED, 255)
     desk.endpoint.plans.receive(desk.requests[0].replace(type=kind.SUCCESS))
     assert desk.said() == []
-    assert desk.command(176, *HOLD, confirmation=2)[0] == ACCEPTED
+    assert desk.command(20, confirmation=2)[0] == ACCEPTED
     assert len(desk.requests) == 1
+
+
+def test_a_mode_that_takes_time_is_not_in_progress_as_mavsdk_would_give_up(desk):
+    desk.answers = False
+    desk.locate()
+    desk.endpoint.update_state(MANEUVER, "", desk.now)
+    assert desk.ask("COMMAND_LONG", target_system=26, **ORDER) == []
+    assert desk.ask("COMMAND_LONG", target_system=26, confirmation=1, **ORDER) == []
+    assert progress(desk, desk.now + 0.3) is None
+    assert desk.said() == []
+    assert len(desk.requests) == 1, "the same order again means that the answer was lost"
+    desk.endpoint.plans.receive(desk.requests[0].replace(type=imc.PlanControl.Type.SUCCESS))
+    assert [m.values["result"] for m in desk.said()] == [ACCEPTED]
 
 
 @pytest.mark.parametrize("between", ["hold", "mode", "nothing"])

@@ -1,5 +1,9 @@
 """A mission under way, without a socket: progress, pause, start, and plans of others."""
 
+import math
+
+import pytest
+
 import imc
 from tests.mavlink.vehicle.mission_console import ACCEPTED, Console, follow, read, waypoint
 
@@ -66,3 +70,26 @@ def test_another_plan_that_the_vehicle_executes_becomes_the_mission(afloat):
     assert (current["total"], current["mission_id"] not in (0, before)) == (2, True)
     follow(afloat, imc.PlanControlState.State.EXECUTING, "b", plan="survey")
     assert (console.current()["seq"], console.current()["mission_state"]) == (1, 3)
+
+
+@pytest.mark.parametrize("uploaded", ["on the ground", "in the air"])
+@pytest.mark.parametrize("started", ["on the ground", "in the air"])
+def test_whether_an_aircraft_takes_off_first_is_decided_when_the_mission_starts(open_desk, uploaded, started):
+    desk = open_desk("px4", "copter")
+    desk.locate(lat=math.radians(40.1), lon=math.radians(-8.6), height=55.0, depth=-1.0)
+    console, ground, air = Console(desk), imc.ArmingState.State.DISARMED, imc.ArmingState.State.ARMED
+
+    def show(where):
+        state = air if where == "in the air" else ground
+        desk.endpoint.update_state(imc.ArmingState(state=state), "Autopilot", desk.now)
+        assert desk.endpoint.model.airborne is (where == "in the air")
+
+    show(uploaded)
+    assert console.upload([waypoint(0, z=20.0), waypoint(1, z=20.0)])[0]["type"] == ACCEPTED
+    show(started)
+    said = console.say("COMMAND_LONG", command=300)
+    assert [m.values["result"] for m in said if m.name == "COMMAND_ACK"] == [ACCEPTED]
+    begins = ["Goto0", "Goto1"] if started == "in the air" else ["Takeoff0", "Goto0", "Goto1"]
+    plan = desk.requests[-1].arg
+    assert [m.maneuver_id for m in plan.maneuvers] == begins
+    assert plan.start_man_id == begins[0]

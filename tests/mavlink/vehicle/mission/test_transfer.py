@@ -16,8 +16,10 @@ from tests.mavlink.vehicle.mission_console import (
     CANCELLED,
     DENIED,
     DIALECT,
+    ERROR,
     FENCE,
     INVALID,
+    INVALID_5,
     INVALID_7,
     LAT,
     LON,
@@ -25,6 +27,7 @@ from tests.mavlink.vehicle.mission_console import (
     RALLY,
     UNSUPPORTED,
     Console,
+    read,
     waypoint,
 )
 
@@ -61,11 +64,22 @@ def test_stations_of_two_flavors_see_one_mission(afloat):
     assert ardupilot.upload([home, waypoint(1), waypoint(2)])[0]["type"] == ACCEPTED
     _, found = px4.download()
     assert [(m["seq"], m["x"]) for m in found] == [(0, LAT + 1000), (1, LAT + 2000)]
-    assert same(home, ardupilot.download()[1][0])
     assert (px4.current()["total"], ardupilot.current()["total"]) == (2, 2)
     assert px4.upload([waypoint(0)])[0]["type"] == ACCEPTED
     _, found = ardupilot.download()
     assert [m["x"] for m in found] == [pytest.approx(401_000_000, abs=2), LAT]
+
+
+def test_item_0_of_ardupilot_is_the_home_of_the_vehicle_whatever_was_sent(afloat):
+    station = Console(afloat, "ardupilot", 254)
+    elsewhere = waypoint(0, frame=3, z=7.0, x=LAT + 5000, param4=0.0)
+    assert station.upload([elsewhere, waypoint(1)])[0]["type"] == ACCEPTED
+    home, _ = station.download()[1]
+    assert (home["frame"], home["command"], home["x"], home["z"]) == (0, 16, pytest.approx(LAT, abs=2), 0.0)
+    ack, texts = station.upload([{**elsewhere, "x": 2_000_000_000}, waypoint(1)])
+    assert ack["type"] == INVALID_5
+    assert "item 0" in texts[0]
+    assert station.download()[0]["count"] == 2, "the mission before it stays"
 
 
 def test_lost_doubled_and_reordered_items(afloat):
@@ -252,6 +266,49 @@ def test_a_fence_is_the_area_of_the_operational_limits(afloat):
     assert texts
     assert console.say("MISSION_CLEAR_ALL", mission_type=FENCE)[0].values["type"] == ACCEPTED
     assert console.download(FENCE)[0]["count"] == 0
+
+
+CORNERS = [
+    dict(waypoint(n), frame=0, command=5001, param1=4.0, x=LAT + x, y=LON + y, z=0.0)
+    for n, (x, y) in enumerate(((9000, 9000), (0, 9000), (0, 0), (9000, 0)))
+]
+
+
+def test_a_fence_is_returned_in_the_order_in_which_it_came(afloat):
+    console = Console(afloat)
+    assert console.upload(CORNERS, FENCE)[0]["type"] == ACCEPTED
+    found = console.download(FENCE)[1]
+    assert [(m["x"], m["y"]) for m in found] == [(c["x"], c["y"]) for c in CORNERS]
+    other = afloat.endpoint.model.latest.get(imc.OperationalLimits)
+    afloat.endpoint.update_state(other.replace(length=other.length + 50.0), "Limits", afloat.now)
+    found = console.download(FENCE)[1]
+    assert [(m["x"], m["y"]) for m in found] != [(c["x"], c["y"]) for c in CORNERS], "somebody else has set another"
+
+
+@pytest.mark.parametrize("after", [0.4, 9.0])
+def test_a_fence_is_acknowledged_when_it_can_be_read_back(afloat, monkeypatch, after):
+    console, asked = Console(afloat), []
+    monkeypatch.setattr(afloat, "publish", asked.append)
+    said = console.say("MISSION_COUNT", count=4, mission_type=FENCE)
+    for corner in CORNERS:
+        said = console.say("MISSION_ITEM_INT", **corner, mission_type=FENCE)
+    assert said == [], "the vehicle has not taken it yet"
+    assert console.say("MISSION_CLEAR_ALL", mission_type=FENCE)[0].values["type"] == DENIED
+    transfer = afloat.endpoint.mission_transfer
+    assert transfer.next_deadline == afloat.now + 3.0
+    afloat.now += after
+    if after < 3.0:
+        afloat.endpoint.update_state(asked[0], "Limits", afloat.now)
+    transfer.poll(afloat.now)
+    said = console.heard()
+    assert [m.values["type"] for m in said if m.name == "MISSION_ACK"] == [ACCEPTED if after < 3.0 else ERROR]
+    assert console.download(FENCE)[0]["count"] == (4 if after < 3.0 else 0)
+    assert read(said) == ([] if after < 3.0 else ["Fence refused: the operational limits do not take it"])
+    if after < 3.0:
+        assert console.say("MISSION_CLEAR_ALL", mission_type=FENCE) == []
+        afloat.endpoint.update_state(asked[1], "Limits", afloat.now)
+        transfer.poll(afloat.now)
+        assert [m.values["type"] for m in console.heard()] == [ACCEPTED]
 
 
 @settings(max_examples=150)
