@@ -21,11 +21,13 @@ from shoal.cli.options import (
 from shoal.cli.vehicle_subprocesses import resolve_process_option
 from support.diagnostics import ProfileError
 from support.file_errors import add_path_to_errors
+from support.terminal_text import quoted
 
 STATE = Path("/var/lib/shoal")
 WATCHDOG = 15  # s; the run itself breaks a handler after 5 s
 CLOCK = 30  # s
 HOMES = (Path("/home"), Path("/root"))
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._~-]{0,99}")  # nothing that systemd or a shell expands
 HIDDEN = (*HOMES, Path("/tmp"), Path("/var/tmp"))
 
 UNIT = """\
@@ -194,9 +196,15 @@ def service(
         words = ", ".join(map(str, hidden))
         click.echo(f"warning: the service or its user {user} may not see {words}: use /opt or /etc instead", err=True)
     name = f"{loaded.vehicle}-{part}" if part else loaded.vehicle
+    if not NAME.fullmatch(name):
+        words = f"{quoted(name)} cannot be in the name of a service; use letters, digits, '.', '_', '~' and '-'"
+        raise click.ClickException(f"{words}: -V NAME names the vehicle")
+    for word in (str(Path.cwd()), source, *_program(), *options):
+        if not word.isprintable():
+            raise click.ClickException(f"{quoted(word)} has a line break or another control character: rename it")
     text = UNIT.format(
         vehicle=name,
-        command=" ".join(map(shlex.quote, ["shoal", "service", profile, *options])).replace("\n", " "),
+        command=" ".join(map(shlex.quote, ["shoal", "service", profile, *options])),
         working=_escaped(str(Path.cwd())),
         wait=WAIT.format(vehicle=name, seconds=wait_for_clock) if wait_for_clock else "",
         start=" ".join(map(quote_for_systemd, [*_program(), "run", source, *options])),

@@ -17,6 +17,7 @@ from shoal.network.link import NetworkError, NoAnswer
 from shoal.network.network import Network
 from shoal.network.system_table import NetworkSystem
 from support.file_errors import add_path_to_errors
+from support.terminal_text import quoted
 
 if TYPE_CHECKING:
     from ftplib import FTP
@@ -75,6 +76,8 @@ class AsyncRemoteLogs:
         kept with .other behind its name. `progress` gets the number of bytes of each step, in another thread. Raises
         NetworkError, and OSError for the folder.
         """
+        if not _is_name(self._system.name):  # a stranger may announce any
+            raise NetworkError(f"{quoted(self._system.name)} cannot be the name of a folder: no log of it is fetched")
         places = await self._places()
         target = folder / self._system.name / log.name
         await asyncio.to_thread(_fetch, places, log, target, progress)

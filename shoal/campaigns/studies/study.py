@@ -27,7 +27,7 @@ from shoal.campaigns.studies.bundle import StudyBundle, make_bundle
 from shoal.campaigns.studies.dry_run import DryRun
 from shoal.scenarios import ScenarioDocument, ScenarioFileError
 from support.located_yaml import Node, parse_yaml_tree, read_text
-from support.terminal_text import with_suggestion
+from support.terminal_text import quoted, with_suggestion
 
 STUDY_SUFFIX = ".study.yaml"
 LOGS = ("all", "failed", "none")
@@ -131,7 +131,7 @@ class _Reader:
         ending = self._stopping_rule(design, runs)
         design.runs = ending.max_runs if sampling in FIXED_SIZE_SAMPLINGS or search is not None else 0
         logs = self._word("logs", LOGS, "none")
-        name = self._text("study", self._path.name.removesuffix(STUDY_SUFFIX))
+        name = self._name()
         rehearsal = DryRun(self._draft, design, self._lines(), self._fixed)
         first = rehearsal.first_valid_values(ending.max_runs)
         if not has_begun:
@@ -140,6 +140,13 @@ class _Reader:
         digest = self._digest(design, bundle, search)
         about = self._text("description", "")
         return Study(name, self._path, path, design, ending, logs, self._fixed, digest, about, bundle, search)
+
+    def _name(self) -> str:
+        """The name, after which the folder of the data set is called."""
+        name = self._text("study", self._path.name.removesuffix(STUDY_SUFFIX))
+        if "study" in self._nodes and (not name.isprintable() or name in ("", ".", "..") or set(name) & set("/\\")):
+            self._nodes["study"].fail(f"{quoted(name)} cannot be the name of a study: the folder of its runs has it")
+        return name
 
     def _search(self, varied: Mapping[str, Distribution]) -> SearchConfig:
         for key in ("until", "sampling"):

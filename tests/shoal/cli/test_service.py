@@ -71,6 +71,31 @@ def test_systemd_accepts_the_unit(folder: Path, systemd_analyze: str, words: lis
     assert rated.returncode == 0, rated.stdout  # an exposure of at most 3.0, which is OK
 
 
+@pytest.mark.parametrize("name", ["$(touch pwned)", "`id`", "%n", "a b", "-auv", "it's"])
+def test_a_name_that_a_shell_or_systemd_expands_is_refused(folder: Path, name: str) -> None:
+    done = shoal("lauv-noptilus-1", "-p", "Hardware", "--set", f"General:Vehicle={name}", "-o", "-")
+    assert done.exit_code == 2, done.output
+    assert "cannot be in the name of a service; use letters, digits" in done.output
+    assert "ExecStart" not in done.output
+
+
+@pytest.mark.parametrize("place", ["folder", "profile", "code"])
+def test_a_line_break_in_a_path_adds_no_line_to_the_unit(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    (bad := folder / "a\nExecStartPre=reboot").mkdir()
+    (bad / "own.ini").write_text("[Require otter.ini]\n")
+    words = ["own.ini"] if place == "folder" else [str(bad / "own.ini")] if place == "profile" else ["otter"]
+    if place == "folder":
+        monkeypatch.chdir(bad)
+    if place == "code":
+        words += ["--code", str(bad)]
+    done = shoal(*words, "-p", "Simulation", "-o", "-")
+    assert done.exit_code == 2, done.output
+    assert "has a line break or another control character" in done.output
+    assert "ExecStart=" not in done.output
+
+
 @pytest.mark.parametrize(
     "word", ["plain", "two words", 'a "quote"', "100 %", "$HOME", "back\\slash", "tab\t", "it's", ""]
 )

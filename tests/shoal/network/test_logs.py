@@ -6,7 +6,9 @@ import re
 import socket
 import threading
 from ftplib import FTP
-from typing import Any
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
@@ -94,3 +96,10 @@ def test_the_next_address_is_tried_if_one_does_not_answer() -> None:
         threading.Thread(target=serve, daemon=True).start()
         with pytest.raises(NetworkError, match=f"at {places[0]}, {places[1]}: 421 busy"):
             list_logs(places)
+
+
+def test_a_log_of_a_system_whose_name_leads_elsewhere_is_not_fetched(tmp_path: Path) -> None:
+    logs = AsyncRemoteLogs(cast(Any, None), cast(Any, SimpleNamespace(name="../../x")))
+    with pytest.raises(NetworkError, match=r"'\.\./\.\./x' cannot be the name of a folder"):
+        asyncio.run(logs.fetch(RemoteLog("20260101/000000", {}), tmp_path / "a" / "b"))
+    assert list(tmp_path.rglob("*")) == []

@@ -166,6 +166,9 @@ def test_a_distribution_may_stand_in_place_of_a_value(tmp_path):
     [
         ("runs: 40", "rusn: 40", "dive.study.yaml:5: unknown key 'rusn' (did you mean 'runs'?)"),
         ("current/east", "curent/east", ":4: world/curent/east is no value of the scenario (did you mean 'world/curr"),
+        ("runs: 40", "study: ../../x", ":5: '../../x' cannot be the name of a study"),
+        ("runs: 40", "study: /tmp/x", ":5: '/tmp/x' cannot be the name of a study"),
+        ("runs: 40", "study: ..", ":5: '..' cannot be the name of a study"),
         ("runs: 40", "runs: 0", ":5: expected 1 to 10000000 runs"),
         ("runs: 40", "runs: 40\nsampling: latin", ":6: sampling: unknown 'latin'"),
         ("runs: 40", "runs: 40\nsampling: grid", ":6: sampling: grid needs values to choose from"),
