@@ -38,15 +38,18 @@ class Failsafe(Task):
         "s",
         "Longest time without a required message, unless `[General] Longest Radio Gap` is longer.",
         minimum=0.5,
+        maximum=60,
     )
-    thrusters: list[int] = param([], "1", "Thrusters to stop; none if the vehicle must not stop them.")
-    servos: list[int] = param([], "1", "Servos to turn to the middle.")
-    depth_margin: float = param(0.5, "m", "How much deeper than the limit the depth sensor may measure.", minimum=0)
+    thrusters: list[int] = param([], "1", "Thrusters to stop; none if the vehicle must not stop them.", editable=False)
+    servos: list[int] = param([], "1", "Servos to turn to the middle.", editable=False)
+    depth_margin: float = param(
+        0.5, "m", "How much deeper than the limit the depth sensor may measure.", minimum=0, maximum=5
+    )
     drop_weight_channel: str = param(
-        "", "", "Power channel that is switched on to drop the weight; empty if there is none."
+        "", "", "Power channel that is switched on to drop the weight; empty if there is none.", editable=False
     )
     drop_weight_delay: float = param(
-        60.0, "s", "The weight is dropped if the vehicle does not rise for this time.", minimum=1
+        60.0, "s", "The weight is dropped if the vehicle does not rise for this time.", minimum=1, maximum=600
     )
 
     def configure(self) -> None:

@@ -33,7 +33,7 @@ class Vehicle(Task):
     failsafe_label: str = param(
         "Failsafe", "", "Entity whose Heartbeat must not fall silent, once heard.", name="Entity Label - Failsafe"
     )
-    failsafe_timeout: float = param(5.0, "s", "Longest time without this Heartbeat.", minimum=1.5)
+    failsafe_timeout: float = param(5.0, "s", "Longest time without this Heartbeat.", minimum=1.5, maximum=60)
     vital_entities: list[str] = param([], "", "Entities whose errors count even if a plan ignores errors.")
     reported_entities: list[str] = param(
         ["Logger"], "", "Further entities whose errors VehicleState names; they do not change the mode."

@@ -1,11 +1,13 @@
 """The last resort, alone: whom it watches, how it takes over, when it lets go."""
 
 import pytest
+from click.testing import CliRunner
 from flying import BROADCAST, CCU, OWN
 
 import imc
 from runtime import ParameterError, State
 from runtime.testing import simulate
+from shoal.cli import main
 from tasks.supervisors.failsafe import Failsafe
 
 Loops = imc.CLoopsMask
@@ -143,3 +145,15 @@ def test_the_weight_is_dropped_if_the_vehicle_does_not_rise(rate, dropped):
 def test_a_misspelled_requirement_is_refused(text, reason):
     with pytest.raises(ParameterError, match=reason):
         guarded(required_messages=[text])
+
+
+@pytest.mark.parametrize("vehicle", ["lauv-noptilus-1", "otter", "caravel", "hexa-00"])
+def test_no_value_of_a_parameter_makes_it_wait_for_ever(vehicle):
+    """On the shipped vehicles: neither the profile nor an operator can put off what saves the vehicle."""
+    for option in ("Silence Timeout", "Depth Margin", "Drop Weight Delay"):
+        words = ["check", vehicle, "--set", f"Supervisors.Failsafe:{option}=1e6"]
+        found = CliRunner().invoke(main, words)
+        assert found.exit_code == 1, found.output
+        assert option in found.output
+    editable = {parameter.name for parameter in Failsafe.parameters().values() if parameter.editable}
+    assert editable - {"Debug Level"} == {"Execution Frequency", "Silence Timeout", "Depth Margin", "Drop Weight Delay"}
