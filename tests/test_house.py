@@ -249,6 +249,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
         "loops, references and supervision of all boats",
     ),
     "tasks.maneuver.maneuver_task": (("goto", "loiter", "rows", "yo_yo"), "how each maneuver begins, reports and ends"),
+    "tasks.maneuver.yo_yo_limits": (("compass_calibration", "yo_yo"), "how deep a zigzag may go"),
     "tasks.maneuver.circle_timer": (("loiter", "station_control"), "circles around a place"),
     "tasks.maneuver.survey_row_following": (("rows", "rows_coverage"), "rows that cover an area"),
     "tasks.maneuver.hover_control": (("loiter", "station_keeping"), "staying at a place in the air"),

@@ -9,6 +9,7 @@ from autonomy.guidance.pure_pursuit import PurePursuitGains, PurePursuitLaw
 from autonomy.guidance.track import PathProgress, Point, Track, bearing, is_valid_path, progress
 from autonomy.guidance.track_guidance import SteeringLaw, TrackGuidance, TrackGuidanceGains
 from autonomy.guidance.vector_field import VectorFieldGains, VectorFieldLaw
+from autonomy.guidance.yo_yo_motion import UnknownAltitudeError, YoYoMotion, YoYoSettings
 
 __all__ = [
     "NOWHERE",
@@ -30,8 +31,11 @@ __all__ = [
     "Track",
     "TrackGuidance",
     "TrackGuidanceGains",
+    "UnknownAltitudeError",
     "VectorFieldGains",
     "VectorFieldLaw",
+    "YoYoMotion",
+    "YoYoSettings",
     "bearing",
     "ground_z",
     "is_valid_path",

@@ -21,6 +21,7 @@ from autonomy.navigation.gnss_position_correction import (
     PositionEstimate,
     fix_variance,
 )
+from autonomy.navigation.hard_iron import HardIron, HardIronError, HardIronFit
 from autonomy.navigation.horizontal_filter import EAST, NORTH, HorizontalFilter
 from autonomy.navigation.inertial_filter import InertialFilter
 from autonomy.navigation.sample_mean import SampleMean
@@ -63,6 +64,9 @@ __all__ = [
     "Disagreement",
     "FixGate",
     "GateDecision",
+    "HardIron",
+    "HardIronError",
+    "HardIronFit",
     "HorizontalFilter",
     "InertialFilter",
     "JumpGate",

@@ -67,6 +67,8 @@ def estimate_maneuver(maneuver: imc.Message, start: LatLon | None, train: Powert
         return ManeuverEstimate(endless, end=start)
     if isinstance(maneuver, imc.Teleoperation | imc.FollowReference):
         return ManeuverEstimate(math.inf, end=start)
+    if isinstance(maneuver, imc.FollowSystem):
+        return ManeuverEstimate(endless, endless if duration else 0.0, speed)  # nobody knows where it ends
     stations = waypoints(maneuver)
     if not stations and start and isinstance(maneuver, imc.Takeoff | imc.Land | imc.Elevator | imc.PopUp):
         stations = [start]
@@ -77,6 +79,8 @@ def estimate_maneuver(maneuver: imc.Message, start: LatLon | None, train: Powert
     waiting = 0.0
     if isinstance(maneuver, imc.StationKeeping | imc.Loiter):
         waiting = endless
+    elif isinstance(maneuver, imc.CompassCalibration):
+        waiting = duration or math.tau * maneuver.radius / speed  # at least one turn
     elif isinstance(maneuver, imc.YoYo):
         travel /= max(0.1, math.cos(maneuver.pitch))
     elif isinstance(maneuver, imc.Elevator):
@@ -88,7 +92,7 @@ def estimate_maneuver(maneuver: imc.Message, start: LatLon | None, train: Powert
         travel += abs(maneuver.z) / (speed if isinstance(maneuver, imc.Takeoff) else LANDING)
     elif isinstance(maneuver, imc.ScheduledGoto):
         travel = max(travel, maneuver.arrival_time - now)
-    circles = isinstance(maneuver, imc.Loiter) or (
+    circles = isinstance(maneuver, imc.Loiter | imc.CompassCalibration) or (
         isinstance(maneuver, imc.StationKeeping) and not drifts_at_surface(maneuver)
     )
     moving = travel + (waiting if circles and math.isfinite(waiting) else 0.0)

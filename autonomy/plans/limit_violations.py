@@ -54,7 +54,7 @@ def depth_violations(graph: PlanGraph, deepest: float) -> Iterator[str]:
 
 def _depths(maneuver: imc.Message) -> Iterator[float]:
     """The depths (m) to which a maneuver goes."""
-    reach = maneuver.amplitude if isinstance(maneuver, imc.YoYo) else 0.0
+    reach = maneuver.amplitude if isinstance(maneuver, imc.YoYo | imc.CompassCalibration) else 0.0
     points: Iterable[object] = getattr(maneuver, "points", ())
     for name in HEIGHTS:
         if getattr(maneuver, f"{name}_units", None) == Units.DEPTH:
@@ -73,7 +73,8 @@ def area_violations(graph: PlanGraph, bounds: PlanBounds) -> Iterator[str]:
         return
     c, s = math.cos(area.orientation), math.sin(area.orientation)
     for name, node in graph.nodes.items():
-        margin = getattr(node.maneuver, "radius", 0.0) if isinstance(node.maneuver, imc.Loiter) else 0.0
+        circle = isinstance(node.maneuver, imc.Loiter | imc.CompassCalibration)
+        margin = getattr(node.maneuver, "radius", 0.0) if circle else 0.0
         for lat, lon in waypoints(node.maneuver):
             north, east, _ = displacement(area.lat, area.lon, 0.0, lat, lon, 0.0)
             along, across = abs(c * north + s * east), abs(c * east - s * north)

@@ -35,7 +35,7 @@ def value_range_violations(graph: PlanGraph) -> Iterator[str]:
     for name, node in graph.nodes.items():
         maneuver = node.maneuver
         ranges = dict(RANGES)
-        if isinstance(maneuver, imc.YoYo):
+        if isinstance(maneuver, imc.YoYo | imc.CompassCalibration):
             ranges["pitch"] = STEEPEST
         if (speed := SPEEDS.get(getattr(maneuver, "speed_units", -1))) is not None:
             ranges["speed"] = speed

@@ -7,10 +7,12 @@ from ideal_vehicle import IdealVehicle
 import imc
 from runtime.testing import simulate
 from support import wgs84
+from tasks.maneuver.compass_calibration import CompassCalibration
 from tasks.maneuver.dislodge import Dislodge
 from tasks.maneuver.elevator import Elevator
 from tasks.maneuver.follow_path import FollowPath
 from tasks.maneuver.follow_reference.auv import AUV
+from tasks.maneuver.follow_system import FollowSystem
 from tasks.maneuver.goto import Goto
 from tasks.maneuver.idle import Idle
 from tasks.maneuver.launch import Launch
@@ -34,7 +36,7 @@ BROADCAST = 0xFFF0
 START = 2.0  # s
 LAT, LON = 0.7188138702989088, -0.15195185535150277
 MANEUVERS = (Goto, Idle, StationKeeping, Loiter, FollowPath, PopUp, YoYo, Rows, RowsCoverage, Elevator, Launch)
-MANEUVERS += (ScheduledGoto, Dislodge, Teleoperation, AUV)
+MANEUVERS += (ScheduledGoto, Dislodge, Teleoperation, AUV, CompassCalibration, FollowSystem)
 BOARD = (Vehicle, Entities, Medium, DB, Engine, *MANEUVERS)
 DEPTH = imc.ZUnits.DEPTH
 PLANS = Path(__file__).parents[2] / "data" / "plans"

@@ -137,6 +137,7 @@ class IdealVehicle(Task):
             side = -1.0 if path.flags & Flags.CCLOCKW else 1.0
             around = math.atan2(-de, -dn) + side * self.speed * STEP / path.lradius
             self.turned += self.speed * STEP / path.lradius
+            self.course = math.remainder(around + side * math.pi / 2.0, math.tau)
             self.north = self.target[0] + path.lradius * math.cos(around)
             self.east = self.target[1] + path.lradius * math.sin(around)
             return

@@ -50,6 +50,7 @@ GOES_ON = {
     "Control.AUV.RemoteOperation": "only needed in Teleoperation",
     "Monitors.FuelLevel": "the level is unknown then; with an empty battery the vehicle rises",
     "Monitors.Medium": "only needed before a plan",
+    "Supervisors.AUV.LostComms": "only needed after a failed plan",
     "Monitors.OperationalLimits": "`Attitude` and `Failsafe` know the limit of depth",
     "Plan.DB": "only needed for a START that names a stored plan",
     "Plan.Generator": "only needed for its requests",

@@ -1,0 +1,1 @@
+"""Supervisors of underwater vehicles."""
