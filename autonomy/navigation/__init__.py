@@ -2,6 +2,7 @@
 
 from autonomy.navigation.aerial_height import AerialHeight
 from autonomy.navigation.asv_filter import STREAM_EAST, STREAM_NORTH, ASVFilter
+from autonomy.navigation.attitude_range import AttitudeRange
 from autonomy.navigation.barometric_height import BarometricHeight, pressure_altitude
 from autonomy.navigation.cross_checks import AttitudeCheck, DepthCheck
 from autonomy.navigation.depth_filter import DepthFilter
@@ -21,6 +22,7 @@ from autonomy.navigation.gnss_position_correction import (
     PositionEstimate,
     fix_variance,
 )
+from autonomy.navigation.gnss_velocity_check import GnssVelocityCheck, ground_velocity
 from autonomy.navigation.hard_iron import HardIron, HardIronError, HardIronFit
 from autonomy.navigation.horizontal_filter import EAST, NORTH, HorizontalFilter
 from autonomy.navigation.inertial_filter import InertialFilter
@@ -58,12 +60,14 @@ __all__ = [
     "ASVFilter",
     "AerialHeight",
     "AttitudeCheck",
+    "AttitudeRange",
     "BarometricHeight",
     "DepthCheck",
     "DepthFilter",
     "Disagreement",
     "FixGate",
     "GateDecision",
+    "GnssVelocityCheck",
     "HardIron",
     "HardIronError",
     "HardIronFit",
@@ -84,6 +88,7 @@ __all__ = [
     "assume_height",
     "estimated_state",
     "fix_variance",
+    "ground_velocity",
     "has_plausible_position",
     "horizontal_variance",
     "initial_state",

@@ -6,18 +6,20 @@ import imc
 from autonomy.navigation import (
     FAULT_HOLD,
     GPS_JUMP,
-    LARGEST_ANGLE,
     LARGEST_RATE,
     AerialHeight,
     AttitudeCheck,
+    AttitudeRange,
     FixGate,
     GateDecision,
+    GnssVelocityCheck,
     InertialFilter,
     JumpGate,
     NoiseMonitor,
     Reason,
     SampleMean,
     StuckDetector,
+    ground_velocity,
     has_plausible_position,
     horizontal_variance,
     mean_fix,
@@ -86,7 +88,8 @@ class Navigation(Task):
         self._jumps = JumpGate(CONTRADICTIONS, AGREEMENT)
         self._attitude_noise, self._fix_noise = StuckDetector(), StuckDetector()
         self._scatter = NoiseMonitor(FIX_SIGMAS), NoiseMonitor(FIX_SIGMAS)
-        self._check = AttitudeCheck(ATTITUDES)
+        self._check, self._range = AttitudeCheck(ATTITUDES), AttitudeRange()
+        self._doppler = GnssVelocityCheck()
         self._held_fault, self._held_until, self._lost_until = "", -math.inf, -math.inf
         self._resets: list[float] = []
         self._believed = self._turned_at = -math.inf
@@ -97,8 +100,9 @@ class Navigation(Task):
     @consume
     def on_euler_angles(self, angles: imc.EulerAngles) -> None:
         phi, theta, psi = angles.phi, angles.theta, angles.psi
-        possible = abs(phi) <= LARGEST_ANGLE and abs(theta) <= LARGEST_ANGLE and abs(psi) <= LARGEST_ANGLE
-        if not possible or not self._is_from(angles, self.ahrs) or self._attitude_noise.update(phi + theta + psi):
+        if not self._is_from(angles, self.ahrs) or not self._range.accepts(self.now, phi, theta, psi):
+            return
+        if self._attitude_noise.update(phi + theta + psi):
             return
         elapsed, self._turned = self.now - self._turned, self.now
         if self.recent_stall:
@@ -233,6 +237,10 @@ class Navigation(Task):
         if any([axis.update(at / sigma) for axis, at in zip(self._scatter, (north, east), strict=True)]):
             return
         vn, ve = horizontal.velocity
+        self._doppler.update(self._fixed, north, east, sigma, ground_velocity(fix))
+        if self._doppler.faulty:
+            self._hold_fault("GPS position moves against its own velocity")
+            north, east = self._doppler.reckoned
         north, east = north + age * vn, east + age * ve
         self._height.correct_by_gps(self.now_without_stalls, fix.height - reference.height, variance)
         if self._moved_on:
@@ -309,6 +317,7 @@ class Navigation(Task):
             self.set_entity_state(State.BOOT, f"waiting for {missing}")
         elif self.age(self._oriented) > self.euler_timeout:
             why = missing_reason(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)
+            why = "is impossible in radians" if self._range.rejects(now) else why
             self.set_entity_state(State.ERROR, f"attitude {why}")
         elif self.now_without_stalls - self._height.pressed > self.pressure_timeout:
             why = self._height.barometer.missing_reason(jumps=self._height.rejects_pressure)

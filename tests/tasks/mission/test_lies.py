@@ -184,6 +184,27 @@ def test_a_multirotor_whose_sensors_drift_apart_comes_down(lie, fly, tmp_path):
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize("drift", [0.3, 0.6, -3.2])
+def test_a_multirotor_whose_gps_drifts_against_its_own_velocity_lands_where_it_is(drift, fly, tmp_path):
+    drifts = lies(GPS, imc.GpsFix, ("lat", lambda lat, t: lat + drift * t / 6.37e6))
+    flight = fly(tmp_path, drifts, "hexa-00", 170.0)
+    assert flight.errors[0] == "Navigation: GPS position moves against its own velocity"
+    assert flight.astray < 12.0
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+    assert flight.touchdown < 1.0
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("angle", ["phi", "theta", "psi"])
+def test_a_multirotor_uses_no_attitude_in_degrees(angle, fly, tmp_path):
+    degrees = lies(AHRS, imc.EulerAngles, (angle, lambda value, t: math.degrees(value) + 100.0))
+    flight = fly(tmp_path, degrees, "hexa-00", 60.0)
+    assert flight.errors[0] == "Navigation: attitude is impossible in radians"
+    assert flight.wrong_depth < 1.0
+    assert flight.touchdown < 2.5
+
+
 FEET = lies(GPS, imc.GpsFix, ("height", lambda h, t: 3.2808 * h))
 METERS = lies(GPS, imc.GpsFix, ("height", lambda h, t: 0.3048 * h))
 # how much higher than 10 m it may be

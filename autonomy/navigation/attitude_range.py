@@ -1,0 +1,32 @@
+"""Attitudes that a multirotor in the air cannot have: mostly wrong units."""
+
+import math
+
+LARGEST_TILT = math.radians(60.0)
+LARGEST_HEADING = math.tau + 0.1  # rad; some count from 0 to 2π, others from -π to π
+SEVERAL, WITHIN = 3, 1.0  # so many in so many seconds are no single error
+HOLD = 3.0  # s without any, after which attitudes are trusted again
+
+
+class AttitudeRange:
+    """Rejects impossible attitudes (rad) and, after several, all of them for some time.
+
+    An attitude in degrees is possible now and then: the few that look right are not.
+    """
+
+    def __init__(self) -> None:
+        self._latest, self._count, self._until = -math.inf, 0, -math.inf
+
+    def accepts(self, now: float, phi: float, theta: float, psi: float) -> bool:
+        """Whether an attitude at a time (s) can be used."""
+        if abs(phi) <= LARGEST_TILT and abs(theta) <= LARGEST_TILT and abs(psi) <= LARGEST_HEADING:
+            return now >= self._until
+        self._count = self._count + 1 if now - self._latest < WITHIN else 1
+        self._latest = now
+        if self._count >= SEVERAL:
+            self._until = now + HOLD
+        return False
+
+    def rejects(self, now: float) -> bool:
+        """Whether attitudes are not trusted at a time (s)."""
+        return now < self._until

@@ -1,0 +1,27 @@
+"""Attitudes that are impossible in radians."""
+
+import math
+
+import pytest
+
+from autonomy.navigation import AttitudeRange
+
+
+def judged(angles, rate=50.0):
+    check = AttitudeRange()
+    return [check.accepts(i / rate, *each) for i, each in enumerate(angles)], check
+
+
+@pytest.mark.parametrize("odd", [(1.6, 0.0, 0.0), (0.0, -1.57, 0.0), (0.0, 0.0, 90.0), (math.nan, 0.0, 0.0)])
+def test_one_impossible_attitude_is_rejected_alone(odd):
+    found, check = judged([(0.0, 0.1, 6.2), odd, (0.0, 0.1, -3.1)])
+    assert found == [True, False, True]
+    assert not check.rejects(0.1)
+
+
+def test_after_several_all_are_rejected_for_three_seconds():
+    found, check = judged([(0.0, 2.0, 0.0)] * 3 + [(0.0, 0.1, 0.0)] * 200)
+    assert found.index(True) == pytest.approx(3.0 * 50.0 + 3, abs=2)
+    assert all(found[found.index(True) :])
+    assert check.rejects(1.0)
+    assert not check.rejects(3.5)
