@@ -3,7 +3,7 @@
 import math
 
 from autonomy.navigation.barometric_height import BarometricHeight
-from autonomy.navigation.fault_detection import GateDecision, JumpGate
+from autonomy.navigation.fault_detection import GateDecision, JumpGate, StuckDetector
 from autonomy.navigation.inertial_filter import InertialFilter
 from autonomy.navigation.sample_mean import SampleMean
 
@@ -16,7 +16,7 @@ INITIAL_VARIANCES = 0.02, 0.01, 0.01  # m², (m/s)², (m/s²)²
 LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
 PLAUSIBLE_FORCES = 0.4, 2.2  # of what the commanded thrust and the known weight make
 IMPACT = 2  # steps; the ground makes a larger force for a moment, an accelerometer that lies for longer
-FRESH = 1.0  # s; older measurements are not used
+FRESH, FORCE_FRESH = 1.0, 0.3  # s; older measurements, and forces, are not used
 BIAS_MEMORY = 10.0  # s
 BY_FORCE_ALONE = 60.0  # s, how long the accelerometer alone gives the speed
 JUMP, SIGMAS = 3.0, 5.5  # m; a larger change of pressure is a jump
@@ -36,7 +36,7 @@ class VerticalSpeedEstimator:
 
     def __init__(self) -> None:
         self._pressure = BarometricHeight(PRESSURE_NOISE)
-        self._force = SampleMean()
+        self._force, self._repetitions = SampleMean(), StuckDetector()
         self._fix: float | None = None
         self._ground: float | None = None
         self._start(0.0)
@@ -60,7 +60,8 @@ class VerticalSpeedEstimator:
 
     def receive_force(self, now: float, x: float, y: float, z: float) -> None:
         """A specific force (m/s²) in the body frame at a time (s)."""
-        if abs(x) <= LARGEST_FORCE and abs(y) <= LARGEST_FORCE and abs(z) <= LARGEST_FORCE:
+        possible = abs(x) <= LARGEST_FORCE and abs(y) <= LARGEST_FORCE and abs(z) <= LARGEST_FORCE
+        if possible and not self._repetitions.update(x + y + z):
             self._force.add(now, x, y, z)
 
     def receive_pressure(self, now: float, pressure: float) -> None:
@@ -90,7 +91,7 @@ class VerticalSpeedEstimator:
         self._force.update()
         force = self.measured_force(now, expected)
         self._odd = 0 if force is not None else self._odd + 1
-        if force is None and self._odd <= IMPACT and now - self._force.last <= FRESH:
+        if force is None and self._odd <= IMPACT and now - self._force.last <= FORCE_FRESH:
             force = self._filter.bias[0] - self._force.value[2]
         measured = expected if force is None else force - self._filter.bias[0]
         self._filter.predict(dt, (GRAVITY - lift * measured,), THRUST_NOISE if force is None else None)
@@ -112,7 +113,7 @@ class VerticalSpeedEstimator:
         """
         force = self._filter.bias[0] - self._force.value[2]
         least, most = PLAUSIBLE_FORCES
-        plausible = now - self._force.last <= FRESH and least * expected <= force <= most * expected
+        plausible = now - self._force.last <= FORCE_FRESH and least * expected <= force <= most * expected
         return force if plausible else None
 
     def _correct(self, now: float, level: float) -> None:
@@ -155,7 +156,7 @@ class VerticalSpeedEstimator:
 
     def knows_speed(self, now: float) -> bool:
         """Whether barometer, GPS or, for a minute, accelerometer measures the speed."""
-        by_force = now - self._force.last <= FRESH and self._since <= BY_FORCE_ALONE
+        by_force = now - self._force.last <= FORCE_FRESH and self._since <= BY_FORCE_ALONE
         return by_force or now - max(self._pressed, self._fixed) <= FRESH
 
     def contradicts(self, now: float, dt: float, height: float, speed: float) -> bool:

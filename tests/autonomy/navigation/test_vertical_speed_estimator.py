@@ -110,3 +110,11 @@ def test_an_estimate_that_is_far_off_for_half_a_second_is_contradicted(height, s
     found = [estimator.contradicts(now, 0.1, true + height, falling + speed) for _ in range(6)]
     assert found == [False] * 4 + [wrong] * 2
     assert not estimator.contradicts(now, 0.1, true, falling)
+
+
+def test_an_accelerometer_that_repeats_itself_is_not_used():
+    estimator, noise = VerticalSpeedEstimator(), np.random.default_rng(2)
+    for step in range(200):
+        stuck = step >= 100
+        estimator.receive_force(0.02 * step, 0.0, 0.0, -1.3 * GRAVITY if stuck else -GRAVITY + noise.standard_normal())
+    assert estimator.measured_force(3.98, GRAVITY) is None
