@@ -16,6 +16,7 @@ from autonomy.control.multirotor_velocity_controller import (
     MultirotorGains,
 )
 from autonomy.control.pid import PID, PIDGains
+from autonomy.control.powered_ascent import AscentMonitor, ascent_fins, blind_ascent_fins
 from autonomy.control.remote_actions_reader import AXES, BUTTONS, RemoteActionsReader, format_actions_request
 from autonomy.control.speed_controller import SpeedController
 from autonomy.control.touchdown_detector import TouchdownDetector
@@ -29,6 +30,7 @@ __all__ = [
     "HORIZONTAL",
     "PID",
     "STANDSTILL",
+    "AscentMonitor",
     "AttitudeController",
     "AttitudeGains",
     "AttitudeReference",
@@ -50,6 +52,8 @@ __all__ = [
     "TouchdownDetector",
     "allocate_fins",
     "allocate_thrust",
+    "ascent_fins",
+    "blind_ascent_fins",
     "classify_echo",
     "fin_torques",
     "forces_to_actuations",

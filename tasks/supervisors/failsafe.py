@@ -1,19 +1,29 @@
 """The last resort: motors off, fins neutral, when a link of the chain that controls the vehicle is silent."""
 
 import math
+from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import imc
+from autonomy.control import AscentMonitor, ascent_fins, blind_ascent_fins
 from autonomy.limits import OperatingLimits
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.vehicle import general_number
+from support.rotations import Vector
 from support.terminal_text import suggestion, with_suggestion
 
 Loops = imc.CLoopsMask
 Command = imc.SetThrusterActuation | imc.SetServoPosition
 COMMANDS = (imc.SetThrusterActuation, imc.SetServoPosition)
 TOO_DEEP = 1.0  # s of samples without a gap; a single one may be wrong
+CROSS = 4  # fins: below, port, starboard, above
+DEPTH_TIMEOUT = ATTITUDE_TIMEOUT = 2.0  # s
+FIX_TIMEOUT, DEEPEST_FIX = 2.5, 5.0  # s; m that a depth sensor may be wrong at the surface
+SMOOTHING = 0.05  # weight of a new rate of depth
+ASCENT_PERIOD = 0.1  # s
+LARGEST_DEFLECTION = math.radians(25.0)
 SINKS = 0.5  # m; a vehicle that has not risen by this much does not rise
 
 
@@ -24,6 +34,10 @@ class Failsafe(Task):
     a thruster or servo with a neutral one: an AUV rises by its buoyancy, a boat drifts, a multirotor lands. This lasts
     until all links are heard and the vehicle is at the surface; until then its entity is in ERROR. It needs no other
     task, and its Heartbeat shows that it works. Silence is counted in ticks, so a late kernel is not silence.
+
+    With an `Ascent Thrust`, a vehicle under water that nobody controls and that does not rise by itself comes up with
+    motor and fins, and is kept at the surface; if that brings nothing, as with fins that are stuck, it
+    goes astern, and pauses.
     """
 
     execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=1, maximum=100)
@@ -52,7 +66,21 @@ class Failsafe(Task):
         60.0, "s", "The weight is dropped if the vehicle does not rise for this time.", minimum=1, maximum=600
     )
 
+    ascent_thrust: float = param(
+        0.0,
+        "1",
+        "Thrust that brings up an underwater vehicle with four fins whose buoyancy does not; 0 for none.",
+        minimum=0,
+        maximum=1,
+    )
+    ascent_pitch: float = param(20.0, "°", "Pitch of the powered ascent.", minimum=5, maximum=45)
+    ascent_delay: float = param(
+        20.0, "s", "How long a vehicle without control loops may take to begin to rise by itself.", minimum=5
+    )
+
     def configure(self) -> None:
+        if self.ascent_thrust and not (self.thrusters and len(self.servos) == CROSS):
+            raise ParameterError("Ascent Thrust", f"needs Thrusters, and Servos of {CROSS} fins")
         self._required = dict(map(_requirement, self.required_messages))
         number = partial(general_number, self.vehicle.profile)
         self._own = OperatingLimits.from_options(number, deepest=math.inf)
@@ -65,6 +93,12 @@ class Failsafe(Task):
             self._bus.subscribe(Subscription(imc.builtin()[name], self._hear, self))
 
     def start(self) -> None:
+        self._ascent = AscentMonitor(self._surface, self.ascent_delay)
+        self._angles: Vector = (0.0, 0.0, 0.0)
+        self._rates: Vector = (0.0, 0.0, 0.0)
+        self._felt = self._measured = self._fixed = self._estimated = -math.inf
+        self._estimated_depth = -math.inf
+        self._rising, self._ascending, self._reported = 0.0, False, False
         self._missed: dict[str, int] = {}
         self._loops = self._scope = 0
         self._limit = self._own.deepest
@@ -86,11 +120,25 @@ class Failsafe(Task):
     @consume
     def check_depth(self, depth: imc.Depth) -> None:
         """Compare the measured depth itself with the limit: navigation may be wrong or silent."""
-        self._depth = depth.value
+        if self.now > self._measured > -math.inf:
+            rate = (self._depth - depth.value) / (self.now - self._measured)
+            self._rising += SMOOTHING * (rate - self._rising)
+        self._depth, self._measured = depth.value, self.now
         deep = depth.value > self._limit + self.depth_margin
         self._deep_since = min(self._deep_since, self.now) if deep else math.inf
         self._too_deep = self.age(self._deep_since) >= TOO_DEEP
         self._sensor = self.vehicle.entities.label(depth.src, depth.src_ent)
+
+    @consume
+    def record_estimated_depth(self, state: imc.EstimatedState) -> None:
+        """Use the estimate where the sensor is silent: it goes on with the vertical speed."""
+        self._estimated, self._estimated_depth = self.now, state.depth
+
+    @consume
+    def record_fix(self, fix: imc.GpsFix) -> None:
+        """A receiver with a fix is above the water, unless the depth is far from it."""
+        if fix.validity & imc.GpsFix.Validity.VALID_POS and fix.type != imc.GpsFix.Type.MANUAL_INPUT:
+            self._fixed = self.now
 
     @consume(others=True)
     def stop_vehicle_on_abort(self, abort: imc.Abort) -> None:
@@ -108,6 +156,8 @@ class Failsafe(Task):
         elif self._reason:
             self._neutralize(again=False)
             self._rise()
+        if self.ascent_thrust:
+            self._watch_ascent()
 
     @periodic(1.0)
     def publish_heartbeat(self) -> None:
@@ -145,11 +195,14 @@ class Failsafe(Task):
 
     def _release(self) -> None:
         self._reason = ""
-        for subscription in self._bus.subscriptions:
-            if subscription.owner is self and subscription.handler == self._overrule:
-                self._bus.remove_subscription(subscription)
+        self._unsubscribe(self._overrule)
         self.log.info("released")
         self.set_entity_state(State.NORMAL, "active")
+
+    def _unsubscribe(self, handler: Callable[[Any], None]) -> None:
+        for subscription in self._bus.subscriptions:
+            if subscription.owner is self and subscription.handler == handler:
+                self._bus.remove_subscription(subscription)
 
     def _neutralize(self, *, again: bool = True) -> None:
         """Stop the maneuver and the controllers, `again` even if no loop is known to be enabled; then the actuators."""
@@ -158,26 +211,85 @@ class Failsafe(Task):
             self._scope, self._loops = self._scope + 1, 0
             disable = imc.ControlLoops.Enable.DISABLE
             self.publish(imc.ControlLoops(enable=disable, mask=Loops.ALL, scope_ref=self._scope))
+        if not self._ascending:
+            self._command(0.0, [0.0] * len(self.servos))
+
+    def _command(self, thrust: float, fins: Sequence[float]) -> None:
         for number in self.thrusters:
-            self.publish(imc.SetThrusterActuation(id=number, value=0.0))
-        for number in self.servos:
-            self.publish(imc.SetServoPosition(id=number, value=0.0))
+            self.publish(imc.SetThrusterActuation(id=number, value=thrust))
+        for number, angle in zip(self.servos, fins, strict=True):
+            self.publish(imc.SetServoPosition(id=number, value=angle))
 
     def _overrule(self, command: Command) -> None:
-        """Have the last word."""
+        """Have the last word; in an ascent the next command is near."""
         ours = self.thrusters if isinstance(command, imc.SetThrusterActuation) else self.servos
-        if command.value and command.id in ours:
+        if command.value and command.id in ours and not self._ascending:
             self.publish(type(command)(id=command.id, value=0.0))
+
+    def _watch_ascent(self) -> None:
+        """Begin and end the powered ascent of a vehicle that nobody controls."""
+        ascent, now, before = self._ascent, self.now, self._ascent.failed
+        if self._loops:
+            ascent.reset(now)
+            ascent.heavy = self._reported = False
+        elif now - max(self._measured, self._estimated) < DEPTH_TIMEOUT:
+            depth = self._depth if now - self._measured < DEPTH_TIMEOUT else self._estimated_depth
+            ascent.update(now, depth, now - self._fixed < FIX_TIMEOUT and depth < DEEPEST_FIX)
+        else:
+            ascent.update_without_depth(now, self._depth, now - self._measured)
+        if ascent.failed and not before:
+            self.log.error("motor and fins do not bring the vehicle up")
+            self._drop_weight()
+        if ascent.helping != self._ascending:
+            self._switch_ascent(ascent.helping)
+        if not self._reason:
+            heavy = "the vehicle does not rise by itself: motor and fins keep it up"
+            self.set_entity_state(*((State.ERROR, heavy) if ascent.heavy else (State.NORMAL, "active")))
+
+    def _switch_ascent(self, on: bool) -> None:
+        self._ascending = on
+        if on:
+            if not self._reported:
+                self.log.error(f"the vehicle does not rise at {self._depth:.1f} m: ascending with motor and fins")
+            self._reported, self._felt = True, -math.inf
+            for kind in (imc.EulerAngles, imc.AngularVelocity):
+                self._bus.subscribe(Subscription(kind, self._feel, self))
+            self.after(0.0, self._ascend)
+            return
+        self._unsubscribe(self._feel)
+        self._command(0.0, [0.0] * len(self.servos))
+
+    def _feel(self, measured: imc.EulerAngles | imc.AngularVelocity) -> None:
+        if isinstance(measured, imc.EulerAngles):
+            self._angles, self._felt = (measured.phi, measured.theta, measured.psi), self.now
+        else:
+            self._rates = measured.x, measured.y, measured.z
+
+    def _ascend(self) -> None:
+        """Steer by the attitude, else by the depth."""
+        if not self._ascending:
+            return
+        ascent, fins = self._ascent, [0.0] * CROSS
+        if self.now - self._felt < ATTITUDE_TIMEOUT and all(map(math.isfinite, (*self._angles, *self._rates))):
+            fins = ascent_fins(self._angles, self._rates, math.radians(self.ascent_pitch), LARGEST_DEFLECTION)
+        elif self.now - self._measured < DEPTH_TIMEOUT:
+            fins = blind_ascent_fins(self._rising, LARGEST_DEFLECTION)
+        self._command(self.ascent_thrust * ascent.share, [0.0] * CROSS if ascent.astern else fins)
+        self.after(ASCENT_PERIOD, self._ascend)
 
     def _rise(self) -> None:
         """Drop the weight if the vehicle does not rise."""
         if self._dropped or not self.drop_weight_channel or self.now - self._began < self.drop_weight_delay:
             return
         if self._depth > self._from - SINKS:
+            self._drop_weight()
+        self._began, self._from = self.now, self._depth
+
+    def _drop_weight(self) -> None:
+        if self.drop_weight_channel:
             self._dropped = True
             self.log.error("the vehicle does not rise: dropping the weight")
             self.publish(imc.PowerChannelControl(name=self.drop_weight_channel, op=imc.PowerChannelControl.Op.TURN_ON))
-        self._began, self._from = self.now, self._depth
 
 
 def _requirement(text: str) -> tuple[str, int]:

@@ -1,0 +1,112 @@
+"""Brings up an underwater vehicle whose buoyancy does not: when the motor has to help, and what the fins do."""
+
+import math
+from dataclasses import dataclass
+
+from autonomy.control.fin_allocation import Fins, allocate_fins
+from support.rotations import Vector
+
+RISEN = 0.3  # m above the deepest depth; a vehicle that has risen by this much rises
+ABOVE = 0.15  # m; help ends this far above the depth at which it begins
+GENTLE, FULL_DEPTH = 0.25, 0.4  # share of the thrust at the surface, and m below it at which it is all
+NEAR_SURFACE = 1.0  # m; there is no use in going astern
+HELP_SINKS = 3.0  # m deeper than at its start, at which help only makes it worse
+HELP_PATIENCE = 25.0  # s that help may take for RISEN
+PAUSE = 60.0  # s between two attempts ahead
+AT_SURFACE = 120.0  # s at the surface without help, after which a vehicle counts as light again
+SLOWEST = 5.0  # s/m, of a vehicle that rises with its motor
+PITCH, PITCH_RATE = 1.5, 0.5  # N m/rad, N m s/rad, of a vehicle of 24 kg, as in Control.AUV.Attitude
+ROLL, ROLL_RATE = 1.0, 0.2
+RISING, RISING_GAIN = 0.25, 1.5  # m/s, N s, without an attitude
+TURN = 0.1  # N m: a slow turn keeps the vehicle where it is
+EFFECTS = 0.25, 0.5, 0.5  # N m/rad of a fin about roll, pitch, yaw
+
+
+@dataclass
+class AscentMonitor:
+    """Decides when a vehicle without a plan needs its motor to rise.
+
+    `surface` is the depth (m) of a vehicle at the surface, `delay` the time (s) that buoyancy has. `helping` says that
+    the motor is needed, `heavy` that it was needed before, `failed` that the latest attempt ahead brought nothing:
+    the next one is `astern`, since fins that are stuck may point the vehicle down.
+    """
+
+    surface: float
+    delay: float
+    helping: bool = False
+    heavy: bool = False
+    failed: bool = False
+    astern: bool = False
+
+    def __post_init__(self) -> None:
+        self._depth = self._extreme = self._begun = -math.inf
+        self._since = self._paused = -math.inf
+        self._afloat: float | None = None
+
+    @property
+    def share(self) -> float:
+        """The share of the thrust that is needed: less where it only keeps the vehicle at the surface."""
+        ahead = GENTLE + (1.0 - GENTLE) * (self._depth - self.surface) / FULL_DEPTH
+        return -1.0 if self.astern else max(GENTLE, min(1.0, ahead))
+
+    def reset(self, now: float) -> None:
+        """The vehicle is controlled by others at the time `now` (s)."""
+        self.helping, self._extreme, self._since, self._afloat = False, -math.inf, now, None
+
+    def update(self, now: float, depth: float, surfaced: bool) -> None:
+        """Take a depth (m) of a vehicle that should rise; one that has `surfaced` is at the surface at any depth."""
+        self._depth = depth
+        if surfaced or depth <= self.surface - (ABOVE if self.helping else 0.0):
+            self._float(now)
+        elif self.helping:
+            self._extreme = max(self._extreme, depth)
+            if depth < self._extreme - RISEN:
+                self._extreme, self._since, self.failed = depth, now, False
+            elif depth > NEAR_SURFACE and (now - self._since > HELP_PATIENCE or depth > self._begun + HELP_SINKS):
+                self._fail(now)
+        else:
+            self._wait(now, depth)
+
+    def update_without_depth(self, now: float, depth: float, elapsed: float) -> None:
+        """Help for the time that the last depth (m) takes; it was measured `elapsed` s ago."""
+        if elapsed > self.delay:
+            self.helping = depth > self.surface and elapsed < self.delay + SLOWEST * depth
+            self._depth, self._since, self.astern = depth, now, False
+
+    def _float(self, now: float) -> None:
+        if self.helping or self._afloat is None:
+            self._afloat = now
+        self.helping, self.astern, self._extreme, self._since = False, False, -math.inf, now
+        if now - self._afloat > AT_SURFACE:
+            self.heavy = self.failed = False
+
+    def _wait(self, now: float, depth: float) -> None:
+        """Wait for buoyancy; a vehicle that was too heavy gets help as soon as it sinks."""
+        self._extreme = max(self._extreme, depth)
+        if depth < self._extreme - RISEN:
+            self._extreme, self._since = depth, now
+        sinks = self.heavy and self._afloat is not None and depth > self.surface
+        if (sinks or now - self._since > self.delay) and now >= self._paused:
+            self.helping = self.heavy = True
+            self._begun = self._extreme = depth
+            self._since = now
+
+    def _fail(self, now: float) -> None:
+        self.reset(now)
+        self.failed, self.astern = True, not self.astern
+        self._paused = now if self.astern else now + PAUSE
+        self._since = now - self.delay
+
+
+def ascent_fins(angles: Vector, rates: Vector, pitch: float, limit: float) -> Fins:
+    """Deflections (rad) of four fins in a cross that hold a `pitch` (rad) up, level, in a slow turn, within `limit`.
+
+    `angles` are roll, pitch and yaw (rad), `rates` those of the body (rad/s); the gains suit a vehicle of 24 kg.
+    """
+    torques = -ROLL * angles[0] - ROLL_RATE * rates[0], PITCH * (pitch - angles[1]) - PITCH_RATE * rates[1], TURN
+    return allocate_fins(torques, EFFECTS, limit)
+
+
+def blind_ascent_fins(rising: float, limit: float) -> Fins:
+    """Deflections (rad) without an attitude, from the speed upward alone (m/s): it says whether the bow is up."""
+    return allocate_fins((0.0, RISING_GAIN * (RISING - rising), 0.0), EFFECTS, limit)

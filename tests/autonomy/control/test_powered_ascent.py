@@ -1,0 +1,72 @@
+"""When the motor has to bring a vehicle up, and what the fins do."""
+
+import math
+
+import pytest
+
+from autonomy.control import AscentMonitor, ascent_fins, blind_ascent_fins, fin_torques
+
+EFFECTS = 0.25, 0.5, 0.5
+
+
+def watch(depth, seconds, monitor=None, surfaced=False, begin=0.0):
+    """A monitor after a time in which `depth` (m, of the time) was measured at 4 Hz."""
+    monitor = monitor or AscentMonitor(0.3, 20.0)
+    if begin == 0.0:
+        monitor.reset(0.0)
+    for tick in range(round(4 * seconds)):
+        now = begin + 0.25 * tick
+        monitor.update(now, depth(now), surfaced)
+    return monitor
+
+
+def test_a_vehicle_that_rises_or_floats_gets_no_help():
+    assert not watch(lambda t: 10.0 - 0.03 * t, 300.0).heavy
+    assert not watch(lambda t: 10.0 + min(t, 4.0) * 0.4 - 0.05 * t, 100.0).heavy, "it was diving"
+    assert not watch(lambda t: 0.2 + 0.3 * math.sin(t), 300.0).heavy, "waves"
+    assert not watch(lambda t: 4.0, 100.0, surfaced=True).heavy, "the depth is wrong"
+
+
+def test_a_vehicle_that_does_not_rise_gets_help_until_it_is_at_the_surface_and_again_when_it_sinks():
+    monitor = watch(lambda t: 10.0, 20.0)
+    assert not monitor.helping
+    monitor = watch(lambda t: 10.0, 2.0, monitor, begin=20.0)
+    assert monitor.helping
+    assert monitor.share == 1.0
+    monitor = watch(lambda t: max(0.0, 10.0 - 0.3 * (t - 22.0)), 40.0, monitor, begin=22.0)
+    assert not monitor.helping
+    assert monitor.heavy
+    monitor = watch(lambda t: 0.35, 1.0, monitor, begin=62.0)
+    assert monitor.helping
+    assert monitor.share < 0.5
+    assert not watch(lambda t: 0.1, 130.0, monitor, begin=63.0).heavy, "it floats again"
+
+
+def test_help_that_brings_nothing_goes_astern_and_then_pauses():
+    monitor = watch(lambda t: 10.0 + 0.1 * t, 47.0)
+    assert monitor.failed
+    assert monitor.share == -1.0
+    assert watch(lambda t: 10.0 + 0.1 * t, 2.0, monitor, begin=47.0).helping
+    monitor = watch(lambda t: 10.0 + 0.1 * t, 30.0, monitor, begin=49.0)
+    assert not monitor.helping
+    assert not monitor.astern
+
+
+def test_without_a_depth_it_helps_for_the_time_that_the_last_one_takes():
+    monitor = AscentMonitor(0.3, 20.0)
+    helping = []
+    for elapsed in (10.0, 21.0, 69.0, 71.0):
+        monitor.update_without_depth(elapsed, 10.0, elapsed)
+        helping.append(monitor.helping)
+    assert helping == [False, True, True, False]
+
+
+def test_fins_pitch_up_to_the_reference_and_level_the_vehicle():
+    limit = math.radians(25.0)
+    rolled = fin_torques(ascent_fins((0.2, 0.0, 1.0), (0.0, 0.0, 0.0), 0.35, limit), EFFECTS)
+    assert rolled[0] < 0.0 < rolled[1]
+    steep = fin_torques(ascent_fins((0.0, 0.6, 1.0), (0.0, 0.0, 0.0), 0.35, limit), EFFECTS)
+    assert steep[1] < 0.0
+    assert max(map(abs, ascent_fins((0.0, -1.5, 1.0), (0.0, 0.0, 0.0), 0.35, limit))) == pytest.approx(limit)
+    assert fin_torques(blind_ascent_fins(0.0, limit), EFFECTS)[1] > 0.0
+    assert fin_torques(blind_ascent_fins(1.0, limit), EFFECTS)[1] < 0.0

@@ -1,0 +1,85 @@
+"""An AUV that has become too heavy to rise by its buoyancy comes up with motor and fins."""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import pytest
+from flying import goto, plan_of
+from lean import BLIND
+
+from tests.tasks.mission.lies import DEEP, FAULT, Flight, Mode
+from tests.tasks.mission.underway import underway
+
+pytestmark = [pytest.mark.heavy, pytest.mark.computing]
+
+
+@pytest.fixture(scope="module")
+def fly():
+    """Flies on from where the vehicle dives; its plan ends soon."""
+    state = cache(lambda: underway("lauv-noptilus-1", plan_of(goto(30, 0, 10.0)), FAULT, DEEP, BLIND))
+    return lambda folder, inject, seconds: Flight(state(), folder, inject, seconds)
+
+
+def ballast(kilograms, *silent, jammed=None):
+    """The vehicle takes on weight; tasks fall silent 10 s later, and its horizontal fins jam at an angle (rad)
+    after its plan."""
+
+    def inject(vehicle):
+        craft = vehicle.task("Simulators.VSIM").craft
+        craft.model = replace(craft.model, mass=craft.model.mass + kilograms)
+        for task in silent:
+            vehicle.kernel.after(10.0, vehicle.task(task).cancel_callbacks).owner = vehicle
+        if jammed is not None:
+            deflect = craft.set_deflection
+
+            def jam():
+                craft.set_deflection = lambda fin, angle: deflect(fin, jammed if fin in (1, 2) else angle)
+
+            vehicle.kernel.after(30.0, jam).owner = vehicle
+
+    return inject
+
+
+@pytest.mark.parametrize(
+    "silent",
+    [
+        (),
+        ("Plan.Engine",),
+        ("Supervisors.Vehicle",),
+        ("Navigation.AUV.Navigation",),
+        ("Simulators.IMU/AHRS",),
+        ("Simulators.DepthSensor",),
+    ],
+)
+def test_a_vehicle_that_is_too_heavy_comes_up_with_its_motor_whoever_is_silent(silent, fly, tmp_path):
+    flight = fly(tmp_path, ballast(0.6, *silent), 125.0)
+    assert max(flight.depths) < 16.0
+    assert max(flight.depths[-1000:]) < 1.6
+    assert flight.modes[-1] is Mode.ERROR or silent == ("Supervisors.Vehicle",)
+
+
+def test_fins_that_are_jammed_downward_bring_it_up_astern(fly, tmp_path):
+    flight = fly(tmp_path, ballast(0.6, jammed=math.radians(20.0)), 200.0)
+    assert max(flight.depths) < 20.0
+    assert max(flight.depths[-1000:]) < 3.0
+
+
+def test_a_vehicle_that_rises_by_itself_needs_no_motor(fly, tmp_path):
+    driven = []
+
+    def inject(vehicle):
+        motor = vehicle.task("Simulators.VSIM").craft
+        actuate = motor.set_actuation
+
+        def note(engine, share):
+            if vehicle.kernel.now_ns * 1e-9 - vehicle.start_time > 45.0:
+                driven.append(share)
+            actuate(engine, share)
+
+        motor.set_actuation = note
+
+    flight = fly(tmp_path, inject, 90.0)
+    assert set(driven) <= {0.0}
+    assert flight.depths[-1] < max(flight.depths) - 1.0
+    assert not flight.errors
