@@ -14,6 +14,7 @@ from autonomy.navigation.fault_detection import (
     StuckDetector,
     missing_reason,
 )
+from autonomy.navigation.gnss_drift import FixDriftDetector
 from autonomy.navigation.gnss_fix_statistics import horizontal_variance, mean_fix, offset_from
 from autonomy.navigation.gnss_position_correction import (
     AGREEMENT,
@@ -65,6 +66,7 @@ __all__ = [
     "DepthCheck",
     "DepthFilter",
     "Disagreement",
+    "FixDriftDetector",
     "FixGate",
     "GateDecision",
     "GnssVelocityCheck",

@@ -6,6 +6,7 @@ from typing import Protocol
 import imc
 from autonomy.navigation.cross_checks import AttitudeCheck, DepthCheck
 from autonomy.navigation.fault_detection import GateDecision, missing_reason
+from autonomy.navigation.gnss_drift import FixDriftDetector
 from autonomy.navigation.gnss_position_correction import PositionEstimate, fix_variance
 from autonomy.navigation.horizontal_filter import PSI
 from autonomy.navigation.sensor_inputs import UNKNOWN_ALTITUDE, SensorInputs
@@ -41,7 +42,7 @@ class SensorChecks:
         self._attitude = AttitudeCheck(max(1, round(PATIENCE * inputs.settings.execution_frequency)))
         self._depth = DepthCheck(DEPTHS, inputs.settings.dvl_misalignment)
         self.attitude_time = self._depth_time = self._fix_time = self._deep_fix_time = -math.inf
-        self._deep_fixes = 0
+        self._deep_fixes, self._fix_drift = 0, FixDriftDetector()
         self._held_fault, self._held_until = "", -math.inf
 
     @property
@@ -134,6 +135,8 @@ class SensorChecks:
         if not submerged:
             self._deep_fixes = 0
             self._depth.reset_drift()
+            if self._fix_drift.update(now, fix):
+                self._held_fault, self._held_until = "GPS drifts away from its own speed", now + FAULT_HOLD
             return True
         position = self._estimator.position
         agrees = position is None or position.agrees(fix, fix_variance(fix, self._inputs.settings.gps_variances))
@@ -145,6 +148,7 @@ class SensorChecks:
     def check_position_reset(self, now: float, position: PositionEstimate, decision: GateDecision) -> None:
         """Say that fixes have reset the position; a receiver that jumps ends a plan."""
         if decision is GateDecision.RESET:
+            self._fix_drift.reset()
             self._log.warning("fixes contradict the position, which is reset to theirs")
             if now - self._fix_time <= SURFACED and position.jump > GPS_JUMP:
                 self._held_fault = f"GPS has jumped by {position.jump:.0f} m"

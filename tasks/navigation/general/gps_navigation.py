@@ -17,6 +17,7 @@ from autonomy.navigation import (
     STREAM_NORTH,
     ASVFilter,
     AttitudeCheck,
+    FixDriftDetector,
     FixGate,
     GateDecision,
     JumpGate,
@@ -107,7 +108,7 @@ class GPSNavigation(Task):
         self._reference: imc.GpsFix | None = None
         self._filter = ASVFilter(1.0, 1.0, 0.25, self.process, self.sway_decay)
         self._jumps = JumpGate(CONTRADICTIONS, AGREEMENT)
-        self._attitude_noise = StuckDetector()
+        self._attitude_noise, self._fix_drift = StuckDetector(), FixDriftDetector()
         self._check = AttitudeCheck(max(1, round(PATIENCE * self.execution_frequency)))
         self._held_fault, self._held_until = "", -math.inf
         self._believed = self._oriented = self._reset = -math.inf
@@ -219,8 +220,11 @@ class GPSNavigation(Task):
         if verdict is GateDecision.REJECTED:
             return
         if verdict is GateDecision.ACCEPTED:
+            if self._fix_drift.update(self.now, fix):
+                self._held_fault, self._held_until = "GPS drifts away from its own speed", self.now + FAULT_HOLD
             state.measure_position(north, east, variance)
         else:
+            self._fix_drift.reset()
             state.reset_position(north, east, variance)
             self.log.warning("fixes contradict the position, which is reset to theirs")
             if math.hypot(*off) > GPS_JUMP and self.age(self._believed) <= self.gps_timeout:

@@ -175,6 +175,17 @@ def test_a_lie_on_boats_and_multirotors_ends_the_plan(profile, lie, fly, tmp_pat
     assert flight.errors[0].startswith(f"Navigation: {error}")
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
+@pytest.mark.parametrize("profile", ["otter", "caravel"])
+def test_fixes_that_drift_away_from_their_own_speed_end_the_plan_of_a_boat(profile, fly, tmp_path):
+    drifting = lies(GPS, imc.GpsFix, ("lat", lambda lat, t: lat + 0.6 * t / 6.371e6))
+    flight = fly(tmp_path, drifting, profile, 80.0)
+    assert flight.errors[0] == "Navigation: GPS drifts away from its own speed"
+    assert flight.failed < 45.0
+    assert Mode.MANEUVER not in flight.modes[flight.modes.index(Mode.ERROR) :]
+
+
 @pytest.mark.parametrize("lie", DRIFTS)
 def test_a_multirotor_whose_sensors_drift_apart_comes_down(lie, fly, tmp_path):
     inject, error = DRIFTS[lie]

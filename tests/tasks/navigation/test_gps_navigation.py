@@ -178,3 +178,15 @@ def test_the_depth_of_the_water_is_the_altitude_until_it_is_old():
     run = navigate(sorted([*sensors(10.0), sounded, deaf], key=lambda m: m.timestamp))
     found = {round(m.timestamp - run.vehicle.start_time): m.alt for m in run.of(imc.EstimatedState)}
     assert (found[0], found[4], found[9]) == (-1.0, 4.5, -1.0)
+
+
+def test_fixes_that_drift_are_found_by_their_own_speed_and_noise_and_a_current_are_not():
+    sound = navigate(sensors(300.0, noise=2.0, stream=(0.6, -0.4)))
+    assert {m.description for m in sound.of(imc.EntityState) if m.state == State.ERROR} == set()
+    drifting = [
+        m.replace(lon=m.lon + 0.4 * m.timestamp / 4.8e6) if isinstance(m, imc.GpsFix) else m for m in sensors(120.0)
+    ]
+    run = navigate(drifting)
+    found = [m for m in run.of(imc.EntityState) if m.state == State.ERROR]
+    assert found[0].description == "GPS drifts away from its own speed"
+    assert found[0].timestamp - run.vehicle.start_time < 90.0
