@@ -47,7 +47,7 @@ class AscentMonitor:
     def share(self) -> float:
         """The share of the thrust that is needed: less where it only keeps the vehicle at the surface."""
         ahead = GENTLE + (1.0 - GENTLE) * (self._depth - self.surface) / FULL_DEPTH
-        return -1.0 if self.astern else max(GENTLE, min(1.0, ahead))
+        return (-1.0 if self.astern else 1.0) * max(GENTLE, min(1.0, ahead))
 
     def reset(self, now: float) -> None:
         """The vehicle is controlled by others at the time `now` (s)."""
@@ -76,9 +76,9 @@ class AscentMonitor:
     def _float(self, now: float) -> None:
         if self.helping or self._afloat is None:
             self._afloat = now
-        self.helping, self.astern, self._extreme, self._since = False, False, -math.inf, now
+        self.helping, self._extreme, self._since = False, -math.inf, now
         if now - self._afloat > AT_SURFACE:
-            self.heavy = self.failed = False
+            self.heavy = self.failed = self.astern = False
 
     def _wait(self, now: float, depth: float) -> None:
         """Wait for buoyancy; a vehicle that was too heavy gets help as soon as it sinks."""
