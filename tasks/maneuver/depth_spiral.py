@@ -3,7 +3,7 @@
 import math
 
 import imc
-from tasks.maneuver.maneuver_task import Maneuver, ManeuverError, PathEnd, PathState
+from tasks.maneuver.maneuver_task import SHORT, Maneuver, ManeuverError, PathEnd, PathState
 
 NEAR_ENOUGH = 0.3  # m
 CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed
@@ -27,12 +27,13 @@ async def spiral(
     after: float = 0.0,
     slowest: float = 0.0,
     patience: float = math.inf,
+    required: bool = False,
 ) -> None:
     """Circle around the end of `leg` with `radius` (m) until its depth is reached; `after` (s) is added to the eta.
 
     Raises ManeuverError if the vertical speed on the circle is below `slowest` (m/s) over `patience` (s). Where control
-    holds the vehicle off the bottom, or the water is too shallow for an altitude, it is done; the maneuver says so. To
-    know it, the maneuver must hear DesiredZ.
+    holds the vehicle off the bottom, or the water is too shallow for an altitude, it is done, and the maneuver reports
+    it; a depth that is `required` is an error. To know it, the maneuver must receive DesiredZ.
     """
     state = await maneuver.wait_for_state()
     maneuver.start_path(leg, radius=radius, flags=flags)
@@ -53,6 +54,8 @@ async def spiral(
             mark, marked = error, maneuver.now
         elif maneuver.now - marked >= patience:
             if abs(mark) - abs(error) < slowest * patience:
+                if held and required and abs(error) > SHORT and leg.z_units == imc.ZUnits.DEPTH:
+                    raise ManeuverError(f"depth {leg.z - error:.1f} m instead of {leg.z:g} m: kept off the bottom")
                 if held:
                     maneuver.check_depth(leg, error if leg.z_units == imc.ZUnits.DEPTH else -error)
                     return

@@ -32,4 +32,5 @@ class Elevator(Maneuver):
             flags=PathFlags.LOITER_CURR if here else 0,
             slowest=self.slowest,
             patience=self.patience if self.vertical_monitor else math.inf,
+            required=True,
         )

@@ -5,16 +5,19 @@ import math
 import imc
 from runtime import ParameterError, param
 from tasks.maneuver.depth_spiral import CLIMB, vertical_error
-from tasks.maneuver.maneuver_task import Completed, Maneuver, ManeuverError, PathEnd
+from tasks.maneuver.maneuver_task import Completed, Maneuver, ManeuverError, PathEnd, PathFlags
 
 Late = imc.ScheduledGoto.Delayed
+WAITING_RADIUS = 15.0  # m
+MARGIN = 10.0  # s; it is not worth circling for less
 REVISION = 2.0  # s between two updates of the speed
 
 
 class ScheduledGoto(Maneuver):
     """Chooses its speed to arrive at a given time; if late, it continues, is done or fails, as `delayed` says.
 
-    It travels at one depth and goes to the other shortly before the end.
+    With more time than the slowest speed takes, it circles where it is before it leaves. It travels at one depth and
+    goes to the other shortly before the end.
     """
 
     subscribed = (imc.PathControlState, imc.EstimatedState)
@@ -28,6 +31,7 @@ class ScheduledGoto(Maneuver):
 
     async def execute(self, goto: imc.ScheduledGoto) -> None:
         await self.wait_for_state()
+        await self._wait_for_departure(goto)
         end = PathEnd(goto.lat, goto.lon, goto.z, goto.z_units, 0.0, imc.SpeedUnits.METERS_PS)
         speed, chosen = self._speed(goto, end), self.now
         self.start_path(end._replace(z=goto.travel_z, z_units=goto.travel_z_units, speed=speed))
@@ -44,6 +48,20 @@ class ScheduledGoto(Maneuver):
             if travelling and self.range_to(end) <= abs(vertical_error(self.state, end)) / CLIMB:
                 travelling = False
                 self.publish(imc.DesiredZ(value=goto.z, z_units=goto.z_units))
+
+    async def _wait_for_departure(self, goto: imc.ScheduledGoto) -> None:
+        """Circle here, at the depth of the journey, while even the slowest speed would arrive early."""
+        units = imc.SpeedUnits.METERS_PS
+        here = PathEnd(goto.lat, goto.lon, goto.travel_z, goto.travel_z_units, self.minimum_speed, units)
+        if not self._is_early(goto, here, MARGIN):
+            return
+        self.start_path(here, radius=WAITING_RADIUS, flags=PathFlags.LOITER_CURR)
+        while self._is_early(goto, here, 0.0):
+            if await self.next_message() is self.path:
+                self.report_progress(goto.arrival_time - self.now)
+
+    def _is_early(self, goto: imc.ScheduledGoto, end: PathEnd, margin: float) -> bool:
+        return goto.arrival_time - self.now - self.range_to(end) / self.minimum_speed > margin
 
     def _speed(self, goto: imc.ScheduledGoto, end: PathEnd) -> float:
         left = goto.arrival_time - self.now

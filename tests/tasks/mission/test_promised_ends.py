@@ -1,0 +1,46 @@
+"""Maneuvers of the shipped AUV that cannot end as planned say so, and those with a time keep it."""
+
+import pytest
+from flying import DEPTH, place, plan_of
+from lean import BLIND
+
+import imc
+from tests.tasks.mission.underway import START, underway
+
+pytestmark = [pytest.mark.heavy, pytest.mark.computing]
+BASIN = ("Bathymetry:Data=", "World:Out Of Bounds Depth=4")
+DEEP = ("Bathymetry:Data=", "World:Out Of Bounds Depth=60")
+
+
+def last_state(plan, seconds, *overrides):
+    """The first PlanControlState that is not EXECUTING after the start, and its time (s) after that; else the last."""
+    flight = underway("lauv-noptilus-1", plan, START + seconds, BLIND, *overrides, kinds=[imc.PlanControlState])
+    states = [(at - START, state) for at, state in flight.heard[imc.PlanControlState]]
+    executing = imc.PlanControlState.State.EXECUTING
+    began = next(i for i, (_, state) in enumerate(states) if state.state == executing)
+    return next(((at, state) for at, state in states[began:] if state.state != executing), states[-1])
+
+
+def test_an_elevator_that_does_not_reach_its_depth_fails():
+    elevator = imc.Elevator(
+        **place(30, 0), start_z=0.0, start_z_units=DEPTH, end_z=8.0, end_z_units=DEPTH, speed=1.2, radius=15.0
+    )
+    at, state = last_state(plan_of(elevator), 200.0, *BASIN)
+    assert state.last_outcome == imc.PlanControlState.LastOutcome.FAILURE, at
+    at, state = last_state(plan_of(elevator), 120.0, *DEEP)
+    assert state.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS, at
+
+
+@pytest.mark.parametrize("seconds", [60.0, 180.0])
+def test_a_scheduled_goto_arrives_at_its_time(seconds):
+    goto = imc.ScheduledGoto(
+        **place(60, 0),
+        arrival_time=1_767_225_600.0 + START + seconds,
+        z=2.0,
+        z_units=DEPTH,
+        travel_z=2.0,
+        travel_z_units=DEPTH,
+    )
+    at, state = last_state(plan_of(goto), seconds + 40.0, *DEEP)
+    assert state.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
+    assert at == pytest.approx(seconds, abs=15.0)
