@@ -19,6 +19,8 @@ from mavlink.vehicle.session import Session
 
 WITHOUT_PROGRESS = frozenset({176, 262, 400})
 """Modes and arming: MAVSDK 4 takes "in progress" for the end of these, and gives up."""
+PERIODS = 6  # of a station's repetitions, in which these are answered: MAVSDK waits for 2 s
+SILENT = "the vehicle does not answer"
 
 Command = Callable[[Session, CommandRequest, float], CommandResult | None]
 """Carries out a request; None if that takes time, and its `finish` is called later."""
@@ -58,8 +60,10 @@ class CommandService(MavlinkService):
                 acknowledge(session, message, last.reply or CommandResult(MavResult.IN_PROGRESS), now)
             return
         self._model.command_count += command in self._moving
-        progress_due = math.inf if command in WITHOUT_PROGRESS else now + session.retry_period
-        begun = PendingCommand(message, now + REPEATED * session.speed, progress_due, self._model.command_count)
+        periods = PERIODS if command in WITHOUT_PROGRESS else 1
+        begun = PendingCommand(
+            message, now + REPEATED * session.speed, now + periods * session.retry_period, self._model.command_count
+        )
 
         def finish(reply: CommandResult) -> None:
             if begun.reply is None:
@@ -80,9 +84,12 @@ class CommandService(MavlinkService):
                 if command.reply is not None and now >= command.until:
                     del pending[key]
             for command in [each for each in pending.values() if each.reply is None]:
-                if now >= command.progress_due:
-                    command.progress_due = math.inf
-                    acknowledge(session, command.message, CommandResult(MavResult.IN_PROGRESS), now)
+                if now < command.progress_due:
+                    continue
+                command.progress_due = math.inf
+                if command.message.values["command"] in WITHOUT_PROGRESS:
+                    command.reply = CommandResult(MavResult.FAILED, SILENT)
+                acknowledge(session, command.message, command.reply or CommandResult(MavResult.IN_PROGRESS), now)
 
     @property
     def next_deadline(self) -> float | None:
