@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from world.optics.camera_model import Bools, CalibrationError, CameraModel, Floats, normalize
+from world.optics.camera_model import Bools, CameraModel, Floats, normalize
 
 NEWTON_STEPS = 20
 EXACT = 1e-12  # of the focal length
+FIT_POINTS = 40  # across a picture
 WIDEST = 100.0  # of the focal length: 89.4° off the axis
 
 
@@ -81,10 +82,31 @@ class PinholeModel(CameraModel):
         }
 
     def to_kalibr(self) -> dict[str, Any]:
-        """Raises CalibrationError with k3, which Kalibr lacks."""
-        if self.k3:
-            raise CalibrationError("Kalibr's radtan has no k3")
-        return self.kalibr_entry("pinhole", [], "radtan", [self.k1, self.k2, self.p1, self.p2])
+        if not self.k3:
+            return self.kalibr_entry("pinhole", [], "radtan", [self.k1, self.k2, self.p1, self.p2])
+        near, rms = self.fit_without_k3()
+        return {**near.to_kalibr(), "fit_rms_px": rms}
+
+    def fit_without_k3(self) -> "tuple[PinholeModel, float]":
+        """The nearest camera with k1, k2, p1 and p2 only, and how far it is off (px, rms over the picture)."""
+        u, v = (np.linspace(0.5, size - 0.5, FIT_POINTS) for size in (self.width, self.height))
+        pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+        rays, valid = self.unproject(pixels)
+        rays, pixels = rays[valid], pixels[valid]
+        x, y = rays[:, 0] / rays[:, 2], rays[:, 1] / rays[:, 2]
+        r2, none = x * x + y * y, np.zeros_like(x)
+        # u = cx + fx x + (fx k1) x r² ..., which is linear once one focal length, by which k1 to p2 count, is found.
+        aspect = self.fy / self.fx
+        across = np.stack((x, x * r2, x * r2 * r2, 2.0 * x * y, r2 + 2.0 * x * x, none + 1.0, none), axis=-1)
+        down = np.stack((y, y * r2, y * r2 * r2, r2 + 2.0 * y * y, 2.0 * x * y, none, none + 1.0 / aspect), axis=-1)
+        terms = np.concatenate((across, aspect * down))
+        solution, *_ = np.linalg.lstsq(terms, pixels.T.ravel(), rcond=None)
+        f, *rest, cx, cy = solution.tolist()
+        k1, k2, p1, p2 = (term / f for term in rest)
+        near = PinholeModel(self.width, self.height, f, aspect * f, cx, cy, k1, k2, p1, p2)
+        found = near.project(rays)[0]
+        apart = (found - pixels)[np.isfinite(found[:, 0])]
+        return near, float(np.sqrt(np.mean(np.sum(apart * apart, axis=-1))))
 
     def _bent(self, x: Floats, y: Floats) -> Floats:
         """Places (..., 2) after the lens of those before it."""

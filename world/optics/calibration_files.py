@@ -175,6 +175,8 @@ def _kalibr(values: Values) -> CameraModel:
         return DoubleSphereModel(width, height, *_half_on(plane), xi, alpha)
     if kind != "pinhole":
         raise CalibrationFieldError("camera_model", f"{kind} is not supported; pinhole and ds are")
+    if "fit_rms_px" in values and "quartic" not in values and isinstance(values.get("opencv"), dict):
+        return _opencv({"image_width": width, "image_height": height, **_mapping(values["opencv"], "opencv")})
     plane = _half_on(_numbers(values, "intrinsics", 4))
     if "quartic" in values:
         return _quartic(_mapping(values["quartic"], "quartic"), (width, height), plane[2:])
@@ -203,6 +205,8 @@ def _opencv(values: Values) -> CameraModel:
     size = _whole(values, "image_width"), _whole(values, "image_height")
     names = [name for name in ("distortion_coefficients", "Distortion_Coefficients", "D") if name in values]
     model = str(values.get("distortion_model", values.get("model", ""))).lower()
+    if values.get("fisheye_model") and not model:  # 1 or true, of OpenCV's program camera_calibration
+        model = EQUIDISTANT[0]
     plane = _half_on([k[0], k[4], k[2], k[5]])
     if not (names or model):
         return PinholeModel(*size, *plane)

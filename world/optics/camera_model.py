@@ -81,7 +81,8 @@ class CameraModel(ABC):
     def to_opencv(self) -> dict[str, Any]:
         """`model` ("pinhole", "fisheye"), `K` (3, 3) and `D` for cv2, whose first pixel has its center at (0, 0).
 
-        Raises CalibrationError if OpenCV has no such model.
+        `max_angle` (rad off the axis) is there if OpenCV sees less than the model. Raises CalibrationError if OpenCV
+        has no such model.
         """
 
     @abstractmethod

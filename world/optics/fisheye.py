@@ -92,11 +92,16 @@ class FisheyeModel(CameraModel):
         return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
     def to_opencv(self) -> dict[str, Any]:
-        """Raises CalibrationError for a quartic lens: its fit is in `to_kalibr`."""
+        """Raises CalibrationError for a quartic lens: its fit is in `to_kalibr`.
+
+        With a lens of more than 180°, `max_angle` (rad) is that off the axis up to which OpenCV is right: it mirrors
+        what is behind the camera.
+        """
         k = self.lens.kannala_brandt_coefficients
         if k is None:
             raise CalibrationError("OpenCV has no quartic lens; to_kalibr fits one that it has")
-        return {"model": "fisheye", "K": self.intrinsic_matrix, "D": np.array(k)}
+        found = {"model": "fisheye", "K": self.intrinsic_matrix, "D": np.array(k)}
+        return {**found, "max_angle": 0.5 * math.pi} if self.lens.edge_angle > 0.5 * math.pi + 1e-9 else found
 
     def to_kalibr(self) -> dict[str, Any]:
         k = self.lens.kannala_brandt_coefficients

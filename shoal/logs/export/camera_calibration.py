@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +20,7 @@ FILE = "cameras.yaml"
 OPTICS = ("width", "height", "fx", "fy", "cx", "cy")  # px; what CameraFrame tells of a lens
 UNLIKE = "pictures of {} were taken with another lens or size than cameras.yaml tells"
 GRAVITY = 9.80665  # m/s²
+SHUTTER = ("readout_time", "line_delay", "time_of")  # of cameras.yaml, if a shutter rolls
 MODELS = {"radtan": "radial-tangential", "equidistant": "equidistant"}  # EuRoC's names by Kalibr's
 
 
@@ -85,12 +87,22 @@ def photos_of_other_lenses(source: LogSource, models: Mapping[str, CameraModel])
     return frozenset(found)
 
 
+def has_intrinsics(camera: LoggedCamera | None) -> bool:
+    """Whether Kalibr has the model of a camera."""
+    return camera is not None and "intrinsics" in camera.model
+
+
+def _extras(camera: LoggedCamera) -> dict[str, Any]:
+    """What readers pass over: how far a fitted lens is off (px), and that a shutter rolls (s)."""
+    return {name: camera.model[name] for name in ("fit_rms_px", *SHUTTER) if name in camera.model}
+
+
 def euroc_sensor(camera: LoggedCamera) -> dict[str, Any]:
     """What EuRoC's sensor.yaml says of a camera; without a model if Kalibr lacks it."""
     model = camera.model
     found: dict[str, Any] = {"T_BS": euroc_matrix(camera.pose)}
     if "intrinsics" not in model:
-        return {**found, "no_intrinsics": model.get("not_in_kalibr", "")}
+        return {**found, "no_intrinsics": model.get("not_in_kalibr", ""), **_extras(camera)}
     return {
         **found,
         "resolution": model["resolution"],
@@ -98,6 +110,7 @@ def euroc_sensor(camera: LoggedCamera) -> dict[str, Any]:
         "intrinsics": model["intrinsics"],
         "distortion_model": MODELS.get(model["distortion_model"], model["distortion_model"]),
         "distortion_coefficients": model["distortion_coeffs"],
+        **_extras(camera),
     }
 
 
@@ -112,7 +125,7 @@ def write_calibration(folder: Path, cameras: Sequence[LoggedCamera], unit: Logge
     Only what the models of the cameras allow is written: Kalibr's for camchain and OpenVINS, VINS-Fusion's for vins/.
     A simulated IMU measures the mean over the interval that ends at its stamp: it is half an interval late.
     """
-    known = [camera for camera in cameras if "intrinsics" in camera.model]
+    known = [camera for camera in cameras if has_intrinsics(camera)]
     if not known:
         return
     late = 0.5 / rate if rate > 0.0 else 0.0
@@ -122,8 +135,11 @@ def write_calibration(folder: Path, cameras: Sequence[LoggedCamera], unit: Logge
     if unit is None:
         return
     _write_openvins(folder / "openvins", chain, unit, rate)
-    if all(_camodocal(camera) for camera in known):
-        _write_vins(folder / "vins", known, unit, late)
+    # VINS-Fusion takes one camera, or two of one size, and refuses any other number.
+    usable = [(number, camera) for number, camera in enumerate(known) if _camodocal(camera)]
+    alike = [pair for pair in pairwise(usable) if pair[0][1].model["resolution"] == pair[1][1].model["resolution"]]
+    if usable:
+        _write_vins(folder / "vins", dict(alike[0] if alike else usable[:1]), unit, late, len(known))
 
 
 def _chain(cameras: Sequence[LoggedCamera], imu: Array | None, late: float) -> dict[str, Any]:
@@ -136,6 +152,7 @@ def _chain(cameras: Sequence[LoggedCamera], imu: Array | None, late: float) -> d
             "resolution": camera.model["resolution"],
             "rostopic": f"/cam{number}/image_raw",
             "cam_overlaps": [other for other in range(len(cameras)) if other != number],
+            **_extras(camera),
         }
         if imu is not None:
             entry |= {"T_cam_imu": (np.linalg.inv(camera.pose) @ imu).tolist(), "timeshift_cam_imu": late}
@@ -175,25 +192,32 @@ def _write_openvins(folder: Path, chain: dict[str, Any], unit: LoggedImu, rate: 
         _write(folder / f"{name}.yaml", content, "%YAML:1.0\n\n")
 
 
-def _write_vins(folder: Path, cameras: Sequence[LoggedCamera], unit: LoggedImu, late: float) -> None:
-    """VINS-Fusion's configuration, in which body is the IMU, whose samples are `late` (s)."""
+def _write_vins(folder: Path, cameras: Mapping[int, LoggedCamera], unit: LoggedImu, late: float, count: int) -> None:
+    """VINS-Fusion's configuration, in which body is the IMU, whose samples are `late` (s), of one or two of `count`
+    cameras, by their number in the data set.
+    """
     folder.mkdir(exist_ok=True)
-    width, height = cameras[0].model["resolution"]
+    width, height = next(iter(cameras.values())).model["resolution"]
     noise = noise_densities(unit.part)
-    lines = ["%YAML:1.0", "", "imu: 1", f"num_of_cam: {len(cameras)}", 'imu_topic: "/imu0"']
-    for number in range(len(cameras)):
-        lines += [f'image{number}_topic: "/cam{number}/image_raw"', f'cam{number}_calib: "cam{number}.yaml"']
+    lines = ["%YAML:1.0", ""]
+    if count > len(cameras):
+        lines.append(f"# {len(cameras)} of {count} cameras: VINS-Fusion takes one, or two of one size")
+    if rolling := [str(number) for number, camera in cameras.items() if SHUTTER[0] in camera.model]:
+        lines.append(f"# The shutter of camera {', '.join(rolling)} rolls; times are those of the middle row")
+    lines += ["imu: 1", f"num_of_cam: {len(cameras)}", 'imu_topic: "/imu0"']
+    for place, number in enumerate(cameras):
+        lines += [f'image{place}_topic: "/cam{number}/image_raw"', f'cam{place}_calib: "cam{number}.yaml"']
     lines += [f"image_width: {width}", f"image_height: {height}", "estimate_extrinsic: 0"]
-    for number, camera in enumerate(cameras):
+    for place, camera in enumerate(cameras.values()):
         pose = (np.linalg.inv(unit.pose) @ camera.pose).ravel().tolist()
         data = ", ".join(map(repr, pose))
-        lines += [f"body_T_cam{number}: !!opencv-matrix", "   rows: 4", "   cols: 4", "   dt: d", f"   data: [{data}]"]
+        lines += [f"body_T_cam{place}: !!opencv-matrix", "   rows: 4", "   cols: 4", "   dt: d", f"   data: [{data}]"]
     names = {"acc_n": "accelerometer_noise_density", "gyr_n": "gyroscope_noise_density"}
     names |= {"acc_w": "accelerometer_random_walk", "gyr_w": "gyroscope_random_walk"}
     lines += [f"{short}: {noise[name]!r}" for short, name in names.items()]
     lines += [f"g_norm: {GRAVITY}", "estimate_td: 0", f"td: {late!r}"]
     (folder / "vins.yaml").write_text("\n".join(lines) + "\n")
-    for number, camera in enumerate(cameras):
+    for number, camera in cameras.items():
         _write(folder / f"cam{number}.yaml", _camodocal(camera), "%YAML:1.0\n---\n")
 
 

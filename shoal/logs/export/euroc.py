@@ -16,6 +16,7 @@ from shoal.logs.export.camera_calibration import (
     LoggedImu,
     euroc_matrix,
     euroc_sensor,
+    has_intrinsics,
     noise_densities,
     read_photo_cameras,
     write_calibration,
@@ -57,7 +58,9 @@ def export_euroc(source: LogSource, folder: Path, progress: ReportProgress = lam
         if track is not None:
             written += _write_track(folder / "mav0" / name, track)
     known, chain = read_photo_cameras(source.log.path.parent / "Photos"), list[LoggedCamera]()
-    for number, (camera, photos) in enumerate(sorted(recording.photos.items())):
+    # Those without intrinsics come last: readers number the cameras of a camchain without gaps.
+    ordered = sorted(recording.photos.items(), key=lambda each: (not has_intrinsics(known.get(each[0])), each[0]))
+    for number, (camera, photos) in enumerate(ordered):
         written += _write_pictures(source, folder / "mav0" / f"cam{number}", photos, known.get(camera))
         chain += [known[camera]] if camera in known else []
     first = recording.imus[0] if recording.imus else None

@@ -19,7 +19,13 @@ from shoal.logs.export.mcap_topic_channels import TopicChannels, ros_name
 from shoal.logs.export.mcap_writer import MESSAGE, MESSAGE_LENGTH, McapChunk, McapWriter
 from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch, nanoseconds
 from shoal.logs.export.photo_files import find_photos, photo_export_bytes
-from shoal.logs.export.ros_camera_info import CAMERA_INFO, camera_info, encode_camera_transform, missing_info_reason
+from shoal.logs.export.ros_camera_info import (
+    CAMERA_INFO,
+    camera_info,
+    encode_camera_transform,
+    missing_info_reason,
+    stereo_baseline,
+)
 from shoal.logs.export.ros_standard_conversion import STAMP
 from shoal.logs.export.ros_types import PACKAGE, RosType, ros_type
 
@@ -153,7 +159,7 @@ class _Export:
                     source.notes.append(note)
             elif photo.camera in cameras:
                 camera = cameras[photo.camera]
-                if info := camera_info(time, frame, camera):
+                if info := camera_info(time, frame, camera, stereo_baseline(camera, cameras.values())):
                     channel = self._topics.channel((system, photo.camera, "camera_info"), CAMERA_INFO)
                     chunk.add(channel, number, time, ENCAPSULATION + info)
                 elif (note := f"no CameraInfo of {camera.label}: {missing_info_reason(camera)}") not in source.notes:

@@ -1,6 +1,7 @@
 """The cameras of a log in ROS 2 types: sensor_msgs/CameraInfo, and their places in the vehicle."""
 
 import struct
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -20,20 +21,42 @@ CAMERA_INFO = RosType(
     },
 )
 MODELS = {"radtan": "plumb_bob", "equidistant": "equidistant"}  # of image_geometry, by Kalibr's names
+PARALLEL = 1e-4  # rad, m, by which a pair may be off
 FLU = np.diag([1.0, -1.0, -1.0])  # from forward, right, down to forward, left, up
 BILLION = 1_000_000_000
 
 
-def camera_info(time: int, frame: str, camera: LoggedCamera) -> bytes:
-    """A CAMERA_INFO, time in ns; empty for a model that ROS lacks."""
+def stereo_baseline(camera: LoggedCamera, cameras: Iterable[LoggedCamera]) -> float:
+    """m from the left camera of a parallel pair to this right one, along the rows; 0 for another camera.
+
+    A pair has one attitude and size, and one set of focal lengths and centers (REP 104); of several the nearest counts.
+    """
+    found = list[float]()
+    for other in cameras:
+        apart = np.linalg.inv(other.pose) @ camera.pose
+        if (
+            all(camera.model.get(name) == other.model.get(name) for name in ("resolution", "intrinsics"))
+            and np.abs(apart[:3, :3] - np.eye(3)).max() < PARALLEL
+            and apart[0, 3] > PARALLEL
+            and np.abs(apart[1:3, 3]).max() < PARALLEL * max(1.0, apart[0, 3])
+        ):
+            found.append(float(apart[0, 3]))
+    return min(found, default=0.0)
+
+
+def camera_info(time: int, frame: str, camera: LoggedCamera, baseline: float = 0.0) -> bytes:
+    """A CAMERA_INFO, time in ns, of a camera `baseline` m to the right of its left one; empty without a ROS model."""
     model = camera.model
     name = MODELS.get(model.get("distortion_model", ""))
     if name is None or model["camera_model"] != "pinhole":
         return b""
     fx, fy, cx, cy = model["intrinsics"]
     d = [*model["distortion_coeffs"], *([0.0] if name == "plumb_bob" else [])]
+    if name == "plumb_bob" and "fit_rms_px" in model and "opencv" in model:  # Kalibr lacks k3, ROS does not
+        (fx, _, cx), (_, fy, cy), _ = model["opencv"]["K"]
+        d = list(model["opencv"]["D"])
     k = [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]
-    p = [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+    p = [fx, 0.0, cx, -fx * baseline, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]
     width, height = model["resolution"]
     body = _header(time, frame)
     body += _aligned(body, 4) + struct.pack("<II", height, width) + cdr_string(name.encode())

@@ -4,6 +4,7 @@ import contextlib
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -69,12 +70,19 @@ def _parts(transform: Floats) -> tuple[tuple[float, ...], Quaternion]:
     return tuple(transform[:3, 3].tolist()), quaternion_from_matrix(transform[:3, :3].tolist())
 
 
-def write_cameras(folder: Path, cameras: Mapping[str, tuple[CameraModel, Pose]], part: str) -> str:
-    """Write the models and mounts of cameras, by entity label; returns an error text, empty on success.
+def write_cameras(
+    folder: Path,
+    cameras: Mapping[str, tuple[CameraModel, Pose]],
+    part: str,
+    readouts: Mapping[str, float] = MappingProxyType({}),
+) -> str:
+    """Write the models, mounts and readout times (s) of cameras, by entity label; returns an error text, or ""
 
     `part` names the unfinished file, which no other writer may use.
     """
-    text = HEAD + yaml.safe_dump({name: describe_camera(*camera) for name, camera in cameras.items()}, sort_keys=False)
+    text = HEAD + yaml.safe_dump(
+        {name: describe_camera(*camera, readouts.get(name, 0.0)) for name, camera in cameras.items()}, sort_keys=False
+    )
     path = folder / CAMERAS_FILE
     partial = folder / f"{part}.{CAMERAS_FILE}.part"
     try:
@@ -88,11 +96,16 @@ def write_cameras(folder: Path, cameras: Mapping[str, tuple[CameraModel, Pose]],
     return ""
 
 
-def describe_camera(optics: CameraModel, mount: Pose) -> dict[str, Any]:
-    """A camera in the terms of Kalibr and OpenCV, where they have its model, and its place."""
+def describe_camera(optics: CameraModel, mount: Pose, readout: float = 0.0) -> dict[str, Any]:
+    """A camera in the terms of Kalibr and OpenCV, where they have its model, and its place.
+
+    `readout` (s) passes from the first to the last row of a rolling shutter, `line_delay` from row to row (Kalibr).
+    """
     found: dict[str, Any] = {"T_BS": optical_to_body_transform(mount).tolist()}
     if isinstance(optics, FisheyeModel) and optics.lens.kannala_brandt_coefficients is None:
         found["quartic"] = {"k": list(optics.lens.k), "fov": optics.lens.fov, "focal_lengths": [optics.fx, optics.fy]}
+    if readout:
+        found |= {"readout_time": readout, "line_delay": readout / optics.height, "time_of": "middle row"}
     try:
         found |= optics.to_kalibr()
     except ValueError as error:
@@ -109,4 +122,5 @@ def _opencv(optics: CameraModel) -> dict[str, Any]:
     if isinstance(optics, FisheyeModel) and optics.lens.kannala_brandt_coefficients is None:
         optics, rms["fit_rms_px"] = optics.fit_kannala_brandt()
     found = optics.to_opencv()
+    rms |= {name: found[name] for name in ("max_angle",) if name in found}
     return {"model": found["model"], "K": found["K"].tolist(), "D": found["D"].tolist(), **rms}

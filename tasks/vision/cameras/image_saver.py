@@ -61,6 +61,11 @@ class ImageSaverTask(Task):
     )
 
     @property
+    def row_readout_time(self) -> float:
+        """s from the first to the last row of a rolling shutter."""
+        return 0.0
+
+    @property
     def model_and_mount(self) -> tuple[CameraModel, Pose] | None:
         """The model of the camera and its mount, for cameras.yaml; None while they are not known."""
         return None
@@ -184,8 +189,9 @@ class ImageSaverTask(Task):
         self._described = own
         cameras = [task for task in self.vehicle.tasks if isinstance(task, ImageSaverTask)]
         known = {task.entity.label: camera for task in cameras if (camera := task.model_and_mount) is not None}
+        readouts = {task.entity.label: task.row_readout_time for task in cameras}
         part = photo_name(self.entity.label, self._kept, self.now)
-        self.offload(write_cameras, folder, known, part, then=self._note_description)
+        self.offload(write_cameras, folder, known, part, readouts, then=self._note_description)
 
     def _within_logs(self, path: Path) -> str:
         path, root = path.resolve(), self._log_root.resolve()

@@ -88,6 +88,10 @@ class RenderedCameraTask(ImageSaverTask):
         raise NotImplementedError
 
     @property
+    def row_readout_time(self) -> float:
+        return self.readout_time
+
+    @property
     def model_and_mount(self) -> tuple[CameraModel, Pose]:
         return self.camera.optics, self.mount
 

@@ -209,3 +209,17 @@ def test_no_value_of_a_field_does_more_than_refuse_the_file(field, value, base, 
     except CalibrationError:
         return
     assert camera.width > 0
+
+
+def test_a_fisheye_of_opencvs_calibration_program_is_no_pinhole(tmp_path):
+    """Its `fisheye_model: 1` goes with four coefficients, and without `distortion_model`."""
+    file = tmp_path / "out_camera_data.yml"
+    file.write_text(
+        "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\nfisheye_model: 1\n"
+        "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+        "   data: [ 300., 0., 320., 0., 300., 240., 0., 0., 1. ]\n"
+        "distortion_coefficients: !!opencv-matrix\n   rows: 4\n   cols: 1\n   dt: d\n   data: [ 0.01, 0., 0., 0. ]\n"
+    )
+    camera = read_calibration(file)
+    assert isinstance(camera, FisheyeModel)
+    assert camera.lens.kannala_brandt_coefficients == (0.01, 0.0, 0.0, 0.0)

@@ -148,9 +148,31 @@ def test_kalibr_gets_the_models_that_it_has():
     }
     sphere = CAMERAS["double sphere"].to_kalibr()
     assert (sphere["camera_model"], sphere["intrinsics"][:2]) == ("ds", [-0.1977, 0.5768])
-    for camera in (CAMERAS["thick"], CAMERAS["double sphere"], CAMERAS["woodscape"]):
+    for camera in (CAMERAS["double sphere"], CAMERAS["woodscape"]):
         with pytest.raises(CalibrationError):
-            (camera.to_kalibr if camera is CAMERAS["thick"] else camera.to_opencv)()
+            camera.to_opencv()
+
+
+def test_a_lens_with_k3_is_fitted_for_kalibr():
+    near, rms = CAMERAS["thick"].fit_without_k3()
+    said = CAMERAS["thick"].to_kalibr()
+    assert (said["distortion_model"], said["fit_rms_px"]) == ("radtan", rms)
+    assert rms < 0.3
+    rays, _ = CAMERAS["thick"].unproject(np.random.default_rng(2).uniform((0, 0), (640, 480), (300, 2)))
+    off = np.linalg.norm(near.project(rays)[0] - CAMERAS["thick"].project(rays)[0], axis=-1)
+    assert math.sqrt(np.nanmean(off**2)) < 2 * rms + 0.05
+
+
+def test_opencv_is_told_to_see_180_degrees_at_most():
+    """OpenCV puts what is behind the camera on the other side of the picture."""
+    camera = CAMERAS["tumvi"]
+    said = camera.to_opencv()
+    assert said["max_angle"] == math.pi / 2
+    behind = ray(math.radians(95.0), 0.0)
+    theirs, _ = cv2.fisheye.projectPoints(np.array([[behind]]), np.zeros(3), np.zeros(3), said["K"], said["D"])
+    assert np.linalg.norm(theirs[0, 0] + 0.5 - camera.project(behind)[0]) > 100
+    narrow = FisheyeModel.from_lens(kannala_brandt_lens((0.0, 0.0, 0.0, 0.0), math.pi), 64)
+    assert "max_angle" not in narrow.to_opencv()
 
 
 @pytest.mark.parametrize(("preset", "fov", "limit"), [("woodscape", 190.0, 0.2), ("equisolid", 180.0, 0.02)])

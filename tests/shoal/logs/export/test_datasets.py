@@ -124,13 +124,39 @@ def test_each_calibration_says_the_same_of_each_camera(source, tmp_path):
         pose = np.array(about["T_BS"]["data"]).reshape(4, 4)
         euroc = read_calibration(tmp_path / f"mav0/cam{number}/sensor.yaml")
         assert euroc.project((np.linalg.inv(pose) @ point)[:3])[0] == pytest.approx(seen, abs=1e-6)
-        vins = storage.getNode(f"body_T_cam{number}").mat()
+        if number == 0:  # VINS-Fusion takes one camera, or two of one size
+            assert storage.getNode("num_of_cam").real() == 2.0
+            continue
+        assert storage.getNode(f"image{number - 1}_topic").string() == f"/cam{number}/image_raw"
+        assert storage.getNode(f"cam{number - 1}_calib").string() == f"cam{number}.yaml"
+        vins = storage.getNode(f"body_T_cam{number - 1}").mat()
         there = np.linalg.inv(vins) @ np.linalg.inv(body) @ point
         assert camera.project(there[:3])[0] == pytest.approx(seen, abs=1e-6)
         own = yaml.safe_load((calibration / f"vins/cam{number}.yaml").read_text().partition("---\n")[2])
         values = own["projection_parameters"]
         wanted = [values[name] for name in (("mu", "mv", "u0", "v0") if "mu" in values else ("fx", "fy", "cx", "cy"))]
         assert wanted == entry["intrinsics"]
+
+
+def test_all_files_number_the_cameras_alike_if_one_has_no_intrinsics(source, tmp_path):
+    file = source.log.path.parent / "Photos" / "cameras.yaml"
+    before = file.read_text()
+    cameras = yaml.safe_load(before)
+    fisheye = next(name for name in cameras if name.startswith("Fisheye"))
+    cameras[fisheye] = {"T_BS": cameras[fisheye]["T_BS"], "not_in_kalibr": "a lens of its own"}
+    file.write_text(yaml.safe_dump(cameras))
+    try:
+        export_euroc(source, tmp_path)
+    finally:
+        file.write_text(before)
+    chain = yaml.safe_load((tmp_path / "calibration/camchain.yaml").read_text())
+    assert list(chain) == ["cam0", "cam1"]
+    abouts = [yaml.safe_load((tmp_path / f"mav0/cam{number}/sensor.yaml").read_text()) for number in range(3)]
+    assert abouts[2]["no_intrinsics"] == "a lens of its own"
+    for number in range(2):
+        assert abouts[number]["intrinsics"] == chain[f"cam{number}"]["intrinsics"]
+        picture = next((tmp_path / f"mav0/cam{number}/data").iterdir())
+        assert list(cv2.imread(str(picture)).shape[1::-1]) == chain[f"cam{number}"]["resolution"]
 
 
 def test_openvins_reads_its_files_with_opencv(source, tmp_path):

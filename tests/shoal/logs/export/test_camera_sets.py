@@ -1,0 +1,81 @@
+"""Calibrations of several cameras in data sets: their numbers, lenses that Kalibr lacks, pairs, rolling shutters."""
+
+import struct
+from itertools import count
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from shoal.logs.export.camera_calibration import LoggedImu, euroc_sensor, read_photo_cameras, write_calibration
+from shoal.logs.export.ros_camera_info import camera_info, stereo_baseline
+from support.pose import Pose
+from tasks.vision.cameras.camera_metadata import write_cameras
+from world.optics import FlatPort, PinholeModel, put_behind_port, read_calibration
+from world.sensors import IMU_PARTS
+
+PLAIN = PinholeModel(64, 48, 50.0, 50.0, 32.0, 24.0)
+THICK = PinholeModel(640, 480, 500.0, 500.0, 320.0, 240.0, -0.2, 0.05, 1e-4, -1e-4, 0.01)
+IMU = LoggedImu(IMU_PARTS["MPU-6000"], np.eye(4))
+
+
+@pytest.fixture
+def described(tmp_path):
+    numbers = count()
+
+    def describe(readouts=None, **cameras):
+        folder = tmp_path / f"Photos{next(numbers)}"
+        assert write_cameras(folder, cameras, "1", readouts or {}) == ""
+        return folder, read_photo_cameras(folder)
+
+    return describe
+
+
+def test_a_lens_with_k3_keeps_its_intrinsics_everywhere(described, tmp_path):
+    folder, cameras = described(Thick=(THICK, Pose()))
+    assert read_calibration(folder / "cameras.yaml", "Thick") == THICK
+    sensor = euroc_sensor(cameras["Thick"])
+    assert (sensor["distortion_model"], len(sensor["distortion_coefficients"])) == ("radial-tangential", 4)
+    assert sensor["fit_rms_px"] < 0.5
+    write_calibration(tmp_path / "out", list(cameras.values()), IMU, 100.0)
+    camera = read_calibration(tmp_path / "out" / "camchain.yaml")
+    pixels = np.array([[320.5, 240.5], [20.0, 30.0], [600.0, 400.0]])
+    assert camera.project(THICK.unproject(pixels)[0])[0] == pytest.approx(pixels, abs=1.0)
+    info = camera_info(0, "x", cameras["Thick"])
+    assert struct.pack("<5d", -0.2, 0.05, 1e-4, -1e-4, 0.01) in info, "ROS has k3"
+
+
+def test_vins_fusion_gets_two_of_four_cameras(described, tmp_path):
+    _, cameras = described(**{f"C{n}": (PLAIN, Pose(y=0.1 * n)) for n in range(4)})
+    write_calibration(tmp_path / "out", list(cameras.values()), IMU, 100.0)
+    storage = cv2.FileStorage(str(tmp_path / "out/vins/vins.yaml"), cv2.FILE_STORAGE_READ)
+    assert storage.getNode("num_of_cam").real() == 2.0
+    assert storage.getNode("body_T_cam2").empty()
+    assert len(yaml.safe_load((tmp_path / "out/camchain.yaml").read_text())) == 4
+
+
+def test_the_right_camera_of_a_pair_has_its_baseline(described):
+    places = {"Left": Pose(y=-0.1), "Right": Pose(y=0.1), "Aside": Pose(y=0.3, psi=0.1), "Up": Pose(z=1)}
+    _, cameras = described(**{name: (PLAIN, place) for name, place in places.items()})
+    lengths = {name: stereo_baseline(camera, cameras.values()) for name, camera in cameras.items()}
+    assert lengths == {"Left": 0.0, "Right": pytest.approx(0.2), "Aside": 0.0, "Up": 0.0}
+    projection = struct.pack("<4d", 50.0, 0.0, 31.5, -50.0 * lengths["Right"])
+    assert projection in camera_info(0, "x", cameras["Right"], lengths["Right"])
+    assert projection not in camera_info(0, "x", cameras["Left"], lengths["Left"])
+
+
+def test_files_say_that_a_shutter_rolls(described, tmp_path):
+    _, cameras = described({"Rolling": 0.048}, Rolling=(PLAIN, Pose()), Still=(PLAIN, Pose()))
+    write_calibration(tmp_path / "out", list(cameras.values()), IMU, 100.0)
+    chain = yaml.safe_load((tmp_path / "out/camchain.yaml").read_text())
+    for about in (chain["cam0"], euroc_sensor(cameras["Rolling"])):
+        assert (about["readout_time"], about["time_of"]) == (0.048, "middle row")
+        assert about["line_delay"] == pytest.approx(0.001)
+    assert "line_delay" not in chain["cam1"]
+    assert "The shutter of camera 0 rolls" in (tmp_path / "out/vins/vins.yaml").read_text()
+
+
+def test_a_camera_without_intrinsics_says_why(described):
+    _, cameras = described(Port=(put_behind_port(PLAIN, FlatPort()), Pose()))
+    assert "no port" in euroc_sensor(cameras["Port"])["no_intrinsics"]
