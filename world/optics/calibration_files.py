@@ -15,6 +15,7 @@ from world.optics.camera_model import CalibrationError, CameraModel
 from world.optics.double_sphere import DoubleSphereModel
 from world.optics.fisheye import FisheyeModel, kannala_brandt_lens
 from world.optics.polynomial_lens import Lens
+from world.optics.slam_configurations import kalibr_terms
 
 LARGEST_FILE = 1 << 20
 MOST_PIXELS = 1 << 20  # of a side
@@ -24,6 +25,12 @@ EQUIDISTANT = ("equidistant", "fisheye", "kannala_brandt", "kannalabrandt")
 COUNTS = (0, 4, 5, 8, 12, 14)  # of the coefficients that OpenCV has; those from the sixth on are the rational model's
 KEY = re.compile(r"""(\s*)["']?([^"':]*[^"':\s])["']?\s*:""")  # of a line of YAML or JSON
 STEPS = 4000  # of the angle, to find where a lens ends
+
+CAMERA_FIELDS = {"intrinsic", "intrinsics", "airsim", "camera_matrix", "Camera_Matrix", "K", "image_width"}
+FORMATS = (
+    "camchain of Kalibr, cameras.yaml of a log, FileStorage of OpenCV, camera_info of ROS, sensor.yaml of EuRoC, "
+    "JSON of WoodScape, configurations of VINS-Fusion (camodocal) and ORB-SLAM3, settings.json of AirSim"
+)
 
 Values = Mapping[str, Any]
 Plane = tuple[float, float, float, float]
@@ -42,7 +49,8 @@ def read_calibration(path: str | Path, camera: str = "") -> CameraModel:
     """The camera of a calibration file; `camera` names one of several, by default the first.
 
     Read are a camchain of Kalibr, the cameras.yaml of a log, a FileStorage (YAML) of OpenCV, a camera_info of ROS, a
-    sensor.yaml of EuRoC, and the JSON of WoodScape. YAML needs PyYAML. Fisheye lenses end at the corner of the picture,
+    sensor.yaml of EuRoC, the JSON of WoodScape, the configurations of VINS-Fusion and ORB-SLAM3 (`camera` is Camera1 or
+    Camera2), and AirSim's settings.json. YAML needs PyYAML. Fisheye lenses end at the corner of the picture,
     or where they would fold.
     Raises CalibrationError with the file, the line, and the field that it lacks or contradicts, OSError,
     ModuleNotFoundError.
@@ -82,6 +90,10 @@ def _read(path: Path, camera: str) -> tuple[Values, CameraModel]:
                 raise CalibrationError(f"no camera {camera}; there are {', '.join(cameras)}")
             name = camera or next(iter(cameras))
             values = _mapping(cameras[name], name)
+        elif (terms := kalibr_terms(values, camera)) is not None:
+            values = terms
+        elif not CAMERA_FIELDS & values.keys():
+            raise CalibrationError(f"camera_matrix is missing: no camera of a known format; read are {FORMATS}")
         return values, _model(values)
     except ValueError as error:  # also of a lens
         line = _line(text, name, error.field if isinstance(error, CalibrationFieldError) else "")

@@ -16,7 +16,8 @@ class MountedCameraTask(ImageSaverTask):
     calibration: str = param(
         "",
         "",
-        "A calibration file, of Kalibr, OpenCV, ROS, EuRoC or WoodScape, or the cameras.yaml of a log. A relative "
+        "A calibration file, of Kalibr, OpenCV, ROS, EuRoC, WoodScape, VINS-Fusion, ORB-SLAM3 or AirSim, or the "
+        "cameras.yaml of a log. A relative "
         "path counts from the profile, or, if there is no such file, from the working folder. A log has its content.",
         editable=False,
     )
