@@ -28,7 +28,7 @@ from mavlink.positions import Home
 from mavlink.signing import UNSIGNED, Signing, SigningTime, parse_key, read_key
 from mavlink.statustext import chunks
 from mavlink.system_ids import SYSTEMS, mavlink_system_id
-from mavlink.tlog import RecordedMessage, Tlog
+from mavlink.tlog import RecordedMessage, Tlog, lacks_times
 
 __all__ = [
     "ARMED",
@@ -64,6 +64,7 @@ __all__ = [
     "dataflash",
     "encode",
     "is_maneuvering",
+    "lacks_times",
     "load_dialect",
     "mavlink_system_id",
     "mode_number",

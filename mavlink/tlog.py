@@ -19,6 +19,9 @@ RECORD = re.compile(rb"\x00[\x03-\x0e].{6}[\xfd\xfe]", re.DOTALL)
 """How a time from EARLIEST to LATEST and a frame after it begin: Python looks at no other byte, which would be slow."""
 
 
+HEAD = 1 << 16  # bytes at the beginning of a file that show whether it has times
+
+
 class RecordedMessage(NamedTuple):
     """A message, and when the recorder received it, in s since 1970 UTC."""
 
@@ -100,3 +103,19 @@ class Tlog:
 
 def _is_time(buffer: bytes, position: int) -> bool:
     return EARLIEST < int.from_bytes(buffer[position : position + TIME]) < LATEST
+
+
+def lacks_times(path: Path, dialect: Dialect) -> bool:
+    """Whether a file has MAVLink frames that follow each other without times, as the .tlog.raw of MAVProxy has."""
+    with path.open("rb") as file:
+        data = file.read(HEAD)
+    joined = timed = position = 0
+    while position < len(data):
+        end, message = frame_at(data, position, dialect.by_id) if data[position] in MAGICS else (0, None)
+        if message is None or end > len(data):
+            position += 1
+            continue
+        joined += end < len(data) and data[end] in MAGICS
+        timed += end + TIME < len(data) and data[end + TIME] in MAGICS and _is_time(data, end)
+        position = end
+    return joined > timed

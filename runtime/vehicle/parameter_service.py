@@ -53,9 +53,13 @@ class ParameterService(Task):
 
     @consume(others=True)
     def query(self, request: imc.QueryEntityParameters) -> None:
-        """Reply with the parameters of the requested visibility and scope, sorted by name."""
+        """Reply with the parameters of the requested visibility and scope, sorted by name.
+
+        There may be none: without an answer, a console could not know that.
+        """
         task = self._addressed(request, request.name)
         if task is None:
+            self._answer_without_task(request)
             return
         visibility, scope = request.visibility or "developer", request.scope or "global"
         if visibility not in VISIBILITIES or scope not in SCOPES:
@@ -69,8 +73,14 @@ class ParameterService(Task):
             for _, parameter in sorted(task.parameter_set.declarations.items())
             if visibility in ("developer", parameter.visibility) and scope in ("global", parameter.scope)
         ]
-        if chosen:
-            self._answer(request, task, chosen)
+        self._answer(request, task, chosen)
+
+    def _answer_without_task(self, request: imc.QueryEntityParameters) -> None:
+        """Reply that an entity of this process, such as a beam of a DVL, has no parameters of its own."""
+        entity = self.vehicle.entities.find(request.name)
+        ours = entity is not None and not entity.process and self.find_task(request.name) is None
+        if ours and entity is not self.entity and self.is_for_me(request) and self._affords(request, 1):
+            self.reply(request, imc.EntityParameters(name=request.name), entity=entity)
 
     @consume(others=True)
     def push(self, request: imc.PushEntityParameters) -> None:

@@ -124,6 +124,11 @@ class StateQueries:
         return True
 
 
+def has_told_states(system: NetworkSystem) -> bool:
+    """Whether it has said how its entities are; else nobody knows whether it has errors."""
+    return any(system.latest_message(kind) is not None for kind in (imc.EntityState, imc.VehicleState))
+
+
 def has_unlabeled_errors(system: NetworkSystem) -> bool:
     return any(label.isdecimal() for label in system.errors)
 
@@ -178,7 +183,7 @@ def system_to_dict(system: NetworkSystem) -> dict[str, object]:
         "lon": lon,
         "depth": state.depth if state is not None else None,
         "battery": fuel.value if fuel is not None else None,
-        "errors": list(system.errors),
+        "errors": list(system.errors) if has_told_states(system) else None,
         "age": system.age,
         "network": sorted(system.links),
         "places": system.addresses,
@@ -229,7 +234,7 @@ def _table(systems: list[NetworkSystem]) -> Table:
             "" if state is None else _degrees(*absolute_position(state)),
             "" if state is None else f"{state.depth:.1f} m",
             "" if fuel is None else f"{fuel.value:.0f} %",
-            printable(",".join(system.errors)),
+            printable(",".join(system.errors)) if has_told_states(system) else "?",
             f"{system.age:.1f} s",
             ", ".join(sorted(system.links)),
         )

@@ -6,13 +6,14 @@ import click
 
 from shoal.cli.remote_command import (
     complete_parameter,
+    exit_with_reason,
     json_option,
     network_options,
     print_json_line,
     run_on_vehicle,
     vehicle_argument,
 )
-from shoal.network import AsyncRemoteVehicle, check_parameter_name
+from shoal.network import AsyncRemoteVehicle, PartialAnswer, check_parameter_name
 from support.terminal_text import printable
 
 ACTIONS = ("list", "get", "set", "save")
@@ -33,7 +34,8 @@ def param(vehicle: str, action: str, words: tuple[str, ...], connection: dict[st
     shoal param lauv-noptilus-1 set "Path Control:Corridor -- Width=3"
     shoal param lauv-noptilus-1 save "Path Control"
 
-    A new value is gone at the next start of the vehicle unless it is saved. Exit status 1 if the vehicle refuses.
+    A new value is gone at the next start of the vehicle unless it is saved. Exit status 1 if the vehicle
+    refuses, or some entities do not answer: what is known is shown.
     """
     if not words and action != "list":
         raise click.UsageError(f"name what to {action}, such as 'Path Control:Control Frequency'")
@@ -41,9 +43,15 @@ def param(vehicle: str, action: str, words: tuple[str, ...], connection: dict[st
     if action == "save" and any(parameter for _, parameter, _ in places):
         raise click.UsageError("an entity is saved as a whole: leave out the parameter")
 
+    incomplete: list[str] = []
+
     async def act(there: AsyncRemoteVehicle) -> dict[str, dict[str, str]]:
         if action == "list" and not places:
-            return await there.param.list()
+            try:
+                return await there.param.list()
+            except PartialAnswer as error:
+                incomplete.append(str(error))
+                return {entity: dict(values) for entity, values in error.found.items()}
         found: dict[str, dict[str, str]] = {}
         for entity, parameter, value in places:
             if action == "save":
@@ -62,7 +70,13 @@ def param(vehicle: str, action: str, words: tuple[str, ...], connection: dict[st
     found = run_on_vehicle(vehicle, connection, act)
     if as_json:
         print_json_line(found)
-        return
+    else:
+        _print(action, found)
+    if incomplete:
+        exit_with_reason(incomplete[0])
+
+
+def _print(action: str, found: dict[str, dict[str, str]]) -> None:
     for entity, values in found.items():
         if action == "save":
             click.echo(f"{printable(entity)} saved")

@@ -5,7 +5,7 @@ import json
 import time
 from collections import Counter
 from collections.abc import Callable
-from contextlib import aclosing
+from contextlib import aclosing, suppress
 from typing import Any
 
 import click
@@ -29,13 +29,23 @@ from shoal.cli.remote_command import (
     run_on_namesakes,
     vehicle_argument,
 )
-from shoal.network import AsyncRemoteVehicle, VehicleLost, field_value, parse_message_filter
+from shoal.network import (
+    AsyncRemoteVehicle,
+    NetworkError,
+    NetworkSystem,
+    NoAnswer,
+    VehicleLost,
+    field_value,
+    parse_message_filter,
+)
 from support.terminal_text import printable, suggestion
 
 REFRESH = 0.5  # s
 QUIET = 5.0  # s without a message to show, after which the reason is told
 MOST_NAMED = 8
 WINDOW = 3.0  # s over which a live rate is taken
+SHORTEST = 0.1  # s over which a rate means something
+ASK_AGAIN = 0.5  # s between questions for the labels of entities
 
 
 @click.command()
@@ -80,6 +90,9 @@ def spy(
         raise click.UsageError("--hz shows rates: it takes --for, but no --fields and no --count")
 
     async def act(there: AsyncRemoteVehicle) -> None:
+        if entity:
+            with suppress(NoAnswer):  # zenoh brings the labels with the messages
+                await there.param.entity_ids()
         sieve = SpyFilter(there, test, where, entity)
         if hz:
             await _measure(there, kinds, sieve, duration, as_json)
@@ -177,25 +190,27 @@ async def _measure(
     as_json: bool,
 ) -> None:
     """Rates of all types at once: at the end, and meanwhile on a terminal."""
-    counts: Counter[tuple[str, str]] = Counter()
-    sizes: Counter[tuple[str, str]] = Counter()
+    rates = MessageRates(vehicle.system)
     console = Console(highlight=False, markup=False, emoji=False, width=None if Console().is_terminal else 120)
     live = Live(Table(), console=console, refresh_per_second=4) if console.is_terminal and not as_json else None
-    began = drawn = time.monotonic()
+    began = drawn = asked = time.monotonic()
     gone: VehicleLost | None = None
     if live is not None:
         live.start()
     try:
-        limit = WINDOW if duration is None and live is None else duration
-        async with asyncio.timeout(limit), aclosing(vehicle.messages(*kinds)) as stream:
+        by_itself = duration is None and live is None
+        limit = QUIET + vehicle.system.contact_timeout if by_itself else duration
+        async with asyncio.timeout(limit) as scope, aclosing(vehicle.messages(*kinds)) as stream:
             async for message in stream:
-                if sieve.accepts(message):
-                    place = type(message).__name__, printable(vehicle.system.label(message.src_ent))
-                    counts[place] += 1
-                    sizes[place] += len(imc.encode(message))
-                now = time.monotonic()
+                if by_itself and not sieve.received:  # the window begins with the first message
+                    scope.reschedule(asyncio.get_running_loop().time() + WINDOW)
+                is_wanted, now = sieve.accepts(message), time.monotonic()
+                rates.add(message, now, is_wanted=is_wanted)
+                if rates.lacks_labels and now - asked > ASK_AGAIN:
+                    asked = now
+                    vehicle.network.request_labels(vehicle.system)
                 if live is not None and now - drawn > REFRESH:
-                    live.update(_rates(counts, sizes, now - began))
+                    live.update(rates.table(now))
                     drawn = now
     except TimeoutError:
         pass
@@ -204,33 +219,64 @@ async def _measure(
     finally:
         if live is not None:
             live.stop()
-    past = time.monotonic() - began
+    now = time.monotonic()
+    if gone is None and rates.lacks_labels:  # the answers to single questions may have got lost
+        with suppress(NetworkError):
+            await vehicle.param.entity_ids()
     if as_json:
-        rows = [
+        print_json_line(rates.rows(now))
+    elif live is None:
+        console.print(rates.table(now))
+    if gone is not None:
+        raise gone
+    if not sieve.accepted:
+        exit_with_reason(sieve.no_match_text(round(now - began, 1)))
+
+
+class MessageRates:
+    """How often messages of a type come from an entity, since the first message came: before, nobody was heard."""
+
+    def __init__(self, system: NetworkSystem):
+        self._system = system
+        self._counts: Counter[tuple[str, int]] = Counter()
+        self._sizes: Counter[tuple[str, int]] = Counter()
+        self._began = 0.0
+
+    def add(self, message: imc.Message, now: float, *, is_wanted: bool) -> None:
+        """Count a message that came `now` (s)."""
+        self._began = self._began or now
+        if is_wanted:
+            place = type(message).__name__, message.src_ent
+            self._counts[place] += 1
+            self._sizes[place] += len(imc.encode(message))
+
+    @property
+    def lacks_labels(self) -> bool:
+        """Whether the label of an entity is still unknown."""
+        return any(entity not in self._system.labels for _, entity in self._counts)
+
+    def rows(self, now: float) -> list[dict[str, object]]:
+        """Type, entity, count and rates of each, until `now`; an entity is named as it is known by then."""
+        past = max(now - self._began, SHORTEST)
+        return [
             {
                 "message": name,
                 "entity": entity,
-                "count": number,
-                "hz": number / past,
-                "bytes_per_s": sizes[name, entity] / past,
+                "count": self._counts[name, number],
+                "hz": self._counts[name, number] / past,
+                "bytes_per_s": self._sizes[name, number] / past,
             }
-            for (name, entity), number in sorted(counts.items())
+            for name, entity, number in sorted((n, printable(self._system.label(e)), e) for n, e in self._counts)
         ]
-        print_json_line(rows)
-    elif live is None:
-        console.print(_rates(counts, sizes, past))
-    if gone is not None:
-        raise gone
-    if not counts:
-        exit_with_reason(sieve.no_match_text(round(past, 1)))
 
-
-def _rates(counts: Counter[tuple[str, str]], sizes: Counter[tuple[str, str]], past: float) -> Table:
-    table = Table(box=None, header_style="dim", pad_edge=False)
-    for column in ("message", "entity", "Hz", "B/s"):
-        table.add_column(column, justify="right" if column in ("Hz", "B/s") else "left")
-    for (name, entity), number in sorted(counts.items()):
-        table.add_row(name, entity, f"{number / past:.2f}", f"{sizes[name, entity] / past:.0f}")
-    total = sum(counts.values())  # integers
-    table.add_row("all", "", f"{total / past:.1f}", f"{sum(sizes.values()) / past:.0f}")  # integers
-    return table
+    def table(self, now: float) -> Table:
+        """The same for people, with the sums."""
+        table = Table(box=None, header_style="dim", pad_edge=False)
+        for column in ("message", "entity", "Hz", "B/s"):
+            table.add_column(column, justify="right" if column in ("Hz", "B/s") else "left")
+        for row in self.rows(now):
+            table.add_row(str(row["message"]), str(row["entity"]), f"{row['hz']:.2f}", f"{row['bytes_per_s']:.0f}")
+        past = max(now - self._began, SHORTEST)
+        total, size = sum(self._counts.values()), sum(self._sizes.values())  # integers
+        table.add_row("all", "", f"{total / past:.1f}", f"{size / past:.0f}")
+        return table

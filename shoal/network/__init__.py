@@ -17,7 +17,7 @@ from shoal.network.message_filter_expression import field_value, parse_message_f
 from shoal.network.message_listener import MessageListener
 from shoal.network.network import Network
 from shoal.network.network_factory import connect, make_network
-from shoal.network.parameters import AsyncRemoteParameters, check_parameter_name
+from shoal.network.parameters import AsyncRemoteParameters, PartialAnswer, check_parameter_name
 from shoal.network.plans import AsyncRemotePlans, PlanOutcome, Refused, StoredPlan
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
 from shoal.network.system_table import CONTACT, NetworkSystem
@@ -43,6 +43,7 @@ __all__ = [
     "NetworkLink",
     "NetworkSystem",
     "NoAnswer",
+    "PartialAnswer",
     "PlanOutcome",
     "ReceivedPacket",
     "Refused",

@@ -13,9 +13,23 @@ from shoal.network.plans import Refused
 from shoal.network.system_table import NetworkSystem
 from support.terminal_text import suggestion
 
+ROUNDS = 12  # of questions at most
+CERTAIN = 1e-3  # expected number of entities whose answers all got lost, below which silence means no parameters
 SHORT = 1.2  # s for the first question: there may be no such entity
 QUIET = 0.5  # s without an answer: there are no more
+NAMED = 8  # silent entities in an error
 AT_ONCE = 50  # questions; a vehicle gives a console 200 answers a second
+
+
+class PartialAnswer(NoAnswer):
+    """Some entities have not answered: `found` has the parameters of the others, by label and name."""
+
+    def __init__(self, system: str, found: Mapping[str, Mapping[str, str]], missing: Collection[str]) -> None:
+        named = ", ".join(list(missing)[:NAMED]) + (" ..." if len(missing) > NAMED else "")
+        super().__init__(
+            f"{system}: no answer from {len(missing)} entities ({named}), though they were asked repeatedly"
+        )
+        self.found = found
 
 
 class AsyncRemoteParameters:
@@ -38,13 +52,17 @@ class AsyncRemoteParameters:
         return await self._network.request(self._system, query, (imc.EntityList,), answer)
 
     async def list(self) -> dict[str, dict[str, str]]:
-        """The parameters of all entities that have any, by label and name."""
+        """The parameters of all entities that have any, by label and name.
+
+        An entity that stays silent has none, if it was asked often enough for the losses of the network. A Shoal
+        vehicle answers for each. Raises PartialAnswer if answers are missing.
+        """
         labels = await self.entity_ids()
         found: dict[str, dict[str, str]] = {}
-        waiting = list(labels)
+        waiting, lost = list(labels), 0
         listener = self._network.listen(self._system, (imc.EntityParameters,))
         try:
-            for _ in range(2):  # an entity without parameters does not answer, and answers can get lost
+            for number in range(1, ROUNDS + 1):
                 for start in range(0, len(waiting), AT_ONCE):
                     for label in waiting[start : start + AT_ONCE]:
                         self._network.send(self._system, _query(label))
@@ -58,24 +76,41 @@ class AsyncRemoteParameters:
                             found[message.name] = _values(message)
                             last = time.monotonic()
                     self._network.check_is_there(self._system)
+                before = len(waiting)
                 waiting = [label for label in waiting if label not in found]
+                lost += (before - len(waiting)) * (number - 1)
+                # Each entity that answered in round n has lost n - 1 answers; half a loss is assumed before any.
+                loss = (lost + 0.5) / (lost + len(found) + 1.0)
+                certain = not self._system.is_shoal and len(waiting) * loss**number < CERTAIN
+                if not waiting or (certain and number > 1):
+                    break
+            else:
+                raise PartialAnswer(self._system.name, _with_parameters(found), waiting)
         finally:
             self._network.close_listener(listener)
-        return dict(sorted(found.items()))
+        return _with_parameters(found)
 
     async def get(self, entity: str) -> dict[str, str]:
-        """The parameters of one entity by name. Raises Refused if there is no such entity or it has none."""
+        """The parameters of one entity by name. Raises Refused if there is no such entity or it has none.
+
+        Raises NoAnswer if it is silent: then that is not known.
+        """
         try:
-            return await self._read(entity, SHORT)
+            return self._checked(entity, await self._read(entity, SHORT))
         except NoAnswer:
             labels = await self.entity_ids()
         if entity not in labels:
             hint = suggestion(entity, labels) or "`shoal param VEHICLE list` lists them"
             raise Refused(f"no entity {entity!r}; {hint}")
         try:
-            return await self._read(entity)  # the answers may have got lost
-        except NoAnswer:
-            raise Refused(f"{entity} has no parameters") from None
+            return self._checked(entity, await self._read(entity))  # the answers may have got lost
+        except NoAnswer as error:
+            raise NoAnswer(f"{entity} does not answer: it has no parameters, or {error}") from None
+
+    def _checked(self, entity: str, values: dict[str, str]) -> dict[str, str]:
+        if not values:
+            raise Refused(f"{entity} has no parameters")
+        return values
 
     async def _read(self, entity: str, timeout: float | None = None) -> dict[str, str]:
         kinds = (imc.EntityParameters,)
@@ -111,9 +146,11 @@ class AsyncRemoteParameters:
             kinds = (imc.EntityParameters, imc.LogBookEntry)
             try:
                 accepted = await self._network.request(self._system, request, kinds, answer)
-            except NoAnswer:  # the answer may have got lost
+            except NoAnswer as error:  # the answer may have got lost, or the request
                 now = await self._read(entity)
                 accepted = {name: now[name] for name in values if _is_same(now.get(name, ""), texts[name])}
+                if left := [f"{name} is still {now.get(name, '')!r}" for name in values if name not in accepted]:
+                    raise NoAnswer(f"{entity}: {', '.join(left)}; {error}") from None
             if missing := [name for name in values if name not in accepted]:
                 raise Refused("; ".join([await self._reason(log, entity, name, texts[name]) for name in missing]))
             return accepted
@@ -151,6 +188,10 @@ def check_parameter_name(entity: str, name: str, known: Collection[str]) -> None
     if name not in known:
         hint = suggestion(name, known) or f"`shoal param VEHICLE get {entity!r}` lists them"
         raise Refused(f"{entity} has no parameter {name!r}; {hint}")
+
+
+def _with_parameters(found: Mapping[str, dict[str, str]]) -> dict[str, dict[str, str]]:
+    return {entity: values for entity, values in sorted(found.items()) if values}
 
 
 def _is_same(text: str, other: str) -> bool:

@@ -58,7 +58,7 @@ class AsyncRemotePlans:
         """All plans that are stored, by name. Raises Refused if they are too many to be listed at once."""
         state = await self._database(imc.PlanDB.Op.GET_STATE)
         if not isinstance(state, imc.PlanDBState):
-            return []
+            raise Refused(f"{self._system.name} sent no list of its plans")
         found = [info for info in state.plans_info if isinstance(info, imc.PlanDBInformation)]
         if len(found) < state.plan_count:
             raise Refused(f"{self._system.name} has {state.plan_count} plans, too many for one message")
@@ -137,10 +137,11 @@ class AsyncRemotePlans:
                     if flown and message.state in OVER:
                         over = over or time.monotonic()
                         done = message.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
+                        failed = message.last_outcome == imc.PlanControlState.LastOutcome.FAILURE
                         if time.monotonic() - over > LAST_WORDS:
-                            return PlanOutcome(
-                                name, done, words if done else "plan has failed", time.monotonic() - began
-                            )
+                            unknown = "plan has failed" if failed else "plan has ended, and its outcome did not arrive"
+                            text = (words or "plan completed") if done else unknown
+                            return PlanOutcome(name, done, text, time.monotonic() - began)
                     elif progress is not None:
                         progress(message)
                 elif message is not None and (reply := self._answer(message, request)) is not None:

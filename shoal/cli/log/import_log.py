@@ -27,6 +27,8 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
 
     An MCAP gives the same log, packet for packet. Each autopilot becomes a system, and what it measured, did and said
     becomes IMC messages: state, GPS, batteries, sensors, modes, missions, parameters, texts.
+
+    Exit status 1 if most of FILE could not be read: what could is written.
     """
     out = out or Path(file.stem)
     with errors_as_messages():
@@ -35,11 +37,14 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
         with require_extra("analysis" if _begins(file, MCAP_MAGIC) else "mavlink"):
             write = _reader(file, system)
             with new_folder(out, force) as part, progress_bar(file) as tell:
-                warnings = write(file, part, tell)
+                warnings, most_is_lost = write(file, part, tell)
         packets = len(imc.Log(out))
     click.echo(printable(f"{format_noun_count(packets, 'message')}: {out}"))
     for warning in warnings:
         click.echo(printable(f"warning: {warning}"), err=True)
+    if most_is_lost:
+        click.echo(printable(f"Error: most of {file} could not be read; the log has only the rest"), err=True)
+        raise click.exceptions.Exit(1)
 
 
 def _begins(file: Path, magic: bytes) -> bool:
@@ -47,14 +52,18 @@ def _begins(file: Path, magic: bytes) -> bool:
         return opened.read(len(magic)) == magic
 
 
-def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportProgress], list[str]]:
+def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportProgress], tuple[list[str], bool]]:
     """What imports a file: by how it begins or, if its beginning is damaged, by its name; a .tlog begins anyhow."""
     if not file.stat().st_size:
         raise ValueError(f"{file}: the file is empty")
     if _begins(file, MCAP_MAGIC):
-        from shoal.logs.edit.mcap_import import import_mcap
+        from shoal.logs.edit.mcap_import import expected_packets, import_mcap
 
-        return lambda path, folder, _: import_mcap(path, folder)
+        def restore(path: Path, folder: Path, _: ReportProgress) -> tuple[list[str], bool]:
+            warnings = import_mcap(path, folder)
+            return warnings, 2 * len(imc.Log(folder)) < expected_packets(path)
+
+        return restore
     from mavlink import dataflash, ulog
     from shoal.logs.edit.flight_log_import import import_dataflash, import_ulog
     from shoal.logs.edit.tlog_import import import_tlog
@@ -67,10 +76,11 @@ def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportProgress], l
     else:
         convert = import_tlog
 
-    def read(path: Path, folder: Path, tell: ReportProgress) -> list[str]:
+    def read(path: Path, folder: Path, tell: ReportProgress) -> tuple[list[str], bool]:
         done = convert(path, folder, system, tell)
         skipped = f"{format_noun_count(done.lost, 'byte')} of {path} skipped"
         lost = f"{skipped}: in no whole record, the first at byte {done.first_lost}"
-        return [*([lost] if done.lost else []), *done.notes]
+        most_is_lost = 2 * done.lost > path.stat().st_size or 2 * done.skipped > done.records
+        return [*([lost] if done.lost else []), *done.notes], most_is_lost
 
     return read

@@ -88,4 +88,4 @@ def _import(
     notes = [f"{log.path}: no GPS has told the time: times count from the start of the autopilot"]
     notes = notes if flight.start is None else []
     notes += skipped.texts(log.path)
-    return ImportReport(log.records, log.lost, log.first_lost, {vehicle.name: vehicle.count}, notes)
+    return ImportReport(log.records, log.lost, log.first_lost, {vehicle.name: vehicle.count}, notes, skipped.total)

@@ -34,6 +34,10 @@ class SkippedRecords:
         self._counts[kind] += 1
         self._first.setdefault(kind, time)
 
+    @property
+    def total(self) -> int:
+        return self._counts.total()
+
     def texts(self, path: Path) -> list[str]:
         """What a person should know of it."""
         return [
@@ -46,7 +50,8 @@ class SkippedRecords:
 class ImportReport:
     """What was imported: records in the file, bytes outside of them, IMC messages written, by system.
 
-    first_lost: the place of the first byte outside of records, -1 for none. notes: what a person should know of it.
+    first_lost: the place of the first byte outside of records, -1 for none. skipped: records whose contents could not
+    be translated. notes: what a person should know of it.
     """
 
     records: int = 0
@@ -54,6 +59,7 @@ class ImportReport:
     first_lost: int = -1
     messages: dict[str, int] = field(default_factory=dict[str, int])
     notes: list[str] = field(default_factory=list[str])
+    skipped: int = 0
 
 
 class SystemLogWriter:

@@ -61,6 +61,16 @@ def import_mcap(path: Path, folder: Path) -> list[str]:
     return [f"{path}: {text}" for text in dict.fromkeys(wrong)]
 
 
+def expected_packets(path: Path) -> int:
+    """How many packets a file says that it has; 0 if its end, which says so, is missing. Raises OSError."""
+    with path.open("rb") as file, _noting([], "its end"):
+        summary = make_reader(file).get_summary()
+        if summary is not None and summary.statistics is not None:
+            counts = summary.statistics.channel_message_counts
+            return sum(counts.get(channel.id, 0) for channel in summary.channels.values() if channel.topic == TOPIC)
+    return 0
+
+
 def _attached(file: IO[bytes], wrong: list[str]) -> Iterator[Attachment]:
     with _noting(wrong, "its list of attachments"):
         yield from make_reader(file).iter_attachments()

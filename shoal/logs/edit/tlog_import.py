@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from imc.lsf import ReportProgress
-from mavlink import AUTOPILOT_NONE, GROUND_STATION, Dialect, ReceivedMessage, Tlog, load_dialect
+from mavlink import AUTOPILOT_NONE, GROUND_STATION, Dialect, ReceivedMessage, Tlog, lacks_times, load_dialect
 from mavlink.translate import AutopilotTranslator, TransactionTranslator
 from shoal.logs.edit.import_writer import (
     CONVERSION_ERRORS,
@@ -46,6 +46,11 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportProg
     dialect = load_dialect()
     kinds = _kinds(path, dialect)
     tlog = Tlog(path, dialect)
+    if lacks_times(path, dialect):
+        raise NothingToImport(
+            f"{path}: MAVLink frames without times, as in a .tlog.raw of MAVProxy: nobody knows when they came; "
+            "import the .tlog beside it"
+        )
     if not kinds:
         raise NothingToImport(f"{path}: not an MCAP, .tlog, .BIN or .ulg file: no autopilot in its {tlog.size} bytes")
     last, skipped = 0.0, SkippedRecords()
@@ -78,7 +83,7 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportProg
     finally:
         writer.close()
     counts = {heard.log.name: heard.log.count for heard in systems.values()}
-    return ImportReport(tlog.frames, tlog.lost, tlog.first_lost, counts, skipped.texts(path))
+    return ImportReport(tlog.frames, tlog.lost, tlog.first_lost, counts, skipped.texts(path), skipped.total)
 
 
 def _kinds(path: Path, dialect: Dialect) -> dict[int, tuple[int, int]]:

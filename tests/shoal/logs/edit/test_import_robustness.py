@@ -5,6 +5,7 @@ import struct
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -14,6 +15,7 @@ from mavlink import load_dialect
 from mavlink.dataflash import DataFlash
 from mavlink.tlog import Tlog
 from mavlink.ulog import BadULog, ULog
+from shoal.cli import main
 from shoal.logs.edit.flight_log_import import import_dataflash, import_ulog
 from shoal.logs.edit.import_writer import NothingToImport
 from shoal.logs.edit.tlog_import import import_tlog
@@ -186,3 +188,34 @@ def test_what_is_skipped_is_told_with_file_kind_number_and_time(tmp_path):
     expected = f"{tmp_path / 'a.tlog'}: 2 of its ATTITUDE skipped: not as expected, the first at 1700000002.000 s"
     assert done.notes == [expected]
     assert len(list(imc.Log(tmp_path / "log").messages("EstimatedState"))) == 1
+
+
+def shoal_import(path, out):
+    return CliRunner().invoke(main, ["log", "import", str(path), str(out)])
+
+
+def test_frames_without_times_are_refused_with_the_reason(tmp_path):
+    """MAVProxy's .tlog.raw: a heartbeat of types 3 to 14 ends like a time, and some were taken for that."""
+    sender = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    data = b""
+    for number in range(200):
+        for _ in range(2):
+            data += mavlink.MAVLink_heartbeat_message(12, 3, 0, 0, 3, 3).pack(sender, force_mavlink1=True)
+        attitude = mavlink.MAVLink_attitude_message(1000 + 100 * number, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+        data += attitude.pack(sender, force_mavlink1=True)
+    (tmp_path / "mav.tlog.raw").write_bytes(data)
+    result = shoal_import(tmp_path / "mav.tlog.raw", tmp_path / "out")
+    assert result.exit_code != 0
+    assert "MAVLink frames without times, as in a .tlog.raw of MAVProxy" in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_import_that_loses_most_of_its_file_is_no_success(tmp_path):
+    whole = REAL.read_bytes()
+    (tmp_path / "some.tlog").write_bytes(whole + bytes(40_000))
+    assert shoal_import(tmp_path / "some.tlog", tmp_path / "some").exit_code == 0
+    (tmp_path / "most.tlog").write_bytes(whole + bytes(100_000))
+    result = shoal_import(tmp_path / "most.tlog", tmp_path / "most")
+    assert result.exit_code == 1
+    assert "most of " in result.output
+    assert len(imc.Log(tmp_path / "most")) > 50
