@@ -26,6 +26,7 @@ from shoal.cli.options import (
 )
 from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_profile_warnings
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
+from shoal.cli.simulated_motion import motion_error
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
 from support.diagnostics import ProfileError
 from support.durations import parse_duration
@@ -87,6 +88,8 @@ def mission(
             report_profile_warnings(
                 check_profile(flown, {}, flown.parse_modes(flown.value("General", "Selected")), find_task), profile
             )
+            if text := motion_error(made, flown):
+                raise ValueError(text)
         check_vehicle_log_folder(made.vehicle)
     except OSError as error:
         click.echo(f"Error: {describe_os_error(error, plan)}", err=True)

@@ -217,3 +217,39 @@ def test_run_rejects_what_check_rejects_on_any_clock(tree, option, clock):
 def test_every_maneuver_of_the_table_is_a_task_or_not_in_shoal():
     missing = {name for name in dune_section_names.MULTIPLEXED.values() if find_task(name) is None}
     assert missing == {"Maneuver.Drop", "Maneuver.Sample", "Maneuver.StationKeepingExtended"}
+
+
+WING = "[Require hexa-00.ini]\n[General]\nVehicle = wing\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "reason"),
+    [
+        (
+            "[Simulators.UAV]\nBank Time Constant = 1\nSimulation type = 4DOF_bank\n",
+            "[Simulators.UAV] Bank Time Constant: that is a fixed wing of DUNE; Simulators.UAV here is a multirotor",
+        ),
+        (
+            "[Simulators.UAV]\nEnabled = Never\n[Simulators.LBL]\nEnabled = Simulation\n",
+            "nothing simulates the motion of wing: Simulators.LBL cannot run here",
+        ),
+    ],
+)
+def test_a_simulated_vehicle_that_nothing_moves_or_that_is_another_one_does_not_run(more, reason, tmp_path):
+    (tmp_path / "wing.ini").write_text(WING + more)
+    (tmp_path / "p.yaml").write_text("plan: p\nmaneuvers:\n- idle: {duration: 1}\n")
+    log = ["--log-dir", str(tmp_path / "log")]
+    words = ["run", str(tmp_path / "wing.ini"), "-p", "Simulation", "--clock", "virtual", "--for", "1s", *log]
+    mission = ["mission", str(tmp_path / "wing.ini"), str(tmp_path / "p.yaml"), *log]
+    for command in (words, mission):
+        result = CliRunner().invoke(main, command)
+        assert result.exit_code == 2
+        assert reason in result.output
+
+
+def test_a_vehicle_in_simulation_without_a_simulator_is_reported(tmp_path):
+    words = ["run", "hexa-00", "-p", "Simulation", "--clock", "virtual", "--for", "1s"]
+    words += ["--log-dir", str(tmp_path / "log")]
+    assert "nothing simulates" not in CliRunner().invoke(main, words).output
+    result = CliRunner().invoke(main, [*words, "--set", "Simulators.UAV:Enabled=Never"])
+    assert "warning: nothing simulates the motion of hexa-00: no task of mode Simulation" in result.output
