@@ -73,7 +73,8 @@ class ParameterService(Task):
             for _, parameter in sorted(task.parameter_set.declarations.items())
             if visibility in ("developer", parameter.visibility) and scope in ("global", parameter.scope)
         ]
-        self._answer(request, task, chosen)
+        if chosen or not task.parameter_set.declarations:
+            self._answer(request, task, chosen)
 
     def _answer_without_task(self, request: imc.QueryEntityParameters) -> None:
         """Reply that an entity of this process, such as a beam of a DVL, has no parameters of its own."""
