@@ -29,13 +29,25 @@ def write_file(path: Path, data: bytes, mode: int | None = None) -> None:
             if mode is not None:
                 os.chmod(part, mode)
             file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(part, path)
+        commit_file(part, path)
     except BaseException:
         with contextlib.suppress(OSError):
             part.unlink()
         raise
+
+
+def commit_file(part: Path, path: Path) -> None:
+    """Rename a file that is written: also after a power cut, `path` has its old content or that of `part`, whole.
+
+    Raises OSError that names the path.
+    """
+    with add_path_to_errors(part):
+        descriptor = os.open(part, os.O_RDWR)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+    os.replace(part, path)
     _sync(path.parent)
 
 
@@ -58,7 +70,7 @@ def new_file(path: Path, force: bool = False) -> Generator[Path]:
     try:
         with add_path_to_errors(path):
             yield part
-            os.replace(part, path)
+            commit_file(part, path)
     finally:
         part.unlink(missing_ok=True)
 
@@ -78,9 +90,13 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
             yield part
             if path.is_dir():
                 for file in part.iterdir():
-                    os.replace(file, path / file.name)
+                    if file.is_file():
+                        commit_file(file, path / file.name)
+                    else:
+                        os.replace(file, path / file.name)
             else:
                 os.replace(part, path)
+                _sync(path.parent)
     finally:
         shutil.rmtree(part, ignore_errors=True)
 

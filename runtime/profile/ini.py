@@ -7,6 +7,7 @@ from pathlib import Path
 
 from runtime.profile.config import BLANKS, LONGEST_LINE, Config, format_sections
 from runtime.profile.ini_line_reader import LineReader
+from support.atomic_files import write_file
 from support.diagnostics import Origin, Problem
 
 DUNE_LINE = 1023  # bytes; DUNE takes the rest of a longer line as the next one
@@ -38,19 +39,7 @@ def write_sections(path: Path, sections: Mapping[str, Mapping[str, str]]) -> Non
     Raises OSError, and ValueError if the grammar cannot hold a name or a text.
     """
     data = format_sections(sections).encode("utf-8", errors="surrogateescape")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_suffix(".new")
-    with draft.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    draft.replace(path)
-    if os.name == "posix":
-        folder = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+    write_file(path, data)
 
 
 def read_sections(path: str | Path) -> dict[str, dict[str, str]]:

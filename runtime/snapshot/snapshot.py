@@ -30,6 +30,7 @@ from runtime.snapshot.task_state import (
 from runtime.snapshot.task_state_checksum import task_state_checksum
 from runtime.task import State, Task, with_location
 from runtime.vehicle import Vehicle
+from support.atomic_files import commit_file
 from support.file_errors import add_path_to_errors
 
 FORMAT = "shoal snapshot 6"
@@ -214,7 +215,7 @@ def save_beside_log(vehicle: Vehicle, state: bytes) -> None:
     try:
         with add_path_to_errors(draft):
             draft.write_bytes(state)
-        draft.replace(path.with_name(f"{path.name}{SUFFIX}"))
+        commit_file(draft, path.with_name(f"{path.name}{SUFFIX}"))
     except OSError:
         with suppress(OSError):
             draft.unlink()

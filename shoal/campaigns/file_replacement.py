@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+from support.atomic_files import commit_file
+
 
 @contextmanager
 def replace_file(path: Path) -> Generator[BinaryIO]:
@@ -16,10 +18,8 @@ def replace_file(path: Path) -> Generator[BinaryIO]:
     try:
         with os.fdopen(handle, "wb") as file:
             yield file
-            file.flush()
-            os.fsync(file.fileno())
         os.chmod(name, 0o644)
-        os.replace(name, path)
+        commit_file(Path(name), path)
     except OSError as error:
         raise OSError(error.errno, os.strerror(error.errno) if error.errno else str(error), str(path)) from None
     finally:

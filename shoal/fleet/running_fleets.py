@@ -3,6 +3,7 @@
 import contextlib
 import os
 import signal
+import stat
 import tempfile
 import time
 from collections.abc import Generator
@@ -13,13 +14,18 @@ PATIENCE = 30.0  # s for a fleet to end
 
 
 def registry_folder() -> Path:
-    """Where running fleets are noted; only this user can write there. Raises PermissionError if somebody else can."""
-    place = Path(tempfile.gettempdir()) / f"shoal-{os.getuid()}"
-    place.mkdir(mode=0o700, exist_ok=True)
-    status = place.lstat()
-    if status.st_uid != os.getuid() or status.st_mode & 0o022 or place.is_symlink():
-        raise PermissionError(f"{place} belongs to somebody else")
-    return place
+    """Where running fleets are noted; only this user can write there. Raises PermissionError if there is no such place.
+
+    In the folder for temporary files anybody may have made one of that name before: it counts only without a home.
+    """
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    for place in (Path(home, "shoal", "fleets"), Path(tempfile.gettempdir(), f"shoal-{os.getuid()}")):
+        with contextlib.suppress(OSError):
+            place.mkdir(mode=0o700, parents=True, exist_ok=True)
+            status = place.lstat()
+            if stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o022:
+                return place
+    raise PermissionError(f"{place} belongs to somebody else")
 
 
 @contextlib.contextmanager

@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from support.atomic_files import remove_file, write_file
+from runtime.profile import write_sections
+from shoal.campaigns.file_replacement import replace_file
+from support.atomic_files import new_file, new_folder, remove_file, write_file
 
 
 @pytest.fixture
@@ -40,6 +42,30 @@ def test_content_is_on_the_disk_before_its_name_and_the_name_before_it_returns(t
     write_file(tmp_path / "a.imc", b"new")
     assert (tmp_path / "a.imc").read_bytes() == b"new"
     assert calls == [("fsync", "a.part"), ("replace", "a.part"), ("fsync", tmp_path.name)]
+
+
+def test_all_that_replace_files_put_the_content_on_the_disk_before_its_name(tmp_path, calls):
+    """A power cut after a rename alone leaves an empty file."""
+    (tmp_path / "folder").mkdir()
+
+    def in_file():
+        with new_file(tmp_path / "a", force=True) as part:
+            part.write_text("new")
+
+    def in_folder():
+        with new_folder(tmp_path / "folder", force=True) as part:
+            (part / "a").write_text("new")
+
+    def in_results():
+        with replace_file(tmp_path / "a") as file:
+            file.write(b"new")
+
+    for write in (in_file, in_folder, in_results, lambda: write_sections(tmp_path / "a", {"A": {"B": "new"}})):
+        calls.clear()
+        write()
+        (renamed,) = [place for place, (name, _) in enumerate(calls) if name == "replace"]
+        assert calls[renamed - 1] == ("fsync", calls[renamed][1])
+        assert calls[renamed + 1][0] == "fsync"
 
 
 def test_a_new_folder_is_on_the_disk_too(tmp_path, calls):

@@ -1,7 +1,6 @@
 """What a log says of pictures: a message for each frame, and a file that describes the cameras."""
 
 import contextlib
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -11,6 +10,7 @@ import numpy as np
 import yaml
 
 import imc
+from support.atomic_files import commit_file
 from support.pose import Pose
 from support.rotations import Quaternion, quaternion_from_matrix
 from world.optics import CameraModel, FisheyeModel, Floats
@@ -88,7 +88,7 @@ def write_cameras(
     try:
         folder.mkdir(parents=True, exist_ok=True)
         partial.write_text(text)
-        os.replace(partial, path)
+        commit_file(partial, path)
     except OSError as error:
         with contextlib.suppress(OSError):
             partial.unlink()

@@ -209,7 +209,7 @@ def test_a_written_file_replaces_the_old_one_as_a_whole(tmp_path: Path, monkeypa
     path, synced = tmp_path / "db/auv-saved.ini", list[int]()
     monkeypatch.setattr(os, "fsync", synced.append)
     write_sections(path, {"A": {"X": "1"}})
-    assert len(synced) == 2, "the file and its folder"
+    assert len(synced) == 3, "the folder above, the file and its folder"
     with pytest.raises(ValueError):
         write_sections(path, {"]": {"X": "2"}})
     assert read_sections(path) == {"A": {"X": "1"}}

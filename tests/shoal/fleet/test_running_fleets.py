@@ -13,7 +13,25 @@ from shoal.fleet import find_running_fleets, register_fleet, stop_fleet
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return tmp_path
+
+
+def test_a_folder_that_somebody_made_in_tmp_stops_no_fleet(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Anybody can make it, as a file, a link or a folder that all may write to."""
+    squatted = folder / f"shoal-{os.getuid()}"
+    squatted.write_text("")
+    with register_fleet("leixoes"):
+        assert find_running_fleets() == {"leixoes": os.getpid()}
+    (folder / "no home").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(folder / "no home"))
+    for make in (lambda: None, lambda: squatted.symlink_to(folder / "cache"), lambda: squatted.mkdir(0o777)):
+        make()
+        if squatted.is_dir() and not squatted.is_symlink():
+            squatted.chmod(0o777)
+        with pytest.raises(PermissionError, match="belongs to somebody else"), register_fleet("leixoes"):
+            pass
+        squatted.rmdir() if squatted.is_dir() and not squatted.is_symlink() else squatted.unlink()
 
 
 def test_a_fleet_is_noted_until_its_end_however_it_ends(folder: Path) -> None:
