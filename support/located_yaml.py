@@ -68,6 +68,11 @@ class Node:
             self.fail("expected text")
         return self.content
 
+    def written(self) -> object:
+        """The value, but a number as the text that it is written as: 007 and 12:30 are names where a name belongs."""
+        value = self.value()
+        return self.content if isinstance(value, int | float) and not isinstance(value, bool) else value
+
     def integer(self) -> int:
         value = self.number()
         if not isinstance(value, int):

@@ -195,7 +195,7 @@ class PlanReader:
     def _arrows(
         self, source: str, then: Node | None, following: str | None, names: list[str], where: Node
     ) -> list[PlanValues]:
-        value = then.value() if then is not None else following or END
+        value = _written(then) if then is not None else following or END
         wishes: list[Any] = cast(list[Any], value) if isinstance(value, list) else []
         wishes = wishes or ([] if value == END else [value])
         arrows: list[PlanValues] = []
@@ -223,7 +223,7 @@ class PlanReader:
         for label, parameters in self._mapping(node, "actions").items():
             values = self._mapping(parameters, f"the parameters of {label}")
             entries = [
-                {"abbrev": "EntityParameter", "name": key, "value": _word(value.value())}
+                {"abbrev": "EntityParameter", "name": key, "value": _word(value.written())}
                 for key, value in values.items()
             ]
             made.append({"abbrev": "SetEntityParameters", "name": label, "params": entries})
@@ -252,12 +252,12 @@ class PlanReader:
     def _text(self, nodes: Nodes, key: str, default: str, *, empty: bool = True) -> str:
         if key not in nodes:
             return default
-        value = nodes[key].value()
-        if not isinstance(value, str | int | float) or isinstance(value, bool):
+        value = nodes[key].written()
+        if not isinstance(value, str):
             nodes[key].fail(f"{key}: expected a text, not {value!r}")
-        if not empty and not str(value).strip():
+        if not empty and not value.strip():
             nodes[key].fail(f"{key} must not be empty")
-        return str(value)
+        return value
 
     def _read(self, node: Node, function: Callable[[Any], Any]) -> Any:
         try:
@@ -281,6 +281,13 @@ def _points(value: object) -> list[PlanValues]:
     if not rows or not all(isinstance(row, list) and len(cast(list[Any], row)) in (2, 3) for row in rows):
         raise ValueError("expected points as a list of [x, y] or [x, y, z] in m")
     return [{"abbrev": "PathPoint", **{k: _meters(v) for k, v in zip("xyz", row, strict=False)}} for row in rows]
+
+
+def _written(node: Node) -> object:
+    """The value of a node with the names in it as they are written."""
+    if isinstance(node.content, dict):
+        return {key: item.written() for key, item in node.content.items()}
+    return [_written(item) for item in node.content] if isinstance(node.content, list) else node.written()
 
 
 def _meters(value: object) -> float:

@@ -48,6 +48,23 @@ def test_a_short_plan_is_a_plan():
     assert (station.z, station.z_units, station.speed, station.speed_units) == (4.0, imc.ZUnits.ALTITUDE, 1200.0, 1)
 
 
+def test_names_stay_as_they_are_written():
+    text = (
+        "plan: 007\norigin: 41.185°, -8.7062°\nspeed: 1.2 m/s\nmaneuvers:\n"
+        "  - goto: {north: 40}\n    id: 12:30\n    then: [{to: 1_0, when: ManeuverIsDone}]\n"
+        "  - goto: {north: 50}\n    id: 0x10\n    then: 12:30\n"
+        "  - goto: {north: 60}\n    id: 1_0\n    on_start: {Modem: {Code: 010, Time: 12:30, Active: yes}}\n"
+    )
+    plan = parse_plan(text)
+    assert (plan.plan_id, plan.start_man_id) == ("007", "12:30")
+    assert [m.maneuver_id for m in plan.maneuvers] == ["12:30", "0x10", "1_0"]
+    assert [(t.source_man, t.dest_man) for t in plan.transitions] == [("12:30", "1_0"), ("0x10", "12:30")]
+    assert [p.value for p in plan.maneuvers[2].start_actions[0].params] == ["010", "12:30", "true"]
+    assert imc.encode(parse_plan(plan_text(plan))) == imc.encode(plan)
+    with pytest.raises(PlanFileError, match=r"plan:1: plan: expected a text, not False"):
+        parse_plan(text.replace("007", "no"))
+
+
 def test_transitions_follow_the_list_unless_they_are_written():
     arrows = [(t.source_man, t.dest_man, t.conditions) for t in parse_plan(DEMO).transitions]
     assert arrows == [
