@@ -24,7 +24,7 @@ from mavlink.modes import (
     mode_number,
     mode_of,
 )
-from mavlink.positions import Home
+from mavlink.positions import Home, home_at
 from mavlink.signing import UNSIGNED, Signing, SigningTime, parse_key, read_key
 from mavlink.statustext import chunks
 from mavlink.system_ids import SYSTEMS, mavlink_system_id
@@ -63,6 +63,7 @@ __all__ = [
     "chunks",
     "dataflash",
     "encode",
+    "home_at",
     "is_maneuvering",
     "lacks_times",
     "load_dialect",

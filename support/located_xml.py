@@ -1,6 +1,7 @@
 """Reads XML into elements with line numbers; document types, and so entities, are rejected."""
 
 import re
+from collections.abc import Collection
 from xml.parsers import expat
 
 _DEEPEST = 16
@@ -51,8 +52,13 @@ class Element:
         return found
 
 
-def parse_xml_tree(data: bytes, file: str, error: type[ValueError] = ValueError) -> Element:
-    """The root element of an XML text. Raises `error` naming file:line."""
+def parse_xml_tree(
+    data: bytes, file: str, error: type[ValueError] = ValueError, *, text_of: Collection[str] = ("description",)
+) -> Element:
+    """The root element of an XML text, with the texts of elements with the tags `text_of`.
+
+    Tags keep their prefixes, as in kml:Point. Raises `error` naming file:line.
+    """
     top = Element("", {}, file, 0, error)
     stack = [top]
     parser = expat.ParserCreate()
@@ -72,11 +78,11 @@ def parse_xml_tree(data: bytes, file: str, error: type[ValueError] = ValueError)
 
     def end(_: str) -> None:
         ended = stack.pop()
-        if ended.tag != "description":
+        if ended.tag not in text_of:
             stack[-1].text += ended.text
 
     def text(found: str) -> None:
-        if any(element.tag == "description" for element in stack):
+        if any(element.tag in text_of for element in stack):
             stack[-1].text += found
 
     def refuse(*_: object) -> int:

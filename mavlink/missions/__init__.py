@@ -8,6 +8,14 @@ from mavlink.missions.from_plan import ConvertedMission, home_item, items_of
 from mavlink.missions.item import Item, first_item_seq, opaque_id
 from mavlink.missions.item_builder import MANEUVERS
 from mavlink.missions.item_map import ItemMap
+from mavlink.missions.mission_file import (
+    MissionFile,
+    MissionFileError,
+    read_qgc_plan,
+    read_waypoints,
+    write_qgc_plan,
+    write_waypoints,
+)
 from mavlink.missions.plan_builder import ConvertedPlan
 from mavlink.missions.to_plan import MOST_ITEMS, plan_of
 
@@ -23,6 +31,8 @@ __all__ = [
     "ItemMap",
     "MissionCommand",
     "MissionError",
+    "MissionFile",
+    "MissionFileError",
     "MissionResult",
     "MissionType",
     "fence_items",
@@ -33,4 +43,8 @@ __all__ = [
     "limits_with_fence",
     "opaque_id",
     "plan_of",
+    "read_qgc_plan",
+    "read_waypoints",
+    "write_qgc_plan",
+    "write_waypoints",
 ]

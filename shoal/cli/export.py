@@ -1,4 +1,4 @@
-"""`shoal export`: writes what other programs need to know of a vehicle."""
+"""`shoal export`: writes what other programs need to know of a vehicle, or of a plan."""
 
 from typing import ClassVar
 
@@ -7,6 +7,7 @@ import click
 from shoal.cli import LazyGroup
 
 COMMANDS = {
+    "plan": ("shoal.cli.export_plan", "Write a plan as a file of QGroundControl, KML, GPX or GeoJSON."),
     "neptus": ("shoal.cli.export_neptus", "Write the definition and the parameters of a vehicle for Neptus."),
 }
 
@@ -19,4 +20,4 @@ class ExportGroup(LazyGroup):
 
 @click.group(cls=ExportGroup)
 def export() -> None:
-    """Write what other programs need to know of a vehicle."""
+    """Write what other programs need to know of a vehicle, or of a plan."""

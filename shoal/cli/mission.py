@@ -5,6 +5,7 @@ import math
 import sys
 import time
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
 import click
@@ -27,7 +28,7 @@ from shoal.cli.options import (
 from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_profile_warnings
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
 from shoal.cli.simulated_motion import motion_error
-from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
+from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare, profile_context
 from support.diagnostics import ProfileError
 from support.durations import parse_duration
 from support.file_errors import describe_os_error
@@ -65,7 +66,9 @@ def mission(
     log_dir: Path,
     as_json: bool,
 ) -> None:
-    """Fly PLAN (YAML or JSON) with the vehicle PROFILE, for example: shoal mission lauv-noptilus-1 plan.yaml
+    """Fly PLAN with the vehicle PROFILE, for example: shoal mission lauv-noptilus-1 plan.yaml
+
+    PLAN is YAML or JSON of Shoal, .plan or .waypoints of QGroundControl, KML, GPX or GeoJSON.
 
     The exit status is 0 if the plan was completed, 1 if the vehicle refused or did not complete it or its log is not
     complete, 2 if a file or the profile is wrong.
@@ -73,7 +76,6 @@ def mission(
     add_user_task_folders(code, [profile])
     try:
         longest = parse_duration(limit)
-        specification = load_plan(plan)
         state_folder = log_dir.parent / "db"
         made = prepare(
             profile,
@@ -90,6 +92,9 @@ def mission(
             )
             if text := motion_error(made, flown):
                 raise ValueError(text)
+        flown = made.vehicle.profile
+        context = profile_context(flown) if isinstance(flown, Profile) else None
+        specification = load_plan(plan, context, remark=partial(click.echo, err=True))
         check_vehicle_log_folder(made.vehicle)
     except OSError as error:
         click.echo(f"Error: {describe_os_error(error, plan)}", err=True)

@@ -25,7 +25,6 @@ from support.terminal_text import printable
 ACTIONS = ("list", "put", "get", "delete", "start", "stop", "status")
 ALONE = ("list", "stop", "status")
 STEP = 10.0  # %; progress between two lines without a terminal
-PLAN_FILES = (".yaml", ".yml", ".json")
 
 
 @click.command()
@@ -47,11 +46,13 @@ def plan(
     connection: dict[str, Any],
     as_json: bool,
 ) -> None:
-    """List, transfer, start and stop plans of VEHICLE; PLAN is a file (YAML or JSON) or the name of a stored plan.
+    """List, transfer, start and stop plans of VEHICLE; PLAN is a file or the name of a stored plan.
 
     \b
     shoal plan lauv-noptilus-1 put survey.yaml
     shoal plan lauv-noptilus-1 start survey
+
+    A file is YAML or JSON of Shoal, .plan or .waypoints of QGroundControl, KML, GPX or GeoJSON; `get -o` writes them.
 
     start shows the progress and ends with the plan: exit status 0 if it was completed, 1 if the vehicle refused it or
     it failed. Ctrl-C ends only this command; the plan goes on.
@@ -65,11 +66,12 @@ def plan(
     ):
         if given and action != of:
             raise click.UsageError(f"{option} is for {of}, not for {action}")
-    what = _load(plan) if plan and action in ("put", "start") else plan or ""
-    if action == "put" and isinstance(what, str):
+    chosen = _load(plan) if plan and action in ("put", "start") else plan or ""
+    if action == "put" and isinstance(chosen, str):
         raise click.UsageError(f"{plan}: there is no such file")
 
     async def act(there: AsyncRemoteVehicle) -> Any:
+        what = _convert(chosen, there) if isinstance(chosen, Path) else chosen
         if action == "list":
             return await there.plan.list()
         if action == "status":
@@ -91,20 +93,33 @@ def plan(
         if ending.exit_code == INTERRUPTED and action == "start":
             click.echo(f"\na plan that has started goes on; `shoal plan {vehicle} stop` stops it", err=True)
         raise
-    _print(action, what if isinstance(what, str) else what.plan_id, found, output, as_json)
+    name = chosen.stem if isinstance(chosen, Path) else chosen if isinstance(chosen, str) else chosen.plan_id
+    _print(action, name, found, output, as_json)
 
 
-def _load(plan: str) -> str | imc.PlanSpecification:
-    """The plan in a file, else its name. Raises ClickException for a wrong file."""
+def _load(plan: str) -> str | imc.PlanSpecification | Path:
+    """The plan in a file, the path of a mission that depends on the vehicle, else the name of a plan.
+
+    Raises ClickException for a wrong file.
+    """
+    from shoal.missions import MISSION_SUFFIXES, PLAN_SUFFIXES, PlanFileError, load_plan  # slow, and rarely needed
+
     path = Path(plan)
-    if not path.is_file() and path.suffix.lower() not in PLAN_FILES:
+    suffix = path.suffix.lower()
+    if not path.is_file() and suffix not in PLAN_SUFFIXES:
         return plan
-    from shoal.missions import PlanFileError, load_plan  # slow to import, and rarely needed
-
     try:
-        return load_plan(path)
+        return path if suffix in MISSION_SUFFIXES and path.is_file() else load_plan(path)
     except PlanFileError as error:
         raise click.ClickException(str(error)) from None
+
+
+def _convert(path: Path, there: AsyncRemoteVehicle) -> imc.PlanSpecification:
+    """The plan in a mission file for this vehicle. Raises PlanFileError."""
+    from shoal.missions import announced_context, load_plan
+
+    context = announced_context(there.system.latest_message(imc.Announce))
+    return load_plan(path, context, remark=lambda words: click.echo(printable(words), err=True))
 
 
 def _print(action: str, name: str, found: Any, output: Path | None, as_json: bool) -> None:
@@ -134,12 +149,17 @@ def _print(action: str, name: str, found: Any, output: Path | None, as_json: boo
 
 
 def _print_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool) -> None:
-    from shoal.missions import PlanFileError, plan_text
+    from shoal.missions import PlanFileError, plan_file_text
 
+    remarks = list[str]()
     try:
-        text = plan.to_json() + "\n" if as_json else plan_text(plan)
+        text = plan.to_json() + "\n"
+        if not as_json:
+            text, remarks = plan_file_text(plan, output or Path())
     except PlanFileError as error:
         raise click.ClickException(f"{error}; use --json") from None
+    for words in remarks:
+        click.echo(printable(words), err=True)
     if output is None:
         click.echo(text, nl=False)
     else:

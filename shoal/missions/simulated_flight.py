@@ -9,6 +9,7 @@ from runtime.kernel import Clock, parse_clock
 from runtime.profile import Profile, load_profile
 from runtime.vehicle import Build, Fleet, build
 from shoal.missions.mission import Mission
+from shoal.missions.mission_context import profile_context
 from shoal.missions.plan_file_reader import load_plan
 from shoal.missions.report import Report
 
@@ -32,7 +33,6 @@ def fly(
     `modes` defaults to Simulation, or else Kinematic; `overrides` are "Section:Option=value"; `limit` is in s of
     vehicle time. Without a `log_root` no log is written, and the report is the same. Exceptions of tasks are raised.
     """
-    specification = load_plan(plan) if isinstance(plan, Path) else plan
     with tempfile.TemporaryDirectory() as folder:
         made = prepare(
             profile,
@@ -43,6 +43,9 @@ def fly(
             log_root=log_root,
             state_folder=Path(folder) / "db",
         )
+        flown = made.vehicle.profile
+        context = profile_context(flown) if isinstance(flown, Profile) else None
+        specification = load_plan(plan, context) if isinstance(plan, Path) else plan
         return Mission(made.vehicle, specification).fly(limit)
 
 

@@ -1,0 +1,228 @@
+"""Routes in files of maps and receivers: KML, GPX and GeoJSON."""
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, cast
+from xml.sax.saxutils import escape
+
+from autonomy.plans.yaml import PlanFileError
+from support.located_xml import Element, parse_xml_tree
+
+MOST = 4096  # points
+NEAR_GROUND = "relativeToGround"
+
+
+class RoutePoint(NamedTuple):
+    """Latitude and longitude (degrees); altitude (m) or None, above the ground if `above_ground`, else the sea."""
+
+    lat: float
+    lon: float
+    altitude: float | None = None
+    above_ground: bool = False
+
+
+Route = list[RoutePoint]
+
+
+def read_kml(text: str, name: str) -> Route:
+    """The one line of a KML file, or else its points in order. Raises PlanFileError."""
+    root = _xml(text, name, ("coordinates", "altitudeMode"))
+    lines, points, areas = list[Route](), Route(), 0
+    for element in _descendants(root):
+        tag = _local(element)
+        if tag in ("LineString", "Point", "LinearRing"):
+            mode = next((c.text.strip() for c in element.children if _local(c) == "altitudeMode"), "")
+            found = [p for c in element.children if _local(c) == "coordinates" for p in _kml_points(c, mode)]
+            if tag == "LineString":
+                lines.append(found)
+            elif tag == "Point":
+                points += found
+            else:
+                areas += 1
+    return _only_route(lines, points, areas, name)
+
+
+def read_gpx(text: str, name: str) -> Route:
+    """The one route of a GPX file, else its one track, else its waypoints. Raises PlanFileError."""
+    root = _xml(text, name, ("ele",))
+    routes, tracks = (
+        [[_gpx_point(p) for p in _descendants(e) if _local(p) == inner] for e in root.children if _local(e) == outer]
+        for outer, inner in (("rte", "rtept"), ("trk", "trkpt"))
+    )
+    points = [_gpx_point(e) for e in root.children if _local(e) == "wpt"]
+    return _only_route(routes or tracks, points, 0, name)
+
+
+def read_geojson(text: str, name: str) -> Route:
+    """The one LineString of a GeoJSON file (RFC 7946), or else its points in order. Raises PlanFileError."""
+    try:
+        root = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise PlanFileError(f"{name}: not JSON: {error}") from None
+    lines, points, areas = list[Route](), Route(), 0
+    for kind, coordinates, where in _geometries(root, name):
+        if kind == "LineString":
+            lines.append(_positions(coordinates, where))
+        elif kind == "MultiPoint":
+            points += _positions(coordinates, where)
+        elif kind == "Point":
+            points += _positions([coordinates], where)
+        elif kind == "MultiLineString":
+            lines += [_positions(line, where) for line in _list(coordinates, where)]
+        else:
+            areas += 1
+    return _only_route(lines, points, areas, name)
+
+
+def write_kml(route: Sequence[RoutePoint], name: str) -> str:
+    """A KML file with one line; depths are negative altitudes."""
+    mode = NEAR_GROUND if any(point.above_ground for point in route) else "absolute"
+    words = " ".join(f"{p.lon:.8f},{p.lat:.8f},{p.altitude or 0.0:g}" for p in route)
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n<kml xmlns="http://www.opengis.net/kml/2.2"><Document>\n'
+        f"<Placemark><name>{escape(name)}</name><LineString><altitudeMode>{mode}</altitudeMode>\n"
+        f"<coordinates>{words}</coordinates></LineString></Placemark>\n</Document></kml>\n"
+    )
+
+
+def write_gpx(route: Sequence[RoutePoint], name: str) -> str:
+    """A GPX file with one route; depths are negative elevations."""
+    points = "".join(
+        f'<rtept lat="{p.lat:.8f}" lon="{p.lon:.8f}">'
+        + (f"<ele>{p.altitude:g}</ele>" if p.altitude is not None else "")
+        + "</rtept>\n"
+        for p in route
+    )
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        '<gpx version="1.1" creator="Shoal" xmlns="http://www.topografix.com/GPX/1/1">\n'
+        f"<rte><name>{escape(name)}</name>\n{points}</rte>\n</gpx>\n"
+    )
+
+
+def write_geojson(route: Sequence[RoutePoint], name: str) -> str:
+    """A GeoJSON file with one LineString; depths are negative altitudes."""
+    line = [[p.lon, p.lat, *([p.altitude] if p.altitude is not None else [])] for p in route]
+    kind, line = ("LineString", line) if len(line) > 1 else ("Point", line[0] if line else [])
+    feature = {
+        "type": "Feature",
+        "properties": {"name": name},
+        "geometry": {"type": kind, "coordinates": line},
+    }
+    return json.dumps({"type": "FeatureCollection", "features": [feature]}, indent=2) + "\n"
+
+
+ROUTE_READERS: Mapping[str, Callable[[str, str], Route]] = {
+    ".kml": read_kml,
+    ".gpx": read_gpx,
+    ".geojson": read_geojson,
+}
+ROUTE_WRITERS: Mapping[str, Callable[[Sequence[RoutePoint], str], str]] = {
+    ".kml": write_kml,
+    ".gpx": write_gpx,
+    ".geojson": write_geojson,
+}
+
+
+def _only_route(lines: list[Route], points: Route, areas: int, name: str) -> Route:
+    if len(lines) > 1:
+        raise PlanFileError(f"{name}: has {len(lines)} lines, and a plan follows one")
+    route = lines[0] if lines else points
+    if not route and areas:
+        raise PlanFileError(f"{name}: has an area, not a line or points; a plan covers an area with Rows")
+    if not route:
+        raise PlanFileError(f"{name}: has no line and no points")
+    if len(route) > MOST:
+        raise PlanFileError(f"{name}: {len(route)} points are more than the {MOST} that a plan may have")
+    return route
+
+
+def _point(lat: float, lon: float, altitude: float | None, where: str, *, above_ground: bool = False) -> RoutePoint:
+    if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
+        raise PlanFileError(f"{where}: latitude {lat:g}°, longitude {lon:g}° is no place on Earth")
+    if altitude is not None and not math.isfinite(altitude):
+        raise PlanFileError(f"{where}: altitude {altitude} is not a number")
+    return RoutePoint(lat, lon, altitude, above_ground)
+
+
+def _kml_points(element: Element, mode: str) -> Iterator[RoutePoint]:
+    for words in element.text.split():
+        numbers = [_number(word, element.where) for word in words.split(",")]
+        if len(numbers) not in (2, 3):
+            raise PlanFileError(f"{element.where}: {words!r:.40} is not longitude,latitude[,altitude]")
+        altitude = numbers[2] if len(numbers) == 3 and mode in (NEAR_GROUND, "absolute") else None
+        yield _point(numbers[1], numbers[0], altitude, element.where, above_ground=mode == NEAR_GROUND)
+
+
+def _gpx_point(element: Element) -> RoutePoint:
+    lat, lon = (_number(element.require(key), element.where) for key in ("lat", "lon"))
+    heights = [_number(child.text, child.where) for child in element.children if _local(child) == "ele"]
+    return _point(lat, lon, heights[0] if heights else None, element.where)
+
+
+def _geometries(value: object, where: str) -> Iterator[tuple[str, object, str]]:
+    """Kind, coordinates and place of each geometry."""
+    if not isinstance(value, dict):
+        raise PlanFileError(f"{where}: is not GeoJSON")
+    part = cast(dict[str, Any], value)
+    kind: Any = part.get("type")
+    for group, inner in (("FeatureCollection", "features"), ("GeometryCollection", "geometries")):
+        if kind == group:
+            for number, item in enumerate(_list(part.get(inner), f"{where}: {inner}")):
+                yield from _geometries(item, f"{where}: {inner}[{number}]" if where.count(":") < 4 else where)
+            return
+    if kind == "Feature":
+        if part.get("geometry") is not None:
+            yield from _geometries(part["geometry"], where)
+    elif kind in ("Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"):
+        yield kind, part.get("coordinates"), where
+    else:
+        raise PlanFileError(f"{where}: {kind!r:.40} is no type of GeoJSON")
+
+
+def _positions(value: object, where: str) -> Route:
+    return [_position(item, where) for item in _list(value, where)]
+
+
+def _position(value: object, where: str) -> RoutePoint:
+    numbers = _list(value, where)
+    if not 2 <= len(numbers) <= 4 or not all(isinstance(n, int | float) and not isinstance(n, bool) for n in numbers):
+        raise PlanFileError(f"{where}: {value!r:.60} is not [longitude, latitude] or with an altitude")
+    return _point(numbers[1], numbers[0], float(numbers[2]) if len(numbers) > 2 else None, where)
+
+
+def _list(value: object, where: str) -> list[Any]:
+    if not isinstance(value, list):
+        raise PlanFileError(f"{where}: expected a list")
+    return cast(list[Any], value)
+
+
+def _number(word: str, where: str) -> float:
+    try:
+        value = float(word)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise PlanFileError(f"{where}: {word.strip()!r:.40} is not a number")
+    return value
+
+
+def _xml(text: str, name: str, text_of: Sequence[str]) -> Element:
+    prefixes = ("", "kml:", "gpx:", "ns0:")
+    return parse_xml_tree(
+        text.encode(), name, PlanFileError, text_of=[prefix + tag for prefix in prefixes for tag in text_of]
+    )
+
+
+def _descendants(element: Element) -> Iterator[Element]:
+    waiting = [element]
+    while waiting:
+        found = waiting.pop()
+        yield found
+        waiting += reversed(found.children)
+
+
+def _local(element: Element) -> str:
+    """The tag without its prefix."""
+    return element.tag.rpartition(":")[2]
