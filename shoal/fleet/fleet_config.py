@@ -7,20 +7,24 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from runtime.profile import Profile, derived_id, load_profile
-from runtime.vehicle import check_profile, find_task
+from runtime.profile import Profile, derived_id, dune_section_names, load_profile
+from runtime.vehicle import all_tasks, check_profile, find_task
 from runtime.zenoh import ZenohConfig
 from shoal.fleet.fleet_file import FleetFile, FleetFileSource, VehicleGroup, read_fleet_file
 from shoal.fleet.ports import MAVLINK_OFF, SYSTEM_ID, mavlink_id, mavlink_id_overrides, port_overrides
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.durations import parse_duration
-from support.terminal_text import quoted
-from support.wgs84 import displace
+from support.number_parsing import leading_number
+from support.terminal_text import quoted, with_suggestion
+from support.wgs84 import displace, displacement
 
 RESTART = ("on-failure", "never")
 COLUMNS = 10  # vehicles side by side, from west to east
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._~-]{0,63}")
 CLIENT = "Zenoh:Mode=client"
+PLACE = ":Initial Position="
+NEAREST = 5.0  # m between two start positions; nearer, vehicles touch
+CELLS = 6378137.0 / NEAREST  # per rad, so that two positions that are too near are in neighboring cells
 FIXED = ("Mode", "Scouting")  # of the process to which all connect
 
 
@@ -88,7 +92,8 @@ def load_fleet(path: Path, log_dir: Path | None = None) -> FleetConfig:
     vehicles = _vehicles(file, path, source)
     folder = log_dir if log_dir is not None else Path(file.log_dir)
     restart = file.restart == "on-failure"
-    warnings = (*_check(vehicles, path), *_without_mavlink(vehicles, path))
+    _refuse_crowded_starts(vehicles, source)
+    warnings = (*_check(vehicles, path, file, source), *_without_mavlink(vehicles, path))
     return FleetConfig(path, file.name, vehicles, file.per_process, stagger, restart, file.zenoh, folder, warnings)
 
 
@@ -166,16 +171,69 @@ def _naming_place(source: FleetFileSource, place: str, value: str) -> Generator[
         source.fail(place, f"{place}: {words}{f' ({problem.hint})' if problem.hint else ''}")
 
 
-def _check(vehicles: tuple[FleetVehicle, ...], path: Path) -> tuple[Problem, ...]:
+def _refuse_crowded_starts(vehicles: tuple[FleetVehicle, ...], source: FleetFileSource) -> None:
+    """Raise FleetFileError if two vehicles start within NEAREST of each other, such as those of neighboring groups."""
+    cells: dict[tuple[int, int], list[tuple[FleetVehicle, float, float]]] = {}
+    for vehicle in vehicles:
+        text = next((o.partition("=")[2] for o in reversed(vehicle.overrides) if PLACE in o), "")
+        try:
+            lat, lon = (math.radians(leading_number(word)) for word in text.split(","))
+        except ValueError:
+            continue  # without a start position, or with a wrong one, which the check of the profile reports
+        row, column = (round(CELLS * angle) for angle in (lat, lon * math.cos(round(lat, 2))))
+        near = (found for r in (-1, 0, 1) for c in (-1, 0, 1) for found in cells.get((row + r, column + c), ()))
+        for other, other_lat, other_lon in near:
+            north, east, _ = displacement(other_lat, other_lon, 0.0, lat, lon, 0.0)
+            if (away := math.hypot(north, east)) < NEAREST:
+                words = f"{other.name} and {vehicle.name} start {away:.1f} m apart, at least {NEAREST:g} m are needed"
+                hint = "groups with a start are rows of their own: set start, count or spacing"
+                source.fail(f"vehicles[{vehicle.group}].start", f"{words} ({hint})")
+        cells.setdefault((row, column), []).append((vehicle, lat, lon))
+
+
+def _refuse_mistakes(problems: list[Problem], group: int, file: FleetFile, source: FleetFileSource) -> None:
+    """Raise FleetFileError for a warning about what the file itself sets, as a scenario does: it is a typing error."""
+    for problem in problems:
+        if problem.file != COMMAND_LINE.file or problem.severity == "note":
+            continue
+        reason = problem.text + (f" ({problem.hint})" if problem.hint else "")
+        if problem.text.startswith("[Zenoh] Hear"):
+            source.fail("hear", f"hear: {reason.removeprefix('[Zenoh] Hear: ')}")
+        for place, settings in ((f"vehicles[{group}].set", file.vehicles[group].set), ("set", file.set)):
+            for number, setting in enumerate(settings):
+                section, _, option = setting.partition("=")[0].rpartition(":")
+                if section.strip() in problem.text and option.strip() in problem.text:
+                    source.fail(f"{place}[{number}]", f"{place}: {reason}")
+
+
+def _refuse_unknown_general(profile: Profile, group: int, file: FleetFile, source: FleetFileSource) -> None:
+    """Raise FleetFileError for an option of [General] that neither Shoal nor the profile has."""
+    for place, settings in ((f"vehicles[{group}].set", file.vehicles[group].set), ("set", file.set)):
+        for number, setting in enumerate(settings):
+            section, _, option = (word.strip() for word in setting.partition("=")[0].partition(":"))
+            own = profile.config.option("General", option)
+            theirs = own is not None and any(a.origin.file != COMMAND_LINE.file for a in own.history)
+            if section == "General" and option not in dune_section_names.GENERAL and not theirs:
+                words = with_suggestion(f"[General] has no option {option!r}", option, dune_section_names.GENERAL)
+                source.fail(f"{place}[{number}]", f"{place}: {words}")
+
+
+def _check(
+    vehicles: tuple[FleetVehicle, ...], path: Path, file: FleetFile, source: FleetFileSource
+) -> tuple[Problem, ...]:
     """The warnings about the profiles of all vehicles that differ in more than name, place and numbers.
 
-    Raises ProfileError: a process that cannot run would be started again and again.
+    Raises FleetFileError for what the file sets, ProfileError for the profile: a process that cannot run would be
+    started again and again.
     """
     found: list[Problem] = []
     for vehicle in {m.group: m for m in reversed(vehicles)}.values():
         try:
             profile = load_profile(vehicle.profile, [path.parent], vehicle=vehicle.name, overrides=vehicle.overrides)
-            found += check_profile(profile, {}, profile.parse_modes(vehicle.modes), find_task)
+            problems = check_profile(profile, all_tasks([]), profile.parse_modes(vehicle.modes), find_task)
+            _refuse_mistakes(problems, vehicle.group, file, source)
+            _refuse_unknown_general(profile, vehicle.group, file, source)
+            found += problems
         except ProfileError as error:
             found += error.problems
     said = dict.fromkeys(replace(p, file=str(path)) if p.file == COMMAND_LINE.file else p for p in found)

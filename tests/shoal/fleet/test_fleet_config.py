@@ -69,6 +69,36 @@ def test_vehicles_start_in_rows_from_west_to_east(tmp_path: Path) -> None:
     assert places[-1][1] - places[-2][1] == pytest.approx(30 * metre / math.cos(math.radians(41.3)), rel=0.01)
 
 
+GROUPS = """
+spacing: 29
+vehicles:
+  - {name: a, count: 2, start: [41.2, -8.7]}
+  - {name: b, start: [41.2, -8.69964]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (GROUPS, r"fleet.yaml:5: a-2 and b start 1\.\d m apart, at least 5 m are needed"),
+        ("spacing: 1\nvehicles: [{name: a, count: 2}]\n", "a-1 and a-2 start 1.0 m apart"),
+        (
+            "set: ['Simulators.GPS:HDPO=1']\nvehicles: [{name: a}]\n",
+            r"fleet.yaml:1: set: .*'HDPO'.*did you mean 'HDOP'",
+        ),
+        (
+            "vehicles:\n- name: a\n  set:\n  - Simulators.GPS:Nonsense=1\n",
+            r"fleet.yaml:4: vehicles\[0\].set: .*'Nonsense'",
+        ),
+        ("set: ['General:Nonsense=1']\nvehicles: [{name: a}]\n", r"set: \[General\] has no option 'Nonsense'"),
+        ("vehicles: [{name: a}]\nhear: [Abort, Annonce]\n", "fleet.yaml:2: hear: there is no message 'Annonce'"),
+    ],
+)
+def test_what_the_file_sets_is_checked_as_in_a_scenario(tmp_path: Path, text: str, reason: str) -> None:
+    with pytest.raises(FleetFileError, match=reason):
+        roster(tmp_path, text)
+
+
 def test_the_settings_of_each_member_are_valid(tmp_path: Path) -> None:
     for member in roster(tmp_path, FLEET).vehicles[-3:]:
         profile = load_profile(member.profile, [tmp_path], vehicle=member.name, overrides=member.overrides)
@@ -116,17 +146,10 @@ def test_numbers_may_be_words_and_words_numbers(tmp_path: Path) -> None:
 
 
 def test_what_a_profile_warns_of_is_passed_on_once(tmp_path: Path) -> None:
-    made = roster(
-        tmp_path,
-        """
-hear: [Abort, Announcee]
-vehicles:
-  - {name: "a-{number}", count: 3, set: ["Simulators.GPS:Number of Satelites=7"]}
-""",
-    )
-    assert [warning.text.partition(" ")[0] for warning in made.warnings] == ["[Zenoh]", "[Simulators.GPS]"]
-    assert "did you mean 'Announce'?" in str(made.warnings[0])
-    assert all("fleet.yaml: warning" in str(warning) for warning in made.warnings)
+    (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n[Simulators.GPS]\nNumber of Satelites = 7\n")
+    made = roster(tmp_path, 'profile: mine\nvehicles:\n  - {name: "a-{number}", count: 3}\n')
+    assert [warning.text.partition(" ")[0] for warning in made.warnings] == ["[Simulators.GPS]"]
+    assert "mine.ini:3: warning" in str(made.warnings[0])
 
 
 @pytest.mark.heavy
