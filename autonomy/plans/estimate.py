@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import imc
 from imc.coordinates import maneuver_corner_offsets
+from imc.tuple_list import parse_tuple_list
 from support.wgs84 import displace, displacement
 
 LatLon = tuple[float, float]  # latitude, longitude (rad)
@@ -22,6 +23,7 @@ class Powertrain:
     """Tables of speed (m/s), propeller speed (rpm), actuation (%) and power (W), and the hotel load (W).
 
     The first three fields are one table, `power_rpms` and `powers` another. A point counts as reached `ahead` s early.
+    `circles` is whether the vehicle stays on a circle at a station under water that does not say.
     """
 
     speeds: Sequence[float] = (0.0, 1.0)
@@ -31,6 +33,7 @@ class Powertrain:
     powers: Sequence[float] = (0.0, 0.0)
     hotel: float = 0.0
     ahead: float = 5.0
+    circles: bool = False
 
     def to_meters_per_second(self, value: float, units: int) -> float:
         """A speed in any unit, converted to m/s."""
@@ -93,15 +96,20 @@ def estimate_maneuver(maneuver: imc.Message, start: LatLon | None, train: Powert
     elif isinstance(maneuver, imc.ScheduledGoto):
         travel = max(travel, maneuver.arrival_time - now)
     circles = isinstance(maneuver, imc.Loiter | imc.CompassCalibration) or (
-        isinstance(maneuver, imc.StationKeeping) and not drifts_at_surface(maneuver)
+        isinstance(maneuver, imc.StationKeeping) and not drifts_at_surface(maneuver, train.circles)
     )
     moving = travel + (waiting if circles and math.isfinite(waiting) else 0.0)
     return ManeuverEstimate(travel + waiting, moving, speed, math.fsum(legs), max(legs, default=0.0), stations[-1])
 
 
-def drifts_at_surface(station: imc.StationKeeping) -> bool:
-    """Whether the vehicle drifts at the surface; under water it circles, in the air it hovers."""
-    return station.z_units == imc.ZUnits.NONE or (station.z_units == imc.ZUnits.DEPTH and station.z <= SURFACE)
+def drifts_at_surface(station: imc.StationKeeping, circles: bool) -> bool:
+    """Whether the vehicle drifts at the surface; under water it may circle, in the air it hovers.
+
+    `circles` is whether it circles if the station does not say.
+    """
+    below = parse_tuple_list(station.custom).get("Under Water", "circle" if circles else "surface").lower()
+    is_shallow = station.z <= SURFACE or below != "circle"
+    return station.z_units == imc.ZUnits.NONE or (station.z_units == imc.ZUnits.DEPTH and is_shallow)
 
 
 def interpolate(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:

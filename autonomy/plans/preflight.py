@@ -30,10 +30,11 @@ class PreflightOptionError(ValueError):
 class Preflight:
     """Checks plans against the limits in the section General of a profile; `value` returns an option of it.
 
-    `hotel` is the power (W) without propulsion, `longest_leg` is in m. Raises PreflightOptionError.
+    `hotel` is the power (W) without propulsion, `longest_leg` is in m. `circles` is whether the vehicle circles at
+    stations under water. Raises PreflightOptionError.
     """
 
-    def __init__(self, value: OptionReader, hotel: float, longest_leg: float):
+    def __init__(self, value: OptionReader, hotel: float, longest_leg: float, circles: bool = False):
         usual = Powertrain()
         self._limits = OperatingLimits.from_options(
             partial(_number, value), deepest=math.inf, highest=math.inf, fastest=math.inf
@@ -50,6 +51,7 @@ class Preflight:
             _table(value, "Power Model -- Conversion - Watt", rising=False) or usual.powers,
             hotel,
             _number(value, "Time Of Arrival Factor", usual.ahead),
+            circles,
         )
         if not len(self._train.speeds) == len(self._train.rpms) == len(self._train.actuations):
             raise PreflightOptionError("Speed Conversion -- MPS", "must have as many values as RPM and Actuation")

@@ -144,7 +144,8 @@ class PlanBuilder:
         fields.update(radius=abs(radius), duration=math.ceil(seconds))
         counter = radius < 0.0 and not (self.context.flies and self.context.keeps_station)
         if self.context.keeps_station and not counter:
-            self.add(imc.StationKeeping(**fields))
+            custom = "Under Water=circle" if self.context.dives and fields["z"] > 0.0 else ""
+            self.add(imc.StationKeeping(**fields, custom=custom))
         else:
             self.add_circle(fields, counter)
 

@@ -126,10 +126,11 @@ class VehicleModel:
 
     def with_hold_radius(self, station: imc.StationKeeping) -> imc.StationKeeping:
         """The station of an AUV under water on the circle of a hold, any other as it is."""
-        radius = self.options.hold_radius
-        if not (radius and self.dives and station.z_units == DEPTH and station.z > SHALLOW):
+        if not (self.dives and station.z_units == DEPTH and station.z > SHALLOW):
             return station
-        return station.replace(radius=radius, custom=f"Minimum Radius={radius:g}")
+        if not (radius := self.options.hold_radius):
+            return station.replace(custom="Under Water=circle")
+        return station.replace(radius=radius, custom=f"Minimum Radius={radius:g};Under Water=circle")
 
     @property
     def dives(self) -> bool:

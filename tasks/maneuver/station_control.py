@@ -1,4 +1,4 @@
-"""Keeps near a point: drifts inside a circle at the surface, circles under water."""
+"""Keeps near a point: drifts inside a circle at the surface, or stays on a circle under water."""
 
 import math
 from typing import NamedTuple
@@ -8,6 +8,7 @@ from tasks.maneuver.circle_timer import CircleTimer
 from tasks.maneuver.maneuver_task import SHORT, VERTICAL, Completed, Loops, Maneuver, PathEnd, PathFlags
 
 REVISION = 1.0  # s between two updates of the speed
+NEAR = 2.5  # radii within which it goes back at the surface, as in DUNE
 PASSED = 3.0  # s for a new path after the end of one outside a small circle; the controller waits 5 s
 
 
@@ -26,16 +27,22 @@ AT_ONCE = ApproachSpeed()
 
 
 async def keep_station(
-    maneuver: Maneuver, leg: PathEnd, radius: float, seconds: float, approach: ApproachSpeed = AT_ONCE
+    maneuver: Maneuver,
+    leg: PathEnd,
+    radius: float,
+    seconds: float,
+    approach: ApproachSpeed = AT_ONCE,
+    *,
+    circle: bool = False,
 ) -> None:
     """Stay within `radius` (m) of the end of `leg` for `seconds` from the first arrival; 0 is forever.
 
-    At the surface it goes to the center from outside the circle, and drifts inside with all loops off; `approach`
-    lowers a speed in m/s on the way. Under water it would float up, since fins need speed: it stays on the circle, at
-    its depth or altitude, for `seconds` from the arrival there. ManeuverDone ends it.
+    From outside the circle it goes to the center, at the depth of `leg` or, if it has only drifted out, at the surface.
+    Inside all loops are off, and an AUV floats up; `approach` lowers a speed in m/s on the way. With `circle`, it stays
+    on the circle under water, at its depth or altitude, for `seconds` from the arrival there. ManeuverDone ends it.
     """
     await maneuver.wait_for_state()
-    if leg.z_units in VERTICAL and leg.z > SHORT:
+    if circle and leg.z_units in VERTICAL and leg.z > SHORT:
         maneuver.set_control_loops(Loops.PATH)
         maneuver.start_path(leg, radius=radius)
         circling = CircleTimer(maneuver, seconds)
@@ -71,13 +78,14 @@ async def keep_station(
         if distance > radius:
             maneuver.log.info(f"outside safe region (distance: {distance:.1f} m)")
             maneuver.set_control_loops(Loops.PATH)
-            maneuver.start_path(leg, flags=PathFlags.DIRECT)
+            back = leg._replace(z=0.0, z_units=imc.ZUnits.DEPTH) if arrived and distance < NEAR * radius else leg
+            maneuver.start_path(back, flags=PathFlags.DIRECT)
             steered = maneuver.now
             while not (maneuver.is_near_end and maneuver.range_to(leg) < radius):
                 if await wait():
                     return
                 if maneuver.is_near_end and maneuver.now - steered >= PASSED and maneuver.range_to(leg) >= radius:
-                    maneuver.start_path(leg, flags=PathFlags.DIRECT)
+                    maneuver.start_path(back, flags=PathFlags.DIRECT)
                     steered, chosen = maneuver.now, -math.inf
                 slow_down()
         maneuver.log.info(f"inside safe region (distance: {maneuver.range_to(leg):.1f} m)")

@@ -11,9 +11,10 @@ from tasks.maneuver.station_control import ApproachSpeed, keep_station
 
 
 class StationKeeping(Maneuver):
-    """Goes to a point and stays near it: adrift inside the circle at the surface, on the circle under water.
+    """Goes to a point, comes to the surface and drifts inside the circle, as IMC says; or circles under water.
 
-    A vehicle that can hover does so. `Minimum Radius=3` (m) in the field `custom` replaces the parameter for a station.
+    A vehicle that can hover does so. `Minimum Radius=3` (m) and `Under Water=circle` in the field `custom` replace the
+    parameters for a station.
     """
 
     loops = None
@@ -21,6 +22,14 @@ class StationKeeping(Maneuver):
     subscribed_from_others = (imc.ManeuverDone,)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
+    under_water: str = param(
+        "surface",
+        "",
+        "What a vehicle does at a station under water: come up and drift (surface), or stay on the circle at its depth "
+        "or altitude (circle).",
+        choices=("surface", "circle"),
+        editable=False,
+    )
     deceleration: float = param(
         0.0,
         "m/s²",
@@ -45,6 +54,10 @@ class StationKeeping(Maneuver):
             return self.minimum_radius
         return own if 0.0 < own < math.inf else self.minimum_radius
 
+    def circles(self, station: imc.StationKeeping) -> bool:
+        """Whether to stay on the circle under water."""
+        return parse_tuple_list(station.custom).get("Under Water", self.under_water).lower() == "circle"
+
     async def execute(self, station: imc.StationKeeping) -> None:
         if self.hovers:
             self.set_control_loops(Loops.PATH)
@@ -52,4 +65,6 @@ class StationKeeping(Maneuver):
             return
         radius = max(station.radius, self.smallest_radius(station))
         approach = ApproachSpeed(self.deceleration, self.slowest)
-        await keep_station(self, PathEnd.from_maneuver(station), radius, station.duration, approach)
+        await keep_station(
+            self, PathEnd.from_maneuver(station), radius, station.duration, approach, circle=self.circles(station)
+        )

@@ -70,10 +70,21 @@ def test_each_maneuver(maneuver, seconds):
     assert found.seconds == pytest.approx(seconds, abs=0.3)
 
 
-@pytest.mark.parametrize(("z", "moves"), [(0.0, 85.0), (8.0, 145.0)])
-def test_a_station_under_water_needs_the_motor_all_the_time(z, moves):
-    station = imc.StationKeeping(**place(90, 0), z=z, z_units=imc.ZUnits.DEPTH, speed=1.0, duration=60)
-    assert estimate_maneuver(station, (LAT, LON), Powertrain(), now=10.0).moving == pytest.approx(moves, abs=0.3)
+@pytest.mark.parametrize(
+    ("z", "custom", "circles", "moves"),
+    [
+        (0.0, "", True, 85.0),
+        (8.0, "", False, 85.0),
+        (8.0, "", True, 145.0),
+        (8.0, "Under Water=circle", False, 145.0),
+        (8.0, "Under Water=surface", True, 85.0),
+    ],
+)
+def test_a_circle_under_water_needs_the_motor_all_the_time(z, custom, circles, moves):
+    below = {"z": z, "z_units": imc.ZUnits.DEPTH, "custom": custom}
+    station = imc.StationKeeping(**place(90, 0), **below, speed=1.0, duration=60)
+    train = Powertrain(circles=circles)
+    assert estimate_maneuver(station, (LAT, LON), train, now=10.0).moving == pytest.approx(moves, abs=0.3)
 
 
 def test_what_is_unknown_is_not_a_number():

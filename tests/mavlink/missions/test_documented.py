@@ -105,4 +105,4 @@ def test_results_and_numbers_are_those_of_the_code():
     assert f"{MOST_ITEMS} waypoints" in PAGE
     with pytest.raises(BadItem):
         plan_of([waypoint(1, 0, -1, 5)] * (MOST_ITEMS // 2), PX4, SUBMARINE)
-    assert plan_of([waypoint(1, 0, -1, 5)] * int(0.45 * MOST_ITEMS), PX4, SUBMARINE)
+    assert plan_of([waypoint(1, 0, -1, 5)] * int(0.44 * MOST_ITEMS), PX4, SUBMARINE)

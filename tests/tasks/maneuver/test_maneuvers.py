@@ -98,16 +98,28 @@ def test_station_keeping_reaches_a_circle_that_is_smaller_than_the_way_of_its_la
      ("Minimum Radius=0", 10.0), ("Minimum Radius", 10.0), ("Minimum Radius=-3", 10.0)],
 )  # fmt: skip
 def test_a_station_has_the_minimum_radius_unless_it_brings_its_own(custom, radius):
+    custom = f"{custom};Under Water=circle"
     run = flown(imc.StationKeeping(**at(0, 10, 2), radius=1, duration=5, custom=custom), seconds=20)
     assert run.of(imc.DesiredPath)[0].lradius == radius
 
 
-def test_station_keeping_under_water_circles_at_its_depth():
-    run = flown(imc.StationKeeping(**at(0, 40, 2), radius=12, duration=100), seconds=200)
+def test_station_keeping_under_water_circles_at_its_depth_if_it_says_so():
+    run = flown(imc.StationKeeping(**at(0, 40, 2), radius=12, duration=100, custom="Under Water=Circle"), seconds=200)
     assert replies(run)[-1] == DONE
     (path,) = run.of(imc.DesiredPath)
     assert (path.end_z, path.lradius) == (2.0, 12.0)
     assert all(abs(z - 2.0) < 0.3 for _, _, z, t in track(run) if 60 < t < 120)
+
+
+def test_station_keeping_under_water_ends_with_the_motor_off_and_goes_back_at_the_surface():
+    """As in DUNE: the way there is at the station's depth, what it has drifted by is covered at the surface."""
+    station = imc.StationKeeping(**at(0, 40, 2), radius=12, duration=200)
+    run = flown(station, seconds=300, vehicle={"current_east": 0.3})
+    assert replies(run)[-1] == DONE
+    there, *back = run.of(imc.DesiredPath)
+    assert (there.end_z, there.lradius) == (2.0, 0.0)
+    assert len(back) >= 2
+    assert {(path.end_z, path.end_z_units) for path in back} == {(0.0, imc.ZUnits.DEPTH)}
 
 
 def test_station_keeping_ends_with_maneuver_done():

@@ -229,3 +229,26 @@ def test_requests_without_an_address_of_a_task_of_the_vehicle_are_answered(tmp_p
     assert any(m.op == imc.LoggingControl.Op.CURRENT_NAME for m in names)
     assert "DVL" in [m.name for m in parameters]
     assert any(m.request_id == 6 and m.type == imc.VehicleCommand.Type.SUCCESS for m in commands)
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+@pytest.mark.parametrize("where", ["surface", "circle"])
+def test_an_auv_comes_up_at_its_station_unless_it_shall_circle(where, tmp_path):
+    """IMC: the vehicle comes to the surface and stays within the circle; DUNE stops its motor inside."""
+    station = f"{{north: 60, depth: 3, radius: 15, duration: 120, custom: 'Under Water={where}'}}"
+    station = station.replace(", custom: 'Under Water=surface'", "")
+    kinds = imc.EstimatedState, imc.SetThrusterActuation, imc.PlanControlState
+    flown = Flown(f"  - station_keeping: {station}", tmp_path, *kinds, limit=400)
+    assert flown.report.completed
+    states, thrusts = flown.kept[imc.EstimatedState], flown.kept[imc.SetThrusterActuation]
+    end = max(m.timestamp for m in flown.kept[imc.PlanControlState] if m.man_id.startswith("StationKeeping"))
+    assert max(state.depth for state in states) > 2.0
+    depths = [state.depth for state in states if 5.0 < end - state.timestamp < 40.0]
+    thrusts = [abs(m.value) for m in thrusts if 5.0 < end - m.timestamp < 40.0]
+    if where == "surface":
+        assert max(depths) < 0.5
+        assert max(thrusts, default=0.0) < 0.01
+    else:
+        assert min(depths) > 1.0
+        assert min(thrusts) > 0.1
