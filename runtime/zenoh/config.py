@@ -19,6 +19,7 @@ Mode = Literal["peer", "router", "client"]
 LOCAL_PORT = 7447
 SESSION_OFFSET = 53
 SESSIONS = 32
+LARGEST_MESSAGE = 64 << 20  # bytes that a sender can make us keep; zenoh allows 1 GB. The largest are frames of cameras
 LEASE = 6000  # ms; a process that says nothing for so long has gone
 LONGEST_STALL = 250_000  # µs for which commands wait for a receiver that is 1 MB of them behind; then it is cut off
 LONGEST_FRAME = 1_000_000  # µs until a frame that does not go through shared memory has been sent, else it is dropped
@@ -178,6 +179,7 @@ class ZenohConfig:
         put("transport/shared_memory/enabled", None, True)
         put("transport/shared_memory/transport_optimization/enabled", self.shared_memory, False)
         put("transport/link/tx/lease", None, LEASE)
+        put("transport/link/rx/max_message_size", None, LARGEST_MESSAGE)
         put("timestamping/enabled", None, True)  # zenoh keeps the last state of a publisher by its time
         for priority in ("real_time", "data"):
             put(f"transport/link/tx/queue/size/{priority}", None, 16)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 PATIENCE = 20.0  # s of silence of the server; TCP doubles its pauses when packets get lost
 SHORT = 3.0  # s for a connection, while there is another address to try
 BLOCK = 1 << 16  # bytes
+LONGEST_ANSWER = 32 << 20  # bytes of an answer or a list of files
 MOST_LOGS = 10000
 PART = ".part"
 OTHER = ".other"
@@ -80,7 +81,7 @@ class AsyncRemoteLogs:
             raise NetworkError(f"{quoted(self._system.name)} cannot be the name of a folder: no log of it is fetched")
         places = await self._places()
         target = folder / self._system.name / log.name
-        await asyncio.to_thread(_fetch, places, log, target, progress)
+        await asyncio.to_thread(fetch_log, places, log, target, progress)
         return target
 
     async def _places(self) -> Sequence[Endpoint]:
@@ -105,9 +106,32 @@ def _session(places: Sequence[Endpoint]) -> Generator["FTP"]:
     """A session with a server, at the first of its addresses that answers; what goes wrong in it is a NetworkError."""
     import ftplib  # slow to import, and few need it
 
+    class BoundedFTP(ftplib.FTP):
+        """A session that takes no answer or list without end."""
+
+        taken = 0
+
+        def putcmd(self, line: str) -> None:
+            self.taken = 0
+            super().putcmd(line)
+
+        def count(self, line: str) -> str:
+            self.taken += len(line)
+            if self.taken > LONGEST_ANSWER:
+                self.close()
+                raise ftplib.error_proto(f"its answer is longer than {LONGEST_ANSWER >> 20} MiB")
+            return line
+
+        def getline(self) -> str:
+            return self.count(super().getline())
+
+        def retrlines(self, cmd: str, callback: Callable[[str], object] | None = None) -> str:
+            take = callback or print
+            return super().retrlines(cmd, lambda line: take(self.count(line)))
+
     place = places[0]
     try:
-        with ftplib.FTP(timeout=PATIENCE) as session:
+        with BoundedFTP(timeout=PATIENCE) as session:
             for place in places:
                 is_last = place == places[-1]
                 try:
@@ -219,6 +243,24 @@ def _piece(session: "FTP", source: str, start: int, size: int) -> bytes:
     return found
 
 
+def _retrieve(session: "FTP", source: str, start: int, end: int, write: Callable[[bytes], object]) -> None:
+    """Take a file from one byte to another: a server may send more than it has announced, or without end."""
+    import ftplib
+
+    with session.transfercmd(f"RETR {source}", start or None) as line, line.makefile("rb") as data:
+        while start < end and (block := data.read1(min(BLOCK, end - start))):
+            write(block)
+            start += len(block)
+        has_more = start >= end and bool(data.read1(1))
+    try:
+        session.voidresp()
+    except ftplib.error_temp:  # 426: we did not wait for the rest
+        if not has_more:
+            raise
+    if start < end:
+        raise ftplib.error_proto(f"{source} ended after {start} of {end} bytes")
+
+
 def _is_there(session: "FTP", source: str, path: Path, size: int, changed: float) -> bool:
     """Whether we have all of a file. A part of it gets another name to be continued, so does a file that differs."""
     try:
@@ -236,7 +278,7 @@ def _is_there(session: "FTP", source: str, path: Path, size: int, changed: float
     return True
 
 
-def _fetch(places: Sequence[Endpoint], log: RemoteLog, target: Path, progress: Callable[[int], object]) -> None:
+def fetch_log(places: Sequence[Endpoint], log: RemoteLog, target: Path, progress: Callable[[int], object]) -> None:
     target.mkdir(parents=True, exist_ok=True)
     with _session(places) as session:
         for name, size in log.files.items():
@@ -259,7 +301,7 @@ def _fetch(places: Sequence[Endpoint], log: RemoteLog, target: Path, progress: C
                             rest = rest[out.write(rest) :]
                     progress(len(block))
 
-                session.retrbinary(f"RETR {source}", write, BLOCK, rest=done or None)
+                _retrieve(session, source, done, size, write)
             if changed:
                 with suppress(OSError):  # some disks keep no dates; then the pieces are compared
                     os.utime(part, (changed, changed))

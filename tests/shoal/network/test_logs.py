@@ -5,6 +5,7 @@ import contextlib
 import re
 import socket
 import threading
+from collections.abc import Iterator
 from ftplib import FTP
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,7 +16,15 @@ import pytest
 import imc
 from imc.discovery import Endpoint
 from shoal.network.link import NetworkError
-from shoal.network.logs import AsyncRemoteLogs, RemoteFile, RemoteLog, list_folder, list_logs, list_logs_at_once
+from shoal.network.logs import (
+    AsyncRemoteLogs,
+    RemoteFile,
+    RemoteLog,
+    fetch_log,
+    list_folder,
+    list_logs,
+    list_logs_at_once,
+)
 from shoal.network.network import Network
 from shoal.network.system_table import NetworkSystem
 
@@ -103,3 +112,50 @@ def test_a_log_of_a_system_whose_name_leads_elsewhere_is_not_fetched(tmp_path: P
     with pytest.raises(NetworkError, match=r"'\.\./\.\./x' cannot be the name of a folder"):
         asyncio.run(logs.fetch(RemoteLog("20260101/000000", {}), tmp_path / "a" / "b"))
     assert list(tmp_path.rglob("*")) == []
+
+
+@contextlib.contextmanager
+def endless_server(listing: bytes = b"") -> Iterator[tuple[Endpoint, list[int]]]:
+    """A server that sends a file, or `listing`, again and again; and the bytes that it has sent for each request."""
+    sent: list[int] = []
+    with socket.create_server(("127.0.0.1", 0)) as control, socket.create_server(("127.0.0.1", 0)) as data:
+        port = data.getsockname()[1]
+        answers = {"TYPE": "200 ok", "PASV": f"227 ok (127,0,0,1,{port // 256},{port % 256})", "QUIT": "221 bye"}
+
+        def serve() -> None:
+            with contextlib.suppress(OSError), control.accept()[0] as line, line.makefile("rw", newline="\r\n") as file:
+                line.sendall(b"220 here\r\n")
+                for command in iter(file.readline, ""):
+                    word = command.split()[0]
+                    if word == "SITE":
+                        line.sendall(b"500 what?\r\n")
+                    elif word in ("RETR", "MLSD"):
+                        line.sendall(b"150 here\r\n")
+                        sent.append(0)
+                        with contextlib.suppress(OSError), data.accept()[0] as flow:
+                            while sent[-1] < 200 << 20:
+                                sent[-1] += flow.send(listing or bytes(1 << 16))
+                        line.sendall(b"426 you have gone\r\n")
+                    else:
+                        line.sendall(answers.get(word, "230 in").encode() + b"\r\n")
+
+        threading.Thread(target=serve, daemon=True).start()
+        yield Endpoint(*control.getsockname()), sent
+
+
+@pytest.mark.heavy
+def test_a_server_that_sends_more_than_it_announced_is_cut_short(tmp_path: Path) -> None:
+    log = RemoteLog("20260101/120000", {"Data.lsf": 5, "Config.ini": 7})
+    with endless_server() as (place, sent):
+        fetch_log([place], log, tmp_path, lambda _: None)
+        assert {path.name: path.stat().st_size for path in tmp_path.iterdir()} == {"Data.lsf": 5, "Config.ini": 7}
+        assert len(sent) == 2
+        assert max(sent) < 50 << 20, "what waits in the sockets, but not all"
+
+
+@pytest.mark.heavy
+def test_a_list_without_end_is_an_error(tmp_path: Path) -> None:
+    with endless_server(b"type=dir; 20260101\r\n" * 4096) as (place, sent):
+        with pytest.raises(NetworkError, match="its answer is longer than 32 MiB"):
+            list_logs([place])
+        assert max(sent) < 100 << 20
