@@ -105,7 +105,7 @@ class PinholeModel(CameraModel):
         k1, k2, p1, p2 = (term / f for term in rest)
         near = PinholeModel(self.width, self.height, f, aspect * f, cx, cy, k1, k2, p1, p2)
         found = near.project(rays)[0]
-        apart = (found - pixels)[np.isfinite(found[:, 0])]
+        apart: Floats = (found - pixels)[np.isfinite(found[:, 0])]
         return near, math.sqrt(float(np.mean(np.sum(np.square(apart), axis=-1))))
 
     def _bent(self, x: Floats, y: Floats) -> Floats:
