@@ -30,8 +30,11 @@ GENERAL = {
     "Messages": ("", "Files with messages of your own, YAML or IMC.xml."),
     "Bus": ("", "Transport between processes: inprocess or zenoh."),
     "Network Address": ("", "Where the vehicle listens: 127.0.0.1 for this computer only, 0.0.0.0 for all networks."),
-    "Console Messages": ("", "Messages that all links to consoles send, beside those they list: NAME or NAME:HZ."),
-    "Consoles": ("", "Systems that may command, NAME or NAME@ADDRESS, over any link that lists none itself."),
+    "Console Messages": (
+        "",
+        "Messages to consoles over UDP and TCP beside those listed there: NAME or NAME:HZ.",
+    ),
+    "Consoles": ("", "Systems that may command, NAME or NAME@ADDRESS, over UDP and TCP if these list none themselves."),
     "Start Time": ("", "Start of virtual time, ISO 8601."),
     "Seed": ("1", "Seed of all random numbers; recorded in a log's Config.ini."),
     "Selected": ("", "Modes selected with -p; recorded in a log's Config.ini."),

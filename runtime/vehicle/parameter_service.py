@@ -10,6 +10,7 @@ from runtime.profile import format_option
 from runtime.task import Parameter, ParameterError, Task, consume
 from runtime.vehicle.reply_quota import ReplyQuota
 from support.file_errors import describe_os_error
+from support.log_limit import LogLimit
 
 if TYPE_CHECKING:
     from runtime.vehicle.vehicle import Vehicle
@@ -29,6 +30,7 @@ class ParameterService(Task):
 
     def configure(self) -> None:
         self.reply_quota = ReplyQuota()
+        self.refusals = LogLimit("more requests about parameters are refused", self.now)
 
     @consume(others=True)
     def set_parameters(self, request: imc.SetEntityParameters) -> None:
@@ -44,7 +46,8 @@ class ParameterService(Task):
             parameter = task.parameter_set.find(entry.name)
             reason = self._refusal(task, parameter, entry)
             if parameter is None or reason:
-                task.log.error(f"{entry.name} = {entry.value!r} from {self._peer(request)}: {reason}")
+                text = f"{entry.name} = {entry.value!r} from {self._peer(request)}: {reason}"
+                self.refusals.write(task.log.error, text, self.now)
                 continue
             task.parameter_set.set(parameter, parameter.parse(entry.value))
             accepted.append(parameter)
@@ -63,10 +66,9 @@ class ParameterService(Task):
             return
         visibility, scope = request.visibility or "developer", request.scope or "global"
         if visibility not in VISIBILITIES or scope not in SCOPES:
-            self.log.warning(
-                f"query from {self._peer(request)}: visibility {visibility!r} and scope {scope!r} "
-                f"must be one of {VISIBILITIES} and {SCOPES}"
-            )
+            text = f"query from {self._peer(request)}: visibility {visibility!r} and scope {scope!r} "
+            text += f"must be one of {VISIBILITIES} and {SCOPES}"
+            self.refusals.write(self.log.warning, text, self.now)
             return
         chosen = [
             parameter

@@ -7,6 +7,7 @@ from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param
 from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
+from support.log_limit import LogLimit
 from tasks.plan.duplicate_requests import DuplicateRequests
 from tasks.plan.replies import truncate_reply
 from tasks.plan.store import PlanChange, PlanRow, PlanStore, StoreFullError
@@ -40,6 +41,7 @@ class DB(Task):
         self._reply_to_boot(Type.IN_PROGRESS, "initializing")
         trouble = ""
         self._copies = DuplicateRequests(self.system)
+        self._refusals = LogLimit("more requests are refused", self.now)
         self._current: imc.PlanDBState | None = None
         self._published, self._is_due = -STATE_PERIOD, False
         try:
@@ -103,7 +105,7 @@ class DB(Task):
         try:
             stored, new = self._store.set(plan, self._change(request))
         except (sqlite3.Error, StoreFullError) as error:
-            self.log.warning(f"database: {error}: {plan.plan_id!r}")
+            self._refusals.write(self.log.warning, f"database: {error}: {plan.plan_id!r}", self.now)
             self.publish(answer.replace(type=Type.FAILURE, info=f"database: {error}"))
         else:
             self.publish(answer.replace(type=Type.SUCCESS, arg=stored.information(), info=_saved(new)))
@@ -193,7 +195,8 @@ class DB(Task):
 
     def _answer(self, request: imc.PlanDB, kind: Type, info: str, arg: imc.Message | None = None) -> None:
         if kind is Type.FAILURE:
-            self.log.warning(f"{self.vehicle.systems.name(request.src)}: {info}: {request.plan_id!r}")
+            text = f"{self.vehicle.systems.name(request.src)}: {info}: {request.plan_id!r}"
+            self._refusals.write(self.log.warning, text, self.now)
         answer = imc.PlanDB(
             type=kind,
             op=request.op,

@@ -147,7 +147,7 @@ class Engine(Task):
         own = request.src == self.system and request.dst == UNKNOWN_SYSTEM  # of a task that left it open
         if request.type != Type.REQUEST or not (own or request.dst in (self.system, BROADCAST)):
             return
-        if self._replies.answer_duplicate(request):
+        if self._replies.answer_duplicate(request) or not self._replies.admits(request):
             return
         if request.op == Op.START:
             self._start(request)

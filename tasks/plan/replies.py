@@ -1,11 +1,17 @@
 """Replies of the plan engine to PlanControl requests."""
 
 import imc
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime import Task
+from support.log_limit import LogLimit
+from support.token_bucket import TokenBucket
 from tasks.plan.duplicate_requests import DuplicateRequests
 
+Op = imc.PlanControl.Op
 Type = imc.PlanControl.Type
 LONGEST = 1023  # bytes of a text in a reply
+STARTS, AT_ONCE = 2.0, 10.0  # plans that one system may have checked: per second, at once; a long one takes 40 ms
+MOST_SYSTEMS = 64
 
 
 class Replies:
@@ -17,6 +23,21 @@ class Replies:
     def __init__(self, task: Task):
         self._task = task
         self._copies = DuplicateRequests(task.system)
+        self._refusals = LogLimit("more requests are refused", task.now)
+        self._starts: dict[int, TokenBucket] = {}
+
+    def admits(self, request: imc.PlanControl) -> bool:
+        """Whether to look at a request; one that would check more plans than a system may is refused here."""
+        if request.op not in (Op.START, Op.LOAD) or request.src in (self._task.system, UNKNOWN_SYSTEM):
+            return True
+        now = self._task.now
+        if request.src not in self._starts and len(self._starts) >= MOST_SYSTEMS:
+            del self._starts[next(iter(self._starts))]
+        bucket = self._starts.setdefault(request.src, TokenBucket(STARTS, AT_ONCE, now))
+        if bucket.try_acquire(now):
+            return True
+        self.refuse(request, f"too many requests: {STARTS:g} plans per second are checked for each system")
+        return False
 
     def answer_duplicate(self, request: imc.PlanControl) -> bool:
         """Whether a request came before; if it is, it is answered here."""
@@ -38,7 +59,8 @@ class Replies:
 
     def refuse(self, request: imc.PlanControl, info: str) -> None:
         """FAILURE of the request; the log book names its sender."""
-        self._task.log.error(f"{self._task.vehicle.systems.name(request.src)}: {info}")
+        text = f"{self._task.vehicle.systems.name(request.src)}: {info}"
+        self._refusals.write(self._task.log.error, text, self._task.now)
         self._answer(request, Type.FAILURE, info)
 
     def _answer(

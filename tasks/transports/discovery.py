@@ -7,11 +7,11 @@ from imc.discovery import MULTICAST, PERIOD, PORTS, Services, displayable_name
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, param, periodic
 from runtime.network_interfaces import is_loopback_address
+from support.log_limit import LogLimit
 from support.token_bucket import TokenBucket
 from tasks.transports.imc_links import peer_table
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
-from tasks.transports.imc_links.log_limit import LogLimit
 from tasks.transports.imc_links.peer_table import DropCounts, Peer
 from tasks.transports.imc_links.recvmmsg import Datagram
 from tasks.transports.imc_links.shared_discovery import DiscoveryFollower, DiscoveryLeader
@@ -90,7 +90,7 @@ class Discovery(Task):
         self.recent = DuplicateFilter(REMEMBERED)
         self.senders: dict[str, Peer] = {}
         self.new_systems: dict[str, TokenBucket] = {}  # by address: a flood from one keeps out nobody at another
-        self.new_lines = LogLimit(self.log.info, "more new systems are within range", network_time(self))
+        self.new_lines = LogLimit("more new systems are within range", network_time(self))
         self.seen: dict[int, list[SystemSighting]] = {}
         self.clashes: dict[str, float] = {}
         self.listen_or_follow()
@@ -242,7 +242,7 @@ class Discovery(Task):
         if found is None:
             if not runs:
                 text = f"new system within range: {name} (0x{system:04X}) at {address}"
-                self.new_lines.write(text, network_time(self))
+                self.new_lines.write(self.log.info, text, network_time(self))
             found = SystemSighting(name, uid, address, network_time(self), network_time(self))
             runs.append(found)
             del runs[:-MOST_RUNS]

@@ -8,12 +8,12 @@ from imc.discovery import Endpoint, Service, Services
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, consume, periodic
 from runtime.network_interfaces import enable_icmp_errors, refused_destinations
+from support.log_limit import LogLimit
 from tasks.transports.imc_links.console_acl import REPORTS
 from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, sender_text
 from tasks.transports.imc_links.datagram_link import DatagramLinkTask
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
-from tasks.transports.imc_links.log_limit import LogLimit
 from tasks.transports.imc_links.peer_table import (
     MALFORMED,
     MOST_PEERS,
@@ -57,7 +57,7 @@ class UDP(DatagramLinkTask):
         self.socket: socket | None = None
         self.reader: DatagramReader | None = None
         self.trouble = ""
-        self.contact_lines = LogLimit(self.log.info, "more systems come into contact, or lose it", network_time(self))
+        self.contact_lines = LogLimit("more systems come into contact, or lose it", network_time(self))
         super().start()
         self.open()
 
@@ -177,7 +177,7 @@ class UDP(DatagramLinkTask):
                 self.send_last_states(peer)
 
     def log_contact(self, text: str) -> None:
-        self.contact_lines.write(text, network_time(self))
+        self.contact_lines.write(self.log.info, text, network_time(self))
 
     def send_last_states(self, peer: Peer) -> None:
         """Tell a system that has come the last states, which it would have to wait for."""

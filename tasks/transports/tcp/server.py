@@ -6,9 +6,9 @@ from collections import Counter
 import imc
 from imc.discovery import PERIOD, Service
 from runtime import State, consume, param
+from support.log_limit import LogLimit
 from tasks.transports.imc_links.console_acl import ConsoleAcl
 from tasks.transports.imc_links.link_task import reraise_as_parameter_error
-from tasks.transports.imc_links.log_limit import LogLimit
 from tasks.transports.imc_links.port_search import announce_listening_service, listening_socket
 from tasks.transports.imc_links.sockets import listen_address, network_time, schedule_network_timer
 from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
@@ -69,7 +69,7 @@ class Server(StreamLinkTask):
     def start(self) -> None:
         self.listener: socket.socket | None = None
         self.trouble, self.open_port = "", 0
-        self.vehicle_lines = LogLimit(self.log.info, "more vehicles connect and get nothing", network_time(self))
+        self.vehicle_lines = LogLimit("more vehicles connect and get nothing", network_time(self))
         super().start()
         self.open()
 
@@ -135,7 +135,7 @@ class Server(StreamLinkTask):
         if self.withholds(stream):
             stream.greeted = True
             text = f"{stream.name} is another vehicle and gets nothing, since Call Systems does not name it"
-            self.vehicle_lines.write(text, network_time(self))
+            self.vehicle_lines.write(self.log.info, text, network_time(self))
         elif is_known:
             self.greet(stream)
 

@@ -56,6 +56,17 @@ def test_what_another_vehicle_sets_for_nobody_in_particular_is_its_own(src, turn
     assert run.task.turns == turns
 
 
+def test_a_console_that_sends_refused_values_without_end_does_not_fill_the_log_book():
+    many = tuple(imc.EntityParameter(name="Turns", value="many") for _ in range(800))
+    requests = [
+        imc.SetEntityParameters(name="Valve", params=many, timestamp=1.0 + i / 45.0, src=CONSOLE, dst=0x1A)
+        for i in range(45)
+    ]
+    run = simulate(Valve, requests, seconds=3)
+    assert 60 <= len(run.log) < 70
+    assert "more requests about parameters are refused, which are not logged one by one" in run.log
+
+
 def test_parameters_are_told_to_all_at_the_start_and_when_they_change():
     vehicle = Vehicle("v", 0x1A, clock=VirtualClock(), profile=NoProfile())
     vehicle.daemon.tells_all = True

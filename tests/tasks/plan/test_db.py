@@ -176,6 +176,14 @@ def test_a_plan_that_is_started_and_finds_no_room_is_told(monkeypatch):
     assert (kept.type, kept.info) == (Type.FAILURE, "database: 0 plans are stored, which is the limit: delete some")
 
 
+def test_a_console_that_asks_in_vain_without_end_does_not_fill_the_log_book():
+    run = simulate(DB, [ask(Op.GET, f"p{i}", at=1.0 + i / 45.0, request_id=i) for i in range(450)], seconds=20)
+    assert len([m for m in run.of(imc.PlanDB) if m.type == Type.FAILURE]) == 450
+    assert 60 <= len(run.log) < 75
+    assert run.log[0].endswith("undefined plan: 'p0'")
+    assert "more requests are refused, which are not logged one by one" in run.log
+
+
 def test_the_state_is_made_from_the_digests_and_not_from_the_plans():
     """Reading all plans for each answer once kept all tasks waiting for seconds."""
     store = PlanStore(None)

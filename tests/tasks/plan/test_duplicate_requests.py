@@ -51,3 +51,33 @@ def test_what_has_no_time_or_is_our_own_is_never_a_copy():
     for request in (BEGIN.replace(timestamp=0.0), BEGIN.replace(src=OWN)):
         assert not copies.is_duplicate(request)
         assert not copies.is_duplicate(request)
+
+
+class Flood(Task):
+    """Asks for a start of an unknown plan 45 times a second, each time with another number."""
+
+    def start(self):
+        self.count = 0
+
+    @periodic(45.0)
+    def ask(self):
+        self.count += 1
+        request = BEGIN.replace(plan_id="none", arg=None, request_id=self.count, timestamp=self.now)
+        self.relay(imc.encode(request))
+
+
+def test_a_console_that_starts_plans_without_end_is_refused_and_others_are_not():
+    other = imc.PlanControl(
+        op=imc.PlanControl.Op.START,
+        plan_id="test",
+        arg=PLAN,
+        src=CCU + 1,
+        dst=OWN,
+        request_id=7,
+        timestamp=START + 20.0,
+    )
+    run = fly(other, more=(Flood,), seconds=30)
+    infos = [m.info for m in run.of(imc.PlanControl) if m.dst == CCU]
+    assert sum(info.startswith("too many requests") for info in infos) > 1000
+    assert len([line for line in run.log if "too many requests" in line or "0x4000" in line]) < 150
+    assert [m for m in run.of(imc.PlanControl) if m.dst == CCU + 1 and m.type == m.Type.SUCCESS]

@@ -12,11 +12,11 @@ from imc.discovery import MULTICAST, Service, Services
 from runtime.kernel import WallClock
 from runtime.network_interfaces import Interface
 from runtime.testing import simulate
+from support.log_limit import AT_ONCE
 from tasks.transports import discovery
 from tasks.transports.announce import BREAK, Announce
 from tasks.transports.discovery import NEW_RATE, NEW_SYSTEMS
 from tasks.transports.imc_links import shared_discovery
-from tasks.transports.imc_links.log_limit import AT_ONCE
 from tests.tasks.transports.imc_station import Station, afloat, free_ports
 
 OWN = 0x001A
