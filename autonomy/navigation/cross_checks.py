@@ -127,7 +127,7 @@ class DepthCheck:
     def resume(self) -> None:
         """Take the next depth as it is: nobody knows how the vehicle has sunk since the last one."""
         self._depth = math.nan
-        self._elapsed = self._sunk = self._driven = 0.0
+        self._elapsed = self._sunk = self._driven = self._allowance = 0.0
 
     def evaluate(self, depth: float, innovation: float, variance: float) -> GateDecision:
         """Judge a measured depth by its innovation (m) and the variance of that."""

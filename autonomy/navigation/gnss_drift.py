@@ -20,9 +20,13 @@ class FixDriftDetector:
         self._north, self._east = CumulativeSum(), CumulativeSum()
         self.reset()
 
+    def resume(self) -> None:
+        """Compare the next fix with none before: the process has stood still."""
+        self._last: tuple[float, imc.GpsFix] | None = None
+
     def reset(self) -> None:
         """Forget the fixes before: the position has jumped."""
-        self._last: tuple[float, imc.GpsFix] | None = None
+        self.resume()
         self._north.reset()
         self._east.reset()
 

@@ -30,6 +30,10 @@ class GnssVelocityCheck:
         self._north, self._east = Disagreement(MEMORY), Disagreement(MEMORY)
         self._last: tuple[float, float, float, float, float] | None = None
 
+    def resume(self) -> None:
+        """Compare the next fix with none before: the process has stood still."""
+        self._last = None
+
     def update(
         self, time: float, north: float, east: float, sigma: float, velocity: tuple[float, float] | None
     ) -> None:

@@ -56,6 +56,7 @@ class SensorChecks:
         `now` in all methods is a time without stalls, so that they make nothing old.
         """
         self._attitude.resume()
+        self._fix_drift.resume()
         if stall > UNKNOWN_MOTION:
             self._fix_time = -math.inf
             self._depth.resume()

@@ -220,6 +220,8 @@ class GPSNavigation(Task):
         if verdict is GateDecision.REJECTED:
             return
         if verdict is GateDecision.ACCEPTED:
+            if self.recent_stall:
+                self._fix_drift.resume()
             if self._fix_drift.update(self.now, fix):
                 self._held_fault, self._held_until = "GPS drifts away from its own speed", self.now + FAULT_HOLD
             state.measure_position(north, east, variance)

@@ -237,6 +237,8 @@ class Navigation(Task):
         if any([axis.update(at / sigma) for axis, at in zip(self._scatter, (north, east), strict=True)]):
             return
         vn, ve = horizontal.velocity
+        if self.recent_stall:
+            self._doppler.resume()
         self._doppler.update(self._fixed, north, east, sigma, ground_velocity(fix))
         if self._doppler.faulty:
             self._hold_fault("GPS position moves against its own velocity")
