@@ -73,9 +73,14 @@ class Failsafe(Task):
         minimum=0,
         maximum=1,
     )
-    ascent_pitch: float = param(20.0, "°", "Pitch of the powered ascent.", minimum=5, maximum=45)
+    ascent_pitch: float = param(20.0, "°", "Pitch of the powered ascent.", minimum=5, maximum=45, editable=False)
     ascent_delay: float = param(
-        20.0, "s", "How long a vehicle without control loops may take to begin to rise by itself.", minimum=5
+        20.0,
+        "s",
+        "How long a vehicle without control loops may take to begin to rise by itself.",
+        minimum=5,
+        maximum=120,
+        editable=False,
     )
 
     def configure(self) -> None:
@@ -232,11 +237,11 @@ class Failsafe(Task):
         if self._loops:
             ascent.reset(now)
             ascent.heavy = self._reported = False
-        elif now - max(self._measured, self._estimated) < DEPTH_TIMEOUT:
-            depth = self._depth if now - self._measured < DEPTH_TIMEOUT else self._estimated_depth
-            ascent.update(now, depth, now - self._fixed < FIX_TIMEOUT and depth < DEEPEST_FIX)
+        elif self.age(max(self._measured, self._estimated)) < DEPTH_TIMEOUT:
+            depth = self._depth if self.age(self._measured) < DEPTH_TIMEOUT else self._estimated_depth
+            ascent.update(now, depth, self.age(self._fixed) < FIX_TIMEOUT and depth < DEEPEST_FIX)
         else:
-            ascent.update_without_depth(now, self._depth, now - self._measured)
+            ascent.update_without_depth(now, self._depth, self.age(self._measured))
         if ascent.failed and not before:
             self.log.error("motor and fins do not bring the vehicle up")
             self._drop_weight()

@@ -150,10 +150,13 @@ def test_a_misspelled_requirement_is_refused(text, reason):
 @pytest.mark.parametrize("vehicle", ["lauv-noptilus-1", "otter", "caravel", "hexa-00"])
 def test_no_value_of_a_parameter_makes_it_wait_for_ever(vehicle):
     """On the shipped vehicles: neither the profile nor an operator can put off what saves the vehicle."""
-    for option in ("Silence Timeout", "Depth Margin", "Drop Weight Delay"):
+    for option in ("Silence Timeout", "Depth Margin", "Drop Weight Delay", "Ascent Delay"):
         words = ["check", vehicle, "--set", f"Supervisors.Failsafe:{option}=1e6"]
         found = CliRunner().invoke(main, words)
         assert found.exit_code == 1, found.output
         assert option in found.output
     editable = {parameter.name for parameter in Failsafe.parameters().values() if parameter.editable}
-    assert editable - {"Debug Level"} == {"Execution Frequency", "Silence Timeout", "Depth Margin", "Drop Weight Delay"}
+    assert editable == {
+        *("Debug Level", "Execution Frequency", "Silence Timeout", "Depth Margin", "Drop Weight Delay"),
+        "Ascent Thrust",  # 0 before somebody touches the motor
+    }

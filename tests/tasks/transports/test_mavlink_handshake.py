@@ -3,6 +3,7 @@
 The steps are those of QGroundControl's state machine at connection, and of Mission Planner; each is answered at once.
 """
 
+import contextlib
 import json
 import lzma
 import socket
@@ -12,6 +13,7 @@ import pytest
 
 from mavlink import StreamSplitter, split
 from mavlink.vehicle.files.ftp_messages import checksum
+from tests.outside import until
 from tests.tasks.transports.afloat import Afloat
 from tests.tasks.transports.lossy import HOST
 from tests.tasks.transports.mavlink_station import DIALECT
@@ -30,9 +32,16 @@ class ByteLine:
 
     def __init__(self, vehicle, port):
         self.vehicle, self.peers, self.splitter = vehicle, [], StreamSplitter(DIALECT)
-        self.socket = socket.create_connection((HOST, port))
+        self.socket = until(lambda: self.connect(port))
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.socket.setblocking(False)
+
+    def connect(self, port):
+        """Connect, or let the vehicle run: it tries again if its port was taken."""
+        self.vehicle.run(0.05)
+        with contextlib.suppress(ConnectionRefusedError):
+            return socket.create_connection((HOST, port))
+        return None
 
     def clock(self):
         return self.vehicle.kernel.now_ns / 1e9

@@ -154,7 +154,12 @@ def test_a_tlog_is_imported_under_a_name(shoal, tmp_path):
 
 FLIGHTS = {
     "a.BIN": DataFlashWriter().add(1.0, "MSG", Message="ArduSub V4.1.1").data,
-    "a.ulg": ULogWriter().text(1.0, 6, "hello").text(2.0, 6, "again").data,
+    "a.ulg": ULogWriter()
+    .text(1.0, 6, "hello" * 20)
+    .text(2.0, 6, "again" * 20)
+    .text(3.0, 6, "hello" * 20)
+    .text(4.0, 6, "again")
+    .data,
 }
 
 
