@@ -1,28 +1,43 @@
 """Restores a log from an MCAP file that has its packets."""
 
+import io
 import struct
+import zlib
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
+from lz4.frame import LZ4FrameDecompressor  # pyright: ignore[reportMissingTypeStubs, reportUnknownVariableType]
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
-from mcap.reader import make_reader
+from mcap.reader import SeekingReader
 from mcap.records import Attachment, Channel, Chunk, McapRecord, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
-from zstandard import ZstdError
+from zstandard import ZstdDecompressor, ZstdError
 
 from imc.lsf import LsfWriter
 from shoal.logs.export.mcap import BESIDE, LARGEST_BESIDE, PACKETS, PACKETS_TOPIC
 
 TOPIC = "/" + "/".join(PACKETS_TOPIC)
-LARGEST_CHUNK = 1 << 28
+LARGEST_CHUNK = 1 << 26  # bytes, unpacked; an IMC packet has up to 64 KiB
+MOST_REASONS = 3
+LARGEST_RECORD = 1 << 28  # bytes; other channels may have pictures
 RECORD_HEAD = 9
 
 
 class BadMcapFile(ValueError):
     """A file that cannot be imported; the text says which and why."""
+
+
+class _BoundedFile(io.BufferedReader):
+    """A file from which nobody reads more at once than a record may have, whatever length the file claims."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is None or not 0 <= size <= LARGEST_RECORD:
+            raise McapError(f"a field of {size} bytes; the limit is {LARGEST_RECORD}")
+        return super().read(size)
 
 
 class _Records(StreamReader):
@@ -43,45 +58,62 @@ def import_mcap(path: Path, folder: Path) -> list[str]:
     """
     wrong: list[str] = []
     count = 0
-    with path.open("rb") as file:
+    with _BoundedFile(io.FileIO(path)) as file:
         writer = LsfWriter(folder / "Data.lsf.gz")
         try:
-            for data in _attached(file, wrong):
+            indexed = _indexed(file, wrong)
+            for data in _attached(file, indexed, wrong):
                 if data.name in BESIDE and len(data.data) <= LARGEST_BESIDE:
                     (folder / data.name).write_bytes(data.data)
-            for chunk, numbers in _chunks(file, wrong):
+            for chunk, numbers in _chunks(file, indexed, wrong):
                 for packets in _packets(chunk, numbers, wrong):
                     writer.write(packets)
                     count += 1
         finally:
             writer.close()
     if not count:
-        why = f"; {wrong[0]}" if wrong else ""
+        why = "".join(f"; {text}" for text in list(dict.fromkeys(wrong))[:MOST_REASONS])
         raise BadMcapFile(f"{path}: there are no IMC packets in it (topic {TOPIC}, type {PACKETS.full_name}){why}")
     return [f"{path}: {text}" for text in dict.fromkeys(wrong)]
 
 
 def expected_packets(path: Path) -> int:
     """How many packets a file says that it has; 0 if its end, which says so, is missing. Raises OSError."""
-    with path.open("rb") as file, _noting([], "its end"):
-        summary = make_reader(file).get_summary()
+    with _BoundedFile(io.FileIO(path)) as file, _noting([], "its end"):
+        summary = _reader(file).get_summary()
         if summary is not None and summary.statistics is not None:
             counts = summary.statistics.channel_message_counts
             return sum(counts.get(channel.id, 0) for channel in summary.channels.values() if channel.topic == TOPIC)
     return 0
 
 
-def _attached(file: IO[bytes], wrong: list[str]) -> Iterator[Attachment]:
-    with _noting(wrong, "its list of attachments"):
-        yield from make_reader(file).iter_attachments()
-
-
-def _chunks(file: IO[bytes], wrong: list[str]) -> Iterator[tuple[Chunk, set[int]]]:
-    """The chunks that may have packets, in file order, each with the numbers of the channels of packets."""
-    summary = None
+def _indexed(file: IO[bytes], wrong: list[str]) -> SeekingReader | None:
+    """A reader by the indexes at the end of the file; None if there are none."""
     with _noting(wrong, "its end"):
-        file.seek(0)
-        summary = make_reader(file).get_summary()
+        reader = _reader(file)
+        return reader if reader.get_summary() is not None else None
+    return None
+
+
+def _attached(file: IO[bytes], indexed: SeekingReader | None, wrong: list[str]) -> Iterator[Attachment]:
+    with _noting(wrong, "its list of attachments"):
+        if indexed is not None:
+            yield from indexed.iter_attachments()
+            return
+    file.seek(0)
+    with _noting([], "its end"):
+        for record in _Records(file, emit_chunks=True, record_size_limit=LARGEST_RECORD).records:
+            if isinstance(record, Attachment):
+                yield record
+
+
+def _reader(file: IO[bytes]) -> SeekingReader:
+    return SeekingReader(file, record_size_limit=LARGEST_RECORD)
+
+
+def _chunks(file: IO[bytes], indexed: SeekingReader | None, wrong: list[str]) -> Iterator[tuple[Chunk, set[int]]]:
+    """The chunks that may have packets, in file order, each with the numbers of the channels of packets."""
+    summary = indexed.get_summary() if indexed is not None else None
     if summary is None or not summary.chunk_indexes:
         file.seek(0)
         yield from _salvaged(file, wrong)
@@ -98,7 +130,7 @@ def _salvaged(file: IO[bytes], wrong: list[str]) -> Iterator[tuple[Chunk, set[in
     """All chunks of a file whose end is missing."""
     numbers: set[int] = set()
     with _noting(wrong, "its end"):
-        for record in _Records(file, emit_chunks=True, record_size_limit=LARGEST_CHUNK).records:
+        for record in _Records(file, emit_chunks=True, record_size_limit=LARGEST_RECORD).records:
             if isinstance(record, Channel) and record.topic == TOPIC:
                 numbers.add(record.id)
             elif isinstance(record, Chunk):
@@ -110,12 +142,30 @@ def _packets(chunk: Chunk, numbers: set[int], wrong: list[str]) -> Iterator[byte
         wrong.append(f"damaged: a chunk of {chunk.uncompressed_size} bytes; the limit is {LARGEST_CHUNK}")
         return
     with _noting(wrong, "a chunk"):
-        for record in breakup_chunk(chunk, validate_crc=True):
+        for record in breakup_chunk(_unpacked(chunk)):
             if isinstance(record, Message) and record.channel_id in numbers:
                 size = int.from_bytes(record.data[4:8], "little")
                 if len(record.data) != 8 + size:
                     raise ValueError(f"a message of {len(record.data)} bytes in place of {8 + size}")
                 yield record.data[8:]
+
+
+def _unpacked(chunk: Chunk) -> Chunk:
+    """A chunk without its compression. Raises ValueError if it has not the size or the CRC that it claims."""
+    size = chunk.uncompressed_size
+    data: bytes = chunk.data
+    if chunk.compression == "zstd":
+        data = ZstdDecompressor().stream_reader(data).read(size + 1)
+    elif chunk.compression == "lz4":
+        unpacker: Any = LZ4FrameDecompressor()  # it has no types
+        data = unpacker.decompress(data, max_length=size + 1)
+    elif chunk.compression:
+        raise ValueError(f"{chunk.compression!r} is no compression of MCAP")
+    if len(data) != size:
+        raise ValueError(f"it has {'more' if len(data) > size else 'fewer'} than the {size} bytes that it claims")
+    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+        raise ValueError("its CRC is wrong")
+    return replace(chunk, compression="", data=data)
 
 
 @contextmanager

@@ -1,18 +1,23 @@
 """Import of Shoal's MCAP files, and of files that are not."""
 
 import io
+import tracemalloc
 from contextlib import suppress
 from pathlib import Path
 
+import lz4.frame
 import pytest
+import zstandard
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mcap.data_stream import RecordBuilder
 from mcap.reader import make_reader
+from mcap.records import Channel, Chunk, Header
 from mcap.writer import Writer
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.edit.mcap_import import BadMcapFile, import_mcap
+from shoal.logs.edit.mcap_import import TOPIC, BadMcapFile, import_mcap
 from shoal.logs.export import LogSource
 from shoal.logs.export.mcap import export_mcap
 
@@ -101,6 +106,40 @@ def test_damaged_chunks_are_left_out(tmp_path, monkeypatch):
     assert after[0] == before[0]
     assert after[-1] == before[-1]
     assert len(before) > len(after) > len(before) / 2
+
+
+def file_with(path, *records):
+    """An MCAP file that ends after these records."""
+    builder = RecordBuilder()
+    Header("", "test").write(builder)
+    Channel(id=1, topic=TOPIC, message_encoding="", metadata={}, schema_id=0).write(builder)
+    for record in records:
+        record.write(builder)
+    path.write_bytes(b"\x89MCAP0\r\n" + builder.end())
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_a_chunk_that_unpacks_to_more_than_it_claims_costs_no_memory(tmp_path, compression):
+    zeros = bytes(256 << 20)
+    data = zstandard.compress(zeros) if compression == "zstd" else lz4.frame.compress(zeros)
+    del zeros
+    file_with(tmp_path / "bomb.mcap", Chunk(compression, data, 0, 0, 0, 1 << 20))
+    tracemalloc.start()
+    try:
+        with pytest.raises(BadMcapFile, match="it has more than the 1048576 bytes that it claims"):
+            import_mcap(tmp_path / "bomb.mcap", tmp_path)
+        assert tracemalloc.get_traced_memory()[1] < 32 << 20
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_field_that_claims_gigabytes_is_damage(tmp_path):
+    path = tmp_path / "long.mcap"
+    file_with(path)
+    name = (3 << 30).to_bytes(4, "little")
+    path.write_bytes(path.read_bytes() + b"\x03" + (6).to_bytes(8, "little") + b"\x01\x00" + name)
+    with pytest.raises(BadMcapFile, match="a field of 3221225472 bytes; the limit is 268435456"):
+        import_mcap(path, tmp_path)
 
 
 @settings(max_examples=60)
