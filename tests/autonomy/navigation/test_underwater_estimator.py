@@ -90,6 +90,8 @@ def drifting(rate, seconds, vehicle=None, **settings):
     return vehicle.checks.fault(vehicle.now), since
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_a_slow_drift_of_the_depth_adds_up_and_a_misaligned_velocity_log_does_not():
     for rate in (0.03, -0.03, 0.06):
         fault, since = drifting(rate, 120.0)

@@ -69,6 +69,8 @@ def test_limits_decide_for_ci(pair):
         found.describe_exceeded_limit("drift")
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_a_limit_of_the_interval_is_seldom_exceeded_by_chance():
     """A thousand comparisons of equal campaigns of 200 runs, in which a tenth of the verdicts differ by chance."""
     rng, alarms = np.random.default_rng(4), {"pass rate < -1 %": 0, "interval of pass rate < 0": 0}

@@ -85,6 +85,7 @@ class CutShort(StandInRuns):
         return job.failed_result("the run took longer than 1 s", UnfinishedResult) if cut else super().__call__(job)
 
 
+@pytest.mark.heavy
 def test_runs_whose_outcome_is_unknown_are_no_failures(tmp_path):
     study = write_study(tmp_path, STUDY.replace("runs: 40", "until: {pass rate known to: 12 %, at most: 400}"))
     data = do(study, tmp_path / "runs", make=CutShort)

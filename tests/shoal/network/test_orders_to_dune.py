@@ -72,6 +72,7 @@ async def abort(network: Network, system: NetworkSystem) -> None:
     await AsyncRemoteVehicle(network, system).abort()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("order", "kind"), [(start, imc.PlanControl), (put, imc.PlanDB), (change, imc.SetEntityParameters)]
 )
@@ -81,10 +82,12 @@ def test_an_order_that_is_not_answered_was_sent_once(
     assert received_while(order)[kind] == 1
 
 
+@pytest.mark.heavy
 def test_a_shoal_vehicle_gets_copies_which_it_knows() -> None:
     assert received_while(start, "shoal")[imc.PlanControl] > 2
 
 
+@pytest.mark.heavy
 def test_a_question_is_repeated() -> None:
     async def ask(network: Network, system: NetworkSystem) -> None:
         request = imc.QueryEntityParameters(name="GPS")
@@ -95,6 +98,7 @@ def test_a_question_is_repeated() -> None:
     assert received_while(ask)[imc.QueryEntityParameters] > 2
 
 
+@pytest.mark.heavy
 def test_an_abort_is_repeated_but_not_so_often_that_it_overtakes_its_confirmation() -> None:
     assert received_while(abort)[imc.Abort] == 3  # at 0, 0.6 and 1.2 s
 
@@ -138,6 +142,7 @@ def test_a_vehicle_that_has_restarted_is_waited_for_again() -> None:
     assert asyncio.run(asyncio.wait_for(restart(), 20.0)) == (False, True)
 
 
+@pytest.mark.heavy
 def test_an_order_says_that_a_vehicle_is_waited_for_and_ends_when_it_falls_silent(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -155,11 +160,13 @@ def test_an_order_says_that_a_vehicle_is_waited_for_and_ends_when_it_falls_silen
     assert "station is" in asyncio.run(asyncio.wait_for(fall_silent(), 20.0))
 
 
+@pytest.mark.heavy
 def test_one_that_never_sends_data_is_not_commanded() -> None:
     with pytest.raises(NetworkError, match="station has announced itself, but sent nothing yet"):
         asyncio.run(find_late(None))
 
 
+@pytest.mark.heavy
 def test_the_doctor_waits_for_the_first_data_before_it_blames_a_firewall() -> None:
     async def examine(first_data: float | None) -> list[str]:
         ports = discovery_ports()

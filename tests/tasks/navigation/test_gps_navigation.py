@@ -180,6 +180,8 @@ def test_the_depth_of_the_water_is_the_altitude_until_it_is_old():
     assert (found[0], found[4], found[9]) == (-1.0, 4.5, -1.0)
 
 
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_fixes_that_drift_are_found_by_their_own_speed_and_noise_and_a_current_are_not():
     sound = navigate(sensors(300.0, noise=2.0, stream=(0.6, -0.4)))
     assert {m.description for m in sound.of(imc.EntityState) if m.state == State.ERROR} == set()

@@ -195,6 +195,7 @@ def test_the_state_is_made_from_the_digests_and_not_from_the_plans():
     assert all(" data " not in query and ", data" not in query for query in read)
 
 
+@pytest.mark.heavy
 def test_the_state_for_all_is_published_once_a_second_however_fast_plans_change():
     sets = [ask(Op.SET, f"p{n}", plan_of(goto(1, 0), name=f"p{n}"), at=1.0 + 0.01 * n) for n in range(100)]
     run = simulate([(DB, {"storage": "Memory"})], sets, seconds=4.0, clock=WallClock())
@@ -257,6 +258,7 @@ def test_half_a_file_is_put_aside_and_its_readable_plans_are_kept(tmp_path, part
     assert any(f"renamed to Plan.damaged, of which {len(names)} plans could be read" in line for line in log)
 
 
+@pytest.mark.heavy
 def test_the_plans_behind_a_damaged_page_are_kept_and_an_earlier_damaged_file_stays(tmp_path):
     path = stored_file(tmp_path)
     raw = bytearray(path.read_bytes())

@@ -223,6 +223,7 @@ def test_a_fleet_of_this_computer_may_announce_itself_at_once(vessel):
     assert str(vessel.discovery.drops) == before
 
 
+@pytest.mark.heavy
 def test_a_flood_of_new_systems_is_bounded_on_the_bus_and_in_the_log_book(tmp_path):
     with afloat(tmp_path) as vessel:
         seen = vessel.hears(imc.Announce)
