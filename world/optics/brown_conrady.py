@@ -106,7 +106,7 @@ class PinholeModel(CameraModel):
         near = PinholeModel(self.width, self.height, f, aspect * f, cx, cy, k1, k2, p1, p2)
         found = near.project(rays)[0]
         apart: Floats = (found - pixels)[np.isfinite(found[:, 0])]
-        return near, math.sqrt(float(np.mean(np.sum(np.square(apart), axis=-1))))
+        return near, math.sqrt(np.square(apart).sum() / len(apart))
 
     def _bent(self, x: Floats, y: Floats) -> Floats:
         """Places (..., 2) after the lens of those before it."""
