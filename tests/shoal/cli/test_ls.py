@@ -79,7 +79,7 @@ def test_a_stranger_does_not_write_to_the_terminal(monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.heavy
 def test_a_long_wait_for_a_program_that_does_not_answer_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("shoal.network.network.EXPLAINED", 0.1)
+    monkeypatch.setattr("shoal.network.search_report.EXPLAINED", 0.1)
     ports = discovery_ports()
     monkeypatch.setenv("SHOAL_DISCOVERY", f"{ports[0]}-{ports[-1]}")
     late = Station(ports)
