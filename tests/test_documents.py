@@ -25,6 +25,7 @@ LONG = (
     "export",
     "fleet",
     "frames",
+    "from-dune",
     "logs",
     "mission",
     "plans",
@@ -43,7 +44,7 @@ def blocks(document):
 @pytest.mark.parametrize(
     "document",
     [pytest.param(p, marks=pytest.mark.heavy if p.stem in LONG else ()) for p in DOCUMENTS],
-    ids=lambda path: path.name,
+    ids=lambda path: path.relative_to(ROOT).as_posix(),
 )
 def test_blocks_run(document, tmp_path, apart):
     environment = {
@@ -69,7 +70,7 @@ def test_blocks_run(document, tmp_path, apart):
         assert done.returncode == 0, f"{code}\n{done.stdout}\n{done.stderr}"
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_links_and_pictures_exist(document):
     for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", document.read_text()):
         if not target.startswith(("http://", "https://")):

@@ -1,0 +1,25 @@
+"""The documentation builds as a web site, in which each link leads to a page and a heading."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+def test_the_site_builds_with_strict_links(tmp_path):
+    command = [sys.executable, ROOT / "docs" / "build_site.py", tmp_path / "site"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    pages = {path.relative_to(tmp_path / "site").as_posix(): path for path in (tmp_path / "site").rglob("*.html")}
+    assert {"index.html", "tutorial.html", "from-dune.html", "reference/runtime.kernel.html"} <= set(pages)
+    assert 'id="runtime.kernel.Kernel.schedule_timer"' in pages["reference/runtime.kernel.html"].read_text()
+    outside = [
+        name for name, path in pages.items() if re.search(r'(?:src|href)="(?:https?:)?//fonts', path.read_text())
+    ]
+    assert outside == []
