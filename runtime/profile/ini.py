@@ -2,7 +2,7 @@
 
 import os
 import stat
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from runtime.profile.config import BLANKS, LONGEST_LINE, Config, format_sections
@@ -17,10 +17,10 @@ MOST_FILES = 1000
 MOST_ERRORS = 20  # in one file
 
 
-def read_config(path: str | Path, config: Config | None = None, shared: Path | None = None) -> Config:
+def read_config(path: str | Path, config: Config | None = None, shared: Iterable[Path] = ()) -> Config:
     """Read a file and what it includes, on top of `config` if given. Never raises: see `Config.problems`.
 
-    An included file that is not found at its path is taken from the folder `shared`.
+    An included file that is not found at its path is taken from the first of the folders `shared` that has it.
     A line with an error is skipped. A file that cannot be read is an error.
     """
     config = Config() if config is None else config
@@ -59,9 +59,9 @@ class _Abandoned(Exception):
 class _Reader:
     """Reads files depth first, each as often as it is included, with limits on number and depth."""
 
-    def __init__(self, config: Config, shared: Path | None):
+    def __init__(self, config: Config, shared: Iterable[Path]):
         self._config = config
-        self._shared = shared
+        self._shared = tuple(dict.fromkeys(shared))
         self._reported = set(config.problems)
         self._chain: dict[str, str] = {}
         self._count = 0
@@ -135,13 +135,15 @@ class _Reader:
     def _include(self, lines: LineReader, name: str, required: bool, included: bool) -> None:
         """A missing file is a warning for [Include], an error for [Require] unless an [Include] led here."""
         path = _tidy(f"{os.path.dirname(lines.origin.file) or '.'}/{name}")
-        if self._shared is not None and not os.path.exists(path) and os.path.exists(self._shared / name):
-            path = _tidy(str(self._shared / name))
+        if not os.path.exists(path):
+            path = next((_tidy(str(each / name)) for each in self._shared if os.path.exists(each / name)), path)
         hint = "the path is relative to the folder of this file" if name[:1] in ("/", "~") or "$" in name else ""
         try:
             self.read(path, lines.origin, included=included or not required)
         except OSError as error:
             text = f"{path} cannot be read: {_reason(error)}"
+            if self._shared and isinstance(error, FileNotFoundError):
+                text += f"; searched also in {', '.join(map(str, self._shared))}"
             if not required:
                 lines.report_warning(f"{text}; nothing is included", hint)
             elif not included:

@@ -51,8 +51,9 @@ def load_profile(
     for a section that nobody has, or the files have errors and `strict` is set. Errors in saved parameters are only
     warnings.
     """
+    config_dirs = [Path(folder) for folder in config_dirs]
     path = find_profile(name, config_dirs)
-    profile = Profile(path, read_config(path, shared=own_etc()))
+    profile = Profile(path, read_config(path, shared=[*config_dirs, own_etc()]))
     if vehicle:
         profile.override(f"General:Vehicle={vehicle}")
     folders = [path.parent, *([saved] if saved else [])]

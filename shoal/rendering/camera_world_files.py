@@ -77,7 +77,7 @@ def apply_world_file(profile: Profile, file: Path | None) -> None:
 
 def _read(file: Path, profile: Profile) -> Config:
     """The content of a file, whose warnings become those of the profile."""
-    config = read_config(file, shared=own_etc())
+    config = read_config(file, shared=[own_etc()])
     profile.file_problems.extend(config.problems)
     if config.errors:
         raise ProfileError(config.errors)

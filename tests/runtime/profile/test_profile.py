@@ -309,3 +309,14 @@ def test_a_profile_of_ones_own_builds_on_shoals(tmp_path: Path) -> None:
     profile = load_profile(tmp_path / "mine.ini")
     assert profile.vehicle == "mine"
     assert profile.is_task_enabled("Simulators.GPS", ["Simulation"])
+
+
+def test_a_required_file_is_searched_in_the_folders_of_profiles_and_the_error_lists_them(tmp_path: Path) -> None:
+    shared, mine = tmp_path / "shared", tmp_path / "mine"
+    for folder in (shared / "common", mine):
+        folder.mkdir(parents=True)
+    (shared / "common" / "team.ini").write_text("[General]\nVehicle = lauv-team-1\n")
+    (mine / "boat.ini").write_text("[Require lauv-noptilus-1.ini]\n[Require common/team.ini]\n")
+    assert load_profile(mine / "boat.ini", [shared]).vehicle == "lauv-team-1"
+    with pytest.raises(ProfileError, match=r"common/team\.ini cannot be read: .*; searched also in .*/etc, and it is"):
+        load_profile(mine / "boat.ini")
