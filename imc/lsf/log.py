@@ -21,8 +21,9 @@ from imc.lsf.scanner import Batch, scan
 from imc.lsf.selection import Conditions, HeaderFilter, MessageSequence, entity_labels, keys_with_name, select
 from imc.lsf.writer import BLOCK, LsfWriter
 from imc.message import Message
-from imc.schema import Schema
+from imc.schema import MessageType, Schema
 from imc.stream import Loss
+from support.terminal_text import quoted, with_suggestion
 
 if TYPE_CHECKING:
     import numpy as np
@@ -186,7 +187,7 @@ class Log:
         Raises ImportError if pandas is not installed.
         """
         rows, conditions = self._rows(kind), self._meaning(where)
-        frame = to_dataframe(self.schema.types[_name(kind)], rows, self.objects(kind))
+        frame = to_dataframe(self._type(kind), rows, self.objects(kind))
         return frame if conditions.matches_all else frame[conditions.row_mask(rows)]
 
     @property
@@ -248,7 +249,14 @@ class Log:
         return [*([path_beside(self.path)] if self._keep_index == "beside" else []), *path_in_cache(self.path)]
 
     def _ids(self, kinds: Iterable[Kind]) -> frozenset[int]:
-        return frozenset(self.schema.types[_name(kind)].id for kind in kinds)
+        return frozenset(self._type(kind).id for kind in kinds)
+
+    def _type(self, kind: Kind) -> MessageType:
+        """Raises KeyError with the nearest name."""
+        name = _name(kind)
+        if name not in self.schema.types:
+            raise KeyError(with_suggestion(f"there is no message {quoted(name)}", name, self.schema.types))
+        return self.schema.types[name]
 
     def _known(self, *names: str) -> list[str]:
         return [name for name in names if name in self.schema]
@@ -306,7 +314,7 @@ class Log:
         return self.schema.decode(packet)
 
     def _table(self, kind: Kind) -> ColumnReader:
-        found = self.schema.types[_name(kind)]
+        found = self._type(kind)
         places = without_short_packets(found, self.index().packet_positions((found.id,)), self._lose)
         return ColumnReader(found, places, self._decode, self._lose)
 
@@ -322,7 +330,7 @@ class Log:
 
     def _places(self, kind: Kind, where: HeaderFilter) -> PacketPositions:
         """The packets that are rows of `array`."""
-        found = self.schema.types[_name(kind)]
+        found = self._type(kind)
         self.index()
         if found.id not in self._whole:
             self._rows(kind)  # also checks the index, so that the messages cannot become fewer

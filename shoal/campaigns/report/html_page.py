@@ -13,7 +13,6 @@ import numpy as np
 from shoal.campaigns.findings_files import compute_findings, describe_run
 from shoal.campaigns.jobs import ResultRow, is_finished
 from shoal.campaigns.pass_rate import PassRate
-from shoal.campaigns.report.html_elements import escape_text, html_section, html_table, short_number
 from shoal.campaigns.report.plots import (
     MOST_PLOTS,
     best_so_far_plot,
@@ -36,6 +35,7 @@ from shoal.campaigns.report.sensitivity import (
 from shoal.campaigns.repro_commands import rerun_command
 from shoal.campaigns.results import CampaignResults, ResultsError
 from shoal.campaigns.search import SearchFindings, SearchObjective
+from shoal.html import escape_text, html_document, html_section, html_table, html_tiles, short_number
 from shoal.logs.inspect import format_duration, format_noun_count
 
 LISTED = 20
@@ -67,21 +67,14 @@ def campaign_html(data: CampaignResults, beside: Path) -> str:
         _worst(data, rows, beside) if shown is None else _best(data, rows, shown.objective, beside),
         html_section("Runs that ended out of order", _errors(rows)),
     ]
-    style = (_HERE / "page.css").read_text(encoding="utf-8")
-    policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'"
     about = data.metadata
     file, seed, sampling = (escape_text(about[key]) for key in ("file", "seed", "sampling"))
-    text = f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{escape_text(data.name)}</title><style>{style}</style></head>
-<body><main><header><h1>{escape_text(data.name)}</h1><p>{escape_text(about["description"])}</p>
+    body = f"""<main><header><h1>{escape_text(data.name)}</h1><p>{escape_text(about["description"])}</p>
 <p>{file} · seed {seed} · sampling {sampling}</p></header>
 {"".join(parts)}
-<footer>Made with {escape_text(about["versions"])}.</footer></main></body></html>
-"""
-    return text.encode("utf-8", "replace").decode("utf-8")
+<footer>Made with {escape_text(about["versions"])}.</footer></main>"""
+    style = (_HERE / "page.css").read_text(encoding="utf-8")
+    return html_document(data.name, body, style=style, images=True)
 
 
 def _of_samples(
@@ -175,11 +168,7 @@ def _tiles(data: CampaignResults, rows: Sequence[ResultRow], rate: PassRate) -> 
     ]
     if data.progress_text:
         tiles.append(("fair", data.progress_text.removesuffix(_DONE), _DONE))
-    return '<div class="tiles">' + "".join(
-        f'<div class="tile {kind}"><b>{escape_text(value)}</b><span>{escape_text(what)}</span></div>'
-        for kind, value, what in tiles
-        if value
-    ) + "</div>"  # fmt: skip
+    return html_tiles((value, what, kind) for kind, value, what in tiles if value)
 
 
 def _expectations(rows: Sequence[ResultRow], whole: PassRate) -> str:

@@ -27,8 +27,8 @@ IMPORTED = (".mcap", ".tlog", ".bin", ".ulg")
 MOST_REASONS = 3
 
 
-def run_selection_options(*names: str) -> Callable[[F], F]:
-    """Adds --run and --last, which change what the arguments `names` mean, to a command."""
+def run_selection_options(*names: str, optional: Sequence[str] = ()) -> Callable[[F], F]:
+    """Adds --run and --last, which change what the arguments `names` mean, to a command; `optional` ones may lack."""
 
     def decorate(function: F) -> F:
         @functools.wraps(function)
@@ -40,6 +40,9 @@ def run_selection_options(*names: str) -> Callable[[F], F]:
                     raise click.UsageError(f"name a {name.upper()}, or use --last")
                 with errors_as_messages():
                     values[name] = _chosen(values[name], run, last)
+            for name in optional:
+                with errors_as_messages():
+                    values[name] = values[name] and _chosen(values[name], run, last)
             return function(*args, **values)
 
         whole = click.option("--run", is_flag=True, help="Take all logs of the run that the log belongs to, as one.")

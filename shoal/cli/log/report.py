@@ -12,22 +12,32 @@ from shoal.cli.log.log_input import (
     progress_bar,
     run_selection_options,
 )
-from shoal.logs.inspect import format_size
-from shoal.logs.inspect import render_report as draw
+from shoal.logs.inspect import format_size, render_comparison, render_report
 from support.file_errors import add_path_to_errors
 from support.terminal_text import printable
 
 
 @click.command()
 @click.argument("log", type=LOG, required=False)
-@run_selection_options("log")
+@click.argument("other", type=LOG, required=False)
+@run_selection_options("log", optional=("other",))
+@click.option(
+    "--plot",
+    "fields",
+    multiple=True,
+    metavar="MESSAGE.FIELD[:ENTITY]",
+    help="Plot a field, too, of all entities or one; may be repeated.",
+)
 @click.option("-o", "--out", type=LOG, help="The page [default: report.html in the folder of the log]")
-def report(log: Path, out: Path | None) -> None:
-    """Draw LOG as one HTML page that needs no other file and no network."""
+def report(log: Path, other: Path | None, fields: tuple[str, ...], out: Path | None) -> None:
+    """Draw LOG as one HTML page that needs no other file and no network; with OTHER, both runs over each other."""
     with errors_as_messages():
         opened = open_log(log)
-        with progress_bar(opened.path) as tell:
-            text = draw(opened, tell)
+        if other is None:
+            with progress_bar(opened.path) as tell:
+                text = render_report(opened, tell, fields)
+        else:
+            text = render_comparison([opened, open_log(other)], fields)
         logs = logs_of_argument(log)
         out = out or (opened.path.parent / "report.html" if len(logs) == 1 else logs[0] / "report-run.html")
         with add_path_to_errors(out):

@@ -4,6 +4,7 @@ from shoal.logs.inspect.diff import FieldDifference, LogDifference, LogMessage, 
 from shoal.logs.inspect.doctor import examine_log, repair_log
 from shoal.logs.inspect.folder_listing import logs_below
 from shoal.logs.inspect.html_report import render_report
+from shoal.logs.inspect.run_comparison import render_comparison
 from shoal.logs.inspect.time_size_text import format_duration, format_noun_count, format_rate, format_size, format_time
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "format_size",
     "format_time",
     "logs_below",
+    "render_comparison",
     "render_report",
     "repair_log",
 ]

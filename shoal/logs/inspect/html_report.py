@@ -1,18 +1,19 @@
 """Draws a log as one HTML page that needs no other file and no network."""
 
-import base64
-import hashlib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
-from pathlib import Path
 
 import numpy as np
 
 import imc
 from imc.lsf import ReportProgress
 from runtime.logs import LogSummary, summarize
+from shoal.html import cut_text, escape_text, html_section, html_table, html_tiles
+from shoal.logs.inspect.field_plot import FieldPlot, read_field_plots
 from shoal.logs.inspect.report_data import LogbookLine, ReportData, TimeSpan, read_report_data
+from shoal.logs.inspect.report_document import report_document
+from shoal.logs.inspect.report_figures import run_figures
 from shoal.logs.inspect.time_plot import Curve, draw_curves, draw_timeline, elapsed_text, state_css_class
 from shoal.logs.inspect.time_size_text import format_duration, format_noun_count, format_rate, format_size, format_time
 from shoal.logs.inspect.track_plot import draw_track
@@ -23,31 +24,30 @@ MOST_ROWS = 40  # entities in the timeline
 MOST_ENTRIES = 200
 MOST_TYPES = 20
 MOST_STRETCHES = 300
-LONGEST_TEXT = 400  # characters
 SEVERE = ("WARNING", "ERROR", "CRITICAL")
-_HERE = Path(__file__).parent
 
 
-def render_report(log: imc.Log, progress: ReportProgress | None = None) -> str:
-    """The page of a log. Text of the log is escaped. Raises ValueError for an empty log."""
+def render_report(log: imc.Log, progress: ReportProgress | None = None, fields: Sequence[str] = ()) -> str:
+    """The page of a log, with plots of `fields` ("Temperature.value", "Temperature.value:CTD").
+
+    Text of the log is escaped. Raises ValueError for an empty log, and for a field that it does not have.
+    """
     summary = summarize(log, progress)
     if summary.packets == 0:
         raise ValueError(f"{log.path}: there is no message in this log")
-    return render_page(read_report_data(log, summary))
+    plots = read_field_plots(log, summary, fields)
+    return render_page(read_report_data(log, summary), plots)
 
 
-def render_page(content: ReportData) -> str:
+def render_page(content: ReportData, plots: Sequence[FieldPlot] = ()) -> str:
     summary = content.summary
-    script = (_HERE / "report.js").read_text(encoding="utf-8")
-    allowed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{allowed}'; base-uri 'none'"
     name = summary.names.system_name(summary.owner)
-    title = f"{name}, {format_time(summary.start)}"
     duration = max(summary.duration, 0.0) if math.isfinite(summary.duration) else 0.0
     parts = [
-        _tiles(content),
+        html_tiles(run_figures(content)),
         draw_track(content),
         *_charts(content, duration),
+        *(draw_curves(plot.title, plot.curves, duration) for plot in plots),
         *_timelines(content, duration),
         _detections(content),
         _judged(content),
@@ -56,51 +56,9 @@ def render_page(content: ReportData) -> str:
         _troubles(summary),
     ]
     source = summary.schema_source.name if summary.schema_source else "the built-in definitions"
-    text = f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{_safe(title)}</title><style>{(_HERE / "report.css").read_text(encoding="utf-8")}</style></head>
-<body><main data-duration="{duration:.6f}" data-start="{summary.start:.3f}">
-<header><h1>{_safe(name)}</h1>
-<p>{format_time(summary.start)}, {format_duration(summary.duration)} · {_safe(str(summary.path))}</p></header>
-{"".join(parts)}
-<footer>Point at a curve to read all values; drag to zoom, double-click to zoom out. Times are since the start.
-IMC {_safe(summary.schema.version)} from {_safe(source)}.</footer>
-</main><div id="tip"></div><button id="reset" hidden>Show all</button><script>{script}</script></body></html>
-"""
-    return text.encode("utf-8", "replace").decode("utf-8")
-
-
-def _tiles(content: ReportData) -> str:
-    summary, motion = content.summary, content.motion
-    tiles = [("", format_duration(summary.duration), "duration")]
-    if len(motion.time):
-        moving = motion.speed[motion.speed > 0.05]
-        tiles.append(("", f"{content.distance:,.0f} m".replace(",", " "), "over ground"))
-        for height, what in ((motion.depth, "greatest depth"), (motion.altitude, "greatest altitude")):
-            if np.isfinite(height).any() and not content.is_surface_vehicle:
-                tiles.append(("", f"{float(np.nanmax(height)):.1f} m", what))
-                break
-        tiles.append(("", f"{float(np.median(moving)) if len(moving) else 0.0:.2f} m/s", "median speed"))
-    if len(content.detections.time):
-        tiles.append(
-            (
-                "",
-                f"{len(content.detections.time)}",
-                f"detections of {format_noun_count(len(np.unique(content.detections.id)), 'MUG')}",
-            )
-        )
-    tiles.append(("", f"{summary.packets:,}".replace(",", " "), "messages"))
-    bad, fair = content.levels["ERROR"] + content.levels["CRITICAL"], content.levels["WARNING"]
-    tiles.append(("bad" if bad else "fair" if fair else "", f"{bad} · {fair}", "errors · warnings"))
-    if summary.losses:
-        tiles.append(("bad", str(len(summary.losses)), "damaged places"))
-    return f'<div class="tiles">{"".join(_tile(*tile) for tile in tiles)}</div>'
-
-
-def _tile(kind: str, value: str, what: str) -> str:
-    return f'<div class="tile {kind}"><b>{_safe(value)}</b><span>{_safe(what)}</span></div>'
+    about = f"{format_time(summary.start)}, {format_duration(summary.duration)} · {summary.path}"
+    footer = f"IMC {summary.schema.version} from {source}."
+    return report_document(name, about, "".join(parts), footer, duration, summary.start)
 
 
 def _charts(content: ReportData, duration: float) -> Iterable[str]:
@@ -170,7 +128,7 @@ def _timelines(content: ReportData, duration: float) -> Iterable[str]:
         names = ", ".join(sorted(calm))
         yield (
             f"<section><details><summary>{format_noun_count(len(calm), 'entity was', 'entities were')} "
-            f"normal all the time.{more}</summary>{_safe(names)}</details></section>"
+            f"normal all the time.{more}</summary>{escape(printable(names))}</details></section>"
         )
 
 
@@ -196,7 +154,7 @@ def _detections(content: ReportData) -> str:
         figures = (f"{north:.2f} m", f"{east:.2f} m", f"± {spread:.2f} m")
         rows.append((f"MUG {identity}", str(int(of.sum())), *times, *figures, where))
     head = ("", "detections", "first", "last", "north", "east", "spread", "latitude, longitude")
-    return _section("MUG detections", _table(head, rows, range(1, 7)))
+    return html_section("MUG detections", html_table(head, rows, numbers=range(1, 7)))
 
 
 def _judged(content: ReportData) -> str:
@@ -217,42 +175,43 @@ def _judged(content: ReportData) -> str:
         "<p class=none>In view are pictures that show the glider, large enough, by the truth. NEES is the squared "
         "error over the stated variance of a single detection: 2 if that is right, less for a track.</p>"
     )
-    return _section("MUG detections and the truth", _table(head, rows[:MOST_ENTRIES], range(2, 8)) + note)
+    table = html_table(head, rows[:MOST_ENTRIES], numbers=range(2, 8))
+    return html_section("MUG detections and the truth", table + note)
 
 
 def _book(entries: list[LogbookLine], content: ReportData) -> str:
     severe = [entry for entry in entries if entry.level in SEVERE]
     others = [entry for entry in entries if entry.level not in SEVERE]
     head = ("time", "level", "who", "what")
-    text = _table(head, map(_line, severe[:MOST_ENTRIES]), (0,)) if severe else '<p class="none">None.</p>'
+    text = html_table(head, map(_line, severe[:MOST_ENTRIES]), numbers=(0,)) if severe else '<p class="none">None.</p>'
     if len(severe) > MOST_ENTRIES:
         text += f'<p class="none">The first {MOST_ENTRIES} of {sum(content.levels[level] for level in SEVERE)}.</p>'
     if others:
-        table = _table(head, map(_line, others[:MOST_ENTRIES]), (0,))
+        table = html_table(head, map(_line, others[:MOST_ENTRIES]), numbers=(0,))
         first = f"the first {MOST_ENTRIES} of " if len(others) > MOST_ENTRIES else ""
         count = format_noun_count(len(others), "other entry", "other entries")
         text += f"<details><summary>{first}{count}</summary>{table}</details>"
-    return _section("Errors and warnings of the log book", text)
+    return html_section("Errors and warnings of the log book", text)
 
 
 def _line(entry: LogbookLine) -> tuple[str, ...]:
-    return elapsed_text(entry.time), entry.level.lower(), _short(entry.context), _short(entry.text)
+    return elapsed_text(entry.time), entry.level.lower(), cut_text(entry.context), cut_text(entry.text)
 
 
 def _rates(summary: LogSummary) -> str:
     most = max(tally.size for tally in summary.by_type.values())
     rows = [
-        f"<tr><td>{_safe(name)}</td><td class=n>{tally.count}</td><td class=n>{format_rate(tally.rate)}</td>"
+        f"<tr><td>{escape_text(name)}</td><td class=n>{tally.count}</td><td class=n>{format_rate(tally.rate)}</td>"
         f"<td class=n>{format_size(tally.size)}</td>"
         f'<td class=bar><i style="width:{100 * tally.size / most:.0f}%"></i></tr>'
         for name, tally in summary.by_type.items()
     ]
     head = "<tr><th>message<th class=n>count<th class=n>rate<th class=n>size<th></tr>"
-    text = f"<div class=scroll><table>{head}{''.join(rows[:MOST_TYPES])}</table></div>"
+    text = f'<div class="scroll"><table>{head}{"".join(rows[:MOST_TYPES])}</table></div>'
     if rows[MOST_TYPES:]:
-        table = f"<div class=scroll><table>{head}{''.join(rows[MOST_TYPES:])}</table></div>"
+        table = f'<div class="scroll"><table>{head}{"".join(rows[MOST_TYPES:])}</table></div>'
         text += f"<details><summary>{len(rows) - MOST_TYPES} rarer types</summary>{table}</details>"
-    return _section("Messages", text)
+    return html_section("Messages", text)
 
 
 def _troubles(summary: LogSummary) -> str:
@@ -263,21 +222,8 @@ def _troubles(summary: LogSummary) -> str:
     for step in summary.clock_steps[:MOST_ENTRIES]:
         what = f"the clock of {summary.names.system_name(step.src)} was set at {format_time(step.before)}"
         rows.append((f"byte {step.offset}", format_duration(step.after - step.before), what))
-    return _section("Damage and clock steps", _table(("where", "how much", "what"), rows, (1,))) if rows else ""
-
-
-def _section(title: str, body: str) -> str:
-    return f"<section><h2>{title}</h2>{body}</section>"
-
-
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable[int]) -> str:
-    right = frozenset(numbers)
-
-    def line(cells: Iterable[str], tag: str) -> str:
-        return "".join(f"<{tag}{' class=n' * (at in right)}>{_safe(cell)}</{tag}>" for at, cell in enumerate(cells))
-
-    body = "".join(f"<tr>{line(row, 'td')}</tr>" for row in rows)
-    return f"<div class=scroll><table><tr>{line(head, 'th')}</tr>{body}</table></div>"
+    table = html_table(("where", "how much", "what"), rows, numbers=(1,)) if rows else ""
+    return html_section("Damage and clock steps", table)
 
 
 def _printable(rows: Iterable[tuple[str, list[TimeSpan]]]) -> list[tuple[str, list[TimeSpan]]]:
@@ -286,15 +232,6 @@ def _printable(rows: Iterable[tuple[str, list[TimeSpan]]]) -> list[tuple[str, li
     for name, stretches in rows:
         by_weight = sorted(stretches, key=lambda at: (-_worst([at]), at.begin - at.end))[:MOST_STRETCHES]
         kept = sorted(by_weight, key=lambda at: at.begin)
-        drawn = [at._replace(value=printable(_short(at.value)), text=printable(_short(at.text))) for at in kept]
-        found.append((printable(_short(name)), drawn))
+        drawn = [at._replace(value=printable(cut_text(at.value)), text=printable(cut_text(at.text))) for at in kept]
+        found.append((printable(cut_text(name)), drawn))
     return found
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= LONGEST_TEXT else text[:LONGEST_TEXT] + "…"
-
-
-def _safe(text: str) -> str:
-    """Text of a log, escaped for HTML, with visible control characters."""
-    return escape(printable(text))

@@ -6,7 +6,7 @@ const STEPS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800,
 const charts = [...document.querySelectorAll("svg.time")].map(readChart);
 const tip = document.getElementById("tip"), reset = document.getElementById("reset");
 const map = document.querySelector("svg.map");
-const places = map ? map.dataset.places.split(";").map((place) => place.split(",").map(Number)) : [];
+const places = map && map.dataset.places ? map.dataset.places.split(";").map((place) => place.split(",").map(Number)) : [];
 let shown = [0, duration], pressed = null;
 
 function readChart(svg) {
@@ -59,7 +59,7 @@ function point(time) {
       key.querySelector("b").textContent = known ? `${values[index].toFixed(key.dataset.digits)} ${key.dataset.unit}` : "";
     }
   }
-  if (places.length && map) {
+  if (places.length) {
     const [, x, y, heading] = places[nearest(places.map((place) => place[0]), time)];
     const vehicle = map.querySelector(".vehicle");
     vehicle.setAttribute("transform", `translate(${x} ${y}) rotate(${heading})`);
@@ -79,7 +79,7 @@ function leave() {
     chart.cursor.style.visibility = chart.choice.style.visibility = "hidden";
     for (const { key } of chart.curves) if (key) key.querySelector("b").textContent = "";
   }
-  if (map) map.querySelector(".vehicle").setAttribute("visibility", "hidden");
+  if (places.length) map.querySelector(".vehicle").setAttribute("visibility", "hidden");
   tip.style.visibility = "hidden";
 }
 

@@ -1,7 +1,7 @@
 """Draws the track of a vehicle over ground as SVG: colored by depth, with its detections."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html import escape
 from itertools import pairwise
 
@@ -10,6 +10,7 @@ import numpy as np
 from runtime.logs import Array
 from shoal.logs.inspect.report_data import GliderDetections, ReportData, VehicleMotion
 from shoal.logs.inspect.time_plot import WIDTH, html_figure, ticks
+from support import wgs84
 
 HEIGHT, MARGIN = 560, 46
 SHADES = 6
@@ -66,6 +67,33 @@ def draw_track(content: ReportData) -> str:
     head = f'<svg class="map" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" data-places="{places}">'
     drawing = f"{head}{''.join(body)}{marker}</svg>"
     return html_figure("Track over ground", legend, drawing)
+
+
+def draw_tracks(runs: Sequence[tuple[str, str, ReportData]]) -> str:
+    """Tracks of several runs, each with its name and color class, in m north and east of the first run's origin."""
+    moved = [(name, color, _moved(run, runs[0][2].origin)) for name, color, run in runs if len(run.motion.time)]
+    if not moved:
+        return html_figure(
+            "Tracks over ground", "", '<p class="none">No log has an EstimatedState with a position.</p>'
+        )
+    view = MapScale(*(np.concatenate([getattr(m, axis) for _, _, m in moved]) for axis in ("north", "east")))
+    body = [*_grid(view)]
+    for _, color, motion in moved:
+        kept = thin_out(motion, view.span)
+        points = zip(view.x(motion.east[kept]).tolist(), view.y(motion.north[kept]).tolist(), strict=True)
+        body.append(f'<path class="track {color}" d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in points)}"/>')
+        body.extend(_ends(motion, view))
+    legend = "".join(f'<span class="key {color}"><i></i>{escape(name)}</span>' for name, color, _ in moved)
+    head = f'<svg class="map" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" data-places="">'
+    return html_figure("Tracks over ground", legend, f"{head}{''.join(body)}</svg>")
+
+
+def _moved(run: ReportData, origin: tuple[float, float] | None) -> VehicleMotion:
+    """The motion of a run relative to another origin (latitude, longitude, rad)."""
+    if origin is None or run.origin is None:
+        return run.motion
+    north, east, _ = wgs84.displacement(*origin, 0.0, *run.origin, 0.0)
+    return run.motion._replace(north=run.motion.north + north, east=run.motion.east + east)
 
 
 def thin_out(motion: VehicleMotion, span: float) -> Array:

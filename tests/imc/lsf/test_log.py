@@ -330,3 +330,11 @@ def test_writer_notices_that_its_file_has_gone(tmp_path: Path) -> None:
     writer.path.write_bytes(b"another")
     assert not writer.is_file_in_place()
     writer.close()
+
+
+def test_an_unknown_message_is_named_with_the_nearest(tmp_path):
+    (tmp_path / "Data.lsf").write_bytes(imc.encode(imc.EstimatedState(timestamp=1.0)))
+    log = imc.Log(tmp_path / "Data.lsf")
+    for read in (log.array, log.objects, log.to_pandas, lambda kind: list(log.messages(kind))):
+        with pytest.raises(KeyError, match="no message 'EstimatedSate' .did you mean 'EstimatedState'"):
+            read("EstimatedSate")

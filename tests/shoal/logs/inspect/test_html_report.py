@@ -10,7 +10,7 @@ import pytest
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.inspect import render_report
+from shoal.logs.inspect import render_comparison, render_report
 from shoal.logs.inspect.report_data import read_report_data
 from shoal.logs.inspect.time_plot import decimate, ticks
 
@@ -214,3 +214,60 @@ def test_ticks_are_round_and_few(low, high):
     found = ticks(low, high, 5)
     assert 1 <= len(found) <= 12
     assert all(low <= at <= high for at in found)
+
+
+def with_temperatures(folder, name, offset):
+    path = folder / name / "Data.lsf"
+    path.parent.mkdir()
+    messages = [*labels(CTD=7, Sonde=8), *mission()]
+    for n in range(120):
+        messages.append(at(n, imc.Temperature, value=15 + offset + n / 100))
+        messages.append(at(n, imc.Temperature, value=4 + offset, src_ent=8))
+        messages.append(at(n, imc.FuelLevel, value=90 - n / 10))
+    path.write_bytes(b"".join(imc.encode(message) for message in messages))
+    return imc.Log(path)
+
+
+def curves(text):
+    """The names of the curves of each figure, by its title."""
+    found = {}
+    for figure in re.findall(r"<figure>(.*?)</figure>", text, re.DOTALL):
+        found[re.search(r"<h2>(.*?)</h2>", figure)[1]] = re.findall(r'class="curve \w+" data-name="(.*?)"', figure)
+    return found
+
+
+def test_a_chosen_field_is_drawn_by_entity_and_the_battery_always(tmp_path):
+    log = with_temperatures(tmp_path, "a", 0.0)
+    found = curves(render_report(log, fields=["Temperature.value", "EstimatedState.psi"]))
+    assert found["Temperature.value, °C"] == ["CTD", "Sonde"]
+    assert "FuelLevel.value, %" in found
+    assert "EstimatedState.psi, °" in found
+    assert curves(render_report(log, fields=["Temperature.value:Sonde"]))["Temperature.value, °C"] == ["Sonde"]
+
+
+@pytest.mark.parametrize(
+    ("field", "words"),
+    [
+        ("Temperatur.value", "there is no message 'Temperatur'; did you mean 'Temperature'"),
+        ("Temperature.valu", "Temperature has no field 'valu'; did you mean 'value'"),
+        ("Temperature.value:CDT", "no Temperature is from 'CDT'"),
+        ("Temperature", r"expected Message\.field"),
+        ("EntityInfo.label", "is not a number"),
+        ("Salinity.value", "there is no Salinity of this vehicle"),
+    ],
+)
+def test_a_field_that_is_not_there_is_named_with_the_nearest(tmp_path, field, words):
+    with pytest.raises(ValueError, match=words):
+        render_report(with_temperatures(tmp_path, "a", 0.0), fields=[field])
+
+
+def test_two_runs_are_drawn_over_each_other(tmp_path):
+    logs = [with_temperatures(tmp_path, name, offset) for name, offset in (("a", 0.0), ("b", 2.0))]
+    text = render_comparison(logs, ["Temperature.value:CTD"])
+    found = curves(text)
+    assert found["Temperature.value, °C"] == ["A CTD", "B CTD"]
+    assert found["Depth, m"] == ["A", "B"]
+    page = Page(text)
+    tracks = [attrs for tag, attrs in page.tags if tag == "path" and attrs.get("class", "").startswith("track")]
+    assert [attrs["class"] for attrs in tracks] == ["track a", "track b"]
+    assert {"duration", "over ground", "greatest depth"} <= set(page.words)

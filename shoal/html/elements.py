@@ -1,4 +1,4 @@
-"""Pieces of HTML for the page of a campaign."""
+"""Elements of an HTML page: sections, tables, tiles, escaped text."""
 
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -6,7 +6,7 @@ from typing import Any
 
 from support.terminal_text import printable
 
-LONGEST_TEXT = 300
+LONGEST_TEXT = 400  # characters
 
 
 def html_section(title: str, content: str, words: str = "") -> str:
@@ -16,9 +16,9 @@ def html_section(title: str, content: str, words: str = "") -> str:
 
 
 def html_table(
-    heads: Sequence[str], lines: Iterable[Sequence[str]], *, numbers: Iterable[int], as_is: bool = False
+    heads: Sequence[str], lines: Iterable[Sequence[str]], *, numbers: Iterable[int] = (), as_is: bool = False
 ) -> str:
-    """A table of texts; with `as_is` they are HTML already."""
+    """A table of texts, with the columns `numbers` to the right; with `as_is` the cells are HTML already."""
     right = set(numbers)
 
     def cells(words: Sequence[str], tag: str, is_safe: bool) -> str:
@@ -32,12 +32,25 @@ def html_table(
     return f'<div class="scroll"><table><tr>{cells(heads, "th", False)}</tr>{body}</table></div>'
 
 
+def html_tiles(tiles: Iterable[tuple[str, str, str]]) -> str:
+    """Figures, each with its meaning below: value, words, and "bad", "fair" or nothing."""
+    drawn = (
+        f'<div class="tile {kind}"><b>{escape_text(value)}</b><span>{escape_text(words)}</span></div>'
+        for value, words, kind in tiles
+    )
+    return f'<div class="tiles">{"".join(drawn)}</div>'
+
+
 def short_number(value: Any) -> str:
     """A value with as many digits as people want."""
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def escape_text(value: Any) -> str:
-    """A text that can stand in HTML, cut if it is long."""
-    text = str(value)
-    return escape(printable(text if len(text) <= LONGEST_TEXT else text[: LONGEST_TEXT - 1] + "…"))
+    """A text that can stand in HTML, with visible control characters, cut if it is long."""
+    return escape(printable(cut_text(str(value))))
+
+
+def cut_text(text: str) -> str:
+    """At most LONGEST_TEXT characters."""
+    return text if len(text) <= LONGEST_TEXT else text[: LONGEST_TEXT - 1] + "…"
