@@ -336,5 +336,5 @@ def test_an_unknown_message_is_named_with_the_nearest(tmp_path):
     (tmp_path / "Data.lsf").write_bytes(imc.encode(imc.EstimatedState(timestamp=1.0)))
     log = imc.Log(tmp_path / "Data.lsf")
     for read in (log.array, log.objects, log.to_pandas, lambda kind: list(log.messages(kind))):
-        with pytest.raises(KeyError, match="no message 'EstimatedSate' .did you mean 'EstimatedState'"):
+        with pytest.raises(KeyError, match=r"no message 'EstimatedSate' .did you mean 'EstimatedState'"):
             read("EstimatedSate")
