@@ -15,6 +15,7 @@ from runtime.vehicle import check_profile as find_problems
 from shoal.cli import WRONG_USE
 from shoal.cli.json_output import json_option, print_json, problem_to_dict
 from shoal.cli.options import add_user_task_folders, code_option, config_dir_option, modes_option, overrides_option
+from shoal.cli.simulated_motion import motion_problem, motion_warning
 from shoal.fleet import SYSTEM_ID, mavlink_id
 from support.diagnostics import Problem, ProfileError
 
@@ -93,6 +94,10 @@ def _build_problems(profile: Profile, selections: Iterable[Collection[str]]) -> 
             made = build(profile, selected, clock=WallClock())
             try:
                 found += config_warnings(made.vehicle, profile)
+                stands = motion_problem(made, profile)
+                found += [stands] if stands is not None else []
+                if text := motion_warning(made, profile, selected):
+                    found.append(Problem("warning", str(profile.path), 0, text))
             finally:
                 made.vehicle.close()
             for reason, names in made.skipped.items():

@@ -27,7 +27,7 @@ from shoal.cli.options import (
 )
 from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_profile_warnings
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
-from shoal.cli.simulated_motion import motion_error
+from shoal.cli.simulated_motion import motion_problem
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare, profile_context
 from support.diagnostics import ProfileError
 from support.durations import parse_duration
@@ -90,8 +90,8 @@ def mission(
             report_profile_warnings(
                 check_profile(flown, {}, flown.parse_modes(flown.value("General", "Selected")), find_task), profile
             )
-            if text := motion_error(made, flown):
-                raise ValueError(text)
+            if problem := motion_problem(made, flown):
+                raise ProfileError([problem])
         flown = made.vehicle.profile
         context = profile_context(flown) if isinstance(flown, Profile) else None
         specification = load_plan(plan, context, remark=partial(click.echo, err=True))

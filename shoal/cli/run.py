@@ -26,7 +26,7 @@ from shoal.cli.options import (
     require_text,
 )
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
-from shoal.cli.simulated_motion import motion_error, motion_warning
+from shoal.cli.simulated_motion import motion_problem, motion_warning
 from shoal.cli.status_display import StatusDisplay
 from shoal.cli.systemd_notify import SystemdNotifier
 from shoal.cli.vehicle_subprocesses import make_managed_process, resolve_process_option, stop_with_parent, supervise
@@ -142,9 +142,9 @@ def run(
     except (ProfileError, ConnectionError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     _report_skipped(made, loaded, selected)
-    if text := motion_error(made, loaded):
+    if problem := motion_problem(made, loaded):
         made.vehicle.close()
-        raise click.ClickException(text)
+        raise click.ClickException(str(problem))
     if text := motion_warning(made, loaded, selected):
         click.echo(printable(f"warning: {text}"), err=True)
     if saved is not None and (path := saved / f"{loaded.vehicle}-saved.ini").exists():

@@ -4,29 +4,62 @@ from collections.abc import Collection
 
 from runtime.profile import Profile
 from runtime.vehicle import Build
+from support.diagnostics import Problem
 
 MOTION = ("Simulators.VSIM", "Simulators.UAV", "Simulators.EstimatedState")
 ENGINE, AUTOPILOT, MODE = "Plan.Engine", "Control.Autopilot.", "Simulation"
 MULTIROTOR = "Simulators.UAV"
-FIXED_WING = ("simulation type", "bank time constant", "speed time constant")
-"""Options of DUNE's Simulators.UAV, which a multirotor does not have."""
+FIXED_WING = frozenset(
+    (
+        "simulation type",
+        "bank time constant",
+        "speed time constant",
+        "altitude time constant",
+        "bank rate limit",
+        "longitudinal acceleration limit",
+        "vertical slope limit",
+        "commands source",
+        "stream speed to north",
+        "stream speed to east",
+        "stream speed north",
+        "stream speed east",
+        "max motor thrust",
+        "aircraft aerodynamic center",
+        "wing aerodynamic center",
+        "tail aerodynamic center",
+        "fin aerodynamic center",
+        "lift coefficients",
+        "elevator coefficient",
+        "rudder coefficient",
+        "initial speed",
+        "initial roll",
+        "initial yaw",
+    )
+)
+"""Options that a multirotor does not have, of DUNE's Simulators.UAV: src/Simulators/UAV/Task.cpp and
+etc/uav/simulator.ini of LSTS/dune, from 2013 (wind "Stream Speed North") to today ("Stream Speed to North")."""
 
 
-def motion_error(made: Build, profile: Profile) -> str:
-    """Why the vehicle would stand still or be another one, for people; empty if it is not so.
+def motion_problem(made: Build, profile: Profile) -> Problem | None:
+    """Why the vehicle would stand still or be another one; None if it is not so.
 
-    Only a vehicle that flies plans is meant. Tasks of the user's own may simulate it, so nothing is said where one
+    Only a vehicle that flies plans is meant. Tasks of the user's own may simulate it, so nothing is reported where one
     runs.
     """
     for section in (task.name for task in made.vehicle.tasks if task.name.partition("/")[0] == MULTIROTOR):
-        wrong = [option for option in profile.config.sections[section].options if option.casefold() in FIXED_WING]
-        if wrong:
-            return (
-                f"[{section}] {wrong[0]}: that is a fixed wing of DUNE; {MULTIROTOR} here is a multirotor, "
-                "and there is no simulator of fixed wings"
-            )
+        options = profile.config.sections[section].options.values()
+        for option in options:
+            if option.name.casefold() in FIXED_WING:
+                text = (
+                    f"[{section}] {option.name}: that is a fixed wing of DUNE; {MULTIROTOR} here is a multirotor, "
+                    "and there is no simulator of fixed wings"
+                )
+                return Problem("error", *option.origin, text)
     missing = [name for names in made.skipped.values() for name in names if name.startswith("Simulators.")]
-    return f"{_nothing_moves(profile)}: {', '.join(missing)} cannot run here" if missing and _stands(made) else ""
+    if not missing or not _stands(made):
+        return None
+    origin = profile.config.sections[missing[0]].origin
+    return Problem("error", *origin, f"{_nothing_moves(profile)}: {', '.join(missing)} cannot run here")
 
 
 def motion_warning(made: Build, profile: Profile, selected: Collection[str]) -> str:

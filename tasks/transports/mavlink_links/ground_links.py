@@ -103,6 +103,17 @@ class GroundLinksTask(Task):
     def configure(self) -> None:
         if not self.links:
             raise ParameterError("Links", "is empty: add a link, or disable the task")
+        for option, texts, parse in (
+            ("Named Values", self.named_values, parse_named_value),
+            ("Video Streams", self.video_streams, parse_video),
+            ("Lights", self.lights, parse_light),
+            ("Buttons", self.buttons, parse_button),
+        ):
+            for text in texts:
+                try:
+                    parse(text)
+                except ValueError as error:
+                    raise ParameterError(option, str(error)) from None
         self.rates: dict[str, float] = {
             name: getattr(self, stream.rate) if isinstance(stream.rate, str) else stream.rate
             for name, stream in STREAMS.items()

@@ -1,5 +1,7 @@
 """Profiles in the way of DUNE's own: many maneuvers in one section, boats of type ASV, options that Shoal lacks."""
 
+import re
+
 import pytest
 from click.testing import CliRunner
 
@@ -7,7 +9,9 @@ from runtime.kernel import VirtualClock
 from runtime.profile import dune_section_names, load_profile
 from runtime.vehicle import build, find_task
 from shoal.cli import main
+from shoal.cli.simulated_motion import FIXED_WING
 from shoal.missions import Mission, parse_plan, prepare
+from tasks.simulators.uav import UAV
 
 # DUNE has the maneuvers of a vehicle in one section, common/maneuvers.ini, and options that Shoal has not.
 MANEUVERS = """[Maneuver.Multiplexer]
@@ -245,6 +249,18 @@ def test_a_simulated_vehicle_that_nothing_moves_or_that_is_another_one_does_not_
         result = CliRunner().invoke(main, command)
         assert result.exit_code == 2
         assert reason in result.output
+    for modes in ([], ["-p", "Simulation"]):
+        result = CliRunner().invoke(main, ["check", str(tmp_path / "wing.ini"), *modes])
+        assert result.exit_code == 1
+        assert re.search(rf"wing\.ini:\d+: error: {re.escape(reason)}", result.output)
+
+
+@pytest.mark.parametrize("option", sorted(FIXED_WING))
+def test_any_option_of_the_fixed_wing_of_dune_is_known_and_none_is_of_a_multirotor(option, tmp_path):
+    (tmp_path / "wing.ini").write_text(f"{WING}[Simulators.UAV]\n{option.title()} = 1\n")
+    result = CliRunner().invoke(main, ["check", str(tmp_path / "wing.ini"), "-p", "Simulation"])
+    assert f"[Simulators.UAV] {option.title()}: that is a fixed wing of DUNE" in result.output
+    assert option not in {name.casefold() for name in UAV.parameters()}
 
 
 def test_a_vehicle_in_simulation_without_a_simulator_is_reported(tmp_path):
@@ -252,4 +268,8 @@ def test_a_vehicle_in_simulation_without_a_simulator_is_reported(tmp_path):
     words += ["--log-dir", str(tmp_path / "log")]
     assert "nothing simulates" not in CliRunner().invoke(main, words).output
     result = CliRunner().invoke(main, [*words, "--set", "Simulators.UAV:Enabled=Never"])
-    assert "warning: nothing simulates the motion of hexa-00: no task of mode Simulation" in result.output
+    text = "warning: nothing simulates the motion of hexa-00: no task of mode Simulation"
+    assert text in result.output
+    checked = CliRunner().invoke(main, ["check", "hexa-00", "-p", "Simulation", "--set", "Simulators.UAV:Enabled=Never"])
+    assert checked.exit_code == 0
+    assert text in checked.output
