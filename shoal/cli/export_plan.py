@@ -1,5 +1,6 @@
 """`shoal export plan`: writes a plan as a file of another program."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -9,6 +10,8 @@ from support.atomic_files import new_file
 from support.file_errors import describe_os_error
 from support.terminal_text import printable
 
+MOST_NAMES = 5
+
 
 @click.command()
 @click.argument("plan", type=click.Path(path_type=Path, dir_okay=False))
@@ -17,7 +20,8 @@ from support.terminal_text import printable
 def plan(plan: Path, output: Path, force: bool) -> None:
     """Write PLAN as OUTPUT: .yaml, .json, .plan and .waypoints of QGroundControl, .kml, .gpx or .geojson.
 
-    What a format cannot say is reported; a route (KML, GPX, GeoJSON) has places and depths only.
+    What a format cannot say is reported; a route (KML, GPX, GeoJSON) has places and depths only. Exit status 1 if
+    OUTPUT has less than half of the maneuvers.
     """
     if output.suffix.lower() not in PLAN_SUFFIXES:
         raise click.UsageError(f"{output}: use one of {', '.join(PLAN_SUFFIXES)}")
@@ -26,13 +30,26 @@ def plan(plan: Path, output: Path, force: bool) -> None:
         click.echo(printable(words), err=True)
 
     try:
-        text, remarks = plan_file_text(load_plan(plan, remark=remark), output)
-        for words in remarks:
+        loaded = load_plan(plan, remark=remark)
+        made = plan_file_text(loaded, output)
+        for words in made.remarks:
             remark(words)
         with new_file(output, force) as part:
-            part.write_text(text, encoding="utf-8")
+            part.write_text(made.text, encoding="utf-8")
     except PlanFileError as error:
         raise click.ClickException(printable(str(error))) from None
     except OSError as error:
         raise click.ClickException(describe_os_error(error, plan)) from None
     click.echo(printable(f"wrote {output}"))
+    report_missing_maneuvers(made.missing, len(loaded.maneuvers))
+
+
+def report_missing_maneuvers(missing: Sequence[str], total: int) -> None:
+    """Print which maneuvers of a plan a file lacks; exit status 1 if these are more than half."""
+    if not missing:
+        return
+    named = ", ".join(missing[:MOST_NAMES]) + (", ..." if len(missing) > MOST_NAMES else "")
+    click.echo(printable(f"skipped: {len(missing)} of {total} maneuvers: {named}"), err=True)
+    if 2 * len(missing) > total:
+        click.echo("Error: less than half of the maneuvers was written", err=True)
+        raise click.exceptions.Exit(1)

@@ -149,13 +149,14 @@ def _print(action: str, name: str, found: Any, output: Path | None, as_json: boo
 
 
 def _print_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool) -> None:
+    from shoal.cli.export_plan import report_missing_maneuvers
     from shoal.missions import PlanFileError, plan_file_text
 
-    remarks = list[str]()
+    remarks, missing = list[str](), list[str]()
     try:
         text = plan.to_json() + "\n"
         if not as_json:
-            text, remarks = plan_file_text(plan, output or Path())
+            text, remarks, missing = plan_file_text(plan, output or Path())
     except PlanFileError as error:
         raise click.ClickException(f"{error}; use --json") from None
     for words in remarks:
@@ -165,6 +166,7 @@ def _print_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool)
     else:
         with add_path_to_errors(output):
             output.write_text(text, encoding="utf-8")
+    report_missing_maneuvers(missing, len(plan.maneuvers))
 
 
 def plan_state_to_dict(state: imc.PlanControlState) -> dict[str, object]:

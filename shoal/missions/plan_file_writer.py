@@ -1,9 +1,10 @@
 """Writes plans as files of Shoal and of other programs."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import imc
 from autonomy.plans.yaml import PlanFileError, plan_text
@@ -23,18 +24,24 @@ WITH_PLACE = range(16, 96)  # MAV_CMD of items that go somewhere
 TERRAIN_FRAMES = (10, 11)
 
 
-def plan_file_text(
-    plan: imc.PlanSpecification, path: Path, context: ConversionContext | None = None
-) -> tuple[str, list[str]]:
-    """The text of a file for a plan, by the suffix of its path, and remarks on what the file cannot say.
+class PlanFileText(NamedTuple):
+    """The text of a file for a plan, remarks on what the file cannot say, and the maneuvers of which it has nothing."""
+
+    text: str
+    remarks: list[str]
+    missing: list[str]
+
+
+def plan_file_text(plan: imc.PlanSpecification, path: Path, context: ConversionContext | None = None) -> PlanFileText:
+    """The content of a file for a plan, by the suffix of its path.
 
     YAML and JSON keep everything. `context` is the vehicle, by default a submarine. Raises PlanFileError.
     """
     suffix = path.suffix.lower()
     if suffix == ".json":
-        return plan.to_json() + "\n", []
+        return PlanFileText(plan.to_json() + "\n", [], [])
     if suffix not in (QGC_SUFFIX, WAYPOINTS_SUFFIX, *ROUTE_WRITERS):
-        return plan_text(plan), []
+        return PlanFileText(plan_text(plan), [], [])
     context = context or _usual_context(plan)
     flavor = FLAVORS["ardupilot"]  # in files, item 0 is home
     if context.home is None and (place := _first_place(plan)) is not None:
@@ -44,14 +51,28 @@ def plan_file_text(
     if len(items) < 2:
         raise PlanFileError(f"{plan.plan_id}: has nothing that a mission can hold")
     if suffix == QGC_SUFFIX:
-        return write_qgc_plan(items, context.kind, flavor, context.speed), mission.remarks
+        text = write_qgc_plan(items, context.kind, flavor, context.speed)
+        return PlanFileText(text, mission.remarks, _missing(plan, mission.item_map.steps))
     if suffix == WAYPOINTS_SUFFIX:
-        return write_waypoints(items), mission.remarks
+        return PlanFileText(write_waypoints(items), mission.remarks, _missing(plan, mission.item_map.steps))
     route = _route(items[1:])
+    places = [ids for ids, item in zip(mission.item_map.steps, mission.items, strict=False) if _has_place(item)]
     if not route:
         raise PlanFileError(f"{plan.plan_id}: has no places for a route")
     remarks = [] if len(route) == len(mission.items) - 1 else ["a route has only the places of the plan"]
-    return ROUTE_WRITERS[suffix](route, plan.plan_id), mission.remarks + remarks
+    text = ROUTE_WRITERS[suffix](route, plan.plan_id)
+    return PlanFileText(text, mission.remarks + remarks, _missing(plan, places))
+
+
+def _missing(plan: imc.PlanSpecification, steps: Iterable[Collection[str]]) -> list[str]:
+    """The maneuvers that no item of a file belongs to."""
+    written = {name for names in steps for name in names}
+    names = [item.maneuver_id for item in plan.maneuvers if isinstance(item, imc.PlanManeuver)]
+    return [name for name in names if name not in written]
+
+
+def _has_place(item: Item) -> bool:
+    return item.command in WITH_PLACE and (item.x, item.y) != (0, 0)
 
 
 def _usual_context(plan: imc.PlanSpecification) -> ConversionContext:
@@ -71,5 +92,5 @@ def _first_place(plan: imc.PlanSpecification) -> tuple[float, float] | None:
 
 
 def _route(items: Sequence[Item]) -> list[RoutePoint]:
-    places = [item for item in items if item.command in WITH_PLACE and (item.x, item.y) != (0, 0)]
+    places = filter(_has_place, items)
     return [RoutePoint(i.x / DEGREES, i.y / DEGREES, i.z + 0.0, i.frame in TERRAIN_FRAMES) for i in places]

@@ -75,7 +75,7 @@ def test_routes_of_maps_and_receivers(tmp_path, suffix, text):
 def test_a_plan_is_written_and_read_back(tmp_path, suffix):
     plan = parse_plan(PLAN)
     path = tmp_path / f"demo{suffix}"
-    text, remarks = plan_file_text(plan, path)
+    text, remarks, missing = plan_file_text(plan, path)
     path.write_text(text)
     back = load_plan(path)
     assert places(back) == places(plan)
@@ -83,6 +83,7 @@ def test_a_plan_is_written_and_read_back(tmp_path, suffix):
         assert [type(m.data) for m in back.maneuvers] == [imc.Goto, imc.Loiter, imc.Goto]
         assert back.maneuvers[1].data.duration == pytest.approx(60, abs=1)
     assert bool(remarks) == (suffix in (".kml", ".gpx", ".geojson"))
+    assert missing == []
 
 
 BILLION = '<!DOCTYPE kml [<!ENTITY a "aaaa">]><kml><Point><coordinates>&a;</coordinates></Point></kml>'
@@ -180,7 +181,7 @@ def test_the_commands_read_and_write_mission_files(tmp_path, monkeypatch):
 
 
 def test_the_qgc_plan_that_is_written_has_what_qgroundcontrol_needs():
-    text, _ = plan_file_text(parse_plan(PLAN), Path("demo.plan"))
+    text, *_ = plan_file_text(parse_plan(PLAN), Path("demo.plan"))
     root = json.loads(text)
     assert {"fileType", "geoFence", "groundStation", "mission", "rallyPoints", "version"} == set(root)
     assert root["mission"]["vehicleType"] == 12

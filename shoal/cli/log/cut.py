@@ -8,6 +8,7 @@ from runtime.logs import summarize
 from shoal.cli.log.log_input import (
     LOG,
     errors_as_messages,
+    fail_if_most_is_lost,
     open_log,
     progress_bar,
     report_losses,
@@ -42,7 +43,10 @@ def cut(
     systems: tuple[str, ...],
     entities: tuple[str, ...],
 ) -> None:
-    """Copy a part of LOG to the new folder OUT; packets stay unchanged."""
+    """Copy a part of LOG to the new folder OUT; packets stay unchanged.
+
+    Exit status 1 if most of LOG could not be read: what could is written.
+    """
     with errors_as_messages():
         opened = open_log(log)
         with progress_bar(opened.path) as tell:
@@ -63,3 +67,5 @@ def cut(
     kept = f", and {format_noun_count(done.kept, 'message')} that describe the log" if done.kept else ""
     click.echo(printable(f"{format_noun_count(done.chosen, 'message')}{kept}: {out}"))
     report_losses([(opened.path, loss) for loss in summary.losses])
+    lost = sum(loss.length for loss in summary.losses)  # integers
+    fail_if_most_is_lost(str(opened.path), summary.unpacked - lost, lost)

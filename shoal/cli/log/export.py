@@ -13,6 +13,7 @@ from runtime.logs import summarize
 from shoal.cli.log.log_input import (
     LOG,
     errors_as_messages,
+    fail_if_most_is_lost,
     open_log,
     progress_bar,
     require_messages,
@@ -57,6 +58,7 @@ NOUNS = {"mcap": "message", "coco": "picture"}
 
 MOST_LINES = 20
 MOST_NAMES = 5
+MOST_REASONS = 5
 
 
 @click.command(
@@ -94,7 +96,8 @@ def export(
 ) -> None:
     """Write LOG to OUT as MCAP, NetCDF, Parquet, CSV, LLF, EuRoC, TUM or COCO.
 
-    OUT is named after the log by default.
+    OUT is named after the log by default. Exit status 1 if less than half of what is selected could be written; if
+    nothing could, there is no OUT.
     """
     with errors_as_messages():
         form = form or (_format_of(out) if out else "mcap")
@@ -113,6 +116,10 @@ def export(
                 written = write(source, part, tell)
             if source.packets == 0:
                 raise ValueError("no message is selected; nothing is written")
+            if not written:
+                reasons = [*dict(source.skipped.most_common(MOST_REASONS)), *source.notes, *source.unreadable_photos]
+                why = "".join(f"; {reason}" for reason in reasons[:MOST_REASONS])
+                raise ValueError(f"nothing of the log can be written as {form}; no {out}{why}")
     of = f"{format_noun_count(source.packets, 'message')} of the log"
     click.echo(printable(f"{of}: {format_noun_count(written, NOUNS.get(form, 'row'))} in {out}"))
     for reason, count in source.skipped.most_common(MOST_LINES):
@@ -130,6 +137,11 @@ def export(
         click.echo(printable(f"skipped: byte {offset}: {format_noun_count(length, 'byte')}: {reason}"), err=True)
     if len(opened.losses) > MOST_LINES:
         click.echo(f"skipped: {format_noun_count(len(opened.losses) - MOST_LINES, 'more damaged place')}", err=True)
+    damaged = sum(loss.length for loss in opened.losses)  # integers
+    fail_if_most_is_lost(str(opened.path), summary.unpacked - damaged, damaged)
+    whole = form == "mcap" and raw  # it has the packets of messages that no topic can show
+    skipped = len(source.unreadable_photos) + (0 if whole else source.skipped.total())
+    fail_if_most_is_lost("what is selected", written, skipped)
 
 
 def _format_of(out: Path) -> str:

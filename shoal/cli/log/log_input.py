@@ -118,6 +118,14 @@ def progress_bar(path: Path, what: str = "reading") -> Generator[Callable[[float
         yield lambda share: bar.update(task, completed=share)
 
 
+def fail_if_most_is_lost(what: str, kept: int, lost: int) -> None:
+    """End with exit status 1 if nothing was kept, or less than was lost; both count the same: bytes, rows, messages."""
+    if not kept or lost > kept:
+        share = "nothing" if not kept else "less than half"
+        click.echo(printable(f"Error: {share} of {what} was written"), err=True)
+        raise click.exceptions.Exit(1)
+
+
 def report_losses(losses: list[tuple[Path, imc.Loss]]) -> None:
     """Print which bytes of logs were skipped, and why."""
     for path, (offset, length, reason) in losses[:20]:

@@ -23,11 +23,15 @@ class MergeConflict(ValueError):
 
 @dataclass
 class MergeReport:
-    """What was written: packets; copies, skipped because another log has them too; damage; warnings."""
+    """What was written: packets; copies, skipped because another log has them too; damage; warnings.
+
+    read: bytes of the packets in each log.
+    """
 
     packets: int = 0
     copies: int = 0
     losses: list[tuple[Path, imc.Loss]] = field(default_factory=list[tuple[Path, imc.Loss]])
+    read: list[tuple[Path, int]] = field(default_factory=list[tuple[Path, int]])
     warnings: list[str] = field(default_factory=list[str])
 
 
@@ -44,7 +48,9 @@ def merge(
     with add_path_to_errors(tempfile.gettempdir()), tempfile.TemporaryFile() as spill:
         collected = _SpilledPackets(spill)
         for number, log in enumerate(logs):
+            before = collected.size
             merged.losses += [(log.path, loss) for loss in collected.read_log(number, log, progress)]
+            merged.read.append((log.path, collected.size - before))
         if not collected.times:
             raise ValueError("there is no message in these logs")
         source = _common_schema(logs, collected.ids)
@@ -65,6 +71,11 @@ class _SpilledPackets:
         self.ids: list[set[int]] = []
         self.names: list[SystemNames] = []
         self._end = 0
+
+    @property
+    def size(self) -> int:
+        """Bytes of all packets."""
+        return self._end
 
     def read_log(self, number: int, log: imc.Log, progress: ReportProgress | None) -> list[imc.Loss]:
         """Read a log; returns what was damaged."""

@@ -74,6 +74,12 @@ def read_recording(source: LogSource, progress: ReportProgress = lambda _: None)
         recording.truth, recording.estimate = (
             _track(tables[name], origin) if name in tables else None for name in ("SimulatedState", "EstimatedState")
         )
+    lacks = {
+        "inertial samples: no entity of the vehicle has AngularVelocity and Acceleration": not recording.imus,
+        "true motion: no SimulatedState of the vehicle": recording.truth is None,
+        "estimated motion: no EstimatedState of the vehicle": recording.estimate is None,
+    }
+    source.notes += [f"without {what}" for what, is_missing in lacks.items() if is_missing]
     folder = source.log.path.parent / "Photos"
     unlike = photos_of_other_lenses(source, load_camera_models(folder, read_photo_cameras(folder)))
     for photo in find_photos(folder, source.summary.start):

@@ -270,6 +270,8 @@ def test_a_vehicle_in_simulation_without_a_simulator_is_reported(tmp_path):
     result = CliRunner().invoke(main, [*words, "--set", "Simulators.UAV:Enabled=Never"])
     text = "warning: nothing simulates the motion of hexa-00: no task of mode Simulation"
     assert text in result.output
-    checked = CliRunner().invoke(main, ["check", "hexa-00", "-p", "Simulation", "--set", "Simulators.UAV:Enabled=Never"])
+    checked = CliRunner().invoke(
+        main, ["check", "hexa-00", "-p", "Simulation", "--set", "Simulators.UAV:Enabled=Never"]
+    )
     assert checked.exit_code == 0
     assert text in checked.output
