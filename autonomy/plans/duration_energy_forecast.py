@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 import imc
-from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver
+from autonomy.plans.estimate import (
+    UNKNOWN_VERTICAL,
+    LatLon,
+    ManeuverEstimate,
+    Powertrain,
+    Vertical,
+    estimate_maneuver,
+)
 from autonomy.plans.graph import PlanError, PlanGraph
 
 LONGEST_TEXT = 20_000  # bytes
@@ -14,7 +21,10 @@ LONGEST_TEXT = 20_000  # bytes
 
 @dataclass(frozen=True)
 class PlanForecast:
-    """Estimates by maneuver, along the first transitions from the start."""
+    """Estimates by maneuver, along the first transitions from the start.
+
+    `energy` is at least what the plan needs: it leaves out the maneuvers that are endless or whose duration is unknown.
+    """
 
     graph: PlanGraph
     estimates: Mapping[str, ManeuverEstimate]
@@ -34,7 +44,7 @@ class PlanForecast:
         return math.fsum(self.estimates[name].seconds if name in self.estimates else math.nan for name in names)
 
     def statistics(self, capacity: float) -> imc.PlanStatistics:
-        """As a message; fuel is in percent of `capacity` (J), empty if that is 0."""
+        """As a message; fuel is in percent of `capacity` (J), empty if that is 0 or the need is unknown or infinite."""
         total = self.seconds
         durations = {"Total": total + self.calibration, "Execution": total, "Calibration": self.calibration}
         durations |= {f"Maneuver {name}": e.seconds for name, e in self.estimates.items()}
@@ -43,7 +53,8 @@ class PlanForecast:
         if any(len(node.transitions) > 1 for node in self.graph.nodes.values()):
             properties |= kinds.NONLINEAR
         fuel = {"Total": self.energy, "Hotel": self.hotel, "Motion": self.energy - self.hotel}
-        shares = {name: 100.0 * value / capacity for name, value in fuel.items()} if capacity else {}
+        known = capacity > 0.0 and math.isfinite(total)
+        shares = {name: 100.0 * value / capacity for name, value in fuel.items()} if known else {}
         distances = {f"Maneuver {name}": e.distance for name, e in self.estimates.items()}
         return imc.PlanStatistics(
             plan_id=self.graph.plan.plan_id,
@@ -54,18 +65,24 @@ class PlanForecast:
         )
 
 
-def forecast_plan(graph: PlanGraph, start: LatLon | None, train: Powertrain, now: float) -> PlanForecast:
-    """Estimate a plan from `start`. Raises PlanError for a geometry that cannot be followed."""
+def forecast_plan(
+    graph: PlanGraph, start: LatLon | None, train: Powertrain, now: float, vertical: Vertical = UNKNOWN_VERTICAL
+) -> PlanForecast:
+    """Estimate a plan from `start`, at a time (s since 1970 UTC) and, of an aerial vehicle, an altitude.
+
+    Raises PlanError for a geometry that cannot be followed.
+    """
     estimates: dict[str, ManeuverEstimate] = {}
-    position = start
+    position, begin = start, now
     chain = {node.name: node for node in graph.sequence_from(graph.start)}
     for node in (chain | graph.nodes).values():
         try:
-            found = estimate_maneuver(node.maneuver, position, train, now)
+            found = estimate_maneuver(node.maneuver, position, train, begin, vertical)
         except ValueError as error:
             raise PlanError(f"{node.name}: {error}") from None
         if len(estimates) < len(chain):
-            estimates[node.name], position = found, found.end
+            estimates[node.name], position, vertical = found, found.end, vertical.after(node.maneuver)
+            begin += found.seconds if math.isfinite(found.seconds) else 0.0
     finite = [e for e in estimates.values() if math.isfinite(e.seconds)]
     hotel = train.hotel * math.fsum(e.seconds for e in finite)
     resting = max(0.0, train.power(0.0))

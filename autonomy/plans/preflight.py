@@ -8,7 +8,7 @@ from itertools import chain
 import imc
 from autonomy.limits import OperatingLimits
 from autonomy.plans.duration_energy_forecast import PlanForecast, feasibility_violations, forecast_plan
-from autonomy.plans.estimate import Powertrain
+from autonomy.plans.estimate import UNKNOWN_VERTICAL, Powertrain, Vertical
 from autonomy.plans.graph import ROUNDING, PlanError, PlanGraph, parse_graph
 from autonomy.plans.limit_violations import PlanBounds, area_violations, depth_violations, flight_violations
 from autonomy.plans.value_ranges import value_range_violations
@@ -16,6 +16,7 @@ from imc.coordinates import absolute_position
 from support.number_parsing import leading_number, leading_numbers
 
 OptionReader = Callable[[str], str]
+SectionReader = Callable[[str, str], str]
 
 
 class PreflightOptionError(ValueError):
@@ -30,12 +31,12 @@ class PreflightOptionError(ValueError):
 class Preflight:
     """Checks plans against the limits in the section General of a profile; `value` returns an option of it.
 
-    `hotel` is the power (W) without propulsion, `longest_leg` is in m. `circles` is whether the vehicle circles at
-    stations under water. Raises PreflightOptionError.
+    `hotel` is the power (W) without propulsion, `longest_leg` is in m. `elsewhere` returns an option of another
+    section: those of maneuvers and path control decide how long they take. Raises PreflightOptionError.
     """
 
-    def __init__(self, value: OptionReader, hotel: float, longest_leg: float, circles: bool = False):
-        usual = Powertrain()
+    def __init__(self, value: OptionReader, hotel: float, longest_leg: float, elsewhere: SectionReader | None = None):
+        usual, elsewhere = Powertrain(), elsewhere or _without_options
         self._limits = OperatingLimits.from_options(
             partial(_number, value), deepest=math.inf, highest=math.inf, fastest=math.inf
         )
@@ -51,7 +52,11 @@ class Preflight:
             _table(value, "Power Model -- Conversion - Watt", rising=False) or usual.powers,
             hotel,
             _number(value, "Time Of Arrival Factor", usual.ahead),
-            circles,
+            elsewhere("Maneuver.StationKeeping", "Under Water").strip().lower() == "circle",
+            _foreign_number(elsewhere, "Control.UAV.Path", "Maximum Acceleration", usual.acceleration),
+            _foreign_number(elsewhere, "Maneuver.ScheduledGoto", "Minimum Speed", usual.slowest),
+            _foreign_number(elsewhere, "Maneuver.ScheduledGoto", "Maximum Speed", usual.fastest),
+            _foreign_number(elsewhere, "Maneuver.CompassCalibration", "Number Of Turns", usual.turns),
         )
         if not len(self._train.speeds) == len(self._train.rpms) == len(self._train.actuations):
             raise PreflightOptionError("Speed Conversion -- MPS", "must have as many values as RPM and Actuation")
@@ -78,9 +83,12 @@ class Preflight:
         for reason in chain(violations, speed_violations(graph, present.fastest), value_range_violations(graph)):
             raise PlanError(reason)
         position = absolute_position(state)[:2] if state is not None else None
-        forecast = forecast_plan(graph, position, self._train, now)
-        energy = self.capacity * fuel / 100.0 if fuel is not None and self.capacity else None
         ground = state.height - state.z - state.alt if state is not None and state.alt >= 0.0 else None
+        vertical = UNKNOWN_VERTICAL
+        if state is not None and ground is not None:
+            vertical = Vertical(state.alt if airborne else 0.0, ground)
+        forecast = forecast_plan(graph, position, self._train, now, vertical)
+        energy = self.capacity * fuel / 100.0 if fuel is not None and self.capacity else None
         bounds = PlanBounds(limits, self._limits.highest, ground, airborne)
         flies = flight_violations(graph, bounds) if imc.Takeoff.ID in supported else ()
         for reason in chain(
@@ -107,6 +115,19 @@ def _number(value: OptionReader, option: str, default: float) -> float:
         return leading_number(text) if text else default
     except ValueError:
         raise PreflightOptionError(option, f"{text!r} is not a number") from None
+
+
+def _without_options(section: str, option: str) -> str:
+    return ""
+
+
+def _foreign_number(elsewhere: SectionReader, section: str, option: str, default: float) -> float:
+    """A positive number of another section, whose own task reports a wrong one; else the default."""
+    try:
+        number = leading_number(elsewhere(section, option))
+    except ValueError:
+        return default
+    return number if 0.0 < number < math.inf else default
 
 
 def _table(value: OptionReader, option: str, *, rising: bool = True) -> list[float]:

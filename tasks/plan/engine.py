@@ -46,10 +46,9 @@ class Engine(Task):
     def configure(self) -> None:
         profile = self.vehicle.profile
         self._recovery = profile.value("General", "Recovery Plan", "dislodge")
-        circles = profile.value("Maneuver.StationKeeping", "Under Water", "").strip().lower() == "circle"
         try:
             self._preflight = Preflight(
-                lambda option: profile.value("General", option), self.hotel_load, self.maximum_leg_length, circles
+                lambda option: profile.value("General", option), self.hotel_load, self.maximum_leg_length, profile.value
             )
         except PreflightOptionError as error:
             raise ParameterError(error.option, error.reason) from None

@@ -6,9 +6,11 @@ import pytest
 from flying import LAT, LON, goto, place, plan_of, recorded
 
 import imc
-from autonomy.plans.estimate import Powertrain, estimate_maneuver, interpolate
+from autonomy.plans.estimate import SMALLEST_CIRCLE, Powertrain, estimate_maneuver, interpolate
 from autonomy.plans.graph import PlanError
 from autonomy.plans.preflight import Preflight, PreflightOptionError
+from tasks.maneuver.compass_calibration import SMALLEST_RADIUS, CompassCalibration
+from tasks.maneuver.scheduled_goto import ScheduledGoto
 
 NOPTILUS = {
     "Absolute Maximum Depth": "50",
@@ -60,14 +62,85 @@ def test_without_a_position_the_way_there_is_left_out():
         (imc.Elevator(start_z=0, end_z=10, speed=1.0, flags=imc.Elevator.Flags.CURR_POS), 38.6),
         (imc.PopUp(**place(100, 0), z=0, duration=20, speed=1.0), 115.0),
         (imc.ScheduledGoto(**place(100, 0), arrival_time=500.0), 490.0),
-        (imc.FollowPath(**place(0, 0), speed=1.0, points=[imc.PathPoint(x=50), imc.PathPoint(x=50, y=50)]), 90.0),
+        (imc.ScheduledGoto(**place(160, 0), arrival_time=20.0), 95.0),
+        (imc.ScheduledGoto(**place(160, 0), arrival_time=20.0, delayed=imc.ScheduledGoto.Delayed.FAIL), math.nan),
+        (imc.CompassCalibration(**place(100, 0), radius=20, speed=1.0, duration=50), 145.0),
+        (imc.CompassCalibration(**place(100, 0), radius=20, speed=1.0, duration=500), 220.7),
+        (imc.Takeoff(z=10, z_units=imc.ZUnits.ALTITUDE, speed=2.0), 5.0),
+        (imc.Takeoff(z=10, z_units=imc.ZUnits.HEIGHT, speed=2.0), math.nan),
+        (imc.Land(z=10, z_units=imc.ZUnits.ALTITUDE, speed=2.0), 20.0),
+        (imc.Land(speed=2.0), math.nan),
+        (imc.FollowPath(**place(0, 0), speed=1.0, points=[imc.PathPoint(x=50), imc.PathPoint(x=50, y=50)]), 95.0),
         (imc.Goto(**place(100, 0), speed=1000.0, speed_units=imc.SpeedUnits.RPM), 95.0),
         (imc.Goto(**place(100, 0), speed=50.0, speed_units=imc.SpeedUnits.PERCENTAGE), 195.0),
     ],
 )
 def test_each_maneuver(maneuver, seconds):
     found = estimate_maneuver(maneuver, (LAT, LON), Powertrain(), now=10.0)
-    assert found.seconds == pytest.approx(seconds, abs=0.3)
+    assert found.seconds == pytest.approx(seconds, abs=0.3, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("maneuver", "meters"),
+    [
+        (imc.Loiter(**place(100, 0), radius=15, duration=60, speed=1.0), 160.0),
+        (imc.Loiter(**place(100, 0), radius=15, speed=1.0), math.inf),
+        (imc.StationKeeping(**place(100, 0), duration=60, speed=1.0), 100.0),
+        (imc.Elevator(**place(100, 0), end_z=10, speed=1.0), 138.6),
+        (imc.IdleManeuver(duration=7), 0.0),
+        (imc.Dislodge(rpm=1000), math.nan),
+        (imc.Teleoperation(), math.nan),
+        (imc.FollowReference(), math.nan),
+        (imc.FollowSystem(duration=60, speed=1.0), math.nan),
+        (imc.CustomManeuver(name="Own"), math.nan),
+    ],
+)
+def test_the_distance_has_circles_and_is_not_0_if_unknown(maneuver, meters):
+    found = estimate_maneuver(maneuver, (LAT, LON), Powertrain(), now=10.0)
+    assert found.distance == pytest.approx(meters, abs=0.3, nan_ok=True)
+
+
+def test_what_is_unknown_is_absent_from_the_statistics():
+    known = goto(100, 0)
+    kinds = [*KINDS, imc.Dislodge.ID, imc.Loiter.ID]
+    whole = preflight().check(plan_of(known), kinds, HERE, None, 0.0).statistics(700 * 3600.0)
+    assert "Total=" in whole.durations
+    assert "Total=" in whole.distances
+    assert "Total=" in whole.fuel
+    for unknown in (
+        imc.Dislodge(rpm=1000),
+        imc.Loiter(**place(100, 0), z_units=imc.ZUnits.DEPTH, radius=15, speed=1.0),
+    ):
+        partly = preflight().check(plan_of(known, unknown), kinds, HERE, None, 0.0).statistics(700 * 3600.0)
+        assert partly.durations == "Calibration=0.0,Maneuver m0=61.7"
+        assert partly.distances == "Maneuver m0=99.9"
+        assert partly.fuel == ""
+
+
+def test_a_scheduled_goto_is_estimated_from_when_it_begins():
+    depths = {"z_units": imc.ZUnits.DEPTH, "travel_z_units": imc.ZUnits.DEPTH}
+    later = imc.ScheduledGoto(**place(100, 0), **depths, arrival_time=500.0)
+    kinds = [*KINDS, imc.ScheduledGoto.ID]
+    outlook = preflight().check(plan_of(imc.IdleManeuver(duration=100), later), kinds, HERE, None, 0.0)
+    assert outlook.seconds == pytest.approx(500.0, abs=0.3)
+
+
+def test_an_aerial_vehicle_lands_from_where_it_is():
+    units = imc.ZUnits
+    up = imc.Takeoff(z=60, z_units=units.HEIGHT, speed=2.0)
+    ground = HERE.replace(height=40.0, alt=0.0)
+    kinds = [imc.Takeoff.ID, imc.Land.ID]
+    aerial = preflight(**{"Absolute Maximum Depth": ""})
+    outlook = aerial.check(plan_of(up, imc.Land(speed=2.0)), kinds, ground, None, 0.0)
+    assert [e.seconds for e in outlook.estimates.values()] == pytest.approx([10.0, 40.0], abs=0.1)
+
+
+def test_the_usual_speeds_and_turns_are_those_of_the_maneuvers():
+    train, scheduled, calibration = Powertrain(), ScheduledGoto.parameters(), CompassCalibration.parameters()
+    assert train.slowest == scheduled["Minimum Speed"].default
+    assert train.fastest == scheduled["Maximum Speed"].default
+    assert train.turns == calibration["Number Of Turns"].default
+    assert SMALLEST_CIRCLE == SMALLEST_RADIUS
 
 
 @pytest.mark.parametrize(
