@@ -3,7 +3,7 @@
 import math
 
 import imc
-from tasks.maneuver.maneuver_task import Completed, Maneuver, PathEnd, PathState
+from tasks.maneuver.maneuver_task import SHORT, VERTICAL, Completed, Maneuver, ManeuverError, PathEnd, PathState
 
 ON_CIRCLE = 5.0  # m, or a quarter of the radius; no vehicle keeps a circle more exactly in a current
 
@@ -41,9 +41,16 @@ class CircleTimer:
     def report_missed_circle(self, leg: PathEnd, radius: float) -> None:
         """Say aloud if the circle was never reached, or the depth or altitude of `leg`.
 
-        As in DUNE the time begins inside the circle, too; it may be over before the vehicle gets to a large one.
+        As in DUNE the time begins inside the circle, too; it may be over before the vehicle gets to a large one. Raises
+        ManeuverError if most is missing: more than half of the radius or of the depth.
         """
         if max(ON_CIRCLE, 0.25 * radius) < abs(self._off) < math.inf:
-            self._maneuver.report_missed(f"radius {radius + self._off:.0f} m instead of {radius:g} m")
+            text = f"radius {radius + self._off:.0f} m instead of {radius:g} m"
+            if abs(self._off) > 0.5 * radius:
+                raise ManeuverError(text)
+            self._maneuver.report_missed(text)
         if math.isfinite(self._nearest):
+            if leg.z_units == imc.ZUnits.DEPTH and self._nearest > max(SHORT, 0.5 * leg.z):
+                name = VERTICAL[leg.z_units]
+                raise ManeuverError(f"{name} {leg.z - self._nearest:.1f} m instead of {leg.z:g} m")
             self._maneuver.check_depth(leg, self._nearest)

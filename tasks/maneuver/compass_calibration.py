@@ -13,6 +13,7 @@ from tasks.maneuver.yo_yo_limits import YoYoLimits
 SMALLEST_RADIUS = 5.0  # m
 LEAST_AMPLITUDE = 0.5  # m; with less the vehicle stays level
 OLD = 1.0  # s after which the attitude does not belong to a sample of the field any more
+PROGRESS, PATIENCE = 0.3, 30.0  # m that the depth must change in a time (s) until it is between the turns
 
 
 class _Turns(NamedTuple):
@@ -31,7 +32,8 @@ class CompassCalibration(Maneuver):
     On the circle it turns `Number Of Turns` times, or circles for the duration of the maneuver, whichever is over
     first; samples count once it is between the two depths. The result is a MagneticField (G) to the entity of the
     compass and a line in the log book. Without usable samples nothing is sent, and the maneuver ends with an error.
-    With an amplitude of at most 0.5 m it stays at its depth, so that a boat can do it, too.
+    With an amplitude of at most 0.5 m it stays at its depth, so that a boat can do it, too. A vehicle that never gets
+    between its two depths, in shallow water for example, ends with an error.
     """
 
     subscribed = (imc.PathControlState, imc.EstimatedState, imc.EulerAngles, imc.MagneticField)
@@ -59,6 +61,7 @@ class CompassCalibration(Maneuver):
         self._flags = PathFlags.CCLOCKW if order.direction == order.Direction.CCLOCKW else 0
         self._motion: YoYoMotion | None = None
         self._turns: _Turns | None = None
+        self._away, self._nearer = math.inf, self.now
         self.start_path(self._leg, radius=self._radius, flags=self._flags)
         end = math.inf
         while not self._is_over(end):
@@ -93,8 +96,17 @@ class CompassCalibration(Maneuver):
                 self.set_control_loops(Loops.PATH | Loops.PITCH)
                 self.start_path(self._leg, radius=self._radius, flags=self._flags | PathFlags.NO_Z)
             if not self._motion.is_between_turns(state.depth, state.alt):
+                self._require_progress(order, state)
                 return
         self._turns = _Turns(state.psi)
+
+    def _require_progress(self, order: imc.CompassCalibration, state: imc.EstimatedState) -> None:
+        height = state.alt if order.z_units == imc.ZUnits.ALTITUDE else state.depth
+        if (away := abs(height - order.z)) < self._away - PROGRESS:
+            self._away, self._nearer = away, self.now
+        elif self.age(self._nearer) > PATIENCE:
+            name = VERTICAL[order.z_units]
+            raise ManeuverError(f"{name} {height:.1f} m instead of {order.z:g} m, give or take {order.amplitude:g} m")
 
     def _turn(self, state: imc.EstimatedState) -> None:
         if self._turns is not None:

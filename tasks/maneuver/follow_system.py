@@ -70,6 +70,8 @@ class FollowSystem(Maneuver):
                     self.set_control_loops(0)
             elif self._is_too_near():
                 self.set_control_loops(0)
+        if self._seen is None:
+            raise ManeuverError(f"no position of {self._name()} in {order.duration:g} s")
 
     def _sight(self, report: imc.Announce | imc.RemoteState) -> _Sighting | None:
         """The position in a report of the system that is to be followed; None if it does not count."""

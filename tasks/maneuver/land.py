@@ -2,15 +2,17 @@
 
 import imc
 from imc.coordinates import absolute_position
-from tasks.maneuver.maneuver_task import Maneuver, PathEnd, PathFlags
+from tasks.maneuver.maneuver_task import Maneuver, ManeuverError, PathEnd, PathFlags
 
 NOWHERE = (0.0, 0.0)
+FARTHEST = 10.0  # m from the position at which the vehicle has still landed there
 
 
 class Land(Maneuver):
     """Goes to a position at a height, then straight down; done when the motors stop.
 
     Without a position (latitude and longitude 0) it lands where it is; without a height it keeps its own on the way.
+    A vehicle that stands on the ground elsewhere, since the height is below it, has failed.
     """
 
     subscribed = (imc.PathControlState, imc.EstimatedState)
@@ -21,3 +23,6 @@ class Land(Maneuver):
             lat, lon, _ = absolute_position(await self.wait_for_state())
             leg = leg._replace(lat=lat, lon=lon, z_units=imc.ZUnits.NONE)
         await self.go_to_end(leg, flags=PathFlags.LAND, judged=False)
+        await self.wait_for_state()
+        if (distance := self.range_to(leg)) > FARTHEST:
+            raise ManeuverError(f"landed {distance:.0f} m from the position")

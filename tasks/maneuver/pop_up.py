@@ -7,11 +7,12 @@ from imc.coordinates import absolute_position
 from runtime import param
 from support.wgs84 import displacement
 from tasks.maneuver.depth_spiral import spiral
-from tasks.maneuver.maneuver_task import Loops, Maneuver, PathEnd, PathFlags
+from tasks.maneuver.maneuver_task import Loops, Maneuver, ManeuverError, PathEnd, PathFlags
 from tasks.maneuver.station_control import keep_station
 
 Flags = imc.PopUp.Flags
 Water = imc.VehicleMedium.Medium.WATER
+SURFACING = 120.0  # s to float up from the end of the spiral; an AUV with little buoyancy needs half a minute
 
 
 class PopUp(Maneuver):
@@ -43,10 +44,7 @@ class PopUp(Maneuver):
         surface = leg._replace(z=0.0, z_units=imc.ZUnits.DEPTH)
         await self._spiral(surface, radius, popup.duration)
         self.set_control_loops(0)
-        medium = None
-        while medium != Water:
-            event = await self.next_message()
-            medium = event.medium if isinstance(event, imc.VehicleMedium) else medium
+        await self._until_afloat()
         if popup.flags & (Flags.STATION_KEEP | Flags.WAIT_AT_SURFACE):
             lat, lon, _ = absolute_position(await self.wait_for_state())
             station = surface._replace(lat=lat, lon=lon)
@@ -60,6 +58,16 @@ class PopUp(Maneuver):
         flags, slowest, patience = PathFlags.LOITER_CURR, self.slowest, self.patience
         await spiral(self, leg, radius, flags=flags, after=after, slowest=slowest, patience=patience)
 
+    async def _until_afloat(self) -> None:
+        """Float up. Raises ManeuverError if the vehicle stays under water."""
+        medium, began = None, self.now
+        while medium != Water:
+            event = await self.next_message()
+            medium = event.medium if isinstance(event, imc.VehicleMedium) else medium
+            if self.age(began) > SURFACING:
+                depth = "depth unknown" if self.state is None else f"depth {self.state.depth:.1f} m"
+                raise ManeuverError(f"has not surfaced: {depth}" + ("" if medium else ", VehicleMedium is missing"))
+
     async def _until_fixed(self, end: float) -> None:
         """Drift until a fix confirms where the vehicle is, at most until `end`."""
         while self.now < end:
@@ -68,6 +76,7 @@ class PopUp(Maneuver):
                 return
             if isinstance(event, imc.VehicleMedium):
                 self.report_progress(end - self.now)
+        self.report_missed("no good fix has confirmed the position")
 
     def _confirms(self, fix: imc.GpsFix) -> bool:
         if self.state is None or not fix.validity & imc.GpsFix.Validity.VALID_POS:

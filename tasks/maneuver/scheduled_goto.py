@@ -9,7 +9,8 @@ from tasks.maneuver.maneuver_task import Completed, Maneuver, ManeuverError, Pat
 
 Late = imc.ScheduledGoto.Delayed
 WAITING_RADIUS = 15.0  # m
-MARGIN = 10.0  # s; it is not worth circling for less
+MARGIN = 3.0  # s; it is not worth circling for less
+TOLERANCE = 15.0  # s after its time, from which on the maneuver reports it
 REVISION = 2.0  # s between two updates of the speed
 
 
@@ -48,6 +49,8 @@ class ScheduledGoto(Maneuver):
             if travelling and self.range_to(end) <= abs(vertical_error(self.state, end)) / CLIMB:
                 travelling = False
                 self.publish(imc.DesiredZ(value=goto.z, z_units=goto.z_units))
+        if goto.arrival_time > 0.0 and (late := self.now - goto.arrival_time) > TOLERANCE:
+            self.report_missed(f"arrived {late:.0f} s after its time")
 
     async def _wait_for_departure(self, goto: imc.ScheduledGoto) -> None:
         """Circle here, at the depth of the journey, while even the slowest speed would arrive early."""
@@ -68,7 +71,8 @@ class ScheduledGoto(Maneuver):
         needed = self.range_to(end) / left if left > 0.0 else math.inf
         if needed > self.maximum_speed:
             if goto.delayed == Late.SKIP:
+                self.report_missed(f"skipped {self.range_to(end):.0f} m before the point: it is too late")
                 raise Completed
             if goto.delayed == Late.FAIL:
-                raise ManeuverError("cannot arrive in time")
+                raise ManeuverError(f"cannot arrive in time: {self.range_to(end):.0f} m are left")
         return max(self.minimum_speed, min(self.maximum_speed, needed))

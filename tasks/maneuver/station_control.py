@@ -5,7 +5,16 @@ from typing import NamedTuple
 
 import imc
 from tasks.maneuver.circle_timer import CircleTimer
-from tasks.maneuver.maneuver_task import SHORT, VERTICAL, Completed, Loops, Maneuver, PathEnd, PathFlags
+from tasks.maneuver.maneuver_task import (
+    SHORT,
+    VERTICAL,
+    Completed,
+    Loops,
+    Maneuver,
+    ManeuverError,
+    PathEnd,
+    PathFlags,
+)
 
 REVISION = 1.0  # s between two updates of the speed
 NEAR = 2.5  # radii within which it goes back at the surface, as in DUNE
@@ -40,6 +49,7 @@ async def keep_station(
     From outside the circle it goes to the center, at the depth of `leg` or, if it has only drifted out, at the surface.
     Inside all loops are off, and an AUV floats up; `approach` lowers a speed in m/s on the way. With `circle`, it stays
     on the circle under water, at its depth or altitude, for `seconds` from the arrival there. ManeuverDone ends it.
+    Raises ManeuverError if the vehicle is far outside at the end: the current has carried it off.
     """
     await maneuver.wait_for_state()
     if circle and leg.z_units in VERTICAL and leg.z > SHORT:
@@ -71,7 +81,10 @@ async def keep_station(
         elif maneuver.now - told >= 1.0:
             told = maneuver.now
             maneuver.report_progress(end - maneuver.now if seconds else math.inf)
-        return maneuver.now >= end
+        over = maneuver.now >= end
+        if over and (away := maneuver.range_to(leg)) > NEAR * radius:
+            raise ManeuverError(f"{away:.0f} m from the station at the end, with a radius of {radius:g} m")
+        return over
 
     while True:
         distance = maneuver.range_to(leg)

@@ -27,6 +27,11 @@ def here(time):
     return imc.EstimatedState(timestamp=time, lat=0.71, lon=-0.16, x=100.0)
 
 
+def there(time, north=0.0):
+    lat, lon, _ = wgs84.displace(THERE["lat"], THERE["lon"], 0.0, north, 0.0)
+    return imc.EstimatedState(timestamp=time, lat=lat, lon=lon)
+
+
 def execute(cls, maneuver, *feed, seconds=30.0, **parameters):
     feed = [maneuver.replace(timestamp=1.0), *sorted(feed, key=lambda m: m.timestamp)]
     return simulate(cls, feed, seconds=seconds, **parameters)
@@ -47,10 +52,21 @@ def test_a_takeoff_is_a_path_straight_up():
 
 
 def test_a_landing_leads_to_its_position():
-    run = execute(Land, imc.Land(**THERE), here(2.0), path(3.0), path(9.0, Reached.NEAR))
+    run = execute(Land, imc.Land(**THERE), here(2.0), path(3.0), there(8.0), path(9.0, Reached.NEAR))
     (desired,) = run.of(imc.DesiredPath)
     assert (desired.flags, desired.end_lat, desired.end_lon, desired.end_z) == (Flags.LAND, 0.72, -0.15, 20.0)
     assert done(run) == pytest.approx(9.0)
+
+
+def last_info(run):
+    """The last report of an error; empty if there is none."""
+    return next((m.info for m in reversed(run.of(imc.ManeuverControlState)) if m.state == Phase.ERROR), "")
+
+
+def test_a_landing_elsewhere_fails_and_says_how_far():
+    run = execute(Land, imc.Land(**THERE), here(2.0), path(3.0), there(8.0, 44.0), path(9.0, Reached.NEAR))
+    assert done(run) == math.inf
+    assert last_info(run) == "landed 44 m from the position"
 
 
 def test_a_landing_without_a_position_is_straight_down():
@@ -71,12 +87,21 @@ HOVERING = [
 @pytest.mark.parametrize(("cls", "maneuver"), HOVERING)
 def test_what_hovers_does_so_for_its_time_from_the_arrival(cls, maneuver):
     near = [path(float(second), Reached.NEAR) for second in range(5, 30)]
-    run = execute(cls, maneuver, here(1.5), path(2.0), *near, hovers=True)
+    run = execute(cls, maneuver, here(1.5), path(2.0), there(5.0), *near, hovers=True)
     (desired,) = run.of(imc.DesiredPath)
     assert (desired.flags, desired.lradius, desired.end_z) == (Flags.DIRECT, 0.0, 20.0)
     assert done(run) == pytest.approx(15.0)
     assert changes(m.eta for m in run.of(imc.ManeuverControlState))[1:4] == [17, 10, 9]
     assert imc.CLoopsMask.PATH in [m.mask for m in run.of(imc.ControlLoops) if m.enable]
+
+
+@pytest.mark.parametrize(("cls", "maneuver"), HOVERING)
+def test_what_is_driven_off_its_point_fails_and_says_how_far(cls, maneuver):
+    near = [path(float(second), Reached.NEAR) for second in range(5, 10)]
+    off = [path(float(second)) for second in range(10, 30)]
+    run = execute(cls, maneuver, here(1.5), path(2.0), there(5.0), *near, there(12.0, 30.0), *off, hovers=True)
+    assert done(run) == math.inf
+    assert last_info(run) == "30 m from the point at the end"
 
 
 @pytest.mark.parametrize(("cls", "maneuver"), HOVERING)

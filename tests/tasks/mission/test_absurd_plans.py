@@ -93,10 +93,10 @@ def test_what_dune_carries_out_is_no_absurd_number(maneuver):
 
 
 @pytest.mark.parametrize(("profile", "head"), [(LAUV, "depth: 0\n"), ("otter", "")])
-def test_a_circle_that_is_not_reached_is_said(profile, head):
+def test_a_circle_of_which_most_is_missing_fails(profile, head):
     report = fly(
         plan("loiter: {north: 20, radius: 1000, duration: 20}", head), profile, limit=200, overrides=[UNLOGGED]
     )
-    assert report.completed
-    assert report.reason.startswith("plan completed; M: radius ")
+    assert report.outcome == "FAILURE"
+    assert report.reason.startswith("Loiter maneuver error: radius ")
     assert report.reason.endswith(" m instead of 1000 m")
