@@ -113,7 +113,7 @@ def test_what_is_unknown_is_absent_from_the_statistics():
     ):
         partly = preflight().check(plan_of(known, unknown), kinds, HERE, None, 0.0).statistics(700 * 3600.0)
         assert partly.durations == "Calibration=0.0,Maneuver m0=61.7"
-        assert partly.distances == "Maneuver m0=99.9"
+        assert partly.distances == "Maneuver m0=100.0"
         assert partly.fuel == ""
 
 
