@@ -6,6 +6,7 @@ import imc
 from imc.discovery import Endpoint, Service, Services
 from imc.layout import LITTLE_ENDIAN, SMALLEST_PACKET
 from imc.reserved_ids import UNKNOWN_SYSTEM
+from support.token_bucket import TokenBucket
 from tasks.transports.imc_links.console_acl import ConsoleAcl
 from tasks.transports.imc_links.peer_table import ELSEWHERE, MALFORMED, UNKNOWN, Peer, PeerTable
 
@@ -13,7 +14,8 @@ SPOOFED = "sent as this vehicle"
 NOT_LISTED = "command of a console that is not listed"
 STARTS = tuple(imc.Message.SYNC.to_bytes(2, order) for order in ("little", "big"))
 ANNOUNCE, ABORT = imc.Announce.ID, imc.Abort.ID
-STRANGERS = 20.0  # Announces, and as many Aborts, per second of all systems that are unknown yet
+STRANGERS = 20.0  # at once: Announces, and per second Aborts, of all systems that are unknown yet
+NEW_RATE = 2.0  # Announces of them per second in the long run: each becomes a peer, which is sent everything
 
 
 class DatagramFilter:
@@ -41,7 +43,8 @@ class DatagramFilter:
         self._static = static
         self._ignore_filter = ignore_filter
         self._rate = rate
-        self._strangers, self._helpers = Peer(UNKNOWN_SYSTEM, ""), Peer(UNKNOWN_SYSTEM, "")
+        self._strangers = TokenBucket(NEW_RATE, STRANGERS, 0.0)
+        self._moved, self._helpers = Peer(UNKNOWN_SYSTEM, ""), Peer(UNKNOWN_SYSTEM, "")
 
     def evaluate(self, packet: bytes, address: str, port: int, now: float) -> Peer | str:
         """The peer that a datagram is from; else the reason to drop it."""
@@ -68,9 +71,9 @@ class DatagramFilter:
 
     def is_unknown_sender_announce(self, packet: bytes, reason: str, now: float) -> bool:
         """Whether a datagram that was not taken may be the Announce that makes its sender known, or known there."""
-        if reason not in (UNKNOWN, ELSEWHERE):
+        if reason not in (UNKNOWN, ELSEWHERE) or imc.packet_id(packet) != ANNOUNCE:
             return False
-        return imc.packet_id(packet) == ANNOUNCE and self._strangers.try_acquire(now, STRANGERS)
+        return self._moved.try_acquire(now, STRANGERS) if reason is ELSEWHERE else self._strangers.try_acquire(now)
 
     def _is_strangers_abort(self, packet: bytes, now: float) -> bool:
         """Whether a stranger's datagram is an Abort for this vehicle: who needs it may find no room to announce."""

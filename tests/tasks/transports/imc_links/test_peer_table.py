@@ -5,7 +5,14 @@ import pytest
 import imc
 from imc.discovery import Endpoint, Service, Services
 from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
-from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED, STRANGERS, DatagramFilter, sender_text
+from tasks.transports.imc_links.datagram_filter import (
+    NEW_RATE,
+    NOT_LISTED,
+    SPOOFED,
+    STRANGERS,
+    DatagramFilter,
+    sender_text,
+)
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.peer_table import (
     ELSEWHERE,
@@ -247,6 +254,14 @@ def test_an_abort_for_this_vehicle_needs_no_announce():
     assert not obeyed(Scene(consoles=["0x4043"]), OWN)
     scene = Scene()
     assert sum(obeyed(scene, OWN) for _ in range(100)) == STRANGERS
+
+
+def test_announces_in_ever_new_names_make_few_peers_and_a_peer_that_moves_is_still_taken():
+    gate, seconds, rate = Scene().gate, 15, 600
+    announce = packet(message=imc.Announce(sys_name="x"))
+    taken = sum(gate.is_unknown_sender_announce(announce, UNKNOWN, NOW + i / rate) for i in range(seconds * rate))
+    assert STRANGERS <= taken <= STRANGERS + NEW_RATE * seconds
+    assert gate.is_unknown_sender_announce(announce, ELSEWHERE, NOW + seconds)
 
 
 def test_drops_are_counted_by_sender_and_their_number_is_bounded():
