@@ -1,6 +1,7 @@
 """The plan database."""
 
 import sqlite3
+from collections import deque
 
 import imc
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
@@ -8,6 +9,7 @@ from runtime import State, Task, consume, param
 from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
 from support.log_limit import LogLimit
+from support.token_bucket import TokenBucket
 from tasks.plan.duplicate_requests import DuplicateRequests
 from tasks.plan.replies import truncate_reply
 from tasks.plan.store import PlanChange, PlanRow, PlanStore, StoreFullError
@@ -17,6 +19,11 @@ Type = imc.PlanDB.Type
 UNDEFINED = "undefined plan"
 MOST_DAMAGED = 10  # files that are kept
 STATE_PERIOD = 1.0  # s between two states for all, however fast plans change
+CHANGES, AT_ONCE = 10.0, 4.0  # per second, at once: the disk has to confirm each in a file, which takes 20 to 200 ms
+MOST_WAITING = 100  # requests, of 64 kB at most each
+MOST_OF_ONE = 50  # of one system
+CHANGING = (Op.SET, Op.DEL, Op.CLEAR)
+TOO_MANY = "too many requests wait for the disk: ask again later"
 
 
 class DB(Task):
@@ -42,6 +49,8 @@ class DB(Task):
         trouble = ""
         self._copies = DuplicateRequests(self.system)
         self._refusals = LogLimit("more requests are refused", self.now)
+        self._pace = TokenBucket(CHANGES, AT_ONCE, self.now)
+        self._waiting: deque[imc.PlanDB | imc.PlanControl] = deque()
         self._current: imc.PlanDBState | None = None
         self._published, self._is_due = -STATE_PERIOD, False
         try:
@@ -79,13 +88,12 @@ class DB(Task):
             answer = self._copies.last_answer(request)
             if answer is not None:
                 self.reply(request, answer)
-            return
-        try:
+        elif self._is_next(request):
             self._serve(request)
-        except sqlite3.Error as error:
-            self._answer(request, Type.FAILURE, f"database: {error}")
-        except StoreFullError as error:
-            self._answer(request, Type.FAILURE, str(error))
+        elif self._wait(request):
+            self._progress(request)
+        else:
+            self._answer(request, Type.FAILURE, TOO_MANY)
 
     @consume(others=True)
     def keep_started(self, request: imc.PlanControl) -> None:
@@ -101,6 +109,43 @@ class DB(Task):
             or plan.plan_id != request.plan_id
         ):
             return
+        if self._is_next(request):
+            self._keep(request, plan)
+        elif not self._wait(request):
+            self._refusals.write(self.log.warning, f"{TOO_MANY}: not stored: {plan.plan_id!r}", self.now)
+
+    def _is_next(self, request: imc.PlanDB | imc.PlanControl) -> bool:
+        """Whether a request can be served now: those of one system in their order, changes as the disk can take them.
+
+        Only the own file is slow, so plans in memory never wait.
+        """
+        if self._in_memory:
+            return True
+        if _reads(request):
+            return all(request.src != other.src for other in self._waiting)
+        return not self._waiting and self._pace.try_acquire(self.now)
+
+    def _wait(self, request: imc.PlanDB | imc.PlanControl) -> bool:
+        """Let a request wait for the disk; False if too many do."""
+        own = sum(request.src == other.src for other in self._waiting)
+        if len(self._waiting) >= MOST_WAITING or own >= MOST_OF_ONE:
+            return False
+        self._waiting.append(request)
+        if len(self._waiting) == 1:
+            self.after(1.0 / CHANGES, self._serve_waiting)
+        return True
+
+    def _serve_waiting(self) -> None:
+        while self._waiting and (_reads(self._waiting[0]) or self._pace.try_acquire(self.now)):
+            request = self._waiting.popleft()
+            if isinstance(request, imc.PlanDB):
+                self._serve(request)
+            elif isinstance(request.arg, imc.PlanSpecification):
+                self._keep(request, request.arg)
+        if self._waiting:
+            self.after(1.0 / CHANGES, self._serve_waiting)
+
+    def _keep(self, request: imc.PlanControl, plan: imc.PlanSpecification) -> None:
         answer = imc.PlanDB(op=Op.SET, plan_id=plan.plan_id)
         try:
             stored, new = self._store.set(plan, self._change(request))
@@ -112,6 +157,14 @@ class DB(Task):
             self._publish_database_state()
 
     def _serve(self, request: imc.PlanDB) -> None:
+        try:
+            self._execute(request)
+        except sqlite3.Error as error:
+            self._answer(request, Type.FAILURE, f"database: {error}")
+        except StoreFullError as error:
+            self._answer(request, Type.FAILURE, str(error))
+
+    def _execute(self, request: imc.PlanDB) -> None:
         if request.op == Op.SET:
             self._set(request)
         elif request.op == Op.DEL:
@@ -234,6 +287,10 @@ class DB(Task):
             kept = store.copy_readable(aside)
             self.log.error(f"{path.name}: {error}; renamed to {aside.name}, of which {kept} plans could be read")
             return store
+
+
+def _reads(request: imc.PlanDB | imc.PlanControl) -> bool:
+    return isinstance(request, imc.PlanDB) and request.op not in CHANGING
 
 
 def _saved(new: bool) -> str:

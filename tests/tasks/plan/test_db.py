@@ -184,6 +184,39 @@ def test_a_console_that_asks_in_vain_without_end_does_not_fill_the_log_book():
     assert "more requests are refused, which are not logged one by one" in run.log
 
 
+def slow_file(tmp_path, requests, seconds=20):
+    """The answers of a plan database in a file, with the times of its results."""
+    run = simulate(DB, requests, seconds=seconds, log_root=tmp_path, storage="File")
+    found = [m for m in run.of(imc.PlanDB) if m.op != Op.BOOT]
+    return found, [m for m in found if m.type != Type.IN_PROGRESS]
+
+
+def test_changes_wait_for_the_disk_in_their_order_and_others_read_meanwhile(tmp_path):
+    many = [ask(Op.SET, f"p{i}", plan_of(goto(1, 0), name=f"p{i}"), request_id=i) for i in range(40)]
+    own, other = ask(Op.GET, "p39", request_id=100), ask(Op.GET, "p0", src=CCU + 1, request_id=101)
+    progress, results = slow_file(tmp_path, [*many, own, other])
+    assert [(m.request_id, m.type) for m in results if m.dst == CCU] == [(i, Type.SUCCESS) for i in (*range(40), 100)]
+    began = progress[0].timestamp
+    of_other = next(m for m in results if m.dst == CCU + 1)
+    assert (of_other.type, of_other.timestamp - began) == (Type.SUCCESS, 0.0)
+    assert 3.4 < next(m for m in results if m.request_id == 39).timestamp - began < 3.8
+    for second in range(4):
+        within = [m for m in results if second <= m.timestamp - began < second + 1 and m.op == Op.SET]
+        assert len(within) <= 14
+    assert {m.request_id for m in progress if m.type == Type.IN_PROGRESS} >= set(range(40)), "nobody waits in silence"
+
+
+def test_a_console_that_stores_plans_without_end_waits_for_the_disk_alone(tmp_path):
+    flood = [ask(Op.SET, f"p{i}", plan_of(goto(1, 0), name=f"p{i}"), request_id=i) for i in range(500)]
+    other = ask(Op.SET, "a", A, src=CCU + 1)
+    _, results = slow_file(tmp_path, [*flood, other])
+    assert sum(m.type == Type.SUCCESS for m in results if m.dst == CCU) == 54
+    refused = [m for m in results if m.type == Type.FAILURE]
+    assert len(refused) == 446
+    assert {m.info for m in refused} == {"too many requests wait for the disk: ask again later"}
+    assert [m.type for m in results if m.dst == CCU + 1] == [Type.SUCCESS]
+
+
 def test_the_state_is_made_from_the_digests_and_not_from_the_plans():
     """Reading all plans for each answer once kept all tasks waiting for seconds."""
     store = PlanStore(None)
