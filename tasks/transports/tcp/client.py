@@ -14,6 +14,7 @@ from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
 LOOK = 0.05  # s between two looks whether a connection is made
 PATIENCE = 5.0  # s for it
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 30.0  # s between two attempts
+SILENCE = 10.0  # s without a packet after which a server is silent; whatever speaks IMC sends Heartbeat every 1 s
 
 
 class Client(StreamLinkTask):
@@ -95,5 +96,15 @@ class Client(StreamLinkTask):
         self.retry_later(why)
 
     def report(self) -> None:
-        state = State.NORMAL if self.streams else State.FAULT
-        self.set_entity_state(state, self.trouble or (self.statistics_text() if self.streams else "connecting"))
+        """A server that is silent, or sends what is no packet, is reported and kept: it may read all the same."""
+        stream = self.streams[0] if self.streams else None
+        if stream is None:
+            self.set_entity_state(State.FAULT, self.trouble or "connecting")
+            return
+        silent = network_time(self) - stream.heard
+        trouble = f"{stream.name} has sent no packet for {SILENCE:g} s" if silent >= SILENCE else ""
+        if trouble and trouble != self.trouble:
+            self.log.warning(trouble)
+        self.trouble = trouble
+        text = f"{trouble}; {self.statistics_text()}" if trouble else self.statistics_text()
+        self.set_entity_state(State.FAULT if trouble else State.NORMAL, text)
