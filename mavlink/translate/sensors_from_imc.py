@@ -7,6 +7,7 @@ import imc
 from mavlink.dialect import Fields
 from mavlink.positions import GlobalPosition, Home, degrees_e7
 from mavlink.translate.from_imc import UNKNOWN_16, boot_ms, quaternion, velocity_of
+from support.rotations import rotation, to_body
 
 GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
 DOWN, FORWARD = 25, 0  # MAV_SENSOR_ORIENTATION
@@ -22,6 +23,9 @@ FIXES: Mapping[int, int] = {
 }
 ACCELERATIONS, GYROS, MAGNETIC = 0x07, 0x38, 0x1C0  # HIGHRES_IMU_UPDATED
 ATTITUDE_OK, VELOCITY_OK, POSITION_OK, DEPTH_OK = 0x001, 0x006, 0x018, 0x020  # ESTIMATOR_STATUS_FLAGS
+
+LOCAL_NED, BODY_FRD, AUTOPILOT_ESTIMATOR = 1, 12, 8  # MAV_FRAME, MAV_ESTIMATOR_TYPE
+COVARIANCES, VARIANCES = 21, (0, 6, 11)  # the upper triangle by rows; the places of x, y, z
 
 
 def has_position(fix: imc.GpsFix) -> bool:
@@ -77,6 +81,34 @@ def attitude_quaternion(state: imc.EstimatedState, time: int) -> Fields | None:
     }
 
 
+def odometry(state: imc.EstimatedState, local: Fields, uncertainty: imc.NavigationUncertainty | None) -> Fields | None:
+    """ODOMETRY from LOCAL_POSITION_NED: position from home in north, east, down, velocities along the body's axes.
+
+    Of the covariances only the variances of x, y, z are filled in, and NaN where nothing is known, as MAVLink says.
+    """
+    if not all(map(math.isfinite, (state.phi, state.theta, state.psi, state.p, state.q, state.r))):
+        return None
+    velocity = to_body(rotation(state.phi, state.theta, state.psi), (local["vx"], local["vy"], local["vz"]))
+    covariance = [math.nan] * COVARIANCES
+    if uncertainty is not None:
+        for place, variance in zip(VARIANCES, (uncertainty.x, uncertainty.y, uncertainty.z), strict=True):
+            covariance[place] = variance if 0.0 <= variance < math.inf else math.nan
+    return {
+        "time_usec": round(state.timestamp * 1e6),
+        "frame_id": LOCAL_NED,
+        "child_frame_id": BODY_FRD,
+        **{name: local[name] for name in ("x", "y", "z")},
+        "q": quaternion(state.phi, state.theta, state.psi),
+        **dict(zip(("vx", "vy", "vz"), velocity, strict=True)),
+        "rollspeed": state.p,
+        "pitchspeed": state.q,
+        "yawspeed": state.r,
+        "pose_covariance": covariance,
+        "velocity_covariance": [math.nan] * COVARIANCES,
+        "estimator_type": AUTOPILOT_ESTIMATOR,
+    }
+
+
 def altitude(state: imc.EstimatedState, place: GlobalPosition, home: Home) -> Fields:
     """ALTITUDE; the clearance is that above the bottom or ground, NaN if unknown."""
     clearance = state.alt if state.alt >= 0.0 and math.isfinite(state.alt) else math.nan
@@ -121,6 +153,17 @@ def nav_controller_output(
         "alt_error": errors[0],
         "aspd_error": errors[1],
         "xtrack_error": path.y,
+    }
+
+
+def nav_controller_output_without_target(state: imc.EstimatedState) -> Fields:
+    """NAV_CONTROLLER_OUTPUT where no path is followed: no distance and no errors, as ArduPilot sends it."""
+    heading = round(math.degrees(math.remainder(state.psi, math.tau)))
+    return {
+        "nav_roll": math.degrees(state.phi),
+        "nav_pitch": math.degrees(state.theta),
+        "nav_bearing": heading,
+        "target_bearing": heading,
     }
 
 

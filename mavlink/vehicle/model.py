@@ -23,6 +23,8 @@ REMEMBERED = 10
 SAVE_IMAGES = "Save Images"  # the option by which a camera takes pictures
 GUIDED_PLANS = frozenset(("hold", "goto", "return", "land", "takeoff", "orbit", "steered", "follow"))
 """Plans that single orders of ground stations become; they are no missions."""
+ARRIVING_PLANS = frozenset(("goto", "takeoff"))
+"""Those that end at a place, where the vehicle holds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,6 +201,12 @@ class VehicleModel:
         )
 
     @property
+    def _stays_guided(self) -> bool:
+        """Whether the last order was to go somewhere, and no hold: ArduPilot stays in GUIDED when it has arrived."""
+        plan = self.latest.plan
+        return plan is not None and plan.plan_id in ARRIVING_PLANS and not self.held
+
+    @property
     def armed_or_moving(self) -> bool:
         """Whether it is armed over MAVLink, moving for any other reason, or has running motors."""
         return self.armed or is_maneuvering(self.latest.vehicle) or bool(self.latest.motors_running)
@@ -243,6 +251,8 @@ class VehicleModel:
 
     def custom_mode(self, flavor: Flavor) -> int:
         """The number of the present mode in a flavor."""
+        if flavor.name == "ardupilot" and self.mode is Mode.HOLD and self._stays_guided:
+            return flavor.custom_mode(self.kind, Mode.GUIDED)
         mode, number, name = self._chosen_number
         if (mode, name) == (self.mode, flavor.name) and number >= 0:
             return number

@@ -43,6 +43,14 @@ def local_position(sources: TelemetryContext, _: Flavor, now: float) -> Fields |
     )
 
 
+def odometry(sources: TelemetryContext, flavor: Flavor, now: float) -> Fields | None:
+    latest = sources.model.latest
+    local = local_position(sources, flavor, now)
+    if local is None or latest.state is None:
+        return None
+    return sensors_from_imc.odometry(latest.state, local, latest.get(imc.NavigationUncertainty))
+
+
 def vfr_hud(sources: TelemetryContext, _: Flavor, now: float) -> Fields | None:
     model = sources.model
     found = model.state_and_position()
@@ -58,9 +66,12 @@ def altitude(sources: TelemetryContext, _: Flavor, now: float) -> Fields | None:
 def nav_controller_output(sources: TelemetryContext, flavor: Flavor, now: float) -> Fields | None:
     model = sources.model
     path, found = model.latest.get(imc.PathControlState), model.state_and_position()
-    if path is None or found is None:
+    if found is None:
         return None
     state, place = found
+    if path is None:
+        known = all(map(math.isfinite, (state.phi, state.theta, state.psi)))
+        return sensors_from_imc.nav_controller_output_without_target(state) if known else None
     try:
         north, east, _ = wgs84.displacement(place.lat, place.lon, 0.0, path.end_lat, path.end_lon, 0.0)
     except (ArithmeticError, ValueError):

@@ -63,13 +63,18 @@ STREAMS: Mapping[str, MessageStream] = {
         MessageStream("GPS_RAW_INT", 2.0, STATUS, "GpsFix", motion.gps_raw),
         MessageStream("ATTITUDE", "attitude_rate", EXTRA_1, "EstimatedState", motion.attitude),
         MessageStream("ATTITUDE_QUATERNION", 2.0, EXTRA_1, "EstimatedState", motion.attitude_quaternion),
+        MessageStream("ODOMETRY", 0.5, EXTRA_1, "EstimatedState, NavigationUncertainty", motion.odometry),
         MessageStream("LOCAL_POSITION_NED", "position_rate", POSITION, "EstimatedState", motion.local_position),
         MessageStream(
             "GLOBAL_POSITION_INT", "position_rate", POSITION, "EstimatedState", motion.global_position, low=1.0
         ),
         MessageStream("MISSION_CURRENT", 1.0, STATUS, "the mission, PlanControlState", status.mission_current, low=0.2),
         MessageStream(
-            "NAV_CONTROLLER_OUTPUT", 1.0, STATUS, "PathControlState, EstimatedState", motion.nav_controller_output
+            "NAV_CONTROLLER_OUTPUT",
+            1.0,
+            STATUS,
+            "PathControlState, if a path is followed; EstimatedState",
+            motion.nav_controller_output,
         ),
         MessageStream(
             "VFR_HUD",

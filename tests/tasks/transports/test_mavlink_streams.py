@@ -93,6 +93,15 @@ def test_figures_are_those_of_the_vehicle(said):
     assert math.hypot(*q) == pytest.approx(1.0, abs=1e-5)
     yaw = math.atan2(2 * (q[0] * q[3] + q[1] * q[2]), 1 - 2 * (q[2] ** 2 + q[3] ** 2))
     assert yaw == pytest.approx(found["ATTITUDE"][0]["yaw"], abs=1e-5)
+    (odometry,), (local,) = found["ODOMETRY"], found["LOCAL_POSITION_NED"]
+    assert [odometry[name] for name in ("x", "y", "z")] == [local[name] for name in ("x", "y", "z")]
+    assert (odometry["frame_id"], odometry["child_frame_id"]) == (1, 12)
+    assert list(odometry["q"]) == pytest.approx(q)
+    along = [odometry[name] for name in ("vx", "vy", "vz")]
+    assert math.hypot(*along) == pytest.approx(math.hypot(*(local[name] for name in ("vx", "vy", "vz"))), rel=1e-5)
+    assert along[0] == pytest.approx(speed, abs=1.2), "it goes forward"
+    assert odometry["pose_covariance"][0] > 0.0
+    assert math.isnan(odometry["velocity_covariance"][0]), "nobody knows it"
     mode = found["CURRENT_MODE"][0]
     assert mode["custom_mode"] == found["HEARTBEAT"][0]["custom_mode"]
     assert mode["standard_mode"] == 6
@@ -161,6 +170,20 @@ def test_no_stream_raises_without_a_vehicle(desk, flavor: Flavor):
         for name, stream in STREAMS.items():
             for fields in stream.build_message_fields(desk.endpoint.telemetry.sources, flavor, desk.now):
                 DIALECT.by_name[name].pack(fields)
+
+
+def test_a_vehicle_without_a_path_has_no_distance_to_a_target(desk):
+    desk.locate(psi=-0.5, phi=0.1)
+    stream = STREAMS["NAV_CONTROLLER_OUTPUT"]
+    (fields,) = stream.build_message_fields(desk.endpoint.telemetry.sources, FLAVORS["ardupilot"], desk.now)
+    values = DIALECT.by_name[stream.name].unpack(DIALECT.by_name[stream.name].pack(fields))
+    assert (values["nav_bearing"], values["target_bearing"], values["wp_dist"], values["xtrack_error"]) == (
+        -29,
+        -29,
+        0,
+        0,
+    )
+    assert values["nav_roll"] == pytest.approx(math.degrees(0.1))
 
 
 def test_named_values_are_any_numbers_of_the_bus(tmp_path):
