@@ -86,9 +86,10 @@ def odometry(state: imc.EstimatedState, local: Fields, uncertainty: imc.Navigati
 
     Of the covariances only the variances of x, y, z are filled in, and NaN where nothing is known, as MAVLink says.
     """
-    if not all(map(math.isfinite, (state.phi, state.theta, state.psi, state.p, state.q, state.r))):
+    angles, over_ground = (state.phi, state.theta, state.psi), velocity_of(state)
+    if over_ground is None or not all(map(math.isfinite, (*angles, state.p, state.q, state.r))):
         return None
-    velocity = to_body(rotation(state.phi, state.theta, state.psi), (local["vx"], local["vy"], local["vz"]))
+    velocity = to_body(rotation(*angles), over_ground)
     covariance = [math.nan] * COVARIANCES
     if uncertainty is not None:
         for place, variance in zip(VARIANCES, (uncertainty.x, uncertainty.y, uncertainty.z), strict=True):
@@ -98,7 +99,7 @@ def odometry(state: imc.EstimatedState, local: Fields, uncertainty: imc.Navigati
         "frame_id": LOCAL_NED,
         "child_frame_id": BODY_FRD,
         **{name: local[name] for name in ("x", "y", "z")},
-        "q": quaternion(state.phi, state.theta, state.psi),
+        "q": quaternion(*angles),
         **dict(zip(("vx", "vy", "vz"), velocity, strict=True)),
         "rollspeed": state.p,
         "pitchspeed": state.q,
