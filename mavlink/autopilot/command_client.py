@@ -12,7 +12,7 @@ RESULTS = ("accepted", "temporarily rejected", "denied", "unsupported", "not car
            "accepted only as COMMAND_LONG", "accepted only as COMMAND_INT", "refused for its frame")  # fmt: skip
 PATIENCE, LONG_PATIENCE, TRIES = 1.0, 10.0, 6  # s, s while it is in progress
 LONGEST_QUEUE = 64
-SILENT, DROPPED = -1, -2  # the results of commands that were never acknowledged, or never sent
+SILENT, DROPPED, WITHDRAWN = -1, -2, -3  # of commands that were never acknowledged, never sent, or cancelled
 
 OnResult = Callable[[int], object]
 
@@ -23,6 +23,8 @@ def result_text(result: int) -> str:
         return "not acknowledged"
     if result == DROPPED:
         return f"not sent: {LONGEST_QUEUE} other commands wait"
+    if result == WITHDRAWN:
+        return "withdrawn"
     return RESULTS[result] if result < len(RESULTS) else f"answered with {result}"
 
 
@@ -77,11 +79,17 @@ class CommandClient:
             dropped.on_result(DROPPED)
 
     def cancel(self, *, urgent: bool = True) -> None:
-        """Drop all commands, since who should acknowledge them is not there any more; or only those not urgent."""
-        kept = [] if urgent else [command for command in self._waiting if command.urgent]
-        self._waiting = deque(kept)
+        """Drop all commands, since who should acknowledge them is not there any more; or only those not urgent.
+
+        Each is WITHDRAWN, when none of them is left.
+        """
+        each = [*self._waiting] if self._current is None else [self._current, *self._waiting]
+        dropped = [command for command in each if urgent or not command.urgent]
+        self._waiting = deque(command for command in self._waiting if command.urgent and not urgent)
         if self._current is not None and (urgent or not self._current.urgent):
             self._current = None
+        for command in dropped:
+            command.on_result(WITHDRAWN)
 
     def receive(self, command: int, result: int, now: float) -> None:
         """Take an acknowledgment."""

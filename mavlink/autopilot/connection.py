@@ -16,7 +16,7 @@ from mavlink import (
     encode,
     split,
 )
-from mavlink.autopilot.command_client import ACCEPTED, CommandClient
+from mavlink.autopilot.command_client import ACCEPTED, WITHDRAWN, CommandClient
 from mavlink.autopilot.vehicle_modes import PX4, SUBMARINE
 
 COMPONENT = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
@@ -171,7 +171,7 @@ class AutopilotConnection:
         refused: list[str] = []
 
         def settle(name: str, result: int) -> None:
-            if result != ACCEPTED and name in ESSENTIAL and not refused:
+            if result not in (ACCEPTED, WITHDRAWN) and name in ESSENTIAL and not refused:
                 refused.append(name)
                 self._ask_for_groups(max(rates.values()))
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from mavlink import Fields
-from mavlink.autopilot.command_client import ACCEPTED, result_text
+from mavlink.autopilot.command_client import ACCEPTED, WITHDRAWN, result_text
 from mavlink.autopilot.guided_goal import LEADING, GuidedGoal
 from mavlink.autopilot.leg import Leg, ReportedPosition, is_airborne
 from mavlink.autopilot.leg_speed import LegSpeed
@@ -333,6 +333,8 @@ class ModeController:
             if number != self._number:
                 return
             self._asked = False
+            if result == WITHDRAWN:  # the autopilot is silent, which is handled as such
+                return
             then("" if result == ACCEPTED else f"{command.what} was {result_text(result)}{self._with_reason()}")
 
         self._send_command(command.message, command.fields, settle)

@@ -191,7 +191,6 @@ class PathFollowerTask(Task):
         if track.length > LONGEST or (
             track.length == 0.0 and path.lradius <= 0.0 and math.dist(at, track.end) > LONGEST
         ):
-            self._guidance.update_track_coordinates(track)
             self._fail(f"the desired path is longer than {LONGEST / 1000:g} km")
             return
         distance = math.dist(at, track.end)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mavlink.autopilot.command_client import DROPPED, LONGEST_QUEUE, SILENT, CommandClient, result_text
+from mavlink.autopilot.command_client import DROPPED, LONGEST_QUEUE, SILENT, WITHDRAWN, CommandClient, result_text
 
 
 class Line:
@@ -56,3 +56,19 @@ def test_a_command_that_is_dropped_since_too_many_wait_is_answered_with_the_reas
     assert [command for command, result in line.results if result == 0].count(1000) == 1
     assert len(line.results) == LONGEST_QUEUE + 2
     assert not line.orders.busy
+
+
+@pytest.mark.parametrize(("urgent", "left"), [(True, []), (False, [3])])
+def test_a_command_that_is_cancelled_has_a_result_too(urgent, left):
+    line = Line()
+    for command in (1, 2):
+        line.give(command, 0.0)
+    line.give(3, 0.0, urgent=True)
+    line.orders.cancel(urgent=urgent)
+    assert sorted(line.results) == [(command, WITHDRAWN) for command in (1, 2, 3) if command not in left]
+    assert line.orders.busy == bool(left)
+    line.give(4, 1.0)
+    for command in (*left, 4):
+        line.orders.receive(command, 0, 1.1)
+    assert line.results[-1] == (4, 0)
+    assert result_text(WITHDRAWN) == "withdrawn"

@@ -254,6 +254,17 @@ def test_paths_to_nowhere_are_errors_and_a_good_one_ends_them(fields, reason):
     assert good.task.entity.state is State.NORMAL
 
 
+def test_a_path_that_is_refused_leaves_the_one_before_as_it_was():
+    first = path(100.0, 0.0, flags=Flags.START, start_lat=LAT, start_lon=LON)
+    far = path(0.0, 0.0, time=0.6, ref=2).replace(
+        end_lat=LAT + 0.01, flags=Flags.START, start_lat=LAT, start_lon=LON + 0.02
+    )
+    alone = follow([enable(), first, *still(1.5, x=10.0, y=3.0)])
+    run = follow([enable(), first, far, *still(1.5, x=10.0, y=3.0)])
+    assert run.task.entity.description == "the desired path is longer than 25 km"
+    assert headings(run) == headings(alone)
+
+
 def test_a_vehicle_that_does_not_get_on_is_an_error():
     run = follow([enable(), path(100.0, 0.0), *still(45.0)], watch_along=True)
     assert run.task.entity.description == "along-track divergence error"
