@@ -1,6 +1,7 @@
 """`shoal mission` and `shoal.fly` with a whole simulated vehicle."""
 
 import json
+import os
 import re
 import resource
 import subprocess
@@ -34,7 +35,8 @@ def test_a_log_that_does_not_fit_on_the_disk_is_said_and_is_no_success(tmp_path)
     (tmp_path / "plan.yaml").write_text(SHORT)
     command = [*SHOAL, "mission", "lauv-noptilus-1", "plan.yaml", "--json"]
     full = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (20_000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, preexec_fn=full)
+    whole = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}  # a truncated .pyc would break other tests
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, preexec_fn=full, env=whole)
     assert (done.returncode, json.loads(done.stdout)["outcome"]) == (1, "SUCCESS")
     lack = rf"the log is not complete: \d+\.\d MiB of messages are not on the disk: {TOO_LARGE}"
     assert re.search(lack, done.stderr)

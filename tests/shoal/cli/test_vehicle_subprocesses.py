@@ -67,8 +67,7 @@ def test_a_process_of_a_vehicle_is_started_killed_and_started_again(network: Net
     watcher.line_where(token=token("vision"), born=False)
     assert time.monotonic() - killed < 1.0 * slowness()
     watcher.line_where(token=token("vision"), born=True)
-    before = len(asker.ask(f"late imc/{NAME}/EstimatedMugState/* 1.5")["heard"])
-    assert before > 0
+    wait_until(lambda: asker.ask(f"late imc/{NAME}/EstimatedMugState/* 0.5")["heard"], main)
     (vision,) = children(main.popen.pid)
     os.kill(vision, signal.SIGTERM)  # as systemd does: to all of a service
     main.popen.send_signal(signal.SIGTERM)

@@ -236,11 +236,13 @@ def test_a_campaign_that_is_killed_leaves_no_copies(tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(folder)}
     command = [sys.executable, "go.py", study.name, "2"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, cwd=tmp_path, env=environment, text=True) as process:
-        process.stdin.write("go\n")
-        process.stdin.flush()
-        until(lambda: (tmp_path / "runs" / "runs.journal").exists() and len(read(tmp_path / "runs")) > 3)
-        assert list(folder.rglob(study.name))
-        process.kill()
+        try:
+            process.stdin.write("go\n")
+            process.stdin.flush()
+            until(lambda: (tmp_path / "runs" / "runs.journal").exists() and len(read(tmp_path / "runs")) > 3)
+            assert list(folder.rglob(study.name))
+        finally:
+            process.kill()  # before the end of the block, which waits for it
     until(lambda: not list(folder.iterdir()))
 
 
