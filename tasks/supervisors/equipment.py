@@ -3,6 +3,7 @@
 import imc
 from runtime import Task, consume
 from runtime.task import consumer_methods
+from support.log_limit import LogLimit
 
 Restart = imc.RestartSystem.Type
 Power = imc.PowerOperation.Op
@@ -20,6 +21,7 @@ class Equipment(Task):
     """
 
     def start(self) -> None:
+        self._refusals = LogLimit("more requests are refused", self.now)
         others = [task for task in self.vehicle.tasks if task is not self]
         self._taken = {consumer.type.__name__ for task in others for consumer in consumer_methods(type(task))}
 
@@ -60,4 +62,5 @@ class Equipment(Task):
 
     def _refuse(self, request: imc.Message, reason: str) -> None:
         if self.vehicle.daemon.reply_quota.try_acquire(request.src, COST, self.now):
-            self.log.warning(f"{type(request).__name__} from {self.vehicle.systems.name(request.src)}: {reason}")
+            text = f"{type(request).__name__} from {self.vehicle.systems.name(request.src)}: {reason}"
+            self._refusals.write(self.log.warning, text, self.now)

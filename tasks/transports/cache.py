@@ -11,6 +11,7 @@ from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
 from support.atomic_files import remove_file, write_file
 from support.file_errors import describe_os_error
+from support.log_limit import LogLimit
 
 Op = imc.CacheControl.Op
 FORGET = "CacheControl CLEAR forgets it"
@@ -37,6 +38,7 @@ class Cache(Task):
         self._kinds = {schema[name] for name in self.messages if name in schema}
 
     def start(self) -> None:
+        self._lines = LogLimit("more CacheControl comes", self.now)
         self._kept: dict[str, bytes] = {}
         self._changed: set[str] = set()
         self._writing = False
@@ -71,14 +73,15 @@ class Cache(Task):
             self._repeat()
         elif request.op == Op.CLEAR:
             self._clear()
-            self.log.info(f"cleared by {name}")
+            self._lines.write(self.log.info, f"cleared by {name}", self.now)
         elif request.op in (Op.STORE, Op.COPY):
             if request.op == Op.COPY:
                 what = "no copies are made"
             else:
                 what = f"{'nothing' if request.message is None else type(request.message).__name__} cannot be kept"
             kept = ", ".join(self.messages)
-            self.log.warning(f"CacheControl from {name} refused: {what}; only {kept} can be kept, on this vehicle")
+            text = f"CacheControl from {name} refused: {what}; only {kept} can be kept, on this vehicle"
+            self._lines.write(self.log.warning, text, self.now)
 
     @property
     def _folder(self) -> Path:
@@ -89,7 +92,8 @@ class Cache(Task):
         for name, packet in self._kept.items():
             message = self.vehicle.bus.decode(packet)
             self.publish(message.replace(timestamp=-1.0, src=self.system, src_ent=self.entity.id, dst=self.system))
-            self.log.info(f"{name} is what an operator has set before; {FORGET}")
+            text = f"{name} is what an operator has set before; {FORGET}"
+            self._lines.write(self.log.info, text, self.now)
 
     def _keep(self, message: imc.Message) -> None:
         """Keep a message of an operator to this vehicle, unless a value in it cannot be."""

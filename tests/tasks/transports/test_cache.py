@@ -133,3 +133,10 @@ def test_a_virtual_run_keeps_nothing_for_the_next():
     run = simulate([Cache, Monitor], feed, seconds=3.0)
     assert [m.max_depth for m in run.of(imc.OperationalLimits) if m.dst == VEHICLE] == [7.0]
     assert not list(run.vehicle.state_folder.rglob("*"))
+
+
+@pytest.mark.parametrize("op", [imc.CacheControl.Op.COPY, imc.CacheControl.Op.CLEAR, imc.CacheControl.Op.STORE])
+def test_a_console_that_asks_without_end_does_not_fill_the_log_book(op):
+    request = imc.CacheControl(op=op, snapshot="x" * 30_000, src=CONSOLE, dst=VEHICLE)
+    log = simulate(Cache, [request.replace(timestamp=1.0 + i / 45.0) for i in range(1000)], seconds=25.0).log
+    assert 60 <= len(log) <= 90, "of 1000 lines the first 60, and later one in 2 s"
