@@ -1,13 +1,5 @@
 """Plans: conditions, graph, checks, estimates and templates; plan files are in `autonomy.plans.yaml`."""
 
-from autonomy.plans.boolean_grammar import (
-    COMPARISONS,
-    NUMBER_PATTERN,
-    SIGN_PATTERN,
-    Connectives,
-    GrammarParser,
-    predicate_connectives,
-)
 from autonomy.plans.conditions import Condition, parse_condition
 from autonomy.plans.duration_energy_forecast import (
     PlanForecast,
@@ -24,15 +16,10 @@ from autonomy.plans.templates import TEMPLATES, TemplateDefaults, TemplateError,
 from autonomy.plans.value_ranges import value_range_violations
 
 __all__ = [
-    "COMPARISONS",
     "FINISH",
-    "NUMBER_PATTERN",
-    "SIGN_PATTERN",
     "TEMPLATES",
     "Actions",
     "Condition",
-    "Connectives",
-    "GrammarParser",
     "LatLon",
     "ManeuverEstimate",
     "PlanBounds",
@@ -55,7 +42,6 @@ __all__ = [
     "parse_condition",
     "parse_graph",
     "plan_from_template",
-    "predicate_connectives",
     "remaining_plan",
     "sequential_plan",
     "value_range_violations",

@@ -1,18 +1,18 @@
-"""Conditions of transitions: ManeuverIsDone, comparisons such as FuelLevel.value < 20, and, or, not."""
+"""Conditions of transitions: ManeuverIsDone, comparisons such as FuelLevel.value < 20 %, and, or, not."""
 
-import re
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import imc
-from autonomy.plans.boolean_grammar import NUMBER_PATTERN, SIGN_PATTERN, GrammarParser, predicate_connectives
-from imc.layout import NUMBERS
+from imc.expressions import ExpressionCompiler, FieldPlace, NameScope, RobustnessFunction
+from support.expressions import Call, Name, parse_tree
+from support.terminal_text import with_suggestion
 
 LatestMessages: TypeAlias = Mapping[type[imc.Message], imc.Message]
 Test = Callable[[LatestMessages, bool], bool]
-DONE_WORDS = ("", "true", "maneuverisdone", "maneuverisdone()")
-_WORD = re.compile(rf"\s*(?:{NUMBER_PATTERN}|[A-Za-z_]\w*(?:\.\w+)?(?:\(\))?|{SIGN_PATTERN})")
+DONE_WORDS = ("true", "maneuverisdone")
 
 
 @dataclass(frozen=True)
@@ -29,43 +29,41 @@ class Condition:
 
 
 def parse_condition(text: str) -> Condition:
-    """Parse a condition. Raises ValueError with the reason."""
-    if text.strip().lower() in DONE_WORDS:
+    """Parse a condition. Raises ValueError with the reason, and with the place of the mistake."""
+    if not text.strip():
         return Condition(text, lambda _, done: done, frozenset())
-    kinds: set[type[imc.Message]] = set()
+    scope = _PlanScope()
+    test = ExpressionCompiler(scope).test(parse_tree(text))
+    kinds = tuple(scope.slots)
 
-    def read_comparison(parser: GrammarParser[Test]) -> Test:
-        word = parser.expect_word("a condition")
-        return (lambda _, done: done) if word.lower() in DONE_WORDS else _comparison(word, parser, kinds)
+    def holds(latest: LatestMessages, done: bool) -> bool:
+        return test([done, *map(latest.get, kinds)], -math.inf) > 0.0
 
-    test = GrammarParser[Test](text, _WORD, read_comparison, predicate_connectives()).parse()
-    return Condition(text, test, frozenset(kinds))
+    return Condition(text, holds, frozenset(kinds))
 
 
-def _message(name: str) -> type[imc.Message] | None:
-    try:
-        return imc.builtin()[name]
-    except KeyError:
+class _PlanScope(NameScope):
+    """The messages of the vehicle itself; the first slot has whether the maneuver is done."""
+
+    def __init__(self) -> None:
+        self.slots: dict[type[imc.Message], int] = {}
+
+    def place(self, node: Name) -> FieldPlace | None:
+        if node.vehicle or node.receiver or node.entity is not None:
+            raise node.error(f"{node.text!r}: a plan compares its own vehicle's messages of a type: Message.field")
+        schema = imc.builtin()
+        if node.name not in schema:
+            if node.is_bare:
+                return None
+            reason = f"{node.text!r} is neither ManeuverIsDone nor Message.field"
+            raise node.error(with_suggestion(reason, node.name, schema.types))
+        kind = schema[node.name]
+        return FieldPlace(kind, self.slots.setdefault(kind, len(self.slots) + 1), node.path)
+
+    def test(self, node: Call | Name, compiler: ExpressionCompiler) -> RobustnessFunction | None:
+        word = node.name if isinstance(node, Name) else "" if node.arguments else node.function
+        if word.lower() in DONE_WORDS:
+            return lambda latest, _: math.inf if latest[0] else -math.inf
+        if isinstance(node, Name) and node.is_bare:
+            raise node.error(f"{node.text!r} is neither ManeuverIsDone nor Message.field")
         return None
-
-
-def _comparison(word: str, parser: GrammarParser[Test], kinds: set[type[imc.Message]]) -> Test:
-    name, _, field = word.partition(".")
-    kind = _message(name)
-    if kind is None or not field:
-        raise ValueError(f"{word!r} is neither ManeuverIsDone nor Message.field")
-    if field not in {f.name for f in imc.fields(kind) if f.type.split()[0] in NUMBERS}:
-        raise ValueError(f"{name} has no numeric field {field!r}")
-    sign = parser.lookahead_word
-    compare = parser.expect_comparison()
-    try:
-        limit = float(parser.expect_word("a number"))
-    except ValueError:
-        raise ValueError(f"{word} {sign} needs a number") from None
-    kinds.add(kind)
-
-    def test(latest: LatestMessages, _: bool) -> bool:
-        message = latest.get(kind)
-        return message is not None and compare(getattr(message, field), limit)
-
-    return test

@@ -1,31 +1,22 @@
-"""Which messages somebody wants to see: depth > 2, EstimatedState.depth > 2 and not u < 0.5, state == EXECUTING.
+"""Which messages somebody wants to see: depth > 2 m, EstimatedState.depth > 2 and not u < 1 kn, state == EXECUTING.
 
 A word is a field, with or without the name of its message; a field of a message inside is `arg.plan_id`. The fields
-of the header are src, src_ent, dst, dst_ent and timestamp. A value is a number (also 15deg, for a field in rad), the
-name of an enumerated value, or a text in quotes. `~` is *contains*: a text in a text, a bit in a bit field. A message
-without the field does not match.
+of the header are src, src_ent, dst, dst_ent and timestamp. Everything else is the grammar of conditions: units,
+functions, names of enumerated values, texts in quotes, and `~`, which means *contains*. A comparison is false for a
+message without the field, or whose field has another unit, or no such value.
 """
 
 import math
-import re
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple, cast
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import imc
-from autonomy.plans import NUMBER_PATTERN, SIGN_PATTERN, GrammarParser, predicate_connectives
+from imc.expressions import HEADER, ExpressionCompiler, FieldPlace, NameScope, RobustnessFunction, is_special
+from support.expressions import Comparison, ExpressionError, Name, parse_tree
 from support.terminal_text import suggestion
 
 MessageTest = Callable[[imc.Message], bool]
-Named = Mapping[type[imc.Message], int]
-HEADER = ("src", "src_ent", "dst", "dst_ent", "timestamp")
-DEGREES = ("deg", "°")
 MESSAGES = "`shoal message NAME` lists them"
-_WORD = re.compile(rf"\s*(?:{NUMBER_PATTERN}|[A-Za-z_]\w*(?:\.\w+)*|\"[^\"]*\"|'[^']*'|°|~|{SIGN_PATTERN})")
-
-
-class _Wanted(NamedTuple):
-    value: float | str
-    named: Named | None = None
 
 
 def parse_message_filter(
@@ -33,15 +24,31 @@ def parse_message_filter(
 ) -> MessageTest:
     """The test of an expression for messages of these types, without any for all of a schema, by default ours.
 
-    Raises ValueError with the reason.
+    Raises ValueError with the reason, and with the place of the mistake.
     """
     schema = schema or imc.builtin()
     known = list(kinds) or [schema[name] for name in schema.types]
     if not text.strip():
         return lambda _: True
-    return GrammarParser[MessageTest](
-        text, _WORD, lambda logic: _comparison(logic, known, schema), predicate_connectives()
-    ).parse()
+    tree, asked, scopes = parse_tree(text), _Fields(known, schema), list[_OneMessage]()
+    tests: dict[type[imc.Message], RobustnessFunction] = {}
+    for kind in known:
+        scope = _OneMessage(kind, asked)
+        scopes.append(scope)
+        tests[kind] = ExpressionCompiler(scope).test(tree)
+    _check_that_each_applies(scopes, asked)
+
+    def test(message: imc.Message) -> bool:
+        meaning = tests.get(type(message))
+        if meaning is None:  # of another schema, or with an id that is not known
+            try:
+                meaning = ExpressionCompiler(_OneMessage(type(message), asked)).test(tree)
+            except ExpressionError:
+                return False
+            tests[type(message)] = meaning
+        return meaning((message,), -math.inf) > 0.0
+
+    return test
 
 
 def field_value(message: imc.Message, path: str) -> Any:
@@ -54,78 +61,106 @@ def field_value(message: imc.Message, path: str) -> Any:
     return value
 
 
-def field_infos(kind: type[imc.Message]) -> dict[str, imc.FieldInfo]:
-    return {info.name: info for info in imc.fields(kind)}
+class _FieldMissingError(ExpressionError):
+    """A message of this kind has no such field; another one may have it."""
 
 
-def _comparison(logic: GrammarParser[MessageTest], kinds: list[type[imc.Message]], schema: imc.Schema) -> MessageTest:
-    word = logic.expect_word("a field")
-    if not (word[0].isalpha() or word[0] == "_"):
-        raise ValueError(f"{word!r} is no field; the field comes first, as in depth > 2")
-    path, kinds = _split(word, kinds, schema)
-    infos = {kind: info for kind in kinds if (info := field_infos(kind).get(path))}
-    compare = _contains if logic.accept("~") else logic.expect_comparison()
-    only = frozenset(kinds) if word != path else None
-    wanted, named = _value(logic, word, infos)
+class _OneMessage(NameScope):
+    """Names are fields of messages of one kind. Of comparisons, it keeps which cannot be made, and why."""
 
-    def test(message: imc.Message) -> bool:
-        if (named and type(message) not in named) or (only is not None and type(message) not in only):
-            return False
-        try:
-            value = field_value(message, path)
-        except AttributeError:
-            return False
-        right = named[type(message)] if named else wanted
-        return _comparable(value, right) and compare(value, right)
+    knows_nan = False
 
-    return test
+    def __init__(self, kind: type[imc.Message], asked: "_Fields"):
+        self.wrong: dict[int, tuple[Comparison, ExpressionError]] = {}
+        self._kind = kind
+        self._kinds, self._schema, self._all_fields = asked.kinds, asked.schema, asked.names
+        self._fields = {info.name: info for info in imc.fields(kind)}
 
+    def place(self, node: Name) -> FieldPlace | None:
+        if node.vehicle or node.receiver or node.entity is not None:
+            raise node.error(f"{node.text!r}: write the field alone; VEHICLE and --entity choose whose it is")
+        if node.name == self._kind.__name__:
+            self._check_field(node, node.path)
+            return FieldPlace(self._kind, 0, node.path)
+        path = f"{node.name}.{node.path}" if node.path else node.name
+        if node.name in self._fields or node.name in HEADER:
+            self._check_field(node, path)
+            return FieldPlace(self._kind, 0, path)
+        if node.name in self._schema and self._schema[node.name] not in self._kinds:
+            raise node.error(f"{node.name} is not among the messages asked for")
+        if node.path or node.name in self._schema or node.name in self._all_fields:
+            raise _FieldMissingError(node.text, node.at)
+        return None
 
-def _split(word: str, kinds: list[type[imc.Message]], schema: imc.Schema) -> tuple[str, list[type[imc.Message]]]:
-    """The path of a field, and the types that it may be in. Raises ValueError if no type has it."""
-    first, _, rest = word.partition(".")
-    if rest and first in schema:
-        kinds, word = [kind for kind in kinds if kind.__name__ == first], rest
-        if not kinds:
-            raise ValueError(f"{first} is not among the messages asked for")
-    name = word.partition(".")[0]
-    names = {name for kind in kinds for name in field_infos(kind)}
-    if name not in names and name not in HEADER:
-        of = kinds[0].__name__ if len(kinds) == 1 else "none of these messages"
-        has = "has no field" if len(kinds) == 1 else "has a field"
-        raise ValueError(f"{of} {has} {name!r}; {suggestion(name, names) or MESSAGES}")
-    if name != word and not any(name in (f.name for f in imc.fields(k) if f.type == "message") for k in kinds):
-        raise ValueError(f"{name} has no fields, so there is no {word}")
-    return word, kinds
+    def wrong_comparison(self, node: Comparison, error: ExpressionError) -> RobustnessFunction:
+        self.wrong[node.at] = node, error
+        return lambda _, __: -math.inf
+
+    def _check_field(self, node: Name, path: str) -> None:
+        """Refuse a field of what is no message, or that the message does not have."""
+        first, _, rest = path.partition(".")
+        info = self._fields.get(first)
+        if (path and info is None and path not in HEADER) or (rest and (info is None or info.type != "message")):
+            raise _FieldMissingError(node.text, node.at)
 
 
-def _value(logic: GrammarParser[MessageTest], word: str, infos: Mapping[type[imc.Message], imc.FieldInfo]) -> _Wanted:
-    """The value of a comparison; the name of an enumerated one has a number for each type of message."""
-    text = logic.expect_word("a value")
-    if text[0] in "\"'":
-        return _Wanted(text[1:-1])
-    try:
-        number = float(text)
-    except ValueError:
-        pass
-    else:
-        if math.isnan(number):
-            raise ValueError(f"{word}: nothing compares with {text}")
-        return _Wanted(math.radians(number) if logic.accept(*DEGREES) else number)
-    members = {kind: info.enum.__members__ for kind, info in infos.items() if info.enum is not None}
-    found = {kind: int(names[text]) for kind, names in members.items() if text in names}
-    if not found:
-        names = sorted({name for mapping in members.values() for name in mapping})
-        hint = (suggestion(text, names) or MESSAGES) if names else "write a number, or a text in quotes"
-        raise ValueError(f"{word}: {text!r} is not a value of it; {hint}")
-    return _Wanted(0.0, found)
+class _Fields:
+    """The fields of all kinds of messages that are asked for, for the words of errors."""
+
+    def __init__(self, kinds: list[type[imc.Message]], schema: imc.Schema):
+        self.kinds = kinds
+        self.schema = schema
+        self._infos = [info for kind in kinds for info in imc.fields(kind)]
+        self.names = {info.name for info in self._infos}
+        self._has = f"{kinds[0].__name__} has no field" if len(kinds) == 1 else "none of these messages has a field"
+
+    def error(self, node: Comparison) -> ExpressionError | None:
+        """What is wrong in a comparison that no kind of message can make; None if each name is known."""
+        for side, other in ((node.left, node.right), (node.right, node.left)):
+            if not isinstance(side, Name) or self._is_known(side) or is_special(side.name):
+                continue
+            is_value = side.is_bare and isinstance(other, Name) and self._is_known(other)
+            return side.error(self._value_reason(side, other.text) if is_value else self._field_reason(side))
+        return None
+
+    def _is_known(self, node: Name) -> bool:
+        if node.name in self.schema:
+            return node.path in {info.name for info in imc.fields(self.schema[node.name])}
+        return (node.name in self.names or node.name in HEADER) and not node.path
+
+    def _value_reason(self, side: Name, field: str) -> str:
+        last = field.rpartition(".")[2]
+        enums = [info.enum for info in self._infos if info.name == last and info.enum is not None]
+        values = sorted({name for enum in enums for name in enum.__members__})
+        hint = (suggestion(side.text, values) or MESSAGES) if values else "write a number, or a text in quotes"
+        return f"{field}: {side.text!r} is not a value of it; {hint}"
+
+    def _field_reason(self, side: Name) -> str:
+        names, has, word = self.names, self._has, side.text
+        if side.name in self.schema:
+            names, has, word = (
+                {i.name for i in imc.fields(self.schema[side.name])},
+                f"{side.name} has no field",
+                side.path,
+            )
+        name, _, inner = word.partition(".")
+        if inner and (name in names or name in HEADER):
+            return f"{name} has no fields, so there is no {word}"
+        return f"{has} {name!r}; {suggestion(name, names) or MESSAGES}"
 
 
-def _comparable(value: Any, wanted: Any) -> bool:
-    return isinstance(value, str) if isinstance(wanted, str) else isinstance(value, (int, float))
-
-
-def _contains(value: Any, wanted: Any) -> bool:
-    if isinstance(wanted, str):
-        return wanted.lower() in cast(str, value).lower()
-    return bool(int(value) & int(wanted))
+def _check_that_each_applies(scopes: list[_OneMessage], fields: _Fields) -> None:
+    """Raise the error of a comparison that no kind of message can make."""
+    for at, (node, first) in scopes[0].wrong.items():
+        if not all(at in scope.wrong for scope in scopes):
+            continue
+        errors = [scope.wrong[at][1] for scope in scopes]
+        known = next(
+            (
+                error
+                for error in errors
+                if "neither a number" not in error.reason and not isinstance(error, _FieldMissingError)
+            ),
+            None,
+        )
+        raise fields.error(node) or known or first

@@ -29,6 +29,7 @@ from shoal.scenarios.true_track import TrueTrack
 from support.diagnostics import ProfileError
 
 BELOW_TASKS = tuple(f"{package.__path__[0]}{os.sep}" for package in (imc, runtime))  # a mistake is seldom there
+WITHOUT_MONITOR = ("outcome", "metric")
 TRACKED = (imc.SimulatedState, imc.EstimatedState, imc.PlanControlState)
 
 
@@ -118,15 +119,15 @@ class _ScenarioRun:
                 self._last[spec.name, kind.__name__] = context.monitor.latest_message_getter(spec.name, kind)
         for link in self._scenario.links:
             context.channels[link.name] = link.open_channel(context)
-        for event in self._scenario.events:
-            event.schedule(context)
+        for happening in (*self._scenario.captures, *self._scenario.events):
+            happening.schedule(context)
         for metric in self._scenario.metrics:
             with _named(metric.origin):
                 self._recorders.append(metric.make_recorder(context))
         for expected in self._scenario.expectations:
             with _named(expected.origin):
                 self._monitors.append(
-                    (expected, expected.make_monitor(context) if expected.kind != "outcome" else None)
+                    (expected, expected.make_monitor(context) if expected.kind not in WITHOUT_MONITOR else None)
                 )
         if self._scenario.stop_when is not None:
             with _named(f"{self._scenario.path}: stop when"):
@@ -208,6 +209,8 @@ class _ScenarioRun:
     def _collect_results(self) -> None:
         if not self._has_begun:
             return
+        for watcher in (*self._recorders, *(monitor for _, monitor in self._monitors if monitor is not None)):
+            watcher.finish()
         channels = self._context.channels.values() if self._context is not None else ()
         self._metrics = {name: count for channel in channels for name, count in channel.metrics().items()}
         self._metrics |= {recorder.metric.name: recorder.value() for recorder in self._recorders}
@@ -216,7 +219,12 @@ class _ScenarioRun:
 
     def _evaluate(self) -> Iterator[ExpectationVerdict]:
         for expected, monitor in self._monitors:
-            yield monitor.verdict() if monitor is not None else self._evaluate_outcome(expected)
+            if monitor is not None:
+                yield monitor.verdict()
+            elif expected.kind == "metric":
+                yield expected.judge_metric(self._metrics[expected.metric], self._seconds)
+            else:
+                yield self._evaluate_outcome(expected)
         for spec, report in self._failures():
             if not report.legs and not self.error:
                 name, where = f"the plan of {spec.name} begins", spec.plan_origin

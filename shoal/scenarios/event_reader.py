@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -11,7 +11,8 @@ import imc
 from autonomy.plans.yaml import read_field
 from runtime.fault_injection import Biased, Crash, Fault, FaultError, Noisy, Silent, Stuck
 from shoal.scenarios.actions import Action, CutLink, DrainBattery, InjectFault, SendMessage, SetParameters, SimulateLeak
-from shoal.scenarios.conditions import ExpressionScope, ScenarioCondition, read_condition
+from shoal.scenarios.event_timing import TIMING_KEYS, EventTiming, read_timing
+from shoal.scenarios.message_names import ExpressionScope
 from shoal.scenarios.run_context import RunContext
 from shoal.scenarios.scenario import ScenarioFileError
 from shoal.scenarios.value_reader import (
@@ -26,7 +27,7 @@ from shoal.scenarios.value_reader import (
 from support.located_yaml import Node
 from support.terminal_text import with_suggestion
 
-TIMES = ("at", "when", "after", "vehicle")
+COMMON = (*TIMING_KEYS, "vehicle", "name")
 HEADER = ("src", "src_ent", "dst", "dst_ent")
 
 
@@ -40,91 +41,88 @@ class VehicleInfo(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ScheduledAction:
-    """An action at a time `at` (s from the start), or `after` so many seconds when a condition holds; it happens once.
-
-    It ends after `duration` seconds. `where` is its place in the file.
-    """
+    """An action at its times. It ends after `duration` seconds. `name` is what captures call it."""
 
     action: Action
-    where: str
-    at: float = 0.0
-    when: ScenarioCondition | None = None
-    after: float = 0.0
+    timing: EventTiming
     duration: float = math.inf
+    name: str = ""
 
     def schedule(self, context: RunContext) -> None:
         """Prepare it. Raises ScenarioFileError with the place in the file if a vehicle cannot do it."""
         try:
             self.action.check(context)
-            if self.when is not None:
-                context.call_when(self.when, lambda: self._wait(context, context.time + self.after))
+            self.timing.schedule(context, lambda: self._begin(context))
         except ValueError as error:
-            raise ScenarioFileError(f"{self.where}: {error}") from None
-        if self.when is None:
-            self._wait(context, self.at)
-        else:
-            context.pending_events[self] = f"{self.where}: has not happened: {self.when.text} did not hold"
-
-    def _wait(self, context: RunContext, time: float) -> None:
-        context.pending_events[self] = f"{self.where}: has not happened: the run ended before {time:g} s"
-        context.call_at(time, lambda: self._begin(context))
+            raise ScenarioFileError(f"{self.timing.where}: {error}") from None
 
     def _begin(self, context: RunContext) -> None:
-        del context.pending_events[self]
+        for watch in context.event_watchers.get(self.name, ()):
+            watch()
         end = self.action.begin(context, self.duration)
         if end is not None and math.isfinite(self.duration):
             context.call_at(context.time + self.duration, end)
 
 
 def read_events(
-    node: Node, vehicle_infos: Mapping[str, VehicleInfo], links: Collection[str], limit: float = math.inf
+    node: Node,
+    vehicle_infos: Mapping[str, VehicleInfo],
+    links: Collection[str],
+    limit: float = math.inf,
+    scope: ExpressionScope | None = None,
 ) -> tuple[ScheduledAction, ...]:
     """The events in a file, by the names of vehicles and links; none may be later than `limit` (s).
 
-    Raises the error of the file.
+    `scope` has what conditions may name besides the messages of the vehicles. Raises the error of the file.
     """
-    return tuple(_event(item, vehicle_infos, links, limit) for item in node.items())
+    schemas = {name: vehicle_info.schema for name, vehicle_info in vehicle_infos.items()}
+    scope = scope or ExpressionScope(schemas)
+    event_names(node)
+    return tuple(_event(item, vehicle_infos, links, limit, scope) for item in node.items())
+
+
+def event_names(node: Node) -> list[str]:
+    """The names of the events in a file that have one. Raises the error of the file if two are the same."""
+    found: list[str] = []
+    for item in node.items():
+        given = item.mapping().get("name")
+        if given is None:
+            continue
+        name = read_nonempty_text(given)
+        if name in found:
+            given.fail(f"there are two events {name!r}: give each a name of its own")
+        found.append(name)
+    return found
 
 
 def _event(
-    node: Node, vehicle_infos: Mapping[str, VehicleInfo], links: Collection[str], limit: float
+    node: Node, vehicle_infos: Mapping[str, VehicleInfo], links: Collection[str], limit: float, scope: ExpressionScope
 ) -> ScheduledAction:
     given = node.mapping()
     kinds = [kind for kind in (*EVENT_KINDS, "cut") if kind in given]
     if not kinds:
-        wrong = next((key for key in given if key not in (*TIMES, "for")), "")
+        wrong = next((key for key in given if key not in (*COMMON, "for")), "")
         node.fail(with_suggestion(f"expected one of {', '.join((*EVENT_KINDS, 'cut'))}", wrong, (*EVENT_KINDS, "cut")))
     if len(kinds) > 1:
         given[kinds[1]].fail(f"an event is of one kind: {kinds[0]} or {kinds[1]}")
     kind = kinds[0]
     more = EVENT_KINDS[kind].more if kind in EVENT_KINDS else ("for",)
-    parts = read_mapping(node, kind, *TIMES, *more)
-    if "for" in parts and not read_seconds(parts["for"]) > 0.0:
+    parts = read_mapping(node, kind, *COMMON, *more)
+    duration = read_seconds(parts["for"]) if "for" in parts else math.inf
+    if not duration > 0.0:
         parts["for"].fail("for must be above 0")
-    if ("at" in parts) == ("when" in parts):
-        node.fail("an event has either a time, at: 60 s, or a condition, when: EstimatedState.depth > 3")
-    if "after" in parts and "when" not in parts:
-        parts["after"].fail("after is the time from a condition: it needs when")
-    at = read_seconds(parts["at"]) if "at" in parts else 0.0
-    if at >= limit:
-        parts["at"].fail(f"at: {at:g} s is not before the end of the run, at {limit:g} s")
-    schemas = {name: vehicle_info.schema for name, vehicle_info in vehicle_infos.items()}
     only = next(iter(vehicle_infos)) if len(vehicle_infos) == 1 else ""
     vehicle = read_choice(parts["vehicle"], vehicle_infos, "vehicle") if "vehicle" in parts else only
+    timing = read_timing(node, parts, replace(scope, vehicle=vehicle), limit)
+    if math.isfinite(duration) and duration > timing.period:
+        parts["for"].fail(f"for: {duration:g} s is longer than every: {timing.period:g} s")
     if kind == "cut":
         action: Action = CutLink(vehicle, read_choice(parts["cut"], links, "link"))
     elif not vehicle:
         node.fail("there are several vehicles: write vehicle: NAME")
     else:
         action = EVENT_KINDS[kind].read(parts, vehicle, vehicle_infos[vehicle])
-    return ScheduledAction(
-        action,
-        node.where,
-        at,
-        read_condition(parts["when"], ExpressionScope(schemas, vehicle)) if "when" in parts else None,
-        read_seconds(parts["after"]) if "after" in parts else 0.0,
-        read_seconds(parts["for"]) if "for" in parts else math.inf,
-    )
+    return ScheduledAction(action, timing, duration, parts["name"].text() if "name" in parts else "")
 
 
 Parts = dict[str, Node]

@@ -1,26 +1,31 @@
 """What is expected of a run: how expectations are judged, each with its margin."""
 
 import math
+import operator
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
-from shoal.scenarios.conditions import ScenarioCondition
-from shoal.scenarios.message_monitor import missing_messages
+from imc.expressions import comparison_robustness, displayable_margin, is_unknown, violation_text
+from shoal.scenarios.message_monitor import missing_text
 from shoal.scenarios.result import ExpectationVerdict
-from shoal.scenarios.robustness import displayable_margin, is_unknown, violation_text
 from shoal.scenarios.run_context import RunContext
+from shoal.scenarios.scenario_condition import ScenarioCondition, depends_on_time
 
-TEMPORAL_KINDS = ("always", "never", "eventually", "until", "after", "finally")
+METRIC_BOUNDS: Mapping[str, Callable[[float, float], bool]] = MappingProxyType(
+    {"at most": operator.le, "below": operator.lt, "at least": operator.ge, "above": operator.gt}
+)
+"""How a metric is limited."""
 
 
 @dataclass(frozen=True, eq=False)
 class Expectation:
-    """What is expected: `kind` is always, never, eventually, until, after, finally or outcome.
+    """What is expected: `kind` is always, never, eventually, until, after, finally, outcome or metric.
 
     `condition` is judged from `begin` to `end` (s), while `meanwhile` holds. `then` is what has to hold until the
     condition does, or what must follow it: at all, or always if `steady`, `within` so many seconds. `wanted` is the
-    outcome of the plan of `vehicle`.
+    outcome of the plan of `vehicle`, `bounds` are those of a `metric`.
     """
 
     name: str
@@ -35,6 +40,17 @@ class Expectation:
     steady: bool = False
     wanted: str = ""
     vehicle: str = ""
+    metric: str = ""
+    bounds: Mapping[str, float] = field(default_factory=dict[str, float])
+
+    def judge_metric(self, value: float, time: float) -> ExpectationVerdict:
+        """The verdict of a metric with this value, at the end of the run (s)."""
+        margins = [comparison_robustness(METRIC_BOUNDS[key], value, bound) for key, bound in self.bounds.items()]
+        margin = min(margins)
+        reason = f"{self.metric} is {value:.6g}" if value == value else f"{self.metric} was not measured"
+        reason += violation_text(margin, "off by") if value == value else ""
+        passed, shown = margin > 0.0, displayable_margin(margin)
+        return ExpectationVerdict(self.name, passed, shown, reason, value == value, time, self.origin)
 
     def make_monitor(self, context: RunContext) -> "ExpectationMonitor":
         """What follows one run and judges it. Raises ValueError if a vehicle lacks an entity that is named."""
@@ -73,6 +89,11 @@ class ExpectationMonitor(ABC):
             return
         self.update_margin(now)
 
+    def finish(self) -> None:
+        """Judge what changes without messages once more, at the end of the run."""
+        if any(depends_on_time(selector) for group in self._selectors for selector in group):
+            self._update(self._context.time)
+
     @abstractmethod
     def update_margin(self, now: float) -> None:
         """Judge at a time at which the expectation applies."""
@@ -95,12 +116,7 @@ class ExpectationMonitor(ABC):
 
     def vacuous_verdict(self, *, passed: bool) -> ExpectationVerdict:
         """The verdict of what never had anything to judge."""
-        absent = [
-            name
-            for group, seen in zip(self._selectors, self._latest, strict=True)
-            for name in missing_messages(group, seen)
-        ]
-        reason = f"no {', no '.join(dict.fromkeys(absent))} arrived" if absent else "there was never anything to judge"
+        reason = missing_text(self._selectors, self._latest) or "there was never anything to judge"
         return self.make_verdict(math.inf if passed else -math.inf, reason, math.nan, applied=False)
 
 

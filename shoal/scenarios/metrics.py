@@ -5,9 +5,9 @@ from array import array
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from shoal.scenarios.conditions import MessageExpression, ScenarioCondition
-from shoal.scenarios.message_monitor import missing_messages
+from shoal.scenarios.message_monitor import missing_text
 from shoal.scenarios.run_context import RunContext
+from shoal.scenarios.scenario_condition import MessageExpression, ScenarioCondition, depends_on_time
 
 METRIC_KINDS = ("max", "min", "mean", "rms", "first", "last", "percentile", "time above", "time below")
 KINDS_OF_ENUMERATIONS = ("first", "last")
@@ -29,6 +29,11 @@ class Metric:
     end: float = math.inf
     bound: float = math.nan
 
+    @property
+    def unit(self) -> str:
+        """The unit of its value; empty if it is not known."""
+        return "s" if self.kind.startswith("time") else self.expression.unit
+
     def make_recorder(self, context: RunContext) -> "MetricRecorder":
         """What measures it in one run. Raises ValueError if a vehicle lacks an entity that is named."""
         return MetricRecorder(self, context)
@@ -48,13 +53,15 @@ class MetricRecorder:
         self._duration = 0.0
         self._since = math.nan  # when it went beyond the limit
         self._keep = self._keepers().get(metric.kind, self._samples.append)
+        self._needs_all, self._is_known = metric.expression.needs_all, metric.expression.is_known
         self._value, self._is_timed = metric.expression.value, metric.kind.startswith("time")
         self._is_free = metric.begin == 0.0 and metric.end == math.inf and metric.meanwhile is None
         self._latest = context.monitor.add_subscriber(groups, self.update)
 
     def update(self, now: float) -> None:
         """Take the value of the latest messages."""
-        if None in self._latest[0] or not (self._is_free or self._applies(now)):
+        known = None not in self._latest[0] if self._needs_all else self._is_known(self._latest[0])
+        if not known or not (self._is_free or self._applies(now)):
             if self._is_timed:
                 self._mark(now, beyond=False)
             return
@@ -68,6 +75,11 @@ class MetricRecorder:
         if self._is_timed:
             bound = self.metric.bound
             self._mark(now, beyond=value > bound if self.metric.kind == "time above" else value < bound)
+
+    def finish(self) -> None:
+        """Take the value of what changes without messages once more, at the end of the run."""
+        if any(map(depends_on_time, self.metric.expression.selectors)):
+            self.update(self._context.time)
 
     def _applies(self, now: float) -> bool:
         metric = self.metric
@@ -127,8 +139,8 @@ class MetricRecorder:
         if self._samples and math.isnan(self.value()):
             return f"metric {self.metric.name}: values of {self.metric.expression.text} are too large for a mean"
         if not self._samples:
-            absent = missing_messages(self.metric.expression.selectors, self._latest[0])
-            why = f"no {', no '.join(absent)} arrived" if absent else "there was never anything to measure"
+            missing = missing_text([self.metric.expression.selectors], self._latest[:1])
+            why = missing or "there was never anything to measure"
             return f"metric {self.metric.name}: {why}"
         return ""
 

@@ -1,50 +1,38 @@
 """Reads the tree of a scenario file."""
 
-import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import imc
 from autonomy.plans.yaml import PlanFileError, plan_from_node
 from runtime.profile import Profile, resolve_root_copy
-from shoal.missions import COMPLETED, FAILED, LATE, load_plan
-from shoal.scenarios.conditions import ExpressionScope, ScenarioCondition, read_condition, read_expression
-from shoal.scenarios.event_reader import ScheduledAction, VehicleInfo, read_events
-from shoal.scenarios.expectations import Expectation
+from shoal.missions import load_plan
+from shoal.scenarios.captures import Capture, read_captures
+from shoal.scenarios.conditions import read_condition
+from shoal.scenarios.event_reader import ScheduledAction, VehicleInfo, event_names, read_events
+from shoal.scenarios.expectation_reader import ExpectationReader
 from shoal.scenarios.link_reader import read_links
-from shoal.scenarios.metrics import KINDS_OF_ENUMERATIONS, METRIC_KINDS, Metric
+from shoal.scenarios.links import LinkModel
+from shoal.scenarios.message_names import ExpressionScope
 from shoal.scenarios.option_shorthands import EnabledTasks, start_settings, world_settings
-from shoal.scenarios.robustness import negate_unless_nan
 from shoal.scenarios.scenario import Scenario, ScenarioSetting, VehicleSpec
 from shoal.scenarios.scenario_profiles import ScenarioProfiles, parameter_setting
 from shoal.scenarios.value_reader import (
     read_choice,
     read_mapping,
     read_nonempty_text,
-    read_number,
     read_seconds,
     read_whole_number,
 )
 from support.located_yaml import Node
-from support.terminal_text import with_suggestion
 
 KEYS = (
-    *("scenario", "description", "seed", "vehicle", "vehicles", "world", "links", "events", "expect", "metrics"),
-    *("limit", "settle", "stop when"),
+    *("scenario", "description", "seed", "vehicle", "vehicles", "world", "links", "captures", "events", "expect"),
+    *("metrics", "limit", "settle", "stop when"),
 )
 VEHICLE_KEYS = ("profile", "modes", "name", "seed", "start", "parameters", "plan")
-TIMES = ("from", "to", "while", "vehicle", "name")
-EXPECTED: Mapping[str, tuple[str, ...]] = {  # of each kind, what else may be said; the first kind that is there counts
-    "after": ("within", "eventually", "always", "never", *TIMES),
-    "until": ("holds", "within", *TIMES),
-    "always": TIMES,
-    "never": TIMES,
-    "eventually": ("within", *TIMES),
-    "finally": ("vehicle", "name"),
-    "outcome": ("vehicle", "name"),
-}
-OUTCOMES = (COMPLETED, FAILED, LATE)
 
 
 class _ReadVehicle(NamedTuple):
@@ -65,7 +53,8 @@ class ScenarioReader:
         self._profiles = profiles
         self._nodes: dict[str, Node] = {}
         self._schemas: dict[str, imc.Schema] = {}
-        self._world_read = False
+        self._links: tuple[LinkModel, ...] = ()
+        self._capture_units: dict[str, str] = {}
 
     def scenario(self) -> Scenario:
         self._nodes = nodes = read_mapping(self._root, *KEYS)
@@ -79,20 +68,26 @@ class ScenarioReader:
         limit = self._time("limit", 3600.0)
         if limit <= 0.0:
             nodes["limit"].fail("limit must be above 0")
-        links = read_links(nodes["links"], self._schemas) if "links" in nodes else ()
+        self._links = links = read_links(nodes["links"], self._schemas) if "links" in nodes else ()
+        captures = self._read_captures(limit)
+        expected = ExpectationReader(self._scope, {spec.name for spec in specs if spec.plan is not None})
+        counts = {name: "" for link in links for name in link.metric_names}
+        metrics = tuple(expected.metrics(nodes["metrics"], counts)) if "metrics" in nodes else ()
+        units = counts | {metric.name: metric.unit for metric in metrics}
         return Scenario(
             read_nonempty_text(nodes["scenario"]) if "scenario" in nodes else self._own_name,
             self._path,
             nodes["description"].text() if "description" in nodes else "",
             read_whole_number(nodes["seed"]) if "seed" in nodes else 0,
             specs,
-            tuple(self._named(self._expectation, "expect", specs)),
-            tuple(self._metrics({name for link in links for name in link.metric_names})),
+            tuple(expected.expectations(nodes["expect"], units)) if "expect" in nodes else (),
+            metrics,
             links,
             self._events(vehicles, specs, {link.name for link in links}, limit),
             limit=limit,
             settle=self._time("settle", 0.0),
             stop_when=read_condition(nodes["stop when"], self._scope()) if "stop when" in nodes else None,
+            captures=captures,
         )
 
     @property
@@ -105,8 +100,17 @@ class ScenarioReader:
     def _scope(self, node: Node | None = None) -> ExpressionScope:
         """Whose messages a text means: those of the vehicle that `node` names, or of the only one."""
         if node is not None:
-            return ExpressionScope(self._schemas, read_choice(node, self._schemas, "vehicle"))
-        return ExpressionScope(self._schemas, next(iter(self._schemas)) if len(self._schemas) == 1 else "")
+            return replace(self._scope(), vehicle=read_choice(node, self._schemas, "vehicle"))
+        only = next(iter(self._schemas)) if len(self._schemas) == 1 else ""
+        return ExpressionScope(self._schemas, only, self._links, self._capture_units)
+
+    def _read_captures(self, limit: float) -> tuple[Capture, ...]:
+        if "captures" not in self._nodes:
+            return ()
+        scopes = {"": self._scope()} | {name: replace(self._scope(), vehicle=name) for name in self._schemas}
+        events = event_names(self._nodes["events"]) if "events" in self._nodes else []
+        captures, self._capture_units = read_captures(self._nodes["captures"], scopes, events, limit)
+        return captures
 
     def _read_vehicles(self) -> Iterator[_ReadVehicle]:
         many = self._nodes.get("vehicles")
@@ -182,121 +186,4 @@ class ScenarioReader:
             each.name: VehicleInfo(self._schemas[each.name], EnabledTasks(each.profile, each.modes).names, spec.plan)
             for each, spec in zip(vehicles, specs, strict=True)
         }
-        return read_events(self._nodes["events"], vehicle_infos, links, limit)
-
-    def _named(
-        self, read: Callable[[Node, tuple[VehicleSpec, ...]], Expectation], key: str, specs: tuple[VehicleSpec, ...]
-    ) -> Iterator[Expectation]:
-        taken: set[str] = set()
-        for node in self._nodes[key].items() if key in self._nodes else ():
-            found = read(node, specs)
-            if found.name in taken:
-                node.fail(f"the name {found.name!r} is used twice: give each a name of its own")
-            taken.add(found.name)
-            yield found
-
-    def _expectation(self, node: Node, specs: tuple[VehicleSpec, ...]) -> Expectation:
-        given = node.mapping()
-        kind = next((kind for kind in EXPECTED if kind in given), "")
-        if not kind:
-            wrong = next((key for key in given if key not in TIMES), "")
-            node.fail(
-                with_suggestion(f"expected one of {', '.join(EXPECTED)}", wrong, EXPECTED) if wrong else "says nothing"
-            )
-        parts = read_mapping(node, kind, *EXPECTED[kind])
-        scope = self._scope(parts.get("vehicle"))
-        name = read_nonempty_text(parts["name"]) if "name" in parts else f"{kind} {parts[kind].text()}"
-        if kind == "outcome":
-            return self._outcome(node, name, scope, specs)
-        condition = read_condition(parts[kind], scope)
-        then, steady = self._then(node, kind, scope)
-        begin, end = _span(parts)
-        return Expectation(
-            name,
-            kind,
-            node.where,
-            negated_condition(condition) if kind == "never" else condition,
-            then,
-            read_condition(parts["while"], scope) if "while" in parts else None,
-            begin,
-            end,
-            read_seconds(parts["within"]) if "within" in parts else math.inf,
-            steady,
-            vehicle=scope.vehicle,
-        )
-
-    def _then(self, node: Node, kind: str, scope: ExpressionScope) -> tuple[ScenarioCondition | None, bool]:
-        """What must hold until a condition does, or after it; and whether it must hold all the time."""
-        parts = node.mapping()
-        if kind == "until":
-            if "holds" not in parts:
-                node.fail("'holds' is missing: what has to hold until then")
-            return read_condition(parts["holds"], scope), False
-        if kind != "after":
-            return None, False
-        ways = [key for key in ("eventually", "always", "never") if key in parts]
-        if len(ways) != 1 or "within" not in parts:
-            node.fail("after needs within: TIME, and one of eventually, always or never: what has to follow")
-        found = read_condition(parts[ways[0]], scope)
-        return (negated_condition(found) if ways[0] == "never" else found), ways[0] != "eventually"
-
-    def _outcome(self, node: Node, name: str, scope: ExpressionScope, specs: tuple[VehicleSpec, ...]) -> Expectation:
-        parts = node.mapping()
-        wanted = read_choice(parts["outcome"], OUTCOMES, "outcome")
-        if not scope.vehicle:
-            parts["outcome"].fail("there are several vehicles: write vehicle: NAME")
-        if next(spec for spec in specs if spec.name == scope.vehicle).plan is None:
-            parts["outcome"].fail(f"{scope.vehicle} has no plan")
-        return Expectation(name, "outcome", node.where, wanted=wanted, vehicle=scope.vehicle)
-
-    def _metrics(self, taken: set[str]) -> Iterator[Metric]:
-        """The metrics; `taken` are the names of counts of links."""
-        for name, node in self._nodes["metrics"].mapping().items() if "metrics" in self._nodes else ():
-            if name in taken:
-                node.fail(f"{name!r} is a count of a link already")
-            given = node.mapping()
-            kind = next((kind for kind in METRIC_KINDS if kind in given), "")
-            if not kind:
-                wrong = next(iter(given), "")
-                node.fail(with_suggestion(f"expected one of {', '.join(METRIC_KINDS)}", wrong, METRIC_KINDS))
-            needed = {"percentile": "of", "time above": "limit", "time below": "limit"}.get(kind, "")
-            parts = read_mapping(node, kind, *([needed] if needed else []), "from", "to", "while", "vehicle")
-            scope = self._scope(parts.get("vehicle"))
-            expression = read_expression(parts[kind], scope)
-            if expression.is_enumeration and kind not in KINDS_OF_ENUMERATIONS:
-                allowed = " or ".join(KINDS_OF_ENUMERATIONS)
-                parts[kind].fail(
-                    f"{expression.text} is an enumeration, whose numbers have no {kind}: "
-                    f"{allowed} of it, or an expectation such as always"
-                )
-            bound = math.nan
-            if needed:
-                if needed not in parts:
-                    node.fail(f"{needed!r} is missing")
-                bound = read_number(parts[needed], expression.unit if needed == "limit" else "%")
-                if needed == "of" and not 0.0 <= bound <= 100.0:
-                    parts["of"].fail("a percentage is from 0 to 100")
-            yield Metric(
-                name,
-                kind,
-                node.where,
-                expression,
-                read_condition(parts["while"], scope) if "while" in parts else None,
-                *_span(parts),
-                bound,
-            )
-
-
-def _span(parts: Mapping[str, Node]) -> tuple[float, float]:
-    """Begin and end (s) of what is judged or measured."""
-    begin, end = (
-        read_seconds(parts[key]) if key in parts else usual for key, usual in (("from", 0.0), ("to", math.inf))
-    )
-    if end < begin:
-        parts["to"].fail("ends before it begins")
-    return begin, end
-
-
-def negated_condition(condition: ScenarioCondition) -> ScenarioCondition:
-    """The condition that holds when another one does not."""
-    return ScenarioCondition(f"not ({condition.text})", condition.selectors, negate_unless_nan(condition.test))
+        return read_events(self._nodes["events"], vehicle_infos, links, limit, self._scope())

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Protocol
 from runtime.fault_injection import FaultInjector
 from runtime.kernel import SECOND, Kernel
 from runtime.vehicle import Fleet, Vehicle
-from shoal.scenarios.conditions import ScenarioCondition
 from shoal.scenarios.message_monitor import MessageMonitor, MessageSlots
+from shoal.scenarios.scenario_condition import ScenarioCondition
 
 if TYPE_CHECKING:
     from shoal.scenarios.links import LinkChannel
@@ -17,7 +17,7 @@ class RunContext:
     """The vehicles of a run by name, built and not yet started, and their kernel; `warnings` are for the result.
 
     `channels` are their links by name, `pending_events` tells why events have not happened yet, `temporary_values` the
-    values that events have set.
+    values that events have set, `event_watchers` what to call just before an event with a name happens.
     """
 
     def __init__(self, fleet: Fleet, vehicles: Mapping[str, Vehicle], seed: int):
@@ -26,9 +26,10 @@ class RunContext:
         self.seed = seed
         self.monitor = MessageMonitor(vehicles)
         self.channels: dict[str, LinkChannel] = {}
-        self.pending_events: dict[Event, str] = {}
+        self.pending_events: dict[object, str] = {}
         self.warnings: list[str] = []
         self.temporary_values = TemporaryValues()
+        self.event_watchers: dict[str, list[Callable[[], object]]] = {}
         self._faults: dict[str, FaultInjector] = {}
         self._start_ns = fleet.kernel.now_ns
 
@@ -55,10 +56,13 @@ class RunContext:
         """Call a function at a time of the run (s)."""
         self.kernel.at(self._start_ns + round(seconds * SECOND), function)
 
-    def call_when(self, condition: ScenarioCondition, function: Callable[[], object]) -> None:
-        """Call a function once, when a condition holds for the first time. Raises ValueError for unknown entities."""
-        once = _CallOnce(condition, function)
-        (once.seen,) = self.monitor.add_subscriber([condition.selectors], once.update)
+    def call_when(self, condition: ScenarioCondition, function: Callable[[], object], times: float = 1) -> None:
+        """Call a function when a condition begins to hold, at most so many times.
+
+        Raises ValueError for unknown entities.
+        """
+        trigger = _Trigger(condition, function, times)
+        (trigger.seen,) = self.monitor.add_subscriber([condition.selectors], trigger.update)
 
     def stop(self) -> None:
         """End the run."""
@@ -86,22 +90,27 @@ class TemporaryValues:
 
 
 class Event(Protocol):
-    """Something that happens in a run, once."""
+    """Something that happens in a run."""
 
     def schedule(self, context: RunContext) -> None:
         """Prepare it, before the vehicles start. What it needs to know of one run, it keeps in objects of its own."""
         ...
 
 
-class _CallOnce:
+class _Trigger:
     transient = True
 
-    def __init__(self, condition: ScenarioCondition, function: Callable[[], object]):
+    def __init__(self, condition: ScenarioCondition, function: Callable[[], object], times: float):
         self._condition = condition
-        self._function: Callable[[], object] | None = function
+        self._function = function
+        self._left = times
+        self._held = False
         self.seen: MessageSlots = []
 
     def update(self, _: float) -> None:
-        if (function := self._function) is not None and self._condition.holds(self.seen):
-            self._function = None
-            function()
+        if self._left <= 0:
+            return
+        held, self._held = self._held, self._condition.holds(self.seen)
+        if self._held and not held:
+            self._left -= 1
+            self._function()

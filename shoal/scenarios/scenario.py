@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import imc
-from shoal.scenarios.conditions import ScenarioCondition
 from shoal.scenarios.expectations import Expectation
 from shoal.scenarios.links import LinkModel
 from shoal.scenarios.metrics import Metric
 from shoal.scenarios.run_context import Event
+from shoal.scenarios.scenario_condition import ScenarioCondition
 
 
 class ScenarioFileError(ValueError):
@@ -66,3 +66,4 @@ class Scenario:
     settle: float = 0.0
     stop_when: ScenarioCondition | None = None
     warnings: tuple[str, ...] = ()
+    captures: tuple[Event, ...] = ()

@@ -2,7 +2,6 @@
 
 from autonomy.plans.yaml.reader import PlanFileError, parse_plan, plan_from_node
 from autonomy.plans.yaml.value_codec import (
-    UNITS,
     parse_in_unit,
     parse_position,
     parse_quantity,
@@ -12,7 +11,6 @@ from autonomy.plans.yaml.value_codec import (
 from autonomy.plans.yaml.writer import plan_text
 
 __all__ = [
-    "UNITS",
     "PlanFileError",
     "parse_in_unit",
     "parse_plan",

@@ -9,21 +9,16 @@ import numpy as np
 
 import imc
 from support.terminal_text import suggestion
+from support.units import UNITS, symbols_of
 
 Z_UNITS = {"depth": imc.ZUnits.DEPTH, "altitude": imc.ZUnits.ALTITUDE, "height": imc.ZUnits.HEIGHT}
 SPEED_UNITS = {"m/s": imc.SpeedUnits.METERS_PS, "rpm": imc.SpeedUnits.RPM, "%": imc.SpeedUnits.PERCENTAGE}
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
-_QUANTITY = re.compile(rf"({_NUMBER.pattern})\s*(°|deg|rad|m/s|rpm|%|min|ms|[msh])?")
-_FACTORS = {"ms": 1e-3, "min": 60.0, "h": 3600.0}
-_ANGLES, _TIMES, _LENGTHS = ("°", "deg", "rad"), ("s", "ms", "min", "h"), ("m",)
+_SYMBOLS = "|".join(map(re.escape, sorted(UNITS, key=len, reverse=True)))
+_QUANTITY = re.compile(rf"({_NUMBER.pattern})\s*({_SYMBOLS})?")
+_ANGLES = symbols_of("rad")
+_CONVERTED = ("rad", "s", "m", "m/s", "rad/s", "m/s/s", "%")  # units of fields that may be written in another one
 LARGEST = 2.0**64  # of an integer field
-_SI = {"°": math.radians(1.0), "deg": math.radians(1.0), **_FACTORS}
-_UNITS = (*_ANGLES, *_TIMES, *_LENGTHS, *SPEED_UNITS)
-UNITS: Mapping[str, str] = (
-    dict.fromkeys(_ANGLES, "rad") | dict.fromkeys(_TIMES, "s") | {u: u for u in ("m", *SPEED_UNITS)}
-)
-"""What may follow a number, and the unit in which it then counts."""
-_FITTING = {"rad": _ANGLES, "s": _TIMES, "m": _LENGTHS, "m/s": ("m/s",), "%": ("%",)}
 
 
 def parse_quantity(value: object, unit: str = "") -> float:
@@ -32,11 +27,9 @@ def parse_quantity(value: object, unit: str = "") -> float:
     Raises ValueError if it is not a number, or has a unit that does not fit `unit`.
     """
     number, found = split_quantity(value)
-    if found and unit in _FITTING and found not in _FITTING[unit]:
-        raise ValueError(f"{value!r} should be in {' or '.join(_FITTING[unit])}")
-    if found in ("°", "deg"):
-        return math.radians(number)
-    return number * _FACTORS.get(found, 1.0)
+    if found and unit in _CONVERTED and UNITS[found].si != unit:
+        raise ValueError(f"{value!r} should be in {' or '.join(symbols_of(unit))}")
+    return UNITS[found].to_si(number) if found else number
 
 
 def parse_in_unit(value: object, unit: str) -> float:
@@ -48,14 +41,14 @@ def parse_in_unit(value: object, unit: str) -> float:
     own = _NUMBER.fullmatch(text.removesuffix(unit).strip()) if unit and not text[-1:].isdecimal() else None
     if own is not None:
         value = own.group()
-    dimension = UNITS.get(unit, "")
-    words = f"in {' or '.join(_FITTING.get(dimension, (unit,)))}" if unit else "a number without a unit"
+    dimension = UNITS[unit].si if unit in UNITS else ""
+    words = f"in {' or '.join(symbols_of(dimension) or (unit,))}" if unit else "a number without a unit"
     if _NUMBER.match(text) and not (own or _QUANTITY.fullmatch(text)):
         raise ValueError(f"{value!r} should be {words}")
     number, found = split_quantity(value)
-    if found and UNITS[found] != dimension:
+    if found and UNITS[found].si != dimension:
         raise ValueError(f"{value!r} should be {words}")
-    return number * (_SI.get(found, 1.0) / _SI.get(unit, 1.0)) if found else number
+    return number * (UNITS[found].factor / UNITS[unit].factor) if found else number
 
 
 def split_quantity(value: object) -> tuple[float, str]:
@@ -66,7 +59,7 @@ def split_quantity(value: object) -> tuple[float, str]:
         return float(value), ""
     match = _QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
     if match is None:
-        raise ValueError(f"{value!r} is not a number with a unit ({', '.join(_UNITS)})")
+        raise ValueError(f"{value!r} is not a number with a unit ({', '.join(UNITS)})")
     number = float(match.group(1))
     if not math.isfinite(number):
         raise ValueError(f"{value!r} is too large a number")
@@ -76,11 +69,13 @@ def split_quantity(value: object) -> tuple[float, str]:
 def parse_speed(value: object) -> dict[str, Any]:
     """The fields of a speed such as "1.2 m/s", "1200 rpm" or "60 %"; a plain number is in m/s."""
     number, unit = split_quantity(value)
-    if unit and unit not in SPEED_UNITS:
-        raise ValueError(f"{value!r} should be in {', '.join(SPEED_UNITS)}")
+    if unit and UNITS[unit].si not in SPEED_UNITS:
+        known = [symbol for si in SPEED_UNITS for symbol in symbols_of(si)]
+        raise ValueError(f"{value!r} should be in {', '.join(known)}")
     if number <= 0.0:
         raise ValueError("speed must be above 0")
-    return {"speed": number, "speed_units": int(SPEED_UNITS[unit or "m/s"])}
+    converted = UNITS[unit].to_si(number) if unit else number
+    return {"speed": converted, "speed_units": int(SPEED_UNITS[UNITS[unit].si if unit else "m/s"])}
 
 
 def parse_position(value: object) -> tuple[float, float]:
@@ -123,7 +118,7 @@ def read_field(info: imc.FieldInfo, value: object) -> object:
     if isinstance(value, str) and info.type.endswith("_t") and _NUMBER.fullmatch(value):  # 1e-3, a text in YAML 1.1
         power, _ = split_quantity(value)
         return int(power) if power.is_integer() and not info.type.startswith("fp") else power
-    if isinstance(value, str) and info.unit in ("rad", "s", "m", "%"):
+    if isinstance(value, str) and info.unit in _CONVERTED:
         si = parse_quantity(value, info.unit)
         return si if info.type.startswith("fp") or abs(si) > LARGEST else round(si)
     if isinstance(value, str) and info.enum is not None and value not in info.enum.__members__:

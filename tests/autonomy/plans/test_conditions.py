@@ -7,7 +7,12 @@ from hypothesis import strategies as st
 import imc
 from autonomy.plans.conditions import parse_condition
 
-LATEST = {imc.FuelLevel: imc.FuelLevel(value=30.0), imc.EstimatedState: imc.EstimatedState(depth=5.0)}
+LATEST = {
+    imc.FuelLevel: imc.FuelLevel(value=30.0),
+    imc.EstimatedState: imc.EstimatedState(depth=5.0),
+    imc.LogBookEntry: imc.LogBookEntry(text="leak of the fore hull"),
+    imc.VehicleState: imc.VehicleState(flags=imc.VehicleState.Flags.MANEUVER_DONE),
+}
 
 
 @pytest.mark.parametrize("text", ["", "true", "ManeuverIsDone", " maneuverisdone() "])
@@ -29,6 +34,14 @@ def test_what_consoles_write_is_done(text):
         ("not (FuelLevel.value < 40 or ManeuverIsDone)", False),
         ("!ManeuverIsDone && FuelLevel.value < 40", True),
         ("Temperature.value > -1000", False),
+        ("FuelLevel.value < 40 %", True),
+        ("EstimatedState.depth > 0.004 km and EstimatedState.depth < 400 cm + 2 m", True),
+        ("abs(EstimatedState.depth - 7) == 2", True),
+        ("VehicleState.op_mode == ERROR", False),
+        ("LogBookEntry.text ~ 'LEAK' and contains(LogBookEntry.text, 'fore')", True),
+        ("VehicleState.flags ~ MANEUVER_DONE", True),
+        ("distance(EstimatedState, 0°, 0.001°) < 112 m", True),
+        ("distance(EstimatedState, 0°, 0.001°) < 0.05 nmi", False),
     ],
 )
 def test_comparisons(text, expected):
@@ -39,18 +52,24 @@ def test_comparisons(text, expected):
     ("text", "reason"),
     [
         ("FuelLevel.valu < 2", "FuelLevel has no numeric field 'valu'"),
-        ("LogBookEntry.text < 2", "LogBookEntry has no numeric field 'text'"),
+        ("LogBookEntry.text < 2", "a text can only be compared with a text"),
         ("Foo.x < 3", "'Foo.x' is neither ManeuverIsDone nor Message.field"),
         ("FuelLevel.value", "a comparison is missing"),
         ("FuelLevel.value = 3", "'=' is not understood"),
-        ("FuelLevel.value <", "needs a number"),
-        ("FuelLevel.value < x", "needs a number"),
+        ("FuelLevel.value <", "a number or Message.field is missing, at character 18"),
+        ("FuelLevel.value < x", "'x' is neither a number nor Message.field .*, at character 19"),
+        ("FuelLevel.value < 20 m", "FuelLevel.value is in %, but 20 m in m, at character 19"),
+        ("FuelLevel.value < 20 percent", "there is no unit 'percent', at character 22"),
+        ("FuelLvel.value < 2", r"nor Message.field \(did you mean 'FuelLevel'\?\), at character 1"),
+        ("EstimatedState.depth@other > 2", "a plan compares its own vehicle's messages"),
+        ("age(GpsFix) > 3 s", "age is for scenarios only"),
+        ("$depth > 3", "only scenarios capture values"),
         ("(true", r"a \) is missing"),
         ("true true", "'true' is not expected"),
-        ("true and", "a condition is missing"),
+        ("true and", "a number or Message.field is missing"),
         ("(" * 400, "is nested more than 50 times"),
         ("true and " * 200, "has more than 1000 characters"),
-        ("__import__('os')", "is not"),
+        ("__import__('os')", "there is no function '__import__'"),
     ],
 )
 def test_mistakes_are_named(text, reason):

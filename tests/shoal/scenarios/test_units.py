@@ -39,7 +39,7 @@ def test_a_parameter_takes_its_unit_and_others_of_its_dimension(document, parame
     ("parameters", "said"),
     [
         ("Simulators.GPS: {HACC: 4 s}", r"\[Simulators.GPS\] HACC: '4 s' should be in m"),
-        ("Simulators.GPS: {HACC: 4 km}", r"\[Simulators.GPS\] HACC: '4 km' should be in m"),
+        ("Simulators.GPS: {HACC: 4 kg}", r"\[Simulators.GPS\] HACC: '4 kg' should be in m"),
         ("Simulators.GPS: {Execution Frequency: 2 s}", "'2 s' should be in Hz"),
         ("Simulators.GPS: {Number of Satellites: 5 m}", "'5 m' should be a number without a unit"),
         ("Simulators.VSIM: {Initial Heading: 3 m}", "'3 m' should be in ° or deg or rad"),

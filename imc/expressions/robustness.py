@@ -5,8 +5,6 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
-from autonomy.plans import Connectives
-
 LatestMessages: TypeAlias = Sequence[Any]
 """The latest message of each selector, None if there is none yet."""
 
@@ -91,6 +89,3 @@ def negate_unless_nan(test: RobustnessFunction) -> RobustnessFunction:
         return found if found == NO_NUMBER else -found
 
     return margin
-
-
-CONNECTIVES = Connectives(conjunction, disjunction, negate)

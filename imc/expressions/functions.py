@@ -1,4 +1,4 @@
-"""The functions of expressions."""
+"""The functions of numbers, and the distance between positions of messages."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -7,8 +7,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import imc
-from support.wgs84 import SEMI_MAJOR_AXIS, displacement, offset
-from world.sea import Bathymetry
+from support.wgs84 import SEMI_MAJOR_AXIS, displacement
 
 
 class ExpressionFunction(NamedTuple):
@@ -57,30 +56,6 @@ def distance(a: Any, b: Any) -> float:
     return math.hypot(dx + dz * x / SEMI_MAJOR_AXIS, dy + dz * y / SEMI_MAJOR_AXIS)
 
 
-class WorldBottom:
-    """The bottom in the world of a vehicle; it stands where else its latest message is."""
-
-    def __init__(self, seabed: Bathymetry):
-        self._seabed = seabed
-        self._reference = (math.nan, math.nan)
-        self._north = self._east = math.nan
-
-    def distance_below(self, state: Any) -> float:
-        """How far it is below a vehicle (m)."""
-        if (state.lat, state.lon) != self._reference:
-            self._reference = state.lat, state.lon
-            self._north, self._east = offset(*self._seabed.reference, state.lat, state.lon)
-        return self._seabed.depth(self._north + state.x, self._east + state.y) - state.z
-
-
-def altitude(state: Any, bottom: WorldBottom) -> float:
-    """How far the bottom is below a vehicle (m); NaN if its position is no number."""
-    try:
-        return bottom.distance_below(state)
-    except (ValueError, OverflowError):
-        return math.nan
-
-
 @lru_cache(maxsize=64)
 def _frames(
     lat: float, lon: float, height: float, to_lat: float, to_lon: float, to_height: float
@@ -97,7 +72,7 @@ def _frames(
     )
 
 
-def has_position(kind: type[imc.Message], *, deep: bool = False) -> bool:
+def tells_position(kind: type[imc.Message], *, deep: bool = False) -> bool:
     """Whether messages of this kind tell a position on Earth, and if `deep`, also the place of a vehicle from there."""
     needed = {"lat", "lon", "x", "y", "z"} if deep else {"lat", "lon"}
     return needed <= {info.name for info in imc.fields(kind)}
@@ -113,7 +88,3 @@ FUNCTIONS: Mapping[str, ExpressionFunction] = MappingProxyType(
         "sqrt": ExpressionFunction(_root, 1, 1, keeps_unit=False),
     }
 )
-POSITION_FUNCTIONS: Mapping[str, Callable[[Any, Any], float]] = MappingProxyType(
-    {"distance": distance, "altitude": altitude}
-)
-"""Functions of two messages; of one, if the second is what a vehicle has around it."""
