@@ -4,7 +4,9 @@ It is imported whenever pytest starts, so nothing of Shoal is, until there is a 
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -43,19 +45,27 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioF
 
 
 class ScenarioFile(pytest.File):
-    """A file with one scenario."""
+    """A file with one scenario, or with several variants of it."""
 
     def collect(self) -> Iterable[pytest.Item]:
-        name = self.path.name.removesuffix(SCENARIO_SUFFIX)
-        yield ScenarioItem.from_parent(self, name=name)  # pyright: ignore[reportUnknownMemberType]
+        from shoal.campaigns import variants_of
+
+        whole = self.path.name.removesuffix(SCENARIO_SUFFIX)
+        for values in variants_of(self.path, {}):
+            name = f"{whole}[{values['variant']}]" if values else whole
+            item = ScenarioItem.from_parent(self, name=name)  # pyright: ignore[reportUnknownMemberType]
+            item.values = values
+            yield item
 
 
 class ScenarioItem(pytest.Item):
-    """A scenario that is run in virtual time, and once more with a log if it has failed."""
+    """A scenario that is run in virtual time, once more with a log if it has failed; `values` choose the variant."""
+
+    values: Mapping[str, object] = MappingProxyType({})
 
     def runtest(self) -> None:
         logs = Path(str(self.config.getoption("--scenario-logs")))
-        outcome = _outcome(self.path, self.config, {}, None, logs)
+        outcome = _outcome(self.path, self.config, self.values, None, logs)
         _note(self, outcome)
         if not outcome.result.passed:
             raise ScenarioFailed(_explanation(outcome))
@@ -146,7 +156,8 @@ def _outcome(
     _search(config)
     here = Path.cwd()
     path = path.relative_to(here) if path.is_relative_to(here) else path
-    job = Job(path.name, path, values, seed, logs / Job(0, path).name if log else None)
+    job = Job(path.name, path, values, seed)
+    job = replace(job, log_root=logs / job.name) if log else job
     with ProcessPool(0) as pool:
         [outcome] = run_jobs(pool, [job])
         if not outcome.result.passed and not log:

@@ -25,9 +25,9 @@ __all__ = [
     "RobustnessFunction",
     "comparison_robustness",
     "displayable_margin",
-    "tells_position",
     "is_special",
     "is_unknown",
     "negate_unless_nan",
+    "tells_position",
     "violation_text",
 ]

@@ -32,7 +32,7 @@ from shoal.campaigns.run_outcome_text import (
     outcome_to_dict,
     warning_lines,
 )
-from shoal.campaigns.scenario_suite import ScenarioOutcome, find_scenario_files, rerun_with_logs, run_jobs
+from shoal.campaigns.scenario_suite import ScenarioOutcome, find_scenario_files, rerun_with_logs, run_jobs, variants_of
 from shoal.campaigns.search import SearchFindings
 from shoal.campaigns.shards import WHOLE_CAMPAIGN, Shard, parse_shard, shard_folder
 from shoal.campaigns.studies import LOGS, Study, load_study
@@ -89,5 +89,6 @@ __all__ = [
     "shard_folder",
     "to_dask_address",
     "usable_cpus",
+    "variants_of",
     "warning_lines",
 ]

@@ -46,6 +46,7 @@ def outcome_to_dict(outcome: ScenarioOutcome) -> dict[str, object]:
     result = outcome.result
     return {
         "file": str(outcome.job.path),
+        "variant": outcome.job.variant,
         "scenario": result.scenario,
         "seed": None if outcome.is_unreadable else result.seed,
         "passed": result.passed,

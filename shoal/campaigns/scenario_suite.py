@@ -2,13 +2,14 @@
 
 import os
 import time
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from shoal.campaigns.jobs import SCENARIO_SUFFIX, Job, ProcessPool, UnfinishedResult, UnreadableResult
 from shoal.campaigns.results import JOURNAL, TABLE
-from shoal.scenarios import ScenarioResult
+from shoal.scenarios import ScenarioFileError, ScenarioResult, load_document
 
 SKIPPED_IF_CONTAINS = ("pyvenv.cfg", "CACHEDIR.TAG", JOURNAL, TABLE)
 """A folder below with one of these has files of other programs, or what a search has found, which fails by design."""
@@ -56,6 +57,18 @@ def _below(folder: Path) -> Iterator[Path]:
 
 def _is_left_out(folder: Path) -> bool:
     return folder.name.startswith(".") or any((folder / name).exists() for name in SKIPPED_IF_CONTAINS)
+
+
+def variants_of(path: Path, values: Mapping[str, object]) -> list[dict[str, object]]:
+    """The values of each run of a file: one for each of its variants, unless a value or the file chooses one.
+
+    What is wrong with the file is told by its run.
+    """
+    if "variant" not in values:
+        with suppress(OSError, ScenarioFileError):
+            names = load_document(path).variant_names if path.is_file() else []
+            return [{**values, "variant": name} for name in names] or [dict(values)]
+    return [dict(values)]
 
 
 def run_jobs(pool: ProcessPool, jobs: Iterable[Job]) -> Generator[ScenarioOutcome]:

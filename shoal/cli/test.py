@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -30,6 +30,7 @@ from shoal.campaigns import (
     outcome_to_dict,
     rerun_with_logs,
     run_jobs,
+    variants_of,
     warning_lines,
 )
 from shoal.cli import STOPPED, WRONG_USE
@@ -96,9 +97,10 @@ def test(
     if keep == "all":
         check_log_folder(log_dir)
     given = parse_values(values)
+    runs = [Job(0, path, chosen, seed) for path in files for chosen in variants_of(path, given)]
     jobs = [
-        Job(number, path, given, seed, log_dir / Job(0, path).name if keep == "all" else None)
-        for number, path in enumerate(files)
+        replace(job, key=number, log_root=log_dir / job.name if keep == "all" else None)
+        for number, job in enumerate(runs)
     ]
     repeat = _options(
         {
@@ -109,9 +111,8 @@ def test(
             "wall-limit": () if wall_limit == WALL_LIMIT else (f"{wall_limit:g} s",),
         }
     )
-    tally = ScenarioRuns(
-        jobs, repeat, Console(stderr=json_file == Path("-"), highlight=False, emoji=False, soft_wrap=True)
-    )
+    console = Console(stderr=json_file == Path("-"), highlight=False, emoji=False, soft_wrap=True)
+    tally = ScenarioRuns(jobs, repeat, console, is_variant_set="variant" in given)
     began = time.time()
     make = partial(ScenarioRunner, is_set=True)
     count = min(workers, len(jobs)) if workers is not None else None
@@ -135,20 +136,22 @@ def test(
         told = [
             {**outcome_to_dict(outcome), "again": tally.reproduction_command(outcome)} for outcome in tally.outcomes
         ]
-        undone = [str(job.path) for job in tally.not_run]
+        undone = [job.label for job in tally.not_run]
         _write(json_file, json_text({"runs": told, "undone": undone, "wall": wall}).encode() + b"\n")
     sys.exit(tally.exit_status)
 
 
 @dataclass
 class ScenarioRuns:
-    """What came of jobs so far, and its display. `options` are those of the command that repeats one."""
+    """What came of jobs so far, and its display. `options` are those of the command that repeats one,
+    `is_variant_set` if these choose the variant."""
 
     jobs: Sequence[Job]
     options: Sequence[str]
     console: Console
     outcomes: list[ScenarioOutcome] = field(default_factory=list[ScenarioOutcome])
     stopped: bool = False
+    is_variant_set: bool = False
 
     def __post_init__(self) -> None:
         shown = self.console if self.console.is_terminal else Console(stderr=True)
@@ -191,7 +194,9 @@ class ScenarioRuns:
 
     def reproduction_command(self, outcome: ScenarioOutcome) -> str:
         """The command that does it again."""
-        return shlex.join(["shoal", "test", str(outcome.job.path), *self.options])
+        job = outcome.job
+        chosen = ["--set", f"variant={job.variant}"] if job.variant and not self.is_variant_set else []
+        return shlex.join(["shoal", "test", str(job.path), *chosen, *self.options])
 
     def print_failures(self) -> None:
         """Print all about those that failed, in the order of the files, and all warnings."""
@@ -201,7 +206,7 @@ class ScenarioRuns:
             warnings = [f"warning: {warning}" for warning in warning_lines(outcome)]
             if outcome.is_unreadable or (not warnings and result.passed):  # what is wrong with a file was told
                 continue
-            self._print(f"\n{outcome.job.path}", "bold")
+            self._print(f"\n{outcome.job.label}", "bold")
             for line in failure_details(result):
                 self._print(f"  {line}", "red")
             for line in warnings:
@@ -235,7 +240,7 @@ class ScenarioRuns:
             known = tightest is not None and math.isfinite(tightest.margin)
             words = f"margin {tightest.margin:.4g} of {tightest.name}" if tightest is not None and known else ""
         word, style = ("passed", "green") if result.passed else ("FAILED", "red")
-        text = f"  {outcome.job.path}  {outcome.wall_time:.1f} s{'  ' * bool(words)}{words}"
+        text = f"  {outcome.job.label}  {outcome.wall_time:.1f} s{'  ' * bool(words)}{words}"
         self.console.print(Text.assemble((word, style), printable(text)))
 
     def _print(self, text: str, style: str = "") -> None:

@@ -47,10 +47,11 @@ class _ReadVehicle(NamedTuple):
 class ScenarioReader:
     """Reads the scenario in a tree; all that is wrong is an error with file and line."""
 
-    def __init__(self, root: Node, path: Path, profiles: ScenarioProfiles):
+    def __init__(self, root: Node, path: Path, profiles: ScenarioProfiles, variant: str = ""):
         self._root = root
         self._path = path
         self._profiles = profiles
+        self._variant = variant
         self._nodes: dict[str, Node] = {}
         self._schemas: dict[str, imc.Schema] = {}
         self._links: tuple[LinkModel, ...] = ()
@@ -74,8 +75,9 @@ class ScenarioReader:
         counts = {name: "" for link in links for name in link.metric_names}
         metrics = tuple(expected.metrics(nodes["metrics"], counts)) if "metrics" in nodes else ()
         units = counts | {metric.name: metric.unit for metric in metrics}
+        name = read_nonempty_text(nodes["scenario"]) if "scenario" in nodes else self._own_name
         return Scenario(
-            read_nonempty_text(nodes["scenario"]) if "scenario" in nodes else self._own_name,
+            f"{name} [{self._variant}]" if self._variant else name,
             self._path,
             nodes["description"].text() if "description" in nodes else "",
             read_whole_number(nodes["seed"]) if "seed" in nodes else 0,

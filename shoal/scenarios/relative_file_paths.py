@@ -17,11 +17,17 @@ def relocate_tree(root: Node, old: Path, new: Path) -> Node:
         many = found["vehicles"]
         content = {name: _vehicle(item, old, new) for name, item in many.mapping().items()}
         found["vehicles"] = Node(content, many.file, many.line, many.error)
+    if isinstance(found.get("variants"), Node) and isinstance(found["variants"].content, dict):
+        many = found["variants"]
+        content = {name: relocate_tree(item, old, new) for name, item in many.mapping().items()}
+        found["variants"] = Node(content, many.file, many.line, many.error)
     return Node(found, root.file, root.line, root.error)
 
 
 def _vehicle(node: Node, old: Path, new: Path) -> Node:
-    found = dict(node.mapping())
+    if not isinstance(node.content, dict):
+        return node
+    found = dict(node.content)
     for key in ("profile", "plan"):
         item = found.get(key)
         if item is None or not isinstance(item.content, str):

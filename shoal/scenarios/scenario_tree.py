@@ -8,23 +8,28 @@ from typing import Any, cast
 from runtime.profile import load_profile
 from shoal.scenarios.engine import dry_run
 from shoal.scenarios.file_dependencies import ScenarioDependencies, normalized_absolute_path, profile_dependencies
+from shoal.scenarios.includes import (
+    INCLUDE,
+    VARIANT,
+    VARIANTS,
+    IncludedFiles,
+    merge_includes,
+    merge_variant,
+    read_scenario_tree,
+    variant_names,
+)
 from shoal.scenarios.reader import ScenarioReader
 from shoal.scenarios.relative_file_paths import relocate_tree
-from shoal.scenarios.scenario import Scenario, ScenarioFileError
+from shoal.scenarios.scenario import Scenario
 from shoal.scenarios.scenario_profiles import ScenarioProfiles
-from support.located_yaml import Node, parse_yaml_tree, read_text
+from support.located_yaml import Node
 
 KeyPath = tuple[str, ...]
 
 
 def load_document(path: Path) -> "ScenarioDocument":
     """Read the tree of a scenario file. Raises ScenarioFileError, and OSError if it cannot be read."""
-    text = read_text(path, ScenarioFileError)
-    try:
-        return ScenarioDocument(path, parse_yaml_tree(text, str(path), ScenarioFileError))
-    except ScenarioFileError as error:
-        hint = " (a text with [, ], {, } or : in it needs quotes)" if "not YAML" in str(error) else ""
-        raise ScenarioFileError(f"{error}{hint}") from None
+    return ScenarioDocument(path, read_scenario_tree(path))
 
 
 class ScenarioDocument:
@@ -32,13 +37,25 @@ class ScenarioDocument:
 
     def __init__(self, path: Path, root: Node):
         self.path = path
-        self._root = _mended(root)
+        self._root = merge_includes(root, path)
         self._profiles = ScenarioProfiles(path.parent)
 
     @property
     def root(self) -> Node:
         """The whole tree."""
         return self._root
+
+    @property
+    def included_files(self) -> tuple[Path, ...]:
+        """The files that it includes, also by way of others."""
+        node = self._root.content.get(INCLUDE) if isinstance(self._root.content, dict) else None
+        return node.paths if isinstance(node, IncludedFiles) else ()
+
+    @property
+    def variant_names(self) -> list[str]:
+        """The variants to run: those of the file, or none if it has chosen one. Raises ScenarioFileError."""
+        chosen = isinstance(self._root.content, dict) and VARIANT in self._root.content
+        return [] if chosen else variant_names(self._root)
 
     def scalars_by_path(self) -> dict[str, Node]:
         """All scalars by their place: the keys on the way, and numbers in lists, joined with "/"."""
@@ -51,11 +68,12 @@ class ScenarioDocument:
 
         Numbers are in SI, or in the unit of a parameter. Raises ScenarioFileError naming the line of the value.
         """
-        return ScenarioReader(self._changed(values or {}), self.path, self._profiles).scenario()
+        root, variant = self._changed(values or {})
+        return ScenarioReader(root, self.path, self._profiles, variant).scenario()
 
     def changed_tree(self, values: Mapping[str, object], folder: Path) -> Node:
         """The tree with some values replaced, for a file in a folder: paths of plans and profiles begin there."""
-        return relocate_tree(self._changed(values), self.path.parent, folder)
+        return relocate_tree(self._changed(values)[0], self.path.parent, folder)
 
     def current_value(self, place: str) -> object:
         """The value at a place: that of the file, or that of a parameter which the file does not set; None if unknown.
@@ -74,7 +92,7 @@ class ScenarioDocument:
 
     def dependencies(self, values: Mapping[str, object] | None = None) -> ScenarioDependencies:
         """What the scenario with these values is made of, besides the file itself. Raises as `scenario` does."""
-        found = ScenarioDependencies()
+        found = ScenarioDependencies(frozenset(map(normalized_absolute_path, self.included_files)))
         for spec in self.scenario(values).vehicles:
             overrides = [setting.override_text for setting in spec.settings]
             profile = load_profile(spec.profile, (spec.folder,), vehicle=spec.name, overrides=overrides)
@@ -90,7 +108,7 @@ class ScenarioDocument:
     @property
     def digest(self) -> str:
         """SHA-256 of all that the scenario is made of: the values of the file, its plans and its profiles."""
-        made = hashlib.sha256(repr(_bare(self._root)).encode())
+        made = hashlib.sha256(repr(_bare(_without_include(self._root))).encode())
         scenario = self.scenario()
         for spec in scenario.vehicles:
             made.update(repr((spec.name, spec.modes)).encode())
@@ -99,33 +117,25 @@ class ScenarioDocument:
                 made.update(spec.plan.replace(timestamp=0.0).to_json().encode())
         return made.hexdigest()
 
-    def _changed(self, values: Mapping[str, object]) -> Node:
+    def _changed(self, values: Mapping[str, object]) -> tuple[Node, str]:
+        """The tree of the variant with values replaced, and the variant."""
         root = self._root
+        if INCLUDE in {place.partition("/")[0] for place in values}:
+            root.fail("include is not a value: what it names is read with the file")
         for place, value in values.items():
-            root = _put(root, place.split("/"), value)
+            if place.startswith(f"{VARIANTS}/"):
+                root = _put(root, place.split("/"), value)
+        root, variant = merge_variant(root, values)
+        for place, value in values.items():
+            if place != VARIANT and not place.startswith(f"{VARIANTS}/"):
+                root = _put(root, place.split("/"), value)
+        return _without_include(root), variant
+
+
+def _without_include(root: Node) -> Node:
+    if not isinstance(root.content, dict) or INCLUDE not in root.content:
         return root
-
-
-def _mended(node: Node) -> Node:
-    """With texts in one piece that YAML has cut at commas within braces: {max: distance(A, B)}."""
-    if isinstance(node.content, list):
-        return _with(node, [_mended(item) for item in node.content])
-    if not isinstance(node.content, dict):
-        return node
-    found: dict[str, Node] = {}
-    open_key = ""
-    for key, item in node.content.items():
-        before = found.get(open_key)
-        if before is not None and item.plain and item.content == "":
-            assert isinstance(before.content, str)
-            found[open_key] = _with(before, f"{before.content}, {key}")
-        else:
-            found[key] = item = _mended(item)
-            open_key = key
-        text = found[open_key].content
-        if not (isinstance(text, str) and text.count("(") > text.count(")")):
-            open_key = ""
-    return _with(node, found)
+    return _with(root, {key: item for key, item in root.content.items() if key != INCLUDE})
 
 
 def _bare(node: Node) -> object:

@@ -24,9 +24,19 @@ class Job:
     log_root: Path | None = None
 
     @property
+    def variant(self) -> str:
+        """The variant that it chooses; empty if it chooses none."""
+        return str(self.values.get("variant") or "")
+
+    @property
     def name(self) -> str:
-        """What the scenario is called if its file cannot be read: the file's name without its ending."""
-        return self.path.name.removesuffix(SCENARIO_SUFFIX)
+        """What the scenario is called if its file cannot be read: the name of the file without ending, and the variant."""
+        return self.path.name.removesuffix(SCENARIO_SUFFIX) + (f"-{self.variant}" if self.variant else "")
+
+    @property
+    def label(self) -> str:
+        """The file and the variant, for people."""
+        return f"{self.path} [{self.variant}]" if self.variant else str(self.path)
 
     def failed_result(self, error: str, kind: type[ScenarioResult] = ScenarioResult) -> ScenarioResult:
         """The result of a run that did not come to its end."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
 from shoal.campaigns.sampling.distributions import is_distribution, parse_distribution
-from shoal.scenarios import ScenarioDependencies, ScenarioFileError
+from shoal.scenarios import ScenarioDependencies, ScenarioFileError, merge_includes
 from support.located_yaml import Node, parse_yaml_tree, read_text
 
 
@@ -45,6 +45,7 @@ def load_template(path: Path, make: Callable[[Path, Node], D]) -> ScenarioTempla
     root = parse_yaml_tree(read_text(path, ScenarioFileError), str(path), ScenarioFileError)
     if isinstance(root.content, dict) and isinstance((inside := root.content.get("scenario", root)).content, dict):
         root = inside
+    root = merge_includes(root, path)
     found: dict[str, Node] = {}
     return ScenarioTemplate(make(path, _plain(root, (), found)), found)
 
@@ -67,6 +68,8 @@ def describe_value_error(draft: EditableScenario, values: Mapping[str, object], 
 
 
 def _plain(node: Node, place: tuple[str, ...], found: dict[str, Node]) -> Node:
+    if place == ("include",):  # files that were read, and no value
+        return node
     if is_distribution(node):
         found["/".join(place)] = node
         made = parse_distribution(node)
