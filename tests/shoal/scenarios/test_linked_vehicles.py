@@ -100,3 +100,51 @@ def test_beyond_the_range_and_without_a_link_nothing_is_heard(play, tmp_path):
 def test_links_that_cannot_be(document, link, words):
     with pytest.raises(ScenarioFileError, match=rf"trial.scenario.yaml:[78]: .*{words}"):
         document(f"links:\n  - {link}", PAIR).scenario()
+
+
+@pytest.mark.heavy
+def test_what_a_vehicle_receives_differs_from_what_another_one_publishes(play):
+    result = play(
+        """
+        links: [{between: [lauv-noptilus-1, otter], name: acoustic, latency: 0.4 s, messages: [EstimatedState]}]
+        events: [{at: 10 s, cut: acoustic, for: 8 s}]
+        captures: {last: {of: EstimatedState.x@lauv-noptilus-1->otter, at: 15 s}}
+        expect:
+          - {name: published, always: age(EstimatedState@lauv-noptilus-1) < 1 s, from: 6 s}
+          - {name: received, always: age(EstimatedState@lauv-noptilus-1->otter) < 5 s, from: 6 s}
+          - name: known
+            finally: distance(SimulatedState@lauv-noptilus-1, EstimatedState@lauv-noptilus-1->otter) < 50 m
+          - {name: value, always: EstimatedState.depth->otter < 50 m, vehicle: lauv-noptilus-1}
+          - {name: capture, finally: abs($last) < 1 km}
+          - {name: counts, metric: "acoustic: received", at least: 100}
+        metrics:
+          silence: {max: age(EstimatedState@lauv-noptilus-1->otter)}
+          sent: {last: count(EstimatedState@lauv-noptilus-1)}
+          arrived: {last: count(EstimatedState@lauv-noptilus-1->otter)}
+          returned: {last: count(EstimatedState@otter->lauv-noptilus-1)}
+        """,
+        PAIR,
+    )
+    assert result.error == ""
+    found = {verdict.name: verdict for verdict in result.verdicts}
+    assert {name for name, verdict in found.items() if not verdict.passed} == {"received"}
+    assert result.metrics["silence"] == pytest.approx(8.0, abs=0.5)
+    assert found["received"].margin == pytest.approx(5.0 - result.metrics["silence"])
+    assert result.metrics["arrived"] + result.metrics["returned"] == result.metrics["acoustic: received"]
+    assert 100.0 < result.metrics["sent"] - result.metrics["arrived"] < result.metrics["acoustic: cut"]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("Heartbeat@otter->lauv-noptilus-1", "the link acoustic does not carry Heartbeat"),
+        ("EstimatedState@otter->lauv", r"no vehicle 'lauv' \(known: lauv-noptilus-1, otter\), at character 5"),
+        ("EstimatedState@otter->otter", "otter receives nothing from itself"),
+    ],
+)
+def test_what_cannot_arrive_is_refused_with_its_line(document, text, reason):
+    links = "links: [{between: [lauv-noptilus-1, otter], name: acoustic, messages: [EstimatedState]}]\n"
+    with pytest.raises(ScenarioFileError, match=rf"trial.scenario.yaml:7: .*{reason}"):
+        document(f"{links}expect: [{{always: age({text}) < 3 s}}]", PAIR).scenario()
+    with pytest.raises(ScenarioFileError, match=r"trial.scenario.yaml:6: .*no link joins otter and lauv-noptilus-1"):
+        document("expect: [{always: age(EstimatedState@otter->lauv-noptilus-1) < 3 s}]", PAIR).scenario()
