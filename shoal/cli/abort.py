@@ -1,31 +1,40 @@
-"""`shoal abort`: stops everything that a running vehicle does."""
+"""`shoal abort`: stops everything that running vehicles do."""
 
 from typing import Any
 
 import click
 
-from shoal.cli.remote_command import json_option, network_options, print_json_line, run_on_namesakes, vehicle_argument
+from shoal.cli.remote_command import complete_vehicle, json_option, network_options
+from shoal.cli.vehicle_selection import Say, parse_selection, print_results, run_on_selection
 from shoal.network import AsyncRemoteVehicle
+from support.terminal_text import printable
 
 
 @click.command()
-@vehicle_argument
+@click.argument("vehicles", metavar="VEHICLE...", nargs=-1, required=True, shell_complete=complete_vehicle)
 @network_options
 @json_option
-def abort(vehicle: str, connection: dict[str, Any], as_json: bool) -> None:
-    """Have VEHICLE stop everything at once, and wait until it says that it has.
+def abort(vehicles: tuple[str, ...], connection: dict[str, Any], as_json: bool) -> None:
+    """Have each VEHICLE stop everything at once, and wait until it says that it has.
 
-    If several vehicles have this name or its id, all of them abort.
+    VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'. One is aborted as soon as it is
+    found, whatever becomes of the others. If several vehicles have its name or its id, all of them abort.
 
-    Exit status 1 if it does not confirm it: then act as if it went on.
+    Exit status 1 if one does not confirm it: then act as if it went on.
     """
+    selection = parse_selection(vehicles)
 
     async def act(there: AsyncRemoteVehicle) -> str:
+        clash = there.system.conflict_text
+        if clash:
+            click.echo(printable(f"{there.name}: {clash}"), err=True)
         await there.abort()
-        return "all of them have" if there.system.conflict_text else f"{vehicle} has"
+        if not selection.single_name:
+            return "all of this name have aborted" if there.system.conflict_text else "has aborted"
+        return f"{'all of them have' if there.system.conflict_text else f'{selection.single_name} has'} aborted"
 
-    who = run_on_namesakes(vehicle, connection, act)
-    if as_json:
-        print_json_line({"aborted": True})
-    else:
-        click.echo(f"{who} aborted")
+    def show(words: str, say: Say) -> None:
+        say(words)
+
+    results = run_on_selection(selection, connection, act, takes_clash=True)
+    print_results(selection, results, as_json, show, lambda _: {"aborted": True})

@@ -1,8 +1,10 @@
-"""`shoal plan`: the plans of a running vehicle."""
+"""`shoal plan`: the plans of running vehicles."""
 
+import json
 import sys
 from dataclasses import asdict
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +16,14 @@ from shoal.cli.remote_command import (
     complete_plan,
     json_option,
     network_options,
-    print_json_line,
-    run_on_vehicle,
-    vehicle_argument,
+)
+from shoal.cli.vehicle_selection import (
+    Say,
+    VehicleSelection,
+    prefixed,
+    print_results,
+    run_on_selection,
+    vehicles_argument,
 )
 from shoal.network import AsyncRemoteVehicle, PlanOutcome
 from support.file_errors import add_path_to_errors
@@ -28,7 +35,7 @@ STEP = 10.0  # %; progress between two lines without a terminal
 
 
 @click.command()
-@vehicle_argument
+@vehicles_argument
 @click.argument("action", type=click.Choice(ACTIONS))
 @click.argument("plan", required=False, shell_complete=complete_plan)
 @click.option("--no-wait", is_flag=True, help="start: do not wait for the end of the plan.")
@@ -37,7 +44,7 @@ STEP = 10.0  # %; progress between two lines without a terminal
 @network_options
 @json_option
 def plan(
-    vehicle: str,
+    vehicle: VehicleSelection,
     action: str,
     plan: str | None,
     no_wait: bool,
@@ -52,6 +59,7 @@ def plan(
     shoal plan lauv-noptilus-1 put survey.yaml
     shoal plan lauv-noptilus-1 start survey
 
+    VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'.
     A file is YAML or JSON of Shoal, .plan or .waypoints of QGroundControl, KML, GPX or GeoJSON; `get -o` writes them.
 
     start shows the progress and ends with the plan: exit status 0 if it was completed, 1 if the vehicle refused it or
@@ -69,6 +77,8 @@ def plan(
     chosen = _load(plan) if plan and action in ("put", "start") else plan or ""
     if action == "put" and isinstance(chosen, str):
         raise click.UsageError(f"{plan}: there is no such file")
+    if output is not None and not vehicle.single_name:
+        raise click.UsageError("--output is for the plan of one vehicle")
 
     async def act(there: AsyncRemoteVehicle) -> Any:
         what = _convert(chosen, there) if isinstance(chosen, Path) else chosen
@@ -84,17 +94,26 @@ def plan(
             return await there.plan.delete(str(what))
         if action == "put" and not isinstance(what, str):
             return await there.plan.put(what)
-        follow = None if no_wait or as_json else PlanProgressDisplay(what if isinstance(what, str) else what.plan_id)
+        name = what if isinstance(what, str) else what.plan_id
+        say = None if vehicle.single_name else prefixed(there.name, err=True)
+        follow = None if no_wait or as_json else PlanProgressDisplay(name, say)
         return await there.plan.start(what, wait=not no_wait, calibrate=calibrate, progress=follow)
 
     try:
-        found = run_on_vehicle(vehicle, connection, act)
+        results = run_on_selection(vehicle, connection, act)
     except click.exceptions.Exit as ending:
         if ending.exit_code == INTERRUPTED and action == "start":
             click.echo(f"\na plan that has started goes on; `shoal plan {vehicle} stop` stops it", err=True)
         raise
     name = chosen.stem if isinstance(chosen, Path) else chosen if isinstance(chosen, str) else chosen.plan_id
-    _print(action, name, found, output, as_json)
+    print_results(
+        vehicle,
+        results,
+        as_json and output is None,
+        lambda found, say: _show(action, name, found, output, as_json, say),
+        lambda found: _to_json(action, found),
+        lambda found: not isinstance(found, PlanOutcome) or found.completed,
+    )
 
 
 def _load(plan: str) -> str | imc.PlanSpecification | Path:
@@ -122,33 +141,33 @@ def _convert(path: Path, there: AsyncRemoteVehicle) -> imc.PlanSpecification:
     return load_plan(path, context, remark=lambda words: click.echo(printable(words), err=True))
 
 
-def _print(action: str, name: str, found: Any, output: Path | None, as_json: bool) -> None:
+def _to_json(action: str, found: Any) -> object:
     if isinstance(found, PlanOutcome):
-        if as_json:
-            print_json_line(asdict(found))
-        else:
-            click.echo(printable(f"{found.plan}: {found.reason}, after {found.seconds:.0f} s"))
-        raise click.exceptions.Exit(0 if found.completed else 1)
+        return asdict(found)
     if isinstance(found, imc.PlanControlState):
-        values = plan_state_to_dict(found)
-        print_json_line(values) if as_json else click.echo(format_plan_state(found))
+        return plan_state_to_dict(found)
+    if isinstance(found, imc.PlanSpecification):
+        return json.loads(found.to_json())
+    return [asdict(plan) for plan in found] if action == "list" else {"done": True}
+
+
+def _show(action: str, name: str, found: Any, output: Path | None, as_json: bool, say: Say) -> None:
+    if isinstance(found, PlanOutcome):
+        say(printable(f"{found.plan}: {found.reason}, after {found.seconds:.0f} s"))
+    elif isinstance(found, imc.PlanControlState):
+        say(format_plan_state(found))
     elif isinstance(found, imc.PlanSpecification):
-        _print_plan(found, output, as_json)
+        _show_plan(found, output, as_json, say)
     elif action == "list":
-        if as_json:
-            print_json_line([asdict(plan) for plan in found])
-        else:
-            for stored in found:
-                when = datetime.fromtimestamp(stored.changed, UTC).strftime("%Y-%m-%d %H:%M:%S")
-                click.echo(printable(f"{stored.name:24} {stored.size:6} B  {when}  by {stored.by}"))
-    elif as_json:
-        print_json_line({"done": True})
+        for stored in found:
+            when = datetime.fromtimestamp(stored.changed, UTC).strftime("%Y-%m-%d %H:%M:%S")
+            say(printable(f"{stored.name:24} {stored.size:6} B  {when}  by {stored.by}"))
     else:
         words = {"put": f"stored as {name}", "delete": "deleted", "start": "started", "stop": "stopped"}
-        click.echo(printable(words[action]))
+        say(printable(words[action]))
 
 
-def _print_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool) -> None:
+def _show_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool, say: Say) -> None:
     from shoal.cli.export_plan import report_missing_maneuvers
     from shoal.missions import PlanFileError, plan_file_text
 
@@ -162,7 +181,7 @@ def _print_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool)
     for words in remarks:
         click.echo(printable(words), err=True)
     if output is None:
-        click.echo(text, nl=False)
+        say(text.removesuffix("\n"))
     else:
         with add_path_to_errors(output):
             output.write_text(text, encoding="utf-8")
@@ -196,12 +215,16 @@ def format_plan_state(state: imc.PlanControlState) -> str:
 
 
 class PlanProgressDisplay:
-    """Shows reports of a plan: on a terminal one line that changes, else a line for each maneuver and each STEP."""
+    """Shows reports of a plan: on a terminal one line that changes, else a line for each maneuver and each STEP.
 
-    def __init__(self, plan: str) -> None:
+    `say` prints a line of one of several vehicles, which then have no line that changes.
+    """
+
+    def __init__(self, plan: str, say: Say | None = None) -> None:
         self._plan = plan
         self._last: tuple[object, ...] = ()
-        self._on_terminal = sys.stderr.isatty()
+        self._on_terminal = sys.stderr.isatty() and say is None
+        self._say = say or partial(click.echo, err=True)
 
     def __call__(self, state: imc.PlanControlState) -> None:
         phases = imc.PlanControlState.State
@@ -213,4 +236,4 @@ class PlanProgressDisplay:
         now = state.state, state.man_id, int(max(state.plan_progress, 0.0) // STEP)
         if now != self._last:
             self._last = now
-            click.echo(format_plan_state(state), err=True)
+            self._say(format_plan_state(state))

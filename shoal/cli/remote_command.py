@@ -231,7 +231,9 @@ def _complete_from_vehicle(
     context: click.Context, look: Callable[[AsyncRemoteVehicle], Coroutine[Any, Any, list[str]]]
 ) -> list[str]:
     """What `look` finds with the vehicle that was written before."""
-    arguments = [context.params.get("vehicle"), *context.args]  # behind an option without its value, click assigns none
+    given = context.params.get("vehicle")
+    names = getattr(given, "names", (given,))  # of several vehicles the first
+    arguments = [*names, *context.args]  # behind an option without its value, click assigns none
     name, connection = next(filter(None, arguments), ""), {**_network_options_of(context), "timeout": PATIENCE}
     return _quietly(lambda: run_on_vehicle(name, connection, look))
 

@@ -1,4 +1,4 @@
-"""`shoal spy`: the messages of a running vehicle, or their rates."""
+"""`shoal spy`: the messages of running vehicles, or their rates."""
 
 import asyncio
 import json
@@ -18,7 +18,6 @@ from shoal.cli.messages_option import messages_option
 from shoal.cli.remote_command import (
     complete_entity,
     complete_message,
-    exit_with_reason,
     find_message_type,
     format_clock_time,
     format_fields,
@@ -26,8 +25,14 @@ from shoal.cli.remote_command import (
     network_options,
     parse_duration_option,
     print_json_line,
-    run_on_namesakes,
-    vehicle_argument,
+)
+from shoal.cli.vehicle_selection import (
+    Say,
+    VehicleSelection,
+    prefixed,
+    print_error,
+    run_on_selection,
+    vehicles_argument,
 )
 from shoal.network import (
     AsyncRemoteVehicle,
@@ -49,7 +54,7 @@ ASK_AGAIN = 0.5  # s between questions for the labels of entities
 
 
 @click.command()
-@vehicle_argument
+@vehicles_argument
 @click.argument("messages", metavar="[MESSAGE]...", nargs=-1, shell_complete=complete_message)
 @click.option("--where", default="", help='Only messages that match, such as "depth > 2 and u < 0.5".')
 @click.option("--fields", default="", help="Only these fields, separated by commas: x,y,depth.")
@@ -63,7 +68,7 @@ ASK_AGAIN = 0.5  # s between questions for the labels of entities
 @network_options
 @json_option
 def spy(
-    vehicle: str,
+    vehicle: VehicleSelection,
     messages: tuple[str, ...],
     where: str,
     fields: str,
@@ -77,7 +82,8 @@ def spy(
 ) -> None:
     """Show the messages of VEHICLE as they come: all, or those of the types named.
 
-    --json prints an object on each line. Exit status 1 if nothing came, or the vehicle is gone.
+    VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'; --count is for each of several.
+    --json prints an object on each line. Exit status 1 if nothing came from one, or it is gone.
     """
     kinds = [find_message_type(name, schema) for name in messages]
     try:
@@ -89,27 +95,39 @@ def spy(
     if hz and (names or count is not None):
         raise click.UsageError("--hz shows rates: it takes --for, but no --fields and no --count")
 
+    single = bool(vehicle.single_name)
+
     async def act(there: AsyncRemoteVehicle) -> None:
+        if clash := there.system.conflict_text:
+            click.echo(printable(f"{there.name}: {clash}"), err=True)
         if entity:
             with suppress(NoAnswer):  # zenoh brings the labels with the messages
                 await there.param.entity_ids()
         sieve = SpyFilter(there, test, where, entity)
+        say = click.echo if single else prefixed(there.name)
         if hz:
-            await _measure(there, kinds, sieve, duration, as_json)
+            await _measure(there, kinds, sieve, duration, as_json, None if single else say)
             return
         asyncio.get_running_loop().call_later(QUIET, sieve.explain_silence)
         try:
             async with asyncio.timeout(duration), aclosing(there.messages(*kinds)) as stream:
                 async for message in stream:
                     if sieve.accepts(message):
-                        _show(there, message, names, as_json)
+                        if as_json:
+                            values = message_to_dict(there, message, names)
+                            print_json_line(values if single else {"vehicle": there.name, **values})
+                        else:
+                            say(format_message(there, message, names))
                         if sieve.accepted == count:
                             return
         except TimeoutError:
             if not sieve.accepted:
-                exit_with_reason(sieve.no_match_text(duration or 0.0))
+                raise NoAnswer(sieve.no_match_text(duration or 0.0)) from None
 
-    run_on_namesakes(vehicle, {**connection, "messages": schema}, act)
+    options = {**connection, "messages": schema}
+    results = run_on_selection(vehicle, options, act, takes_clash=True, on_error=print_error)
+    if any(result.error for result in results):
+        raise click.exceptions.Exit(1)
 
 
 class SpyFilter:
@@ -152,25 +170,26 @@ def _check_fields(names: tuple[str, ...], kinds: list[type[imc.Message]]) -> Non
             raise click.BadParameter(f"no field {name!r} in {where}{hint and f'; {hint}'}", param_hint="--fields")
 
 
-def _show(vehicle: AsyncRemoteVehicle, message: imc.Message, names: tuple[str, ...], as_json: bool) -> None:
+def format_message(vehicle: AsyncRemoteVehicle, message: imc.Message, names: tuple[str, ...] = ()) -> str:
+    """A message, or some of its fields, on one line."""
     entity = printable(vehicle.system.label(message.src_ent))
-    if not as_json:
-        name = type(message).__name__
-        click.echo(f"{format_clock_time(message.timestamp)} {name} {entity}: {format_fields(message, names)}")
-        return
+    name = type(message).__name__
+    return f"{format_clock_time(message.timestamp)} {name} {entity}: {format_fields(message, names)}"
+
+
+def message_to_dict(vehicle: AsyncRemoteVehicle, message: imc.Message, names: tuple[str, ...]) -> dict[str, Any]:
+    """The same for JSON."""
+    entity = printable(vehicle.system.label(message.src_ent))
     if not names:
-        print_json_line(
-            {"entity": entity, **message.to_dict()} if _is_plain(message) else {"entity": entity, **_json(message)}
-        )
-        return
-    values: dict[str, object] = {"abbrev": type(message).__name__, "timestamp": message.timestamp, "entity": entity}
+        return {"entity": entity, **(message.to_dict() if _is_plain(message) else _json(message))}
+    values: dict[str, Any] = {"abbrev": type(message).__name__, "timestamp": message.timestamp, "entity": entity}
     for name in names:
         try:
             value = field_value(message, name)
         except AttributeError:
             continue
         values[name] = _json(value) if isinstance(value, imc.Message) else value
-    print_json_line(values)
+    return values
 
 
 def _is_plain(message: imc.Message) -> bool:
@@ -188,11 +207,16 @@ async def _measure(
     sieve: SpyFilter,
     duration: float | None,
     as_json: bool,
+    say: Say | None = None,
 ) -> None:
-    """Rates of all types at once: at the end, and meanwhile on a terminal."""
+    """Rates of all types at once: at the end, and meanwhile on a terminal.
+
+    `say` prints the lines of one of several vehicles, which have no table that changes.
+    """
     rates = MessageRates(vehicle.system)
     console = Console(highlight=False, markup=False, emoji=False, width=None if Console().is_terminal else 120)
-    live = Live(Table(), console=console, refresh_per_second=4) if console.is_terminal and not as_json else None
+    has_screen = console.is_terminal and not as_json and say is None
+    live = Live(Table(), console=console, refresh_per_second=4) if has_screen else None
     began = drawn = asked = time.monotonic()
     gone: VehicleLost | None = None
     if live is not None:
@@ -224,13 +248,18 @@ async def _measure(
         with suppress(NetworkError):
             await vehicle.param.entity_ids()
     if as_json:
-        print_json_line(rates.rows(now))
+        rows = rates.rows(now)
+        print_json_line(rows if say is None else {"vehicle": vehicle.name, "rates": rows})
+    elif say is not None:
+        with console.capture() as printed:
+            console.print(rates.table(now))
+        say(printed.get().rstrip())
     elif live is None:
         console.print(rates.table(now))
     if gone is not None:
         raise gone
     if not sieve.accepted:
-        exit_with_reason(sieve.no_match_text(round(now - began, 1)))
+        raise NoAnswer(sieve.no_match_text(round(now - began, 1)))
 
 
 class MessageRates:

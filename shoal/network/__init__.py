@@ -17,6 +17,23 @@ from shoal.network.message_filter_expression import field_value, parse_message_f
 from shoal.network.message_listener import MessageListener
 from shoal.network.network import Network
 from shoal.network.network_factory import connect, make_network
+from shoal.network.parameter_descriptions import ParameterDescription, describe_parameters
+from shoal.network.parameter_file import (
+    FileSection,
+    FileValue,
+    ParameterFileError,
+    VehicleParameters,
+    parameter_file_text,
+    read_parameter_file,
+)
+from shoal.network.parameter_transfer import (
+    ParameterOutcome,
+    PlannedChange,
+    UnfitParameters,
+    check_parameters,
+    dump_parameters,
+    load_parameters,
+)
 from shoal.network.parameters import AsyncRemoteParameters, PartialAnswer, check_parameter_name
 from shoal.network.plans import AsyncRemotePlans, PlanOutcome, Refused, StoredPlan
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
@@ -35,6 +52,8 @@ __all__ = [
     "ConsoleIdentity",
     "Contact",
     "Diagnosis",
+    "FileSection",
+    "FileValue",
     "LinkListener",
     "LinkProblem",
     "MessageListener",
@@ -43,8 +62,12 @@ __all__ = [
     "NetworkLink",
     "NetworkSystem",
     "NoAnswer",
+    "ParameterDescription",
+    "ParameterFileError",
+    "ParameterOutcome",
     "PartialAnswer",
     "PlanOutcome",
+    "PlannedChange",
     "ReceivedPacket",
     "Refused",
     "RemoteLog",
@@ -55,13 +78,21 @@ __all__ = [
     "StoredPlan",
     "TCPLink",
     "UDPLink",
+    "UnfitParameters",
     "VehicleConnection",
     "VehicleLost",
+    "VehicleParameters",
     "ZenohLink",
     "check_parameter_name",
+    "check_parameters",
     "connect",
+    "describe_parameters",
     "diagnose",
+    "dump_parameters",
     "field_value",
+    "load_parameters",
     "make_network",
+    "parameter_file_text",
     "parse_message_filter",
+    "read_parameter_file",
 ]

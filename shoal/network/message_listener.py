@@ -46,6 +46,11 @@ class MessageListener:
                 await self._news.wait()
         return self._waiting.popleft()
 
+    def take_all(self) -> list[tuple[NetworkSystem, imc.Message]]:
+        """What has arrived and was not read."""
+        waiting, self._waiting = list(self._waiting), deque()
+        return waiting
+
 
 def check_message_type(kind: object) -> type[imc.Message]:
     """The type itself. Raises TypeError for what is none, such as the name of one."""

@@ -18,11 +18,12 @@ CERTAIN = 1e-3  # expected number of entities whose answers all got lost, below 
 SHORT = 1.2  # s for the first question: there may be no such entity
 QUIET = 0.5  # s without an answer: there are no more
 NAMED = 8  # silent entities in an error
+OLD_VALUES_STAY = "; the old values stay"  # the vehicle ends so what a task says of values that do not fit together
 AT_ONCE = 50  # questions; a vehicle gives a console 200 answers a second
 
 
 class PartialAnswer(NoAnswer):
-    """Some entities have not answered: `found` has the parameters of the others, by label and name."""
+    """Some entities have not answered, `missing`: `found` has the parameters of the others, by label and name."""
 
     def __init__(self, system: str, found: Mapping[str, Mapping[str, str]], missing: Collection[str]) -> None:
         named = ", ".join(list(missing)[:NAMED]) + (" ..." if len(missing) > NAMED else "")
@@ -30,6 +31,7 @@ class PartialAnswer(NoAnswer):
             f"{system}: no answer from {len(missing)} entities ({named}), though they were asked repeatedly"
         )
         self.found = found
+        self.missing = tuple(missing)
 
 
 class AsyncRemoteParameters:
@@ -51,15 +53,43 @@ class AsyncRemoteParameters:
 
         return await self._network.request(self._system, query, (imc.EntityList,), answer)
 
+    async def components(self, labels: Mapping[str, int]) -> dict[str, str]:
+        """The task of each entity, such as Control.Path, by label; those that do not say it are missing.
+
+        `labels` are the ids of the entities that are asked.
+        """
+        found: dict[int, str] = {}
+        listener = self._network.listen(self._system, (imc.EntityInfo,))
+        try:
+            for _ in range(ROUNDS):
+                waiting = [number for number in labels.values() if number not in found]
+                for start in range(0, len(waiting), AT_ONCE):
+                    for number in waiting[start : start + AT_ONCE]:
+                        self._network.send(self._system, imc.QueryEntityInfo(id=number, dst_ent=number))
+                    with suppress(TimeoutError):
+                        while not found.keys() >= set(waiting[start : start + AT_ONCE]):
+                            _, message = await listener.next(QUIET)
+                            if isinstance(message, imc.EntityInfo) and message.src == self._system.id:
+                                found[message.src_ent] = message.component
+                    self._network.check_is_there(self._system)
+                if not waiting:
+                    break
+        finally:
+            self._network.close_listener(listener)
+        return {label: found[number] for label, number in labels.items() if found.get(number)}
+
     async def list(self) -> dict[str, dict[str, str]]:
         """The parameters of all entities that have any, by label and name.
 
         An entity that stays silent has none, if it was asked often enough for the losses of the network. A Shoal
         vehicle answers for each. Raises PartialAnswer if answers are missing.
         """
-        labels = await self.entity_ids()
+        return await self.read(await self.entity_ids())
+
+    async def read(self, labels: Collection[str]) -> dict[str, dict[str, str]]:
+        """The same for these entities only."""
         found: dict[str, dict[str, str]] = {}
-        waiting, lost = list(labels), 0
+        waiting, lost = [*labels], 0
         listener = self._network.listen(self._system, (imc.EntityParameters,))
         try:
             for number in range(1, ROUNDS + 1):
@@ -136,7 +166,7 @@ class AsyncRemoteParameters:
         def answer(message: imc.Message) -> dict[str, str] | None:
             """What was accepted: nothing if all is refused. A late answer to the question above has the others, too."""
             if isinstance(message, imc.LogBookEntry):
-                refused.update(name for name, text in texts.items() if message.text.startswith(f"{name} = {text!r} "))
+                refused.update(refusal_reasons(message, texts))
                 return {} if len(refused) == len(texts) else None
             found = _of(message, entity)
             return found if found is not None and set(found) <= set(values) else None
@@ -148,7 +178,7 @@ class AsyncRemoteParameters:
                 accepted = await self._network.request(self._system, request, kinds, answer)
             except NoAnswer as error:  # the answer may have got lost, or the request
                 now = await self._read(entity)
-                accepted = {name: now[name] for name in values if _is_same(now.get(name, ""), texts[name])}
+                accepted = {name: now[name] for name in values if is_same_value(now.get(name, ""), texts[name])}
                 if left := [f"{name} is still {now.get(name, '')!r}" for name in values if name not in accepted]:
                     raise NoAnswer(f"{entity}: {', '.join(left)}; {error}") from None
             if missing := [name for name in values if name not in accepted]:
@@ -178,7 +208,7 @@ class AsyncRemoteParameters:
             async with asyncio.timeout(QUIET):  # of all entries: there may be others again and again
                 while True:
                     _, entry = await log.next()
-                    if isinstance(entry, imc.LogBookEntry) and entry.text.startswith(f"{name} = "):
+                    if isinstance(entry, imc.LogBookEntry) and refusal_reasons(entry, {name: value}):
                         return f"{entity}: {entry.text}"
         return f"{entity}: {name} = {value!r} was not accepted"
 
@@ -190,11 +220,21 @@ def check_parameter_name(entity: str, name: str, known: Collection[str]) -> None
         raise Refused(f"{entity} has no parameter {name!r}; {hint}")
 
 
+def refusal_reasons(entry: imc.LogBookEntry, values: Mapping[str, str]) -> dict[str, str]:
+    """What an entry of the log book of a Shoal vehicle says of values that were sent: why it refuses them, by name.
+
+    If the task itself refuses new values, all old ones stay.
+    """
+    if entry.text.endswith(OLD_VALUES_STAY):
+        return dict.fromkeys(values, entry.text)
+    return {name: entry.text for name, text in values.items() if entry.text.startswith(f"{name} = {text!r} ")}
+
+
 def _with_parameters(found: Mapping[str, dict[str, str]]) -> dict[str, dict[str, str]]:
     return {entity: values for entity, values in sorted(found.items()) if values}
 
 
-def _is_same(text: str, other: str) -> bool:
+def is_same_value(text: str, other: str) -> bool:
     """Whether two texts are the same value, such as `2, 3` and `2.0, 3.0`."""
     words, others = ([word.strip() for word in each.split(",")] for each in (text, other))
     return len(words) == len(others) and all(map(_is_same_word, words, others))

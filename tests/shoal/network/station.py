@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import socket
 import time
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Iterable, Sequence
 
 import imc
 from imc.discovery import Service, Services
@@ -55,12 +55,18 @@ class Station:
             self.data.sendto(packet, ("127.0.0.1", port))
 
     def packet(self, message: imc.Message) -> bytes:
-        return imc.encode_with_header(message, time.time() + self.clock, self.system, 0, 0xFFFF, 0xFF)
+        return imc.encode_with_header(
+            message, time.time() + self.clock, self.system, message.src_ent & 0xFF, 0xFFFF, 0xFF
+        )
 
     def send(self, *packets: bytes) -> None:
         for packet in packets:
             for console in self.consoles:
                 self.data.sendto(packet, console)
+
+    def answers(self, message: imc.Message) -> Iterable[imc.Message]:
+        """What it answers to a message, for stations that answer."""
+        return ()
 
     def listen(self) -> None:
         for one in (self.discovery, self.data):
@@ -70,6 +76,7 @@ class Station:
                     if message.src == self.system:
                         continue
                     self.heard.append(message)
+                    self.send(*map(self.packet, self.answers(message)))
                     if self.complaint and isinstance(message, imc.EntityList):
                         self.send(self.packet(imc.LogBookEntry(text=self.complaint.format(message.src))))
                     if isinstance(message, imc.Announce):
