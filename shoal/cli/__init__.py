@@ -23,6 +23,7 @@ COMMANDS = {
     "rewind": ("shoal.cli.rewind", "Resume a virtual run from a given time in its log."),
     "ls": ("shoal.cli.ls", "List the vehicles on the network."),
     "spy": ("shoal.cli.spy", "Show the messages of a running vehicle, or their rates."),
+    "record": ("shoal.cli.record", "Record what running vehicles send to a console."),
     "send": ("shoal.cli.send", "Send a message to a running vehicle."),
     "plan": ("shoal.cli.plan", "List, transfer, start and stop the plans of a running vehicle."),
     "param": ("shoal.cli.param", "Show, set and save the parameters of a running vehicle."),

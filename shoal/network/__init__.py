@@ -36,6 +36,7 @@ from shoal.network.parameter_transfer import (
 )
 from shoal.network.parameters import AsyncRemoteParameters, PartialAnswer, check_parameter_name
 from shoal.network.plans import AsyncRemotePlans, PlanOutcome, Refused, StoredPlan
+from shoal.network.recording import NetworkRecorder, RecordingEnd, VehicleRecording
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
 from shoal.network.system_table import CONTACT, NetworkSystem
 from shoal.network.tcp_link import TCPLink
@@ -60,6 +61,7 @@ __all__ = [
     "Network",
     "NetworkError",
     "NetworkLink",
+    "NetworkRecorder",
     "NetworkSystem",
     "NoAnswer",
     "ParameterDescription",
@@ -69,6 +71,7 @@ __all__ = [
     "PlanOutcome",
     "PlannedChange",
     "ReceivedPacket",
+    "RecordingEnd",
     "Refused",
     "RemoteLog",
     "RemoteLogs",
@@ -82,6 +85,7 @@ __all__ = [
     "VehicleConnection",
     "VehicleLost",
     "VehicleParameters",
+    "VehicleRecording",
     "ZenohLink",
     "check_parameter_name",
     "check_parameters",

@@ -23,10 +23,10 @@ class MessageListener:
         self.takes_old = takes_old
         self._system = system
         self._kinds = tuple(kinds)
-        self._waiting: deque[tuple[NetworkSystem, imc.Message]] = deque()
+        self._waiting: deque[tuple[NetworkSystem, imc.Message, bytes]] = deque()
         self._news = asyncio.Event()
 
-    def put(self, system: NetworkSystem, message: imc.Message) -> None:
+    def put(self, system: NetworkSystem, message: imc.Message, packet: bytes) -> None:
         mine = self._system
         if (mine is not None and mine is not system and message.dst != mine.id) or (
             self._kinds and not isinstance(message, self._kinds)
@@ -35,11 +35,15 @@ class MessageListener:
         if len(self._waiting) >= MOST_WAITING:
             self._waiting.popleft()
             self.lost += 1
-        self._waiting.append((system, message))
+        self._waiting.append((system, message, packet))
         self._news.set()
 
     async def next(self, timeout: float | None = None) -> tuple[NetworkSystem, imc.Message]:
         """The next message and who sent it. Raises TimeoutError."""
+        return (await self.next_with_packet(timeout))[:2]
+
+    async def next_with_packet(self, timeout: float | None = None) -> tuple[NetworkSystem, imc.Message, bytes]:
+        """The same, and the packet as it came. Raises TimeoutError."""
         while not self._waiting:
             self._news.clear()
             async with asyncio.timeout(timeout):  # wait_for of Python 3.11 loses a cancellation now and then
@@ -48,8 +52,8 @@ class MessageListener:
 
     def take_all(self) -> list[tuple[NetworkSystem, imc.Message]]:
         """What has arrived and was not read."""
-        waiting, self._waiting = list(self._waiting), deque()
-        return waiting
+        waiting, self._waiting = self._waiting, deque()
+        return [(system, message) for system, message, _ in waiting]
 
 
 def check_message_type(kind: object) -> type[imc.Message]:

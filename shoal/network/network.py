@@ -105,7 +105,7 @@ class Network:
         system.store_latest(message)
         for listener in tuple(self._listeners):
             if listener.takes_old or not arrival.is_old:
-                listener.put(system, message)
+                listener.put(system, message, arrival.packet)
 
     def _is_first(self, message: imc.Message, takes: bool) -> bool:
         """Whether a packet is no copy of one that came by another way; what is for us counts by any way, but once."""

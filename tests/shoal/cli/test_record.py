@@ -1,0 +1,167 @@
+"""What `shoal record` writes of a shipped vehicle, however it ends."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+import imc
+from shoal.cli import main
+from support.byte_sizes import parse_byte_size
+from tests.outside import until
+from tests.shoal.network.running import running
+
+NAME = "lauv-noptilus-1"
+
+
+@pytest.fixture(scope="module", params=["zenoh", "udp", "tcp"])
+def network(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with running(tmp_path_factory.mktemp("vehicle"), network=request.param):
+        until(lambda: shoal("plan", NAME, "status").exit_code == 0, 30.0)
+        yield request.param
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    folder = tmp_path_factory.mktemp("vehicles")
+    with running(folder) as first, running(folder, "-V", "second", port=first.port):
+        until(lambda: shoal("plan", f"{NAME},second", "status").exit_code == 0, 30.0)
+        yield "zenoh"
+
+
+def shoal(*words: object) -> Result:
+    return CliRunner().invoke(main, [str(word) for word in words])
+
+
+def started(folder: Path, *words: str, largest_file: int = 0) -> "subprocess.Popen[str]":
+    """A recording in a process of its own, which has begun."""
+    limit = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({largest_file}, {largest_file})); "
+    code = (limit if largest_file else "") + "from shoal.cli import main; main()"
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, "record", NAME, "-o", str(folder), *words],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},
+    )
+    assert process.stderr is not None
+    assert process.stderr.readline() == f"recording {NAME} to {folder / NAME}\n"
+    return process
+
+
+def info(folder: Path) -> Any:
+    """What `shoal log info` says of a log that must have no damage."""
+    result = shoal("log", "info", folder, "--json")
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert found["damage"] == []
+    return found
+
+
+@pytest.mark.heavy
+def test_a_recording_is_a_log_of_the_vehicle(network: str, tmp_path: Path) -> None:
+    folder = tmp_path / "here"
+    result = shoal("record", NAME, "--for", "4s", "-o", folder, "--json")
+    assert result.exit_code == 0, result.output
+    (row,) = json.loads(result.stdout)
+    found = info(folder / NAME)
+    assert (found["system"], found["system_id"]) == (NAME, 26)
+    assert found["messages"] == row["messages"] > 20
+    assert "EstimatedState" in found["types"]
+    assert {"Navigation", "Path Control"} <= {entity["label"] for entity in found["entities"]}
+    assert found["schema_file"] == str(folder / NAME / "IMC.xml.gz")
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_signal_leaves_a_log_that_can_be_read(both: str, tmp_path: Path, number: int) -> None:
+    folder = tmp_path / "here"
+    with started(folder) as process:
+        data = folder / NAME / "Data.lsf.gz"
+        until(lambda: data.exists() and data.stat().st_size > 4000, 20.0)
+        process.send_signal(number)
+        printed, _ = process.communicate(timeout=20.0)
+    assert process.returncode == (-signal.SIGKILL if number == signal.SIGKILL else 0)
+    found = info(folder / NAME)
+    assert found["messages"] > 20
+    if number != signal.SIGKILL:
+        assert printed.startswith(f"{NAME}: {found['messages'] // 1000 or ''}".rstrip())
+
+
+@pytest.mark.heavy
+def test_a_full_disk_ends_the_recording_with_a_log_up_to_there(both: str, tmp_path: Path) -> None:
+    folder = tmp_path / "here"
+    with started(folder, largest_file=60_000) as process:
+        _, errors = process.communicate(timeout=60.0)
+    assert process.returncode == 1
+    assert f"{folder / NAME / 'Data.lsf.gz'}: " in errors
+    assert "the logs end at " in errors
+    assert "Traceback" not in errors
+    assert info(folder / NAME)["messages"] > 20
+    assert (folder / NAME / "Data.lsf.gz").stat().st_size <= 60_000
+
+
+@pytest.mark.heavy
+def test_the_limit_holds_for_all_logs_together(both: str, tmp_path: Path) -> None:
+    folder = tmp_path / "here"
+    result = shoal("record", "-o", folder, "--limit", "200kB", "--for", "60s")
+    assert result.exit_code == 1
+    assert "Error: the limit of 200 kB is reached" in result.stderr
+    sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()]
+    assert 100_000 < sum(sizes) <= 200_000  # integers
+    for name in (NAME, "second"):
+        assert info(folder / name)["system"] == name
+
+
+@pytest.mark.heavy
+def test_an_mcap_has_the_packets_of_the_log(both: str, tmp_path: Path) -> None:
+    folder = tmp_path / "here"
+    result = shoal(
+        "record", "s*", "nobody", "-m", "VehicleState,EstimatedState", "-f", "mcap", "--for", "2s", "-o", folder
+    )
+    assert result.exit_code == 1
+    assert "Error: nobody: nothing was recorded" in result.stderr
+    assert [path.name for path in folder.iterdir()] == ["second.mcap"]
+    copy = tmp_path / "copy"
+    assert shoal("log", "import", folder / "second.mcap", copy).exit_code == 0
+    kinds = {type(message) for message in imc.Log(next(copy.rglob("Data.lsf.gz")))}
+    assert (
+        {imc.VehicleState, imc.EstimatedState}
+        <= kinds
+        <= {
+            imc.VehicleState,
+            imc.EstimatedState,
+            imc.Announce,
+            imc.EntityInfo,
+            imc.EntityList,
+        }
+    )
+
+
+@pytest.mark.heavy
+def test_nobody_there_or_a_folder_that_is_used_is_said_at_once(both: str, tmp_path: Path) -> None:
+    nobody = shoal("record", "nobody", "-o", tmp_path / "here")
+    assert nobody.exit_code == 1
+    assert "no vehicle 'nobody' on the network" in nobody.stderr
+    assert not (tmp_path / "here").exists()
+    (tmp_path / "file").write_text("")
+    used = shoal("record", "-o", tmp_path)
+    assert (used.exit_code, used.stderr.strip()) == (
+        2,
+        f"Error: {tmp_path} is not empty; a recording needs a folder of its own",
+    )
+    assert shoal("record", "--limit", "5", "-o", tmp_path / "x").exit_code == 2
+
+
+def test_amounts_of_data() -> None:
+    assert [parse_byte_size(text) for text in ("500MB", "2 GiB", "1000", "1.5kB")] == [500_000_000, 2 << 30, 1000, 1500]
+    for text in ("", "MB", "5 apples", "-3MB"):
+        with pytest.raises(ValueError, match="is not an amount of data"):
+            parse_byte_size(text)
