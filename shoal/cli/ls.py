@@ -22,6 +22,7 @@ from shoal.cli.remote_command import (
     run_on_network,
 )
 from shoal.network import NEAR, Network, NetworkSystem
+from support.positions import format_position
 from support.terminal_text import printable
 
 KINDS = (
@@ -231,7 +232,7 @@ def _table(systems: list[NetworkSystem]) -> Table:
             displayable_name(system.name) + ("!" if system.conflict_text else ""),
             "" if system.id is None else f"0x{system.id:04X}",
             format_state(system) + progress,
-            "" if state is None else _degrees(*absolute_position(state)),
+            "" if state is None else format_position(*absolute_position(state)),
             "" if state is None else f"{state.depth:.1f} m",
             "" if fuel is None else f"{fuel.value:.0f} %",
             printable(",".join(system.errors)) if has_told_states(system) else "?",
@@ -239,10 +240,6 @@ def _table(systems: list[NetworkSystem]) -> Table:
             ", ".join(sorted(system.links)),
         )
     return table
-
-
-def _degrees(lat: float, lon: float) -> str:
-    return f"{math.degrees(lat):.5f}° {math.degrees(lon):.5f}°"
 
 
 def _name(names: Any, value: int) -> str:

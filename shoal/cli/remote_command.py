@@ -16,7 +16,7 @@ import click
 from click.shell_completion import CompletionItem
 
 import imc
-from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, field_value, make_network
+from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, make_network
 from support.durations import parse_duration
 from support.terminal_text import printable
 
@@ -25,7 +25,6 @@ T = TypeVar("T")
 LOOK = 0.6  # s to look for vehicles for a completion
 INTERRUPTED = 130  # exit status after Ctrl-C
 PATIENCE = 1.5  # s to look for one vehicle, for what it completes
-TEXTS = 1000  # longest text shown
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 
@@ -126,35 +125,6 @@ def find_message_type(name: str, schema: imc.Schema) -> type[imc.Message]:
         own = "a message of your own needs --messages FILE, the file of [General] Messages"
         raise click.UsageError(f"there is no message {printable(name)!r}{hint} ({own})")
     return schema[names[name.lower()]]
-
-
-def format_value(message: imc.Message, name: str, value: Any) -> str:
-    """A value as people read it: names of enumerated values, short numbers."""
-    if isinstance(value, imc.Message):
-        return f"{type(value).__name__}({format_fields(value)})"
-    if isinstance(value, tuple):
-        items = cast(tuple[Any, ...], value)
-        return f"[{', '.join(format_value(message, '', item) for item in items)}]"
-    if isinstance(value, bytes):
-        return f"{len(value)} bytes"
-    if isinstance(value, float):
-        return f"{value:.7g}"
-    info = next((field for field in imc.fields(type(message)) if field.name == name), None)
-    if isinstance(value, int) and info is not None and info.enum is not None:
-        return str(getattr(info.enum(value), "name", None) or value) if value in set(info.enum) else str(value)
-    return repr(printable(str(value))[:TEXTS]) if isinstance(value, str) else str(value)
-
-
-def format_fields(message: imc.Message, names: tuple[str, ...] = ()) -> str:
-    """The fields of a message, or some of them, on one line."""
-    wanted = names or tuple(field.name for field in imc.fields(type(message)))
-    shown: list[str] = []
-    for name in wanted:
-        try:
-            shown.append(f"{name}={format_value(message, name, field_value(message, name))}")
-        except AttributeError:
-            continue
-    return " ".join(shown)
 
 
 def format_clock_time(timestamp: float) -> str:

@@ -1,21 +1,19 @@
-"""`shoal send`: sends a message to a running vehicle."""
+"""`shoal send`: sends messages to a running vehicle."""
 
 import asyncio
 import json
-import math
 import time
-from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import click
 
 import imc
+from shoal.cli.field_values import parse_value
 from shoal.cli.messages_option import messages_option
 from shoal.cli.remote_command import (
     complete_message,
     find_message_type,
-    format_clock_time,
-    format_fields,
     json_option,
     network_options,
     parse_duration_option,
@@ -23,14 +21,28 @@ from shoal.cli.remote_command import (
     run_on_vehicle,
     vehicle_argument,
 )
-from shoal.network import AsyncRemoteVehicle
-from support.terminal_text import printable, suggestion
+from shoal.cli.spy import format_message
+from shoal.network import AsyncRemoteVehicle, MessageListener
+from support.terminal_text import suggestion
+
+FASTEST = 1000.0  # Hz
+FLIGHT = 0.05  # s until a packet is out
 
 
 @click.command()
 @vehicle_argument
 @click.argument("name", metavar="MESSAGE", shell_complete=complete_message)
 @click.argument("assignments", metavar="[FIELD=VALUE]...", nargs=-1)
+@click.option(
+    "--rate",
+    type=click.FloatRange(0.0, FASTEST, min_open=True),
+    metavar="HZ",
+    help="Send again and again, so many times a second.",
+)
+@click.option("--count", type=click.IntRange(1), help="With --rate: end after this many.")
+@click.option(
+    "--for", "duration", callback=parse_duration_option, metavar="TIME", help="With --rate: end after this time."
+)
 @click.option(
     "--wait", callback=parse_duration_option, metavar="TIME", help="Show for this time what the vehicle replies to us."
 )
@@ -41,6 +53,9 @@ def send(
     vehicle: str,
     name: str,
     assignments: tuple[str, ...],
+    rate: float | None,
+    count: int | None,
+    duration: float | None,
     wait: float | None,
     schema: imc.Schema,
     connection: dict[str, Any],
@@ -48,40 +63,90 @@ def send(
 ) -> None:
     """Send MESSAGE to VEHICLE, for example: shoal send lauv-noptilus-1 QueryEntityState --wait 1s
 
-    A value is a number, an angle such as 15deg, the name of an enumerated value, a text, hexadecimal digits for
-    rawdata, or JSON for a message inside:
-    maneuver='{"abbrev": "IdleManeuver", "duration": 10}'. With --wait the exit status is 1 if no reply comes.
+    A value is a number, an angle such as 15deg or 41.1850000°, the name of an enumerated value, a text, hexadecimal
+    digits for rawdata, or JSON for a message inside:
+    maneuver='{"abbrev": "Goto", "lat": "41.185°", "lon": "-8.706°"}'. With --wait the exit status is 1 if no reply
+    comes.
+
+    \b
+    shoal send lauv-noptilus-1 DesiredSpeed value=1.2 --rate 10 --for 5s
+
+    With --rate it is a new message each time, and the vehicle carries out each. Without --count and --for, Ctrl-C ends
+    it.
     """
+    if rate is None and not (count is None and duration is None):
+        raise click.UsageError("--count and --for need --rate")
+    if count is not None and duration is not None:
+        raise click.UsageError("use either --count or --for")
     message = build_message(name, assignments, schema)
 
     async def act(there: AsyncRemoteVehicle) -> int:
         listener = there.network.listen(there.system, () if wait is not None else (type(message),))
+        replies = ReplyDisplay(there, listener, as_json)
+        began = time.monotonic()
         await there.send(message)
-        if not as_json:
-            click.echo(f"sent {type(message).__name__} to {there.name}")
-        await asyncio.sleep(0.05)  # until the packet is out
-        until, replies = time.monotonic() + (wait or 0.0), 0
-        while (left := until - time.monotonic()) > 0.0:
+        sent = 1
+        if rate is not None:
+            replying = asyncio.create_task(replies.show_all()) if wait is not None else None
             try:
-                _, reply = await listener.next(left)
-            except TimeoutError:
-                break
-            if reply.src != there.id or reply.dst != there.network.console.id:
-                continue
-            replies += 1
-            if as_json:
-                print_json_line(json.loads(reply.to_json()))
-            else:
-                entity = printable(there.system.label(reply.src_ent))
-                click.echo(
-                    f"{format_clock_time(reply.timestamp)} {type(reply).__name__} {entity}: {format_fields(reply)}"
-                )
-        return replies
+                sent += await _repeat(there, message, rate, count, duration)
+            finally:
+                if replying is not None:
+                    replying.cancel()
+                    with suppress(asyncio.CancelledError):
+                        await replying
+        if not as_json:
+            times = f" {sent} times in {time.monotonic() - began:.1f} s" if rate is not None else ""
+            click.echo(f"sent {type(message).__name__} to {there.name}{times}")
+        await asyncio.sleep(FLIGHT)
+        with suppress(TimeoutError):
+            async with asyncio.timeout(wait or 0.0):
+                await replies.show_all()
+        return replies.count
 
     replies = run_on_vehicle(vehicle, {**connection, "messages": schema}, act)
     if wait is not None and not replies:
         click.echo(f"{vehicle} sent no reply within {wait:g} s", err=True)
         raise click.exceptions.Exit(1)
+
+
+async def _repeat(
+    there: AsyncRemoteVehicle, message: imc.Message, rate: float, count: int | None, duration: float | None
+) -> int:
+    """Send copies after the first one, at times that do not drift; returns how many. Raises VehicleLost.
+
+    What is late is sent at once, but not what is late by more than a period: a burst would not be a rate.
+    """
+    began, slot, sent = time.monotonic(), 1, 0
+    while count is None or sent < count - 1:
+        if duration is not None and slot >= duration * rate:
+            break
+        await asyncio.sleep(max(0.0, began + slot / rate - time.monotonic()))
+        there.network.check_is_there(there.system)
+        there.network.send(there.system, message)
+        sent += 1
+        slot = max(slot + 1, int((time.monotonic() - began) * rate))
+    return sent
+
+
+class ReplyDisplay:
+    """Prints what the vehicle says to us, and counts it."""
+
+    def __init__(self, vehicle: AsyncRemoteVehicle, listener: MessageListener, as_json: bool) -> None:
+        self.count = 0
+        self._vehicle, self._listener, self._as_json = vehicle, listener, as_json
+
+    async def show_all(self) -> None:
+        """Print replies for ever."""
+        while True:
+            _, reply = await self._listener.next()
+            if reply.src != self._vehicle.id or reply.dst != self._vehicle.network.console.id:
+                continue
+            self.count += 1
+            if self._as_json:
+                print_json_line(json.loads(reply.to_json()))
+            else:
+                click.echo(format_message(self._vehicle, reply))
 
 
 def build_message(name: str, assignments: tuple[str, ...], schema: imc.Schema) -> imc.Message:
@@ -99,53 +164,10 @@ def build_message(name: str, assignments: tuple[str, ...], schema: imc.Schema) -
         if field not in infos:
             hint = suggestion(field, infos) or f"`shoal message {kind.__name__}` lists them"
             raise click.UsageError(f"{kind.__name__} has no field {field!r}; {hint}")
-        values[field] = _value(infos[field], text)
+        values[field] = parse_value(infos[field], text, schema)
     try:
         message = imc.from_json(json.dumps(values), schema)
         imc.encode(message)
     except (imc.DecodeError, imc.EncodeError, ValueError) as error:
         raise click.UsageError(str(error)) from None
     return message
-
-
-def _value(field: imc.FieldInfo, text: str) -> Any:
-    """The value in the JSON of the message. Raises UsageError."""
-    kind = field.type
-    members: Mapping[str, int] = field.enum.__members__ if field.enum is not None else {}
-    what = f"one of {', '.join(members)}, and no whole number" if members else "a whole number"
-    try:
-        if kind == "plaintext":
-            return text
-        if kind == "rawdata":
-            what = "bytes in hexadecimal digits, such as 00ff"
-            return bytes.fromhex(text).hex()
-        if kind.startswith("message"):
-            what = 'JSON, such as {"abbrev": "IdleManeuver", "duration": 10}' + (" in [ ]" if kind != "message" else "")
-            return json.loads(text)
-        if kind.startswith("fp"):
-            what = "an angle, such as 0.26 or 15deg" if field.unit == "rad" else "a number"
-            return _real(text, field.unit)
-        known = {name.lower(): int(value) for name, value in members.items()}
-        total = 0
-        for word in text.lower().split("|"):
-            total |= known[word.strip()] if word.strip() in known else _whole(word)
-        return total
-    except ValueError:
-        raise click.UsageError(f"{field.name}: {text[:80]!r} is not {what}") from None
-
-
-def _real(text: str, unit: str) -> float | str:
-    """A number, or what stands for it in JSON; angles in rad may be in degrees."""
-    plain = text.strip().removesuffix("deg").removesuffix("°") if unit == "rad" else text
-    value = float(plain) if plain == text.strip() else math.radians(float(plain))
-    if math.isinf(value) and "inf" not in text.lower():
-        raise ValueError("too large")
-    return value if math.isfinite(value) else str(value)
-
-
-def _whole(text: str) -> int:
-    """A whole number; 0x10 is 16, and 010 is 10."""
-    try:
-        return int(text)
-    except ValueError:
-        return int(text, 0)

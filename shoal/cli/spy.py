@@ -14,13 +14,13 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
+from shoal.cli.field_values import format_fields
 from shoal.cli.messages_option import messages_option
 from shoal.cli.remote_command import (
     complete_entity,
     complete_message,
     find_message_type,
     format_clock_time,
-    format_fields,
     json_option,
     network_options,
     parse_duration_option,

@@ -17,6 +17,7 @@ import imc
 from runtime.logs import resolve_log_folder
 from runtime.task import Entity, State
 from runtime.vehicle import Vehicle
+from support.positions import format_position
 from support.terminal_text import printable
 
 REFRESH = 0.25  # s of real time between updates of the panel
@@ -167,7 +168,7 @@ class StatusDisplay:
         depth = f"depth {state.depth:.2f} m" if state.depth >= 0.0 else f"height {height:.1f} m"
         altitude = f"   altitude {state.alt:.1f} m" if state.alt >= 0.0 else ""
         return (
-            f"{math.degrees(lat):.6f}° {math.degrees(lon):.6f}°   {depth}{altitude}   "
+            f"{format_position(lat, lon)}   {depth}{altitude}   "
             f"{math.hypot(state.vx, state.vy):.2f} m/s   heading {math.degrees(state.psi) % 360.0:05.1f}°"
         )
 

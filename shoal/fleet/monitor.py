@@ -17,6 +17,7 @@ from runtime.zenoh import (
     error_text,
     parse_token,
 )
+from support.positions import format_position
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
 TOLD = (imc.LogBookEntry.Type.ERROR, imc.LogBookEntry.Type.CRITICAL)
@@ -154,7 +155,7 @@ def _update_summary(summary: VehicleSummary, message: imc.Message, now: float) -
         if all(map(math.isfinite, values)):
             lat, lon, height = imc.coordinates.absolute_position(message)
             depth = f"{message.depth:.1f} m deep" if message.depth >= 0.0 else f"{height:.1f} m high"
-            summary.position = f"{math.degrees(lat):.5f}° {math.degrees(lon):.5f}°  {depth}"
+            summary.position = f"{format_position(lat, lon)}  {depth}"
     elif isinstance(message, imc.FuelLevel):
         summary.battery = f"{message.value:.0f} %"
     elif isinstance(message, imc.PlanControlState):

@@ -127,7 +127,7 @@ class DB(Task):
 
     def _wait(self, request: imc.PlanDB | imc.PlanControl) -> bool:
         """Let a request wait for the disk; False if too many do."""
-        own = sum(request.src == other.src for other in self._waiting)
+        own = sum(request.src == other.src for other in self._waiting)  # integers
         if len(self._waiting) >= MOST_WAITING or own >= MOST_OF_ONE:
             return False
         self._waiting.append(request)

@@ -18,6 +18,7 @@ from shoal.logs.inspect.time_plot import Curve, draw_curves, draw_timeline, elap
 from shoal.logs.inspect.time_size_text import format_duration, format_noun_count, format_rate, format_size, format_time
 from shoal.logs.inspect.track_plot import draw_track
 from support import wgs84
+from support.positions import format_position
 from support.terminal_text import printable
 
 MOST_ROWS = 40  # entities in the timeline
@@ -149,7 +150,7 @@ def _detections(content: ReportData) -> str:
         north, east = float(seen.north[of].mean()), float(seen.east[of].mean())
         spread = math.hypot(float(seen.north[of].std()), float(seen.east[of].std()))
         lat, lon, _ = wgs84.displace(*(content.origin or (0.0, 0.0)), 0.0, north, east)
-        where = f"{math.degrees(lat):.6f}° {math.degrees(lon):.6f}°"
+        where = format_position(lat, lon)
         times = (elapsed_text(float(seen.time[of].min())), elapsed_text(float(seen.time[of].max())))
         figures = (f"{north:.2f} m", f"{east:.2f} m", f"± {spread:.2f} m")
         rows.append((f"MUG {identity}", str(int(of.sum())), *times, *figures, where))

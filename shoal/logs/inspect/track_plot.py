@@ -11,6 +11,7 @@ from runtime.logs import Array
 from shoal.logs.inspect.report_data import GliderDetections, ReportData, VehicleMotion
 from shoal.logs.inspect.time_plot import WIDTH, html_figure, ticks
 from support import wgs84
+from support.positions import format_position
 
 HEIGHT, MARGIN = 560, 46
 SHADES = 6
@@ -62,8 +63,8 @@ def draw_track(content: ReportData) -> str:
             strict=True,
         )
     )
-    lat, lon = (math.degrees(angle) for angle in content.origin or (0.0, 0.0))
-    legend = f'<span class="origin">0, 0 is {lat:.6f}° {lon:.6f}°</span>' + _shades(motion) + _key(seen)
+    origin = format_position(*(content.origin or (0.0, 0.0)))
+    legend = f'<span class="origin">0, 0 is {origin}</span>' + _shades(motion) + _key(seen)
     head = f'<svg class="map" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" data-places="{places}">'
     drawing = f"{head}{''.join(body)}{marker}</svg>"
     return html_figure("Track over ground", legend, drawing)

@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator, Iterable, Sequence
 
 import imc
 from imc.discovery import Service, Services
+from imc.reserved_ids import UNKNOWN_ENTITY
 from tests.runtime.zenoh.processes import local_port
 
 OWN = 0x0B01
@@ -55,9 +56,8 @@ class Station:
             self.data.sendto(packet, ("127.0.0.1", port))
 
     def packet(self, message: imc.Message) -> bytes:
-        return imc.encode_with_header(
-            message, time.time() + self.clock, self.system, message.src_ent & 0xFF, 0xFFFF, 0xFF
-        )
+        entity = 0 if message.src_ent == UNKNOWN_ENTITY else message.src_ent
+        return imc.encode_with_header(message, time.time() + self.clock, self.system, entity, message.dst, 0xFF)
 
     def send(self, *packets: bytes) -> None:
         for packet in packets:
