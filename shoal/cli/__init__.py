@@ -2,6 +2,7 @@
 
 import errno
 import gc
+import os
 import sys
 from difflib import get_close_matches
 from importlib import import_module
@@ -9,6 +10,7 @@ from keyword import iskeyword
 from typing import Any, ClassVar
 
 import click
+from click.shell_completion import CompletionItem, get_completion_class
 
 from shoal.cli.package_conflicts import describe_conflict
 
@@ -39,6 +41,11 @@ COMMANDS = {
     "new": ("shoal.cli.new", "Create a task, a driver or a vehicle, with a test."),
 }
 
+REMOTE = ("spy", "record", "send", "plan", "param", "link", "abort")
+"""Commands whose first word is a vehicle."""
+COMPLETE = "_SHOAL_COMPLETE"
+"""The environment variable with which a shell asks for completions."""
+
 STOPPED = 130
 """Exit status after Ctrl-C."""
 WRONG_USE = 2
@@ -67,6 +74,13 @@ class LazyGroup(click.Group):
         if parent is None and not extra.get("resilient_parsing") and (reason := describe_conflict()):
             raise WrongUse(reason)
         return super().make_context(info_name, args, parent, **extra)
+
+    def main(self, *args: Any, **extra: Any) -> Any:
+        """Begin the command; the shell gets the names of vehicles without the imports of a command."""
+        shell = os.environ.get(COMPLETE, "")
+        if shell.endswith("_complete") and self.table is COMMANDS and _complete_vehicle(self, shell.partition("_")[0]):
+            sys.exit(0)
+        return super().main(*args, **extra)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.table)
@@ -106,6 +120,24 @@ class LazyGroup(click.Group):
             hint = f" Did you mean {close[0]}?" if close else ""
             ctx.fail(f"no such command: {args[0]}.{hint}")
         return super().resolve_command(ctx, args)
+
+
+def _complete_vehicle(group: click.Group, shell: str) -> bool:
+    """Print the vehicles that were found in the last days, if the word after a remote command is to be completed."""
+    found = get_completion_class(shell)
+    if found is None:
+        return False
+    completion = found(group, {}, "shoal", COMPLETE)
+    words, incomplete = completion.get_completion_args()
+    if not words or words[0] not in REMOTE or len(words) > 1 or incomplete.startswith("-"):
+        return False
+    from shoal.cli.recent_vehicles import recent_vehicles
+
+    before, comma, last = incomplete.rpartition(",")
+    names = [name for name in recent_vehicles() if name.lower().startswith(last.lower())]
+    for name in names:
+        click.echo(completion.format_completion(CompletionItem(f"{before}{comma}{name}")))
+    return bool(names)
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})

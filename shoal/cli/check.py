@@ -14,7 +14,14 @@ from runtime.vehicle import TaskImportError, all_tasks, build, config_warnings, 
 from runtime.vehicle import check_profile as find_problems
 from shoal.cli import WRONG_USE
 from shoal.cli.json_output import json_option, print_json, problem_to_dict
-from shoal.cli.options import add_user_task_folders, code_option, config_dir_option, modes_option, overrides_option
+from shoal.cli.options import (
+    add_user_task_folders,
+    code_option,
+    complete_profile,
+    config_dir_option,
+    modes_option,
+    overrides_option,
+)
 from shoal.cli.simulated_motion import motion_problem, motion_warning
 from shoal.fleet import SYSTEM_ID, mavlink_id
 from support.diagnostics import Problem, ProfileError
@@ -23,7 +30,7 @@ STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
 
 
 @click.command()
-@click.argument("names", nargs=-1, metavar="[PROFILE]...")
+@click.argument("names", nargs=-1, metavar="[PROFILE]...", shell_complete=complete_profile)
 @config_dir_option
 @modes_option
 @overrides_option

@@ -20,6 +20,7 @@ from shoal.cli.options import (
     add_user_task_folders,
     check_vehicle_log_folder,
     code_option,
+    complete_profile,
     config_dir_option,
     log_dir_option,
     overrides_option,
@@ -38,7 +39,7 @@ CANNOT_FLY = 2  # exit status if a file or the profile is wrong
 
 
 @click.command()
-@click.argument("profile")
+@click.argument("profile", shell_complete=complete_profile)
 @click.argument("plan", type=click.Path(path_type=Path, dir_okay=False))
 @config_dir_option
 @click.option("-p", "--profiles", multiple=True, help="Modes to select [default: Simulation, or else Kinematic].")

@@ -16,6 +16,7 @@ import click
 from click.shell_completion import CompletionItem
 
 import imc
+from shoal.cli.recent_vehicles import recent_vehicles, remember_vehicles
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, make_network
 from support.durations import parse_duration
 from support.terminal_text import printable
@@ -74,7 +75,10 @@ def run_on_network(connection: Mapping[str, Any], act: Callable[[Network], Corou
 
     async def run() -> T:
         async with make_network(**connection, report=_echo_note) as network:
-            return await act(network)
+            try:
+                return await act(network)
+            finally:
+                remember_vehicles(system.name for system in network.vehicles())
 
     return _finish(run())
 
@@ -86,6 +90,7 @@ def run_on_vehicle(
 
     async def run() -> T:
         async with connect(name, **connection, report=_echo_note) as vehicle:
+            remember_vehicles([vehicle.name])
             return await act(vehicle)
 
     return _finish(run())
@@ -152,13 +157,47 @@ def nan_to_null(value: Any) -> Any:
 
 
 def complete_vehicle(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """The names of the vehicles on the network."""
+    """The names of vehicles that were found in the last days, else of those on the network; the last of several."""
 
     async def look(network: Network) -> list[str]:
         await asyncio.sleep(LOOK)
         return [system.name for system in network.vehicles()]
 
-    return _completion_items(_quietly(lambda: run_on_network(_network_options_of(context), look)), incomplete)
+    before, comma, last = incomplete.rpartition(",")
+    found = _completion_items(recent_vehicles(), last)
+    if not found:
+        found = _completion_items(_quietly(lambda: run_on_network(_network_options_of(context), look)), last)
+    return [CompletionItem(f"{before}{comma}{item.value}") for item in found]
+
+
+def complete_field(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The fields of the message that was written before, and after the sign = the names of its values."""
+    schema = context.params.get("schema") or imc.builtin()
+    name = context.params.get("name")
+    try:
+        kind = find_message_type(str(name), schema)
+    except click.UsageError:
+        return []
+    field, equals, _value = incomplete.partition("=")
+    infos = {info.name: info for info in imc.fields(kind)}
+    if not equals:
+        return _completion_items([f"{each}=" for each in infos], incomplete)
+    members = infos[field].enum if field in infos else None
+    return _completion_items([f"{field}={member.name}" for member in members or ()], incomplete)
+
+
+def complete_fields(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The fields of the messages that were written before, with commas; without messages those of all."""
+    schema = context.params.get("schema") or imc.builtin()
+    before, comma, last = incomplete.rpartition(",")
+    given = context.params.get("messages") or context.args[1:]  # click assigns none behind an option without its value
+    names = given or tuple(schema.types)
+    try:
+        kinds = [find_message_type(name, schema) for name in names]
+    except click.UsageError:
+        return []
+    fields = dict.fromkeys(info.name for kind in kinds for info in imc.fields(kind))
+    return [CompletionItem(f"{before}{comma}{item.value}") for item in _completion_items(list(fields), last)]
 
 
 def complete_message(context: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:

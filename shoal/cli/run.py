@@ -17,6 +17,7 @@ from shoal.cli.options import (
     add_user_task_folders,
     check_vehicle_log_folder,
     code_option,
+    complete_profile,
     config_dir_option,
     log_dir_option,
     modes_option,
@@ -67,7 +68,7 @@ def run_options(function: F) -> F:
 
 
 @click.command()
-@click.argument("profile", required=False)
+@click.argument("profile", required=False, shell_complete=complete_profile)
 @click.option("-c", "--config-file", help="Same as PROFILE, as DUNE spells it.")
 @config_dir_option
 @modes_option

@@ -12,6 +12,7 @@ import imc
 from shoal.cli.field_values import parse_value
 from shoal.cli.messages_option import messages_option
 from shoal.cli.remote_command import (
+    complete_field,
     complete_message,
     find_message_type,
     json_option,
@@ -32,7 +33,7 @@ FLIGHT = 0.05  # s until a packet is out
 @click.command()
 @vehicle_argument
 @click.argument("name", metavar="MESSAGE", shell_complete=complete_message)
-@click.argument("assignments", metavar="[FIELD=VALUE]...", nargs=-1)
+@click.argument("assignments", metavar="[FIELD=VALUE]...", nargs=-1, shell_complete=complete_field)
 @click.option(
     "--rate",
     type=click.FloatRange(0.0, FASTEST, min_open=True),

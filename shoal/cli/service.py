@@ -13,6 +13,7 @@ from runtime.vehicle import check_profile, find_task, missing_extra
 from shoal.cli.options import (
     add_user_task_folders,
     code_option,
+    complete_profile,
     config_dir_option,
     modes_option,
     overrides_option,
@@ -97,7 +98,7 @@ ExecStartPre=-/bin/sh -c 'test -e /run/shoal-{vehicle}/waited || timeout {second
 
 
 @click.command()
-@click.argument("profile")
+@click.argument("profile", shell_complete=complete_profile)
 @config_dir_option
 @modes_option
 @click.option("-V", "--vehicle", callback=require_text, help="Name of the vehicle, instead of the profile's.")

@@ -18,6 +18,7 @@ from shoal.cli.field_values import format_fields
 from shoal.cli.messages_option import messages_option
 from shoal.cli.remote_command import (
     complete_entity,
+    complete_fields,
     complete_message,
     find_message_type,
     format_clock_time,
@@ -57,7 +58,9 @@ ASK_AGAIN = 0.5  # s between questions for the labels of entities
 @vehicles_argument
 @click.argument("messages", metavar="[MESSAGE]...", nargs=-1, shell_complete=complete_message)
 @click.option("--where", default="", help='Only messages that match, such as "depth > 2 and u < 0.5".')
-@click.option("--fields", default="", help="Only these fields, separated by commas: x,y,depth.")
+@click.option(
+    "--fields", default="", shell_complete=complete_fields, help="Only these fields, separated by commas: x,y,depth."
+)
 @click.option("--entity", default="", shell_complete=complete_entity, help="Only of this entity.")
 @click.option("--hz", is_flag=True, help="Rates of all types, instead of the messages.")
 @click.option(

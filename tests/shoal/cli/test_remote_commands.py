@@ -227,7 +227,11 @@ def pressed_tab(*words: str) -> list[str]:
 
 
 @pytest.mark.heavy
-def test_the_shell_completes_vehicles_messages_and_plans(process: Running, tmp_path: Path) -> None:
+def test_the_shell_completes_vehicles_messages_and_plans(
+    process: Running, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assert completed("spy", "lauv") == [NAME], "of the network: none was found before"
     path = tmp_path / "pause.yaml"
     path.write_text(PLAN % 1)
     shoal("plan", NAME, "put", path)
