@@ -18,6 +18,7 @@ from support.file_names import file_name_of
 
 DATA = "Data.lsf.gz"
 SCHEMA = "IMC.xml.gz"
+BLOCK = 1 << 15  # unpacked bytes of a compressed block, which a full disk loses as a whole
 FLUSH = 1.0  # s; what a killed process may lose
 OVERHEAD = 64  # bytes of a compressed block beside its contents
 LOOK = 0.2  # s between looks for new vehicles
@@ -42,7 +43,7 @@ class VehicleRecording:
         try:
             with add_path_to_errors(folder / SCHEMA):
                 (folder / SCHEMA).write_bytes(definitions)
-            self._writer = LsfWriter(folder / DATA)
+            self._writer = LsfWriter(folder / DATA, block=BLOCK)
         except OSError:
             with suppress(OSError):
                 (folder / SCHEMA).unlink(missing_ok=True)
