@@ -10,6 +10,8 @@ import numpy as np
 from numpy.random import PCG64, Generator, SeedSequence
 from numpy.typing import NDArray
 
+from world.rendering.band_labels import label_bands
+from world.rendering.labels import ImageLabels
 from world.rendering.objects.calibration_targets import Board
 from world.rendering.objects.glider import Glider
 from world.rendering.scene_camera import SceneCamera
@@ -90,7 +92,32 @@ class Shutter:
     def __init__(self, camera: SceneCamera, exposure: Exposure, bands: int = 16):
         self.exposure = exposure
         self.bands = min(bands, camera.optics.height) if exposure.readout else 1
-        self.cameras = camera.split_into_bands(self.bands)
+        self.camera, self.cameras = camera, camera.split_into_bands(self.bands)
+
+    @property
+    def band_times(self) -> Floats:
+        """(bands,) s from the instant of a picture, at which `labels` wants standpoints."""
+        return self.exposure.row_times(self.bands)
+
+    def labels(
+        self,
+        standpoints: Sequence[ScenePose],
+        gliders: Sequence[Glider] | None = None,
+        following: tuple[Sequence[ScenePose], Sequence[Glider]] | None = None,
+        boards: Sequence[Board] = (),
+    ) -> ImageLabels:
+        """What `take_picture` shows in each row in the middle of its exposure, from the standpoints at `band_times`.
+
+        `following` has those of the next picture. Raises ValueError for another number of them, and like
+        Labeler.labels.
+        """
+        for path in (standpoints, standpoints if following is None else following[0]):
+            if len(path) != self.bands:
+                raise ValueError(f"{len(path)} standpoints are not {self.bands}")
+        if self.bands > 1:
+            return label_bands(self.camera, self.cameras, standpoints, gliders, following, boards)
+        after = None if following is None else (following[0][0], following[1])
+        return self.camera.labels(standpoints[0], gliders, after, boards)
 
     @property
     def sample_times(self) -> Floats:

@@ -144,18 +144,8 @@ class Labeler:
         )
         moved = None
         if following is not None:
-            after = CameraPose.from_pose(following[0], self.mount, self.scene, self.landscape)
-            now, then = ({glider.id: glider for glider in each} for each in (gliders, number_gliders(following[1])))
             bodies_alone = np.where(kinds == PixelClass.BOARD, np.uint16(0), instances)
-            moved = compute_flow(
-                self.optics,
-                self._rays.directions,
-                distance,
-                bodies_alone,
-                (sight, now),
-                (after, then),
-                level=self._ranging is None,
-            )
+            moved = self._flow(distance, bodies_alone, (sight, gliders), following)
         shape = self.optics.height, self.optics.width
         return ImageLabels(
             distance.astype(np.float32).reshape(shape),
@@ -164,6 +154,39 @@ class Labeler:
             instances.reshape(shape),
             boxes,
             None if moved is None else moved.reshape(*shape, 2),
+        )
+
+    def flow(
+        self,
+        labels: ImageLabels,
+        standpoint: ScenePose,
+        gliders: Sequence[Glider],
+        following: tuple[ScenePose, Sequence[Glider]],
+    ) -> NDArray[np.float32]:
+        """The flow (height, width, 2) of labels at a standpoint, to another one than theirs may have been made for."""
+        sight = CameraPose.from_pose(standpoint, self.mount, self.scene, self.landscape)
+        bodies_alone = np.where(labels.kinds == PixelClass.BOARD, np.uint16(0), labels.instances).ravel()
+        distance = labels.distance.ravel().astype(np.float64)
+        moved = self._flow(distance, bodies_alone, (sight, number_gliders(gliders)), following)
+        return moved.reshape(*labels.kinds.shape, 2)
+
+    def _flow(
+        self,
+        distance: Floats,
+        bodies: NDArray[np.uint16],
+        now: tuple[CameraPose, Sequence[Glider]],
+        following: tuple[ScenePose, Sequence[Glider]],
+    ) -> NDArray[np.float32]:
+        after = CameraPose.from_pose(following[0], self.mount, self.scene, self.landscape)
+        here, there = ({glider.id: glider for glider in each} for each in (now[1], number_gliders(following[1])))
+        return compute_flow(
+            self.optics,
+            self._rays.directions,
+            distance,
+            bodies,
+            (now[0], here),
+            (after, there),
+            level=self._ranging is None,
         )
 
     def _planes(self, sight: CameraPose) -> tuple[Floats, NDArray[np.uint8]]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from support.pose import DOWN, Pose
 from world.optics import CameraModel
+from world.rendering.camera_pose import CameraPose, board_cut_share, number_gliders
 from world.rendering.labels import ImageLabels, Labeler
 from world.rendering.light.caustics import Caustics
 from world.rendering.light.lamps import Lamp
@@ -77,10 +78,31 @@ class SceneCamera:
         """What `take_picture` shows there; see Labeler.labels."""
         return self._labeller.labels(pose, self._gliders(gliders), following, boards)
 
+    def flow(
+        self,
+        labels: ImageLabels,
+        pose: ScenePose,
+        gliders: Sequence[Glider] | None,
+        following: tuple[ScenePose, Sequence[Glider]],
+    ) -> NDArray[np.float32]:
+        """The flow (height, width, 2) of labels that were made at a pose; see Labeler.flow."""
+        return self._labeller.flow(labels, pose, self._gliders(gliders), following)
+
+    def cut_share(self, pose: ScenePose, thing: Glider | Board) -> float:
+        """The share, 0 to 1, of the view of an object that lies beyond the picture. Raises ValueError like `labels`."""
+        sight = CameraPose.from_pose(pose, self.mount, self.scene, self._landscape)
+        if isinstance(thing, Board):
+            return board_cut_share(thing, sight, self.optics)
+        return 1.0 - sight.capsule_of(thing).in_image_share(self.optics)
+
     def obstruction(self, pose: ScenePose) -> str:
         """Why there is no picture from where the vehicle is: the camera is in the ground or in a wall; else empty."""
         place = pose.at_mount(self.mount)
         return self._landscape.obstruction((place.north, place.east, place.depth), place.height)
+
+    def numbered_gliders(self, given: Sequence[Glider] | None) -> tuple[Glider, ...]:
+        """Gliders with the numbers that `labels` gives them. Raises ValueError for numbers that it refuses."""
+        return number_gliders(self._gliders(given))
 
     def _gliders(self, given: Sequence[Glider] | None) -> Sequence[Glider]:
         return [Glider(north, east) for north, east in self.glider_positions] if given is None else given
