@@ -1,6 +1,7 @@
 """The simulated world that the tasks of a vehicle share, and where a vehicle is in it."""
 
 import math
+from collections import deque
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -8,13 +9,14 @@ import imc
 from imc.coordinates import NOWHERE, LocalOrigin
 from runtime import ParameterError, Task
 from support.pose import Pose
-from support.rotations import Vector
+from support.rotations import Vector, wrap
 from support.wgs84 import offset
 from world import ObjectPosition, World, WorldError, read_world
 from world.sensors import BodyMotion
 
 FARTHEST = 1e7  # m; m/s, rad, rad/s: beyond it, a number is no place of a vehicle, and no motion
 FARTHEST_MOUNT = 1000.0  # m forward, right or down of the vehicle, either way: beyond it, a device is not on it
+FARTHEST_CORRECTION, LARGEST_CORRECTION = 1.0, 0.2  # m, rad; a state farther from its forecast is of another motion
 INVALID_TRUTH = "SimulatedState makes no sense"
 
 
@@ -112,30 +114,67 @@ class WorldFrame:
 
 
 class TrueState:
-    """Follows SimulatedState, and carries it on by its velocities and rates to a moment.
+    """Follows SimulatedState: where a vehicle is at a moment between two states, or is carried on to after the last.
 
-    `fault` is what is wrong with the newest one.
+    `fault` is what is wrong with the newest one. States are remembered for `duration` (s).
     """
 
     fault = ""
 
-    def __init__(self, origin: tuple[float, float] | None):
+    def __init__(self, origin: tuple[float, float] | None, duration: float = 0.0):
+        self.duration = duration
         self._chart = WorldFrame(origin)
-        self._state: imc.SimulatedState | None = None
-        self._place = (0.0, 0.0)
+        self._states: deque[tuple[BodyMotion, WorldPose]] = deque()
 
     def update(self, state: imc.SimulatedState) -> None:
-        """Take the next state; one that makes no sense is passed over."""
+        """Take the next state; one that makes no sense is passed over. After a jump back, it is the first."""
         self.fault = "" if is_valid_truth(state) else INVALID_TRUTH
-        if not self.fault:
-            self._state, self._place = state, self._chart.position(state)
+        if self.fault:
+            return
+        motion = BodyMotion.from_state(state)
+        if self._states and motion.time < self._states[-1][0].time:
+            self._states.clear()
+        self._states.append((motion, WorldPose(*self._chart.position(state), state.z, motion.angles)))
+        while motion.time - self._states[0][0].time > self.duration:
+            self._states.popleft()
 
-    def pose_at(self, now: float, oldest: float) -> WorldPose | None:
-        """Where the vehicle is at `now` (s since 1970); None without a state of the last `oldest` s."""
-        state = self._state
-        if state is None or abs(now - state.timestamp) > oldest:  # also of a clock that was set back
+    @property
+    def latest_time(self) -> float:
+        """When the newest state was true (s since 1970); -infinity without any."""
+        return self._states[-1][0].time if self._states else -math.inf
+
+    def pose_at(self, time: float, oldest: float) -> WorldPose | None:
+        """Where the vehicle is at a time (s since 1970); None without a state of `oldest` s around it."""
+        if not self._states:
             return None
-        (north, east, down), angles = BodyMotion.from_state(state).predict_displacement_and_angles(
-            now - state.timestamp
-        )
-        return WorldPose(self._place[0] + north, self._place[1] + east, state.z + down, angles)
+        following: tuple[BodyMotion, WorldPose] | None = None
+        for motion, place in reversed(self._states):
+            if motion.time <= time:
+                break
+            following = motion, place
+        else:
+            (motion, place), following = self._states[0], None
+        if abs(time - motion.time) > oldest:  # also of a clock that was set back
+            return None
+        carried = _carried(motion, place, time - motion.time)
+        if following is None:
+            return carried
+        period = following[0].time - motion.time
+        return _corrected(carried, _carried(motion, place, period), following[1], ((time - motion.time) / period) ** 2)
+
+
+def _carried(motion: BodyMotion, place: WorldPose, seconds: float) -> WorldPose:
+    """On from a state by its velocities and rates."""
+    (north, east, down), angles = motion.predict_displacement_and_angles(seconds)
+    return WorldPose(place.north + north, place.east + east, place.down + down, angles)
+
+
+def _corrected(carried: WorldPose, forecast: WorldPose, found: WorldPose, share: float) -> WorldPose:
+    """A pose with a share of the error of a forecast of the next state, unless that is a jump, or beyond the zenith."""
+    wrong = [b - a for a, b in zip(forecast[:3], found[:3], strict=True)]
+    turned = [wrap(b - a) for a, b in zip(forecast.angles, found.angles, strict=True)]
+    if math.hypot(*wrong) > FARTHEST_CORRECTION or math.hypot(*turned) > LARGEST_CORRECTION:
+        return carried
+    north, east, down = (a + share * b for a, b in zip(carried[:3], wrong, strict=True))
+    phi, theta, psi = (a + share * b for a, b in zip(carried.angles, turned, strict=True))
+    return WorldPose(north, east, down, (phi, theta, psi))

@@ -114,8 +114,8 @@ def export_coco(source: LogSource, folder: Path, progress: Callable[[float], obj
                 continue
             name = f"{IMAGES}/{file.stem}{export_suffix(file)}"
             (folder / name).write_bytes(data)
-            camera = seen.camera_of(shot).camera
-            found = coco_annotations(camera.labels(shot.standpoint, shot.gliders, boards=shot.boards))
+            camera, shutter = seen.camera_of(shot)
+            found = coco_annotations(shutter.labels(shot.standpoints, shot.gliders, boards=shot.boards))
             size = camera.optics.width, camera.optics.height
             pictures.append(AnnotatedPicture(name, shot.time, shot.camera, *size, found))
         progress(place / len(files))

@@ -34,12 +34,10 @@ from shoal.rerun import (
     summarize_log,
     tick_rates,
 )
-from tasks.simulated_world import world_of
 from tasks.vision.cameras.camera_metadata import CAMERAS_FILE
 from tasks.vision.cameras.image_saver import PHOTOS_FOLDER
 from tasks.vision.cameras.picture_files import write_picture
 from tasks.vision.cameras.rendered_camera import RenderedCameraTask
-from tasks.vision.cameras.viewpoint import VehicleView
 from world.rendering import Board, Glider, SceneCamera, ScenePose, Shutter
 
 STATE_MESSAGES = (imc.LoggingControl, imc.SimulatedState, imc.EstimatedState)  # what moves a camera and its pictures
@@ -53,8 +51,8 @@ class ExposedPicture(NamedTuple):
     """A picture: the label of its camera, when it was exposed (s since 1970 UTC), its file, and how it is rendered.
 
     The shutter's `take_picture(*shutter_arguments)` makes it, with the camera as it was then, that of `camera_number`
-    with this label. At its instant, the vehicle was at a standpoint among gliders and boards. With `optics_changed` the
-    run took it with another lens or size.
+    with this label, and its `labels` tell what is in it: from `standpoints`, one for each band of rows, with gliders
+    and boards. With `optics_changed` the run took it with another lens or size.
     """
 
     camera: str
@@ -62,7 +60,7 @@ class ExposedPicture(NamedTuple):
     name: str
     image_format: str
     shutter_arguments: tuple[Any, ...]
-    standpoint: ScenePose
+    standpoints: tuple[ScenePose, ...]
     gliders: tuple[Glider, ...]
     boards: tuple[Board, ...] = ()
     camera_number: int = 0
@@ -204,25 +202,28 @@ class _ExposureRecorder:
 
     def expose_at(self, frames: deque[LoggedFrame]) -> None:
         """Expose when these frames were taken, not at the camera's rate."""
-        self.task.begin_ticking = FrameScheduler(self.task.vehicle.kernel, frames, self._expose).schedule_next
+        self._frames = {frame.time: frame for frame in frames}
+        self._take, self.task.take = self.task.take, self._take_logged
+        scheduler = FrameScheduler(self.task.vehicle.kernel, frames, lambda _: self.task.expose())
+        self.task.begin_ticking = scheduler.schedule_next
 
-    def _expose(self, frame: LoggedFrame) -> None:
-        self.task.taken, self._latency = frame.number, frame.latency
-        self.task.expose()
+    def _take_logged(self, time: float, state: imc.EstimatedState) -> None:
+        frame = self._frames[nanoseconds(time)]
+        late = self.task.now - time
+        self.task.taken, self._latency = frame.number, max(0.0, frame.latency - late)
+        self._take(time, state)
 
     def offload(self, function: Callable[..., Any], *args: Any, then: Callable[[Any], object], latency: float = 0.0):
         """In place of Task.offload."""
         task = self.task
         if getattr(function, "__self__", None) is task.shutter:
-            view = task.viewpoint.view(world_of(task), task.now, task.vehicle.start_time)
-            assert isinstance(view, VehicleView)
+            time, view = task.exposed
             result = np.broadcast_to(np.zeros(4, np.uint8), (task.camera.optics.height, task.camera.optics.width, 4))
             if not self.cameras or self.cameras[-1].shutter is not task.shutter:
                 self.cameras.append(CameraVersion(task.camera, task.shutter))
+            rows = tuple(task.path(task.shutter.band_times))
             number = len(self.cameras) - 1
-            shot = ExposedPicture(
-                task.entity.label, task.now, "", "", args, view.vehicle, view.gliders, view.boards, number
-            )
+            shot = ExposedPicture(task.entity.label, time, "", "", args, rows, view.gliders, view.boards, number)
             self._taken[id(result)] = result, shot
             latency = latency if self._latency is None else self._latency
         elif function is write_picture:

@@ -48,9 +48,9 @@ class LogRenderer:
         about: dict[str, Any] = {"file": shot.name, "camera": shot.camera, "time": shot.time}
         about |= {"width": optics.width, "height": optics.height}
         if self.labels:
-            following = (after.standpoint, after.gliders) if after is not None and self.flow else None
+            following = (after.standpoints, after.gliders) if after is not None and self.flow else None
             try:
-                found = camera.labels(shot.standpoint, shot.gliders, following, shot.boards)
+                found = shutter.labels(shot.standpoints, shot.gliders, following, shot.boards)
             except ValueError as refused:
                 about["error"] = str(refused)
             else:

@@ -181,6 +181,12 @@ class MUGDetectionCamera(Task):
         since = max(0.0, state.timestamp - self._last) if self._last > -math.inf else 0.0
         if not self._due(state.timestamp):
             return
+        if self.fidelity == "Physical":
+            self.after(0.0, self._look, state, place, since)  # when the true state of this instant is here, too
+        else:
+            self._look(state, place, since)
+
+    def _look(self, state: imc.EstimatedState, place: NorthEastOffset, since: float) -> None:
         truth = self._truth.pose_at(self.now, self.maximum_age) if self.fidelity == "Physical" else None
         estimated = truth is None and self.fidelity == "Physical"
         self.set_entity_state(State.NORMAL, "active, looks from EstimatedState" if estimated else "active")

@@ -133,12 +133,13 @@ class ImageSaverTask(Task):
         beside = self.vehicle.profile.base_folder / path
         return resolve_root_copy(beside if beside.exists() else path)
 
-    def should_save(self) -> bool:
-        """Whether to write the image that is exposed now."""
-        if not self._wanted or self.now < self._next - SOON:
+    def should_save(self, exposed: float | None = None) -> bool:
+        """Whether to write the image that was exposed at a time (s since 1970), by default now."""
+        time = self.now if exposed is None else exposed
+        if not self._wanted or time < self._next - SOON:
             return self.save_images
         self._wanted -= 1
-        self._next = max(self._next + self._period, self.now)
+        self._next = max(self._next + self._period, time)
         return True
 
     def picture_location_from_state(self, state: imc.EstimatedState | None) -> PictureLocation:

@@ -1,6 +1,7 @@
 """What all simulated cameras have in common: exposures and frames."""
 
 import importlib.util
+from collections import deque
 from functools import partial
 
 import numpy as np
@@ -12,9 +13,9 @@ from support.pose import Pose
 from tasks.simulated_world import world_of
 from tasks.vision.cameras.camera_metadata import camera_frame_message
 from tasks.vision.cameras.image_saver import ImageSaverTask, PictureLocation
-from tasks.vision.cameras.viewpoint import VehicleView, ViewpointTracker
+from tasks.vision.cameras.viewpoint import PATIENCE, VehicleView, ViewpointTracker
 from world import SECTIONS
-from world.optics import CameraModel
+from world.optics import CameraModel, Floats
 from world.rendering import (
     INTERPOLATIONS,
     SCENES,
@@ -124,12 +125,16 @@ class RenderedCameraTask(ImageSaverTask):
             walls=world.walls,
         )
         self.shutter = Shutter(self.camera, self._exposure())
+        self._last_row = float(self.shutter.sample_times.max())
 
     def start(self) -> None:
         super().start()
         self.taken = self.dropped = 0
         self._busy, self._true, self._odd = False, True, False
-        self.viewpoint = ViewpointTracker(world_of(self).origin, sea=self.scene == "Sea Surface")
+        self._open = deque[tuple[float, imc.EstimatedState]]()
+        self.viewpoint = ViewpointTracker(
+            world_of(self).origin, sea=self.scene == "Sea Surface", duration=self.readout_time + self.exposure_time
+        )
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
 
     @consume
@@ -139,13 +144,29 @@ class RenderedCameraTask(ImageSaverTask):
     @consume
     def update_truth(self, truth: imc.SimulatedState) -> None:
         self.viewpoint.update_truth(truth)
+        self._take_settled()
 
     @periodic("frame_rate")
     def expose(self) -> None:
-        state = self.viewpoint.estimate
-        if state is None:
+        """Open the shutter; the picture is computed when it is known how the vehicle moved meanwhile."""
+        if self.viewpoint.estimate is None:
             return
-        view = self.viewpoint.view(world_of(self), self.now, self.vehicle.start_time)
+        self._open.append((self.now, self.viewpoint.estimate))
+        self._take_settled()
+        if self._open:
+            self.after(self._last_row + PATIENCE, self._take_until, self.now)
+
+    def _take_settled(self) -> None:
+        while self._open and self.viewpoint.is_settled(self._open[0][0] + self._last_row, self.now):
+            self.take(*self._open.popleft())
+
+    def _take_until(self, time: float) -> None:
+        while self._open and self._open[0][0] <= time:
+            self.take(*self._open.popleft())
+
+    def take(self, time: float, state: imc.EstimatedState) -> None:
+        """Compute the picture that was exposed at a time (s since 1970), when `state` was the newest estimate."""
+        view = self.viewpoint.view(world_of(self), time, self.vehicle.start_time)
         if isinstance(view, str):
             self.set_entity_state(State.FAULT, view)
             return
@@ -161,13 +182,15 @@ class RenderedCameraTask(ImageSaverTask):
             self._true = view.is_true
             self.log.info(f"pictures are taken from {'SimulatedState' if view.is_true else ESTIMATED}")
         self._check_medium(view)
-        described = self.picture_location_from_state(state) if self.should_save() else None
-        deliver = partial(self._deliver, self.now, self.taken, view, self.model_and_mount, described)
+        described = self.picture_location_from_state(state) if self.should_save(time) else None
+        deliver = partial(self._deliver, time, self.taken, view, self.model_and_mount, described)
         random = frame_random(self.vehicle.seed, self.entity.label, self.taken)
         self.taken += 1
         self._busy = True
-        given = self._path(view), view.gliders, random, view.boards
-        self.offload(self.shutter.take_picture, *given, then=deliver, latency=self.latency)
+        self.exposed = time, view
+        given = self.path(self.shutter.sample_times), view.gliders, random, view.boards
+        latency = max(0.0, self.latency - (self.now - time))
+        self.offload(self.shutter.take_picture, *given, then=deliver, latency=latency)
 
     def _check_medium(self, view: VehicleView) -> None:
         """Warn once of a camera in air that sees as under water; estimates may have no depth."""
@@ -178,11 +201,12 @@ class RenderedCameraTask(ImageSaverTask):
             self._odd = True
             self.log.warning(f"the camera is {above:.1f} m above the water, but Scene = Seabed is the view under water")
 
-    def _path(self, view: VehicleView) -> list[ScenePose]:
-        """Where the vehicle is while the shutter is open, as it moves now; where that is not known, it stays."""
-        world, began, path = world_of(self), self.vehicle.start_time, list[ScenePose]()
-        for seconds in self.shutter.sample_times:
-            moved = self.viewpoint.view(world, self.now + float(seconds), began) if seconds else view
+    def path(self, times: Floats) -> list[ScenePose]:
+        """Where the vehicle is at times (s) from the last exposure; where that is not known, it stays."""
+        (exposed, view), world, began = self.exposed, world_of(self), self.vehicle.start_time
+        path = list[ScenePose]()
+        for seconds in times.tolist():
+            moved = self.viewpoint.view(world, exposed + seconds, began) if seconds else view
             path.append(view.vehicle if isinstance(moved, str) else moved.vehicle)
         return path
 

@@ -11,6 +11,8 @@ from world import ObjectPosition, World
 from world.rendering import Board, Glider, ScenePose, board_of_object
 
 OLDEST = 1.0  # s, beyond which the true state counts as missing
+PATIENCE = 0.1  # s, after which the next true state is not waited for
+TIMING = 1e-6  # s, by which a timestamp may be rounded
 
 
 class VehicleView(NamedTuple):
@@ -24,12 +26,16 @@ class VehicleView(NamedTuple):
 
 
 class ViewpointTracker:
-    """Follows the states of a vehicle in a world with an origin (rad). `sea`: below is the surface, not the bottom."""
+    """Follows the states of a vehicle in a world with an origin (rad). `sea`: below is the surface, not the bottom.
 
-    def __init__(self, origin: tuple[float, float] | None, *, sea: bool):
+    It looks back for as long as an exposure takes, which is `duration` (s), and its states are waited for.
+    """
+
+    def __init__(self, origin: tuple[float, float] | None, *, sea: bool, duration: float = 0.0):
         self.sea = sea
         self.estimate: imc.EstimatedState | None = None
-        self._truth, self._beliefs = TrueState(origin), PoseHistory(origin, duration=0.0)
+        remembered = OLDEST + duration
+        self._truth, self._beliefs = TrueState(origin, remembered), PoseHistory(origin, remembered)
 
     def update_estimate(self, state: imc.EstimatedState) -> None:
         self.estimate = state
@@ -38,10 +44,15 @@ class ViewpointTracker:
     def update_truth(self, truth: imc.SimulatedState) -> None:
         self._truth.update(truth)
 
+    def is_settled(self, time: float, now: float) -> bool:
+        """Whether no true state will tell more of a time (s since 1970): one after it is here, or none comes."""
+        latest = self._truth.latest_time
+        return latest >= time - TIMING or not -PATIENCE < now - latest < PATIENCE
+
     def view(self, world: World, now: float, began: float) -> VehicleView | str:
         """The view of a world at `now` (s since 1970) of a run that began at `began`, or why there is none.
 
-        States are carried on to that moment by their velocities and rates.
+        It is between the states before and after; the last one is carried on by its velocities and rates.
         """
         truth, state = self._truth.pose_at(now, OLDEST), self.estimate
         believed = None if state is None else self._believed(state, now, now - began)

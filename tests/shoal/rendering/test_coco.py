@@ -16,6 +16,7 @@ from shoal.cli import main
 from shoal.rendering.coco import run_lengths
 
 SIZES = ("Vision.FisheyeCamera:Size=150", "Vision.FisheyeCamera:Face Size=75", "Vision.FisheyeCamera:Frame Rate=2")
+FAINT = 15  # of 255, by which the pixels of an edge that a glider fills in part may differ
 GLIDERS = "World:Gliders=1 0.3, 3 -1, 5 1, 7 0"
 
 
@@ -83,6 +84,30 @@ def test_a_data_set_has_the_pictures_of_the_run_with_boxes_and_masks(log):
     first = images[1]
     assert (first["width"], first["height"], first["camera"]) == (150, 150, "Fisheye Camera")
     assert first["date_captured"].startswith("2026-01-01 00:00:0")
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+def test_masks_of_a_rolling_shutter_are_those_of_its_pictures(log):
+    """What the picture of a turning boat shows of gliders is what it has that the same one without gliders has not."""
+    slow = ("Readout Time=0.6", "Size=400", "Face Size=1200", "Field of View=90", "Frame Rate=1")
+    folder = log(*(f"Vision.FisheyeCamera:{option}" for option in slow), "World:Gliders=1 0.3, 3 -1, 5 1, 4 3, 2 -3")
+    Path("bare.ini").write_text("[World]\nGliders = none\n")
+    assert shoal("export", folder, "set", "-f", "coco")[0] == 0
+    assert shoal("render", folder, "bare", "--world", "bare.ini", "--no-labels", "-j", 1)[0] == 0
+    found, both, either = json.loads(Path("set/annotations.json").read_text()), 0, 0
+    for image in found["images"]:
+        name = Path(image["file_name"]).name
+        one, other = (
+            np.asarray(Image.open(path / name)).astype(int) for path in (Path("set/images"), Path("bare/Photos"))
+        )
+        drawn, masks = np.abs(one - other)[..., :3].max(axis=-1) > FAINT, np.zeros(one.shape[:2], bool)
+        for each in found["annotations"]:
+            if each["image_id"] == image["id"]:
+                masks |= mask(each["segmentation"])
+        both, either = both + np.count_nonzero(drawn & masks), either + np.count_nonzero(drawn | masks)
+    assert either > 500
+    assert both / either >= 0.95, f"{both} of {either} px"
 
 
 @pytest.mark.heavy

@@ -64,9 +64,9 @@ def test_the_camera_is_where_the_log_says(run):
     rows = {row["time"]: row for row in imc.Log(log).array("CameraFrame")}
     assert len(seen.pictures) == len(rows)
     for shot in seen.pictures:
-        assert shot.time - shot.standpoint.time == pytest.approx(start, abs=1e-5)
+        assert shot.time - shot.standpoints[0].time == pytest.approx(start, abs=1e-5)
         row, mount = rows[shot.time], optical_to_body_transform(seen.camera_of(shot).camera.mount)
-        x, y, z = (shot.standpoint.pose.transform @ mount)[:3, 3]
+        x, y, z = (shot.standpoints[0].pose.transform @ mount)[:3, 3]
         np.testing.assert_allclose((x, y, z), (row["x"], row["y"], row["z"]), atol=1e-3)
 
 

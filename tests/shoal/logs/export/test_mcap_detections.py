@@ -52,7 +52,7 @@ def test_pictures_have_circles_around_the_gliders_that_they_show(source, reader)
     misses: dict[str, list[float]] = {}
     for message, said in found:
         shot = shots[message.log_time]
-        labels = seen.camera_of(shot).camera.labels(shot.standpoint, shot.gliders)
+        labels = seen.camera_of(shot).shutter.labels(shot.standpoints, shot.gliders)
         boxes = np.array([box.box for box in labels.boxes if box.area > 5], float).reshape(-1, 4)
         middles = (boxes[:, :2] + boxes[:, 2:]) / 2
         assert len(said.texts) == len(said.circles)
