@@ -102,43 +102,43 @@ class TriadErrors:
 class ImuPart:
     """An inertial measurement unit that can be bought: its data sheet's typical values; what it gives as limits is 3 σ.
 
-    Data sheets lack the time constant of the bias, and that of the BMI088 how stable its accelerometers' bias is: the
-    figures are AirSim's of the MPU-6000. Offsets count as calibrated before use.
+    The in-run bias stability of a data sheet is the minimum of the Allan deviation; the bias walks as that needs with
+    the white noise of the sheet. A real bias walks less after some minutes, and this one goes on. Where a sheet lacks
+    the figure (MPU-6000, accelerometers of the BMI088), it is AirSim's. Offsets count as calibrated before use.
     """
 
     gyroscope: TriadGrade
     accelerometer: TriadGrade
 
 
+def _gyroscope(random_walk: float, stability: float) -> NoiseDensity:
+    """From °/√h and °/h."""
+    return NoiseDensity.from_bias_stability(math.radians(random_walk) / 60.0, math.radians(stability) / 3600.0)
+
+
+def _accelerometer(density: float, stability: float) -> NoiseDensity:
+    """From mg/√Hz and µg."""
+    milli = 1e-3 * STANDARD_GRAVITY
+    return NoiseDensity.from_bias_stability(density * milli, stability * 1e-3 * milli)
+
+
 IMU_PARTS: Mapping[str, ImuPart] = MappingProxyType(
     {
-        # InvenSense PS-MPU-6000A rev. 3.4, at ±2000 °/s and ±16 g; noise as AirSim has it
+        # InvenSense PS-MPU-6000A rev. 3.4, at ±2000 °/s and ±16 g; 0.005 °/s/√Hz are 0.3 °/√h
         "MPU-6000": ImuPart(
-            TriadGrade.from_gyroscope_datasheet(
-                NoiseDensity.from_gyroscope_datasheet(0.3, 4.6, 500.0), 2000.0, 1 / 16.4, 1.0, 0.38, 0.0
-            ),
-            TriadGrade.from_accelerometer_datasheet(
-                NoiseDensity.from_accelerometer_datasheet(0.24, 36.0, 800.0), 16.0, 1000 / 2048, 1.0, 0.38, 0.0
-            ),
+            TriadGrade.from_gyroscope_datasheet(_gyroscope(0.3, 4.6), 2000.0, 1 / 16.4, 1.0, 0.38, 0.0),
+            TriadGrade.from_accelerometer_datasheet(_accelerometer(0.4, 36.0), 16.0, 1000 / 2048, 1.0, 0.38, 0.0),
         ),
         # Analog Devices ADIS16448 rev. D, at ±1000 °/s and ±18 g; 0.11 m/s/√h are 0.187 mg/√Hz (its noise density at
         # 25 Hz, 0.23 mg/√Hz, is higher, and that of the rate, 0.0135 °/s/√Hz, too)
         "ADIS16448": ImuPart(
-            TriadGrade.from_gyroscope_datasheet(
-                NoiseDensity.from_gyroscope_datasheet(0.66, 14.5, 500.0), 1000.0, 0.04, 0.33, 0.05, 0.0
-            ),
-            TriadGrade.from_accelerometer_datasheet(
-                NoiseDensity.from_accelerometer_datasheet(0.187, 250.0, 800.0), 18.0, 0.833, 0.33, 0.2, 0.0
-            ),
+            TriadGrade.from_gyroscope_datasheet(_gyroscope(0.66, 14.5), 1000.0, 0.04, 0.33, 0.05, 0.0),
+            TriadGrade.from_accelerometer_datasheet(_accelerometer(0.187, 250.0), 18.0, 0.833, 0.33, 0.2, 0.0),
         ),
         # Bosch BST-BMI088-DS001 rev. 1.4, at ±2000 °/s and ±24 g; 0.014 °/s/√Hz are 0.84 °/√h
         "BMI088": ImuPart(
-            TriadGrade.from_gyroscope_datasheet(
-                NoiseDensity.from_gyroscope_datasheet(0.84, 2.0, 500.0), 2000.0, 1 / 16.384, 0.33, 0.19, 0.0
-            ),
-            TriadGrade.from_accelerometer_datasheet(
-                NoiseDensity.from_accelerometer_datasheet(0.175, 36.0, 800.0), 24.0, 1000 / 1365, 0.13, 0.1, 0.0
-            ),
+            TriadGrade.from_gyroscope_datasheet(_gyroscope(0.84, 2.0), 2000.0, 1 / 16.384, 0.33, 0.19, 0.0),
+            TriadGrade.from_accelerometer_datasheet(_accelerometer(0.175, 36.0), 24.0, 1000 / 1365, 0.13, 0.1, 0.0),
         ),
     }
 )

@@ -24,19 +24,40 @@ def specific_force(r: Matrix, acceleration: Vector, gravity: float) -> Vector:
 
 @dataclass(frozen=True, slots=True)
 class NoiseDensity:
-    """Noise of a sensor in SI units: `white` noise per √Hz, random `walk` of the bias per √s."""
+    """Noise of a sensor in SI units: `white` noise N per √Hz, random `walk` K of the bias per √s.
+
+    Its Allan deviation at τ s is √(N²/τ + K² τ/3) (IEEE Std 952-1997, annex C).
+    """
 
     white: float
     walk: float
 
     @classmethod
+    def from_bias_stability(cls, white: float, stability: float) -> "NoiseDensity":
+        """From white noise per √Hz and the in-run bias stability of a data sheet, both in SI units.
+
+        That stability B is the minimum of the Allan deviation, √(2 N K / √3), which is at τ = √3 N / K.
+        """
+        return cls(white, math.sqrt(3.0) * stability**2 / (2.0 * white))
+
+    @property
+    def bias_stability(self) -> float:
+        """The minimum of the Allan deviation: what data sheets call in-run bias stability."""
+        return math.sqrt(2.0 * self.white * self.walk / math.sqrt(3.0))
+
+    @property
+    def settling_time(self) -> float:
+        """The time (s) over which that minimum is reached; infinity without a random walk."""
+        return math.sqrt(3.0) * self.white / self.walk if self.walk > 0.0 else math.inf
+
+    @classmethod
     def from_gyroscope_datasheet(cls, random_walk: float, bias_stability: float, tau: float) -> "NoiseDensity":
-        """From degrees per √h, degrees per h, and s."""
+        """From degrees per √h, degrees per h, and s, as AirSim does: its walk is bias stability per √tau."""
         return cls(math.radians(random_walk) / 60.0, math.radians(bias_stability) / 3600.0 / math.sqrt(tau))
 
     @classmethod
     def from_accelerometer_datasheet(cls, random_walk: float, bias_stability: float, tau: float) -> "NoiseDensity":
-        """From mg/√Hz, µg, and s."""
+        """From mg/√Hz, µg, and s, as AirSim does: its walk is bias stability per √tau."""
         milli = 1e-3 * STANDARD_GRAVITY
         return cls(random_walk * milli, bias_stability * 1e-3 * milli / math.sqrt(tau))
 

@@ -7,8 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from world.sensors import NoiseDensity, NoisyTriad, StandardNormals, specific_force, vins_parameters
+from world.sensors import (
+    IMU_PARTS,
+    STANDARD_GRAVITY,
+    NoiseDensity,
+    NoisyTriad,
+    StandardNormals,
+    specific_force,
+    vins_parameters,
+)
 
+G = STANDARD_GRAVITY
 DATA = Path(__file__).parents[2] / "data" / "sensors"
 GYROSCOPE = NoiseDensity.from_gyroscope_datasheet(0.3, 4.6, 500.0)
 ACCELEROMETER = NoiseDensity.from_accelerometer_datasheet(0.24, 36.0, 800.0)
@@ -56,6 +65,36 @@ def allan(samples, rate, tau):
     angle = np.vstack([np.zeros((1, samples.shape[1])), np.cumsum(samples, axis=0) / rate])
     second = angle[2 * m :] - 2.0 * angle[m:-m] + angle[: -2 * m]
     return np.sqrt(np.mean(second**2, axis=0) / (2.0 * tau**2))
+
+
+SHEETS = {  # °/√h, °/h; mg/√Hz, µg
+    "MPU-6000": (0.3, 4.6, 0.4, 36.0),
+    "ADIS16448": (0.66, 14.5, 0.187, 250.0),
+    "BMI088": (0.84, 2.0, 0.175, 36.0),
+}
+
+
+def test_each_part_has_a_sheet():
+    assert SHEETS.keys() == IMU_PARTS.keys()
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("part", SHEETS)
+def test_the_allan_deviation_of_a_part_has_its_minimum_at_the_stability_of_the_data_sheet(part):
+    arw, drift, vrw, wander = SHEETS[part]
+    for triad, white, stability in (
+        (IMU_PARTS[part].gyroscope, math.radians(arw) / 60.0, math.radians(drift) / 3600.0),
+        (IMU_PARTS[part].accelerometer, vrw * 1e-3 * G, wander * 1e-6 * G),
+    ):
+        middle, count = triad.density.settling_time, 40_000
+        rate = 40.0 / middle  # so that few samples tell; the noise is the same at any rate
+        noisy, draws = NoisyTriad(triad.density), StandardNormals(np.random.default_rng(5), 6)
+        samples = np.array([noisy.add_noise((0.0, 0.0, 0.0), 1.0 / rate, next(draws)) for _ in range(count)])
+        curve = {tau: math.sqrt(np.mean(allan(samples, rate, tau) ** 2)) for tau in middle * 2.0 ** np.arange(-3, 4)}
+        assert min(curve.values()) == pytest.approx(stability, rel=0.05)
+        assert curve[min(curve)] == pytest.approx(
+            math.sqrt(white**2 / min(curve) + white**-2 * stability**4 * min(curve) / 4), rel=0.05
+        )
 
 
 @pytest.mark.heavy

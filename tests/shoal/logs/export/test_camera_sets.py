@@ -65,6 +65,23 @@ def test_the_right_camera_of_a_pair_has_its_baseline(described):
     assert projection not in camera_info(0, "x", cameras["Left"], lengths["Left"])
 
 
+@pytest.mark.parametrize(("part", "degrees_per_hour", "micro_g"), [("MPU-6000", 4.6, 36.0), ("ADIS16448", 14.5, 250.0)])
+def test_noise_files_have_the_bias_stability_of_the_data_sheet(described, tmp_path, part, degrees_per_hour, micro_g):
+    """In Kalibr's model the Allan deviation has its minimum at √(2 N K / √3)."""
+    _, cameras = described(Front=(PLAIN, Pose()))
+    write_calibration(tmp_path / "out", list(cameras.values()), LoggedImu(IMU_PARTS[part], np.eye(4)), 100.0)
+    openvins = cv2.FileStorage(str(tmp_path / "out/openvins/kalibr_imu_chain.yaml"), cv2.FILE_STORAGE_READ)
+    storage = openvins.getNode("imu0")
+    vins = cv2.FileStorage(str(tmp_path / "out/vins/vins.yaml"), cv2.FILE_STORAGE_READ)
+    for names, short, least in (
+        ("gyroscope", "gyr", np.radians(degrees_per_hour) / 3600.0),
+        ("accelerometer", "acc", micro_g * 9.80665e-6),
+    ):
+        n, k = (storage.getNode(f"{names}_{kind}").real() for kind in ("noise_density", "random_walk"))
+        assert np.sqrt(2.0 * n * k / np.sqrt(3.0)) == pytest.approx(least, rel=1e-6)
+        assert [vins.getNode(f"{short}_{kind}").real() for kind in "nw"] == pytest.approx([n, k])
+
+
 def test_files_say_that_a_shutter_rolls(described, tmp_path):
     _, cameras = described({"Rolling": 0.048}, Rolling=(PLAIN, Pose()), Still=(PLAIN, Pose()))
     write_calibration(tmp_path / "out", list(cameras.values()), IMU, 100.0)
