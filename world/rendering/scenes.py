@@ -24,7 +24,7 @@ CLOUDS = 900.0  # height of the clouds, m
 Appearance = Callable[[Floats, Floats], Floats]  # from reflectances and distances to 0..255
 REACH = 64  # m, to which caustics are seen
 FLAKE = 0.6  # reflectance of marine snow
-SHALLOWEST = 0.05  # m; any closer, a few texels of the surface would fill the upper view
+SHALLOWEST = 1e-3  # m below the surface; nearer or above it, a view under water is that from there
 
 
 SHADE = 0.4  # share of the daylight that comes from all sides

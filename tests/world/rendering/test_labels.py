@@ -221,3 +221,15 @@ def test_what_cannot_be_labelled_is_refused(standpoint, gliders, mount, told):
 def test_an_unknown_scene_is_refused():
     with pytest.raises(ValueError, match="'Moon' is not one of the scenes"):
         Labeler(FISHEYE, scene="Moon")
+
+
+@pytest.mark.parametrize("depth", [0.002, 0.01, 0.04, 0.2])
+def test_the_surface_is_as_near_as_it_is(depth):
+    """Looking straight up, it is as far as the camera is deep, however little that is."""
+    up = Pose(theta=math.pi / 2)
+    here = ScenePose(0.0, 0.0, 5.0, depth)
+    found = Labeler(PinholeModel(33, 33, 30.0, 30.0, 16.5, 16.5), up).labels(here)
+    assert found.kinds[16, 16] == PixelClass.SURFACE
+    assert found.distance[16, 16] == pytest.approx(depth, rel=1e-6)
+    picture = SceneCamera(PinholeModel(33, 33, 30.0, 30.0, 16.5, 16.5), 64, 6, mount=up).take_picture(here)
+    assert (picture[..., 3] == 255).all()
