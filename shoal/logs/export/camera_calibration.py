@@ -20,7 +20,7 @@ FILE = "cameras.yaml"
 OPTICS = ("width", "height", "fx", "fy", "cx", "cy")  # px; what CameraFrame tells of a lens
 UNLIKE = "pictures of {} were taken with another lens or size than cameras.yaml tells"
 GRAVITY = 9.80665  # m/s²
-SHUTTER = ("readout_time", "line_delay", "time_of")  # of cameras.yaml, if a shutter rolls
+SHUTTER = ("readout_time", "line_delay", "time_of", "first_row")  # of cameras.yaml, if a shutter rolls
 MODELS = {"radtan": "radial-tangential", "equidistant": "equidistant"}  # EuRoC's names by Kalibr's
 
 

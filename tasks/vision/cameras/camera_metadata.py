@@ -99,13 +99,17 @@ def write_cameras(
 def describe_camera(optics: CameraModel, mount: Pose, readout: float = 0.0) -> dict[str, Any]:
     """A camera in the terms of Kalibr and OpenCV, where they have its model, and its place.
 
-    `readout` (s) passes from the first to the last row of a rolling shutter, `line_delay` from row to row (Kalibr).
+    `readout` (s) passes over all rows of a rolling shutter, `line_delay` from the start of one row to that of the next
+    (Kalibr, aslam_cv_cameras/RollingShutter.hpp). Kalibr counts rows from a stamp of the first one: that is
+    `first_row` (s) from ours, of the middle of the picture.
     """
     found: dict[str, Any] = {"T_BS": optical_to_body_transform(mount).tolist()}
     if isinstance(optics, FisheyeModel) and optics.lens.kannala_brandt_coefficients is None:
         found["quartic"] = {"k": list(optics.lens.k), "fov": optics.lens.fov, "focal_lengths": [optics.fx, optics.fy]}
     if readout:
-        found |= {"readout_time": readout, "line_delay": readout / optics.height, "time_of": "middle row"}
+        delay = readout / optics.height
+        found |= {"readout_time": readout, "line_delay": delay, "time_of": "middle row"}
+        found["first_row"] = -0.5 * (readout - delay)
     try:
         found |= optics.to_kalibr()
     except ValueError as error:

@@ -13,6 +13,7 @@ from shoal.logs.export.ros_camera_info import camera_info, stereo_baseline
 from support.pose import Pose
 from tasks.vision.cameras.camera_metadata import write_cameras
 from world.optics import FlatPort, PinholeModel, put_behind_port, read_calibration
+from world.rendering import Exposure
 from world.sensors import IMU_PARTS
 
 PLAIN = PinholeModel(64, 48, 50.0, 50.0, 32.0, 24.0)
@@ -89,6 +90,8 @@ def test_files_say_that_a_shutter_rolls(described, tmp_path):
     for about in (chain["cam0"], euroc_sensor(cameras["Rolling"])):
         assert (about["readout_time"], about["time_of"]) == (0.048, "middle row")
         assert about["line_delay"] == pytest.approx(0.001)
+        rows = about["first_row"] + about["line_delay"] * np.arange(48)  # as Kalibr counts from the first row
+        assert rows == pytest.approx(Exposure(readout=0.048).row_times(48))
     assert "line_delay" not in chain["cam1"]
     assert "The shutter of camera 0 rolls" in (tmp_path / "out/vins/vins.yaml").read_text()
 
