@@ -248,3 +248,11 @@ def test_gliders_that_are_moved_on_one_camera_are_moved_for_all(tmp_path):
     assert any("there is one world" in text for text in said)
     assert places() == [[(4.0, 5.0), (6.0, 7.0)]] * 2
     vehicle.close()
+
+
+def test_a_camera_that_knows_only_an_estimate_sees_the_seabed_of_the_soundings():
+    """What the vehicle believes of its altitude does not contradict them."""
+    feed = [estimate(0.1 * k, alt=3.0, z=2.0, depth=2.0) for k in range(11)]
+    run = simulate(FisheyeCamera, feed, settings=SLOPE, size=32, face_size=16)
+    assert len(run.frames) > 3
+    assert run.frames[-1].info["height"] == pytest.approx(8.0, abs=0.3)

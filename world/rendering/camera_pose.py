@@ -40,7 +40,7 @@ class CameraPose(NamedTuple):
 
     @classmethod
     def from_pose(cls, standpoint: ScenePose, mount: Pose, scene: str, landscape: SeabedAndWalls) -> "CameraPose":
-        """That of a vehicle in one of SCENES. Raises ValueError for a camera that is nowhere, or in ground or walls."""
+        """That of a vehicle in one of SCENES. Raises ValueError for one in ground or walls, or that is nowhere."""
         where = standpoint.north, standpoint.east, standpoint.height, standpoint.depth
         angles = standpoint.roll, standpoint.pitch, standpoint.yaw
         if not all(map(math.isfinite, (*where, *angles, *mount))):
@@ -54,6 +54,7 @@ class CameraPose(NamedTuple):
             raise ValueError(f"a camera {height:g} m above the ground is under it")
         if trouble := landscape.obstruction(spot, place.height):
             raise ValueError(trouble)
+        landscape.check_height(*where[:2], standpoint.depth, standpoint.height)
         depth = max(place.depth, SHALLOWEST) if scene == "Seabed" else math.inf
         return cls(
             optical_to_ned_rotation(standpoint, mount), place.north, place.east, place.height, depth, place.depth

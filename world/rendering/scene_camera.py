@@ -63,8 +63,9 @@ class SceneCamera:
     ) -> NDArray[np.uint8]:
         """RGBA (height, width, 4) from where the vehicle is; all zero where the camera sees nothing.
 
-        `gliders` replace those at `glider_positions`.
+        `gliders` replace those at `glider_positions`. Raises ValueError for a height that contradicts depth and seabed.
         """
+        self._landscape.check_height(pose.north, pose.east, pose.depth, pose.height)
         assemble, renderer = self._tables
         return assemble(renderer.render(pose, self._gliders(gliders), boards))
 

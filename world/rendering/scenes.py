@@ -40,7 +40,8 @@ GRID = np.stack([_away * np.cos(_bearing), _away * np.sin(_bearing), np.ones_lik
 class ScenePose:
     """Where a vehicle is: m north and east of the scene's origin, Euler angles of body to NED in rad.
 
-    `height` is m above the seabed or the sea surface, `depth` m below the sea surface; `time` in s moves the waves.
+    `height` is m above the seabed or the sea surface, `depth` m below the sea surface; over soundings they must agree.
+    `time` in s moves the waves.
     """
 
     north: float

@@ -55,7 +55,7 @@ class ViewpointTracker:
         It is between the states before and after; the last one is carried on by its velocities and rates.
         """
         truth, state = self._truth.pose_at(now, OLDEST), self.estimate
-        believed = None if state is None else self._believed(state, now, now - began)
+        believed = None if state is None else self._believed(world, state, now, now - began)
         if truth is None and self._truth.fault:
             return self._truth.fault
         if truth is not None:
@@ -65,7 +65,11 @@ class ViewpointTracker:
         elif believed is None:
             return "no position or attitude" if now - state.timestamp <= OLDEST else "no recent EstimatedState"
         else:
-            scene = world, now - began, self._ground(state)
+            scene = (
+                world,
+                now - began,
+                believed.height + believed.depth if self._sounded(world) else self._ground(state),
+            )
             view = VehicleView(believed, self._gliders(*scene), is_true=False, boards=self._boards(*scene))
         if not 0.0 < view.vehicle.height < FARTHEST:
             return "no altitude"
@@ -79,12 +83,18 @@ class ViewpointTracker:
         pose = ScenePose(north, east, bottom - down, down, *angles, time)
         return VehicleView(pose, self._gliders(world, time, bottom), boards=self._boards(world, time, bottom))
 
-    def _believed(self, state: imc.EstimatedState, now: float, time: float) -> ScenePose | None:
+    def _sounded(self, world: World) -> bool:
+        """Whether soundings say where the seabed below is, whatever the vehicle believes."""
+        return not self.sea and world.seabed is not None and world.seabed.has_soundings
+
+    def _believed(self, world: World, state: imc.EstimatedState, now: float, time: float) -> ScenePose | None:
         """Where the vehicle believes it is; None without a recent place and attitude."""
         belief = self._beliefs.estimate_at(now, OLDEST)
         if isinstance(belief, str) or self._beliefs.latest_state is not state or not math.isfinite(state.depth):
             return None
         height, depth = self._ground(state) - belief.down, state.depth + belief.down - state.z
+        if self._sounded(world):
+            height = (world.seabed_depth(belief.north, belief.east) or 0.0) - depth
         return ScenePose(belief.north, belief.east, height, depth, *belief.angles, time)
 
     def _ground(self, state: imc.EstimatedState) -> float:

@@ -22,6 +22,7 @@ RestingBody = tuple[Floats, float, float]
 """Points (n, 3; m; north, east, down) of a body, how far it reaches below them, and how deep it can lie (m)."""
 
 THINNEST = 1e-6  # m, from a wall, within which a camera is in it
+LEEWAY = 0.01  # m, by which a height may differ from what soundings and depth say
 SAME = 1e-6  # share of a distance, by which things at one place may seem apart
 
 
@@ -43,6 +44,13 @@ class SeabedAndWalls:
         if any(_apart(wall, place) < THINNEST for wall in self.walls):
             return "the camera is in a wall"
         return ""
+
+    def check_height(self, north: float, east: float, down: float, height: float) -> None:
+        """Raises ValueError for a height (m) that is not that of a place above the relief beneath it."""
+        true = self.height_above_ground(north, east, down, height)
+        if abs(height - true) > LEEWAY:
+            above = f"the seabed there is {true:g} m below the vehicle"
+            raise ValueError(f"height = {height:g} m contradicts depth = {down:g} m: {above}")
 
     def inverse_wall_range(self, place: Vector, rays: Floats) -> Floats:
         """1 over the way (n,) of rays (3, n; NED per unit of way) to the nearest wall; 0 without one."""

@@ -301,3 +301,13 @@ def test_a_camera_in_ground_or_wall_is_refused(place, told):
     with pytest.raises(ValueError, match=told):
         blind.labels(pose)
     assert blind.obstruction(replace(pose, north=0.0, east=0.0, depth=2.0)) == ""
+
+
+def test_a_height_that_contradicts_depth_and_seabed_is_refused():
+    sea, _ = SEAS["hills"]
+    camera, right = SceneCamera(FISHEYE, 64, seabed=sea), standpoint(sea, 0.0, 0.0, 2.0)
+    camera.take_picture(right)
+    wrong = replace(right, height=right.height + 1.0)
+    for look in (camera.take_picture, camera.labels):
+        with pytest.raises(ValueError, match="contradicts depth = 2 m"):
+            look(wrong)
