@@ -60,7 +60,7 @@ class Camera(MountedCameraTask, RenderedCameraTask):
         seen = model.unproject(np.stack(np.meshgrid(columns, rows), axis=-1))[1]
         if not seen.any():
             raise ParameterError("Calibration" if self.calibration else "Principal Point", "nothing is in the image")
-        if isinstance(model, PinholeModel) and model.fold_angle is not None and not seen.all():
+        if model.fold_angle is not None and not seen.all():
             text = f"the lens folds {math.degrees(model.fold_angle):.4g}° off its axis: the image is empty beyond"
             self.after(0.0, self.log.warning, text)  # later: at load, no task receives messages yet
         self._optics = self._housed(model)

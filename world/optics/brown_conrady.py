@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from world.optics.camera_model import Bools, CameraModel, Floats, normalize
+from world.optics.plane_inversion import Slope, invert_distortion
 
-NEWTON_STEPS = 20
-EXACT = 1e-12  # of the focal length
 FIT_POINTS = 40  # across a picture
 WIDEST = 100.0  # of the focal length: 89.4° off the axis
 
@@ -47,31 +46,17 @@ class PinholeModel(CameraModel):
     def unproject_from_unit_plane(self, places: Floats) -> tuple[Floats, Bools]:
         """By Newton's method, from the place itself, drawn in to where the lens does not fold."""
         within = 0.95 * np.sqrt(self._edge) / np.maximum(np.linalg.norm(places, axis=-1, keepdims=True), 1e-300)
-        bare = places * np.minimum(1.0, within)
-        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            for _ in range(NEWTON_STEPS):
-                x, y = bare[..., 0], bare[..., 1]
-                error, (a, b, c) = self._bent(x, y) - places, self._slope(x, y)
-                across = a * c - b * b
-                step = (
-                    np.stack((c * error[..., 0] - b * error[..., 1], a * error[..., 1] - b * error[..., 0]), axis=-1)
-                    / across[..., None]
-                )
-                size = np.linalg.norm(step, axis=-1, keepdims=True)
-                bare = bare - step * np.minimum(1.0, 0.5 * (1.0 + np.linalg.norm(bare, axis=-1, keepdims=True)) / size)
-                bare = np.where(size > 0.0, bare, np.stack((x, y), axis=-1))
-                if not (size > EXACT).any():
-                    break
-            x, y = bare[..., 0], bare[..., 1]
-            left = np.linalg.norm(self._bent(x, y) - places, axis=-1)
-            valid = (left < EXACT * (1.0 + np.linalg.norm(places, axis=-1))) & (x * x + y * y < self._edge)
+        bare, found = invert_distortion(self._bent, self._slope, places, places * np.minimum(1.0, within))
+        x, y = bare[..., 0], bare[..., 1]
+        with np.errstate(invalid="ignore", over="ignore"):
+            valid = found & (x * x + y * y < self._edge)
         return normalize(np.stack((x, y, np.ones_like(x)), axis=-1)), valid
 
     def unit_plane_jacobian(self, points: Floats) -> Floats:
         z = points[..., 2]
         x, y = points[..., 0] / z, points[..., 1] / z
-        a, b, c = self._slope(x, y)
-        rows = [[a / z, b / z, -(a * x + b * y) / z], [b / z, c / z, -(b * x + c * y) / z]]
+        a, b, c, d = self._slope(x, y)
+        rows = [[a / z, b / z, -(a * x + b * y) / z], [c / z, d / z, -(c * x + d * y) / z]]
         return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
     def to_opencv(self) -> dict[str, Any]:
@@ -84,29 +69,8 @@ class PinholeModel(CameraModel):
     def to_kalibr(self) -> dict[str, Any]:
         if not self.k3:
             return self.kalibr_entry("pinhole", [], "radtan", [self.k1, self.k2, self.p1, self.p2])
-        near, rms = self.fit_without_k3()
+        near, rms = fit_radtan(self)
         return {**near.to_kalibr(), "fit_rms_px": rms}
-
-    def fit_without_k3(self) -> "tuple[PinholeModel, float]":
-        """The nearest camera with k1, k2, p1 and p2 only, and how far it is off (px, rms over the picture)."""
-        u, v = (np.linspace(0.5, size - 0.5, FIT_POINTS) for size in (self.width, self.height))
-        pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
-        rays, valid = self.unproject(pixels)
-        rays, pixels = rays[valid], pixels[valid]
-        x, y = rays[:, 0] / rays[:, 2], rays[:, 1] / rays[:, 2]
-        r2, none = x * x + y * y, np.zeros_like(x)
-        # u = cx + fx x + (fx k1) x r² ..., which is linear once one focal length, by which k1 to p2 count, is found.
-        aspect = self.fy / self.fx
-        across = np.stack((x, x * r2, x * r2 * r2, 2.0 * x * y, r2 + 2.0 * x * x, none + 1.0, none), axis=-1)
-        down = np.stack((y, y * r2, y * r2 * r2, r2 + 2.0 * y * y, 2.0 * x * y, none, none + 1.0 / aspect), axis=-1)
-        terms = np.concatenate((across, aspect * down))
-        solution, *_ = np.linalg.lstsq(terms, pixels.T.ravel(), rcond=None)
-        f, *rest, cx, cy = solution.tolist()
-        k1, k2, p1, p2 = (term / f for term in rest)
-        near = PinholeModel(self.width, self.height, f, aspect * f, cx, cy, k1, k2, p1, p2)
-        found = near.project(rays)[0]
-        apart: Floats = (found - pixels)[np.isfinite(found[:, 0])]
-        return near, math.sqrt(np.square(apart).sum() / len(apart))
 
     def _bent(self, x: Floats, y: Floats) -> Floats:
         """Places (..., 2) after the lens of those before it."""
@@ -120,13 +84,36 @@ class PinholeModel(CameraModel):
             axis=-1,
         )
 
-    def _slope(self, x: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
-        """The symmetric derivative of `_bent`: that of x by x, of x by y, of y by y."""
+    def _slope(self, x: Floats, y: Floats) -> Slope:
         r2 = x * x + y * y
         radial = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
         steep = 2.0 * (self.k1 + r2 * (2.0 * self.k2 + r2 * 3.0 * self.k3))
+        mixed = steep * x * y + 2.0 * self.p1 * x + 2.0 * self.p2 * y
         return (
             radial + steep * x * x + 2.0 * self.p1 * y + 6.0 * self.p2 * x,
-            steep * x * y + 2.0 * self.p1 * x + 2.0 * self.p2 * y,
+            mixed,
+            mixed,
             radial + steep * y * y + 6.0 * self.p1 * y + 2.0 * self.p2 * x,
         )
+
+
+def fit_radtan(camera: CameraModel) -> tuple[PinholeModel, float]:
+    """The nearest camera with k1, k2, p1 and p2 only, and how far it is off (px, rms over the picture)."""
+    u, v = (np.linspace(0.5, size - 0.5, FIT_POINTS) for size in (camera.width, camera.height))
+    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+    rays, valid = camera.unproject(pixels)
+    rays, pixels = rays[valid], pixels[valid]
+    x, y = rays[:, 0] / rays[:, 2], rays[:, 1] / rays[:, 2]
+    r2, none = x * x + y * y, np.zeros_like(x)
+    # u = cx + fx x + (fx k1) x r² ..., which is linear once one focal length, by which k1 to p2 count, is found.
+    aspect = camera.fy / camera.fx
+    across = np.stack((x, x * r2, x * r2 * r2, 2.0 * x * y, r2 + 2.0 * x * x, none + 1.0, none), axis=-1)
+    down = np.stack((y, y * r2, y * r2 * r2, r2 + 2.0 * y * y, 2.0 * x * y, none, none + 1.0 / aspect), axis=-1)
+    terms = np.concatenate((across, aspect * down))
+    solution, *_ = np.linalg.lstsq(terms, pixels.T.ravel(), rcond=None)
+    f, *rest, cx, cy = solution.tolist()
+    k1, k2, p1, p2 = (term / f for term in rest)
+    near = PinholeModel(camera.width, camera.height, f, aspect * f, cx, cy, k1, k2, p1, p2)
+    found = near.project(rays)[0]
+    apart: Floats = (found - pixels)[np.isfinite(found[:, 0])]
+    return near, math.sqrt(np.square(apart).sum() / len(apart))

@@ -1,4 +1,4 @@
-"""Reads calibrations as other programs write them: Kalibr, OpenCV, ROS, EuRoC, WoodScape."""
+"""Reads calibrations as other programs write them: Kalibr, OpenCV, ROS, EuRoC, WoodScape, DepthAI, mrcal and others."""
 
 import json
 import math
@@ -10,12 +10,18 @@ from typing import Any
 import numpy as np
 
 from world.optics.airsim_settings import AirSimCamera, airsim_cameras, is_airsim_settings
+from world.optics.arctangent_lens import ArctangentModel
 from world.optics.brown_conrady import PinholeModel
 from world.optics.camera_model import CalibrationError, CameraModel
+from world.optics.depthai_calibration import OLDER_NAMES, depthai_cameras, depthai_terms, is_depthai_calibration
 from world.optics.double_sphere import DoubleSphereModel
 from world.optics.fisheye import FisheyeModel, kannala_brandt_lens
+from world.optics.mrcal_models import LARGEST_FILE as LARGEST_CAMERAMODEL
+from world.optics.mrcal_models import is_cameramodel, parse_cameramodel
 from world.optics.polynomial_lens import Lens
+from world.optics.rational_lens import RationalModel
 from world.optics.slam_configurations import kalibr_terms
+from world.optics.unit_sphere import ExtendedUnifiedModel, OmnidirectionalModel
 
 LARGEST_FILE = 1 << 20
 MOST_PIXELS = 1 << 20  # of a side
@@ -23,13 +29,17 @@ OPENCV = re.compile(r"^%YAML:1\.0|!!opencv-matrix", re.MULTILINE)
 RADTAN = ("radtan", "radial-tangential", "plumb_bob", "rational_polynomial", "pinhole", "")
 EQUIDISTANT = ("equidistant", "fisheye", "kannala_brandt", "kannalabrandt")
 COUNTS = (0, 4, 5, 8, 12, 14)  # of the coefficients that OpenCV has; those from the sixth on are the rational model's
+MATRICES = ("camera_matrix", "Camera_Matrix", "K", "intrinsicMatrix")
+DISTORTIONS = ("distortion_coefficients", "Distortion_Coefficients", "D", "distortionCoeff")
+OMNIDIRECTIONAL = ("omni", "omnidir")
 KEY = re.compile(r"""(\s*)["']?([^"':]*[^"':\s])["']?\s*:""")  # of a line of YAML or JSON
 STEPS = 4000  # of the angle, to find where a lens ends
 
-CAMERA_FIELDS = {"intrinsic", "intrinsics", "airsim", "camera_matrix", "Camera_Matrix", "K", "image_width"}
+CAMERA_FIELDS = {"intrinsic", "intrinsics", "airsim", "depthai", "camera_matrix", "Camera_Matrix", "K", "image_width"}
 FORMATS = (
     "camchain of Kalibr, cameras.yaml of a log, FileStorage of OpenCV, camera_info of ROS, sensor.yaml of EuRoC, "
-    "JSON of WoodScape, configurations of VINS-Fusion (camodocal) and ORB-SLAM3, settings.json of AirSim"
+    "JSON of WoodScape, configurations of VINS-Fusion (camodocal) and ORB-SLAM3, calibration JSON of DepthAI (OAK-D), "
+    ".cameramodel of mrcal, settings.json of AirSim"
 )
 
 Values = Mapping[str, Any]
@@ -50,8 +60,8 @@ def read_calibration(path: str | Path, camera: str = "") -> CameraModel:
 
     Read are a camchain of Kalibr, the cameras.yaml of a log, a FileStorage (YAML) of OpenCV, a camera_info of ROS, a
     sensor.yaml of EuRoC, the JSON of WoodScape, the configurations of VINS-Fusion and ORB-SLAM3 (`camera` is Camera1 or
-    Camera2), and AirSim's settings.json. YAML needs PyYAML. Fisheye lenses end at the corner of the picture,
-    or where they would fold.
+    Camera2), DepthAI's calibration (`camera` is CAM_A to CAM_H, or rgb, left, right), a .cameramodel of mrcal, and
+    AirSim's settings.json. YAML needs PyYAML. Fisheye lenses end at the corner of the picture, or before they fold.
     Raises CalibrationError with the file, the line, and the field that it lacks or contradicts, OSError,
     ModuleNotFoundError.
     """
@@ -74,17 +84,21 @@ def parse_calibration(text: str) -> CameraModel:
 def _read(path: Path, camera: str) -> tuple[Values, CameraModel]:
     """What a file says of a camera, and its model."""
     with path.open("rb") as file:
-        data = file.read(LARGEST_FILE + 1)
+        limit = LARGEST_CAMERAMODEL if path.suffix.lower() == ".cameramodel" else LARGEST_FILE
+        data = file.read(limit + 1)
     text, name = data.decode("utf-8", "replace"), ""
     try:
-        if len(data) > LARGEST_FILE:
+        if len(data) > limit:
             raise CalibrationError("too large for a calibration")
-        values = _parsed(text, is_json=path.suffix.lower() == ".json")
+        values = _parsed(text, path.suffix.lower())
         cameras = {str(name): each for name, each in values.items() if _is_camera(name, each)}
         if is_airsim_settings(values):
             cameras = {name: {"airsim": each} for name, each in airsim_cameras(values).items()}
             if not cameras:
                 raise CalibrationError("no cameras in Vehicles or ExternalCameras")
+        elif is_depthai_calibration(values):
+            cameras = {name: {"depthai": each} for name, each in depthai_cameras(values).items()}
+            camera = OLDER_NAMES.get(camera.lower(), camera)
         if cameras:
             if camera and camera not in cameras:
                 raise CalibrationError(f"no camera {camera}; there are {', '.join(cameras)}")
@@ -119,13 +133,17 @@ def _model(values: Values) -> CameraModel:
     if "airsim" in values:
         width, height, fov = _numbers(values, "airsim", 3)
         return AirSimCamera(int(width), int(height), fov).model
+    if "depthai" in values:
+        return _opencv(depthai_terms(_mapping(values["depthai"], "cameraData")))
     if "intrinsic" in values:
         return _woodscape(_mapping(values["intrinsic"], "intrinsic"))
-    return _kalibr(values) if "intrinsics" in values else _opencv(values)
+    return _kalibr(values) if "intrinsics" in values or "not_in_kalibr" in values else _opencv(values)
 
 
-def _parsed(text: str, *, is_json: bool) -> Values:
-    if is_json:
+def _parsed(text: str, suffix: str) -> Values:
+    if suffix == ".cameramodel" or (suffix != ".json" and is_cameramodel(text)):
+        return parse_cameramodel(text)
+    if suffix == ".json":
         try:
             return _mapping(json.loads(text), "the file")
         except (ValueError, RecursionError) as error:
@@ -139,7 +157,9 @@ def _parsed(text: str, *, is_json: bool) -> Values:
 
 
 def _is_camera(name: object, value: object) -> bool:
-    return re.fullmatch(r"cam\d+", str(name)) is not None or (isinstance(value, dict) and "intrinsics" in value)
+    if re.fullmatch(r"cam\d+", str(name)):
+        return True
+    return isinstance(value, dict) and ("intrinsics" in value or {"not_in_kalibr", "opencv"} <= value.keys())  # pyright: ignore[reportUnknownMemberType]
 
 
 def _mapping(value: Any, what: str) -> Values:
@@ -185,20 +205,41 @@ def _kalibr(values: Values) -> CameraModel:
     if kind in ("ds", "double_sphere"):
         xi, alpha, *plane = _numbers(values, "intrinsics", 6)
         return DoubleSphereModel(width, height, *_half_on(plane), xi, alpha)
-    if kind != "pinhole":
-        raise CalibrationFieldError("camera_model", f"{kind} is not supported; pinhole and ds are")
-    if "fit_rms_px" in values and "quartic" not in values and isinstance(values.get("opencv"), dict):
+    if kind == "eucm":
+        alpha, beta, *plane = _numbers(values, "intrinsics", 6)
+        return ExtendedUnifiedModel(width, height, *_half_on(plane), alpha, beta)
+    if kind not in ("pinhole", *OMNIDIRECTIONAL):
+        raise CalibrationFieldError("camera_model", f"{kind} is not supported; pinhole, omni, eucm and ds are")
+    is_fitted = "fit_rms_px" in values and "quartic" not in values
+    if (is_fitted or "not_in_kalibr" in values) and isinstance(values.get("opencv"), dict):
         return _opencv({"image_width": width, "image_height": height, **_mapping(values["opencv"], "opencv")})
+    if kind in OMNIDIRECTIONAL:
+        return _omnidirectional(values, (width, height))
     plane = _half_on(_numbers(values, "intrinsics", 4))
     if "quartic" in values:
         return _quartic(_mapping(values["quartic"], "quartic"), (width, height), plane[2:])
+    name, model = _kalibr_distortion(values)
+    return _distorted(values, model, (width, height), plane, name) if model else PinholeModel(width, height, *plane)
+
+
+def _kalibr_distortion(values: Values) -> tuple[str, str]:
+    """The field of the coefficients, and the model; no model if the camera has none."""
     name = "distortion_coeffs" if "distortion_coeffs" in values else "distortion_coefficients"
     model = str(values.get("distortion_model", "none")).lower()
-    if model == "none":
-        if name in values and any(_numbers(values, name)):
-            raise CalibrationFieldError(name, "are given without a distortion_model")
-        return PinholeModel(width, height, *plane)
-    return _distorted(values, model, (width, height), plane, name)
+    if model != "none":
+        return name, model
+    if name in values and any(_numbers(values, name)):
+        raise CalibrationFieldError(name, "are given without a distortion_model")
+    return name, ""
+
+
+def _omnidirectional(values: Values, size: tuple[int, int]) -> CameraModel:
+    """Kalibr's omni."""
+    xi, *plane = _numbers(values, "intrinsics", 5)
+    name, model = _kalibr_distortion(values)
+    if model and model not in RADTAN:
+        raise CalibrationFieldError("distortion_model", f"{model} of an omni camera is not supported; radtan is")
+    return OmnidirectionalModel(*size, *_half_on(plane), xi, *(_numbers(values, name, 4) if model else ()))
 
 
 def _quartic(values: Values, size: tuple[int, int], center: Sequence[float]) -> CameraModel:
@@ -210,19 +251,21 @@ def _quartic(values: Values, size: tuple[int, int], center: Sequence[float]) -> 
 
 def _opencv(values: Values) -> CameraModel:
     """A FileStorage of OpenCV, or a camera_info of ROS."""
-    names = [name for name in ("camera_matrix", "Camera_Matrix", "K") if name in values]
+    names = [name for name in MATRICES if name in values]
     k = _numbers(values, names[0] if names else "camera_matrix", 9)
     if k[1] or k[3] or k[6:] != [0.0, 0.0, 1.0]:
         raise CalibrationFieldError(names[0], "is not [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
     size = _whole(values, "image_width"), _whole(values, "image_height")
-    names = [name for name in ("distortion_coefficients", "Distortion_Coefficients", "D") if name in values]
+    names = [name for name in DISTORTIONS if name in values]
     model = str(values.get("distortion_model", values.get("model", ""))).lower()
     if values.get("fisheye_model") and not model:  # 1 or true, of OpenCV's program camera_calibration
         model = EQUIDISTANT[0]
     plane = _half_on([k[0], k[4], k[2], k[5]])
-    if not (names or model):
-        return PinholeModel(*size, *plane)
-    return _distorted(values, model, size, plane, names[0] if names else "distortion_coefficients")
+    name = names[0] if names else DISTORTIONS[0]
+    if "xi" in values or model in OMNIDIRECTIONAL:
+        xi = _numbers(values, "xi", 1)[0]
+        return OmnidirectionalModel(*size, *plane, xi, *(_numbers(values, name, 4) if names else ()))
+    return _distorted(values, model, size, plane, name) if names or model else PinholeModel(*size, *plane)
 
 
 def _woodscape(values: Values) -> CameraModel:
@@ -246,14 +289,15 @@ def _distorted(values: Values, model: str, size: tuple[int, int], plane: Plane, 
         k1, k2, k3, k4 = _numbers(values, name, 4)
         terms = (1.0, 0.0, k1, 0.0, k2, 0.0, k3, 0.0, k4)
         return _fisheye(size, plane, lambda fov: kannala_brandt_lens((k1, k2, k3, k4), fov), terms)
+    if model == "fov":
+        w = _numbers(values, name, 1)[0]
+        return ArctangentModel(*size, *plane, w) if w else PinholeModel(*size, *plane)
     if model not in RADTAN:
-        raise CalibrationFieldError("distortion_model", f"{model} is not supported; radtan and equidistant are")
+        known = "radtan, equidistant, fov and rational_polynomial are"
+        raise CalibrationFieldError("distortion_model", f"{model} is not supported; {known}")
     coefficients = _numbers(values, name, *COUNTS)
     if any(coefficients[5:]):
-        rational = (
-            f"has {len(coefficients)} numbers, those of the rational model; only k1, k2, p1, p2, k3 are supported"
-        )
-        raise CalibrationFieldError(name, f"{rational}: calibrate without CALIB_RATIONAL_MODEL")
+        return RationalModel(*size, *plane, *coefficients)
     k1, k2, p1, p2, k3 = [*coefficients[:5], *[0.0] * 5][:5]
     return PinholeModel(*size, *plane, k1, k2, p1, p2, k3)
 

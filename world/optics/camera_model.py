@@ -54,6 +54,11 @@ class CameraModel(ABC):
     def unit_plane_jacobian(self, points: Floats) -> Floats:
         """Derivatives (..., 2, 3) of the places by the points."""
 
+    @property
+    def fold_angle(self) -> float | None:
+        """The angle (rad) off the axis from which on the picture would fold back; None if it does not."""
+        return None
+
     def project(self, points: ArrayLike) -> tuple[Floats, Bools]:
         """Pixels (..., 2) of points (..., 3; m, or of any length), and which of them are seen in the picture.
 
@@ -79,10 +84,10 @@ class CameraModel(ABC):
 
     @abstractmethod
     def to_opencv(self) -> dict[str, Any]:
-        """`model` ("pinhole", "fisheye"), `K` (3, 3) and `D` for cv2, whose first pixel has its center at (0, 0).
+        """`model` ("pinhole", "fisheye", "omnidir"), `K` (3, 3) and `D` for cv2, whose first pixel is at (0, 0).
 
-        `max_angle` (rad off the axis) is there if OpenCV sees less than the model. Raises CalibrationError if OpenCV
-        has no such model.
+        `xi` is there for "omnidir", which is in opencv-contrib, and `max_angle` (rad off the axis) if OpenCV sees less
+        than the model. Raises CalibrationError if OpenCV has no such model.
         """
 
     @abstractmethod

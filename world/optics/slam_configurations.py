@@ -6,7 +6,7 @@ from typing import Any
 from world.optics.camera_model import CalibrationError
 
 Values = Mapping[str, Any]
-PINHOLE, KANNALA_BRANDT = "pinhole", "kannala_brandt"
+PINHOLE, KANNALA_BRANDT, MEI = "pinhole", "kannala_brandt", "mei"
 
 
 def kalibr_terms(values: Values, camera: str = "") -> dict[str, Any] | None:
@@ -22,16 +22,21 @@ def kalibr_terms(values: Values, camera: str = "") -> dict[str, Any] | None:
 
 def _camodocal(values: Values) -> dict[str, Any]:
     kind = str(values["model_type"]).lower()
-    if kind not in (PINHOLE, KANNALA_BRANDT):
-        raise CalibrationError(f"model_type {values['model_type']} is not supported; PINHOLE and KANNALA_BRANDT are")
+    if kind not in (PINHOLE, KANNALA_BRANDT, MEI):
+        known = "PINHOLE, KANNALA_BRANDT and MEI are"
+        raise CalibrationError(f"model_type {values['model_type']} is not supported; {known}")
     plane: Any = values.get("projection_parameters")
     bent: Any = values.get("distortion_parameters")
     size = [_number(values, "image_width"), _number(values, "image_height")]
-    if kind == PINHOLE:
-        coefficients = [_number(bent, name, "distortion_parameters") for name in ("k1", "k2", "p1", "p2")]
-        return _entry(plane, ("fx", "fy", "cx", "cy"), "projection_parameters.", "radtan", coefficients, size)
-    coefficients = [_number(plane, name, "projection_parameters") for name in ("k2", "k3", "k4", "k5")]
-    return _entry(plane, ("mu", "mv", "u0", "v0"), "projection_parameters.", "equidistant", coefficients, size)
+    if kind == KANNALA_BRANDT:
+        coefficients = [_number(plane, name, "projection_parameters") for name in ("k2", "k3", "k4", "k5")]
+        return _entry(plane, ("mu", "mv", "u0", "v0"), "projection_parameters.", "equidistant", coefficients, size)
+    coefficients = [_number(bent, name, "distortion_parameters") for name in ("k1", "k2", "p1", "p2")]
+    if kind == MEI:
+        found = _entry(plane, ("gamma1", "gamma2", "u0", "v0"), "projection_parameters.", "radtan", coefficients, size)
+        xi = _number(values.get("mirror_parameters"), "xi", "mirror_parameters")
+        return {**found, "camera_model": "omni", "intrinsics": [xi, *found["intrinsics"]]}
+    return _entry(plane, ("fx", "fy", "cx", "cy"), "projection_parameters.", "radtan", coefficients, size)
 
 
 def _orb_slam(values: Values, camera: str) -> dict[str, Any]:

@@ -21,6 +21,7 @@ OPTICS = ("width", "height", "fx", "fy", "cx", "cy")  # px; what CameraFrame tel
 UNLIKE = "pictures of {} were taken with another lens or size than cameras.yaml tells"
 GRAVITY = 9.80665  # m/s²
 SHUTTER = ("readout_time", "line_delay", "time_of", "first_row")  # of cameras.yaml, if a shutter rolls
+OPENVINS = ("pinhole", "radtan"), ("pinhole", "equidistant")  # the lenses that it has; it takes any other for radtan
 MODELS = {"radtan": "radial-tangential", "equidistant": "equidistant"}  # EuRoC's names by Kalibr's
 
 
@@ -129,36 +130,45 @@ def write_calibration(folder: Path, cameras: Sequence[LoggedCamera], unit: Logge
     if not known:
         return
     late = 0.5 / rate if rate > 0.0 else 0.0
-    chain = _chain(known, None if unit is None else unit.pose, late)
+    numbered = dict(enumerate(known))
+    chain = _chain(numbered, None if unit is None else unit.pose, late)
     folder.mkdir(parents=True, exist_ok=True)
     _write(folder / "camchain.yaml", chain)
     if unit is None:
         return
-    _write_openvins(folder / "openvins", chain, unit, rate)
+    if lenses := {number: camera for number, camera in numbered.items() if _lens(camera) in OPENVINS}:
+        _write_openvins(folder / "openvins", _chain(lenses, unit.pose, late), unit, rate)
     # VINS-Fusion takes one camera, or two of one size, and refuses any other number.
-    usable = [(number, camera) for number, camera in enumerate(known) if _camodocal(camera)]
+    usable = [(number, camera) for number, camera in numbered.items() if _camodocal(camera)]
     alike = [pair for pair in pairwise(usable) if pair[0][1].model["resolution"] == pair[1][1].model["resolution"]]
     if usable:
         _write_vins(folder / "vins", dict(alike[0] if alike else usable[:1]), unit, late, len(known))
 
 
-def _chain(cameras: Sequence[LoggedCamera], imu: Array | None, late: float) -> dict[str, Any]:
+def _lens(camera: LoggedCamera) -> tuple[str, str]:
+    return camera.model["camera_model"], camera.model["distortion_model"]
+
+
+def _chain(cameras: Mapping[int, LoggedCamera], imu: Array | None, late: float) -> dict[str, Any]:
+    """Of cameras by their number in the data set."""
     chain: dict[str, Any] = {}
-    for number, camera in enumerate(cameras):
+    before: LoggedCamera | None = None
+    for place, (number, camera) in enumerate(cameras.items()):
         model = {name: camera.model[name] for name in ("camera_model", "intrinsics", "distortion_model")}
         entry: dict[str, Any] = {
             **model,
             "distortion_coeffs": camera.model["distortion_coeffs"],
             "resolution": camera.model["resolution"],
             "rostopic": f"/cam{number}/image_raw",
-            "cam_overlaps": [other for other in range(len(cameras)) if other != number],
+            "cam_overlaps": [other for other in range(len(cameras)) if other != place],
             **_extras(camera),
         }
         if imu is not None:
             entry |= {"T_cam_imu": (np.linalg.inv(camera.pose) @ imu).tolist(), "timeshift_cam_imu": late}
-        if number:
-            entry["T_cn_cnm1"] = (np.linalg.inv(camera.pose) @ cameras[number - 1].pose).tolist()
-        chain[f"cam{number}"] = entry
+        if before is not None:
+            entry["T_cn_cnm1"] = (np.linalg.inv(camera.pose) @ before.pose).tolist()
+        chain[f"cam{place}"] = entry
+        before = camera
     return chain
 
 
@@ -225,8 +235,19 @@ def _camodocal(camera: LoggedCamera) -> dict[str, Any]:
     """A camera as VINS-Fusion's library describes it; empty if it has no such model."""
     width, height = camera.model["resolution"]
     size = {"camera_name": "camera", "image_width": width, "image_height": height}
-    kind = camera.model["camera_model"], camera.model["distortion_model"]
-    if kind not in (("pinhole", "radtan"), ("pinhole", "equidistant")):
+    kind = _lens(camera)
+    if kind == ("omni", "radtan"):
+        xi, fx, fy, cx, cy = camera.model["intrinsics"]
+        return {
+            "model_type": "MEI",
+            **size,
+            "mirror_parameters": {"xi": xi},
+            "distortion_parameters": dict(
+                zip(("k1", "k2", "p1", "p2"), camera.model["distortion_coeffs"], strict=True)
+            ),
+            "projection_parameters": {"gamma1": fx, "gamma2": fy, "u0": cx, "v0": cy},
+        }
+    if kind not in OPENVINS:
         return {}
     fx, fy, cx, cy = camera.model["intrinsics"]
     a, b, c, d = camera.model["distortion_coeffs"]

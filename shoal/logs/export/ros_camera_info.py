@@ -21,6 +21,7 @@ CAMERA_INFO = RosType(
     },
 )
 MODELS = {"radtan": "plumb_bob", "equidistant": "equidistant"}  # of image_geometry, by Kalibr's names
+PINHOLES = {5: "plumb_bob", 8: "rational_polynomial"}  # by the coefficients that OpenCV has
 PARALLEL = 1e-4  # rad, m, by which a pair may be off
 FLU = np.diag([1.0, -1.0, -1.0])  # from forward, right, down to forward, left, up
 BILLION = 1_000_000_000
@@ -36,6 +37,7 @@ def stereo_baseline(camera: LoggedCamera, cameras: Iterable[LoggedCamera]) -> fl
         apart = np.linalg.inv(other.pose) @ camera.pose
         if (
             all(camera.model.get(name) == other.model.get(name) for name in ("resolution", "intrinsics"))
+            and _opencv_matrix(camera) == _opencv_matrix(other)
             and np.abs(apart[:3, :3] - np.eye(3)).max() < PARALLEL
             and apart[0, 3] > PARALLEL
             and np.abs(apart[1:3, 3]).max() < PARALLEL * max(1.0, apart[0, 3])
@@ -47,14 +49,16 @@ def stereo_baseline(camera: LoggedCamera, cameras: Iterable[LoggedCamera]) -> fl
 def camera_info(time: int, frame: str, camera: LoggedCamera, baseline: float = 0.0) -> bytes:
     """A CAMERA_INFO, time in ns, of a camera `baseline` m to the right of its left one; empty without a ROS model."""
     model = camera.model
-    name = MODELS.get(model.get("distortion_model", ""))
-    if name is None or model["camera_model"] != "pinhole":
-        return b""
-    fx, fy, cx, cy = model["intrinsics"]
-    d = [*model["distortion_coeffs"], *([0.0] if name == "plumb_bob" else [])]
-    if name == "plumb_bob" and "fit_rms_px" in model and "opencv" in model:  # Kalibr lacks k3, ROS does not
+    if _is_beyond_kalibr(camera):
         (fx, _, cx), (_, fy, cy), _ = model["opencv"]["K"]
         d = list(model["opencv"]["D"])
+        name = PINHOLES.get(len(d))
+    else:
+        name = MODELS.get(model.get("distortion_model", "")) if model.get("camera_model") == "pinhole" else None
+        fx, fy, cx, cy = model["intrinsics"] if name else (0.0, 0.0, 0.0, 0.0)
+        d = [*model["distortion_coeffs"], *([0.0] if name == "plumb_bob" else [])] if name else []
+    if name is None:
+        return b""
     k = [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]
     p = [fx, 0.0, cx, -fx * baseline, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]
     width, height = model["resolution"]
@@ -69,9 +73,21 @@ def camera_info(time: int, frame: str, camera: LoggedCamera, baseline: float = 0
 def missing_info_reason(camera: LoggedCamera) -> str:
     """Why a camera has no CAMERA_INFO."""
     model = camera.model
+    if _is_beyond_kalibr(camera):
+        return f"ROS has no lens of {len(model['opencv']['D'])} coefficients"
     if "intrinsics" not in model:
         return str(model.get("not_in_kalibr", "it has no intrinsics"))
     return f"ROS has no model {model['camera_model']} with {model.get('distortion_model', 'no distortion')}"
+
+
+def _is_beyond_kalibr(camera: LoggedCamera) -> bool:
+    """Whether a pinhole camera has a lens that Kalibr lacks, and OpenCV has: k3, or a rational one."""
+    fitted = "fit_rms_px" in camera.model or "not_in_kalibr" in camera.model
+    return fitted and camera.model.get("opencv", {}).get("model") == "pinhole"
+
+
+def _opencv_matrix(camera: LoggedCamera) -> object:
+    return camera.model.get("opencv", {}).get("K")
 
 
 def encode_camera_transform(time: int, vehicle: str, frame: str, camera: LoggedCamera) -> bytes:

@@ -113,7 +113,7 @@ def describe_camera(optics: CameraModel, mount: Pose, readout: float = 0.0) -> d
     try:
         found |= optics.to_kalibr()
     except ValueError as error:
-        found["not_in_kalibr"] = str(error)
+        found |= {"not_in_kalibr": str(error), "resolution": [optics.width, optics.height]}
     try:
         found["opencv"] = _opencv(optics)
     except ValueError as error:
@@ -126,5 +126,5 @@ def _opencv(optics: CameraModel) -> dict[str, Any]:
     if isinstance(optics, FisheyeModel) and optics.lens.kannala_brandt_coefficients is None:
         optics, rms["fit_rms_px"] = optics.fit_kannala_brandt()
     found = optics.to_opencv()
-    rms |= {name: found[name] for name in ("max_angle",) if name in found}
+    rms |= {name: found[name] for name in ("max_angle", "xi") if name in found}
     return {"model": found["model"], "K": found["K"].tolist(), "D": found["D"].tolist(), **rms}

@@ -16,9 +16,9 @@ class MountedCameraTask(ImageSaverTask):
     calibration: str = param(
         "",
         "",
-        "A calibration file, of Kalibr, OpenCV, ROS, EuRoC, WoodScape, VINS-Fusion, ORB-SLAM3 or AirSim, or the "
-        "cameras.yaml of a log. A relative "
-        "path counts from the profile, or, if there is no such file, from the working folder. A log has its content.",
+        "A calibration file, of Kalibr, OpenCV, ROS, EuRoC, WoodScape, VINS-Fusion, ORB-SLAM3, DepthAI, mrcal or "
+        "AirSim, or the cameras.yaml of a log. A relative path counts from the profile, or, if there is no such file, "
+        "from the working folder. A log has its content.",
         editable=False,
     )
     calibration_camera: str = param(

@@ -27,6 +27,45 @@ WOODSCAPE = {
         **{"k1": 339.749, "k2": -31.988, "k3": 48.275, "k4": -7.201},
     }
 }
+OAK_LEFT = {
+    "cameraType": 0,
+    "width": 640,
+    "height": 400,
+    "intrinsicMatrix": [[400.0, 0.0, 322.0], [0.0, 401.0, 198.0], [0.0, 0.0, 1.0]],
+    "distortionCoeff": [1.9, 1.1, 2e-4, -1e-4, 0.05, 2.3, 1.7, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+}
+CHAIN = {
+    "cam0": {
+        "camera_model": "omni",
+        "intrinsics": [2.04, 1002.5, 1005.4, 637.6, 358.8],
+        "distortion_model": "radtan",
+        "distortion_coeffs": [-0.11, 0.45, -3e-4, -3e-4],
+        "resolution": [1280, 720],
+    },
+    "cam1": {"camera_model": "eucm", "intrinsics": [0.6, 1.1, 200.0, 201.0, 255.5, 250.0], "resolution": [512, 512]},
+    "cam2": {
+        "camera_model": "pinhole",
+        "intrinsics": [400.0, 400.0, 320.0, 240.0],
+        "distortion_model": "fov",
+        "distortion_coeffs": [0.93],
+        "resolution": [640, 480],
+    },
+}
+STEREOGRAPHIC = """
+# a comment of mrcal
+{
+    'lensmodel':  'LENSMODEL_STEREOGRAPHIC',
+    'intrinsics': [ 250, 250, 319.5, 239.5,],
+    'extrinsics': [ 0, 0, 0, 0, 0, 0,],
+    'imagersize': [ 640, 480,],
+}
+"""
+CALIBRATIONS = {
+    "camera.json": WOODSCAPE,
+    "oak.json": {"boardName": "OAK-D", "cameraData": [[1, OAK_LEFT]]},
+    "chain.yaml": CHAIN,
+    "a.cameramodel": STEREOGRAPHIC,
+}
 CAMERAS = {
     "down": {},
     "ahead": {"mount_orientation": [0.0, -20.0, 0.0]},
@@ -35,6 +74,11 @@ CAMERAS = {
     "behind a pane": {"housing": "Flat Port", "port_distance": 0.05, "field_of_view": 120.0},
     "in a dome": {"housing": "Dome", "dome_offset": 0.02, "distortion": [-0.28, 0.07]},
     "woodscape": {"calibration": "camera.json"},
+    "OAK-D": {"calibration": "oak.json", "calibration_camera": "left"},
+    "omni": {"calibration": "chain.yaml", "calibration_camera": "cam0"},
+    "eucm": {"calibration": "chain.yaml", "calibration_camera": "cam1"},
+    "fov": {"calibration": "chain.yaml", "calibration_camera": "cam2"},
+    "mrcal": {"calibration": "a.cameramodel"},
 }
 GLIDERS = ((2.0, 0.4), (3.5, -0.8), (0.4, 1.5))
 
@@ -53,7 +97,8 @@ def yellow(image):
 def test_gliders_are_where_the_frame_says_that_they_are(name, tmp_path, monkeypatch):
     """By the model, the mount and the pose in the frame, without any knowledge of the renderer."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "camera.json").write_text(json.dumps(WOODSCAPE))
+    for file, content in CALIBRATIONS.items():
+        (tmp_path / file).write_text(content if isinstance(content, str) else json.dumps(content))
     run = simulate(
         Camera,
         feed=states(phi=0.1, theta=-0.05, psi=0.4),

@@ -9,11 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from world.optics import (
+    ArctangentModel,
     CalibrationError,
     DoubleSphereModel,
+    ExtendedUnifiedModel,
     FisheyeModel,
     Lens,
+    OmnidirectionalModel,
     PinholeModel,
+    RationalModel,
+    fit_radtan,
     kannala_brandt_lens,
     preset_lens,
 )
@@ -32,6 +37,14 @@ CAMERAS = {
     ),
     "double sphere": DoubleSphereModel(512, 512, 156.5, 156.5, 254.0, 257.0, -0.1977, 0.5768),
     "near pinhole": DoubleSphereModel(640, 480, 400.0, 400.0, 320.0, 240.0, 0.1, 0.2),
+    "rational": RationalModel(*VGA, 1.9, 1.1, 2e-4, -1e-4, 0.05, 2.3, 1.7, 0.3),
+    "prism": RationalModel(*VGA, 0.1, -0.05, 1e-3, -2e-3, 0.02, 0.05, 0.01, 0.0, 1e-3, -5e-4, 2e-3, 3e-4),
+    "tilted": RationalModel(*VGA, 0.1, -0.05, 1e-3, 0.0, 0.02, 0.05, tau_x=0.02, tau_y=-0.03),
+    "omni": OmnidirectionalModel(1280, 720, 1002.5, 1005.4, 638.1, 359.3, 2.04, -0.11, 0.45, -3e-4, -3e-4),
+    "mei": OmnidirectionalModel(*VGA, 0.8, -0.02, 0.01, 1e-3, -2e-3),
+    "eucm": ExtendedUnifiedModel(512, 512, 156.5, 157.5, 254.0, 257.0, 0.6, 1.1),
+    "stereographic": ExtendedUnifiedModel(512, 512, 120.0, 120.0, 256.0, 256.0),
+    "fov": ArctangentModel(*VGA, 0.93),
 }
 angles = st.floats(0.0, 1.0), st.floats(0.0, 2.0 * math.pi)
 
@@ -49,7 +62,9 @@ def widest(camera):
     """An angle off the axis (rad) up to which the model is good."""
     if isinstance(camera, FisheyeModel):
         return 0.99 * camera.lens.edge_angle
-    return 1.5 if isinstance(camera, DoubleSphereModel) else 0.75
+    if isinstance(camera, DoubleSphereModel | OmnidirectionalModel | ExtendedUnifiedModel):
+        return 1.5
+    return 1.3 if isinstance(camera, ArctangentModel) else 0.75
 
 
 @pytest.mark.parametrize("name", CAMERAS)
@@ -104,7 +119,7 @@ def test_what_is_behind_or_beside_the_picture_is_not_seen(camera):
     assert not camera.project(beside)[1]
 
 
-@pytest.mark.parametrize("name", ["pinhole", "euroc", "thick", "tumvi"])
+@pytest.mark.parametrize("name", ["pinhole", "euroc", "thick", "tumvi", "rational", "prism", "tilted"])
 def test_opencv_sees_the_same_half_a_pixel_off(name):
     camera = CAMERAS[name]
     rng = np.random.default_rng(1)
@@ -154,7 +169,7 @@ def test_kalibr_gets_the_models_that_it_has():
 
 
 def test_a_lens_with_k3_is_fitted_for_kalibr():
-    near, rms = CAMERAS["thick"].fit_without_k3()
+    near, rms = fit_radtan(CAMERAS["thick"])
     said = CAMERAS["thick"].to_kalibr()
     assert (said["distortion_model"], said["fit_rms_px"]) == ("radtan", rms)
     assert rms < 0.3

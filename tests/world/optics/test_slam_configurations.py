@@ -79,7 +79,7 @@ def test_a_pinhole_of_orb_slam_in_both_spellings(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (VINS.replace("PINHOLE", "MEI"), "model_type MEI is not supported; PINHOLE and KANNALA_BRANDT are"),
+        (VINS.replace("PINHOLE", "SCARAMUZZA"), "SCARAMUZZA is not supported; PINHOLE, KANNALA_BRANDT and MEI are"),
         (VINS.replace("   fx: 461.1\n", ""), "projection_parameters.fx is missing"),
         (VINS.replace("461.1", "wide"), "projection_parameters.fx is no number: 'wide'"),
         (ORB.replace("KannalaBrandt8", "Equirect"), "Camera.type Equirect is not supported"),

@@ -9,15 +9,35 @@ import pytest
 import yaml
 
 from shoal.logs.export.camera_calibration import LoggedImu, euroc_sensor, read_photo_cameras, write_calibration
-from shoal.logs.export.ros_camera_info import camera_info, stereo_baseline
+from shoal.logs.export.ros_camera_info import camera_info, missing_info_reason, stereo_baseline
 from support.pose import Pose
 from tasks.vision.cameras.camera_metadata import write_cameras
-from world.optics import FlatPort, PinholeModel, put_behind_port, read_calibration
+from world.optics import (
+    ArctangentModel,
+    DoubleSphereModel,
+    ExtendedUnifiedModel,
+    FlatPort,
+    OmnidirectionalModel,
+    PinholeModel,
+    RationalModel,
+    put_behind_port,
+    read_calibration,
+)
 from world.rendering import Exposure
 from world.sensors import IMU_PARTS
 
 PLAIN = PinholeModel(64, 48, 50.0, 50.0, 32.0, 24.0)
 THICK = PinholeModel(640, 480, 500.0, 500.0, 320.0, 240.0, -0.2, 0.05, 1e-4, -1e-4, 0.01)
+VGA = 640, 480, 400.0, 401.0, 322.5, 238.5
+LENSES = {
+    "Rational": RationalModel(*VGA, 1.9, 1.1, 2e-4, -1e-4, 0.05, 2.0, 1.2, 0.1),
+    "Steep": RationalModel(*VGA[:2], 240.0, 240.0, 322.5, 238.5, 1.9, 1.1, 2e-4, -1e-4, 0.05, 4.0, 3.0, 0.3),
+    "Prism": RationalModel(*VGA, 0.1, -0.05, 1e-3, -2e-3, 0.02, 0.05, 0.01, 0.0, 1e-3, -5e-4, 2e-3, 3e-4),
+    "Omni": OmnidirectionalModel(*VGA, 2.04, -0.11, 0.45, -3e-4, -3e-4),
+    "Eucm": ExtendedUnifiedModel(*VGA, 0.6, 1.1),
+    "Fov": ArctangentModel(*VGA, 0.93),
+    "Spheres": DoubleSphereModel(*VGA, -0.2, 0.58),
+}
 IMU = LoggedImu(IMU_PARTS["MPU-6000"], np.eye(4))
 
 
@@ -99,3 +119,41 @@ def test_files_say_that_a_shutter_rolls(described, tmp_path):
 def test_a_camera_without_intrinsics_says_why(described):
     _, cameras = described(Port=(put_behind_port(PLAIN, FlatPort()), Pose()))
     assert "no port" in euroc_sensor(cameras["Port"])["no_intrinsics"]
+
+
+@pytest.mark.parametrize("name", LENSES)
+def test_a_log_keeps_every_lens(described, name):
+    """Also those that Kalibr or OpenCV lacks, or has only a fit for."""
+    folder, _ = described(**{name: (LENSES[name], Pose())})
+    assert read_calibration(folder / "cameras.yaml", name) == LENSES[name]
+
+
+def test_a_rational_lens_is_fitted_for_kalibr_or_its_absence_explained(described):
+    _, cameras = described(**{name: (LENSES[name], Pose()) for name in ("Rational", "Steep")})
+    assert cameras["Rational"].model["fit_rms_px"] < 0.5
+    assert "intrinsics" not in cameras["Steep"].model
+    assert "Kalibr has no rational lens, and the nearest radtan is" in euroc_sensor(cameras["Steep"])["no_intrinsics"]
+
+
+def test_ros_gets_the_rational_lens_itself_and_no_lens_that_it_lacks(described):
+    _, cameras = described(**{name: (LENSES[name], Pose()) for name in LENSES})
+    for name in ("Rational", "Steep"):
+        info = camera_info(0, "x", cameras[name])
+        assert b"rational_polynomial" in info
+        assert struct.pack("<8d", *LENSES[name].coefficients) in info
+    for name in ("Prism", "Omni", "Eucm", "Fov", "Spheres"):
+        assert camera_info(0, "x", cameras[name]) == b""
+        assert missing_info_reason(cameras[name]).startswith("ROS has no ")
+
+
+def test_openvins_and_vins_fusion_get_only_lenses_that_they_have(described, tmp_path):
+    """OpenVINS takes a lens that it does not know for radtan."""
+    _, cameras = described(Omni=(LENSES["Omni"], Pose()), Eucm=(LENSES["Eucm"], Pose()), Plain=(PLAIN, Pose(y=0.1)))
+    write_calibration(tmp_path / "out", list(cameras.values()), IMU, 100.0)
+    assert set(yaml.safe_load((tmp_path / "out/camchain.yaml").read_text())) == {"cam0", "cam1", "cam2"}
+    text = (tmp_path / "out/openvins/kalibr_imucam_chain.yaml").read_text().removeprefix("%YAML:1.0")
+    (only,) = yaml.safe_load(text).values()
+    assert (only["camera_model"], only["rostopic"]) == ("pinhole", "/cam2/image_raw")
+    assert "T_cn_cnm1" not in only
+    assert read_calibration(tmp_path / "out/vins/cam0.yaml") == LENSES["Omni"]
+    assert sorted(file.name for file in (tmp_path / "out/vins").iterdir()) == ["cam0.yaml", "vins.yaml"]
