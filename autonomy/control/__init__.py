@@ -1,6 +1,8 @@
 """Control laws: what a vehicle's state and reference make of its actuators."""
 
 from autonomy.control.attitude_controller import AttitudeController, AttitudeGains, AttitudeReference
+from autonomy.control.blind_descent import DESCENT as BLIND_DESCENT
+from autonomy.control.blind_descent import BlindDescent
 from autonomy.control.bottom_depth_filter import BottomEstimator
 from autonomy.control.depth_controller import DepthController, DepthGains
 from autonomy.control.differential_thrust import allocate_thrust, forces_to_actuations
@@ -8,13 +10,9 @@ from autonomy.control.echo_classifier import EchoClass, classify_echo
 from autonomy.control.enabled_loops import EnabledLoops
 from autonomy.control.fin_allocation import Fins, allocate_fins, fin_torques
 from autonomy.control.heading_controller import HORIZONTAL, HeadingController
+from autonomy.control.landing_reasons import LandingReasons
 from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, rotor_actuation, tilt_and_thrust
-from autonomy.control.multirotor_velocity_controller import (
-    BLIND_DESCENT,
-    MultirotorCommand,
-    MultirotorController,
-    MultirotorGains,
-)
+from autonomy.control.multirotor_velocity_controller import MultirotorCommand, MultirotorController, MultirotorGains
 from autonomy.control.pid import PID, PIDGains
 from autonomy.control.powered_ascent import AscentMonitor, ascent_fins, blind_ascent_fins
 from autonomy.control.remote_actions_reader import AXES, BUTTONS, RemoteActionsReader, format_actions_request
@@ -34,6 +32,7 @@ __all__ = [
     "AttitudeController",
     "AttitudeGains",
     "AttitudeReference",
+    "BlindDescent",
     "BottomEstimator",
     "DepthController",
     "DepthGains",
@@ -41,6 +40,7 @@ __all__ = [
     "EnabledLoops",
     "Fins",
     "HeadingController",
+    "LandingReasons",
     "MultirotorCommand",
     "MultirotorController",
     "MultirotorGains",

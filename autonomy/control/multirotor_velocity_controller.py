@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import imc
+from autonomy.control.blind_descent import DESCENT
 from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, tilt_and_thrust
 from autonomy.control.pid import PID, PIDGains
 from support.number_parsing import clamp_magnitude
@@ -14,7 +15,9 @@ LEVEL, FOLLOWS, LEARNING = 0.5, 0.25, 2.5  # m/s, m/s, s: when (vz, its error) a
 LIGHTEST, HEAVIEST = 0.5 * GRAVITY, 1.8 * GRAVITY  # m/s², what can be the weight
 MASS_CHANGE, CHANGE_TIME, CHANGE_LEARNING = 0.15, 0.2, 0.1  # share of the force that a lost load changes; s; s
 SAME_WEIGHT = 0.2 * GRAVITY  # m/s², how far integral and accelerometer may differ
-BLIND_THRUST, BLIND_DESCENT, BLIND_GAIN = 0.98, 1.5, 1.0  # share of the weight, m/s, 1/s: a blind descent
+BLIND_THRUST, BLIND_GAIN = 0.98, 1.0  # share of the weight, 1/s: a blind descent
+HARDEST_BRAKE = 0.6 * GRAVITY  # of one that falls
+FENCE_THRUST = 0.8  # share of the weight, above the limit of altitude: less than a vehicle that lost a load needs
 SPEED_GAINS = PIDGains(4.0, 2.0, 0.0, integral_limit=6.0, limit=0.7 * GRAVITY)  # of one whose speed is measured
 REACTION = 0.3  # s before a vehicle brakes
 
@@ -140,6 +143,7 @@ class MultirotorController:
         One that differs from gravity is not that of a vehicle on the ground.
         """
         if force is None:
+            self._changed = 0.0
             return
         expected = self._thrust * GRAVITY / self.weight
         moves = abs(force - GRAVITY) > MASS_CHANGE * GRAVITY
@@ -149,17 +153,23 @@ class MultirotorController:
             weight = self.weight + share * (GRAVITY * self._thrust / force - self.weight)
             self.weight = self._by_force = min(HEAVIEST, max(LIGHTEST, weight))
 
-    def descend_blind(self, dt: float, falling: float | None = None) -> MultirotorCommand:
+    def descend_blind(
+        self, dt: float, falling: float | None = None, *, powered: bool = True, above_fence: bool = False
+    ) -> MultirotorCommand:
         """The command for a level descent without a state, `dt` s after the last.
 
         `falling` is the measured speed downward (m/s); without it, that is what thrust and weight make of the last one.
+        Rotors that are not `powered` let it fall, and nothing makes it climb `above_fence`.
         """
         if falling is not None:
             self.falling = falling
-            share = 1.0 - self._blind.step(dt, BLIND_DESCENT - falling) / GRAVITY
+            if not powered:
+                self._blind.reset()
+            share = 1.0 - self._blind.step(dt, DESCENT - falling) / GRAVITY
         else:
-            brake = clamp_magnitude(BLIND_GAIN * (BLIND_DESCENT - self.falling), self.gains.acceleration)
-            self.falling += dt * brake
+            slower = BLIND_GAIN * (DESCENT - self.falling)
+            brake = max(-HARDEST_BRAKE, min(self.gains.acceleration, slower))
+            self.falling += dt * (brake if powered else GRAVITY)
             share = BLIND_THRUST - brake / GRAVITY
-        self._thrust = share * self.weight
+        self._thrust = (min(share, FENCE_THRUST) if above_fence else share) * self.weight
         return MultirotorCommand(0.0, 0.0, 0.0, self._thrust)

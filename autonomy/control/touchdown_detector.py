@@ -2,8 +2,11 @@
 
 import math
 
+from autonomy.control.multirotor_tilt_and_thrust import GRAVITY
+
 DESCENDS = 0.05  # m/s; a slower descent is none
 STILL, UNLOADED, RESTS = 0.3, 0.75, 1.0  # share of the descent, share of the weight, s: what counts as a touchdown
+IDLE, SUPPORT, LEVEL, WAIT = 0.6, 0.15, 1.0, 1.5  # share of the weight, of gravity, m, s: see `lies`
 SPEED_NOISE, FASTEST = 0.05, 0.25  # m/s; what is slower stands, what is faster does not
 
 
@@ -15,7 +18,8 @@ class TouchdownDetector:
 
     def reset(self) -> None:
         """Start over."""
-        self._unloaded = math.inf
+        self._unloaded = self._idle = math.inf
+        self._level: float | None = None
 
     def update(self, now: float, descent: float, vz: float, share: float) -> bool:
         """Whether it stands at a time (s).
@@ -26,3 +30,19 @@ class TouchdownDetector:
         rests = descent > DESCENDS and still and share < UNLOADED
         self._unloaded = min(self._unloaded, now) if rests else math.inf
         return now - self._unloaded >= RESTS
+
+    def lies(self, now: float, share: float, height: float | None, force: float | None) -> bool:
+        """Whether something else carries it: rotors that carry a smaller `share` of the weight would let it fall.
+
+        Then the `height` (m) stays for a while, and the specific `force` (m/s²) upward is that of gravity. None is what
+        is not measured; one of both is needed.
+        """
+        known = height is not None or force is not None
+        carried = force is None or abs(force - GRAVITY) < SUPPORT * GRAVITY
+        if not (share < IDLE and known and carried):
+            self._idle = math.inf
+            return False
+        moved = height is not None and self._level is not None and abs(height - self._level) > LEVEL
+        if moved or not self._idle < math.inf:
+            self._idle, self._level = now, height
+        return now - self._idle >= WAIT

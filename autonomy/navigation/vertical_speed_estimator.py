@@ -6,6 +6,8 @@ from autonomy.navigation.barometric_height import BarometricHeight
 from autonomy.navigation.fault_detection import GateDecision, JumpGate, StuckDetector
 from autonomy.navigation.inertial_filter import InertialFilter
 from autonomy.navigation.sample_mean import SampleMean
+from autonomy.navigation.sensor_latency import BarometerLagCheck, ThrustResponseCheck
+from support.rotations import Vector
 
 GRAVITY = 9.80665
 PRESSURE_NOISE, GPS_NOISE = 0.15, 3.0  # m
@@ -25,6 +27,9 @@ LARGEST_JUMP = 30.0  # m; a barometer that has jumped farther is not used until 
 SPEED_APART, HEIGHT_APART = 2.0, 15.0  # m/s, m: an estimate that differs by more
 APART = 0.5  # s, for so long, is wrong
 FIXES, LARGEST_STEP = 5, 15.0  # heights by GPS in a row that agree make a jump one of their reference; m
+SUPPORT = 0.5  # m/s², how far the force that the ground makes on a vehicle at rest differs from gravity
+LARGEST_BIAS, REST_SHARE = 0.3, 0.02  # m/s²; per step at rest
+WITNESS_SHARE, WITNESS_REFERENCE_SHARE = 0.3, 0.02  # per fix, of the means that judge the barometer
 
 
 class VerticalSpeedEstimator:
@@ -37,13 +42,18 @@ class VerticalSpeedEstimator:
     def __init__(self) -> None:
         self._pressure = BarometricHeight(PRESSURE_NOISE)
         self._force, self._repetitions = SampleMean(), StuckDetector()
+        self._response, self._lag = ThrustResponseCheck(), BarometerLagCheck()
         self._fix: float | None = None
+        self._rest_bias, self._weighs = 0.0, True  # whether the accelerometer has shown gravity at rest
         self._ground: float | None = None
         self._start(0.0)
 
     def _start(self, height: float) -> None:
         self._filter = InertialFilter(1, ACCELERATION_NOISE, BIAS_WALK, INITIAL_VARIANCES)
         self._filter.position[0] = -height
+        self._response.reset()
+        self._lag.start(height, self._rest_bias)
+        self._heard, self._witness_reference, self._off_by_gps = -math.inf, math.nan, 0.0
         self._gate = JumpGate(JUMPS, AGREEMENT)
         self._steps, self._reference = JumpGate(FIXES, LARGEST_STEP), math.nan
         self._pressed, self._useless = -math.inf, False
@@ -52,7 +62,7 @@ class VerticalSpeedEstimator:
         self._usual_bias = 0.0  # m/s², the mean of the filter's, which is noisy
         self._apart = 0.0
         self._odd = 0
-        self._is_unknown = False
+        self._is_unknown = self._known = False
 
     def resume(self) -> None:
         """Take the next pressure as it is: it is unknown how far the vehicle has climbed since."""
@@ -75,48 +85,94 @@ class VerticalSpeedEstimator:
 
     def rest(self, height: float = 0.0) -> None:
         """The vehicle rests, at a height (m)."""
-        self._force.update()
+        if self._force.update():
+            bias = self._force.value[2] + GRAVITY
+            self._weighs = abs(bias) < LARGEST_BIAS
+            self._rest_bias += REST_SHARE * (bias - self._rest_bias) if self._weighs else 0.0
         mean = self._pressure.mean
         if mean.update():
             level = mean.value[0] - height
             self._ground = level if self._ground is None else self._ground + 0.1 * (level - self._ground)
         self._start(height)
 
-    def advance(self, now: float, dt: float, expected: float, lift: float) -> None:
+    def advance(self, now: float, dt: float, expected: float, mast: Vector) -> None:
         """Advance by `dt` (s) to a time (s).
 
-        `expected` is the specific force (m/s²) along the mast by the commanded thrust, `lift` the cosine of the
-        commanded tilt.
+        `expected` is the specific force (m/s²) along the mast by the commanded thrust, `mast` the share of each body
+        axis that points down at the commanded tilt.
         """
         self._force.update()
+        x, y, z = self._force.value
+        carried = self._response.made < GRAVITY and abs(z + GRAVITY) < SUPPORT  # by the ground, perhaps
+        compared = now - self._force.last <= FORCE_FRESH and not carried
+        self._response.update(now, dt, expected, -z if compared else None)
         force = self.measured_force(now, expected)
         self._odd = 0 if force is not None else self._odd + 1
         if force is None and self._odd <= IMPACT and now - self._force.last <= FORCE_FRESH:
-            force = self._filter.bias[0] - self._force.value[2]
-        measured = expected if force is None else force - self._filter.bias[0]
-        self._filter.predict(dt, (GRAVITY - lift * measured,), THRUST_NOISE if force is None else None)
+            force = self._filter.bias[0] - z
+        measured = self._response.made if force is None else force - self._filter.bias[0]
+        across = 0.0 if force is None else mast[0] * x + mast[1] * y
+        self._filter.predict(dt, (GRAVITY + across - mast[2] * measured,), THRUST_NOISE if force is None else None)
+        if force is None or not self._weighs:
+            self._lag.resume(self._filter.position[0], self._filter.velocity[0], self._usual_bias)
+        else:
+            self._lag.advance(dt, GRAVITY + across + mast[2] * z)
+        slow = self._lag.filter
         self._since += dt
+        fix, self._fix = self._fix, None
+        if fix is not None:
+            self._hear_gps(now, fix)
         if self._pressure.mean.update() and not self._useless:
-            self._correct(now, self._pressure.mean.value[0])
-        if self.knows_height(now):
+            self._correct(now, dt, self._pressure.mean.value[0])
+        known, self._known = self._known, self.knows_height(now)
+        if known and not self._known and force is not None:  # late or noisy pressures may have led the other one astray
+            self._filter.position[0], self._filter.velocity[0] = slow.position[0], slow.velocity[0]
+        if self._known:
             self._usual_bias += min(1.0, dt / BIAS_MEMORY) * (self._filter.bias[0] - self._usual_bias)
         elif force is not None:
             self._filter.bias[0] = self._usual_bias
-        fix, self._fix = self._fix, None
         if fix is not None:
             self._correct_by_gps(now, fix, needed=force is None or self._since > BY_FORCE_ALONE)
 
     def measured_force(self, now: float, expected: float) -> float | None:
         """The specific force (m/s²) along the mast, without the bias by which speed and barometer contradict it.
 
-        None if it is unknown or cannot be that of an `expected` one.
+        None if it is unknown, late or cannot be that of an `expected` one.
         """
         force = self._filter.bias[0] - self._force.value[2]
         least, most = PLAUSIBLE_FORCES
         plausible = now - self._force.last <= FORCE_FRESH and least * expected <= force <= most * expected
-        return force if plausible else None
+        return force if plausible and not self._response.lags else None
 
-    def _correct(self, now: float, level: float) -> None:
+    def load_force(self, now: float, expected: float) -> float | None:
+        """The measured force (m/s²) if only another load explains it, and the `expected` one if the thrust does."""
+        force = self.measured_force(now, expected)
+        return expected if force is not None and self._response.explains(now, force) else force
+
+    def fresh_force(self, now: float) -> float | None:
+        """The specific force (m/s²) along the mast as measured; None if it is old or late."""
+        fresh = now - self._force.last <= FORCE_FRESH and not self._response.lags
+        return -self._force.value[2] if fresh else None
+
+    @property
+    def fault(self) -> str:
+        """Which sensor shows what was some time before, for people; empty if none does."""
+        if self._response.lags:
+            return "acceleration does not follow the thrust"
+        return "pressure does not follow the acceleration" if self._lag.contradicts else ""
+
+    def _hear_gps(self, now: float, height: float) -> None:
+        """Keep means by which a height (m) from GPS judges the barometer."""
+        above = height + self._lag.filter.position[0]
+        if now - self._heard > FRESH or not abs(above - self._witness_reference) <= LARGEST_STEP:
+            self._witness_reference, self._off_by_gps = above, 0.0
+        off = self._witness_reference - above
+        if self._known:
+            self._witness_reference -= WITNESS_REFERENCE_SHARE * off
+        self._off_by_gps += WITNESS_SHARE * (off - self._off_by_gps)
+        self._heard = now
+
+    def _correct(self, now: float, dt: float, level: float) -> None:
         state, variance = self._filter, PRESSURE_NOISE**2
         if self._ground is None:
             self._ground = level + state.position[0]
@@ -124,6 +180,7 @@ class VerticalSpeedEstimator:
         if self._is_unknown:
             self._is_unknown = False
             state.reset((down,), variance)
+            self._lag.resume(down, state.velocity[0], self._usual_bias)
         off = down - state.position[0]
         limit = JUMP + SIGMAS * math.sqrt(variance + state.variances[0])
         verdict = self._gate.evaluate(not abs(off) <= limit, off)
@@ -132,6 +189,14 @@ class VerticalSpeedEstimator:
         if verdict is GateDecision.RESET:
             self._ground -= off
             down, self._useless = state.position[0], abs(off) > LARGEST_JUMP
+        slow = self._lag.filter
+        by_gps = slow.position[0] + self._off_by_gps if now - self._heard <= FRESH else None
+        self._lag.correct(dt, down, by_gps)
+        if self._lag.contradicts:
+            self._useless, self._pressed = True, -math.inf
+            state.position[0], state.velocity[0] = slow.position[0], slow.velocity[0]
+            self._usual_bias = state.bias[0] = slow.bias[0]
+            return
         self._pressed, self._since = now, 0.0
         state.correct((down,), variance)
 
@@ -158,6 +223,15 @@ class VerticalSpeedEstimator:
         """Whether barometer, GPS or, for a minute, accelerometer measures the speed."""
         by_force = now - self._force.last <= FORCE_FRESH and self._since <= BY_FORCE_ALONE
         return by_force or now - max(self._pressed, self._fixed) <= FRESH
+
+    def measured_height(self, now: float) -> float | None:
+        """Height (m) above the ground where it rested, None if the barometer does not measure it."""
+        return self.height if self.knows_height(now) else None
+
+    def highest(self, now: float) -> float:
+        """The largest height (m) that barometer, accelerometer or GPS shows; 0 if none does."""
+        by_gps = -self._off_by_gps - self._lag.filter.position[0] if now - self._heard <= FRESH else 0.0
+        return max(by_gps, self.height if self.knows_speed(now) else 0.0)
 
     def contradicts(self, now: float, dt: float, height: float, speed: float) -> bool:
         """Whether an estimate of height (m) and speed downward (m/s) has been far off for long.

@@ -8,7 +8,9 @@ import imc
 from autonomy.control import (
     BLIND_DESCENT,
     GRAVITY,
+    BlindDescent,
     EnabledLoops,
+    LandingReasons,
     MultirotorCommand,
     MultirotorController,
     MultirotorGains,
@@ -20,17 +22,14 @@ from autonomy.limits import OperatingLimits
 from autonomy.navigation import VerticalSpeedEstimator
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
-from support.rotations import Vector
+from support.rotations import Vector, rotation
 
 Loops = imc.CLoopsMask
-Mode = imc.VehicleState.OpMode
-UNCOMMANDED = (Mode.SERVICE, Mode.ERROR, Mode.BOOT)
 LONGEST_STEP = 1.0  # s
 UNKNOWN_MOTION = 0.5  # s in which the process stood still, after which the height starts anew
 ALOFT = 2.0  # m; above this altitude at the start of the task, the vehicle is flying
 RISES = 0.05  # m/s; a faster climb must be commanded to leave the ground
-BLIND_STEP, BLIND_MARGIN, RECOVERY = 0.1, 30.0, 3.0  # s
-BLIND_MEMORY = 120.0  # s; what fails again so soon is not trusted again
+BLIND_STEP = 0.1  # s
 
 
 class FlightPhase(Enum):
@@ -56,6 +55,7 @@ class Autopilot(Task):
 
     ahrs: str = param("AHRS", "", "Entity of acceleration.", name="Entity Label - AHRS")
     barometer: str = param("Barometer", "", "Entity of pressure.", name="Entity Label - Barometer")
+    batteries: str = param("Batteries", "", "Entity of the rotors' voltage.", name="Entity Label - Batteries")
 
     velocity_gains: list[float] = param([1.8, 0.5, 0.0], "1/s", "P, I, D.", name="Velocity PID Gains", size=3)
     vertical_gains: list[float] = param([3.0, 1.5, 0.0], "1/s", "P, I, D.", name="Vertical PID Gains", size=3)
@@ -109,27 +109,25 @@ class Autopilot(Task):
     def start(self) -> None:
         self._loops = EnabledLoops(Loops.VELOCITY)
         self._touchdown, self._vertical = TouchdownDetector(), VerticalSpeedEstimator()
-        self._advanced, self._tilt = self.now, 1.0
+        self._advanced = self.now
+        self._mast: Vector = (0.0, 0.0, 1.0)
         self._phase, self._begun = FlightPhase.GROUND, False
         self._state: imc.EstimatedState | None = None
         self._stated = self._resumed = self._referred = -math.inf
         self._reference: Vector = (0.0, 0.0, 0.0)
         self._heading: float | None = None
         self._landing = ""
-        self._blinded, self._stays_blind, self._highest = -math.inf, False, 0.0
-        self._mode: int = Mode.BOOT
-        self._erred = False
-        self._fuel = math.inf
-        self._idle = self.now
+        self._blind = BlindDescent()
+        self._powered, self._reasons = True, LandingReasons()
         self._rest()
-        self._publish_status()
+        self.publish_status()
 
     @consume
     def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if self._loops.receive(loops):
             self._heading, self._referred = None, self.now if self._loops.mask else -math.inf
             if self._loops.mask:
-                self._landing, self._erred = "", False
+                self._landing, self._reasons.erred = "", False
 
     @consume
     def set_desired_velocity(self, velocity: imc.DesiredVelocity) -> None:
@@ -150,8 +148,7 @@ class Autopilot(Task):
 
     @consume
     def on_vehicle_state(self, vehicle: imc.VehicleState) -> None:
-        self._mode = vehicle.op_mode
-        self._erred = self._erred or vehicle.op_mode == Mode.ERROR
+        self._reasons.receive_mode(vehicle.op_mode)
 
     @consume
     def on_operational_limits(self, limits: imc.OperationalLimits) -> None:
@@ -161,7 +158,7 @@ class Autopilot(Task):
 
     @consume
     def record_fuel_level(self, fuel: imc.FuelLevel) -> None:
-        self._fuel = fuel.value
+        self._reasons.fuel = fuel.value
 
     @consume
     def on_acceleration(self, force: imc.Acceleration) -> None:
@@ -172,6 +169,11 @@ class Autopilot(Task):
     def on_pressure(self, pressure: imc.Pressure) -> None:
         if self._is_from(pressure, self.barometer):
             self._vertical.receive_pressure(self.now, pressure.value)
+
+    @consume
+    def on_voltage(self, voltage: imc.Voltage) -> None:
+        if self._is_from(voltage, self.batteries):
+            self._powered = not voltage.value <= 0.0
 
     @consume
     def on_gps_fix(self, fix: imc.GpsFix) -> None:
@@ -196,48 +198,50 @@ class Autopilot(Task):
             self._resumed = self.now
         self._advance()
         contradicted = self._vertical.contradicts(self.now, min(dt, LONGEST_STEP), state.alt, state.vz)
-        if contradicted and self._phase is not FlightPhase.GROUND:
+        contradiction = "EstimatedState contradicts barometer and accelerometer" if contradicted else ""
+        if (why := self._vertical.fault or contradiction) and self._phase is not FlightPhase.GROUND:
             self._resumed = self.now
-            self._descend(state, "EstimatedState contradicts barometer and accelerometer")
-        if self._phase is FlightPhase.BLIND and (self._stays_blind or self.now - self._resumed < RECOVERY):
-            self._highest = max(self._highest, state.alt)
+            self._descend(state, why)
+        if self._phase is FlightPhase.BLIND and not self._blind.trusts(self.now, self._resumed):
+            self._blind.note_altitude(state.alt)
             return  # estimates that come and go would make it climb and fall
         if not self._begun and state.alt > ALOFT:
             self.log.warning("started in the air")
             self._enter(FlightPhase.HOVER, state)
         self._begun = True
         if self._phase is FlightPhase.GROUND:
-            if self._follows and self._reference[2] < -RISES and self._fuel > self.landing_fuel_level:
+            if self._follows and self._reference[2] < -RISES and self._reasons.fuel > self.landing_fuel_level:
                 self._landing = ""
                 self._enter(FlightPhase.FOLLOW, state)
                 self._fly(state, 0.0)
         else:
-            self._choose(state)
+            self._choose(state, min(dt, LONGEST_STEP))
             self._fly(state, dt if 0.0 < dt <= LONGEST_STEP else 0.0)
 
     @periodic(1.0 / BLIND_STEP)
     def descend_without_state(self, periods: int) -> None:
         """Descend level if EstimatedState is missing."""
         missing = self.age(self._stated) > self.state_timeout
-        if (
-            self._phase is FlightPhase.GROUND
-            or self._state is None
-            or not (missing or self._phase is FlightPhase.BLIND)
-        ):
+        state, phase = self._state, self._phase
+        if state is None or phase is FlightPhase.GROUND or not (missing or phase is FlightPhase.BLIND):
             return
-        self._descend(self._state, "EstimatedState is missing")
+        self._descend(state, "EstimatedState is missing")
         self._advance()
-        falling = self._vertical.speed if self._vertical.knows_speed(self.now) else None
-        longest = 2.0  # times that of the descent
+        vertical = self._vertical
+        falling = vertical.speed if vertical.knows_speed(self.now) else None
         if falling is not None:
-            self._highest, longest = max(self._highest, self._vertical.height), 6.0  # a touchdown is detected
-        if self.now - self._entered > BLIND_MARGIN + longest * self._highest / BLIND_DESCENT:
-            self._enter(FlightPhase.GROUND, self._state)
-            return
-        command = self._law.descend_blind(periods * BLIND_STEP, falling)
+            self._blind.note_altitude(vertical.height)
+        above = vertical.highest(self.now) > self._ceiling
+        step = periods * BLIND_STEP
+        command = self._law.descend_blind(step, falling, powered=self._powered, above_fence=above)
         self._command(command)
-        if falling is not None and self._stands(BLIND_DESCENT, falling, command.thrust):
-            self._enter(FlightPhase.GROUND, self._state)
+        if falling is None:
+            self._blind.note_fall(step, self._law.falling)
+        share, touchdown, now = command.thrust / self._law.weight, self._touchdown, self.now
+        stands = falling is not None and touchdown.update(now, BLIND_DESCENT, falling, share)
+        lies = touchdown.lies(now, share, vertical.measured_height(now), vertical.fresh_force(now))
+        if stands or lies or self._blind.has_landed(now, measured=falling is not None):
+            self._enter(FlightPhase.GROUND, state)
 
     def _descend(self, state: imc.EstimatedState, reason: str) -> None:
         """Begin to descend without a state."""
@@ -245,10 +249,6 @@ class Autopilot(Task):
             self.log.error(f"{reason}: descending level")
             self._enter(FlightPhase.BLIND, state)
             self.set_entity_state(State.ERROR, f"{reason}: descending level")
-
-    @periodic(1.0)
-    def publish_status(self) -> None:
-        self._publish_status()
 
     def _is_from(self, message: imc.Message, label: str) -> bool:
         return not label or self.vehicle.entities.label(message.src, message.src_ent) == label
@@ -260,32 +260,25 @@ class Autopilot(Task):
             self._vertical.rest(self._state.alt if self._state is not None else 0.0)
         else:
             dt = min(elapsed, LONGEST_STEP)
-            self._vertical.advance(self.now, dt, self._expected_force, self._tilt)
-            self._law.update_load(dt, self._vertical.measured_force(self.now, self._expected_force))
+            self._vertical.advance(self.now, dt, self._expected_force, self._mast)
+            if self._powered:
+                self._law.update_load(dt, self._vertical.load_force(self.now, self._expected_force))
 
     @property
     def _expected_force(self) -> float:
         """Specific force (m/s²) along the mast by the commanded thrust."""
-        return self._thrust * GRAVITY / self._law.weight
-
-    def _stands(self, descent: float, vz: float, thrust: float) -> bool:
-        return self._touchdown.update(self.now, descent, vz, thrust / self._law.weight)
+        return 0.0 if not self._powered else self._thrust * GRAVITY / self._law.weight
 
     @property
     def _follows(self) -> bool:
         return bool(self._loops.mask) and self.age(self._referred) <= self.reference_timeout
 
-    def _choose(self, state: imc.EstimatedState) -> None:
+    def _choose(self, state: imc.EstimatedState, dt: float) -> None:
         """Choose the phase in the air."""
-        if self._fuel < self.landing_fuel_level:
-            self._land("the battery is low")
-        elif self._phase is not FlightPhase.HOVER or self._loops.mask or self._mode not in UNCOMMANDED:
-            self._idle = self.now
-        elif self._erred:
-            if 0.0 < self.error_timeout < self.age(self._idle):
-                self._land("the vehicle is in error" if self._mode == Mode.ERROR else "no maneuver after an error")
-        elif 0.0 < self.idle_timeout < self.age(self._idle):
-            self._land("no maneuver")
+        hovers = self._phase is FlightPhase.HOVER and not self._loops.mask
+        timeouts = self.idle_timeout, self.error_timeout
+        if reason := self._reasons.find(dt, self.landing_fuel_level, timeouts, hovers=hovers):
+            self._land(reason)
         phase = FlightPhase.LAND if self._landing else FlightPhase.FOLLOW if self._follows else FlightPhase.HOVER
         if phase is not self._phase:
             self._enter(phase, state)
@@ -304,21 +297,22 @@ class Autopilot(Task):
             self._rest()
         self._hold = self._law.stopping_point(state)
         self._kept = state.psi
-        self._phase, self._entered = phase, self.now
+        self._phase = phase
         if phase is FlightPhase.GROUND:
-            self._landing, self._blinded = "", -math.inf
+            self._landing = ""
+            self._blind.forget()
             self.publish(imc.SetThrusterActuation(id=0, value=0.0))
             self.set_entity_state(State.NORMAL, "on the ground")
         elif phase is FlightPhase.BLIND:
-            self._law.falling, self._highest = state.vz, max(0.0, state.alt)
-            self._stays_blind, self._blinded = self.now - self._blinded < BLIND_MEMORY, self.now
-        self._publish_status()
+            self._law.falling = state.vz
+            self._touchdown.reset()
+            self._blind.begin(self.now, state.alt)
+        self.publish_status()
 
     def _rest(self) -> None:
         self._law.reset()
         self._touchdown.reset()
         self._share, self._thrust = 0.0, GRAVITY
-        self._entered = self.now
         self._hold: Vector = (0.0, 0.0, 0.0)
         self._kept = 0.0
 
@@ -334,18 +328,19 @@ class Autopilot(Task):
         wanted = law.below_fence(wanted, self._ceiling - max(state.alt, measured))
         command = law.step(state, wanted, heading, dt, self._vertical.measured_force(self.now, self._expected_force))
         self._command(command)
-        if self._stands(law.velocity[2], state.vz, command.thrust):
+        if self._touchdown.update(self.now, law.velocity[2], state.vz, command.thrust / law.weight):
             self._enter(FlightPhase.GROUND, state)
 
     def _command(self, command: MultirotorCommand) -> None:
         self._share = rotor_actuation(command.thrust, self.hover_actuation)
-        self._thrust, self._tilt = command.thrust, math.cos(command.roll) * math.cos(command.pitch)
+        self._thrust, self._mast = command.thrust, rotation(command.roll, command.pitch, 0.0)[2]
         self.publish(imc.DesiredRoll(value=command.roll))
         self.publish(imc.DesiredPitch(value=command.pitch))
         self.publish(imc.DesiredHeadingRate(value=command.heading_rate))
         self.publish(imc.SetThrusterActuation(id=0, value=self._share))
 
-    def _publish_status(self) -> None:
+    @periodic(1.0)
+    def publish_status(self) -> None:
         rests, states = self._phase is FlightPhase.GROUND, imc.ArmingState.State
         self.publish(imc.ArmingState(state=states.DISARMED if rests else states.ARMED))
         self.publish(imc.AutopilotMode(autonomy=imc.AutopilotMode.Autonomy.AUTO, mode=self._phase.value))

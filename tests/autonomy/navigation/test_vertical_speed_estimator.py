@@ -9,6 +9,7 @@ from autonomy.navigation import VerticalSpeedEstimator
 
 GRAVITY = 9.80665
 STEP = 0.05  # s
+UPRIGHT = 0.0, 0.0, 1.0
 
 
 def pressure(height):
@@ -33,7 +34,7 @@ def flown(seconds=20.0, climb=2.0, *, force=lambda f: f, height=lambda h, t: h, 
         if rests:
             estimator.rest()
         else:
-            estimator.advance(now, STEP, GRAVITY + a, 1.0)
+            estimator.advance(now, STEP, GRAVITY + a, UPRIGHT)
     return estimator, now, h, -v
 
 
@@ -99,7 +100,7 @@ def test_what_is_not_a_number_changes_nothing():
     estimator.receive_force(0.0, 0.0, 0.0, math.nan)
     estimator.receive_pressure(0.0, math.nan)
     estimator.receive_gps_height(math.nan)
-    estimator.advance(2.0, 2.0, GRAVITY, 1.0)
+    estimator.advance(2.0, 2.0, GRAVITY, UPRIGHT)
     assert (estimator.height, estimator.speed) == (0.0, 0.0)
     assert not estimator.knows_speed(2.0)
 

@@ -1,0 +1,43 @@
+"""How long a multirotor descends without a state, and when it uses one again."""
+
+import math
+
+DESCENT = 1.5  # m/s
+MARGIN, RECOVERY = 30.0, 3.0  # s
+MEMORY = 120.0  # s; what fails again so soon is not trusted again
+FALL_MARGIN = 5.0  # m
+UNMEASURED, MEASURED = 2.0, 6.0  # times the time of the descent; where speed is measured, a touchdown is detected
+
+
+class BlindDescent:
+    """Knows how high the vehicle may be. The second descent within two minutes is `final`: it ends on the ground."""
+
+    def __init__(self) -> None:
+        self.forget()
+
+    def forget(self) -> None:
+        """The vehicle rests on the ground."""
+        self._begun, self._highest, self._fallen, self.final = -math.inf, 0.0, 0.0, False
+
+    def begin(self, now: float, altitude: float) -> None:
+        """Begin at a time (s) and an altitude (m)."""
+        self.final, self._begun = now - self._begun < MEMORY, now
+        self._highest, self._fallen = max(0.0, altitude), 0.0
+
+    def note_altitude(self, altitude: float) -> None:
+        """The vehicle may be at an altitude (m)."""
+        self._highest = max(self._highest, altitude)
+
+    def note_fall(self, dt: float, speed: float) -> None:
+        """It has fallen for `dt` s with a speed (m/s) that nothing measures."""
+        self._fallen += dt * max(0.0, speed - DESCENT)
+
+    def trusts(self, now: float, resumed: float) -> bool:
+        """Whether a state that is there again since a time (s) can be used."""
+        return not self.final and now - resumed >= RECOVERY
+
+    def has_landed(self, now: float, *, measured: bool) -> bool:
+        """Whether the vehicle is on the ground after so long a time or fall; `measured` if its vertical speed is."""
+        if self._fallen > self._highest + FALL_MARGIN:
+            return True
+        return now - self._begun > MARGIN + (MEASURED if measured else UNMEASURED) * self._highest / DESCENT

@@ -1,0 +1,130 @@
+"""Whether accelerometer and barometer of a multirotor show its motion at once, or late, held or drifting."""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+
+from autonomy.navigation.inertial_filter import InertialFilter
+
+GRAVITY = 9.80665
+MEMORY = 2.0  # s, of forces that are compared
+WASHOUT = 1.5  # s; slower changes, as of the load, are not compared
+ROTOR_LAG = 0.08  # s, of the thrust behind its command
+LONGEST, COARSENESS = 4.5, 0.3  # s: latencies that are tried, and their steps
+STIRRED = 0.25  # m²/s³, squared changes of the force in MEMORY from which it can be judged
+EXPLAINED = 0.5  # share of the squared differences that the best latency leaves of those without latency
+FOLLOWS = 0.35  # share of the squared changes of the thrust that a force which follows leaves
+EXPLAINED_FOR, WITHIN = 2.0, 0.15  # s, and the share by which a force may differ from a thrust in this time
+
+ACCELERATION_NOISE, BIAS_WALK = 0.002, 5e-4  # m/s²/√Hz, m/s³/√Hz: corrects by the barometer within some seconds
+AT_REST, IN_THE_AIR = (0.02, 1e-4, 4e-4), (0.02, 0.09, 1e-3)  # variances: m², (m/s)², (m/s²)²
+BAROMETER_NOISE = 0.15  # m
+APART, APART_FOR = 1.0, 0.3  # m, s: a barometer that differs by more, for so long, contradicts the accelerometer
+
+
+class ThrustResponseCheck:
+    """Compares the specific force along the mast (m/s²) with the one that the commanded thrust makes.
+
+    `lags` if forces of some time before explain the measured one better than those of now, until it follows again. A
+    load that changes only scales the force, which is not compared.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Start over: the vehicle rests."""
+        self.lags = False
+        self._made: float | None = None
+        self._usual = self._usual_force = 0.0
+        self._history: deque[tuple[float, float, float]] = deque()  # time, thrust, change of the thrust
+        self._off = [0.0] * (1 + int(LONGEST / COARSENESS))
+        self._stirred = 0.0
+
+    def update(self, now: float, dt: float, expected: float, force: float | None) -> None:
+        """A force `dt` s after the last at a time (s), None if it is unknown, and the one that is `expected`."""
+        if self._made is None:
+            self._made = self._usual = expected
+            self._usual_force = expected if force is None else force
+        self._made += (expected - self._made) * -math.expm1(-dt / ROTOR_LAG)
+        share = min(1.0, dt / WASHOUT)
+        self._usual += share * (self._made - self._usual)
+        change = self._made - self._usual
+        history = self._history
+        history.append((now, self._made, change))
+        while now - history[0][0] > LONGEST + COARSENESS:
+            history.popleft()
+        if force is None:
+            self._usual_force += share * (self._made - self._usual_force)
+            return
+        self._usual_force += share * (force - self._usual_force)
+        measured, keep = force - self._usual_force, max(0.0, 1.0 - dt / MEMORY)
+        self._stirred = keep * self._stirred + dt * change * change
+        for i, before in enumerate(self._changes(now)):
+            self._off[i] = keep * self._off[i] + dt * (measured - before) ** 2
+        at_once, late = self._off[0], min(self._off[2:])
+        if self.lags:
+            self.lags = not (self._stirred > STIRRED and at_once < FOLLOWS * self._stirred)
+        elif at_once > STIRRED:
+            self.lags = late < EXPLAINED * at_once
+
+    def _changes(self, now: float) -> Sequence[float]:
+        """The change of the thrust at each latency; of the oldest, where there is none."""
+        found, items = [0.0] * len(self._off), iter(reversed(self._history))
+        item = next(items)
+        for i in range(len(found)):
+            while item[0] > now - i * COARSENESS and (older := next(items, None)) is not None:
+                item = older
+            found[i] = item[2]
+        return found
+
+    @property
+    def made(self) -> float:
+        """The specific force (m/s²) that the thrust makes now, some time behind its command."""
+        return GRAVITY if self._made is None else self._made
+
+    def explains(self, now: float, force: float) -> bool:
+        """Whether a thrust of the last seconds makes such a force, so that the load may be as before."""
+        made = [thrust for time, thrust, _ in self._history if now - time <= EXPLAINED_FOR]
+        return bool(made) and min(made) * (1.0 - WITHIN) <= force <= max(made) * (1.0 + WITHIN)
+
+
+class BarometerLagCheck:
+    """Height and vertical speed by the accelerometer, corrected slowly: a barometer that is late or drifts differs.
+
+    `filter` has m and m/s downward. `contradicts` if the barometer differs, and heights by GPS do not side with it.
+    """
+
+    def __init__(self) -> None:
+        self.start(0.0)
+
+    def start(self, height: float, bias: float = 0.0) -> None:
+        """Start at rest, at a height (m) and with a bias of the accelerometer (m/s²)."""
+        self._begin(-height, 0.0, bias, AT_REST)
+        self.contradicts = False
+
+    def _begin(self, down: float, speed: float, bias: float, variances: tuple[float, float, float]) -> None:
+        self.filter = InertialFilter(1, ACCELERATION_NOISE, BIAS_WALK, variances)
+        self.filter.position[0], self.filter.velocity[0], self.filter.bias[0] = down, speed, bias
+        self._apart = 0.0
+
+    def resume(self, down: float, speed: float, bias: float) -> None:
+        """Continue from m and m/s downward, and a bias of the accelerometer (m/s²)."""
+        self._begin(down, speed, bias, IN_THE_AIR)
+
+    def advance(self, dt: float, acceleration: float) -> None:
+        """Advance by `dt` s with an acceleration downward (m/s²)."""
+        self.filter.predict(dt, (acceleration,))
+
+    def correct(self, dt: float, down: float, down_by_gps: float | None) -> None:
+        """Compare with a barometric position (m downward), `dt` s after the last, and with one by GPS if known."""
+        off = down - self.filter.position[0]
+        self._apart = self._apart + dt if abs(off) > APART else 0.0
+        if 0.0 < self._apart <= APART_FOR:
+            return
+        if self._apart > APART_FOR:
+            by_gps = None if down_by_gps is None else down_by_gps - self.filter.position[0]
+            if by_gps is None or abs(by_gps) < abs(off - by_gps):
+                self.contradicts = True
+                return
+        self.filter.correct((down,), BAROMETER_NOISE**2)

@@ -1,0 +1,55 @@
+"""Sensors of the profile hexa-00 whose messages come late in the air, alone and with another fault."""
+
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+import imc
+from tests.tasks.mission.lies import AHRS, BAROMETER, Flight, all_of, before, late, lies
+
+pytestmark = pytest.mark.heavy
+
+
+@pytest.fixture(scope="module")
+def fly():
+    """Flies hexa-00 on from FAULT for 200 s or until it has landed, with the same flight before."""
+    state = cache(before)
+    return lambda folder, inject: Flight(state("hexa-00"), folder, inject, 200.0)
+
+
+def lose_load(seconds, kilograms=0.5):
+    """A load is lost some time after FAULT."""
+
+    def inject(vehicle):
+        def lose():
+            craft = vehicle.task("Simulators.UAV").craft
+            craft.airframe = replace(craft.airframe, mass=craft.airframe.mass - kilograms)
+
+        vehicle.kernel.after(seconds, lose)
+
+    return inject
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        *(late(AHRS, seconds) for seconds in (0.7, 1.5, 4.0)),
+        *(late(BAROMETER, seconds) for seconds in (0.7, 1.5, 4.0)),
+        all_of(late(AHRS, 1.5), lose_load(4.0)),
+        all_of(late(BAROMETER, 4.0), lies(AHRS, imc.EulerAngles, ("theta", lambda angle, t: 0.001 * angle))),
+        all_of(late(BAROMETER, 1.5), lies(BAROMETER, imc.Pressure, ("value", lambda value, t: value - 0.05 * t))),
+    ],
+    ids=[
+        *(f"attitude and accelerations {seconds} s late" for seconds in (0.7, 1.5, 4.0)),
+        *(f"barometer {seconds} s late" for seconds in (0.7, 1.5, 4.0)),
+        "attitude late, a load lost",
+        "barometer late, pitch in wrong units",
+        "barometer late and drifting",
+    ],
+)
+def test_a_multirotor_whose_sensors_come_late_lands_softly(fault, fly, tmp_path):
+    flight = fly(tmp_path, fault)
+    assert -min(flight.depths) < 25.0
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+    assert flight.touchdown <= 2.5
