@@ -228,25 +228,46 @@ class Wrong(Fault):
         return lie
 
 
+def send(vehicle: "object", message: imc.Message) -> None:
+    """Deliver a message as if a console sent it."""
+    packet = imc.encode_with_header(message, vehicle.kernel.now_ns * 1e-9, CCU, 1, vehicle.system, 0xFF)
+    vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
+
+
+def fly_mission(flight: Flight, inject: "Callable[[object], None]") -> None:
+    """Fly a mission until it had the time to come home; `inject` schedules its faults and observers on the vehicle."""
+    mission = flight.mission
+    with tempfile.TemporaryDirectory() as folder:
+        places = {"log_root": Path(folder), "state_folder": Path(folder)}
+        vehicle = prepare(mission.profile, overrides=mission.overrides, seed=flight.seed, **places).vehicle
+        vehicle.keep_going = True
+        judge = Judge(flight, vehicle, read_world(vehicle.profile.value).seabed)
+        inject(vehicle)
+        start = imc.PlanControl(plan_id=mission.plan.plan_id, arg=mission.plan, request_id=1)
+        vehicle.start()
+        vehicle.kernel.after(READY, send, vehicle, start)
+        try:
+            vehicle.run(READY + max(at for at, _, _ in mission.faults) + HOME)
+            if judge.grace > 0.0:
+                vehicle.run(judge.grace)
+        except Exception as error:
+            flight.violations.append(f"the run ended: {error!r}")
+        finally:
+            vehicle.close()
+        judge.finish()
+
+
 def fly(seed: int) -> Flight:
     """Fly the mission of a seed."""
     flight = Flight(seed, draw(seed))
-    mission = flight.mission
-    with tempfile.TemporaryDirectory() as folder:
-        made = prepare(
-            mission.profile, overrides=mission.overrides, seed=seed, log_root=Path(folder), state_folder=Path(folder)
-        )
-        vehicle = made.vehicle
-        vehicle.keep_going = True
-        judge = Judge(flight, vehicle, read_world(vehicle.profile.value).seabed)
 
-        def say(message: imc.Message) -> None:
-            packet = imc.encode_with_header(message, vehicle.kernel.now_ns * 1e-9, CCU, 1, vehicle.system, 0xFF)
-            vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
+    def inject(vehicle: "object") -> None:
+        names = {task.name for task in vehicle.tasks}
+        faults = FaultInjector(vehicle)
 
         def happen(kind: str, name: str) -> None:
             if kind == "abort":
-                say(imc.Abort())
+                send(vehicle, imc.Abort())
             elif kind == "flat":
                 if "Simulators.Battery" in names:
                     vehicle.task("Simulators.Battery").discharge_to(0.0)
@@ -256,23 +277,11 @@ def fly(seed: int) -> Flight:
                 for fault in BREAKS[kind]:
                     faults.begin(name, fault)
 
-        names = {task.name for task in vehicle.tasks}
-        faults = FaultInjector(vehicle)
-        start = imc.PlanControl(plan_id=mission.plan.plan_id, arg=mission.plan, request_id=1)
-        vehicle.start()
-        vehicle.kernel.after(READY, say, start)
-        for at, kind, name in mission.faults:
+        for at, kind, name in flight.mission.faults:
             if name in names:
                 vehicle.kernel.after(READY + at, happen, kind, name)
-        try:
-            vehicle.run(READY + mission.faults[-1][0] + HOME)
-            if judge.grace > 0.0:
-                vehicle.run(judge.grace)
-        except Exception as error:
-            flight.violations.append(f"the run ended: {error!r}")
-        finally:
-            vehicle.close()
-        judge.finish()
+
+    fly_mission(flight, inject)
     return flight
 
 
@@ -299,26 +308,28 @@ def describe(flight: Flight) -> str:
     return f"seed {flight.seed}, {mission.profile}: {result}\n  {legs}\n  {faults}\n  {extra}"
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--missions", type=int, default=300)
+def fly_all(fly: Callable[[int], Flight], text: str, missions: int) -> int:
+    """Fly missions as the command line says, print those that failed and how many; 1 if there is one."""
+    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--missions", type=int, default=missions)
     parser.add_argument("--seed", type=int, default=1, help="of the first mission")
     parser.add_argument("--processes", type=int, default=multiprocessing.cpu_count())
     options = parser.parse_args()
-    began, outcomes, failed = time.monotonic(), Counter[str](), 0
+    began, outcomes, flown = time.monotonic(), Counter[str](), Counter[str]()
     seeds = range(options.seed, options.seed + options.missions)
     with multiprocessing.get_context("spawn").Pool(options.processes) as pool:
         for flight in pool.imap(fly, seeds):
             outcomes[flight.outcome if not flight.violations else "failed"] += 1
+            flown[flight.mission.profile] += 1
             if flight.violations or options.missions == 1:
                 print(describe(flight), flush=True)
-                failed += bool(flight.violations)
             if options.missions == 1:
                 print(*flight.log, sep="\n")
-    print(f"{platform.machine()}, Python {platform.python_version()}, {time.monotonic() - began:.0f} s")
+    failed = outcomes["failed"]
+    print(f"{platform.machine()}, Python {platform.python_version()}, {time.monotonic() - began:.0f} s, {dict(flown)}")
     print(f"{options.missions} missions from seed {options.seed}, {failed} failed: {dict(outcomes)}")
     return 1 if failed else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(fly_all(fly, str(__doc__), 300))

@@ -5,25 +5,19 @@ each failure with its seed, and exits with 1 if there is one. Beside the criteri
 touchdown of a multirotor faster than 2.5 m/s. Missions with jammed fins may end on the bottom.
 """
 
-import argparse
 import math
 import random
 import re
 import sys
-import tempfile
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import ClassVar
 
 import campaign
-from campaign import AUV, CCU, HOME, READY, Flight, Judge, describe
+from campaign import AUV, READY, Flight, fly_all, fly_mission
 
 import imc
 from runtime.fault_injection import Biased, Fault, FaultInjector, PublishInterceptor
-from shoal.missions import prepare
-from world import read_world
 
 FENCE, TOUCHDOWN = 120.0, 2.5  # m, m/s
 IMPACT = re.compile(r"touchdown at ([0-9.]+) m/s")  # of Simulators.UAV
@@ -136,53 +130,34 @@ def fly(seed: int) -> Flight:
     mission = flight.mission
     kinds = [kind for kind in KINDS if mission.profile == AUV or kind not in ("weight", "jam")]
     kinds += ["weight"] if mission.profile == "hexa-00" else []
-    with tempfile.TemporaryDirectory() as folder:
-        places = {"log_root": Path(folder), "state_folder": Path(folder)}
-        vehicle = prepare(mission.profile, overrides=mission.overrides, seed=seed, **places).vehicle
-        vehicle.keep_going = True
-        judge = Judge(flight, vehicle, read_world(vehicle.profile.value).seabed)
+    drawn = pick.sample(kinds, 2)
+    highest = 0.0
+
+    def measure(truth: imc.SimulatedState) -> None:
+        nonlocal highest
+        highest = max(highest, -truth.z)
+
+    def inject(vehicle: "object") -> None:
         names = [task.name for task in vehicle.tasks if task.name not in ("Simulators.VSIM", "Simulators.UAV")]
-        craft = vehicle.task("Simulators.UAV" if mission.profile == "hexa-00" else "Simulators.VSIM")
-        injector, jammed = FaultInjector(vehicle), False
+        simulator = vehicle.task("Simulators.UAV" if mission.profile == "hexa-00" else "Simulators.VSIM")
+        injector = FaultInjector(vehicle)
         mission.faults.clear()
-        for kind in pick.sample(kinds, 2):
+        for kind in drawn:
             task, fault = make_fault(pick, kind, names)
             at, lasting = pick.uniform(5.0, 70.0), pick.choice((math.inf, math.inf, 8.0, 30.0, 60.0))
             mission.faults.append((at, f"{kind} {fault}", task))
-            jammed |= kind == "jam"
             if isinstance(fault, Fault):
                 vehicle.kernel.after(READY + at, injector.begin, task, fault, lasting)
             else:
-                vehicle.kernel.after(READY + at, jam if kind == "jam" else load, craft, fault)
-        highest = 0.0
-
-        def measure(truth: imc.SimulatedState) -> None:
-            nonlocal highest
-            highest = max(highest, -truth.z)
-
+                vehicle.kernel.after(READY + at, jam if kind == "jam" else load, simulator, fault)
         vehicle.observe(imc.SimulatedState, measure)
-        start = imc.PlanControl(plan_id=mission.plan.plan_id, arg=mission.plan, request_id=1)
 
-        def say() -> None:
-            packet = imc.encode_with_header(start, vehicle.kernel.now_ns * 1e-9, CCU, 1, vehicle.system, 0xFF)
-            vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
-
-        vehicle.start()
-        vehicle.kernel.after(READY, say)
-        try:
-            vehicle.run(READY + max(at for at, _, _ in mission.faults) + HOME)
-            if judge.grace > 0.0:
-                vehicle.run(judge.grace)
-        except Exception as error:
-            flight.violations.append(f"the run ended: {error!r}")
-        finally:
-            vehicle.close()
-        judge.finish()
-        flight.violations += [f"{highest:.0f} m high"] if highest > FENCE else []
-        impacts = [float(found[1]) for line in flight.log if (found := IMPACT.search(line))]
-        flight.violations += [f"touchdown at {hard:.1f} m/s" for hard in impacts if hard > TOUCHDOWN]
-        if jammed and "below the bottom" in flight.violations:
-            flight.violations.remove("below the bottom")
+    fly_mission(flight, inject)
+    flight.violations += [f"{highest:.0f} m high"] if highest > FENCE else []
+    impacts = [float(found[1]) for line in flight.log if (found := IMPACT.search(line))]
+    flight.violations += [f"touchdown at {hard:.1f} m/s" for hard in impacts if hard > TOUCHDOWN]
+    if "jam" in drawn and "below the bottom" in flight.violations:
+        flight.violations.remove("below the bottom")
     return flight
 
 
@@ -201,23 +176,5 @@ def jam(simulator: "object", angle: float) -> None:
     craft.set_deflection = lambda fin, wanted: deflect(fin, angle if fin in (1, 2) else wanted)
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--missions", type=int, default=500)
-    parser.add_argument("--seed", type=int, default=1, help="of the first mission")
-    options = parser.parse_args()
-    outcomes, failed = Counter[str](), 0
-    for seed in range(options.seed, options.seed + options.missions):
-        flight = fly(seed)
-        outcomes["failed" if flight.violations else flight.outcome] += 1
-        failed += bool(flight.violations)
-        if flight.violations or options.missions == 1:
-            print(describe(flight), flush=True)
-        if options.missions == 1:
-            print(*flight.log, sep="\n")
-    print(f"{options.missions} missions from seed {options.seed}, {failed} failed: {dict(outcomes)}")
-    return 1 if failed else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(fly_all(fly, str(__doc__), 500))
