@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from autonomy.control.fin_allocation import Fins, allocate_fins
 from support.rotations import Vector
 
-RISEN = 0.3  # m above the deepest depth; a vehicle that has risen by this much rises
+RISEN = 0.3  # m above the deepest depth; a vehicle that has risen by this much with its motor rises
+RISES = 0.5  # m in the time that buoyancy has; one that rises more slowly needs its motor
 ABOVE = 0.15  # m; help ends this far above the depth at which it begins
 GENTLE, FULL_DEPTH = 0.25, 0.4  # share of the thrust at the surface, and m below it at which it is all
 NEAR_SURFACE = 1.0  # m; there is no use in going astern
@@ -83,7 +84,7 @@ class AscentMonitor:
     def _wait(self, now: float, depth: float) -> None:
         """Wait for buoyancy; a vehicle that was too heavy gets help as soon as it sinks."""
         self._extreme = max(self._extreme, depth)
-        if depth < self._extreme - RISEN:
+        if depth < self._extreme - RISES:
             self._extreme, self._since = depth, now
         sinks = self.heavy and self._afloat is not None and depth > self.surface
         if (sinks or now - self._since > self.delay) and now >= self._paused:

@@ -239,7 +239,9 @@ class Failsafe(Task):
             ascent.heavy = self._reported = False
         elif self.age(max(self._measured, self._estimated)) < DEPTH_TIMEOUT:
             depth = self._depth if self.age(self._measured) < DEPTH_TIMEOUT else self._estimated_depth
-            ascent.update(now, depth, self.age(self._fixed) < FIX_TIMEOUT and depth < DEEPEST_FIX)
+            fixed = self.age(self._fixed) < FIX_TIMEOUT
+            # Deep, with fixes, and the motor changes nothing: the depth drifts, and the vehicle is at the surface.
+            ascent.update(now, depth, fixed and (depth < DEEPEST_FIX or ascent.failed))
         else:
             ascent.update_without_depth(now, self._depth, self.age(self._measured))
         if ascent.failed and not before:

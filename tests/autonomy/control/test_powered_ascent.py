@@ -42,6 +42,11 @@ def test_a_vehicle_that_does_not_rise_gets_help_until_it_is_at_the_surface_and_a
     assert not watch(lambda t: 0.1, 130.0, monitor, begin=63.0).heavy, "it floats again"
 
 
+def test_a_vehicle_that_rises_by_less_than_half_a_meter_in_that_time_gets_help():
+    assert watch(lambda t: 10.0 - 0.02 * t, 25.0).helping
+    assert not watch(lambda t: 10.0 - 0.03 * t, 25.0).helping
+
+
 def test_help_that_brings_nothing_goes_astern_and_then_pauses():
     monitor = watch(lambda t: 10.0 + 0.1 * t, 47.0)
     assert monitor.failed

@@ -138,6 +138,22 @@ def test_the_weight_is_dropped_if_the_vehicle_does_not_rise(rate, dropped):
     assert [(m.name, m.op) for m in switched] == [("Drop Weight", imc.PowerChannelControl.Op.TURN_ON)] * dropped
 
 
+def test_the_motor_stops_at_the_surface_where_a_depth_drifts_on_that_it_does_not_change():
+    depths = [imc.Depth(timestamp=0.25 * k, value=6.0 + 0.015 * k) for k in range(480)]
+    fixes = every(imc.GpsFix, 1.0, 120.0, type=imc.GpsFix.Type.STANDALONE, validity=imc.GpsFix.Validity.VALID_POS)
+    options = {"seconds": 120.0, "servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "required_messages": []}
+
+    def driven(*feed):
+        run = guarded(*feed, **options)
+        commands = run.of(imc.SetThrusterActuation)
+        return [m.timestamp - run.vehicle.start_time for m in commands if m.value]
+
+    tried = driven(*depths, *fixes)
+    assert 20.0 < tried[0] < 25.0
+    assert tried[-1] < 50.0
+    assert driven(*depths)[-1] > 65.0, "without fixes it tries astern, too"
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [("EstimatedStat", "did you mean 'EstimatedState'"), ("EstimatedState: PAHT", "did you mean 'PATH'")],
