@@ -6,7 +6,7 @@ from autonomy.navigation.barometric_height import BarometricHeight
 from autonomy.navigation.fault_detection import GateDecision, JumpGate, StuckDetector
 from autonomy.navigation.inertial_filter import InertialFilter
 from autonomy.navigation.sample_mean import SampleMean
-from autonomy.navigation.sensor_latency import BarometerLagCheck, ThrustResponseCheck
+from autonomy.navigation.sensor_latency import EXPLAINED_FOR, BarometerLagCheck, ThrustResponseCheck
 from support.rotations import Vector
 
 GRAVITY = 9.80665
@@ -29,6 +29,7 @@ APART = 0.5  # s, for so long, is wrong
 FIXES, LARGEST_STEP = 5, 15.0  # heights by GPS in a row that agree make a jump one of their reference; m
 SUPPORT = 0.5  # m/s², how far the force that the ground makes on a vehicle at rest differs from gravity
 LARGEST_BIAS, REST_SHARE = 0.3, 0.02  # m/s²; per step at rest
+RATE_SHARE, CLIMBS, RATE_APART = 0.1, 5.0, 8.0  # per fix, m/s: a climb by GPS, and a speed that differs from it
 WITNESS_SHARE, WITNESS_REFERENCE_SHARE = 0.3, 0.02  # per fix, of the means that judge the barometer
 
 
@@ -54,6 +55,8 @@ class VerticalSpeedEstimator:
         self._response.reset()
         self._lag.start(height, self._rest_bias)
         self._heard, self._witness_reference, self._off_by_gps = -math.inf, math.nan, 0.0
+        self._unexplained = -math.inf
+        self._fix_before, self._sinks = math.nan, 0.0  # m, m/s downward by GPS
         self._gate = JumpGate(JUMPS, AGREEMENT)
         self._steps, self._reference = JumpGate(FIXES, LARGEST_STEP), math.nan
         self._pressed, self._useless = -math.inf, False
@@ -145,9 +148,13 @@ class VerticalSpeedEstimator:
         return force if plausible and not self._response.lags else None
 
     def load_force(self, now: float, expected: float) -> float | None:
-        """The measured force (m/s²) if only another load explains it, and the `expected` one if the thrust does."""
+        """The measured force (m/s²) if lately only another load explained it, else the `expected` one."""
         force = self.measured_force(now, expected)
-        return expected if force is not None and self._response.explains(now, force) else force
+        if force is None:
+            return None
+        if not self._response.explains(now, force):
+            self._unexplained = now
+        return force if now - self._unexplained <= EXPLAINED_FOR else expected
 
     def fresh_force(self, now: float) -> float | None:
         """The specific force (m/s²) along the mast as measured; None if it is old or late."""
@@ -162,7 +169,12 @@ class VerticalSpeedEstimator:
         return "pressure does not follow the acceleration" if self._lag.contradicts else ""
 
     def _hear_gps(self, now: float, height: float) -> None:
-        """Keep means by which a height (m) from GPS judges the barometer."""
+        """Keep means by which heights (m) from GPS judge the barometer, and the speed where there is none."""
+        sunk, self._fix_before = self._fix_before - height, height
+        if 0.0 < (dt := now - self._heard) <= FRESH and abs(sunk) <= LARGEST_STEP:
+            self._sinks += RATE_SHARE * (sunk / dt - self._sinks)
+            if not self._known and self._sinks < min(-CLIMBS, self._filter.velocity[0] - RATE_APART):
+                self._filter.velocity[0] = self._sinks
         above = height + self._lag.filter.position[0]
         if now - self._heard > FRESH or not abs(above - self._witness_reference) <= LARGEST_STEP:
             self._witness_reference, self._off_by_gps = above, 0.0

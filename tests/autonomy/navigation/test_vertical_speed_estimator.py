@@ -94,6 +94,19 @@ def test_heights_by_gps_are_used_where_there_is_no_barometer():
     assert estimator.speed == pytest.approx(speed, abs=0.7)
 
 
+def test_a_speed_by_force_alone_that_gps_contradicts_is_replaced():
+    estimator, noise, height = VerticalSpeedEstimator(), np.random.default_rng(4), 0.0
+    estimator.rest()
+    for step in range(200):
+        now = STEP * step
+        height += STEP * 12.0 * (step >= 20)  # climbs, while the accelerometer lies for a moment
+        estimator.receive_force(now, 0.0, 0.0, -(1.0 if 20 <= step < 40 else GRAVITY) + 0.01 * noise.standard_normal())
+        if step % 4 == 0:
+            estimator.receive_gps_height(84.0 + height + noise.standard_normal())
+        estimator.advance(now, STEP, 1.0 if 20 <= step < 40 else GRAVITY, UPRIGHT)
+    assert estimator.speed < -4.0
+
+
 def test_what_is_not_a_number_changes_nothing():
     estimator = VerticalSpeedEstimator()
     estimator.rest()
