@@ -2,7 +2,8 @@
 
 `python bench/fault_pairs.py --missions 100 --seed 1` flies missions of `bench/campaign.py` with other faults, prints
 each failure with its seed, and exits with 1 if there is one. Beside the criteria there: none above the fence, and no
-touchdown of a multirotor faster than 2.5 m/s. Missions with jammed fins may end on the bottom.
+touchdown of a multirotor faster than 2.5 m/s. Missions with jammed fins may end on the bottom, and a vehicle with more
+weight than buoyancy may be kept at the surface by its motor.
 """
 
 import math
@@ -21,6 +22,7 @@ from runtime.fault_injection import Biased, Fault, FaultInjector, PublishInterce
 
 FENCE, TOUCHDOWN = 120.0, 2.5  # m, m/s
 IMPACT = re.compile(r"touchdown at ([0-9.]+) m/s")  # of Simulators.UAV
+KEPT_UP = "ascending with motor and fins"  # of Supervisors.Failsafe
 FEET, DEGREES = 3.2808, 57.2958
 # task: message, field, drift per second
 DRIFTS = {
@@ -156,6 +158,10 @@ def fly(seed: int) -> Flight:
     flight.violations += [f"{highest:.0f} m high"] if highest > FENCE else []
     impacts = [float(found[1]) for line in flight.log if (found := IMPACT.search(line))]
     flight.violations += [f"touchdown at {hard:.1f} m/s" for hard in impacts if hard > TOUCHDOWN]
+    drives = "drives without a plan"
+    if drives in flight.violations and "weight" in drawn and any(KEPT_UP in line for line in flight.log):
+        flight.violations.remove(drives)
+        flight.outcome = "kept at the surface by its motor"
     if "jam" in drawn and "below the bottom" in flight.violations:
         flight.violations.remove("below the bottom")
     return flight
