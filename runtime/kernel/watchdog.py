@@ -37,6 +37,7 @@ class Watchdog:
     handler after `BROKEN_AFTER`, so that its task fails like any other; the exception arrives as soon as Python code
     runs. A call into a library that has not returned after `HOPELESS_AFTER` is given up: `on_hopeless` is called with
     a text, from the watchdog's thread. A virtual clock only gets warnings, also if the clock itself stands still.
+    The time in which a handler waits for a processor that others use does not count, nor does that of a halted process.
 
     After `set_stop_deadline(seconds)`, which a signal handler may call, `on_hopeless` is called unless the block ends
     in time. A program that is halted in a debugger is left alone.
@@ -45,7 +46,7 @@ class Watchdog:
     def __init__(self, kernel: Kernel, on_hopeless: Callable[[str], None] | None = None):
         self._kernel = kernel
         self._on_hopeless = on_hopeless
-        self._watched = threading.get_ident()
+        self._watched, self._task = threading.get_ident(), threading.get_native_id()
         self._done = threading.Event()
         self._end: float | None = None
         self.breaks_handlers = False
@@ -71,10 +72,19 @@ class Watchdog:
 
     def _watch(self) -> None:
         kernel, seen, last, armed = self._kernel, (-1, -1), time.monotonic(), 0.0
-        stuck, told, broken, calls = 0.0, False, 0.0, -1
+        stuck, told, broken, calls, queued = 0.0, False, 0.0, -1, _queued_for_processor(self._task)
         while not self._done.wait(PERIOD):
             now, progress, ending = time.monotonic(), (kernel.events, kernel.now_ns), self._end
-            passed, last = min(now - last, LONGEST_SLEEP), now  # else a program that was halted would seem stuck
+            passed, last = now - last, now
+            if passed > HOPELESS_AFTER and armed:
+                logger.warning(
+                    "no thread ran for %.0f s: the process was halted, or a library held the interpreter's lock; "
+                    "if threads are listed above, that is where they were",
+                    passed,
+                )
+            before, queued = queued, _queued_for_processor(self._task)
+            # Else a handler would seem stuck in a program that was halted, or on a computer that others keep busy.
+            passed = max(0.0, min(passed, LONGEST_SLEEP) - (queued - before))
             if ending is not None and now > ending:
                 self._give_up(f"it did not stop in time: {self._place(self._stack())}")
                 return
@@ -112,9 +122,12 @@ class Watchdog:
                 return
 
     def _expect_myself(self) -> None:
-        """Have all threads' places written if this thread does not run: a library may hold the interpreter's lock."""
+        """Have all threads' places written if this thread does not run: a library may hold the interpreter's lock.
+
+        A process that was halted for so long cannot be told from that, so this takes long.
+        """
         with contextlib.suppress(ValueError, OSError, RuntimeError):  # stderr is no file
-            faulthandler.dump_traceback_later(BROKEN_AFTER, file=sys.__stderr__ or sys.stderr)
+            faulthandler.dump_traceback_later(HOPELESS_AFTER, file=sys.__stderr__ or sys.stderr)
 
     def _give_up(self, text: str) -> None:
         if not self._done.is_set() and self._on_hopeless is not None:
@@ -143,6 +156,14 @@ class Watchdog:
         handler = next((f for f in reversed(inside) if not f.f_code.co_filename.startswith(RUNTIME)), None)
         inner = f"in {_line(stack[0])}" if stack else "nowhere"
         return inner if not calls or handler in (None, stack[0]) else f"{inner}, called from {_line(handler)}"
+
+
+def _queued_for_processor(task: int) -> float:
+    """How long a thread has been ready to run without a processor (s); 0 where the system does not count it."""
+    try:
+        return int(Path(f"/proc/self/task/{task}/schedstat").read_text().split()[1]) / 1e9
+    except (OSError, IndexError, ValueError):
+        return 0.0
 
 
 def _line(frame: FrameType) -> str:

@@ -1,5 +1,8 @@
 """What a kernel's watchdog says and does."""
 
+import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -139,3 +142,66 @@ def test_a_keyboard_interrupt_is_the_users():
     with pytest.raises(KeyboardInterrupt):
         kernel.run(SECOND)
     kernel.close()
+
+
+HALTED = """
+import logging, sys, threading
+from runtime.kernel import SECOND, Kernel, WallClock, Watchdog, watchdog
+logging.basicConfig(level=logging.WARNING)
+watchdog.PERIOD, watchdog.NAMED_AFTER, watchdog.BROKEN_AFTER, watchdog.HOPELESS_AFTER = map(float, sys.argv[1:])
+kernel = Kernel(WallClock())
+def tick():
+    kernel.at(kernel.now_ns + SECOND // 100, tick)
+def read():
+    sys.stdin.readline()
+    kernel.post(kernel.stop)
+tick()
+kernel.after(1.5, lambda: print("ready", flush=True))
+threading.Thread(target=read, daemon=True).start()
+with Watchdog(kernel, lambda text: None):
+    kernel.run()
+"""
+
+
+def run_halted(hopeless):
+    """Halt a process for a second; returns what it writes to stderr."""
+    command = [sys.executable, "-c", HALTED, "0.02", "0.5", "0.5", hopeless]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, **pipes) as process:
+        assert process.stdout.readline() == "ready\n"  # armed
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(1.2)
+        process.send_signal(signal.SIGCONT)
+        return process.communicate("end\n", timeout=60.0)[1]
+
+
+@pytest.mark.heavy
+def test_a_process_that_was_halted_blames_no_handler():
+    assert run_halted("30") == ""
+
+
+@pytest.mark.heavy
+def test_after_a_long_halt_the_list_of_threads_is_explained():
+    written = run_halted("0.8")
+    assert "the process was halted, or a library held the interpreter's lock" in written
+    assert "has not returned" not in written
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux counts it")
+def test_the_time_in_which_a_thread_waits_for_a_processor_is_known():
+    end = time.monotonic() + 10.0
+    while not watchdog._queued_for_processor(threading.get_native_id()) and time.monotonic() < end:
+        time.sleep(0.001)
+    assert 0.0 < watchdog._queued_for_processor(threading.get_native_id()) < 3600.0
+
+
+@pytest.mark.heavy
+def test_waiting_for_a_processor_is_not_the_handlers_fault(caplog, monkeypatch):
+    began = time.monotonic()
+    monkeypatch.setattr(watchdog, "_queued_for_processor", lambda task: time.monotonic() - began)
+    kernel = Kernel(WallClock())
+    kernel.soon(time.sleep, 0.8)
+    with Watchdog(kernel):
+        kernel.run(kernel.now_ns + SECOND)
+    kernel.close()
+    assert not caplog.records
