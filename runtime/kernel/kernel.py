@@ -17,6 +17,7 @@ LIVELOCK_EVENTS = 100_000
 LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock, a queue that has not been empty for this long may be a livelock
 POLL_EVENTS = 64  # on a virtual clock, sockets are polled after this many events
 POLL_PERIOD = SECOND // 1000  # on a wall clock, sockets are polled this often even if the queue never empties
+DEEPEST_CHAIN = 64  # calls, each caused by the one before, that are made before timers and sockets have their turn
 LONGEST_MOMENT = SECOND // 5  # of real time; a clock that waits for an empty queue passes on then, as in a flood
 LONG_CALL = SECOND // 1000  # ns, after which the processor time of a call is measured
 FEW_TIMERS = 1000  # fewer timers than this are not searched for cancelled ones
@@ -60,8 +61,8 @@ class Kernel:
         self._busy = 0
         self._idle_at = self.now_ns
         self._emptied = time.monotonic_ns()
-        self._holding = False
         self.stalls = StallRecord()
+        self._stalled = False  # in this turn
         self._gathered = self.now_ns  # since when the calls in the queue are due, at the latest
 
     def set_now(self, time_ns: int) -> None:
@@ -113,7 +114,7 @@ class Kernel:
         """Schedule a timer that is not pending, such as one whose call is being made."""
         now, later = self.now_ns, self._later
         self._arrivals += 1
-        if time_ns <= now and not (self._holding and time_ns < now):
+        if time_ns == now or (time_ns < now and self.virtual):  # else it is overdue, and waits for the next turn
             timer.time = now
             self._due.append((self._fire, (timer,)))
         else:
@@ -125,7 +126,7 @@ class Kernel:
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
         time_ns = self.now_ns + round(seconds * SECOND)
         timer = Timer(time_ns, function, args)
-        timer.is_timeout = True
+        timer.stalled = self.stalls.total
         self.schedule_timer(timer, time_ns)
         return timer
 
@@ -169,7 +170,7 @@ class Kernel:
 
         A virtual run also ends when nothing is left to do. Raises what `on_error` raises, and LivelockError.
         """
-        self._stopping = self._holding = False
+        self._stopping = False
         self._emptied = time.monotonic_ns()
         self.set_now(max(self.now_ns, self.clock.read()))
         self._gathered = self.now_ns
@@ -179,7 +180,7 @@ class Kernel:
             if self.virtual:
                 self._run_moment()
             else:
-                self._make_calls(len(self._due))
+                self._run_turn()
                 if self._busy > self.livelock_events and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
                     self._look_for_livelock()
             if self._stopping or not self._advance(until):
@@ -217,6 +218,17 @@ class Kernel:
             self._busy = busy
             self.events += busy - before
 
+    def _run_turn(self) -> None:
+        """Make the calls that are due, and those that they cause.
+
+        What a tick causes comes before the next one: else a kernel that is behind would serve each link of a chain
+        from sensor to motor only once per turn, and all that it controls would be as many turns old.
+        """
+        for _ in range(DEEPEST_CHAIN):
+            self._make_calls(len(self._due))
+            if self._stopping or not self._due:
+                return
+
     def _make_calls(self, most: int) -> object:
         """Make the next calls, so many at most, and report those that were slow; the owner of the last one."""
         due, read, slow, busy = self._due, self.clock.read, self.slow_ns, 0
@@ -242,7 +254,7 @@ class Kernel:
                 if now > self.now_ns:
                     self.set_now(now)
                     if now - self._gathered > PUNCTUAL:
-                        self._note_delay(self._gathered)
+                        self._stalled |= self.stalls.note_delay(self._gathered, now) > 0
         finally:
             self.events += busy
             self._busy += busy
@@ -251,12 +263,11 @@ class Kernel:
     def _look_for_livelock(self) -> None:
         """Tell a livelock from a busy machine.
 
-        A queue that stays full for seconds may be either. Timers that are overdue are held back for a while: on a busy
+        A queue that stays full for seconds may be either. Timers and sockets are held back for a while: on a busy
         machine the queue then empties, because only they filled it; in a livelock the calls cause each other.
         """
-        before, self._holding = self.events, True
-        owner = self._make_calls(self.livelock_events)
-        self._holding, self._busy, self._idle_at = False, 0, self.now_ns
+        before, owner = self.events, self._make_calls(self.livelock_events)
+        self._busy, self._idle_at = 0, self.now_ns
         if self.events - before == self.livelock_events:
             self.on_error(owner, LivelockError(self.livelock_events, owner))
 
@@ -320,15 +331,13 @@ class Kernel:
         if reached > now:
             self.set_now(reached)
         if due is not None and reached - due > PUNCTUAL:
-            self._note_delay(due)
+            self._stalled |= self.stalls.note_delay(due, self.now_ns) > 0
+        if self._stalled:
+            self._stalled = False
+            postpone_timeouts(self._later, self.stalls.total, self.now_ns)
         self._gathered = self.now_ns
         self._gather()
         return True
-
-    def _note_delay(self, due: int) -> None:
-        """Calls that were due at `due` (ns) have not been made until now."""
-        if stall := self.stalls.note_delay(due, self.now_ns):
-            postpone_timeouts(self._later, stall, self.now_ns)
 
     def _wait(self, timeout: float) -> None:
         """Poll the sockets; rather than wait, make the calls that were put off."""

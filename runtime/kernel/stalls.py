@@ -1,8 +1,6 @@
 """The times in which a kernel on a wall clock did not run although calls were due, and what they mean for timers."""
 
-from collections import deque
 from heapq import heapify
-from itertools import takewhile
 from typing import NamedTuple
 
 from runtime.kernel.clock import SECOND
@@ -10,7 +8,7 @@ from runtime.kernel.timer import Timer
 
 PUNCTUAL = SECOND // 10  # ns; a call that is due may always be this late
 LISTENING = SECOND  # ns; after a stall, what is waited for has this much time to arrive
-MOST_STALLS = 1000  # that are remembered
+LATEST = 5  # stalls that never count; what has been silent for longer has had its turn in each of them
 
 
 class Stall(NamedTuple):
@@ -19,53 +17,65 @@ class Stall(NamedTuple):
     begin: int
     end: int
 
+    @property
+    def length(self) -> int:
+        return self.end - self.begin
+
 
 class StallRecord:
     """Remembers when the kernel was late: the computer was busy, the process was halted, or a handler took long.
 
-    Of each delay the first `PUNCTUAL` ns do not count as a stall. So time passes for what is really silent also while
-    the computer is too slow at every moment, though more slowly.
+    A kernel that is behind works in turns: all that is due, and all that this causes, before it looks at the time
+    again. Of each turn the first `PUNCTUAL` ns are no stall, the rest is one. A stall is left out of ages until the
+    process has run for as long as it lasted, and is no longer among the `LATEST`: then all that had to arrive has had
+    the time to. So what is really silent is found also while the computer is too slow at every moment, and a timeout
+    of half an hour runs out in half an hour.
     """
 
     def __init__(self) -> None:
         self.total = 0  # ns
-        self._stalls: deque[Stall] = deque(maxlen=MOST_STALLS)
+        self._stalls: list[Stall] = []
 
     def note_delay(self, due: int, now: int) -> int:
         """A call that was due at `due` is made `now` (ns since 1970); returns by how much the stall has grown (ns)."""
-        begin = max(due + PUNCTUAL, self._stalls[-1].end if self._stalls else 0)
+        last = self._stalls[-1].end if self._stalls else 0
+        begin = max(due + PUNCTUAL, last)
         if begin >= now:
             return 0
-        self._stalls.append(Stall(begin, now))
+        if begin == last:
+            self._stalls[-1] = Stall(self._stalls[-1].begin, now)
+        else:
+            older = [stall for stall in self._stalls[:-LATEST] if now - stall.end < stall.length]
+            self._stalls = [*older, *self._stalls[-LATEST:], Stall(begin, now)]
         self.total += now - begin
         return now - begin
 
     def recent(self, now: int) -> int:
-        """How long the last stall was (ns), if it ended less than `LISTENING` before `now`; else 0."""
-        last = self._stalls[-1] if self._stalls else Stall(0, -LISTENING)
-        return last.end - last.begin if now - last.end < LISTENING else 0
+        """The longest stall (ns) of those that ended less than `LISTENING` before `now`; 0 if there was none."""
+        return self.longest_since(now - LISTENING)
 
     def longest_since(self, since: int) -> int:
         """The longest stall that ended after `since` (ns since 1970), in ns; 0 if there was none."""
-        recent = takewhile(lambda stall: stall.end > since, reversed(self._stalls))
-        return max((stall.end - stall.begin for stall in recent), default=0)
+        return max((stall.length for stall in self._stalls if stall.end > since), default=0)
 
-    def between(self, since: float, now: int) -> int:
-        """How long the process did not run between two times (ns since 1970)."""
+    def left_out_since(self, since: float) -> int:
+        """How long the process did not run since a time (ns since 1970), as far as ages leave it out (ns)."""
         if not self._stalls or since >= self._stalls[-1].end:
             return 0
-        recent = takewhile(lambda stall: stall.end > since, reversed(self._stalls))
-        return sum(min(stall.end, now) - int(max(stall.begin, since)) for stall in recent if stall.begin < now)
+        return sum(stall.end - int(max(stall.begin, since)) for stall in self._stalls if stall.end > since)
 
 
-def postpone_timeouts(later: list[tuple[int, int, Timer]], stall: int, now: int) -> None:
-    """Give the timers that wait for a span of time, and ran out in a stall (ns), the time in which nothing was heard.
+def postpone_timeouts(later: list[tuple[int, int, Timer]], total: int, now: int) -> None:
+    """Give the timers that wait for a span of time, and ran out in a stall, the time in which nothing was heard.
 
-    They are due after the rest of their span, at most `LISTENING` from `now`: what they wait for may have arrived long
-    ago, and is only read now. Timers that are due at a time of day stay as they are.
+    `total` is that of all stalls (ns). They are due after the rest of their span, at most `LISTENING` from `now`: what
+    they wait for may have arrived long ago, and is only read now. Timers that are due at a time of day stay as they
+    are.
     """
     for index, (time, arrival, timer) in enumerate(later):
-        if timer.is_timeout and time < now + LISTENING:
-            timer.time = min(time + stall, now + LISTENING)
-            later[index] = timer.time, arrival, timer
+        if timer.stalled is not None:
+            stall, timer.stalled = total - timer.stalled, total
+            if time < now + LISTENING:
+                timer.time = min(time + stall, now + LISTENING)
+                later[index] = timer.time, arrival, timer
     heapify(later)

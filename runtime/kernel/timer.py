@@ -38,10 +38,11 @@ def owner_title(owner: object) -> str:
 class Timer:
     """A call that is due at a time, or whenever a source can be read; after `cancel()` it does not happen.
 
-    `is_timeout` is whether it waits for a span of time, which a stall of the process extends, rather than for a time.
+    If it waits for a span of time, which a stall of the process extends, `stalled` is how long the process had stalled
+    before (ns); None if it is due at a time.
     """
 
-    __slots__ = ("args", "function", "is_timeout", "owner", "queued", "time")
+    __slots__ = ("args", "function", "owner", "queued", "stalled", "time")
 
     def __init__(self, at: int, function: Callable[..., object], args: tuple[Any, ...]):
         self.time = at
@@ -49,7 +50,8 @@ class Timer:
         self.owner = owner_of(function) if owner is None else owner
         self.function: Callable[..., object] | None = function
         self.args = args
-        self.queued = self.is_timeout = False
+        self.queued = False
+        self.stalled: int | None = None
 
     def cancel(self) -> None:
         self.function = None

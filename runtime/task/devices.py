@@ -136,7 +136,7 @@ class DeviceTask:
         for method, every in expected_methods(type(self)).items():
             limit = number_or_parameter(self, every)
             since = health.fresh.get(method, health.since)
-            silent = self._kernel.now_ns - since - self._kernel.stalls.between(since, self._kernel.now_ns)
+            silent = self._kernel.now_ns - since - self._kernel.stalls.left_out_since(since)
             if 0.0 < limit * SECOND < silent:
                 device = self._devices[0] if len(self._devices) == 1 else None
                 found.append(f"{method}: no data for {limit:g} s" if device is None else device.no_data_message(limit))

@@ -125,7 +125,7 @@ class Task(DeviceTask):
         While the process stands still it receives nothing, so this does not count. On a virtual clock that never
         happens, and it is `now - time`.
         """
-        return self._kernel.now - time - self._kernel.stalls.between(time * SECOND, self._kernel.now_ns) / SECOND
+        return self._kernel.now - time - self._kernel.stalls.left_out_since(time * SECOND) / SECOND
 
     @property
     def recent_stall(self) -> float:

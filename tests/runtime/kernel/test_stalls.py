@@ -6,7 +6,7 @@ import pytest
 
 import imc
 from runtime import State, Task, consume, expect, periodic
-from runtime.kernel import SECOND, Kernel
+from runtime.kernel import SECOND, Kernel, WallClock
 from runtime.testing import simulate
 from tests.tasks.mission.stalling_clock import StallingClock
 
@@ -34,10 +34,10 @@ def test_a_stall_is_what_comes_later_than_a_tenth_of_a_second(kernel):
     kernel.run(until=START + 10 * SECOND)
     stalls = kernel.stalls
     assert stalls.total == pytest.approx(4.9 * SECOND)
-    assert stalls.between(START, kernel.now_ns) == stalls.total
-    assert stalls.between(-math.inf, kernel.now_ns) == stalls.total
-    assert stalls.between(START + 4 * SECOND, kernel.now_ns) == 3 * SECOND
-    assert stalls.between(START + 7 * SECOND, kernel.now_ns) == 0
+    assert stalls.left_out_since(START) == stalls.total
+    assert stalls.left_out_since(-math.inf) == stalls.total
+    assert stalls.left_out_since(START + 4 * SECOND) == 3 * SECOND
+    assert stalls.left_out_since(START + 7 * SECOND) == 0
     assert stalls.longest_since(START) == stalls.total
     assert stalls.longest_since(START + 7 * SECOND) == 0
 
@@ -47,6 +47,79 @@ def test_punctual_calls_are_no_stall():
     every_tenth(kernel)
     kernel.run(until=START + 10 * SECOND)
     assert kernel.stalls.total == 0
+    kernel.close()
+
+
+def test_all_calls_of_a_turn_that_is_late_are_one_stall():
+    kernel = Kernel(StallingClock(START, overload=(1.0, 100.0), cost=0.001))
+    for n in range(5000):
+        kernel.at(START + SECOND + n, str)
+    kernel.run(until=START + 2 * SECOND)
+    assert kernel.stalls.left_out_since(START) == kernel.stalls.total == pytest.approx(4.9 * SECOND, rel=1e-3)
+    assert kernel.stalls.longest_since(START) == kernel.stalls.total
+    kernel.close()
+
+
+@pytest.mark.parametrize("clock", [StallingClock(START, overload=(1.0, 100.0), cost=0.2), WallClock()])
+def test_what_a_tick_causes_comes_before_the_next_tick_however_slow_the_computer_is(clock):
+    kernel, order = Kernel(clock), []
+
+    def tick():
+        kernel.at(kernel.now_ns - SECOND // 10, tick)  # overdue at once
+        order.append("tick")
+        kernel.soon(measure)
+
+    def measure():
+        kernel.soon(control)
+
+    def control():
+        kernel.soon(move)
+
+    def move():
+        order.append("move")
+        if len(order) == 20:
+            kernel.stop()
+
+    kernel.at(kernel.now_ns + SECOND // 100, tick)
+    kernel.run(until=kernel.now_ns + 60 * SECOND)
+    assert order == ["tick", "move"] * 10
+    kernel.close()
+
+
+def test_calls_that_never_end_let_ticks_through():
+    kernel, ticks = Kernel(StallingClock(START, overload=(0.0, 100.0), cost=0.001)), []
+
+    def talk():
+        kernel.soon(talk)
+
+    def tick():
+        ticks.append(kernel.now_ns)
+        kernel.at(kernel.now_ns + SECOND // 10, tick)
+
+    kernel.soon(talk)
+    tick()
+    kernel.run(until=START + 4 * SECOND)
+    assert len(ticks) > 20
+    kernel.close()
+
+
+def test_on_a_computer_that_is_always_late_only_the_latest_stalls_are_left_out_of_an_age():
+    kernel = Kernel(StallingClock(START, overload=(1.0, 10_000.0), delay=0.9))
+    every_tenth(kernel)
+    kernel.run(until=START + 600 * SECOND)
+    late = kernel.stalls.total
+    assert late > 450 * SECOND
+    assert 2 * SECOND < kernel.stalls.left_out_since(START) < 6 * SECOND
+    kernel.close()
+
+
+def test_a_long_stall_is_left_out_for_as_long_as_it_lasted_whatever_follows():
+    kernel = Kernel(StallingClock(START, [(5.0, 60.0)], overload=(66.0, 10_000.0), delay=0.9))
+    every_tenth(kernel)
+    kernel.run(until=START + 100 * SECOND)
+    assert kernel.stalls.left_out_since(START) > 60 * SECOND
+    kernel.run(until=START + 130 * SECOND)
+    assert kernel.stalls.left_out_since(START) < 6 * SECOND
     kernel.close()
 
 
@@ -65,6 +138,17 @@ def test_what_waits_for_a_span_of_time_gets_the_rest_of_it_after_a_stall_but_a_s
     assert found["runs out late"] == pytest.approx(8.0)
     assert found["runs out afterwards"] == pytest.approx(8.0)
     assert found["time of day"] == pytest.approx(7.0)
+
+
+def test_a_wait_that_begins_in_a_turn_that_is_late_is_not_made_longer_by_what_was_before():
+    clock = StallingClock(START, overload=(1.0, 3.0), cost=0.25)
+    kernel, found = Kernel(clock), []
+    for _ in range(6):
+        kernel.at(START + SECOND, str)
+    kernel.at(START + SECOND, lambda: kernel.after(0.7, lambda: found.append((kernel.now_ns - START) / SECOND)))
+    kernel.run(until=START + 6 * SECOND)
+    assert found[0] < 4.0
+    kernel.close()
 
 
 class Sounder(Task):

@@ -9,19 +9,22 @@ class StallingClock:
     """Time that never waits and is not virtual: ticks are merged, timers are late.
 
     `stalls` are (seconds from the start, length in seconds). In `overload` (begin and end, s from the start) every
-    moment comes `delay` s late.
+    moment comes `delay` s late, and every call takes `cost` s, as on a computer that others keep busy.
     """
 
     virtual = False
     speed = 20.0  # not 1: that would be compared with the system's time
 
-    def __init__(self, start, stalls=(), *, overload=(0.0, 0.0), delay=0.0):
+    def __init__(self, start, stalls=(), *, overload=(0.0, 0.0), delay=0.0, cost=0.0):
         self.start = self.time = start
         self.stalls = sorted((start + round(at * SECOND), round(length * SECOND)) for at, length in stalls)
         self._overload = tuple(start + round(at * SECOND) for at in overload)
         self._delay = round(delay * SECOND)
+        self._cost = round(cost * SECOND)
 
     def read(self) -> int:
+        if self._cost and self._overload[0] <= self.time < self._overload[1]:
+            self.time += self._cost
         return self.time
 
     def advance(self, target: int | None, wait: Callable[[float], object]) -> int:

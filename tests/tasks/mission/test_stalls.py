@@ -4,6 +4,7 @@ import pytest
 from lean import BLIND, UNLOGGED
 
 import imc
+from runtime.kernel import SECOND
 from shoal.missions import Mission, parse_plan, prepare
 from tests.tasks.mission.stalling_clock import StallingClock
 
@@ -81,6 +82,17 @@ def test_on_an_overloaded_computer_no_sensor_is_blamed(profile, tmp_path):
 
 @pytest.mark.heavy
 @pytest.mark.computing
+@pytest.mark.parametrize(("profile", "cost"), [("lauv-noptilus-1", 0.002), ("otter", 0.004), ("hexa-00", 0.001)])
+def test_where_every_call_takes_long_no_sensor_is_blamed(profile, cost, tmp_path):
+    run = Run(profile, tmp_path, StallingClock(START, overload=(20.0, 1000.0), cost=cost))
+    assert run.vehicle.kernel.stalls.total > 4 * SECOND
+    assert run.report.outcome == "SUCCESS"
+    assert not run.bad
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+@pytest.mark.parametrize("late", [{"delay": 0.4}, {"cost": 0.002}], ids=["late", "slow"])
 @pytest.mark.parametrize(
     ("profile", "task", "label"),
     [
@@ -89,12 +101,12 @@ def test_on_an_overloaded_computer_no_sensor_is_blamed(profile, tmp_path):
         ("otter", "Simulators.GPS", "Navigation"),
     ],
 )
-def test_on_an_overloaded_computer_a_sensor_that_is_silent_is_still_found(profile, task, label, tmp_path):
+def test_on_an_overloaded_computer_a_sensor_that_is_silent_is_still_found(profile, task, label, late, tmp_path):
     async def silence(script):
         await script.sleep(30.0)
         script.task.vehicle.task(task).cancel_callbacks()
 
-    run = Run(profile, tmp_path, StallingClock(START, overload=(20.0, 500.0), delay=0.4), happen=silence)
+    run = Run(profile, tmp_path, StallingClock(START, overload=(20.0, 500.0), **late), happen=silence)
     assert run.report.outcome == "FAILURE"
     assert label in {found for _, found, _ in run.bad}
     assert run.bad[0][0] < 90.0
