@@ -28,6 +28,7 @@ SPEED_APART, HEIGHT_APART = 2.0, 15.0  # m/s, m: an estimate that differs by mor
 APART = 0.5  # s, for so long, is wrong
 FIXES, LARGEST_STEP = 5, 15.0  # heights by GPS in a row that agree make a jump one of their reference; m
 SUPPORT = 0.5  # m/s², how far the force that the ground makes on a vehicle at rest differs from gravity
+CARRIED, STOOD = 0.6, 0.5  # share of the weight, s: a vehicle that its rotors do not carry, and feels gravity, stands
 LARGEST_BIAS, REST_SHARE = 0.3, 0.02  # m/s²; per step at rest
 RATE_SHARE, CLIMBS, RATE_APART = 0.1, 5.0, 8.0  # per fix, m/s: a climb by GPS, and a speed that differs from it
 WITNESS_SHARE, WITNESS_REFERENCE_SHARE = 0.3, 0.02  # per fix, of the means that judge the barometer
@@ -55,7 +56,7 @@ class VerticalSpeedEstimator:
         self._response.reset()
         self._lag.start(height, self._rest_bias)
         self._heard, self._witness_reference, self._off_by_gps = -math.inf, math.nan, 0.0
-        self._unexplained = -math.inf
+        self._unexplained, self._stood = -math.inf, 0.0
         self._fix_before, self._sinks = math.nan, 0.0  # m, m/s downward by GPS
         self._gate = JumpGate(JUMPS, AGREEMENT)
         self._steps, self._reference = JumpGate(FIXES, LARGEST_STEP), math.nan
@@ -107,12 +108,18 @@ class VerticalSpeedEstimator:
         self._force.update()
         x, y, z = self._force.value
         carried = self._response.made < GRAVITY and abs(z + GRAVITY) < SUPPORT  # by the ground, perhaps
-        compared = now - self._force.last <= FORCE_FRESH and not carried
-        self._response.update(now, dt, expected, -z if compared else None)
+        fresh = now - self._force.last <= FORCE_FRESH
+        self._response.update(now, dt, expected, -z if fresh and not carried else None)
         force = self.measured_force(now, expected)
         self._odd = 0 if force is not None else self._odd + 1
         if force is None and self._odd <= IMPACT and now - self._force.last <= FORCE_FRESH:
             force = self._filter.bias[0] - z
+        stands = fresh and carried and self._response.made < CARRIED * GRAVITY and not self._response.lags
+        self._stood = self._stood + dt if stands else 0.0
+        if stands:  # something else carries it, so that the thrust says nothing
+            force = self._filter.bias[0] - z
+            if self._stood > STOOD and not self._known:
+                self._filter.velocity[0] = 0.0
         measured = self._response.made if force is None else force - self._filter.bias[0]
         across = 0.0 if force is None else mast[0] * x + mast[1] * y
         self._filter.predict(dt, (GRAVITY + across - mast[2] * measured,), THRUST_NOISE if force is None else None)

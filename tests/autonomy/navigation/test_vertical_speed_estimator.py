@@ -107,6 +107,15 @@ def test_a_speed_by_force_alone_that_gps_contradicts_is_replaced():
     assert estimator.speed < -4.0
 
 
+def test_on_the_ground_the_thrust_makes_no_speed():
+    estimator, noise = VerticalSpeedEstimator(), np.random.default_rng(5)
+    estimator.rest()
+    for step in range(100):
+        estimator.receive_force(STEP * step, 0.0, 0.0, -GRAVITY + 0.05 * noise.standard_normal())
+        estimator.advance(STEP * step, STEP, 0.3 * GRAVITY, UPRIGHT)
+    assert estimator.speed == pytest.approx(0.0, abs=0.1)
+
+
 def test_what_is_not_a_number_changes_nothing():
     estimator = VerticalSpeedEstimator()
     estimator.rest()
