@@ -44,3 +44,24 @@ def test_a_scheduled_goto_arrives_at_its_time(seconds):
     at, state = last_state(plan_of(goto), seconds + 40.0, *DEEP)
     assert state.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
     assert at == pytest.approx(seconds, abs=15.0)
+
+
+@pytest.mark.parametrize(
+    ("maneuver", "seconds"),
+    [
+        pytest.param(
+            imc.CompassCalibration(
+                **place(30, 0), z=20.0, z_units=DEPTH, pitch=0.26, amplitude=1.0, radius=15.0, speed=1.2, duration=600
+            ),
+            400.0,
+            id="compass calibration below the bottom",
+        ),
+        pytest.param(
+            imc.FollowSystem(system=0x4321, duration=30, speed=1.0, x=5.0, z_units=DEPTH), 90.0, id="nobody to follow"
+        ),
+    ],
+)
+def test_a_maneuver_that_cannot_do_what_it_is_for_fails(maneuver, seconds):
+    at, state = last_state(plan_of(maneuver), seconds, *BASIN)
+    assert state.last_outcome == imc.PlanControlState.LastOutcome.FAILURE, at
+    assert at < seconds - 5.0

@@ -79,8 +79,8 @@ def refusal(plan, **options):
         (plan_of(imc.Rows(speed=1, width=0, z_units=DEPTH)), "m0: width, length and step must be at least 1 mm"),
         (
             plan_of(goto(0, 0), transitions=[("m0", "m0", "x < 3")]),
-            "m0: condition 'x < 3': 'x' is neither a number nor Message.field (known: abs, angle, hypot, max, min, sqrt, "
-            "contains, distance), at character 1",
+            "m0: condition 'x < 3': 'x' is neither a number nor Message.field (known: abs, angle, hypot, max, min, "
+            "sqrt, contains, distance), at character 1",
         ),
         (plan_of(goto(0, 0)).replace(maneuvers=[imc.Goto()]), "test: Goto is not a PlanManeuver"),
         (plan_of(goto(0, 0)).replace(transitions=[imc.Goto()]), "test: Goto is not a PlanTransition"),
