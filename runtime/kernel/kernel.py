@@ -180,7 +180,7 @@ class Kernel:
             if self.virtual:
                 self._run_moment()
             else:
-                self._run_turn()
+                self._make_calls(len(self._due), DEEPEST_CHAIN)
                 if self._busy > self.livelock_events and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
                     self._look_for_livelock()
             if self._stopping or not self._advance(until):
@@ -218,25 +218,24 @@ class Kernel:
             self._busy = busy
             self.events += busy - before
 
-    def _run_turn(self) -> None:
-        """Make the calls that are due, and those that they cause.
+    def _make_calls(self, most: int, chain: int = 1) -> object:
+        """Make the next calls, so many at most, and report those that were slow; the owner of the last one.
 
-        What a tick causes comes before the next one: else a kernel that is behind would serve each link of a chain
-        from sensor to motor only once per turn, and all that it controls would be as many turns old.
+        Those that they cause follow, down to `chain` calls that cause each other, before timers and sockets: else a
+        kernel that is behind would serve each link of a chain from sensor to motor only once per turn, and all that it
+        controls would be as many turns old.
         """
-        for _ in range(DEEPEST_CHAIN):
-            self._make_calls(len(self._due))
-            if self._stopping or not self._due:
-                return
-
-    def _make_calls(self, most: int) -> object:
-        """Make the next calls, so many at most, and report those that were slow; the owner of the last one."""
         due, read, slow, busy = self._due, self.clock.read, self.slow_ns, 0
         call = None
         began = marked = time.perf_counter_ns()
         used = time.thread_time_ns()
         try:
-            while busy < most and due and not self._stopping:
+            while due and not self._stopping:
+                if busy == most:
+                    chain -= 1
+                    if not chain:
+                        break
+                    most += len(due)
                 function, args = call = due.popleft()
                 busy += 1
                 try:
