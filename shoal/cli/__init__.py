@@ -18,7 +18,7 @@ COMMANDS = {
     "run": ("shoal.cli.run", "Run a vehicle profile."),
     "fleet": ("shoal.cli.fleet", "Start and watch many vehicles."),
     "mission": ("shoal.cli.mission", "Fly a plan in virtual time and report the result."),
-    "test": ("shoal.cli.test", "Run scenarios, and tell which of them failed, and why."),
+    "test": ("shoal.cli.test", "Run scenarios, and report which failed, and why."),
     "campaign": ("shoal.cli.campaign", "Run a scenario many times with values that vary."),
     "replay": ("shoal.cli.replay", "Play back a log on the bus."),
     "resim": ("shoal.cli.resim", "Re-run tasks on a log and compare."),
@@ -29,8 +29,8 @@ COMMANDS = {
     "send": ("shoal.cli.send", "Send a message to a running vehicle."),
     "plan": ("shoal.cli.plan", "List, transfer, start and stop the plans of a running vehicle."),
     "param": ("shoal.cli.param", "Show, set and save the parameters of a running vehicle."),
-    "link": ("shoal.cli.link_diagnosis", "Find out why a vehicle is not heard, or does not hear us."),
-    "abort": ("shoal.cli.abort", "Stop everything that a running vehicle does."),
+    "link": ("shoal.cli.link_diagnosis", "Diagnose the connection to a vehicle: traffic both ways, drops, fixes."),
+    "abort": ("shoal.cli.abort", "Send Abort to a running vehicle, and wait for confirmation."),
     "log": ("shoal.cli.log", "Show, fetch, cut, merge, compare, repair and export logs."),
     "check": ("shoal.cli.check", "Check profiles for mistakes."),
     "explain": ("shoal.cli.explain", "Show the values of a profile and where they are set."),
@@ -40,6 +40,15 @@ COMMANDS = {
     "service": ("shoal.cli.service", "Write a systemd unit that runs a vehicle from boot on."),
     "new": ("shoal.cli.new", "Create a task, a driver or a vehicle, with a test."),
 }
+
+GROUPS = {
+    "Run and simulate": ("run", "mission", "test", "campaign", "fleet"),
+    "Reach running vehicles": ("ls", "spy", "record", "send", "plan", "param", "link", "abort"),
+    "Use logs": ("log", "replay", "resim", "rewind"),
+    "Look up and check": ("check", "explain", "tasks", "message"),
+    "Create and install": ("new", "service", "export"),
+}
+"""Commands by their use, as the help shows them."""
 
 REMOTE = ("spy", "record", "send", "plan", "param", "link", "abort")
 """Commands whose first word is a vehicle."""
@@ -66,6 +75,7 @@ class LazyGroup(click.Group):
     """Imports a command only when it is called; `table` maps names to (module, description)."""
 
     table: ClassVar[dict[str, tuple[str, str]]] = COMMANDS
+    groups: ClassVar[dict[str, tuple[str, ...]]] = {}
 
     def make_context(
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
@@ -91,8 +101,9 @@ class LazyGroup(click.Group):
         return getattr(import_module(self.table[cmd_name][0]), cmd_name + "_" * iskeyword(cmd_name))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, text) for name, (_, text) in self.table.items()])
+        for title, names in (self.groups or {"Commands": tuple(self.table)}).items():
+            with formatter.section(title):
+                formatter.write_dl([(name, self.table[name][1]) for name in names])
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; a mistake, a file that cannot be read or written, and Ctrl-C end it with one line."""
@@ -122,6 +133,12 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
 
+class MainGroup(LazyGroup):
+    """The commands of `shoal`, listed by their use."""
+
+    groups: ClassVar[dict[str, tuple[str, ...]]] = GROUPS
+
+
 def _complete_vehicle(group: click.Group, shell: str) -> bool:
     """Print the vehicles that were found in the last days, if the word after a remote command is to be completed."""
     found = get_completion_class(shell)
@@ -140,7 +157,11 @@ def _complete_vehicle(group: click.Group, shell: str) -> bool:
     return bool(names)
 
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.group(
+    cls=MainGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    epilog="`shoal COMMAND --help` describes a command; docs/README.md in the sources lists the pages by role.",
+)
 @click.version_option(package_name="shoal")
 def main() -> None:
     """A task runtime for unmanned vehicles."""
