@@ -105,7 +105,7 @@ class VerticalSpeedEstimator:
         `expected` is the specific force (m/s²) along the mast by the commanded thrust, `mast` the share of each body
         axis that points down at the commanded tilt.
         """
-        self._force.update()
+        new = self._force.update()
         x, y, z = self._force.value
         carried = self._response.made < GRAVITY and abs(z + GRAVITY) < SUPPORT  # by the ground, perhaps
         fresh = now - self._force.last <= FORCE_FRESH
@@ -114,7 +114,8 @@ class VerticalSpeedEstimator:
         self._odd = 0 if force is not None else self._odd + 1
         if force is None and self._odd <= IMPACT and now - self._force.last <= FORCE_FRESH:
             force = self._filter.bias[0] - z
-        stands = fresh and carried and self._response.made < CARRIED * GRAVITY and not self._response.lags
+        idle = 0.0 < expected < CARRIED * GRAVITY and self._response.made < CARRIED * GRAVITY  # not without power
+        stands = new and carried and idle and not self._response.lags
         self._stood = self._stood + dt if stands else 0.0
         if stands:  # something else carries it, so that the thrust says nothing
             force = self._filter.bias[0] - z
