@@ -39,6 +39,7 @@ FIX_SIGMAS = 4.0  # fixes that scatter by more of the standard deviations that t
 RESETS, RESET_MEMORY = 3, 30.0  # so many resets in so many seconds are no jump
 LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
 UNKNOWN_MOTION = 0.5  # s in which the process stood still, after which position and height start anew
+BURST = 0.5  # s by which samples may come late, together, on a busy computer
 PAUSE = 0.2  # s without attitude, in which the rates are unknown
 ATTITUDE_VARIANCE, RATE_VARIANCE = 1e-6, 1e-5  # rad², (rad/s)²
 INITIAL_VELOCITY, INITIAL_BIAS = 0.01, 0.01  # variances at rest, (m/s)², (m/s²)²
@@ -94,6 +95,7 @@ class Navigation(Task):
         self._resets: list[float] = []
         self._believed = self._turned_at = -math.inf
         self._turned = self._stepped = self.now
+        self._sampled = -math.inf
         self._moved_on = False
         self.set_entity_state(State.BOOT, "waiting for GPS fix")
 
@@ -104,13 +106,19 @@ class Navigation(Task):
             return
         if self._attitude_noise.update(phi + theta + psi):
             return
-        elapsed, self._turned = self.now - self._turned, self.now
+        elapsed = self._time_since_last(angles)
         if self.recent_stall:
             self._check.resume()
         rates = self._rates if elapsed < PAUSE else None
         verdict = self._check.evaluate(elapsed, (phi, theta, psi), rates)
         if verdict is not GateDecision.REJECTED:
             self._angles, self._oriented = (phi, theta, wrap(psi)), self.now
+
+    def _time_since_last(self, angles: imc.EulerAngles) -> float:
+        """Time since the last attitude (s): by the sensor's clock, unless it contradicts this one."""
+        received, sampled = self.now - self._turned, angles.timestamp - self._sampled
+        self._turned, self._sampled = self.now, angles.timestamp
+        return sampled if sampled >= 0.0 and abs(sampled - received) < BURST else received
 
     @consume
     def on_angular_velocity(self, rates: imc.AngularVelocity) -> None:

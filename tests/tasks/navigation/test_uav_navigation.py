@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from autonomy.navigation import pressure_altitude
-from runtime import State
+from runtime import State, Task
 from runtime.testing import simulate
 from support.wgs84 import displacement
 from tasks.navigation.uav.navigation import GRAVITY, Navigation
@@ -33,6 +33,32 @@ def sensors(seconds, *, fix=FIX, attitude=True, pressure=1000.0, force=(0.0, 0.0
             yield imc.Pressure(timestamp=time, value=pressure)
         if fix is not None and tick % 4 == 0:
             yield fix.replace(timestamp=time)
+
+
+class Bursts(Task):
+    """Rolls to and fro, and publishes what it has sampled since the last time, as on a busy computer."""
+
+    def start(self):
+        self.sampled = self.now
+        self.after(0.1, self.catch_up)
+
+    def catch_up(self):
+        while self.sampled < self.now:
+            self.sampled += 0.01
+            turn = math.tau * 0.9
+            roll, rate = (0.35 * math.sin(turn * self.sampled), 0.35 * turn * math.cos(turn * self.sampled))
+            for sample in (
+                imc.AngularVelocity(timestamp=self.sampled, x=rate),
+                imc.EulerAngles(timestamp=self.sampled, phi=roll, psi=1.0),
+            ):
+                self.publish(sample, keep_time=True)
+        self.after(self.random.uniform(0.05, 0.19), self.catch_up)
+
+
+def test_samples_that_come_in_bursts_are_compared_by_their_own_time():
+    feed = sensors(30.0, attitude=False)
+    run = simulate([Bursts, (Navigation, ANY)], feed=feed)
+    assert not [s.description for s in run.of(imc.EntityState) if "turn rate" in s.description]
 
 
 def test_it_begins_with_the_mean_of_the_first_fixes():
