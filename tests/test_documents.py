@@ -15,6 +15,7 @@ ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 # Flights of several seconds of computing each, or processes that start: heavy.
 LONG = (
+    "README",
     "aerial",
     "autopilot",
     "cameras",
@@ -26,12 +27,18 @@ LONG = (
     "fleet",
     "frames",
     "from-dune",
+    "hand",
     "logs",
+    "mavlink",
+    "mavlink-missions",
     "mission",
+    "neptus",
     "plans",
     "scenarios",
     "surface",
     "time",
+    "tutorial",
+    "water",
     "zenoh",
 )
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -77,6 +77,7 @@ def test_one_of_two_that_does_not_confirm_the_abort_is_named(monkeypatch: pytest
     assert "0x0B01: station" not in result.stderr
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["station", "other"])
 def test_an_abort_is_for_all_vehicles_of_the_id(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Over UDP they cannot be told apart: one of them may not have confirmed it."""

@@ -76,6 +76,7 @@ def test_a_system_that_only_announces_itself():
     assert found.contacts[0].rates == {"udp": 0.0}
 
 
+@pytest.mark.heavy
 def test_another_console_that_greets_us_before_its_announce_is_nothing_wrong():
     def greeting(station):
         return [imc.encode_with_header(imc.Heartbeat(), time.time(), 0x4001, 0, 0xFFFF, 0xFF)]
@@ -92,6 +93,7 @@ def test_what_the_entities_of_a_vehicle_report_is_told():
     assert texts(examine(also=states))[1:] == ["station: Service Discovery is not well: id 0x0B01 is also used by evil"]
 
 
+@pytest.mark.heavy
 def test_a_system_that_does_not_announce_itself():
     found = examine(announces=False)
     assert any(text.endswith("packets: not announced") and "0x0B01 at 127.0.0.1" in text for text in texts(found))
@@ -239,6 +241,7 @@ def test_two_programs_with_one_id_are_told_of():
     asyncio.run(act())
 
 
+@pytest.mark.heavy
 def test_no_port_to_hear_announcements():
     async def act() -> Diagnosis:
         ports = discovery_ports()

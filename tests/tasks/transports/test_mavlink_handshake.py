@@ -178,6 +178,7 @@ def test_qgroundcontrol_asks_a_camera(afloat):
     assert line.clock() - began < 5.0
 
 
+@pytest.mark.heavy
 def test_mission_planner(afloat):
     line = ByteLine(afloat.vehicle, afloat.port)
     client = Client(line, afloat.task.endpoint.model.system)
