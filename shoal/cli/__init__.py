@@ -38,7 +38,7 @@ COMMANDS = {
     "message": ("shoal.cli.message", "Show the fields of a message."),
     "export": ("shoal.cli.export", "Write what other programs need to know of a vehicle."),
     "service": ("shoal.cli.service", "Write a systemd unit that runs a vehicle from boot on."),
-    "new": ("shoal.cli.new", "Create a task, a driver or a vehicle, with a test."),
+    "new": ("shoal.cli.new", "Create a task, a driver, a vehicle or a scenario, with a test."),
 }
 
 GROUPS = {

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+import imc
 from shoal.cli.log.log_input import (
     LOG,
     errors_as_messages,
@@ -28,7 +29,9 @@ from support.terminal_text import printable
     metavar="MESSAGE.FIELD[:ENTITY]",
     help="Plot a field, too, of all entities or one; may be repeated.",
 )
-@click.option("-o", "--out", type=LOG, help="The page [default: report.html in the folder of the log]")
+@click.option(
+    "-o", "--out", type=LOG, help="The page [default: in the folder of LOG, report.html or compared.html]"
+)
 def report(log: Path, other: Path | None, fields: tuple[str, ...], out: Path | None) -> None:
     """Draw LOG as one HTML page that needs no other file and no network; with OTHER, both runs over each other."""
     with errors_as_messages():
@@ -39,7 +42,14 @@ def report(log: Path, other: Path | None, fields: tuple[str, ...], out: Path | N
         else:
             text = render_comparison([opened, open_log(other)], fields)
         logs = logs_of_argument(log)
-        out = out or (opened.path.parent / "report.html" if len(logs) == 1 else logs[0] / "report-run.html")
+        out = out or _default_page(opened, logs, other)
         with add_path_to_errors(out):
             out.write_text(text, encoding="utf-8")
     click.echo(printable(f"{format_size(len(text.encode()))}: {out}"))
+
+
+def _default_page(opened: imc.Log, logs: list[Path], other: Path | None) -> Path:
+    folder = opened.path.parent if len(logs) == 1 else logs[0]
+    if other is not None:
+        return folder / "compared.html"
+    return folder / ("report.html" if len(logs) == 1 else "report-run.html")

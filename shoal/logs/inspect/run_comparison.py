@@ -12,7 +12,6 @@ from shoal.logs.inspect.report_data import ReportData, read_report_data
 from shoal.logs.inspect.report_document import report_document
 from shoal.logs.inspect.report_figures import run_figures
 from shoal.logs.inspect.time_plot import Curve, draw_curves
-from shoal.logs.inspect.time_size_text import format_time
 from shoal.logs.inspect.track_plot import draw_tracks
 
 NAMES = ("A", "B")
@@ -40,13 +39,13 @@ def render_comparison(logs: Sequence[imc.Log], fields: Sequence[str] = ()) -> st
             for plot in join_plots(zip(NAMES, own, strict=True))
         ),
     ]
-    title = " and ".join(_name(summary) for summary in summaries)
+    title = " and ".join(f"{name}: {_name(summary)}" for name, summary in zip(NAMES, summaries, strict=True))
     about = " · ".join(f"{name}: {summary.path}" for name, summary in zip(NAMES, summaries, strict=True))
     return report_document(title, about, "".join(parts), "Times of day are those of A.", duration, summaries[0].start)
 
 
 def _name(summary: LogSummary) -> str:
-    return f"{summary.names.system_name(summary.owner)}, {format_time(summary.start)}"
+    return f"{summary.names.system_name(summary.owner)}, {summary.path.parent.name}"
 
 
 def _figures(runs: Sequence[ReportData]) -> str:
