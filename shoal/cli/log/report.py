@@ -29,9 +29,7 @@ from support.terminal_text import printable
     metavar="MESSAGE.FIELD[:ENTITY]",
     help="Plot a field, too, of all entities or one; may be repeated.",
 )
-@click.option(
-    "-o", "--out", type=LOG, help="The page [default: in the folder of LOG, report.html or compared.html]"
-)
+@click.option("-o", "--out", type=LOG, help="The page [default: in the folder of LOG, report.html or compared.html]")
 def report(log: Path, other: Path | None, fields: tuple[str, ...], out: Path | None) -> None:
     """Draw LOG as one HTML page that needs no other file and no network; with OTHER, both runs over each other."""
     with errors_as_messages():
