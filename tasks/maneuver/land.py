@@ -2,10 +2,10 @@
 
 import imc
 from imc.coordinates import absolute_position
+from runtime import param
 from tasks.maneuver.maneuver_task import Maneuver, ManeuverError, PathEnd, PathFlags
 
 NOWHERE = (0.0, 0.0)
-FARTHEST = 10.0  # m from the position at which the vehicle has still landed there
 
 
 class Land(Maneuver):
@@ -14,6 +14,10 @@ class Land(Maneuver):
     Without a position (latitude and longitude 0) it lands where it is; without a height it keeps its own on the way.
     A vehicle that stands on the ground elsewhere, since the height is below it, has failed.
     """
+
+    landing_radius: float = param(
+        10.0, "m", "Largest distance from the position; a fixed wing rolls out beyond it.", minimum=1.0
+    )
 
     subscribed = (imc.PathControlState, imc.EstimatedState)
 
@@ -24,5 +28,5 @@ class Land(Maneuver):
             leg = leg._replace(lat=lat, lon=lon, z_units=imc.ZUnits.NONE)
         await self.go_to_end(leg, flags=PathFlags.LAND, judged=False)
         await self.wait_for_state()
-        if (distance := self.range_to(leg)) > FARTHEST:
+        if (distance := self.range_to(leg)) > self.landing_radius:
             raise ManeuverError(f"landed {distance:.0f} m from the position")
