@@ -37,7 +37,9 @@ def test_a_force_that_comes_late_is_found_within_a_second_of_change(delay):
 
 
 def test_a_load_that_is_lost_is_no_lag():
-    steady = lambda t: GRAVITY + 0.1 * math.sin(t)  # noqa: E731
+    def steady(t):
+        return GRAVITY + 0.1 * math.sin(t)
+
     assert not any(compare(lambda t, made: made(t) * (1.0 if t < 5.0 else 1.25), made=steady)[1])
 
 

@@ -13,7 +13,7 @@ TASKS = {7: "Control.Path.LOSNSMC", 9: "Sensors.GPS"}
 class ParameterStation(Station):
     """Entities with parameters, `values`. It takes no value that is in `refused`, and says nothing then.
 
-    `deaf` are types that it ignores. Without `types` it does not know QueryTypedEntityParameters.
+    `deaf` are types that it ignores; it obeys one of `mute_after`, and answers nothing from then on. Without `types` it does not know QueryTypedEntityParameters.
     """
 
     def __init__(self, ports: Sequence[int], name: str = "station", system: int = 0x0B01, version: str = DUNE) -> None:
@@ -24,9 +24,14 @@ class ParameterStation(Station):
         }
         self.refused = {"wide"}
         self.deaf: set[type[imc.Message]] = set()
+        self.mute_after: tuple[type[imc.Message], ...] = ()
         self.types = False
 
     def answers(self, message: imc.Message) -> Iterable[imc.Message]:
+        found = list(self._obey(message))
+        return [] if any(isinstance(each, self.mute_after) for each in self.heard) else found
+
+    def _obey(self, message: imc.Message) -> Iterable[imc.Message]:
         if type(message) in self.deaf:
             return
         if isinstance(message, imc.EntityList) and message.op == imc.EntityList.Op.QUERY:

@@ -111,13 +111,7 @@ def test_a_vehicle_that_falls_silent_after_the_order_leaves_the_value_unknown(tm
     path = written(tmp_path / "some.ini", "[Path Control]\nCorridor -- Width = 3\n")
 
     def silence(station: ParameterStation) -> None:
-        answers = station.answers
-
-        def until_ordered(message: imc.Message) -> list[imc.Message]:
-            found = list(answers(message))
-            return [] if any(isinstance(each, imc.SetEntityParameters) for each in station.heard) else found
-
-        station.answers = until_ordered  # type: ignore[method-assign]
+        station.mute_after = (imc.SetEntityParameters,)
 
     outcomes, station = load(path, silence)
     assert [(one.outcome, one.value) for one in outcomes] == [("no answer", None)]
