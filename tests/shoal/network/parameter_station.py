@@ -13,7 +13,8 @@ TASKS = {7: "Control.Path.LOSNSMC", 9: "Sensors.GPS"}
 class ParameterStation(Station):
     """Entities with parameters, `values`. It takes no value that is in `refused`, and says nothing then.
 
-    `deaf` are types that it ignores; it obeys one of `mute_after`, and answers nothing from then on. Without `types` it does not know QueryTypedEntityParameters.
+    `deaf` are types that it ignores; it obeys one of `mute_after`, and answers nothing from then on. Without `types` it
+    does not know QueryTypedEntityParameters.
     """
 
     def __init__(self, ports: Sequence[int], name: str = "station", system: int = 0x0B01, version: str = DUNE) -> None:
