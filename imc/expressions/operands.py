@@ -62,7 +62,7 @@ class Operand:
     def check_units(self, other: "Operand") -> str:
         """The unit of both. Raises ExpressionError if they differ."""
         if self.unit and other.unit and self.unit != other.unit:
-            raise other.error(f"{self.text} is in {self.unit}, but {other.text} in {other.unit}")
+            raise other.error(f"{self.text} is in {self.unit}, but {other.text} is in {other.unit}")
         return self.unit or other.unit
 
     def is_known(self, latest: LatestMessages) -> bool:

@@ -58,7 +58,7 @@ def test_comparisons(text, expected):
         ("FuelLevel.value = 3", "'=' is not understood"),
         ("FuelLevel.value <", "a number or Message.field is missing, at character 18"),
         ("FuelLevel.value < x", "'x' is neither a number nor Message.field .*, at character 19"),
-        ("FuelLevel.value < 20 m", "FuelLevel.value is in %, but 20 m in m, at character 19"),
+        ("FuelLevel.value < 20 m", "FuelLevel.value is in %, but 20 m is in m, at character 19"),
         ("FuelLevel.value < 20 percent", "there is no unit 'percent', at character 22"),
         ("FuelLvel.value < 2", r"nor Message.field \(did you mean 'FuelLevel'\?\), at character 1"),
         ("EstimatedState.depth@other > 2", "a plan compares its own vehicle's messages"),

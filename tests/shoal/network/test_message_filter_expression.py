@@ -74,7 +74,7 @@ def test_expressions(text, message, expected):
             [imc.PlanControlState],
             "a text can only be compared with a text, by ==, != or ~, at character 1",
         ),
-        ("depth > 2 s", [imc.EstimatedState], "depth is in m, but 2 s in s, at character 9"),
+        ("depth > 2 s", [imc.EstimatedState], "depth is in m, but 2 s is in s, at character 9"),
         ("depth > 2 and u > 1 kmh", [], "there is no unit 'kmh' (did you mean 'km/h'?), at character 21"),
         ("Temperature[CTD].value > 2", [], "write the field alone; VEHICLE and --entity choose whose it is"),
         ("age(GpsFix) > 3 s", [], "age is for scenarios only"),

@@ -53,7 +53,7 @@ PAIR = "vehicles: {a: {profile: otter}, b: {profile: otter}}\nlinks: [{between: 
         (OTTER + "world: {objects: {a: {clas: Glider}}}", 2, "an object has no 'clas' (did you mean 'class'?)"),
         ("vehicle: {profile: lauv-noptilus-1}\nworld: {wind: {speed: 3}}", 2, "no vehicle has an option for wind"),
         (OTTER + "expect:\n  - always: SimulatedState.zz < 3", 3, "has no numeric field 'zz' (did you mean 'z'?)"),
-        (OTTER + "expect:\n  - always: SimulatedState.z < 3 s", 3, "SimulatedState.z is in m, but 3 s in s"),
+        (OTTER + "expect:\n  - always: SimulatedState.z < 3 s", 3, "SimulatedState.z is in m, but 3 s is in s"),
         (OTTER + "expect:\n  - allways: SimulatedState.z < 3", 3, "(did you mean 'always'?)"),
         (OTTER + "expect:\n  - {always: SimulatedState.z < 3, within: 3 s}", 3, "unknown key 'within'"),
         (OTTER + "expect:\n  - {until: SimulatedState.z < 3}", 3, "'holds' is missing"),
