@@ -28,6 +28,7 @@ from tasks.transports.imc_links.own_announce import (
     loopback_services,
 )
 from tasks.transports.imc_links.sockets import (
+    check_multicast_address,
     listen_address,
     network_time,
     open_announce_sender,
@@ -74,6 +75,7 @@ class Announce(Task):
 
     def configure(self) -> None:
         self.place = listen_address(self, self.address)
+        check_multicast_address(self.multicast_address)
         self.is_vehicle = imc.SystemType[self.system_type.upper()] in VEHICLE_TYPES
 
     def start(self) -> None:
@@ -81,6 +83,7 @@ class Announce(Task):
         self.offered: dict[tuple[int, str, str], tuple[Service, int]] = {}
         self.systems: dict[int, tuple[str, tuple[str, ...]]] = {}  # uid or name, and addresses, by id
         self.answered = 0.0
+        self.unanswered: dict[int, Sequence[Endpoint]] = {}
         self.sent, self.due, self.asked = 0.0, network_time(self) + SHORTEST, False  # first come the services
 
     @consume
@@ -117,9 +120,21 @@ class Announce(Task):
         self.systems[other.src] = (who, addresses)
         if before is None or before[0] != who:
             self.announce_soon()
-            if places and self.offered and network_time(self) - self.answered >= BREAK:
-                self.answered = network_time(self)
-                self.announce_to_system(places)
+            if places and self.offered and len(self.unanswered) < MOST_SYSTEMS:
+                self.unanswered[other.src] = places
+                if len(self.unanswered) == 1:
+                    self.answer_waiting()
+        elif other.src in self.unanswered and places:
+            self.unanswered[other.src] = places
+
+    def answer_waiting(self) -> None:
+        """Announce to the newcomer that has waited longest, and later to the others."""
+        wait = self.answered + BREAK - network_time(self)
+        if wait <= 0:
+            self.answered, wait = network_time(self), BREAK
+            self.announce_to_system(self.unanswered.pop(next(iter(self.unanswered))))
+        if self.unanswered:
+            schedule_network_timer(self, wait, self.answer_waiting)
 
     def announce_to_system(self, places: Iterable[Endpoint]) -> None:
         """Announce to one system, where our own address reaches it: from loopback that is this computer only."""

@@ -16,6 +16,7 @@ from tasks.transports.imc_links.peer_table import DropCounts, Peer
 from tasks.transports.imc_links.recvmmsg import Datagram
 from tasks.transports.imc_links.shared_discovery import DiscoveryFollower, DiscoveryLeader
 from tasks.transports.imc_links.sockets import (
+    check_multicast_address,
     listen_address,
     network_time,
     open_announce_receivers,
@@ -79,6 +80,7 @@ class Discovery(Task):
 
     def configure(self) -> None:
         self.place = listen_address(self, self.address)
+        check_multicast_address(self.multicast_address)
 
     def start(self) -> None:
         self.reader: DatagramReader | None = None

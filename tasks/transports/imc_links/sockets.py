@@ -55,6 +55,16 @@ def check_address(text: str) -> None:
         raise ValueError(f"{quoted(text)} is not an IPv4 address") from None
 
 
+def check_multicast_address(text: str) -> None:
+    """Raises ParameterError if the Multicast Address of a task is not a group of IPv4."""
+    try:
+        valid = IPv4Address(text).is_multicast
+    except ValueError:
+        valid = False
+    if not valid:
+        raise ParameterError("Multicast Address", f"{quoted(text)} is not a multicast address of IPv4")
+
+
 def bind_udp_socket(address: str, port: int) -> socket.socket:
     """A UDP socket that nobody shares, at an address of this computer. Raises OSError if it is taken."""
     opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

@@ -18,7 +18,7 @@ class Vehicle(Station):
         super().__init__(discovery_ports())
         self.lost, self.refuses = lost, refuses
         self.value = "1.0"
-        self.answers = 0
+        self.sent_answers = 0
 
     def listen(self) -> None:
         self.heard.clear()
@@ -36,9 +36,9 @@ class Vehicle(Station):
 
     def answer(self, **texts: str) -> None:
         values = tuple(imc.EntityParameter(name=name, value=text) for name, text in texts.items())
-        if self.answers not in self.lost:
+        if self.sent_answers not in self.lost:
             self.send(self.packet(imc.EntityParameters(name="GPS", params=values)))
-        self.answers += 1
+        self.sent_answers += 1
 
 
 def on(

@@ -41,7 +41,7 @@ def test_the_state_comes_at_the_rate_of_the_profile_and_other_types_at_theirs(ve
     count = sum(type(m) is imc.EstimatedState for m in messages)
     assert 2 <= count <= 6  # 2 Hz
     assert sum(type(m) is imc.EulerAngles for m in messages) > 100  # no limit
-    assert {type(m) for m in messages} <= set(vessel.udp.messages.types)
+    assert {type(m) for m in messages} <= {imc.Announce, *vessel.udp.messages.types}
     assert not [m for m in messages if isinstance(m, imc.Distance) and m.src_ent not in labels(vessel, "Altimeter")]
 
 
@@ -54,7 +54,13 @@ def test_who_comes_is_answered_at_once_and_told_the_last_states(vessel):
         assert Services.parse(announce.services).endpoints("imc+udp") == (("127.0.0.1", vessel.udp.port),)
         console.send(imc.Heartbeat())
         assert 0.0 < console.get(imc.FuelLevel, patience=4.0).value <= 100.0
-        time.sleep(0.06)
+
+
+def test_two_that_appear_together_are_both_answered(vessel):
+    consoles = [Station(vessel, system) for system in (0x4510, 0x4511, 0x4512)]
+    for console in consoles:
+        console.announce()
+    assert {console.get(imc.Announce).src for console in consoles} == {OWN}
 
 
 @pytest.mark.heavy
