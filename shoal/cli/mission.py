@@ -2,6 +2,7 @@
 
 import json
 import math
+import shlex
 import sys
 import time
 from dataclasses import asdict
@@ -104,7 +105,7 @@ def mission(
         click.echo(f"Error: {error}", err=True)
         sys.exit(CANNOT_FLY)
     bar = _Bar(specification.plan_id)
-    flight = Mission(made.vehicle, specification, calibrate=calibrate, watch=bar.show)
+    flight = Mission(made.vehicle, specification, calibrate=calibrate, watch=bar.show, estimated=_print_estimate)
     with bar.progress, shutdown_on_signal(made.vehicle) as watchdog:
         try:
             report = flight.fly(longest, snapshot_every=snapshot_every)
@@ -151,6 +152,13 @@ def _plain(report: Report) -> dict[str, object]:
         "depth_error": _known(report.depth_error),
         "deepest": report.deepest,
     }
+    summary |= {
+        "estimated_seconds": _known(report.estimated_seconds),
+        "estimated_energy": _known(report.estimated_energy),
+        "battery_before": _known(report.battery_before),
+        "battery_after": _known(report.battery_after),
+        "log": None if report.log is None else str(report.log),
+    }
     legs = [{key: _known(value) for key, value in asdict(leg).items()} for leg in report.legs]
     return {**summary, "legs": legs}
 
@@ -159,11 +167,29 @@ def _known(value: object) -> object:
     return None if isinstance(value, float) and math.isnan(value) else value
 
 
+def _print_estimate(report: Report) -> None:
+    """Print, before the flight, what the plan takes."""
+    time_needed = "unknown" if math.isnan(report.estimated_seconds) else f"{report.estimated_seconds:.0f} s"
+    words = f"estimated time {time_needed}, energy {_percent(report.estimated_energy)}"
+    click.echo(f"{words} of the battery, which has {_percent(report.battery_before)}", err=True)
+
+
+def _percent(value: float) -> str:
+    return "unknown" if math.isnan(value) else f"{value:.1f} %"
+
+
 def _print(title: str, report: Report) -> None:
     console = Console(highlight=False, emoji=False, soft_wrap=True)
     console.print(f"{title}: {report.outcome}, {report.reason}", markup=False)
-    if not report.legs:
-        return
+    if report.legs:
+        _print_legs(console, report)
+        used = report.battery_before - report.battery_after
+        console.print(f"energy: {_percent(used)} of the battery used, estimated {_percent(report.estimated_energy)}")
+    if report.log is not None:
+        console.print(f"log: {report.log}, drawn by: shoal log report {shlex.quote(str(report.log))}", markup=False)
+
+
+def _print_legs(console: Console, report: Report) -> None:
     table = Table(box=None, pad_edge=False)
     table.add_column("maneuver")
     for name in ("time", "distance", "cross-track", "depth error"):

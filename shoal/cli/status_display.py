@@ -2,6 +2,7 @@
 
 import math
 import os
+import shlex
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -94,7 +95,7 @@ class StatusDisplay:
         if self.detections:
             parts.append(f"{self.detections} MUG detection{'s' * (self.detections != 1)}")
         if self.folder:
-            parts.append(f"log in {self.folder}")
+            parts.append(f"log in {self.folder}, shown by: shoal log info {shlex.quote(str(self.folder))}")
         troubled = [entity for entity in self.vehicle.entities if entity.stateful and entity.state in TROUBLE]
         return "\n".join([", ".join(parts), *(map(_trouble_line, troubled) if not self._console.is_terminal else ())])
 

@@ -6,15 +6,18 @@ from functools import partial
 
 import imc
 from imc.coordinates import NOWHERE, absolute_position
+from imc.tuple_list import parse_tuple_list
 from runtime.snapshot import InputJournals, run_with_snapshots, save_beside_log
 from runtime.vehicle import Vehicle
 from shoal.missions.report import COMPLETED, FAILED, ManeuverReport, Report
 from shoal.missions.start_request import PlanStartRequest
+from support.number_parsing import leading_number
 from support.wgs84 import displacement
 
 NEEDED = ("Supervisors.Vehicle", "Plan.Engine")  # a mission waits for their messages
 ON_TRACK, AT_DEPTH = 1.5, 0.5  # m; on each path, errors count once they have been smaller
 ON_COURSE = math.radians(15.0)
+ENTITY_ERRORS = "vehicle errors: "
 NEXT_STATES = (imc.PlanControlState.State.READY, imc.PlanControlState.State.BLOCKED)
 PathFlags = imc.PathControlState.Flags
 
@@ -22,8 +25,9 @@ PathFlags = imc.PathControlState.Flags
 class Mission:
     """Starts a plan as soon as the vehicle is ready, follows it, and stops the vehicle when the plan is over.
 
-    `patience` (s) is how long the vehicle may take to be ready. `watch` is called with each PlanControlState. If `over`
-    is given, it is called when the plan is over, and the vehicle goes on.
+    `patience` (s) is how long the vehicle may take to be ready. `watch` is called with each PlanControlState,
+    `estimated` with the report once it has the estimates. If `over` is given, it is called when the plan is over, and
+    the vehicle continues.
     """
 
     def __init__(
@@ -35,6 +39,7 @@ class Mission:
         patience: float = 120.0,
         watch: Callable[[imc.PlanControlState], object] | None = None,
         over: Callable[[], object] | None = None,
+        estimated: Callable[[Report], object] | None = None,
     ):
         self.report = Report()
         self.unsaved: list[OSError] = []
@@ -42,12 +47,12 @@ class Mission:
         flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
         request = imc.PlanControl(plan_id=plan.plan_id, flags=flags, arg=plan, dst=vehicle.system, request_id=1)
         self._request = PlanStartRequest(vehicle, request, patience=patience, refused=self._give_up)
-        self._watch = watch
+        self._watch, self._estimated = watch, estimated
         self._over = vehicle.stop if over is None else over
         self._position: tuple[float, float] | None = None
         self._reference: tuple[float, float] = NOWHERE
         self._errors: dict[str, tuple[int, bool]] = {}
-        self._trouble = ""
+        self._trouble = self._last_error = ""
         self._answer = ""
         self._is_flying = self._has_flown = self._is_over = False
         vehicle.observe(imc.PlanControl, self._judge)
@@ -55,6 +60,8 @@ class Mission:
         vehicle.observe(imc.PathControlState, self._compare)
         vehicle.observe(imc.EstimatedState, self._move)
         vehicle.observe(imc.EntityMonitoringState, self._note_trouble)
+        vehicle.observe(imc.PlanStatistics, self._note_estimate)
+        vehicle.observe(imc.FuelLevel, self._note_fuel)
 
     def begin(self) -> None:
         """Start the vehicle, and the plan as soon as it is ready; the caller runs the vehicle."""
@@ -89,7 +96,7 @@ class Mission:
         if self._is_over or answer.src != self._vehicle.system or not self._request.is_answered_by(answer):
             return
         if answer.type == imc.PlanControl.Type.FAILURE:
-            self._end(FAILED, answer.info)
+            self._end(FAILED, self._explain(answer.info))
         elif answer.type == imc.PlanControl.Type.SUCCESS:
             self._answer = answer.info
 
@@ -108,6 +115,8 @@ class Mission:
         if legs and self._is_flying:
             legs[-1].seconds = state.timestamp - legs[-1].began
         self._is_flying = state.state == names.EXECUTING
+        if self._is_flying:
+            self.report.log = self._vehicle.log_folder
         if self._is_flying and (not legs or legs[-1].name != state.man_id):
             legs.append(ManeuverReport(state.man_id, state.timestamp))
         if self._watch is not None:
@@ -156,4 +165,32 @@ class Mission:
 
     def _note_trouble(self, state: imc.EntityMonitoringState) -> None:
         names = ", ".join(name for name in (state.cnames, state.enames) if name)
+        self._last_error = state.last_error if names else ""
         self._trouble = " - ".join(text for text in (names, state.last_error) if text) if names else ""
+
+    def _explain(self, reason: str) -> str:
+        """The reason for which the vehicle stopped a plan, with its last error if the reason only names entities."""
+        if not self._last_error or not reason.startswith(ENTITY_ERRORS):
+            return reason
+        entities = reason.removeprefix(ENTITY_ERRORS)
+        is_same = self._last_error.startswith(f"{entities}: ")
+        return ENTITY_ERRORS + self._last_error if is_same else f"{reason}; last {self._last_error}"
+
+    def _note_estimate(self, statistics: imc.PlanStatistics) -> None:
+        if statistics.src == self._vehicle.system and statistics.type == imc.PlanStatistics.Type.PREPLAN:
+            report = self.report
+            report.estimated_seconds = _total(statistics.durations)
+            report.estimated_energy = _total(statistics.fuel)
+            if self._estimated is not None:
+                self._estimated(report)
+
+    def _note_fuel(self, fuel: imc.FuelLevel) -> None:
+        if fuel.src == self._vehicle.system:
+            if not self._is_flying:
+                self.report.battery_before = fuel.value
+            self.report.battery_after = fuel.value
+
+
+def _total(texts: str) -> float:
+    """The value of Total in a list of PlanStatistics, NaN if it has none."""
+    return leading_number(parse_tuple_list(texts.replace(",", ";")).get("Total", "nan"))

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 
 COMPLETED, FAILED, LATE = "SUCCESS", "FAILURE", "TIMEOUT"
 
@@ -23,7 +24,10 @@ class Report:
     """The result of a mission: `outcome` is SUCCESS, FAILURE or TIMEOUT, `reason` says why.
 
     `seconds` and `distance` (m, over ground) count from the first maneuver, `deepest` is in m. Errors of a leg count
-    from where the vehicle first follows it: cross-track within 1.5 m and 15°, depth within 0.5 m.
+    from where the vehicle first follows it: cross-track within 1.5 m and 15°, depth within 0.5 m. `estimated_seconds`
+    and `estimated_energy` (% of a full battery) are the plan engine's before the start, `battery_before` and
+    `battery_after` (%) the vehicle's first and last FuelLevel of the plan; all NaN if unknown. `log` is the folder of
+    the plan's log, None without one.
     """
 
     outcome: str = LATE
@@ -31,6 +35,11 @@ class Report:
     deepest: float = 0.0
     legs: list[ManeuverReport] = field(default_factory=list[ManeuverReport])
     states: list[str] = field(default_factory=list[str])
+    estimated_seconds: float = math.nan
+    estimated_energy: float = math.nan
+    battery_before: float = math.nan
+    battery_after: float = math.nan
+    log: Path | None = field(default=None, compare=False)
 
     @property
     def completed(self) -> bool:

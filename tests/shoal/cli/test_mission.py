@@ -97,11 +97,26 @@ def test_a_limit_ends_a_mission():
 def test_the_command_prints_what_came_of_it(tmp_path):
     (tmp_path / "plan.yaml").write_text(SHORT, encoding="utf-8")
     status, out, err = mission("lauv-noptilus-1", "plan.yaml", cwd=tmp_path)
-    assert (status, err) == (0, "")
+    estimate = r"estimated time 3\d s, energy 0\.\d % of the battery, which has 100\.0 %\n"
+    assert (status, bool(re.fullmatch(estimate, err))) == (0, True), err
     lines = out.splitlines()
     assert lines[0] == "short: SUCCESS, plan completed"
-    assert [line.split()[0] for line in lines[1:]] == ["maneuver", "Goto1", "IdleManeuver2", "all"]
-    assert list((tmp_path / "log" / "lauv-noptilus-1").glob("*/*_short/Data.lsf.gz"))
+    words = ["maneuver", "Goto1", "IdleManeuver2", "all", "energy:", "log:"]
+    assert [line.split()[0] for line in lines[1:]] == words
+    (data,) = (tmp_path / "log" / "lauv-noptilus-1").glob("*/*_short/Data.lsf.gz")
+    assert str(data.parent.relative_to(tmp_path)) in lines[-1]
+
+
+@pytest.mark.heavy
+def test_a_failed_plan_has_its_cause_its_energy_and_its_log(tmp_path):
+    (tmp_path / "plan.yaml").write_text(SHORT, encoding="utf-8")
+    current = ("--set", "Simulators.StreamVelocity:Default Speed East=1.9")
+    status, out, _ = mission("lauv-noptilus-1", "plan.yaml", *current, "--json", cwd=tmp_path)
+    report = json.loads(out)
+    assert (status, report["reason"]) == (1, "vehicle errors: Path Control: along-track divergence error")
+    assert (tmp_path / report["log"] / "Data.lsf.gz").is_file()
+    assert report["estimated_seconds"] == pytest.approx(30.0, abs=3.0)
+    assert 0.0 < report["battery_before"] - report["battery_after"] < 3 * report["estimated_energy"]
 
 
 @pytest.mark.heavy

@@ -109,5 +109,5 @@ def test_a_vehicle_stops_before_a_wall(tmp_path, north, braking):
     assert brakes == ([Op.START, Op.STOP] if braking else [])
     assert report.completed is not braking
     if braking:
-        assert report.reason == "vehicle errors: Brakes"
+        assert report.reason == "vehicle errors: Brakes: an obstacle is in the way"
         assert max(places) + 1.0 < north, "the nose is 1 m ahead"

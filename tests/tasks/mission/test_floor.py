@@ -191,7 +191,7 @@ def test_a_reference_to_follow_does_not_lead_to_the_bottom(z, unit):
 def test_without_an_altimeter_the_bottom_seen_last_counts_for_a_minute(maneuver):
     legs = f"{maneuver}\n{maneuver.replace('60, east: 30', '0, east: 60')}\n{maneuver}"
     run = dive(legs, silent="Simulators.Environment", at=8.0)
-    assert run.reason == "vehicle errors: Attitude"
+    assert run.reason == "vehicle errors: Attitude: altitude has been unknown for too long"
     assert "altitude has been unknown for too long" in run.said
     assert run.clearance > 0.6
 

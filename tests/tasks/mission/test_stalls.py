@@ -67,7 +67,7 @@ def test_after_a_stall_of_half_a_minute_the_plan_ends_in_error(tmp_path):
     assert {label for _, label, _ in run.bad} == {"Daemon"}
     assert 60.0 <= run.bad[0][0] < 62.0
     assert run.bad[0][2].startswith("the process stood still for ")
-    assert run.report.reason == "vehicle errors: Daemon"
+    assert run.report.reason == "vehicle errors: Daemon: the process stood still for 29.9 s"
 
 
 @pytest.mark.heavy
