@@ -22,6 +22,7 @@ from shoal.cli.options import (
     modes_option,
     overrides_option,
 )
+from shoal.cli.plan_capability import plan_problem
 from shoal.cli.simulated_motion import motion_problem, motion_warning
 from shoal.fleet import SYSTEM_ID, mavlink_id
 from support.diagnostics import Problem, ProfileError
@@ -69,9 +70,8 @@ def check(
             selected = profile.parse_modes(profiles) if profiles else None
             problems = find_problems(profile, known, selected, find_task)
             if not any(problem.severity == "error" for problem in problems):
-                problems += _build_problems(
-                    profile, [{mode} for mode in profile.selectable_modes] if selected is None else [selected]
-                )
+                every = [{mode} for mode in profile.selectable_modes]
+                problems += _build_problems(profile, every if selected is None else [selected], selected is not None)
             problems += _mavlink_id_conflict(profile, speakers, together=bool(names))
         except ProfileError as error:
             problems += error.problems
@@ -93,8 +93,11 @@ def check(
     sys.exit(1 if counts["error"] or (strict and counts["warning"]) else 0)
 
 
-def _build_problems(profile: Profile, selections: Iterable[Collection[str]]) -> list[Problem]:
-    """What building the vehicle shows in any selection: values that tasks reject or doubt, missing packages."""
+def _build_problems(profile: Profile, selections: Iterable[Collection[str]], only: bool) -> list[Problem]:
+    """What building the vehicle shows in any selection: values that tasks reject or doubt, missing packages.
+
+    Where a selection is the `only` one, also what it lacks for plans.
+    """
     found: list[Problem] = []
     for selected in selections:
         try:
@@ -103,6 +106,8 @@ def _build_problems(profile: Profile, selections: Iterable[Collection[str]]) -> 
                 found += config_warnings(made.vehicle, profile)
                 stands = motion_problem(made, profile)
                 found += [stands] if stands is not None else []
+                if only and (plan := plan_problem(made, profile)):
+                    found.append(plan)
                 if text := motion_warning(made, profile, selected):
                     found.append(Problem("warning", str(profile.path), 0, text))
             finally:

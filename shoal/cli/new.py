@@ -7,6 +7,9 @@ from pathlib import Path
 
 import click
 
+from runtime.profile import load_profile
+from shoal.cli.options import config_dir_option
+from support.diagnostics import ProfileError
 from support.top_level_packages import PACKAGES
 
 TASK = '''"""{title}: reports the greatest depth of the vehicle."""
@@ -92,7 +95,7 @@ def test_silence_is_an_error():
 '''
 
 VEHICLE = """# {name}: swims in circles in simulation, without forces; see `shoal explain {name}`.
-# For forces, navigation, control and plans, start with [Require lauv-noptilus-1.ini] instead.
+# For forces, navigation, control and plans: shoal new vehicle NAME --from lauv-noptilus-1
 
 [General]
 Vehicle                       = {name}
@@ -113,6 +116,14 @@ Enabled                       = Simulation
 [Transports.Logging]
 Enabled                       = Always
 Entity Label                  = Logger
+"""
+
+VARIANT = """# {name}: {base} with changes of its own; see `shoal explain {name}`.
+
+[Require {base}.ini]
+
+[General]
+Vehicle                       = {name}
 """
 
 VEHICLE_TEST = '''"""{name} swims."""
@@ -214,11 +225,22 @@ def _print_usage(cls: str, module: str) -> None:
 
 @new.command()
 @click.argument("name")
-def vehicle(name: str) -> None:
-    """Create a vehicle NAME, such as lauv-mine: a profile and its test."""
+@click.option("--from", "base", metavar="PROFILE", help="Start from this one [default: a light simulation].")
+@config_dir_option
+def vehicle(name: str, base: str | None, config_dir: tuple[Path, ...]) -> None:
+    """Create a vehicle NAME, such as lauv-mine: a profile and its test.
+
+    A vehicle --from lauv-noptilus-1, otter, caravel or hexa-00 carries out plans.
+    """
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]{0,62}", name):
         raise click.BadParameter(f"{name!r} is not a system name such as lauv-mine: letters, digits, - and _ only")
-    _write(Path(f"{name}.ini"), VEHICLE.format(name=name))
+    if base is not None:
+        try:
+            load_profile(base, config_dir)
+        except ProfileError as error:
+            raise click.ClickException(str(error)) from None
+    text = VARIANT.format(name=name, base=base.removesuffix(".ini")) if base else VEHICLE.format(name=name)
+    _write(Path(f"{name}.ini"), text)
     module = re.sub(r"\W", "_", name)
     _write(Path(f"test_{module}.py"), VEHICLE_TEST.format(name=name))
     click.echo(f"\nRun it:   shoal run {name} -p Simulation")

@@ -27,6 +27,7 @@ from shoal.cli.remote_command import (
     parse_duration_option,
     print_json_line,
 )
+from shoal.cli.unlisted_messages import unlisted_messages_text
 from shoal.cli.vehicle_selection import (
     Say,
     VehicleSelection,
@@ -111,7 +112,7 @@ def spy(
         if hz:
             await _measure(there, kinds, sieve, duration, as_json, None if single else say)
             return
-        asyncio.get_running_loop().call_later(QUIET, sieve.explain_silence)
+        explanation = asyncio.create_task(_explain_silence(sieve, kinds))
         try:
             async with asyncio.timeout(duration), aclosing(there.messages(*kinds)) as stream:
                 async for message in stream:
@@ -126,6 +127,8 @@ def spy(
         except TimeoutError:
             if not sieve.accepted:
                 raise NoAnswer(sieve.no_match_text(duration or 0.0)) from None
+        finally:
+            explanation.cancel()
 
     options = {**connection, "messages": schema}
     results = run_on_selection(vehicle, options, act, takes_clash=True, on_error=print_error)
@@ -137,7 +140,7 @@ class SpyFilter:
     """Which messages are wanted, and why none was."""
 
     def __init__(self, vehicle: AsyncRemoteVehicle, test: Callable[[imc.Message], bool], where: str, entity: str):
-        self._vehicle, self._test, self._entity = vehicle, test, entity
+        self.vehicle, self._test, self._entity = vehicle, test, entity
         given = {"where": where, "entity": entity}
         self._words = " ".join(f"--{name} {value!r}" for name, value in given.items() if value)
         self.received = self.accepted = 0
@@ -145,7 +148,7 @@ class SpyFilter:
 
     def accepts(self, message: imc.Message) -> bool:
         self.received += 1
-        wanted = self._test(message) and self._vehicle.system.matches_label(message.src_ent, self._entity)
+        wanted = self._test(message) and self.vehicle.system.matches_label(message.src_ent, self._entity)
         self.accepted += wanted
         if wanted and isinstance(message, imc.Unknown) and message.id not in self._unknown:
             self._unknown.add(message.id)
@@ -155,13 +158,18 @@ class SpyFilter:
     def no_match_text(self, seconds: float) -> str:
         """The reason for that no message passed."""
         if not self.received:
-            return f"{self._vehicle.name}: nothing came within {seconds:g} s"
-        return f"{self._vehicle.name}: none of {self.received} messages within {seconds:g} s matched {self._words}"
+            return f"{self.vehicle.name}: nothing came within {seconds:g} s"
+        return f"{self.vehicle.name}: none of {self.received} messages within {seconds:g} s matched {self._words}"
 
-    def explain_silence(self) -> None:
-        """Tell a person who waits for messages."""
-        if not self.accepted:
-            click.echo(printable(f"{self.no_match_text(QUIET)}; waiting, Ctrl-C ends"), err=True)
+
+async def _explain_silence(sieve: SpyFilter, kinds: list[type[imc.Message]]) -> None:
+    """Print to a person who waits for messages why none has come."""
+    await asyncio.sleep(QUIET)
+    if sieve.accepted:
+        return
+    click.echo(printable(f"{sieve.no_match_text(QUIET)}; waiting, Ctrl-C ends"), err=True)
+    if not sieve.received and (reason := await unlisted_messages_text(sieve.vehicle, kinds)):
+        click.echo(printable(reason), err=True)
 
 
 def _check_fields(names: tuple[str, ...], kinds: list[type[imc.Message]]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 from rich.console import Console
 
-from runtime.task import Parameter, Task
+from runtime.task import Parameter, Task, consumer_methods
 from runtime.vehicle import TaskImportError, all_tasks, missing_extra
 from shoal.cli.console_tables import (
     find_task_class,
@@ -21,11 +21,15 @@ from shoal.cli.options import add_user_task_folders, code_option
 
 
 @click.command()
-@click.argument("name", required=False)
+@click.argument("name", metavar="[NAME|WORD]", required=False)
 @code_option
 @json_option
 def tasks(name: str | None, code: tuple[Path, ...], as_json: bool) -> None:
-    """List Shoal's tasks, or the parameters of the task NAME, which may be one of your own."""
+    """List Shoal's tasks, or the parameters of the task NAME, which may be one of your own.
+
+    A WORD that is no task lists the tasks that have it in their name, description or parameters, or that subscribe to
+    the message of this name.
+    """
     add_user_task_folders(code)
     broken: list[TaskImportError] = []
     console, known = open_console(), all_tasks(broken)
@@ -34,24 +38,47 @@ def tasks(name: str | None, code: tuple[Path, ...], as_json: bool) -> None:
     if name is not None:
         if name not in known and (own := find_task_class(name)) is not None:
             known[name] = own
-        section = resolve_name(name, known, "task")
+        try:
+            section = resolve_name(name, known, "task")
+        except click.ClickException:
+            if not (found := _search(name, known)):
+                raise
+            _list(console, found, as_json)
+            return
         if as_json:
             parameters = [parameter_to_dict(parameter) for parameter in known[section].parameters().values()]
             print_json(_heading(section, known[section]) | {"parameters": parameters})
         else:
             _describe(console, section, known)
         return
+    _list(console, known, as_json)
+    if broken:
+        sys.exit(1)
+
+
+def _search(word: str, known: dict[str, type[Task]]) -> dict[str, type[Task]]:
+    """The tasks that have a word in their texts, or the message of this name as an input."""
+    wanted = word.casefold()
+
+    def matches(section: str, cls: type[Task]) -> bool:
+        parameters = cls.parameters().values()
+        texts = [section, cls.__doc__ or "", *(p.name for p in parameters), *(p.description for p in parameters)]
+        inputs = (consumer.type.__name__ for consumer in consumer_methods(cls))
+        return any(wanted in text.casefold() for text in texts) or wanted in map(str.casefold, inputs)
+
+    return {section: cls for section, cls in known.items() if matches(section, cls)}
+
+
+def _list(console: Console, found: dict[str, type[Task]], as_json: bool) -> None:
     if as_json:
-        print_json([_heading(section, cls) for section, cls in known.items()])
-        sys.exit(1 if broken else 0)
+        print_json([_heading(section, cls) for section, cls in found.items()])
+        return
     table = plain_table("task", "what it does")
-    for section, cls in known.items():
+    for section, cls in found.items():
         extra = missing_extra(cls)
         need = f" [yellow](needs pip install 'shoal\\[{extra}]')[/]" if extra else ""
         table.add_row(section, first_sentence(cls) + need)
     console.print(table)
-    if broken:
-        sys.exit(1)
 
 
 def _heading(section: str, cls: type[Task]) -> dict[str, object]:

@@ -1,7 +1,6 @@
-"""`shoal check`, `explain`, `tasks`, `message` and `new`."""
+"""`shoal check`, `explain`, `tasks` and `message`."""
 
-import subprocess
-import sys
+import json
 
 import pytest
 from click.testing import CliRunner
@@ -252,6 +251,18 @@ def test_tasks_are_listed_and_described(shoal):
     assert "did you mean Simulators.GPS" in shoal("tasks", "Simulators.GSP").output
 
 
+def test_tasks_are_found_by_a_word_or_by_an_input(shoal):
+    def found(*words):
+        return {task["task"] for task in json.loads(shoal("tasks", *words, "--json").stdout)}
+
+    assert {"Simulators.DepthSensor", "Control.AUV.Allocator"}.isdisjoint(found("multirotor"))
+    assert "Simulators.UAV" in found("multirotor")
+    assert "Navigation.AUV.Navigation" in found("eulerangles")
+    assert "Simulators.Battery" in found("voltage curve")
+    assert shoal("tasks", "zebra").exit_code == 2
+    assert "Simulators.UAV" in shoal("tasks", "multirotor").output
+
+
 def test_messages_are_found_by_name_and_id(shoal):
     assert shoal("message", "2001").output == shoal("message", "estimatedmugstate").output
     assert "EstimatedMugState, id 2001" in shoal("message", "2001").output
@@ -259,51 +270,29 @@ def test_messages_are_found_by_name_and_id(shoal):
     assert shoal("message", "12345").exit_code == 2
 
 
-@pytest.mark.heavy
-def test_a_new_task_runs_and_its_test_passes(shoal, tmp_path):
-    result = shoal("new", "task", "DepthAlarm")
-    assert result.exit_code == 0, result.output
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "test_depth_alarm.py"], cwd=tmp_path, capture_output=True, text=True
-    )
-    assert "1 passed" in done.stdout, done.stdout + done.stderr
-    assert shoal("new", "task", "DepthAlarm").exit_code == 2
-    assert "How often to report." in shoal("tasks", "depth_alarm.DepthAlarm").output
-
-
-@pytest.mark.heavy
-def test_a_new_driver_passes_its_test(shoal, tmp_path):
-    result = shoal("new", "driver", "DepthCell")
-    assert result.exit_code == 0, result.output
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "test_depth_cell.py"], cwd=tmp_path, capture_output=True, text=True
-    )
-    assert "2 passed" in done.stdout, done.stdout + done.stderr
-    assert "Baud rate of the port." in shoal("tasks", "depth_cell.DepthCell").output
-
-
-@pytest.mark.heavy
-def test_a_new_vehicle_runs_and_its_test_passes(shoal, tmp_path):
-    assert shoal("new", "vehicle", "lauv-mine").exit_code == 0
-    result = shoal("check", "lauv-mine")
+@pytest.mark.parametrize(
+    ("profile", "lacks"),
+    [
+        ("lauv-noptilus-1", "navigation, control, attitude, depth, actuators"),
+        ("otter", "navigation, control, attitude, actuators"),
+        ("hexa-00", "navigation, control, position, attitude, barometric height, actuators"),
+        ("autopilot-sub", ""),
+    ],
+)
+def test_check_names_the_parts_that_a_plan_lacks_on_hardware(shoal, profile, lacks):
+    result = shoal("check", profile, "-p", "Hardware")
     assert result.exit_code == 0
-    assert "warning" not in result.output
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "test_lauv_mine.py"], cwd=tmp_path, capture_output=True, text=True
+    assert (f"maneuvers, {lacks}\n" in result.output) if lacks else ("nothing wrong" in result.output)
+
+
+def test_a_task_of_the_user_may_do_the_part_that_is_missing(shoal, tmp_path):
+    assert shoal("new", "driver", "DepthCell").exit_code == 0
+    (tmp_path / "mine.ini").write_text(
+        "[Require lauv-noptilus-1.ini]\n[depth_cell.DepthCell]\nEnabled = Hardware\n"
+        "Serial Port - Device = /dev/ttyUSB0\n"
     )
-    assert "1 passed" in done.stdout, done.stdout + done.stderr
-
-
-@pytest.mark.parametrize("name", ["../evil", "a/b", "class", "", "1up", "imc"])
-def test_names_of_tasks_that_cannot_be_are_refused(shoal, tmp_path, name):
-    assert shoal("new", "task", name).exit_code != 0
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", ["../evil", "a/b", "", ".hidden", "a b", "x" * 100])
-def test_names_of_vehicles_that_cannot_be_are_refused(shoal, tmp_path, name):
-    assert shoal("new", "vehicle", name).exit_code != 0
-    assert list(tmp_path.iterdir()) == []
+    result = shoal("check", "mine", "-p", "Hardware")
+    assert "depth, actuators, unless depth_cell.DepthCell does it\n" in result.output
 
 
 @pytest.mark.parametrize(
