@@ -15,6 +15,7 @@ from rich.table import Table
 
 import imc
 from shoal.cli.field_values import format_fields
+from shoal.cli.log.selection_options import split_names
 from shoal.cli.messages_option import messages_option
 from shoal.cli.remote_command import (
     complete_entity,
@@ -62,7 +63,7 @@ ASK_AGAIN = 0.5  # s between questions for the labels of entities
 @click.option(
     "--fields", default="", shell_complete=complete_fields, help="Only these fields, separated by commas: x,y,depth."
 )
-@click.option("--entity", default="", shell_complete=complete_entity, help="Only of this entity.")
+@click.option("-e", "--entities", multiple=True, shell_complete=complete_entity, help="Only of these, by label.")
 @click.option("--hz", is_flag=True, help="Rates of all types, instead of the messages.")
 @click.option(
     "--for", "duration", callback=parse_duration_option, metavar="TIME", help="End after this time: 3s, 1min."
@@ -76,7 +77,7 @@ def spy(
     messages: tuple[str, ...],
     where: str,
     fields: str,
-    entity: str,
+    entities: tuple[str, ...],
     hz: bool,
     duration: float | None,
     count: int | None,
@@ -99,15 +100,15 @@ def spy(
     if hz and (names or count is not None):
         raise click.UsageError("--hz shows rates: it takes --for, but no --fields and no --count")
 
-    single = bool(vehicle.single_name)
+    single, labels = bool(vehicle.single_name), split_names(entities)
 
     async def act(there: AsyncRemoteVehicle) -> None:
         if clash := there.system.conflict_text:
             click.echo(printable(f"{there.name}: {clash}"), err=True)
-        if entity:
+        if labels:
             with suppress(NoAnswer):  # zenoh brings the labels with the messages
                 await there.param.entity_ids()
-        sieve = SpyFilter(there, test, where, entity)
+        sieve = SpyFilter(there, test, where, labels)
         say = click.echo if single else prefixed(there.name)
         if hz:
             await _measure(there, kinds, sieve, duration, as_json, None if single else say)
@@ -139,16 +140,17 @@ def spy(
 class SpyFilter:
     """Which messages are wanted, and why none was."""
 
-    def __init__(self, vehicle: AsyncRemoteVehicle, test: Callable[[imc.Message], bool], where: str, entity: str):
-        self.vehicle, self._test, self._entity = vehicle, test, entity
-        given = {"where": where, "entity": entity}
+    def __init__(self, vehicle: AsyncRemoteVehicle, test: Callable[[imc.Message], bool], where: str, labels: list[str]):
+        self.vehicle, self._test, self._labels = vehicle, test, labels or [""]
+        given = {"where": where, "entities": ",".join(labels)}
         self._words = " ".join(f"--{name} {value!r}" for name, value in given.items() if value)
         self.received = self.accepted = 0
         self._unknown: set[int] = set()
 
     def accepts(self, message: imc.Message) -> bool:
         self.received += 1
-        wanted = self._test(message) and self.vehicle.system.matches_label(message.src_ent, self._entity)
+        named = any(self.vehicle.system.matches_label(message.src_ent, label) for label in self._labels)
+        wanted = named and self._test(message)
         self.accepted += wanted
         if wanted and isinstance(message, imc.Unknown) and message.id not in self._unknown:
             self._unknown.add(message.id)

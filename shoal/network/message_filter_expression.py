@@ -78,7 +78,7 @@ class _OneMessage(NameScope):
 
     def place(self, node: Name) -> FieldPlace | None:
         if node.vehicle or node.receiver or node.entity is not None:
-            raise node.error(f"{node.text!r}: write the field alone; VEHICLE and --entity choose whose it is")
+            raise node.error(f"{node.text!r}: write the field alone; VEHICLE and --entities choose whose it is")
         if node.name == self._kind.__name__:
             self._check_field(node, node.path)
             return FieldPlace(self._kind, 0, node.path)

@@ -123,7 +123,7 @@ def test_own_messages_of_a_running_vehicle(project, network):
         (reply,) = asked("send", VEHICLE, "WhaleCall", "level=90", "--wait", "1s")
         assert (reply["abbrev"], reply["value"]) == ("Turbidity", 90.0)
         status, out, err = shoal(
-            "spy", VEHICLE, "--entity", "Hydrophone", "--for", "2.5s", "--json", cwd=project, **where
+            "spy", VEHICLE, "--entities", "Hydrophone", "--for", "2.5s", "--json", cwd=project, **where
         )
         assert (status, {json.loads(line)["id"] for line in out.splitlines()}) == (0, {30001})
         assert err.count("there is no message with id 30001 here: name its definition with --messages") == 1

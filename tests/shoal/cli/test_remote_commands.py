@@ -68,6 +68,8 @@ def test_spy(process: Running) -> None:
         (row["message"], row["entity"]): row["hz"] for row in json_of("spy", NAME, "--hz", "--for", "1s", "--json")
     }
     assert rates["EstimatedState", "Navigation"] > 10.0
+    two = lines_of("spy", NAME, "EntityState", "-e", "GPS,AHRS", "--count", 6, "--json")
+    assert {line["entity"] for line in two} == {"GPS", "AHRS"}
     words = shoal("spy", NAME, "VehicleState", "--count", 1).output
     assert "op_mode=SERVICE" in words
     nothing = shoal("spy", NAME, "EstimatedState", "--where", "depth > 500", "--for", "0.3s")
@@ -237,7 +239,7 @@ def test_the_shell_completes_vehicles_messages_and_plans(
     shoal("plan", NAME, "put", path)
     assert completed("spy", "lauv") == [NAME]
     assert completed("spy", NAME, "EstimatedS") == ["EstimatedState", "EstimatedStreamVelocity"]
-    assert completed("spy", NAME, "--entity", "path c") == ["Path Control"]
+    assert completed("spy", NAME, "--entities", "path c") == ["Path Control"]
     assert completed("plan", NAME, "st") == ["start", "stop", "status"]
     assert "pause" in completed("plan", NAME, "start", "pau")
     assert pressed_tab("plan", NAME, "start", "pau") == ["pause"]

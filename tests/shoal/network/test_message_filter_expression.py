@@ -76,7 +76,7 @@ def test_expressions(text, message, expected):
         ),
         ("depth > 2 s", [imc.EstimatedState], "depth is in m, but 2 s is in s, at character 9"),
         ("depth > 2 and u > 1 kmh", [], "there is no unit 'kmh' (did you mean 'km/h'?), at character 21"),
-        ("Temperature[CTD].value > 2", [], "write the field alone; VEHICLE and --entity choose whose it is"),
+        ("Temperature[CTD].value > 2", [], "write the field alone; VEHICLE and --entities choose whose it is"),
         ("age(GpsFix) > 3 s", [], "age is for scenarios only"),
         ("text ~ 3", [imc.LogBookEntry], "text ~ wants a text in quotes, at character 8"),
         ("state = 2", [], "write =="),
