@@ -119,7 +119,7 @@ def _contains(left: Operand, right: Operand) -> Relation:
     """A text in a text, ignoring case, or a bit in a bit field."""
     if not (left.is_text or left.has_any_type) and right.is_text:
         raise right.error(f"{left.text} is a number: ~ wants a bit there, and not a text")
-    if left.is_text and not right.is_text:
+    if left.is_text and not (right.is_text or right.has_any_type):
         raise right.error(f"{left.text} ~ wants a text in quotes")
     return _contains_value
 
@@ -137,7 +137,7 @@ def _if_alike(compare: Relation) -> Callable[[Any, Any], float]:
     """A comparison of values whose types only the run shows: others than two numbers or two texts are not equal."""
 
     def measure(a: Any, b: Any) -> float:
-        is_alike = isinstance(a, str) if isinstance(b, str) else isinstance(a, int | float)
+        is_alike = any(isinstance(a, kind) and isinstance(b, kind) for kind in (str, int | float))
         return boolean_robustness(compare, a, b) if is_alike else -math.inf
 
     return measure

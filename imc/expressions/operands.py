@@ -1,6 +1,7 @@
 """The sides of a comparison: values of messages with their units; sums, products and functions of these."""
 
 import math
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import IntEnum, IntFlag
@@ -21,8 +22,8 @@ class Operand:
 
     It is not known, either, while one of `unready` is true. While `may_grow` is true, silence makes it larger than it
     is: the age of a message that never arrived. `unit` is empty if it is not known, `enum` has the names of its values.
-    `has_any_type` if only the run shows whether it is a number or a text. A `name` is not understood by itself: it may
-    be a value of the other side's enumeration, and `known` is what else it might mean.
+    `has_any_type` if only the run shows whether it is a number, a text, or None for what is not there. A `name` is not
+    understood by itself: it may be a value of the other side's enumeration, and `known` is what else it might mean.
     """
 
     node: SyntaxNode
@@ -97,12 +98,7 @@ def special_number(node: SyntaxNode, word: str) -> Operand | None:
 def negative(node: SyntaxNode, inner: Operand) -> Operand:
     """The negative of a number."""
     inner.check_is_number()
-    value = inner.value
-
-    def negated(latest: LatestMessages) -> float:
-        return -value(latest)
-
-    return replace(inner, node=node, value=negated, enum=None, may_grow=None, unready=_all(inner))
+    return replace(inner, node=node, value=_applied(operator.neg, inner), enum=None, may_grow=None, unready=_all(inner))
 
 
 def add_up(node: SyntaxNode, first: Operand, rest: "list[tuple[str, Operand]]") -> Operand:
@@ -112,7 +108,7 @@ def add_up(node: SyntaxNode, first: Operand, rest: "list[tuple[str, Operand]]") 
         found.check_is_number()
         other.check_is_number()
         unit = found.check_units(other)
-        found = _combine(node, _add if sign == "+" else _subtract, found, other, unit)
+        found = _result(node, operator.add if sign == "+" else operator.sub, [found, other], unit)
     return found
 
 
@@ -124,7 +120,7 @@ def multiply(node: SyntaxNode, first: Operand, rest: "list[tuple[str, Operand]]"
         other.check_is_number()
         plain = other if not other.needs and not other.unit else found if sign == "*" else None
         kept = (found if plain is other else other).unit if plain and not plain.unit and not plain.needs else ""
-        found = _combine(node, _multiply if sign == "*" else _divide, found, other, kept)
+        found = _result(node, operator.mul if sign == "*" else _divide, [found, other], kept)
     return found
 
 
@@ -137,17 +133,7 @@ def call_function(node: Call, given: "list[Operand]") -> Operand:
     for operand in given:
         operand.check_is_number()
         first.check_units(operand)
-    call, values = function.call, [operand.value for operand in given]
-    needs = frozenset[int]().union(*(operand.needs for operand in given))
-    unit = first.unit if function.keeps_unit else ""
-    (only, *more) = values
-    return Operand(
-        node,
-        (lambda latest: call(*[value(latest) for value in values])) if more else (lambda latest: call(only(latest))),
-        needs,
-        tuple(unready for operand in given for unready in _all(operand)),
-        unit=unit,
-    )
+    return _result(node, function.call, given, first.unit if function.keeps_unit else "")
 
 
 def _amount(function: ExpressionFunction) -> str:
@@ -161,22 +147,34 @@ def _all(operand: Operand) -> tuple[Callable[[LatestMessages], bool], ...]:
     return operand.unready if operand.may_grow is None else (*operand.unready, operand.may_grow)
 
 
-def _combine(node: SyntaxNode, join: Callable[[float, float], float], a: Operand, b: Operand, unit: str) -> Operand:
-    first, second = a.value, b.value
-    unready = (*_all(a), *_all(b))
-    return Operand(node, lambda latest: join(first(latest), second(latest)), a.needs | b.needs, unready, unit=unit)
+def _result(node: SyntaxNode, function: Callable[..., float], given: "list[Operand]", unit: str) -> Operand:
+    """The value of a function of operands."""
+    return Operand(
+        node,
+        _applied(function, *given),
+        frozenset[int]().union(*(operand.needs for operand in given)),
+        tuple(unready for operand in given for unready in _all(operand)),
+        unit=unit,
+        has_any_type=any(operand.has_any_type for operand in given),
+    )
 
 
-def _add(a: float, b: float) -> float:
-    return a + b
+def _applied(function: Callable[..., float], *given: Operand) -> Callable[[LatestMessages], Any]:
+    """A function of operands; its value is None where the run shows that one of them is no number."""
+    values = [operand.value for operand in given]
+    if any(operand.has_any_type for operand in given):
 
+        def value(latest: LatestMessages) -> float | None:
+            found = [value(latest) for value in values]
+            return function(*found) if all(isinstance(each, int | float) for each in found) else None
 
-def _subtract(a: float, b: float) -> float:
-    return a - b
-
-
-def _multiply(a: float, b: float) -> float:
-    return a * b
+        return value
+    (only, *more) = values
+    return (
+        (lambda latest: function(*[value(latest) for value in values]))
+        if more
+        else lambda latest: function(only(latest))
+    )
 
 
 def _divide(a: float, b: float) -> float:

@@ -26,14 +26,14 @@ def parse_expression(text: str, scope: ExpressionScope) -> MessageExpression:
         raise ExpressionError(f"{text} is true or false, not a number")
     operand = ExpressionCompiler(names).operand(tree)
     operand.check_is_number()
-    needs_all = len(operand.needs) == len(names.selectors) and not operand.unready and operand.may_grow is None
+    is_simple = not operand.unready and operand.may_grow is None and not operand.has_any_type
     return MessageExpression(
         text,
         tuple(names.selectors),
         operand.value,
         operand.unit,
         _known_test(operand),
-        needs_all,
+        is_simple and len(operand.needs) == len(names.selectors),
         operand.enum is not None,
     )
 
@@ -63,6 +63,8 @@ def _known_test(operand: Operand) -> Callable[[LatestMessages], bool]:
     may_grow = operand.may_grow
 
     def is_known(latest: LatestMessages) -> bool:
-        return operand.is_known(latest) and not (may_grow is not None and may_grow(latest))
+        if not operand.is_known(latest) or (may_grow is not None and may_grow(latest)):
+            return False
+        return not operand.has_any_type or isinstance(operand.value(latest), int | float)
 
     return is_known

@@ -49,6 +49,22 @@ def test_comparisons(text, expected):
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        "0.5 < PlanControl.arg.speed",
+        "PlanControl.arg.speed + 1 < 9",
+        "PlanControl.arg.plan_id + 1 < 9",
+        "-PlanControl.arg.speed < 9",
+        "abs(PlanControl.arg.speed) < 9",
+        "2 ~ PlanControl.arg.speed",
+    ],
+)
+@pytest.mark.parametrize("inner", [None, imc.PlanSpecification(plan_id="a")])
+def test_a_comparison_with_a_field_that_the_message_inside_does_not_have_is_false(text, inner):
+    assert not parse_condition(text).holds({imc.PlanControl: imc.PlanControl(arg=inner)}, True)
+
+
+@pytest.mark.parametrize(
     ("text", "reason"),
     [
         ("FuelLevel.valu < 2", "FuelLevel has no numeric field 'valu'"),

@@ -159,6 +159,15 @@ def test_of_several_vehicles_one_is_named():
     )
 
 
+def test_a_number_in_a_message_inside_is_known_where_it_is_one():
+    found = parse_expression("2 * PlanControl.arg.speed", ALONE)
+    assert found.is_known([imc.PlanControl(arg=imc.Goto(speed=1.5))])
+    assert found.value([imc.PlanControl(arg=imc.Goto(speed=1.5))]) == 3.0
+    for inside in (None, imc.PlanSpecification()):
+        assert not found.needs_all
+        assert not found.is_known([imc.PlanControl(arg=inside)])
+
+
 def test_expressions():
     found = parse_expression("2 * EstimatedState.depth - 1 m", ALONE)
     assert found.value(latest(found)) == 9.0
