@@ -1,5 +1,6 @@
 """Parses amounts of data such as 500 MB or 2GiB."""
 
+import math
 import re
 
 _DECIMAL = {"": 1, "b": 1, "kb": 10**3, "mb": 10**6, "gb": 10**9, "tb": 10**12}
@@ -12,4 +13,7 @@ def parse_byte_size(text: str) -> int:
     match = _SIZE.fullmatch(text.strip().lower())
     if match is None or match.group(2) not in _UNITS:
         raise ValueError(f"{text!r} is not an amount of data; write 500MB, 2GiB or a number of bytes")
-    return int(float(match.group(1)) * _UNITS[match.group(2)])
+    size = float(match.group(1)) * _UNITS[match.group(2)]
+    if math.isinf(size):
+        raise ValueError(f"{text[:20]!r}... is too large an amount of data")
+    return int(size)

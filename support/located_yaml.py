@@ -7,7 +7,7 @@ from typing import Any, NoReturn, cast
 
 import yaml
 
-from support.number_parsing import parse_number
+from support.number_parsing import parse_number, require_float_range
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DEEPEST = 16
@@ -59,7 +59,8 @@ class Node:
             return self.content
         tag: str = _TYPES.resolve(yaml.ScalarNode, self.content, (True, False))
         try:
-            return _TYPES.yaml_constructors[tag](_TYPES, yaml.ScalarNode(tag, self.content))
+            value = _TYPES.yaml_constructors[tag](_TYPES, yaml.ScalarNode(tag, self.content))
+            return require_float_range(value) if isinstance(value, int) else value
         except (ValueError, KeyError, yaml.YAMLError):
             self.fail(f"{self.content!r} is not a value")
 

@@ -6,11 +6,13 @@ NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|nan)
 
 
 def parse_number(text: str) -> int | float:
-    """A decimal or 0x integer, or a finite float. Raises ValueError."""
+    """A decimal or 0x integer, or a finite float. Raises ValueError, also for an integer beyond any float."""
     try:
-        return int(text, 16 if text.lower().startswith(("0x", "-0x")) else 10)
+        number = int(text, 16 if text.lower().startswith(("0x", "-0x")) else 10)
     except ValueError:
         pass
+    else:
+        return require_float_range(number)
     try:
         value = float(text)
     except ValueError:
@@ -18,6 +20,15 @@ def parse_number(text: str) -> int | float:
     if value - value != 0.0:
         raise ValueError(f"{text!r} is not a number")
     return value
+
+
+def require_float_range(number: int) -> int:
+    """The integer itself. Raises ValueError for one that no float can hold, as arithmetic needs."""
+    try:
+        float(number)
+    except OverflowError:
+        raise ValueError("an integer of more than 308 digits is too large a number") from None
+    return number
 
 
 def leading_number(text: str) -> float:

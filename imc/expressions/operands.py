@@ -98,7 +98,7 @@ def special_number(node: SyntaxNode, word: str) -> Operand | None:
 def negative(node: SyntaxNode, inner: Operand) -> Operand:
     """The negative of a number."""
     inner.check_is_number()
-    return replace(inner, node=node, value=_applied(operator.neg, inner), enum=None, may_grow=None, unready=_all(inner))
+    return replace(inner, node=node, value=_applied(_negate, inner), enum=None, may_grow=None, unready=_all(inner))
 
 
 def add_up(node: SyntaxNode, first: Operand, rest: "list[tuple[str, Operand]]") -> Operand:
@@ -175,6 +175,10 @@ def _applied(function: Callable[..., float], *given: Operand) -> Callable[[Lates
         if more
         else lambda latest: function(only(latest))
     )
+
+
+def _negate(number: float) -> float:
+    return -number
 
 
 def _divide(a: float, b: float) -> float:

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple, cast
 from mavlink.missions.enums import MissionCommand
 from mavlink.missions.item import DEGREES, WITHOUT_POSITION, Item
 from mavlink.modes import Flavor, VehicleKind
+from support.foreign_json import load_json
+from support.number_parsing import parse_number
 
 HEADER = "QGC WPL"
 VERSION = 110
@@ -65,8 +67,8 @@ def write_waypoints(items: Sequence[Item]) -> str:
 def read_qgc_plan(text: str, name: str) -> MissionFile:
     """The items of a .plan file, those of surveys included. Raises MissionFileError naming file and item."""
     try:
-        root = json.loads(text, parse_constant=_reject_constant)
-    except (ValueError, RecursionError) as error:
+        root = load_json(text)
+    except ValueError as error:
         raise MissionFileError(f"{name}: not JSON: {error}") from None
     if not isinstance(root, dict) or cast(Any, root).get("fileType") != "Plan":
         raise MissionFileError(f"{name}: is not a plan of QGroundControl (fileType is not Plan)")
@@ -209,12 +211,9 @@ def _number(value: object, where: str) -> float:
 
 def _number_of_word(word: str, where: str) -> float:
     try:
-        value = float(word)
+        return float(parse_number(word))
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise MissionFileError(f"{where}: {word!r:.40} is not a number")
-    return value
+        raise MissionFileError(f"{where}: {word!r:.40} is not a number") from None
 
 
 def _whole(value: float, where: str) -> int:
@@ -226,7 +225,3 @@ def _whole(value: float, where: str) -> int:
 def _legacy(frame: int) -> int:
     """The number of a frame in files: its first one."""
     return {5: 0, 6: 3, 11: 10}.get(frame, frame)
-
-
-def _reject_constant(word: str) -> object:
-    raise ValueError(f"{word} is not a number of JSON")

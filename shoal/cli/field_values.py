@@ -1,6 +1,5 @@
 """Values of message fields as people read and write them: names of enumerated values, positions in degrees."""
 
-import json
 import math
 import re
 from collections.abc import Mapping
@@ -10,6 +9,7 @@ import click
 
 import imc
 from shoal.network import field_value
+from support.foreign_json import load_json
 from support.positions import format_coordinate
 from support.terminal_text import printable
 
@@ -76,7 +76,7 @@ def parse_value(field: imc.FieldInfo, text: str, schema: imc.Schema) -> Any:
             return bytes.fromhex(text).hex()
         if kind.startswith("message"):
             what = 'JSON, such as {"abbrev": "IdleManeuver", "duration": 10}' + (" in [ ]" if kind != "message" else "")
-            return _with_units(json.loads(text), schema)
+            return _with_units(load_json(text), schema)
         if kind.startswith("fp"):
             is_angle = field.unit == "rad" or coordinate_kind(field)
             what = "an angle, such as 0.26 or 15deg" if is_angle else "a number"

@@ -26,7 +26,7 @@ def remember_vehicles(names: Iterable[str]) -> None:
         return
     merged = {**known, **{name: seen for name, seen in _read().items() if name not in known}}
     lines = [f"{seen:.0f} {name}\n" for name, seen in list(merged.items())[:MOST]]
-    with suppress(OSError):
+    with suppress(OSError, RuntimeError):  # no home
         write_file(_path(), "".join(lines).encode())
 
 

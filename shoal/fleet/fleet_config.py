@@ -180,6 +180,8 @@ def _refuse_crowded_starts(vehicles: tuple[FleetVehicle, ...], source: FleetFile
             lat, lon = (math.radians(leading_number(word)) for word in text.split(","))
         except ValueError:
             continue  # without a start position, or with a wrong one, which the check of the profile reports
+        if not math.isfinite(lat + lon):
+            continue
         row, column = (round(CELLS * angle) for angle in (lat, lon * math.cos(round(lat, 2))))
         near = (found for r in (-1, 0, 1) for c in (-1, 0, 1) for found in cells.get((row + r, column + c), ()))
         for other, other_lat, other_lon in near:

@@ -7,7 +7,9 @@ from typing import Any, NamedTuple, cast
 from xml.sax.saxutils import escape
 
 from autonomy.plans.yaml import PlanFileError
+from support.foreign_json import load_json
 from support.located_xml import Element, parse_xml_tree
+from support.number_parsing import parse_number
 
 MOST = 4096  # points
 NEAR_GROUND = "relativeToGround"
@@ -57,8 +59,8 @@ def read_gpx(text: str, name: str) -> Route:
 def read_geojson(text: str, name: str) -> Route:
     """The one LineString of a GeoJSON file (RFC 7946), or else its points in order. Raises PlanFileError."""
     try:
-        root = json.loads(text)
-    except (ValueError, RecursionError) as error:
+        root = load_json(text)
+    except ValueError as error:
         raise PlanFileError(f"{name}: not JSON: {error}") from None
     lines, points, areas = list[Route](), Route(), 0
     for kind, coordinates, where in _geometries(root, name):
@@ -200,12 +202,9 @@ def _list(value: object, where: str) -> list[Any]:
 
 def _number(word: str, where: str) -> float:
     try:
-        value = float(word)
+        return float(parse_number(word.strip()))
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise PlanFileError(f"{where}: {word.strip()!r:.40} is not a number")
-    return value
+        raise PlanFileError(f"{where}: {word.strip()!r:.40} is not a number") from None
 
 
 def _xml(text: str, name: str, text_of: Sequence[str]) -> Element:

@@ -23,6 +23,7 @@ GPX = """<gpx version="1.1" creator="x" xmlns="http://www.topografix.com/GPX/1/1
 <wpt lat="1" lon="1"/><rte><rtept lat="41.1853" lon="-8.7062"><ele>-2</ele></rtept>
 <rtept lat="41.1853" lon="-8.7066"/></rte></gpx>
 """
+HUGE = "1" + 400 * "0"  # beyond any float
 WPL = "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t41.185\t-8.7062\t0\t1\n"
 PLAN = """plan: demo
 origin: 41.185°, -8.7062°
@@ -109,7 +110,8 @@ def qgc(item):
         ("a.plan", '{"fileType": "Other"}', "is not a plan of QGroundControl"),
         ("a.plan", qgc('{"type": "ComplexItem", "complexItemType": "StructureScan"}'),
          r"item 0 \(StructureScan\) has no items of its own"),
-        ("a.plan", qgc('{"command": 16, "frame": 3, "params": [NaN]}'), "not JSON"),
+        ("a.plan", qgc('{"command": 16, "frame": 3, "params": [NaN, 0, 0, 0, 0, 0, 0]}'), "item 0: nan is not a"),
+        ("a.plan", qgc('{"command": 16, "frame": 3, "params": [' + HUGE + ", 0, 0, 0, 0, 0, 0]}"), "too large"),
         ("a.plan", qgc('{"command": 16, "frame": 3, "params": [1, 2]}'),
          "item 0: params are not seven numbers"),
         ("a.kml", BILLION, "a.kml:1: document types and entities are not accepted"),
@@ -120,6 +122,11 @@ def qgc(item):
         ("a.gpx", "<gpx><rte><rtept lat='1' lon='1'/></rte><rte><rtept lat='1' lon='1'/></rte></gpx>", "has 2 lines"),
         ("a.geojson", '{"type": "Polygon", "coordinates": [[[1, 1], [2, 2], [3, 1]]]}', "has an area, not a line"),
         ("a.geojson", '{"type": "LineString", "coordinates": [[1, "a"]]}', r"is not \[longitude, latitude\]"),
+        ("a.geojson", '{"type": "Point", "coordinates": [' + HUGE + ", 1]}", "a.geojson: .* too large a number"),
+        ("a.geojson", '{"type": "Point", "coordinates": [1, 1, ' + HUGE + "]}", "a.geojson: .* too large a number"),
+        ("a.kml", f"<kml><Point><coordinates>1,{HUGE}</coordinates></Point></kml>", "is not a number"),
+        ("a.waypoints", WPL + f"1 0 3 16 0 0 0 0 {HUGE} 1 0 1\n", "a.waypoints:3: .* is not a number"),
+        ("a.yaml", "plan: a\nmaneuvers:\n- idle: {duration: " + HUGE + "}\n", "a.yaml:3: .* is not a value"),
         ("a.geojson", '{"type": "Circle"}', "'Circle' is no type of GeoJSON"),
         ("a.kmz", "PK", "unzip it, the KML is inside"),
         ("a.shp", "", "known are .yaml, .yml, .json, .plan, .waypoints, .kml, .gpx, .geojson"),

@@ -73,6 +73,14 @@ def test_what_is_refused(text, reason):
         parse_yaml_tree(text, "f", Refused)
 
 
+def test_an_integer_beyond_any_float_is_named_with_its_line():
+    tree = parse_yaml_tree("a: 1\nb: 1" + 400 * "0", "f", Refused).mapping()
+    with pytest.raises(Refused, match=r"f:2: .* is not a value"):
+        tree["b"].value()
+    with pytest.raises(Refused, match=r"f:2: .* too large a number"):
+        tree["b"].number()
+
+
 def test_a_date_that_is_none_is_named_with_its_line():
     with pytest.raises(Refused, match="f:2: '2026-13-41' is not a value"):
         parse_yaml_tree("a: 1\nb: 2026-13-41", "f", Refused).value()

@@ -1,10 +1,10 @@
 """The cameras of AirSim's settings.json."""
 
-import json
 import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from support.foreign_json import load_json
 from world.optics.brown_conrady import PinholeModel
 from world.optics.camera_model import CalibrationError
 
@@ -31,8 +31,8 @@ class AirSimCamera(NamedTuple):
 def parse_airsim_settings(text: str, vehicle: str = "") -> dict[str, AirSimCamera]:
     """The cameras of a settings.json by name, as `airsim_cameras`. Raises CalibrationError."""
     try:
-        values = json.loads(text)
-    except (ValueError, RecursionError) as error:
+        values = load_json(text)
+    except ValueError as error:
         raise CalibrationError(f"no JSON: {error}") from None
     return airsim_cameras(_mapping(values, "the file"), vehicle)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from support.foreign_json import load_json
 from world.optics.airsim_settings import AirSimCamera, airsim_cameras, is_airsim_settings
 from world.optics.arctangent_lens import ArctangentModel
 from world.optics.brown_conrady import PinholeModel
@@ -76,8 +77,8 @@ def calibration_file_to_json(path: str | Path, camera: str = "") -> str:
 def parse_calibration(text: str) -> CameraModel:
     """The camera of a text of `calibration_file_to_json`. Raises CalibrationError."""
     try:
-        return _model(_mapping(json.loads(text), "the text"))
-    except (ValueError, RecursionError) as error:
+        return _model(_mapping(load_json(text), "the text"))
+    except ValueError as error:
         raise CalibrationError(str(error)) from None
 
 
@@ -145,8 +146,8 @@ def _parsed(text: str, suffix: str) -> Values:
         return parse_cameramodel(text)
     if suffix == ".json":
         try:
-            return _mapping(json.loads(text), "the file")
-        except (ValueError, RecursionError) as error:
+            return _mapping(load_json(text), "the file")
+        except ValueError as error:
             raise CalibrationError(f"no JSON: {error}") from None
     import yaml
 
@@ -176,7 +177,7 @@ def _numbers(values: Values, name: str, *sizes: int) -> list[float]:
     data = matrix.get("data")
     try:
         numbers = np.array(data, np.float64).ravel().tolist() if data is not None else None
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         numbers = None
     if numbers is None:
         raise CalibrationFieldError(name, f"is no list of numbers: {data!r}")

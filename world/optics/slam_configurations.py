@@ -74,6 +74,9 @@ def _number(values: Any, name: str, where: str = "", default: float | None = Non
     found = values.get(name, default) if isinstance(values, dict) else None  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
     if found is None:
         raise CalibrationError(f"{named} is missing")
-    if isinstance(found, bool) or not isinstance(found, int | float):
-        raise CalibrationError(f"{named} is no number: {found!r}")
-    return float(found)
+    try:
+        if isinstance(found, int | float) and not isinstance(found, bool):
+            return float(found)
+    except OverflowError:
+        found = "too large"
+    raise CalibrationError(f"{named} is no number: {found!r}")

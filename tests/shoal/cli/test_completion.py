@@ -44,6 +44,18 @@ def test_a_cache_that_cannot_be_written_is_no_reason_to_fail(tmp_path: Path) -> 
     assert recent_vehicles() == []
 
 
+def test_a_user_without_a_home_remembers_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a container with a user id that no passwd knows: commands such as abort must end well all the same."""
+
+    def no_home() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", no_home)
+    remember_vehicles(["alfa"])
+    assert recent_vehicles() == []
+
+
 def test_fields_and_the_names_of_their_values_are_completed() -> None:
     assert completed("send", "x", "PlanControl", "pl") == ["plan_id="]
     assert completed("send", "x", "PlanControl", "op=ST") == ["op=START", "op=STOP"]

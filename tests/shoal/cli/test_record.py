@@ -165,3 +165,5 @@ def test_amounts_of_data() -> None:
     for text in ("", "MB", "5 apples", "-3MB"):
         with pytest.raises(ValueError, match="is not an amount of data"):
             parse_byte_size(text)
+    with pytest.raises(ValueError, match="is too large an amount of data"):
+        parse_byte_size("9" * 400)

@@ -91,6 +91,8 @@ vehicles:
             r"fleet.yaml:4: vehicles\[0\].set: .*'Nonsense'",
         ),
         ("set: ['General:Nonsense=1']\nvehicles: [{name: a}]\n", r"set: \[General\] has no option 'Nonsense'"),
+        ("vehicles: [{name: a, set: ['Simulators.VSIM:Initial Position=inf, 0']}]\n", "Initial Position"),
+        ("vehicles: [{name: a, set: ['Simulators.VSIM:Initial Position=nan, 0']}]\n", "Initial Position"),
         ("vehicles: [{name: a}]\nhear: [Abort, Annonce]\n", "fleet.yaml:2: hear: there is no message 'Annonce'"),
     ],
 )

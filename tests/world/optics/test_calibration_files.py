@@ -137,6 +137,8 @@ BAD = [
     ({**INFO, "camera_matrix": {**MATRIX, "rows": 2}}, "has 9 numbers in 2 rows and 3 columns"),
     ({key: value for key, value in INFO.items() if key != "distortion_coefficients"}, "coefficients is missing"),
     ({"intrinsic": {**WOODSCAPE, "k1": 0.0}}, "k1 is 0"),
+    ({"cam0": {**CHAIN["cam0"], "intrinsics": [10**400, 457.0, 367.0, 248.0]}}, "intrinsics is no list of numbers"),
+    ({**INFO, "image_width": 10**400}, "image_width is no list of numbers"),
     ({"intrinsic": {**WOODSCAPE, "width": 0.5}}, "not a number of pixels"),
     ({"intrinsic": {**WOODSCAPE, "model": "ucm"}}, "ucm is not supported"),
 ]

@@ -1,10 +1,13 @@
 """Camera files of VINS-Fusion, ORB-SLAM3, and of formats that are not known."""
 
+import json
+
 import numpy as np
 import pytest
 
 from world.optics import CalibrationError, FisheyeModel, PinholeModel, read_calibration
 
+HUGE = "1" + 400 * "0"
 VINS = """%YAML:1.0
 ---
 model_type: PINHOLE
@@ -89,3 +92,23 @@ def test_a_pinhole_of_orb_slam_in_both_spellings(tmp_path):
 def test_what_cannot_be_read_is_named_and_formats_are_listed(tmp_path, text, said):
     with pytest.raises(CalibrationError, match=said):
         read(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.yaml", VINS.replace("752", HUGE)),
+        ("a.yaml", VINS.replace("461.1", HUGE)),
+        ("a.json", json.dumps({"SettingsVersion": 1.2, "CameraDefaults": {"CaptureSettings": [{"Width": 10**400}]}})),
+        ("a.json", json.dumps({"cameraData": [[0, {"width": 10**400}]]})),
+        (
+            "a.cameramodel",
+            f"{{'lensmodel': 'LENSMODEL_PINHOLE', 'intrinsics': [{HUGE}, 9, 4, 4], 'imagersize': [9, 9]}}",
+        ),
+    ],
+)
+def test_a_number_beyond_any_float_is_refused(tmp_path, name, text):
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(CalibrationError, match=r"too large|no list of numbers"):
+        read_calibration(path)

@@ -1,0 +1,17 @@
+"""Reads JSON of other programs, with what Python's reader lets through as errors."""
+
+import json
+from typing import Any
+
+from support.number_parsing import parse_number
+
+
+def load_json(text: str) -> Any:
+    """The value of a JSON text; NaN and infinity pass, as other programs write them.
+
+    Raises ValueError, also for a text that is nested too deep, and for an integer beyond any float.
+    """
+    try:
+        return json.loads(text, parse_int=parse_number)
+    except RecursionError:
+        raise ValueError("it is nested too deep") from None
