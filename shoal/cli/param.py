@@ -29,7 +29,7 @@ class FoundParameters:
 @vehicles_argument
 @click.argument("action", type=click.Choice(ACTIONS))
 @click.argument("words", metavar="[ENTITY[:PARAMETER][=VALUE] | FILE]...", nargs=-1, shell_complete=complete_parameter)
-@click.option("-o", "--output", metavar="FILE", help="dump: write to this .ini, .yaml or .json.")
+@click.option("-o", "--output", metavar="FILE", help="dump: write to this .ini or .yaml.")
 @network_options
 @json_option
 def param(

@@ -7,6 +7,7 @@ import signal
 import time
 from contextlib import suppress
 from datetime import UTC, datetime
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -85,7 +86,7 @@ def record(
     kinds = [find_message_type(name, schema) for word in names for name in word.split(",")]
     if form == "mcap":
         with require_extra("analysis"):
-            pass  # pyright: ignore[reportUnusedImport]  # before anything is recorded
+            import_module("shoal.logs.export.mcap_writer")  # before anything is recorded
     folder = output or Path(f"record-{datetime.now(UTC):%Y%m%d-%H%M%S}")
     folder.mkdir(parents=True, exist_ok=True)
     if any(folder.iterdir()):

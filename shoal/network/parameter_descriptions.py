@@ -63,9 +63,6 @@ class ParameterDescription:
         if self.type not in kinds:
             return ""
         kind, is_list = kinds[self.type]
-        choices: tuple[Any, ...] = self.choices
-        if kind is not str:
-            choices = tuple(kind(choice) for choice in self.choices if _is_number(choice))
         empty: Any = [] if is_list else kind()
         declared = Parameter(
             default=empty,
@@ -76,7 +73,7 @@ class ParameterDescription:
             is_list=is_list,
             minimum=self.minimum,
             maximum=self.maximum,
-            choices=choices,
+            choices=_values(kind, self.choices),
             size=self.size,
         )
         try:
@@ -209,8 +206,13 @@ def _shortest(value: float) -> float:
     return float(str(np.float32(value)))
 
 
-def _is_number(text: str) -> bool:
+def _values(kind: type[bool] | type[int] | type[float] | type[str], choices: tuple[str, ...]) -> tuple[Any, ...]:
+    """Choices as values; none if one of them is no such value, as then nobody knows what a vehicle means."""
+    if kind is str:
+        return choices
     try:
-        return math.isfinite(float(text))
-    except ValueError:
-        return False
+        numbers = tuple(map(float, choices))
+        values = tuple(map(kind, numbers))
+    except (ValueError, OverflowError):
+        return ()
+    return values if values == numbers else ()

@@ -66,10 +66,12 @@ class AsyncRemoteParameters:
                 for start in range(0, len(waiting), AT_ONCE):
                     for number in waiting[start : start + AT_ONCE]:
                         self._network.send(self._system, imc.QueryEntityInfo(id=number, dst_ent=number))
+                    asked, last = {*waiting[start : start + AT_ONCE]}, time.monotonic()
                     with suppress(TimeoutError):
-                        while not found.keys() >= set(waiting[start : start + AT_ONCE]):
-                            _, message = await listener.next(QUIET)
+                        while not found.keys() >= asked and time.monotonic() - last < QUIET:
+                            _, message = await listener.next(QUIET)  # others may ask, too, and get answers for ever
                             if isinstance(message, imc.EntityInfo) and message.src == self._system.id:
+                                last = last if message.src_ent in found else time.monotonic()
                                 found[message.src_ent] = message.component
                     self._network.check_is_there(self._system)
                 if not waiting:
@@ -102,7 +104,7 @@ class AsyncRemoteParameters:
                             _, message = await listener.next(QUIET)
                         except TimeoutError:
                             break
-                        if isinstance(message, imc.EntityParameters) and message.name not in found:
+                        if isinstance(message, imc.EntityParameters) and message.name in {*labels} - found.keys():
                             found[message.name] = _values(message)
                             last = time.monotonic()
                     self._network.check_is_there(self._system)

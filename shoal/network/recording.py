@@ -5,6 +5,7 @@ import math
 import time
 from collections.abc import Callable, Collection
 from contextlib import suppress
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -179,10 +180,11 @@ class NetworkRecorder:
 
     def _begin(self, system: NetworkSystem) -> VehicleRecording:
         name = file_name_of(system.name)
-        if (self._folder / name).exists():
-            name = f"{name}-{system.id:04X}" if system.id is not None else f"{name}-{len(self.recordings)}"
+        own = name if system.id is None else f"{name}-{system.id:04X}"
+        names = chain((name, own), (f"{own}-{number}" for number in count(2)))  # strangers may choose names alike
+        folder = next(path for path in map(self._folder.joinpath, names) if not path.exists())
         self._require_room(len(gzip_schema(self._network.messages)) + OVERHEAD)
-        recording = VehicleRecording(self._folder / name, self._network.messages)
+        recording = VehicleRecording(folder, self._network.messages)
         self.recordings[system.name] = recording
         self._report(system.name, recording.folder)
         return recording

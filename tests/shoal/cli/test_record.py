@@ -160,6 +160,15 @@ def test_nobody_there_or_a_folder_that_is_used_is_said_at_once(both: str, tmp_pa
     assert shoal("record", "--limit", "5", "-o", tmp_path / "x").exit_code == 2
 
 
+def test_a_missing_library_is_told_before_anything_is_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "shoal.logs.export.mcap_writer", raising=False)
+    monkeypatch.setitem(sys.modules, "zstandard", None)
+    result = shoal("record", NAME, "-f", "mcap", "--for", "60s", "-o", tmp_path / "here")
+    assert result.exit_code == 2
+    assert "this needs zstandard: pip install 'shoal[analysis]'" in result.stderr
+    assert not (tmp_path / "here").exists()
+
+
 def test_amounts_of_data() -> None:
     assert [parse_byte_size(text) for text in ("500MB", "2 GiB", "1000", "1.5kB")] == [500_000_000, 2 << 30, 1000, 1500]
     for text in ("", "MB", "5 apples", "-3MB"):

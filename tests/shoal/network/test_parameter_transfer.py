@@ -14,6 +14,7 @@ from shoal.network import (
     FileSection,
     FileValue,
     Network,
+    ParameterDescription,
     ParameterFileError,
     ParameterOutcome,
     UDPLink,
@@ -156,6 +157,25 @@ def test_the_ranges_of_the_vehicle_count(tmp_path: Path) -> None:
         return width.value, width.type, width.source, width.default, width.refusal("wide")
 
     assert with_station(of_an_older_one)[0] == ("1.5", "", "", None, ""), "nothing is made up"
+
+
+@pytest.mark.parametrize(
+    ("kind", "choices", "text", "reason"),
+    [
+        ("integer", ("1", "2.0"), "2", ""),
+        ("integer", ("1", "2"), "3", "3 is not one of 1, 2"),
+        ("integer", ("1.5", "2"), "3", ""),
+        ("integer", ("inf", "2"), "3", ""),
+        ("list:integer", ("auto", "2"), "3, 4", ""),
+        ("boolean", ("true", "false"), "true", ""),
+        ("real", ("0.5", "1"), "0.7", "0.7 is not one of 0.5, 1.0"),
+    ],
+)
+def test_choices_that_are_no_values_of_the_type_refuse_nothing(
+    kind: str, choices: tuple[str, ...], text: str, reason: str
+) -> None:
+    """A vehicle of another make may list them as it likes."""
+    assert ParameterDescription("GPS", "Rate", "1", type=kind, choices=choices).refusal(text) == reason
 
 
 @pytest.mark.heavy

@@ -1,13 +1,14 @@
 """Parameters of a vehicle that does not answer all questions, as over a radio."""
 
 import asyncio
+import time
 from collections.abc import Callable, Coroutine
 from typing import Any
 
 import pytest
 
 import imc
-from shoal.network import AsyncRemoteParameters, Network, NoAnswer, UDPLink
+from shoal.network import AsyncRemoteParameters, Network, NoAnswer, PartialAnswer, UDPLink
 from tests.shoal.network.station import OWN, Station, discovery_ports, living
 
 
@@ -87,3 +88,22 @@ def test_a_vehicle_that_falls_silent_has_not_refused() -> None:
 def test_a_request_that_is_not_answered_may_have_got_lost_whatever_is_in_the_log_book() -> None:
     with pytest.raises(NoAnswer, match=r"GPS: Rate is still '1\.0'; station does not answer SetEntityParameters"):
         on(Vehicle(refuses=True), lambda param: param.set("GPS", {"Rate": 3}), imc.LogBookEntry(text="GPS fix"))
+
+
+class Chatty(Vehicle):
+    """Somebody asks it again and again who its entity GPS is, and its answers go to all consoles."""
+
+    def listen(self) -> None:
+        super().listen()
+        self.send(self.packet(imc.EntityInfo(id=1, label="GPS", component="Sensors.GPS", src_ent=1)))
+        self.send(self.packet(imc.EntityParameters(name=f"Stranger {len(self.consoles)}{time.time_ns()}")))
+
+
+@pytest.mark.heavy
+def test_answers_to_questions_of_others_do_not_prolong_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shoal.network.parameters.ROUNDS", 2)
+    found = on(Chatty(), lambda param: param.components({"GPS": 1, "Empty": 2}))
+    assert found == {"GPS": "Sensors.GPS"}
+    with pytest.raises(PartialAnswer, match="no answer from 1 entities") as caught:
+        on(Chatty(), lambda param: param.list())
+    assert caught.value.found == {"GPS": {"Rate": "1.0", "Active": "true"}}
