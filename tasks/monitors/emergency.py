@@ -32,10 +32,11 @@ class Emergency(Task):
     """Sends Sms and IridiumMsgTx, in the words of DUNE's task of this name, for the modems on board.
 
     It sends "(A)" after an Abort; "(T)" when no console was in reach for the timeout, while it is active and not under
-    water, or at the surface without a plan; "(R)" when a report is requested over GSM, and "(T)" as the answer to the
-    text "pos". The texts "gsm true" and "gsm false" make it active and inactive. Time under water does not count.
-    A message has the time and the position (degrees and minutes) of the last valid fix, the fuel level f and its
-    confidence c (%), ten times the voltage v, the mode s, and the progress p of a plan (%); -1 is unknown.
+    water, or at the surface without a plan; "(R)" when a report is requested over GSM, under water when it has come up;
+    and "(T)" as the answer to the text "pos". The texts "gsm true" and "gsm false" make it active and inactive. Time
+    under water does not count. A message has the time and the position (degrees and minutes) of the last valid fix, the
+    fuel level f and its confidence c (%), ten times the voltage v, the mode s, and the progress p of a plan (%); -1 is
+    unknown.
     """
 
     activation = "idle"
@@ -144,15 +145,12 @@ class Emergency(Task):
     def check(self) -> None:
         """Send a report that was requested, and the message that the vehicle is out of reach."""
         afloat = self._medium != Where.UNDERWATER
-        if self._requests and self.now - self._reported >= PAUSE:
+        if self._requests and afloat and self.now - self._reported >= PAUSE:
             request, self._reported = self._requests.popleft(), self.now
-            done = Report(op=Report.Op.REPORT_SENT, comm_interface=request.comm_interface, sys_dst=request.sys_dst)
-            self.reply(request, done)
-            if afloat:
-                recipient = request.sys_dst
-                self._send(
-                    "R", self.lost_expiration, self.sms_recipient_number if recipient == "default" else recipient
-                )
+            number = self.sms_recipient_number if request.sys_dst == "default" else request.sys_dst
+            if self._send("R", self.lost_expiration, number):
+                done = Report(op=Report.Op.REPORT_SENT, comm_interface=request.comm_interface, sys_dst=request.sys_dst)
+                self.reply(request, done)
         if self.age(self._heard) >= self.lost_communications_timeout:
             self._heard = self.now
             if (self.active and afloat) or (self._medium == Where.WATER and not self._in_plan()):
@@ -162,22 +160,24 @@ class Emergency(Task):
         return self._plan is not None and self._plan.state == imc.PlanControlState.State.EXECUTING
 
     def _text(self, prefix: str) -> str:
-        progress = f" / p:{int(self._plan.plan_progress)}" if self._plan is not None and self._in_plan() else ""
+        progress = f" / p:{_whole(self._plan.plan_progress)}" if self._plan is not None and self._in_plan() else ""
         place = self._place or f"{self._clock()} / Unknown Location"
-        energy = f"f:{int(self._fuel)} v:{int(self._voltage)} c:{int(self._confidence)}"
+        energy = f"f:{_whole(self._fuel)} v:{_whole(self._voltage)} c:{_whole(self._confidence)}"
         return f"({prefix}) ({self.vehicle.name}) {place} / {energy} / s: {LETTERS.get(self._mode, '?')}{progress}"
 
-    def _send(self, prefix: str, expires: int, number: str) -> None:
+    def _send(self, prefix: str, expires: int, number: str) -> bool:
+        """Give a message to the modems; False if there is no number to send it to."""
         text = self._text(prefix)
         if not number or len(number) > LONGEST_NUMBER or not number.isprintable():
             self.log.error(f"no telephone number for {text}")
-            return
+            return False
         self.log.info(f"sending to {number} within {expires} s: {text}")
         if self.transmission_interface != "GSM":
             self._number = (self._number + 1) & 0xFFFF
             self.publish(imc.IridiumMsgTx(req_id=self._number, ttl=IRIDIUM_TTL, data=text.encode()))
         if self.transmission_interface != "Iridium":
             self.publish(imc.Sms(number=number, timeout=expires, contents=text))
+        return True
 
     def _clock(self) -> str:
         return datetime.fromtimestamp(self.now, UTC).strftime("%H:%M:%S")
@@ -188,6 +188,11 @@ class Emergency(Task):
             self.set_entity_state(State.NORMAL, "active" if is_active else "idle")
         else:
             self.set_entity_state(State.FAULT, "no SMS Recipient Number is set")
+
+
+def _whole(value: float) -> int:
+    """A number without its decimals; -1 for what is no number."""
+    return int(value) if math.isfinite(value) else -1
 
 
 def _degrees_minutes(angle: float) -> str:

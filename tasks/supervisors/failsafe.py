@@ -125,6 +125,8 @@ class Failsafe(Task):
     @consume
     def check_depth(self, depth: imc.Depth) -> None:
         """Compare the measured depth itself with the limit: navigation may be wrong or silent."""
+        if not math.isfinite(depth.value):
+            return  # no measurement
         if self.now > self._measured > -math.inf:
             rate = (self._depth - depth.value) / (self.now - self._measured)
             self._rising += SMOOTHING * (rate - self._rising)
@@ -137,7 +139,8 @@ class Failsafe(Task):
     @consume
     def record_estimated_depth(self, state: imc.EstimatedState) -> None:
         """Use the estimate where the sensor is silent: it goes on with the vertical speed."""
-        self._estimated, self._estimated_depth = self.now, state.depth
+        if math.isfinite(state.depth):
+            self._estimated, self._estimated_depth = self.now, state.depth
 
     @consume
     def record_fix(self, fix: imc.GpsFix) -> None:

@@ -89,6 +89,24 @@ def test_reports_are_sent_one_for_each_recipient():
     assert {(m.op, m.dst) for m in run.of(imc.ReportControl) if m.src == OWN} == {(5, CCU)}
 
 
+def test_a_report_under_water_waits_and_is_confirmed_when_it_is_sent():
+    gsm = imc.ReportControl.CommInterface.GSM
+    request = imc.ReportControl(timestamp=5.0, src=CCU, dst=OWN, op=4, comm_interface=gsm, sys_dst="+9")
+    run = sent(*medium(UNDER), request, imc.VehicleMedium(timestamp=30.0, medium=WATER), seconds=40.0)
+    (report,) = [m for m in run.of(imc.Sms) if m.contents.startswith("(R)")]
+    (done,) = [m for m in run.of(imc.ReportControl) if m.src == OWN]
+    assert 30.0 <= report.timestamp - run.vehicle.start_time < 32.0
+    assert done.timestamp == report.timestamp
+    lost = sent(*medium(WATER), request.replace(sys_dst="default"), number="", seconds=20.0)
+    assert not [m for m in lost.of(imc.ReportControl) if m.src == OWN], "nothing was sent"
+
+
+def test_what_is_no_number_is_unknown_and_costs_no_message():
+    bad = [imc.FuelLevel(timestamp=1.0, value=math.nan, confidence=math.inf), EXECUTING.replace(plan_progress=math.nan)]
+    run = sent(*medium(WATER), *bad, *abort(5.0), seconds=20.0)
+    assert [text.split(" / ", 2)[2] for _, text in texts(run)] == ["f:-1 v:-1 c:-1 / s: ? / p:-1"]
+
+
 @pytest.mark.parametrize(("interface", "sms", "iridium"), [("GSM", 1, 0), ("Iridium", 0, 1), ("Both", 1, 1)])
 def test_the_modem_can_be_chosen(interface, sms, iridium):
     run = sent(*medium(WATER), transmission_interface=interface)

@@ -1,5 +1,7 @@
 """The last resort, alone: whom it watches, how it takes over, when it lets go."""
 
+import math
+
 import pytest
 from click.testing import CliRunner
 from flying import BROADCAST, CCU, OWN
@@ -119,6 +121,19 @@ def test_the_measured_depth_counts_not_that_of_navigation(limit, at):
 def test_a_single_depth_that_is_wrong_changes_nothing():
     depths = [imc.Depth(timestamp=0.1 * k, value=1e6 if k % 9 == 0 else 5.0) for k in range(80)]
     assert not errors(guarded(*depths))
+
+
+def test_a_depth_that_is_no_number_is_no_measurement():
+    """Between depths that are too deep it does not say that they are not, and it leads to no command."""
+    deep = [imc.Depth(timestamp=0.1 * k, value=math.nan if k % 5 == 0 else 60.0) for k in range(80)]
+    assert "deeper than the limit" in errors(guarded(*deep))[0][1]
+    heavy = [imc.Depth(timestamp=0.1 * k, value=math.nan if k == 20 else 6.0 + 0.01 * k) for k in range(500)]
+    estimates = every(imc.EstimatedState, 1.0, 50.0, depth=math.nan)
+    options = {"servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "required_messages": []}
+    run = guarded(*heavy, *estimates, seconds=50.0, **options)
+    commands = [*run.of(imc.SetThrusterActuation), *run.of(imc.SetServoPosition)]
+    assert any(m.value for m in commands)
+    assert all(math.isfinite(m.value) for m in commands)
 
 
 @pytest.mark.parametrize(("dst", "obeyed"), [(OWN, True), (BROADCAST, True), (0xFFFF, True), (0x1B, False)])
