@@ -107,7 +107,8 @@ def parse_values(texts: Iterable[str]) -> dict[str, object]:
             why = f"{text!r} is no assignment such as world/current/north=0.5"
             raise click.BadParameter(printable(why), param_hint="--set")
         try:
-            values[place.strip()] = parse_yaml_tree(value.strip(), "the value").value()  # as in the file: 4 is a number
+            node, place = parse_yaml_tree(value.strip(), "the value"), place.strip()
+            values[place] = node.text() if place == "variant" else node.value()  # as in the file: 4 is a number
         except ValueError as error:
             raise click.BadParameter(printable(f"{text!r}: {error}"), param_hint="--set") from None
     return values

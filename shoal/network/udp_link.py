@@ -329,6 +329,6 @@ class UDPLink:
 
 def _bound_socket(address: str, console: ConsoleIdentity) -> socket.socket:
     """A socket at the port of a console's id, since DUNE never forgets the port that an id had first; or at any."""
-    with suppress(OSError):
+    with suppress(OSError, OverflowError):  # also of an id that is none of consoles
         return bound_socket(address, PORTS_OF_CONSOLES + console.id - OPERATORS.start)
     return bound_socket(address, 0)

@@ -148,6 +148,7 @@ def merge_variant(root: Node, values: Mapping[str, object]) -> tuple[Node, str]:
         return root, ""
     names, given = variant_names(root), root.content.get(VARIANT)
     chosen = values.get(VARIANT, given.text() if given is not None else "")
+    chosen = str(chosen) if isinstance(chosen, int) else chosen  # of a study, for which 1 is a number
     rest = {key: item for key, item in root.content.items() if key not in (VARIANT, VARIANTS)}
     bare = Node(rest, root.file, root.line, root.error)
     if chosen == "" or chosen is None:

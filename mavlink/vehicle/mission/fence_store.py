@@ -34,8 +34,11 @@ class FenceStore:
     def put(self, items: Sequence[Item], then: OnReply, now: float) -> None:
         """Ask the vehicle for an area, none without items; `then` hears whether it has it. Raises BadItem."""
         limits = limits_with_fence(items, self._limits.message)
+        before = self._waiting
         self._waiting = _Waiting(list(items), fence_items(limits), now + PATIENCE, then)
         self._port.publish(limits.replace(dst=self._port.imc_id))
+        if before is not None:
+            before.then(PlanReply(False, "another one has come"))
         self.poll(now)
 
     def poll(self, now: float) -> None:

@@ -40,10 +40,7 @@ def join_plots(runs: Iterable[tuple[str, Sequence[FieldPlot]]]) -> list[FieldPlo
     for name, plots in runs:
         for title, curves in plots:
             joined.setdefault(title, []).extend(curve._replace(name=f"{name} {curve.name}".strip()) for curve in curves)
-    return [
-        FieldPlot(title, [curve._replace(color=color) for curve, color in zip(curves, COLORS, strict=False)])
-        for title, curves in joined.items()
-    ]
+    return [_colored(title, curves, "curves") for title, curves in joined.items()]
 
 
 def _read_plot(log: imc.Log, summary: LogSummary, text: str) -> FieldPlot:
@@ -66,9 +63,13 @@ def _read_plot(log: imc.Log, summary: LogSummary, text: str) -> FieldPlot:
             values = mine[field.attribute].astype(float)
             values = np.degrees(values) if field.unit in _DEGREES else values
             curves.append(Curve(title, "a", mine["timestamp"] - summary.start, values, unit, _digits(values)))
+    return _colored(f"{name}.{field.abbrev}{', ' + unit if unit else ''}", curves, "entities")
+
+
+def _colored(title: str, curves: Sequence[Curve], what: str) -> FieldPlot:
+    """A plot of the first curves, each with a color of its own; the title says how many of all that are."""
     shown = [curve._replace(color=color) for curve, color in zip(curves, COLORS, strict=False)]
-    more = f" ({len(shown)} of {len(curves)} entities)" if len(curves) > len(shown) else ""
-    return FieldPlot(f"{name}.{field.abbrev}{', ' + unit if unit else ''}{more}", shown)
+    return FieldPlot(title + (f" ({len(shown)} of {len(curves)} {what})" if len(curves) > len(shown) else ""), shown)
 
 
 def _parse(schema: imc.Schema, text: str) -> tuple[str, imc.Field, str]:

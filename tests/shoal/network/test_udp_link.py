@@ -63,3 +63,13 @@ def test_a_system_behind_a_network_that_was_cut_is_back_before_it_announces_itse
         await link.close()
 
     asyncio.run(act())
+
+
+def test_a_console_whose_id_is_none_of_consoles_gets_any_port():
+    async def act():
+        link = UDPLink(ports=discovery_ports())
+        await link.open(Ear(), ConsoleIdentity(0xFFF0, "console"))
+        await link.close()
+        return link.trouble
+
+    assert asyncio.run(act()) == ""

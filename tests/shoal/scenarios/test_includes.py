@@ -2,6 +2,7 @@
 
 import pytest
 
+from shoal.cli.options import parse_values
 from shoal.scenarios import ScenarioFileError, load_document, run
 
 BASE = """\
@@ -81,6 +82,16 @@ def test_variants_are_merged_by_the_same_rule(own):
 
 
 @pytest.mark.heavy
+def test_a_variant_may_have_a_number_as_name(own):
+    own.write_text(OWN.replace("  calm:", "  2:").replace("  storm:", "  1.50:"))
+    document = load_document(own)
+    assert document.variant_names == ["2", "1.50"]
+    for text, name in (("2", "2"), ("1.50", "1.50"), ("'2'", "2")):
+        given = parse_values([f"variant={text}"])
+        assert document.scenario(given).name == f"own [{name}]", "as the command says that repeats a run"
+    assert document.scenario({"variant": 2}).name == "own [2]", "of a study"
+
+
 def test_a_variant_runs_on_a_shipped_profile(own):
     result = run(load_document(own).scenario({"variant": "storm"}))
     assert not result.error

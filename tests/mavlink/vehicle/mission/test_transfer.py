@@ -311,6 +311,22 @@ def test_a_fence_is_acknowledged_when_it_can_be_read_back(afloat, monkeypatch, a
         assert [m.values["type"] for m in console.heard()] == [ACCEPTED]
 
 
+def test_a_clearing_that_a_new_fence_overtakes_is_answered(afloat, monkeypatch):
+    console, asked = Console(afloat), []
+    assert console.upload(CORNERS, FENCE)[0]["type"] == ACCEPTED
+    monkeypatch.setattr(afloat, "publish", asked.append)
+    assert console.say("MISSION_CLEAR_ALL", mission_type=FENCE) == [], "the vehicle has not forgotten it yet"
+    other = [dict(corner, x=corner["x"] + 1000) for corner in CORNERS]
+    said = console.say("MISSION_COUNT", count=4, mission_type=FENCE)
+    for corner in other:
+        said += console.say("MISSION_ITEM_INT", **corner, mission_type=FENCE)
+    assert [m.values["type"] for m in said if m.name == "MISSION_ACK"] == [ERROR], "that of the clearing"
+    afloat.endpoint.update_state(asked[-1], "Limits", afloat.now)
+    afloat.endpoint.mission_transfer.poll(afloat.now)
+    assert [m.values["type"] for m in console.heard()] == [ACCEPTED]
+    assert [m["x"] for m in console.download(FENCE)[1]] == [corner["x"] for corner in other]
+
+
 @settings(max_examples=150)
 @given(
     st.lists(

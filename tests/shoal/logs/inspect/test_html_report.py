@@ -11,8 +11,9 @@ import pytest
 import imc
 from runtime.logs import summarize
 from shoal.logs.inspect import render_comparison, render_report
+from shoal.logs.inspect.field_plot import FieldPlot, join_plots
 from shoal.logs.inspect.report_data import read_report_data
-from shoal.logs.inspect.time_plot import decimate, ticks
+from shoal.logs.inspect.time_plot import Curve, decimate, ticks
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(1)>\"'&\u202e\x00\x1b[2J\udcff]]>"
@@ -259,6 +260,15 @@ def test_a_chosen_field_is_drawn_by_entity_and_the_battery_always(tmp_path):
 def test_a_field_that_is_not_there_is_named_with_the_nearest(tmp_path, field, words):
     with pytest.raises(ValueError, match=words):
         render_report(with_temperatures(tmp_path, "a", 0.0), fields=[field])
+
+
+def test_a_plot_says_how_many_of_its_curves_it_shows():
+    line = np.array([0.0, 1.0])
+    plots = [FieldPlot("Temperature.value, °C", [Curve(name, "a", line, line, "°C", 1) for name in "pqrs"])]
+    (joined,) = join_plots([("A", plots), ("B", plots)])
+    assert joined.title == "Temperature.value, °C (6 of 8 curves)"
+    assert [curve.name for curve in joined.curves] == ["A p", "A q", "A r", "A s", "B p", "B q"]
+    assert len({curve.color for curve in joined.curves}) == 6
 
 
 def test_two_runs_are_drawn_over_each_other(tmp_path):
