@@ -120,7 +120,7 @@ def multiply(node: SyntaxNode, first: Operand, rest: "list[tuple[str, Operand]]"
         other.check_is_number()
         plain = other if not other.needs and not other.unit else found if sign == "*" else None
         kept = (found if plain is other else other).unit if plain and not plain.unit and not plain.needs else ""
-        found = _result(node, operator.mul if sign == "*" else _divide, [found, other], kept)
+        found = _result(node, _multiply if sign == "*" else _divide, [found, other], kept)
     return found
 
 
@@ -179,6 +179,10 @@ def _applied(function: Callable[..., float], *given: Operand) -> Callable[[Lates
 
 def _negate(number: float) -> float:
     return -number
+
+
+def _multiply(a: float, b: float) -> float:
+    return float(a) * b  # of many integers, too: their product may be beyond any float
 
 
 def _divide(a: float, b: float) -> float:

@@ -55,7 +55,8 @@ class FileSection(NamedTuple):
 def parameter_file_text(found: VehicleParameters, suffix: str) -> str:
     """The file with the parameters of a vehicle. Raises ParameterFileError for what the form cannot hold.
 
-    The sections of an ini are those of a profile; an entity whose task is unknown has its label as section.
+    The sections of an ini are those of a profile; an entity whose task is unknown, or has several, has its label as
+    section.
     """
     time = datetime.fromtimestamp(found.received, UTC)
     if suffix.lower() in (".yaml", ".yml"):
@@ -75,7 +76,7 @@ def parameter_file_text(found: VehicleParameters, suffix: str) -> str:
         for entity, values in found.values.items():
             section = found.components.get(entity, "")
             options = {LABEL: entity, **values}
-            if not section or section in sections:
+            if not section or section in sections or section in found.values:  # a task without a label has its name
                 section, options = entity, dict(values)
             for name, text in options.items():
                 format_option(name, text)

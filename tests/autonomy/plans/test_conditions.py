@@ -48,6 +48,12 @@ def test_comparisons(text, expected):
     assert parse_condition(text).holds(LATEST, False) is expected
 
 
+def test_a_product_beyond_any_float_is_infinite():
+    text = "*".join(["SmsTx.seq"] * 40)
+    for condition in (f"{text} > 1", f"hypot({text}, 1) > 1", f"-{text} < inf"):
+        assert parse_condition(condition).holds({imc.SmsTx: imc.SmsTx(seq=2**32 - 1)}, True)
+
+
 @pytest.mark.parametrize(
     "text",
     [

@@ -201,6 +201,15 @@ def test_a_file_says_what_is_unknown(tmp_path: Path) -> None:
     assert section == FileSection("GPS", True, f"{path}:7", {"Rate": FileValue("1", f"{path}:8")})
 
 
+def test_no_section_of_an_ini_replaces_that_of_another_entity(tmp_path: Path) -> None:
+    """As of a DUNE, where a task without a label is called as its section."""
+    values = {"Backup": {"Port": "1"}, "Transports.UDP": {"Port": "2"}, "Third": {"Port": "3"}}
+    found = VehicleParameters("station", 0x0B01, 0.0, values, dict.fromkeys(values, "Transports.UDP"))
+    path = written(tmp_path / "all.ini", parameter_file_text(found, ".ini"))
+    read = {section.name: section.values["Port"].text for section in read_parameter_file(path)}
+    assert read == {"Backup": "1", "Transports.UDP": "2", "Third": "3"}
+
+
 def test_a_value_that_an_ini_cannot_hold_goes_to_yaml(tmp_path: Path) -> None:
     text = "a; b # c\nd"
     found = VehicleParameters("station", 5, 0.0, {"GPS": {"Init": text}})
