@@ -14,6 +14,7 @@ from imc.lsf.damage_list import DamageList
 from imc.lsf.dataframe import to_dataframe
 from imc.lsf.index import LogIndex, PacketPositions
 from imc.lsf.log_files import find_log, find_schema
+from imc.lsf.message_kind import Kind, kind_name, message_type
 from imc.lsf.packet_reader import PacketReader, StaleIndex
 from imc.lsf.parallel_gunzip import ParallelMap
 from imc.lsf.position_columns import positions
@@ -21,9 +22,8 @@ from imc.lsf.scanner import Batch, scan
 from imc.lsf.selection import Conditions, HeaderFilter, MessageSequence, entity_labels, keys_with_name, select
 from imc.lsf.writer import BLOCK, LsfWriter
 from imc.message import Message
-from imc.schema import MessageType, Schema
+from imc.schema import Schema
 from imc.stream import Loss
-from support.terminal_text import quoted, with_suggestion
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
 WORTH_KEEPING = 1 << 22  # bytes of a log from which on its index is written to disk
 SORTED_TOGETHER = 1 << 15  # packets in memory while messages are read in order of time
-
-Kind = type[Message] | str
 
 T = TypeVar("T")
 
@@ -161,7 +159,9 @@ class Log:
         known = self.schema.types_by_id
 
         def read() -> list[ColumnReader]:
-            names = [_name(kind) for kind in kinds] or [known[n].abbrev for n in self.index().counts() if n in known]
+            names = [kind_name(kind) for kind in kinds] or [
+                known[n].abbrev for n in self.index().counts() if n in known
+            ]
             tables = [self._table(name) for name in names]
             with self._reader() as reader:
                 read_tables(tables, reader)
@@ -187,7 +187,7 @@ class Log:
         Raises ImportError if pandas is not installed.
         """
         rows, conditions = self._rows(kind), self._meaning(where)
-        frame = to_dataframe(self._type(kind), rows, self.objects(kind))
+        frame = to_dataframe(message_type(self.schema, kind), rows, self.objects(kind))
         return frame if conditions.matches_all else frame[conditions.row_mask(rows)]
 
     @property
@@ -249,14 +249,7 @@ class Log:
         return [*([path_beside(self.path)] if self._keep_index == "beside" else []), *path_in_cache(self.path)]
 
     def _ids(self, kinds: Iterable[Kind]) -> frozenset[int]:
-        return frozenset(self._type(kind).id for kind in kinds)
-
-    def _type(self, kind: Kind) -> MessageType:
-        """Raises KeyError with the nearest name."""
-        name = _name(kind)
-        if name not in self.schema.types:
-            raise KeyError(with_suggestion(f"there is no message {quoted(name)}", name, self.schema.types))
-        return self.schema.types[name]
+        return frozenset(message_type(self.schema, kind).id for kind in kinds)
 
     def _known(self, *names: str) -> list[str]:
         return [name for name in names if name in self.schema]
@@ -314,7 +307,7 @@ class Log:
         return self.schema.decode(packet)
 
     def _table(self, kind: Kind) -> ColumnReader:
-        found = self._type(kind)
+        found = message_type(self.schema, kind)
         places = without_short_packets(found, self.index().packet_positions((found.id,)), self._lose)
         return ColumnReader(found, places, self._decode, self._lose)
 
@@ -330,7 +323,7 @@ class Log:
 
     def _places(self, kind: Kind, where: HeaderFilter) -> PacketPositions:
         """The packets that are rows of `array`."""
-        found = self._type(kind)
+        found = message_type(self.schema, kind)
         self.index()
         if found.id not in self._whole:
             self._rows(kind)  # also checks the index, so that the messages cannot become fewer
@@ -349,7 +342,3 @@ class Log:
                 ((None, entity),) if isinstance(entity, int) else keys_with_name(self.entities, entity)
             )
         return HeaderFilter(where.get("start"), where.get("end"), sources, entities)
-
-
-def _name(kind: Kind) -> str:
-    return kind if isinstance(kind, str) else kind.__name__

@@ -24,7 +24,8 @@ from runtime.task.entity_system_tables import (
 from runtime.task.logbook import Logbook, format_exception_line, with_location
 from runtime.task.parameters import Parameter, ParameterError, SharedOption, find_parameter, param
 from runtime.task.script import Inbox, Script
-from runtime.task.task import Task, section_reference_options, shared_options
+from runtime.task.section_options import section_reference_options, shared_options
+from runtime.task.task import Task
 
 __all__ = [
     "HIGHEST_RATE",

@@ -11,8 +11,8 @@ from runtime.kernel import Clock, Kernel, WallClock, to_ordinary_exception
 from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune_section_names
 from runtime.task import EntityError, ParameterError, Task, assign_ids, consumer_methods, with_location
 from runtime.vehicle.fleet import Fleet
+from runtime.vehicle.general_lint import parse_zenoh_options
 from runtime.vehicle.other_process_entities import ProcessMonitor
-from runtime.vehicle.profile_lint import parse_zenoh_options
 from runtime.vehicle.task_registry import TaskImportError, find_task, missing_extra, missing_task_reason
 from runtime.vehicle.vehicle import Vehicle
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError

@@ -1,9 +1,8 @@
 """Finds mistakes in a profile: unknown names, invalid values, labels that are taken."""
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
-import imc
 from runtime.profile import (
     ALWAYS,
     NEVER,
@@ -12,12 +11,11 @@ from runtime.profile import (
     Section,
     default_label,
     dune_section_names,
-    parse_imc_id,
     split_list,
 )
 from runtime.task import Parameter, SharedOption, Task, find_parameter, section_reference_options, shared_options
+from runtime.vehicle.general_lint import general_problems
 from runtime.vehicle.task_registry import missing_task_reason, nearest_task, section_name, suggest_task_name
-from runtime.zenoh import ZenohConfig
 from support.diagnostics import Origin, Problem, ProfileError, Severity
 from support.terminal_text import corrected_spelling, nearest_word, quoted, suggestion
 
@@ -44,15 +42,6 @@ def check_profile(
     return sorted(found, key=lambda problem: (order.get(problem.file, len(order)), problem.file, problem.line))
 
 
-def parse_zenoh_options(profile: Profile) -> Iterator[tuple[Option, ZenohConfig | str]]:
-    """The options of [Zenoh], each with its configuration alone, or what is wrong with it."""
-    for option in profile.config.options("Zenoh"):
-        try:
-            yield option, ZenohConfig.from_options({option.name: option.value}, profile.path.parent)
-        except ValueError as error:
-            yield option, str(error)
-
-
 class _Checker:
     def __init__(
         self,
@@ -72,81 +61,13 @@ class _Checker:
     def run(self) -> None:
         if not self._config.sections and not self._config.errors:
             self._say("error", Origin(str(self._profile.path)), "the file has no section, so nothing runs")
-        self._check_general()
-        self._check_addresses()
-        self._check_zenoh()
+        self.problems += general_problems(self._profile)
         for section in self._config.sections.values():
             self._check_section(section)
         self._check_labels()
 
     def _say(self, severity: Severity, origin: Origin, text: str, hint: str = "") -> None:
         self.problems.append(Problem(severity, *origin, text, hint))
-
-    def _check_general(self) -> None:
-        problem = self._profile.vehicle_name_problem()
-        self.problems += [problem] if problem else []
-        profile = self._profile
-        readers: tuple[Callable[[], object], ...] = (
-            lambda: profile.bus_transport,
-            lambda: profile.message_schema,
-            lambda: profile.start_time_ns,
-            lambda: profile.seed,
-            lambda: profile.entity_ids,
-        )
-        for read in readers:
-            try:
-                read()
-            except ProfileError as error:
-                self.problems += error.problems
-        for option in self._config.options("General"):
-            if option.name in dune_section_names.GENERAL:
-                continue
-            near = corrected_spelling(option.name, dune_section_names.GENERAL)
-            severity: Severity = "warning" if near else "note"
-            hint = f"did you mean {quoted(near)}?" if near else ""
-            self._say(severity, option.origin, f"[General] unknown option {quoted(option.name)}", hint)
-        if (option := self._config.option("General", "Console Messages")) is not None:
-            names = [item.partition(":")[0].strip() for item in split_list(option.value)]
-            self._check_message_names(option, "[General] Console Messages", names)
-
-    def _check_zenoh(self) -> None:
-        for option, found in parse_zenoh_options(self._profile):
-            if isinstance(found, str):
-                self._say("error", option.origin, found)
-            else:
-                self._check_message_names(option, "[Zenoh] Hear", found.hear or ())
-                if absent := found.describe_missing_interface():
-                    self._say("warning", option.origin, absent)
-
-    def _check_message_names(self, option: Option, title: str, names: Iterable[str]) -> None:
-        if not (names := list(names)):
-            return
-        try:
-            schema = self._profile.message_schema or imc.builtin()
-        except ProfileError:
-            return  # told already
-        known = [kind.abbrev for kind in schema.types_by_id.values()]
-        for name in [name for name in names if name not in known]:
-            hint = f"did you mean {quoted(near)}?" if (near := corrected_spelling(name, known)) else ""
-            self._say("warning", option.origin, f"{title}: there is no message {quoted(name)}", hint)
-
-    def _check_addresses(self) -> None:
-        known: dict[int, Option] = {}
-        for option in self._config.options("IMC Addresses"):
-            try:
-                first = known.setdefault(parse_imc_id(option.value), option)
-            except ValueError as error:
-                self._say("warning", option.origin, f"{quoted(option.name)} has no id: {error}", "such as 0x001A")
-                continue
-            if first is not option:
-                text = (
-                    f"{quoted(option.name)} and {quoted(first.name)} ({first.origin}) have the same id {option.value}"
-                )
-                self._say("note", option.origin, text)
-        vehicle = self._config.option("General", "Vehicle")
-        if vehicle and not self._config.value("IMC Addresses", vehicle.value):
-            text = f"{quoted(vehicle.value)} is not in [IMC Addresses], so its id is 0x{self._profile.system_id:04X}"
-            self._say("note", vehicle.origin, text)
 
     def _check_section(self, section: Section) -> None:
         self._check_repetitions(section)

@@ -35,7 +35,6 @@ REPEAT = 0.4  # s between copies of a request that is not answered
 ABORT_REPEAT = 2.0  # s between those of an Abort to who obeys each: it confirms one within a second, if it arrives
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 COMPANY = 0.15  # s in which a second vehicle of the same name answers our first Announce, too
-TOLD = 2.5  # s since its last packet, after which a system that vanishes has fallen silent before; Heartbeat has 1 Hz
 LONGEST = 8.0  # s for a system to say its id, or for Shoal to send data
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
 BASIC = ("Heartbeat",)
@@ -117,28 +116,10 @@ class Network:
         return True
 
     def on_appeared(self, link: NetworkLink, system: str, part: str, place: str, number: int | None = None) -> None:
-        found = self.systems.find_or_add(system)
-        if found is None:
-            return
-        if number is not None:
-            self.systems.assign_id(found, number, place)
-        if (link.name, part) not in found.parts:
-            found.appeared_at = time.monotonic()
-        found.links[link.name] = link
-        found.has_ended = False
-        found.parts[link.name, part] = place or found.parts.get((link.name, part), "")
-        self.systems.changed.set()
+        self.systems.add_process(link, system, part, place, number)
 
     def on_vanished(self, link: NetworkLink, system: str, part: str, *, is_told: bool) -> None:
-        found = self.systems.get(system)
-        if found is None:
-            return
-        found.has_ended = is_told and found.age < TOLD  # zenoh tells of the end of one that it has not heard, too
-        found.parts.pop((link.name, part), None)
-        if not any(name == link.name for name, _ in found.parts):
-            found.links.pop(link.name, None)
-            found.last.pop(link.name, None)
-        self.systems.changed.set()
+        self.systems.remove_process(link, system, part, is_told=is_told)
 
     def on_dropped(self, link: NetworkLink, peer: str, reason: str, number: int = 1) -> None:
         known = self.systems.get(peer)

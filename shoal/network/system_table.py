@@ -20,6 +20,7 @@ SILENCE = 5.0  # s; a system sends Heartbeat at 1 Hz
 FORGOTTEN = 1.2 * PERIOD  # s of silence after which a second vehicle of one name counts no longer
 STEP = 60.0  # s; a time stamp that is older than this before the last one means that the clock was set
 WRONG = (imc.EntityState.State.FAULT, imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
+TOLD = 2.5  # s since its last packet, after which a system that vanishes has fallen silent before; Heartbeat has 1 Hz
 PATIENCE = 3.0  # s for an answer
 CONTACT = 20.0  # s from the Announce of a DUNE to its first data: it may miss our first one, and sends every 5 s
 FRESH = 3.0  # s; a packet that also comes over another network counts only if the first was silent for so long
@@ -234,6 +235,32 @@ class NetworkSystemTable(dict[str, NetworkSystem]):
         if found is None and name and len(self) < MOST_SYSTEMS:
             found = self[name] = NetworkSystem(name)
         return found
+
+    def add_process(self, link: NetworkLink, name: str, part: str, place: str, number: int | None) -> None:
+        """Note that a process, `part`, of a system has appeared at a place on a link, and its id if that is known."""
+        found = self.find_or_add(name)
+        if found is None:
+            return
+        if number is not None:
+            self.assign_id(found, number, place)
+        if (link.name, part) not in found.parts:
+            found.appeared_at = time.monotonic()
+        found.links[link.name] = link
+        found.has_ended = False
+        found.parts[link.name, part] = place or found.parts.get((link.name, part), "")
+        self.changed.set()
+
+    def remove_process(self, link: NetworkLink, name: str, part: str, *, is_told: bool) -> None:
+        """Note that a process of a system has vanished from a link; `is_told` if it has said so itself."""
+        found = self.get(name)
+        if found is None:
+            return
+        found.has_ended = is_told and found.age < TOLD  # zenoh tells of the end of one that it has not heard, too
+        found.parts.pop((link.name, part), None)
+        if not any(link_name == link.name for link_name, _ in found.parts):
+            found.links.pop(link.name, None)
+            found.last.pop(link.name, None)
+        self.changed.set()
 
     def sender_of(self, arrival: ReceivedPacket, number: int) -> NetworkSystem | None:
         """Who sent a packet: by the name that came with it, else by its id."""
