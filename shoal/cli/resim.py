@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 import imc
+from shoal.cli.log.log_input import last_option
 from shoal.cli.options import add_user_task_folders, code_of_log_option
 from shoal.logs.inspect import format_noun_count
 from shoal.rerun import EntityMessage, MessageCount, Resimulation, ResimulationError, resimulate
@@ -21,7 +22,8 @@ HEADER = frozenset({*imc.Message.__struct_fields__})
 
 
 @click.command()
-@click.argument("log", type=click.Path(exists=True, path_type=Path))
+@click.argument("log", type=click.Path(exists=True, path_type=Path), required=False)
+@last_option
 @click.option("-t", "--task", "tasks", multiple=True, required=True, help="Task: section, entity label or class.")
 @click.option(
     "--set",

@@ -8,6 +8,7 @@ import click
 import imc
 from runtime.kernel import SECOND
 from runtime.snapshot import SnapshotError
+from shoal.cli.log.log_input import last_option
 from shoal.cli.options import add_user_task_folders, check_vehicle_log_folder, code_of_log_option, log_dir_option
 from shoal.cli.run import run_to_end
 from shoal.rerun import RewoundRun, TimestampResolver, summarize_log
@@ -16,7 +17,8 @@ from support.durations import parse_duration
 
 
 @click.command()
-@click.argument("log", type=click.Path(exists=True, path_type=Path))
+@click.argument("log", type=click.Path(exists=True, path_type=Path), required=False)
+@last_option
 @click.option("--at", required=True, metavar="TIME", help="Time since the start of the run: 90 or 1h30min.")
 @click.option("--for", "duration", metavar="TIME", help="How long to run from there [default: to the end of the log]")
 @click.option(

@@ -1,18 +1,22 @@
 """The logs of a run as one log, and the newest log below a folder."""
 
 import errno
+import math
 import shutil
 import tempfile
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from imc.lsf import SUFFIXES, find_log
+from imc import SchemaError
+from imc.lsf import SUFFIXES, Log, find_log
+from runtime.logs import read_log_run_position
 from support.file_errors import add_path_to_errors
 
 SAME = ("IMC.xml.gz", "IMC.xml")
 JOINED = ("Output.txt",)
 FIRST = ("Config.ini",)
+SHORTEST = 1.0  # s
 
 
 @contextmanager
@@ -49,11 +53,33 @@ def joined_logs(logs: Sequence[Path]) -> Generator[Path]:
 
 
 def newest_log(folder: Path) -> Path:
-    """The folder of the log below `folder` that was written last. Raises FileNotFoundError."""
+    """The folder of the log below `folder` that was written last.
+
+    A log that follows others of its run and is shorter than `SHORTEST` is passed over: a run that ends with its plan
+    has begun the next log just before. Raises FileNotFoundError.
+    """
     found = [path for path in folder.rglob("Data.lsf*") if path.name.endswith(SUFFIXES) and path.is_file()]
     if not found:
         raise FileNotFoundError(errno.ENOENT, "there is no log below it", str(folder))
-    return max(found, key=lambda path: (path.stat().st_mtime_ns, path)).parent
+    logs = [path.parent for path in sorted(found, key=lambda path: (path.stat().st_mtime_ns, path), reverse=True)]
+    return next((log for log in logs if not _is_short_rest(log)), logs[0])
+
+
+def _is_short_rest(log: Path) -> bool:
+    """Whether a log follows others of its run and has a message, but none `SHORTEST` after another."""
+    place = read_log_run_position(log)
+    if place is None or place.number == 1:
+        return False
+    first, last = math.inf, -math.inf
+    try:
+        for batch in Log(log, keep_index=False).batches():
+            times = batch.times()
+            first, last = min(first, times.min(initial=first)), max(last, times.max(initial=last))
+            if last - first >= SHORTEST:
+                return False
+    except (OSError, SchemaError):  # the command that reads it reports this
+        return False
+    return last >= first
 
 
 def _content(path: Path) -> bytes:

@@ -27,38 +27,60 @@ IMPORTED = (".mcap", ".tlog", ".bin", ".ulg")
 MOST_REASONS = 3
 
 
+def last_option(function: F) -> F:
+    """Adds --last, which replaces the argument `log`, to a command."""
+
+    @functools.wraps(function)
+    def command(*args: Any, log: Path | None, last: bool, **values: Any) -> Any:
+        return function(*args, log=_require_log("log", log or _default(last), last), **values)
+
+    return cast(F, _last(command))
+
+
 def run_selection_options(*names: str, optional: Sequence[str] = ()) -> Callable[[F], F]:
     """Adds --run and --last, which change what the arguments `names` mean, to a command; `optional` ones may lack."""
 
     def decorate(function: F) -> F:
         @functools.wraps(function)
         def command(*args: Any, run: bool, last: bool, **values: Any) -> Any:
-            if last and values[names[0]] is None:
-                values[names[0]] = Path("log")
-            for name in names:
-                if values[name] is None:
-                    raise click.UsageError(f"name a {name.upper()}, or use --last")
-                with errors_as_messages():
-                    values[name] = _chosen(values[name], run, last)
-            for name in optional:
-                with errors_as_messages():
-                    values[name] = values[name] and _chosen(values[name], run, last)
+            values[names[0]] = values[names[0]] or _default(last)
+            for name in (*names, *(name for name in optional if values[name])):
+                values[name] = _joined(_require_log(name, values[name], last), run)
             return function(*args, **values)
 
         whole = click.option("--run", is_flag=True, help="Take all logs of the run that the log belongs to, as one.")
-        newest = click.option("--last", is_flag=True, help="Take the newest log below a folder [default: log].")
-        return cast(F, whole(newest(command)))
+        return cast(F, whole(_last(command)))
 
     return decorate
 
 
-def _chosen(path: Path, run: bool, last: bool) -> Path:
+def _last(command: F) -> F:
+    return click.option("--last", is_flag=True, help="Take the newest log below a folder [default: log].")(command)
+
+
+def _default(last: bool) -> Path | None:
+    return Path("log") if last else None
+
+
+def _require_log(name: str, path: Path | None, last: bool) -> Path:
+    """The log of an argument, or the newest one below it, which is named."""
+    if path is None:
+        raise click.UsageError(f"name a {name.upper()}, or use --last")
+    if not last:
+        return path
+    with errors_as_messages():
+        newest = newest_log(path)
+    click.echo(printable(f"log: {newest}"), err=True)
+    return newest
+
+
+def _joined(path: Path, run: bool) -> Path:
     """The log, or the logs of its run as one, which are removed when the command ends."""
-    path = newest_log(path) if last else path
     if not run:
         return path
-    logs = logs_of_run(path.parent if path.is_file() else path)
-    whole = click.get_current_context().with_resource(joined_logs(logs))
+    with errors_as_messages():
+        logs = logs_of_run(path.parent if path.is_file() else path)
+        whole = click.get_current_context().with_resource(joined_logs(logs))
     click.get_current_context().meta[str(whole)] = logs
     for missing in missing_logs(logs):
         click.echo(f"log {missing} of the run is missing", err=True)

@@ -1,5 +1,6 @@
 """Runs of several logs on the command line, and log folders that cannot be written."""
 
+import os
 import resource
 import shutil
 import tempfile
@@ -72,16 +73,43 @@ def test_one_log_says_which_of_the_run_it_is(day: Path) -> None:
 
 
 def test_the_newest_log(day: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    newest = sorted(day.iterdir())[-1]
-    assert f"log       {newest}" in shoal("log", "info", "--last", day).output
+    _, plan, after = sorted(day.iterdir())
+    done = shoal("log", "info", "--last", day)
+    assert f"log       {plan}" in done.output
+    assert f"log: {plan}\n" in done.stderr
+    assert f"log       {after}" in shoal("log", "info", after).output
     monkeypatch.chdir(day.parents[2])
-    assert newest.name in shoal("log", "info", "--last").output
+    assert plan.name in shoal("log", "info", "--last").output
     assert "3 messages" not in shoal("log", "info", "--last", "--run").output
     monkeypatch.chdir(tmp_path)
     done = shoal("log", "info", "--last")
     assert done.exit_code != 0
     assert "there is no log below it" in done.output
     assert "name a LOG, or use --last" in shoal("log", "info").output
+
+
+def test_the_newest_log_is_taken_also_if_it_is_damaged_or_alone(day: Path, tmp_path: Path) -> None:
+    shutil.copytree(day, tmp_path / "log" / "otter" / day.name)
+    before, plan, after = sorted((tmp_path / "log" / "otter" / day.name).iterdir())
+    (after / "Data.lsf.gz").write_bytes(b"rubbish")
+    assert f"log: {after}\n" in shoal("log", "doctor", "--last", tmp_path).stderr
+    (plan / "Run.json").unlink()
+    (after / "Run.json").unlink()
+    shutil.copyfile(day / after.name / "Data.lsf.gz", after / "Data.lsf.gz")
+    assert f"log: {after}\n" in shoal("log", "info", "--last", tmp_path).stderr
+    os.utime(before / "Data.lsf.gz", (2e9, 2e9))
+    assert f"log: {before}\n" in shoal("log", "info", "--last", tmp_path).stderr
+
+
+@pytest.mark.heavy
+def test_the_newest_log_is_run_again(day: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(day.parents[2])
+    assert "name a LOG, or use --last" in shoal("resim", "-t", "Simulators.GPS").output
+    done = shoal("resim", "--last", "-t", "Simulators.GPS")
+    assert (done.exit_code, "0 bytes of difference" in done.output) == (0, True), done.output
+    assert "_box\n" in done.stderr
+    done = shoal("rewind", "--last", "--at", "9", "--for", "1s", "--log-dir", tmp_path)
+    assert (done.exit_code, "_box\n" in done.stderr) == (0, True), done.output
 
 
 def test_a_log_that_is_missing_in_a_run_is_named(day: Path, tmp_path: Path) -> None:
