@@ -35,7 +35,8 @@ class Task(DeviceTask):
 
     The vehicle makes the instance, so a task keeps its own state in attributes that `configure` or `start` set.
     A class with `external` set needs the network or a device and is skipped in virtual time; `requires` names the extra
-    that it needs; `activation` is the scope of its parameter `Active`, empty for tasks without.
+    that it needs, without which a vehicle does not start, unless the class is `optional`; `activation` is the scope of
+    its parameter `Active`, empty for tasks without.
     `transient` names attributes that are not in snapshots, because `configure` or `after_restore` makes them again.
     `reads` has the options of sections that several tasks read, each with unit and meaning; a name that ends with /
     stands for all sections that begin with it.
@@ -44,6 +45,7 @@ class Task(DeviceTask):
 
     external: ClassVar[bool] = False
     requires: ClassVar[str] = ""
+    optional: ClassVar[bool] = False
     activation: ClassVar[Scope | str] = ""
     transient: ClassVar[tuple[str, ...]] = ()
     reads: ClassVar[Mapping[str, Mapping[str, SharedOption]]] = MappingProxyType({})

@@ -1,6 +1,6 @@
 """A profile brought to life: the vehicle, fleets of them, and what checks and explains a profile."""
 
-from runtime.vehicle.builder import Build, build, config_warnings, join_zenoh
+from runtime.vehicle.builder import Build, build, config_warnings, join_zenoh, missing_extra_problem
 from runtime.vehicle.effective_config import ProfileValues, general_number
 from runtime.vehicle.fleet import Fleet, FleetError
 from runtime.vehicle.option_explainer import OptionRow, explain_section
@@ -35,6 +35,7 @@ __all__ = [
     "general_number",
     "join_zenoh",
     "missing_extra",
+    "missing_extra_problem",
     "missing_task_reason",
     "section_name",
     "task_modules",

@@ -55,6 +55,7 @@ def build(
     bus: Callable[[Kernel, int], Bus] = Bus,
     entity_ids: Mapping[str, int] | None = None,
     process: str | None = None,
+    skip_missing_extras: bool = False,
 ) -> Build:
     """The vehicle of a profile with the tasks that the selected modes enable, on a clock or in a fleet.
 
@@ -64,6 +65,7 @@ def build(
     effective configuration, which is in every log. `only` are the sections to use instead of the enabled ones, `bus`
     creates the bus, `entity_ids` (by label) replaces the ids that follow from the profile. `process` is which of the
     vehicle's processes this is, "" the main one: only its sections are built; None builds all.
+    A task whose extra is not installed is a mistake; with `skip_missing_extras` it is skipped, as optional ones are.
     Raises ProfileError naming file and line of each mistake, FleetError if the fleet has a vehicle of this name.
     """
     if fleet is not None and fleet.kernel.virtual and fleet.kernel.now_ns != profile.start_time_ns:
@@ -98,7 +100,7 @@ def build(
     for section in profile.config.sorted_sections():
         wanted = profile.is_task_enabled(section.name, selected) if only is None else section.name in only
         if wanted and section.name != dune_section_names.MULTIPLEXER:
-            problems += _build_task(made, profile, section, process)
+            problems += _build_task(made, profile, section, process, skip_missing_extras)
     if made.off and only is None:
         problems += _problems_of_external(profile, selected, made.off, seed, entity_ids)
     if problems:
@@ -107,7 +109,17 @@ def build(
     return made
 
 
-def _build_task(made: Build, profile: Profile, section: Section, process: str | None) -> list[Problem]:
+def missing_extra_problem(cls: type[Task], section: Section) -> Problem | None:
+    """An extra that the task of a section needs and that is not installed; only a note if the task is optional."""
+    if not (extra := missing_extra(cls)):
+        return None
+    text = f"[{section.name}] needs pip install 'shoal[{extra}]'"
+    return Problem("note" if cls.optional else "error", *section.origin, text, "`Enabled = Never` leaves it out")
+
+
+def _build_task(
+    made: Build, profile: Profile, section: Section, process: str | None, skip_missing_extras: bool
+) -> list[Problem]:
     """Add the task of a section, or skip it; returns the mistakes."""
     vehicle = made.vehicle
     try:
@@ -123,12 +135,14 @@ def _build_task(made: Build, profile: Profile, section: Section, process: str | 
         what = "a device" if cls.requires == "drivers" else "the network"
         made.skip(section.name, f"needs {what}, which is off in virtual time")
         made.off.append(section.name)
-    elif extra := missing_extra(cls):
-        made.skip(section.name, f"needs pip install 'shoal[{extra}]'")
     elif process is not None and (elsewhere := profile.task_process(section.name)) != process:
         if not process:
             label = section.value("Entity Label", default_label(section.name))
             vehicle.entities.reserve(label, section.name).process = elsewhere
+    elif problem := missing_extra_problem(cls, section):
+        if problem.severity == "error" and not skip_missing_extras:
+            return [problem]
+        made.skip(section.name, f"needs pip install 'shoal[{cls.requires}]'")
     else:
         return _add_task(vehicle, profile, section, cls)
     return []
@@ -139,7 +153,15 @@ def _problems_of_external(
 ) -> list[Problem]:
     """The mistakes in sections that virtual time skips: a run in real time would refuse them."""
     try:
-        alone = build(profile, selected, clock=WallClock(), only=sections, seed=seed, entity_ids=entity_ids)
+        alone = build(
+            profile,
+            selected,
+            clock=WallClock(),
+            only=sections,
+            seed=seed,
+            entity_ids=entity_ids,
+            skip_missing_extras=True,
+        )
     except ProfileError as error:
         return error.problems
     alone.vehicle.close()

@@ -2,7 +2,7 @@
 
 import sys
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from pathlib import Path
 
 import click
@@ -70,8 +70,7 @@ def check(
             selected = profile.parse_modes(profiles) if profiles else None
             problems = find_problems(profile, known, selected, find_task)
             if not any(problem.severity == "error" for problem in problems):
-                every = [{mode} for mode in profile.selectable_modes]
-                problems += _build_problems(profile, every if selected is None else [selected], selected is not None)
+                problems += _build_problems(profile, selected)
             problems += _mavlink_id_conflict(profile, speakers, together=bool(names))
         except ProfileError as error:
             problems += error.problems
@@ -93,20 +92,21 @@ def check(
     sys.exit(1 if counts["error"] or (strict and counts["warning"]) else 0)
 
 
-def _build_problems(profile: Profile, selections: Iterable[Collection[str]], only: bool) -> list[Problem]:
-    """What building the vehicle shows in any selection: values that tasks reject or doubt, missing packages.
+def _build_problems(profile: Profile, chosen: Collection[str] | None) -> list[Problem]:
+    """What building the vehicle shows in the chosen modes, or in each: values that tasks reject or doubt.
 
-    Where a selection is the `only` one, also what it lacks for plans.
+    A missing extra is an error only of chosen modes, since this computer need not run the others. What a mode lacks for
+    plans is a note only where it is chosen.
     """
     found: list[Problem] = []
-    for selected in selections:
+    for selected in [{mode} for mode in profile.selectable_modes] if chosen is None else [chosen]:
         try:
-            made = build(profile, selected, clock=WallClock())
+            made = build(profile, selected, clock=WallClock(), skip_missing_extras=chosen is None)
             try:
                 found += config_warnings(made.vehicle, profile)
                 stands = motion_problem(made, profile)
                 found += [stands] if stands is not None else []
-                if only and (plan := plan_problem(made, profile)):
+                if chosen is not None and (plan := plan_problem(made, profile)):
                     found.append(plan)
                 if text := motion_warning(made, profile, selected):
                     found.append(Problem("warning", str(profile.path), 0, text))

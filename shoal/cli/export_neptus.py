@@ -51,7 +51,7 @@ def neptus(
     add_user_task_folders(code, [profile])
     try:
         loaded = load_profile(profile, config_dir, vehicle=vehicle, saved=Path("db"), overrides=overrides)
-        made = build(loaded, loaded.parse_modes(profiles or "Simulation"), clock=WallClock())
+        made = build(loaded, loaded.parse_modes(profiles or "Simulation"), clock=WallClock(), skip_missing_extras=True)
     except ProfileError as error:
         raise click.ClickException(str(error)) from None
     name = made.vehicle.name

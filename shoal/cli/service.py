@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from runtime.profile import load_profile
-from runtime.vehicle import check_profile, find_task, missing_extra
+from runtime.vehicle import check_profile, find_task, missing_extra_problem
 from shoal.cli.options import (
     add_user_task_folders,
     code_option,
@@ -177,8 +177,11 @@ def service(
         modes = ", ".join(sorted(loaded.selectable_modes))
         raise click.ClickException(f"{loaded.name} has nothing to run without a mode; select one with -p: {modes}")
     for section in enabled:
-        if (found := find_task(section)) is not None and (extra := missing_extra(found)):
-            click.echo(f"warning: {section} will be skipped: it needs pip install 'shoal[{extra}]'", err=True)
+        found = find_task(section)
+        if found is not None and (problem := missing_extra_problem(found, loaded.config.sections[section])):
+            if problem.severity == "error":
+                raise click.ClickException(str(problem))
+            click.echo(str(problem), err=True)
 
     options = [word for mode in profiles for word in ("-p", mode)]
     options += ["-V", vehicle] if vehicle else []

@@ -22,6 +22,7 @@ class FTP(Task):
 
     external = True
     requires = "ftp"
+    optional = True
 
     address: str = param(
         "",

@@ -30,6 +30,7 @@ class GroundLinksTask(Task):
 
     external = True
     requires = "mavlink"
+    optional = True
     hears_others = False  # whether other systems are shown
 
     links: list[str] = param(
