@@ -61,6 +61,8 @@ WRONG_USE = 2
 """Exit status after a bad option, a missing or damaged file, a wrong profile; that of the answer *no* is 1."""
 
 
+FEW = 12
+"""Commands that an error can list."""
 GARBAGE = 20_000
 """New objects after which Python looks for garbage among them. By default 700, which takes a seventh of a start."""
 
@@ -71,7 +73,21 @@ class WrongUse(click.ClickException):
     exit_code = WRONG_USE
 
 
-class LazyGroup(click.Group):
+class CommandGroup(click.Group):
+    """Names the nearest command, or all if they are few, where there is no such command."""
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[Any, Any, list[str]]:
+        names = self.list_commands(ctx)
+        if args and args[0] not in names:
+            close = get_close_matches(args[0], names, 1)
+            hint = f" Did you mean {close[0]}?" if close else ""
+            if not close and len(names) <= FEW:
+                hint = f" There are {', '.join(sorted(names))}."
+            ctx.fail(f"no such command: {args[0]}.{hint}")
+        return super().resolve_command(ctx, args)
+
+
+class LazyGroup(CommandGroup):
     """Imports a command only when it is called; `table` maps names to (module, description)."""
 
     table: ClassVar[dict[str, tuple[str, str]]] = COMMANDS
@@ -124,13 +140,6 @@ class LazyGroup(click.Group):
             from support.terminal_text import printable  # slow to import, and rarely needed
 
             raise WrongUse(printable(describe_os_error(error))) from None
-
-    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[Any, Any, list[str]]:
-        if args and args[0] not in self.table:
-            close = get_close_matches(args[0], self.table, 1)
-            hint = f" Did you mean {close[0]}?" if close else ""
-            ctx.fail(f"no such command: {args[0]}.{hint}")
-        return super().resolve_command(ctx, args)
 
 
 class MainGroup(LazyGroup):

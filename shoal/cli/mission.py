@@ -26,6 +26,7 @@ from shoal.cli.options import (
     log_dir_option,
     overrides_option,
     parse_period,
+    virtual_clock_option,
 )
 from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_profile_warnings
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
@@ -46,6 +47,7 @@ CANNOT_FLY = 2  # exit status if a file or the profile is wrong
 @click.option("-p", "--profiles", multiple=True, help="Modes to select [default: Simulation, or else Kinematic].")
 @overrides_option
 @code_option
+@virtual_clock_option
 @click.option("--for", "limit", default="24h", show_default=True, help="Time limit, in vehicle time.")
 @click.option("--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]")
 @click.option("--calibrate", is_flag=True, help="Calibrate before the plan starts.")

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from runtime.profile import load_profile
+from shoal.cli import CommandGroup
 from shoal.cli.options import config_dir_option
 from support.diagnostics import ProfileError
 from support.top_level_packages import PACKAGES
@@ -179,7 +180,7 @@ limit: 15 min
 """
 
 
-@click.group()
+@click.group(cls=CommandGroup)
 def new() -> None:
     """Create a task, a driver, a vehicle, each with a test, or a scenario, in the current folder."""
 

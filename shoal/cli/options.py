@@ -17,6 +17,16 @@ from tasks.transports.logging import Logging
 LOG_FILES = ("data.lsf", "config.ini", "imc.xml.gz", "run.json", "state-")  # how their names begin
 SHORTEST = 0.01  # s; the shortest period of a repeated action
 
+
+def _require_virtual(context: click.Context, _: click.Parameter, clock: str | None) -> None:
+    """Click callback: the clock as `shoal run` names it. Raises UsageError for any but a virtual one."""
+    if clock is not None and clock.strip().lower() != "virtual":
+        words = f"shoal {context.info_name} uses a virtual clock only, not {clock!r}; shoal run has others"
+        raise click.UsageError(printable(words))
+
+
+virtual_clock_option = click.option("--clock", hidden=True, expose_value=False, callback=_require_virtual)
+"""Accepts `--clock virtual`, as `shoal run` has it, for a command with no other clock."""
 config_dir_option = click.option(
     "-d",
     "--config-dir",

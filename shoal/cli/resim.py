@@ -10,7 +10,7 @@ from rich.table import Table
 
 import imc
 from shoal.cli.log.log_input import last_option
-from shoal.cli.options import add_user_task_folders, code_of_log_option
+from shoal.cli.options import add_user_task_folders, code_of_log_option, virtual_clock_option
 from shoal.logs.inspect import format_noun_count
 from shoal.rerun import EntityMessage, MessageCount, Resimulation, ResimulationError, resimulate
 from support.diagnostics import ProfileError
@@ -33,6 +33,7 @@ HEADER = frozenset({*imc.Message.__struct_fields__})
     help="Override an option, to see what would have changed.",
 )
 @code_of_log_option
+@virtual_clock_option
 @click.option("-c", "--config-file", help="Profile to use instead of the log's Config.ini.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="New folder for the log of the re-simulation.")
 def resim(

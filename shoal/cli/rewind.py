@@ -9,7 +9,13 @@ import imc
 from runtime.kernel import SECOND
 from runtime.snapshot import SnapshotError
 from shoal.cli.log.log_input import last_option
-from shoal.cli.options import add_user_task_folders, check_vehicle_log_folder, code_of_log_option, log_dir_option
+from shoal.cli.options import (
+    add_user_task_folders,
+    check_vehicle_log_folder,
+    code_of_log_option,
+    log_dir_option,
+    virtual_clock_option,
+)
 from shoal.cli.run import run_to_end
 from shoal.rerun import RewoundRun, TimestampResolver, summarize_log
 from support.diagnostics import ProfileError
@@ -25,6 +31,7 @@ from support.durations import parse_duration
     "--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Change an option from then on."
 )
 @code_of_log_option
+@virtual_clock_option
 @log_dir_option
 def rewind(
     log: Path, at: str, duration: str | None, overrides: tuple[str, ...], code: tuple[Path, ...], log_dir: Path

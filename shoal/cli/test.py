@@ -42,6 +42,7 @@ from shoal.cli.options import (
     log_dir_option,
     parse_values,
     values_option,
+    virtual_clock_option,
 )
 from shoal.cli.worker_options import check_wall_limit, wall_limit_option, workers_option
 from support.file_errors import describe_os_error
@@ -62,6 +63,7 @@ FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 @click.option("--seed", type=click.IntRange(0), help="Seed of all random numbers. [default: that of each file]")
 @values_option
 @code_option
+@virtual_clock_option
 @wall_limit_option
 def test(
     paths: tuple[Path, ...],

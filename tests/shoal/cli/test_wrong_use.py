@@ -42,6 +42,17 @@ def shoal(words):
 LOG = "log/lauv-noptilus-1/20260101/000000"
 MISTAKES = [
     ("runn", "no such command: runn. Did you mean run?"),
+    ("new drone", "no such command: drone. There are driver, scenario, task, vehicle."),
+    ("new vehicel", "no such command: vehicel. Did you mean vehicle?"),
+    ("log foo", "no such command: foo. There are cut, diff, "),
+    (
+        "mission otter plan.yaml --clock real",
+        "shoal mission uses a virtual clock only, not 'real'; shoal run has others",
+    ),
+    ("mission otter nothere.yaml --clock virtual", f"nothere.yaml: {NO_FILE}"),
+    ("test nothere --clock 10x", "uses a virtual clock only, not '10x'"),
+    (f"resim {LOG} -t GPS --clock 10x", "uses a virtual clock only, not '10x'"),
+    (f"rewind {LOG} --at 4 --clock 10x", "uses a virtual clock only, not '10x'"),
     ("run", "name a profile"),
     ("run nothere", "there is no profile 'nothere'"),
     ("run empty.ini", "the file has no section, so nothing runs"),
