@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
+from support.terminal_text import nearest_word
+
 
 class Unit(NamedTuple):
     """The SI unit of the dimension, and how many of it one is; `is_degree` if π/180 has to be rounded once only."""
@@ -51,6 +53,37 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
     }
 )
 """Symbols of units. The nautical mile and the knot are those of the SI brochure, table 8."""
+
+
+_NAMES = {
+    "knot": "kn",
+    "kt": "kn",
+    "meter": "m",
+    "metre": "m",
+    "kilometer": "km",
+    "second": "s",
+    "sec": "s",
+    "minute": "min",
+    "hour": "h",
+    "degree": "°",
+    "radian": "rad",
+    "percent": "%",
+    "mps": "m/s",
+    "kmh": "km/h",
+    "kph": "km/h",
+    "hertz": "Hz",
+    "volt": "V",
+    "ampere": "A",
+    "amp": "A",
+    "celsius": "°C",
+}
+
+
+def unit_suggestion(word: str) -> str:
+    """A hint with the symbol of a unit that is written out, such as knots, or misspelled; empty if none is close."""
+    name = word.strip().casefold()
+    symbol = _NAMES.get(name) or _NAMES.get(name.removesuffix("s")) or nearest_word(name, UNITS)
+    return f"did you mean {symbol!r}?" if symbol else ""
 
 
 def symbols_of(si: str) -> tuple[str, ...]:

@@ -14,9 +14,15 @@ if TYPE_CHECKING:
 def to_dataframe(kind: MessageType, rows: "NDArray[Any]", objects: Iterable[Message]) -> Any:
     """Header and all fields of the messages, in the order of the schema, by time (UTC).
 
-    `rows` and `objects` are the same messages. Raises ImportError if pandas is not installed.
+    `rows` and `objects` are the same messages. Raises ModuleNotFoundError, with the extra, if pandas is not installed.
     """
-    pandas = import_module("pandas")
+    try:
+        pandas = import_module("pandas")
+    except ModuleNotFoundError as error:
+        if error.name != "pandas":
+            raise
+        words = "a table needs pandas: pip install pandas, or 'shoal[analysis]'"
+        raise ModuleNotFoundError(words, name="pandas") from None
     names = [field.attribute for field in kind.fields]
     numbers = rows.dtype.names or ()
     decoded = list(objects) if set(names) - set(numbers) else []

@@ -17,6 +17,7 @@ from support.terminal_text import corrected_spelling, nearest_word, printable, q
 from support.top_level_packages import PACKAGES, TASKS
 
 MARK = Path("runtime/vehicle/task_registry.py")  # a folder that has this file is a clone of Shoal
+SHORTEST = 3  # letters that can mean a longer name
 LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL", "drivers": "serial", "ftp": "pyftpdlib"}
 
 
@@ -158,11 +159,17 @@ def _no_module(names: list[str]) -> str:
 def nearest_task(name: str, known: Collection[str]) -> str:
     """The one of the `known` tasks that is meant by a misspelled name; empty if none is close.
 
-    It is one of the same group, if that exists: names differ less within a group than between a group's.
+    It is one of the same group, if that exists: names differ less within a group than between a group's. A name that
+    only one of them begins with means this one: Sensors.SBE49 is Sensors.SBE49FastCAT.
     """
     group, dot, rest = name.casefold().partition(".")
     inside = {task.partition(".")[2]: task for task in known if not dot or task.casefold().startswith(f"{group}.")}
-    return inside.get(corrected_spelling(rest or group, inside), "") if inside else corrected_spelling(name, known)
+    if not inside:
+        return corrected_spelling(name, known)
+    if near := corrected_spelling(rest or group, inside):
+        return inside[near]
+    begun = [task for short, task in inside.items() if len(rest) >= SHORTEST and short.casefold().startswith(rest)]
+    return begun[0] if len(begun) == 1 else ""
 
 
 def suggest_task_name(section: str) -> str:

@@ -31,7 +31,16 @@ from shoal.cli.options import (
 from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_profile_warnings
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
 from shoal.cli.simulated_motion import motion_problem
-from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare, profile_context
+from shoal.missions import (
+    ManeuverReport,
+    Mission,
+    PlanFileError,
+    Report,
+    load_plan,
+    locate_reason,
+    prepare,
+    profile_context,
+)
 from support.diagnostics import ProfileError
 from support.durations import parse_duration
 from support.file_errors import describe_os_error
@@ -122,6 +131,8 @@ def mission(
     if as_json:
         click.echo(json.dumps(_plain(report), indent=1))
     else:
+        if not report.legs:
+            report.reason = locate_reason(plan, report.reason)
         _print(specification.plan_id, report)
     exit_process(watchdog, int(incomplete or not report.completed))
 

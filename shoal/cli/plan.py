@@ -25,7 +25,7 @@ from shoal.cli.vehicle_selection import (
     run_on_selection,
     vehicles_argument,
 )
-from shoal.network import AsyncRemoteVehicle, PlanOutcome
+from shoal.network import AsyncRemoteVehicle, PlanOutcome, Refused
 from support.file_errors import add_path_to_errors
 from support.terminal_text import printable
 
@@ -92,8 +92,18 @@ def plan(
             return await there.plan.get(str(what))
         if action == "delete":
             return await there.plan.delete(str(what))
-        if action == "put" and not isinstance(what, str):
-            return await there.plan.put(what)
+        if isinstance(what, str):
+            return await start(there, what)
+        try:
+            return await (there.plan.put(what) if action == "put" else start(there, what))
+        except Refused as error:
+            from shoal.missions import locate_reason
+
+            reason = str(error).removeprefix(f"{what.plan_id}: ")
+            located = locate_reason(Path(plan or ""), reason)
+            raise Refused(located if located != reason else str(error)) from None
+
+    async def start(there: AsyncRemoteVehicle, what: str | imc.PlanSpecification) -> Any:
         name = what if isinstance(what, str) else what.plan_id
         say = None if vehicle.single_name else prefixed(there.name, err=True)
         follow = None if no_wait or as_json else PlanProgressDisplay(name, say)

@@ -3,7 +3,7 @@
 from autonomy.plans.yaml import PlanFileError, parse_plan, plan_text
 from shoal.missions.mission import Mission
 from shoal.missions.mission_context import announced_context, profile_context
-from shoal.missions.plan_file_reader import MISSION_SUFFIXES, PLAN_SUFFIXES, load_plan
+from shoal.missions.plan_file_reader import MISSION_SUFFIXES, PLAN_SUFFIXES, load_plan, locate_reason
 from shoal.missions.plan_file_writer import plan_file_text
 from shoal.missions.report import COMPLETED, FAILED, LATE, ManeuverReport, Report
 from shoal.missions.simulated_flight import AUTOSTART, fly, parse_modes_or_default, prepare
@@ -25,6 +25,7 @@ __all__ = [
     "find_start_request",
     "fly",
     "load_plan",
+    "locate_reason",
     "parse_modes_or_default",
     "parse_plan",
     "plan_file_text",

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import imc
-from autonomy.plans.yaml import PlanFileError, parse_plan
+from autonomy.plans.yaml import PlanFileError, maneuver_lines, parse_plan
 from mavlink import FLAVORS, KINDS, home_at
 from mavlink.missions import (
     BadItem,
@@ -58,6 +58,19 @@ def load_plan(
             remark(words)
         return _convert(mission, path, context)
     return parse_plan(text, str(path), json=suffix == ".json")
+
+
+def locate_reason(path: Path, reason: str) -> str:
+    """A vehicle's reason, after the line of the plan file with the maneuver that the reason begins with.
+
+    The reason alone where this is not known: of missions of other programs, or if the reason names no maneuver.
+    """
+    try:
+        lines = maneuver_lines(read_text(path, PlanFileError), str(path))
+    except (PlanFileError, imc.DecodeError, OSError):
+        lines = {}
+    names = [name for name in lines if reason.startswith(f"{name}: ")]
+    return f"{path}:{lines[max(names, key=len)]}: {reason}" if names else reason
 
 
 def _convert(mission: MissionFile, path: Path, context: ConversionContext | None) -> imc.PlanSpecification:

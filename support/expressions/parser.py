@@ -21,8 +21,7 @@ from support.expressions.syntax_tree import (
     SyntaxNode,
     Text,
 )
-from support.terminal_text import with_suggestion
-from support.units import UNITS
+from support.units import UNITS, unit_suggestion
 
 R = TypeVar("R")
 MAX_CHARACTERS = 1000
@@ -262,7 +261,8 @@ class _Parser:
 
 
 def _no_unit(symbol: str) -> str:
-    return with_suggestion(f"there is no unit {symbol!r}", symbol, UNITS)
+    hint = unit_suggestion(symbol)
+    return f"there is no unit {symbol!r}" + f" ({hint})" * bool(hint)
 
 
 def _check_condition(node: SyntaxNode) -> SyntaxNode:

@@ -1,6 +1,6 @@
 """Plans as YAML or JSON text: read with the line of each mistake, written without loss."""
 
-from autonomy.plans.yaml.reader import PlanFileError, parse_plan, plan_from_node
+from autonomy.plans.yaml.reader import PlanFileError, maneuver_lines, parse_plan, plan_from_node
 from autonomy.plans.yaml.value_codec import (
     parse_in_unit,
     parse_position,
@@ -12,6 +12,7 @@ from autonomy.plans.yaml.writer import plan_text
 
 __all__ = [
     "PlanFileError",
+    "maneuver_lines",
     "parse_in_unit",
     "parse_plan",
     "parse_position",

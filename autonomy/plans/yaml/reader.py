@@ -62,17 +62,28 @@ def plan_from_node(node: Node, name: str) -> imc.PlanSpecification:
     return message
 
 
+def maneuver_lines(text: str, name: str = "plan") -> dict[str, int]:
+    """The line of each maneuver, by its id, in a plan in YAML or a PlanSpecification in JSON. Raises PlanFileError."""
+    reader = PlanReader(parse_yaml_tree(text, name, PlanFileError), name)
+    reader.plan()
+    return reader.lines
+
+
 class PlanReader:
-    """Reads the plan in a tree."""
+    """Reads the plan in a tree; `lines` has the line of each maneuver, by its id."""
 
     def __init__(self, root: Node, name: str):
+        self.lines: dict[str, int] = {}
         self._name = name
         self._root = root
 
     def plan(self) -> imc.Message:
         root = self._mapping(self._root, "a plan")
         if "abbrev" in root:
-            return imc.from_dict(self._root.value())
+            message = imc.from_dict(self._root.value())
+            items = root["maneuvers"].items() if "maneuvers" in root else []
+            self.lines = {item.mapping()["maneuver_id"].text(): item.line for item in items}
+            return message
         self._known(root, _PLAN_KEYS)
         maneuvers = root.get("maneuvers")
         if maneuvers is None or not isinstance(maneuvers.content, list) or not maneuvers.content:
@@ -89,6 +100,7 @@ class PlanReader:
                 node.fail(f"{name!r} cannot be an id, it ends a plan")
             if taken.setdefault(name, node) is not node:
                 node.fail(f"the id {name!r} is used twice")
+        self.lines = {name: node.line for name, node in taken.items()}
         start = self._text(root, "start", names[0])
         if start not in names:
             root["start"].fail(with_suggestion(f"there is no maneuver {start!r}", start, names))

@@ -9,7 +9,7 @@ import numpy as np
 
 import imc
 from support.terminal_text import suggestion
-from support.units import UNITS, symbols_of
+from support.units import UNITS, symbols_of, unit_suggestion
 
 Z_UNITS = {"depth": imc.ZUnits.DEPTH, "altitude": imc.ZUnits.ALTITUDE, "height": imc.ZUnits.HEIGHT}
 SPEED_UNITS = {"m/s": imc.SpeedUnits.METERS_PS, "rpm": imc.SpeedUnits.RPM, "%": imc.SpeedUnits.PERCENTAGE}
@@ -59,7 +59,9 @@ def split_quantity(value: object) -> tuple[float, str]:
         return float(value), ""
     match = _QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
     if match is None:
-        raise ValueError(f"{value!r} is not a number with a unit ({', '.join(UNITS)})")
+        number = _NUMBER.match(value.strip()) if isinstance(value, str) else None
+        hint = unit_suggestion(number.string[number.end() :]) if number else ""
+        raise ValueError(f"{value!r} is not a number with a unit ({hint or ', '.join(UNITS)})")
     number = float(match.group(1))
     if not math.isfinite(number):
         raise ValueError(f"{value!r} is too large a number")

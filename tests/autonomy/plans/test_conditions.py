@@ -81,7 +81,7 @@ def test_a_comparison_with_a_field_that_the_message_inside_does_not_have_is_fals
         ("FuelLevel.value <", "a number or Message.field is missing, at character 18"),
         ("FuelLevel.value < x", "'x' is neither a number nor Message.field .*, at character 19"),
         ("FuelLevel.value < 20 m", "FuelLevel.value is in %, but 20 m is in m, at character 19"),
-        ("FuelLevel.value < 20 percent", "there is no unit 'percent', at character 22"),
+        ("FuelLevel.value < 20 percent", r"there is no unit 'percent' \(did you mean '%'\?\), at character 22"),
         ("FuelLvel.value < 2", r"nor Message.field \(did you mean 'FuelLevel'\?\), at character 1"),
         ("EstimatedState.depth@other > 2", "a plan compares its own vehicle's messages"),
         ("age(GpsFix) > 3 s", "age is for scenarios only"),

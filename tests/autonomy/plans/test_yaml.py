@@ -161,7 +161,11 @@ def test_degrees_are_exact(angle):
         ("maneuvers:\n  - goto: {speed: 1e309}", "f.yaml:2: '1e309' is too large a number"),
         ("maneuvers:\n  - idle: {duration: 1e300s}", "f.yaml:2: IdleManeuver: duration: 1e.300 is not within 0 to 65"),
         ("maneuvers:\n  - idle: {duration: 1e309s}", "f.yaml:2: '1e309s' is too large a number"),
-        ("maneuvers:\n  - goto: {speed: 3 knots}", "f.yaml:2: '3 knots' is not a number with a unit .°, deg"),
+        (
+            "maneuvers:\n  - goto: {speed: 3 knots}",
+            "f.yaml:2: '3 knots' is not a number with a unit .did you mean 'kn'?",
+        ),
+        ("speed: 1.2 furlongs\nmaneuvers:\n  - idle:", "f.yaml:1: '1.2 furlongs' is not a number with a unit .°, deg"),
         ("maneuvers:\n  - goto: {depth: 3°}", "f.yaml:2: '3°' should be in m"),
         ("maneuvers:\n  - goto: {latt: 3}", "f.yaml:2: Goto has no field 'latt' .did you mean 'lat'"),
         ("maneuvers:\n  - idle: {depth: 3}", "f.yaml:2: IdleManeuver has no depth"),

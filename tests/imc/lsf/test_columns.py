@@ -327,6 +327,12 @@ def test_pandas_has_all_fields() -> None:
     assert len(log.to_pandas("EntityState", entity=7)) == len(log.array("EntityState", entity=7))
 
 
+def test_without_pandas_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ModuleNotFoundError, match=r"needs pandas: pip install pandas, or 'shoal\[analysis\]'"):
+        Log(LOGS / "dune-idle").to_pandas("EntityState")
+
+
 def test_importing_imc_does_not_import_numpy() -> None:
     code = "import sys, imc; print({'numpy', 'pandas'} & set(sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "set()\n"

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from shoal import fly
-from shoal.missions import load_plan, parse_plan, prepare
+from shoal.missions import load_plan, locate_reason, parse_plan, prepare
 from tests.outside import NO_FILE, TOO_LARGE
 from tests.shoal.cli.installed import SHOAL, shoal
 
@@ -24,6 +24,7 @@ maneuvers:
   - goto: {north: 40, depth: 2}
   - idle: {duration: 2}
 """
+DEEP = SHORT.replace("depth: 2", "depth: 200")
 
 
 def mission(*arguments, cwd):
@@ -77,6 +78,28 @@ def test_a_plan_that_cannot_be_flown_says_why():
     assert report.outcome == "FAILURE"
     assert report.reason == "Goto1: maneuver depth beyond limits: 200 m, the vehicle goes down to 49 m"
     assert report.legs == []
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("plan.yaml", DEEP, 6),
+        ("plan.json", json.dumps(parse_plan(DEEP).to_dict(), indent=1), 14),
+    ],
+)
+def test_a_plan_that_cannot_be_flown_names_its_line(name, text, line, tmp_path):
+    (tmp_path / name).write_text(text)
+    status, out, _ = mission("lauv-noptilus-1", name, cwd=tmp_path)
+    assert (status, f"{name}:{line}: Goto1: maneuver depth beyond limits: 200 m" in out) == (1, True), out
+
+
+@pytest.mark.parametrize("text", ["]", "plan: a\nmaneuvers:\n  - idle:\n", '{"abbrev": "PlanSpecification"}', "[" * 99])
+def test_a_reason_that_names_no_line_of_the_plan_stays_as_it_is(text, tmp_path):
+    path = tmp_path / "plan.yaml"
+    path.write_text(text)
+    assert locate_reason(path, "Goto1: too deep") == "Goto1: too deep"
+    assert locate_reason(tmp_path / "none.yaml", "Goto1: too deep") == "Goto1: too deep"
 
 
 @pytest.mark.heavy

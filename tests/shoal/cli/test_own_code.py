@@ -113,6 +113,11 @@ def test_a_clone_of_shoal_beside_the_installed_one_is_no_clash(project):
             "my.ini:8: error: [horns.Hron] is not a task ({project}/horns.py has no class Hron; did",
         ),
         ("horns.Horn", "hornz.Horn", "my.ini:8: error: [hornz.Horn] is not a task (there is no module 'hornz'"),
+        (
+            "Mine.Bell",
+            "Sensors.SBE49",
+            "my.ini:5: error: [Sensors.SBE49] is not a task (did you mean [Sensors.SBE49FastC",
+        ),
         ("Mine.Bell", "Mine.Bel", "my.ini:5: error: [Mine.Bel] is not a task (did you mean [Mine.Bell]?)"),
         ("Simulators.Whistle", "Simulators.Whistel", "my.ini:2: error: [Simulators.Whistel] is not a task (did you"),
         (

@@ -94,6 +94,13 @@ def test_plans(process: Running, tmp_path: Path) -> None:
     assert flown.exit_code == 0
     assert "pause: plan completed" in flown.stdout
     assert "EXECUTING  pause" in flown.stderr
+    deep = tmp_path / "deep.yaml"
+    deep.write_text(
+        "origin: 41.185°, -8.7062°\nmaneuvers:\n- idle: {duration: 1}\n- goto: {north: 9, depth: 200, speed: 1}\n"
+    )
+    refused = shoal("plan", NAME, "start", deep)
+    assert (refused.exit_code, f"{deep}:4: Goto2: maneuver depth beyond" in refused.output) == (1, True), refused.output
+    assert shoal("plan", NAME, "delete", "deep").output == "deleted\n"
     path.write_text(PLAN % 600)
     assert json_of("plan", NAME, "start", path, "--no-wait", "--json") == {"done": True}
     status = json_of("plan", NAME, "status", "--json")

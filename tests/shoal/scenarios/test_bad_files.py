@@ -47,7 +47,7 @@ PAIR = "vehicles: {a: {profile: otter}, b: {profile: otter}}\nlinks: [{between: 
         ("vehicle:\n  profile: otter\n  plan: none.yaml", 3, NO_FILE),
         ("vehicle:\n  profile: otter\n  plan:\n    maneuvers:\n      - got: {}", 5, "there is no maneuver 'got'"),
         (OTTER + "world: {curent: {north: 3}}", 2, "(did you mean 'current'?)"),
-        (OTTER + "world: {current: {north: 3 knots}}", 2, "'3 knots' is not a number with a unit"),
+        (OTTER + "world: {current: {north: 3 knots}}", 2, "'3 knots' is not a number with a unit (did you mean 'kn'?)"),
         (OTTER + "world: {current: {north: 300}}", 2, "300 is above the maximum"),
         (OTTER + "world: {water type: blue}", 2, "[World] Water Type = blue is not one of"),
         (OTTER + "world: {objects: {a: {clas: Glider}}}", 2, "an object has no 'clas' (did you mean 'class'?)"),

@@ -63,6 +63,7 @@ def test_trees(text, tree):
     ("text", "reason", "at"),
     [
         ("a < 3 kmh", "there is no unit 'kmh' (did you mean 'km/h'?)", 6),
+        ("a < 3 knots", "there is no unit 'knots' (did you mean 'kn'?)", 6),
         ("a < 3kmh", "there is no unit 'kmh' (did you mean 'km/h'?)", 5),
         ("a < 1 and b = 2", "'=' is not understood; write ==", 12),
         ("a < 1 & b < 2", "'&' is not understood; write and", 6),
