@@ -24,6 +24,7 @@ from support.terminal_text import printable
 F = TypeVar("F", bound=Callable[..., Any])
 LOG = click.Path(path_type=Path)
 IMPORTED = (".mcap", ".tlog", ".bin", ".ulg")
+LOGS = Path("log")  # where --last searches by default
 MOST_REASONS = 3
 
 
@@ -59,7 +60,7 @@ def _last(command: F) -> F:
 
 
 def _default(last: bool) -> Path | None:
-    return Path("log") if last else None
+    return LOGS if last else None
 
 
 def _require_log(name: str, path: Path | None, last: bool) -> Path:
@@ -68,6 +69,8 @@ def _require_log(name: str, path: Path | None, last: bool) -> Path:
         raise click.UsageError(f"name a {name.upper()}, or use --last")
     if not last:
         return path
+    if path != LOGS and not path.is_dir():
+        raise click.UsageError(printable(f"{path} is no folder; --last searches one: --last log {path}"))
     with errors_as_messages():
         newest = newest_log(path)
     click.echo(printable(f"log: {newest}"), err=True)
