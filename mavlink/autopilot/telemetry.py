@@ -1,7 +1,7 @@
 """What an autopilot measures, as messages of IMC at the times of its measurements."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import imc
 from mavlink import Dialect, ReceivedMessage
@@ -24,12 +24,13 @@ GEOID_ERROR = 5.0  # m
 class Telemetry:
     """Translates what an autopilot says; leaves out what is no number, no place on Earth, or older than it seems.
 
-    undulation: height of the geoid above the ellipsoid (m). patience: s after which a position is too old. invalid: how
-    many messages were left out. position: where the vehicle is, once it is known. flies: whether it is an aircraft.
-    restarts: how often the autopilot has begun anew.
+    undulation: height of the geoid above the ellipsoid (m). patience: s after which a position is too old. age: for how
+    long (s) the autopilot was silent since a time. invalid: how many messages were left out. position: where the
+    vehicle is, once it is known. flies: whether it is an aircraft. restarts: how often the autopilot has begun anew.
     """
 
-    def __init__(self, dialect: Dialect, undulation: float, patience: float) -> None:
+    def __init__(self, dialect: Dialect, undulation: float, patience: float, age: Callable[[float], float]) -> None:
+        self._age = age
         self.clock = BootClock()
         self.patience = patience
         self.undulation = undulation
@@ -49,19 +50,19 @@ class Telemetry:
         """An autopilot of this MAV_TYPE is heard."""
         self._translator.type, self.flies = kind, flies
 
-    def is_message_overdue(self, name: str, now: float, patience: float = 0.0) -> bool:
+    def is_message_overdue(self, name: str, patience: float = 0.0) -> bool:
         """Whether a message has not come for some time (s), by default that after which a position is too old."""
-        return now - self._received_at.get(name, -math.inf) > (patience or self.patience)
+        return self._age(self._received_at.get(name, -math.inf)) > (patience or self.patience)
 
-    def missing_messages(self, now: float) -> list[str]:
+    def missing_messages(self) -> list[str]:
         """What does not come, so that there are no states; empty if there are."""
-        if not self.is_message_overdue(STATE, now):
+        if not self.is_message_overdue(STATE):
             return []
-        return [name for name in ESSENTIAL if self.is_message_overdue(name, now)] or ["position"]
+        return [name for name in ESSENTIAL if self.is_message_overdue(name)] or ["position"]
 
-    def recent_text(self, now: float) -> str:
+    def recent_text(self) -> str:
         """What the autopilot has said of late that may be a reason; "" if it has said nothing."""
-        return self._text if now - self._text_at <= RECENT else ""
+        return self._text if self._age(self._text_at) <= RECENT else ""
 
     def receive(self, message: ReceivedMessage, now: float) -> Iterator[tuple[str, imc.Message]]:
         """What a message says, each with the label of its entity, and the time of the measurement in its header."""
@@ -92,7 +93,7 @@ class Telemetry:
                 yield label, self._above_ellipsoid(said, values)
             elif not isinstance(said, imc.EstimatedState):
                 yield label, said
-            elif not self.is_message_overdue("GLOBAL_POSITION_INT", now):
+            elif not self.is_message_overdue("GLOBAL_POSITION_INT"):
                 self._received_at[STATE] = now
                 yield label, self._placed(said)
 

@@ -246,7 +246,7 @@ class VehicleEndpoint:
         """Once a second: give up what nobody answers, repeat what must be repeated; `poll` does it if nobody else."""
         self._now, self._tick_due = now, now + TICK_PERIOD
         options = self.model.options
-        self.model.forget_old(now)
+        self.model.forget_old()
         self.plans.tick(now)
         for service in self._services:
             service.check_timeouts(now)
@@ -261,7 +261,7 @@ class VehicleEndpoint:
             self.check_timeouts(now)
         self._now = now
         self.mission_transfer.poll(now)
-        self.model.forget_old(now)
+        self.model.forget_old()
         self._poll_due = min((session.poll(now) for session in self._all_sessions()), default=now + HEARTBEAT_PERIOD)
         self.commands.poll(now)
         self._parameter_server.poll(now)

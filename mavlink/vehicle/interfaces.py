@@ -13,6 +13,10 @@ class VehiclePort(Protocol):
     @property
     def imc_id(self) -> int: ...
 
+    def age(self, time: float) -> float:
+        """Seconds since a time (s since 1970) in which the program could receive something."""
+        ...
+
     def publish(self, message: imc.Message) -> object: ...
 
     def set_parameter(self, entity: str, name: str, text: str) -> object:

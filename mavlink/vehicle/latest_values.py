@@ -54,11 +54,12 @@ USUALLY = 10.0  # s without a report until a figure is unknown
 class LatestValues:
     """The latest message of each kind and source; `label` is that of the entity that sends it.
 
-    `labels()` are those of all entities: which of them are batteries decides whose voltage and current count.
+    `labels()` are those of all entities: which of them are batteries decides whose voltage and current count. `age` is
+    for how long (s) something was silent that came at a time.
     """
 
-    def __init__(self, labels: Callable[[], Iterable[str]]) -> None:
-        self._labels = labels
+    def __init__(self, labels: Callable[[], Iterable[str]], age: Callable[[float], float]) -> None:
+        self._labels, self._age = labels, age
         self._found: dict[type[imc.Message], dict[str, tuple[float, imc.Message]]] = {}
 
     def update(self, message: imc.Message, label: str, now: float) -> None:
@@ -87,12 +88,12 @@ class LatestValues:
         """When the latest message of a kind has come, in s since 1970."""
         return max((at for at, _ in self._found.get(kind, {}).values()), default=None)
 
-    def forget_old(self, now: float) -> list[type[imc.Message]]:
+    def forget_old(self) -> list[type[imc.Message]]:
         """Forget what is old; returns the kinds of which nothing is left."""
         gone: list[type[imc.Message]] = []
         for kind, sources in list(self._found.items()):
-            limit = now - LASTING.get(kind, USUALLY)
-            kept = {label: item for label, item in sources.items() if item[0] >= limit}
+            lasts = LASTING.get(kind, USUALLY)
+            kept = {label: item for label, item in sources.items() if self._age(item[0]) <= lasts}
             if kept:
                 self._found[kind] = kept
             else:

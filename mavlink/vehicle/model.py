@@ -66,7 +66,8 @@ class VehicleModel:
         self.boot, self.undulation = identity.boot, identity.undulation
         self.options = options
         self.entities = entities
-        self.latest = LatestValues(lambda: [entity.label for entity in self.entities()])
+        self._port = port
+        self.latest = LatestValues(lambda: [entity.label for entity in self.entities()], self.age)
         self.limits = VehicleLimits(self.latest, port.profile_limit)
         self.health = ArmingChecks(entities)
         self.home: positions.Home | None = None
@@ -103,9 +104,13 @@ class VehicleModel:
             case _:
                 pass
 
-    def forget_old(self, now: float) -> None:
+    def age(self, received: float) -> float:
+        """For how long (s) whoever sent a message that came at a time was silent."""
+        return self._port.age(received)
+
+    def forget_old(self) -> None:
         """Forget what nobody reports any more; a vehicle whose supervisor is silent is in a critical state."""
-        self.health.supervisor_silent |= imc.VehicleState in self.latest.forget_old(now)
+        self.health.supervisor_silent |= imc.VehicleState in self.latest.forget_old()
 
     @property
     def is_submerged(self) -> bool:

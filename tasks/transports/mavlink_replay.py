@@ -41,7 +41,7 @@ class LoggedPort:
 
     def __init__(self, imc_id: int, task: GroundLinksTask) -> None:
         self.imc_id = imc_id
-        self.set_parameter = task.set_parameter
+        self.set_parameter, self.age = task.set_parameter, task.age
 
     def publish(self, message: imc.Message) -> None:
         pass

@@ -33,7 +33,7 @@ class GcsFailsafe:
     def tick(self, action: str, timeout: float, now: float) -> bool:
         """Act once after a silence of `timeout` s, if the vehicle does what a station has asked for."""
         control, heard = self._control, self._heard_at
-        if heard is None or now - heard <= timeout:
+        if heard is None or control.age(heard) <= timeout:
             return False
         self._heard_at = None
         if not control.model.active_guided_plan_id and control.mission.state is not MissionState.ACTIVE:

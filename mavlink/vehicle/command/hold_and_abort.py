@@ -31,6 +31,10 @@ class VehicleControl:
     def imc_id(self) -> int:
         return self._port.imc_id
 
+    def age(self, time: float) -> float:
+        """Seconds since a time (s since 1970) in which the program could receive something."""
+        return self._port.age(time)
+
     def publish(self, message: imc.Message) -> None:
         """Send a message to the vehicle."""
         self._port.publish(message.replace(dst=self._port.imc_id))

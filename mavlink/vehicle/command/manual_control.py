@@ -65,7 +65,7 @@ class ManualControl:
 
     def _may_steer(self, operator: tuple[Session, int, int], now: float) -> bool:
         """Whether a component may steer now: the one that does, until it falls silent."""
-        if self._operator != operator and now - self._steered_at < HANDOVER:
+        if self._operator != operator and self._control.age(self._steered_at) < HANDOVER:
             return False
         self._operator, self._steered_at = operator, now
         return True

@@ -99,7 +99,7 @@ class OffboardTarget:
         control = self._control
         if not control.model.kind.afloat:
             return CommandResult(MavResult.DENIED, "An aircraft does not follow targets here: send it to a place")
-        if streams and now - self._received_at > FRESH:
+        if streams and control.age(self._received_at) > FRESH:
             return CommandResult(MavResult.TEMPORARILY_REJECTED, "Offboard denied: no position target has come")
         self._streams = streams
 
@@ -116,7 +116,7 @@ class OffboardTarget:
         control = self._control
         if control.model.active_guided_plan_id != "follow":
             return
-        if (self._streams or self._steers) and now - self._received_at > SILENCE:
+        if (self._streams or self._steers) and control.age(self._received_at) > SILENCE:
             control.send_statustext(statustext.WARNING, "No more targets: holding")
             control.hold(now)
         elif now - self._published_at >= AGAIN:
@@ -165,7 +165,7 @@ class OffboardTarget:
             raise MissionError(MissionResult.ERROR, "the position is unknown")
         place = found[1]
         began, altitude = self._level
-        self._level = now, (altitude if now - began <= SILENCE else place.relative)
+        self._level = now, (altitude if control.age(began) <= SILENCE else place.relative)
         speed, way = 0.0, AHEAD
         if not values["type_mask"] & NO_THROTTLE:
             if not 0.0 <= thrust <= 1.0:

@@ -69,7 +69,7 @@ class MAVLink(AutopilotTask):
 
     def start(self) -> None:
         dialect = load_dialect()
-        self._telemetry = Telemetry(dialect, self.geoid_undulation, self.position_timeout)
+        self._telemetry = Telemetry(dialect, self.geoid_undulation, self.position_timeout, self.age)
         self._sensors = SensorHealth(self._show)
         self._loops = EnabledLoops(Loops.PATH)
         self._limit = math.inf
@@ -94,14 +94,14 @@ class MAVLink(AutopilotTask):
             self._send_command,
             self.connection.send,
             self.log.warning,
-            lambda: self._telemetry.recent_text(self.now),
+            self._telemetry.recent_text,
             missions,
         )
         self.set_entity_state(State.BOOT, f"waiting for an autopilot at {self.address}")
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the autopilot, and from whoever else is on the link."""
-        for message in self.connection.receive(data, self.now):
+        for message in self.connection.receive(data, self.now_without_stalls):
             self._dispatch(message)
 
     def _dispatch(self, message: ReceivedMessage) -> None:
@@ -110,7 +110,7 @@ class MAVLink(AutopilotTask):
             self.on_heartbeat(values)
         elif name == "COMMAND_ACK":
             if self.connection.is_for_us(message):
-                self.connection.commands.receive(values["command"], values["result"], self.now)
+                self.connection.commands.receive(values["command"], values["result"], self.now_without_stalls)
         elif name == "TIMESYNC":
             if values["tc1"] > 0 and self.connection.is_our_timesync(values["ts1"]):
                 self._telemetry.clock.apply_timesync(values["ts1"] / 1e9, values["tc1"] / 1e9, self.now)
@@ -120,9 +120,9 @@ class MAVLink(AutopilotTask):
             self._sensors.receive(values)
         elif name == "POSITION_TARGET_GLOBAL_INT":
             lat, lon = (math.radians(values[f"{axis}_int"] / 1e7) for axis in ("lat", "lon"))
-            self.controller.targets.receive_shown(lat, lon, self.now)
+            self.controller.targets.receive_shown(lat, lon, self.now_without_stalls)
         elif name.startswith("MISSION_") and ("target_system" not in values or self.connection.is_for_us(message)):
-            self.controller.missions.receive(name, values, self.now)
+            self.controller.missions.receive(name, values, self.now_without_stalls)
         self._translate(message)
 
     @expect(every="longest_silence")
@@ -142,7 +142,7 @@ class MAVLink(AutopilotTask):
         controller.mode, controller.armed = values["custom_mode"], bool(values["base_mode"] & ARMED)
         self._critical = values["system_status"] in CRITICAL
         if returns:
-            controller.restore_goal_on_connection(controller.mode, controller.armed, self.now)
+            controller.restore_goal_on_connection(controller.mode, controller.armed, self.now_without_stalls)
             self.connection.send_timesync(self.now_ns)
             self._request_messages()
         self.publish(imc.ArmingState(state=Status.ARMED if controller.armed else Status.DISARMED))
@@ -178,7 +178,7 @@ class MAVLink(AutopilotTask):
         reach = ArrivalTolerance(self.near_radius, self.height_tolerance)
         done = leg.item is not None and controller.missions.is_past(leg.item)
         arrived, report = self._progress.update(
-            leg, at, reach, self.now, done=done, waits=controller.is_progress_paused
+            leg, at, reach, self.now_without_stalls, done=done, waits=controller.is_progress_paused
         )
         if self._progress.error:
             controller.fail(self._progress.error)
@@ -190,7 +190,7 @@ class MAVLink(AutopilotTask):
     @consume
     def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if self._loops.receive(loops) and not self._loops.mask:
-            self.controller.hold_position(self.now)
+            self.controller.hold_position(self.now_without_stalls)
 
     @consume
     def set_altitude_limit(self, limits: imc.OperationalLimits) -> None:
@@ -210,19 +210,19 @@ class MAVLink(AutopilotTask):
         try:
             height = path_height_above_home(path, at, self.geoid_undulation, flies=vehicle.flies, dives=vehicle.dives)
             leg = Leg(path, at, min(height, self._highest, self._limit))
-            self._mission_map.assign_leg_item(leg, self._writer, self.now, roams=vehicle.roams)
-            controller.follow(leg, self.now)
+            self._mission_map.assign_leg_item(leg, self._writer, self.now_without_stalls, roams=vehicle.roams)
+            controller.follow(leg, self.now_without_stalls)
         except ValueError as error:
             controller.fail(str(error))
             return
-        self._progress.restart(self.now)
+        self._progress.restart(self.now_without_stalls)
         self.publish(imc.DesiredSpeed(value=path.speed, speed_units=path.speed_units))
         self.publish(imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
 
     @consume
     def upload_plan(self, plan: imc.PlanSpecification) -> None:
         """Put the plan that begins into the autopilot's memory."""
-        self._mission_map.upload_plan(plan, self._writer, self.now)
+        self._mission_map.upload_plan(plan, self._writer, self.now_without_stalls)
 
     def _writer(self) -> MissionBuilder:
         """Makes missions. Raises ValueError without a position."""
@@ -258,7 +258,7 @@ class MAVLink(AutopilotTask):
             abort.src == self.system and self.controller.goal is GuidedGoal.NONE
         ):
             self._loops.mask = 0
-            self.controller.end_flight(self.ending, self.now)
+            self.controller.end_flight(self.ending, self.now_without_stalls)
             self._control()
 
     @periodic(TICK)
@@ -271,12 +271,12 @@ class MAVLink(AutopilotTask):
             self._on_silence()
         if self._is_late:
             return
-        self.connection.commands.tick(self.now)
-        controller.missions.tick(self.now)
+        self.connection.commands.tick(self.now_without_stalls)
+        controller.missions.tick(self.now_without_stalls)
         idles = controller.goal is GuidedGoal.HOLD and vehicle is not None and vehicle.flies and controller.armed
-        if idles and 0.0 < self.idle_timeout < self.age(controller.since):
+        if idles and 0.0 < self.idle_timeout < self.now_without_stalls - controller.since:
             self.log.warning(f"no maneuver for {self.idle_timeout:g} s: {self.ending}")
-            controller.end_flight(self.ending, self.now)
+            controller.end_flight(self.ending, self.now_without_stalls)
         self._control()
 
     @periodic(1.0)
@@ -288,10 +288,10 @@ class MAVLink(AutopilotTask):
         if not self._heartbeat.heard or self._is_late:
             return
         self.connection.send_timesync(self.now_ns)
-        if self._telemetry.is_message_overdue("SYS_STATUS", self.now, FORGOTTEN):
+        if self._telemetry.is_message_overdue("SYS_STATUS", FORGOTTEN):
             self._sensors.expire()
-        missing = self._telemetry.missing_messages(self.now)
-        late = self.now - self._asked > REPEAT
+        missing = self._telemetry.missing_messages()
+        late = self.now_without_stalls - self._asked > REPEAT
         if missing and late:
             self._request_messages()
         if missing:
@@ -302,7 +302,7 @@ class MAVLink(AutopilotTask):
     def _control(self) -> None:
         """Let the controller do what is next, and show how it is going."""
         if self._heartbeat.heard:
-            self.controller.tick(self.now)
+            self.controller.tick(self.now_without_stalls)
             error = self.controller.error
             self._show(PATH_CONTROL, State.ERROR if error else State.NORMAL, error or self.controller.goal.name.lower())
             if self.device.is_open:
@@ -320,7 +320,7 @@ class MAVLink(AutopilotTask):
 
     def _on_silence(self) -> None:
         """The autopilot has fallen silent."""
-        self.controller.drop_leg_on_silence(self.now)
+        self.controller.drop_leg_on_silence(self.now_without_stalls)
         self.connection.commands.cancel()
         self._mission_map.reset()
         words = f"no HEARTBEAT of the autopilot for {self.longest_silence:g} s"
@@ -332,15 +332,15 @@ class MAVLink(AutopilotTask):
 
     def _request_messages(self) -> None:
         """Ask the autopilot for its messages."""
-        self._asked = self.now
+        self._asked = self.now_without_stalls
         connection = self.connection
         rates = message_rates(
             connection.autopilot, connection.type, self.attitude_rate, self.position_rate, self.sensor_rate
         )
-        self.connection.request_messages(rates, self.now)
+        self.connection.request_messages(rates, self.now_without_stalls)
 
     def _show(self, label: str, state: State, words: str) -> None:
         self.set_entity_state(state, words, entity=self._parts[label])
 
     def _send_command(self, message: str, fields: Fields, then: OnResult) -> None:
-        self.connection.commands.send(message, fields, then, self.now, urgent=True)
+        self.connection.commands.send(message, fields, then, self.now_without_stalls, urgent=True)

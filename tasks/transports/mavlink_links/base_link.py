@@ -31,6 +31,10 @@ class LinkHost(DeviceOwner, Protocol):
     @property
     def now(self) -> float: ...
 
+    def age(self, time: float) -> float:
+        """Seconds since a time (s since 1970) in which the process could receive something."""
+        ...
+
     def connect_peer(self, link: "Link", transmit: Callable[[bytes], object]) -> Session:
         """A session with a new peer."""
         ...
@@ -148,7 +152,7 @@ class Link:
     def make_room(self) -> bool:
         """Let the peer go that has been silent longest; False if all have been heard lately."""
         peer, session = min(self.sessions.items(), key=lambda item: item[1].last_heard)
-        if self._host.now - session.last_heard < SILENCE * self._host.clock_speed:
+        if self._host.age(session.last_heard) < SILENCE * self._host.clock_speed:
             return False
         self.end_session(peer)
         return True
@@ -163,10 +167,10 @@ class Link:
         """Whether a peer that has been silent for long keeps its session."""
         return True
 
-    def forget_silent(self, since: float) -> None:
-        """End the contact with peers that have been silent since a time (s since 1970)."""
+    def forget_silent(self, timeout: float) -> None:
+        """End the contact with peers that have been silent for longer than a timeout (s)."""
         for peer, session in list(self.sessions.items()):
-            if session.last_heard < since:
+            if self._host.age(session.last_heard) > timeout:
                 if not self.keeps_session(peer):
                     self.end_session(peer)
                 elif session.contact:

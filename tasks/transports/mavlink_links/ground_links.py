@@ -157,7 +157,7 @@ class GroundLinksTask(Task):
             self.recorder.flush()
         self.endpoint.check_timeouts(self.now)
         self.keys.tick(self.now)
-        self.link_set.maintain_links(self.now - self.peer_timeout * self.clock_speed)
+        self.link_set.maintain_links(self.peer_timeout * self.clock_speed)
         self.set_entity_state(*self.link_set.state(self.endpoint.id_conflicts.trouble(self.now)))
         self.send_due_messages()
 

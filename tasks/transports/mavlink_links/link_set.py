@@ -43,10 +43,10 @@ class LinkSet:
             found.update(link.counts)
         return found
 
-    def maintain_links(self, since: float) -> None:
-        """Forget peers that have been silent since a time, open what is not open, and name who sends too much."""
+    def maintain_links(self, peer_timeout: float) -> None:
+        """Forget peers silent for longer than a timeout (s), open what is not open, and name who sends too much."""
         for link in self.links:
-            link.forget_silent(since)
+            link.forget_silent(peer_timeout)
             link.maintain_link()
         if self._host.now >= self._excess_due and any(link.dropped for link in self.links):
             self._excess_due = self._host.now + EXCESS_PERIOD

@@ -200,13 +200,15 @@ class LoggedVehicle(VehicleModel):
         if isinstance(message, imc.AutopilotMode | imc.ArmingState):
             self._lasting[type(message)] = message, label
 
-    def forget_old(self, now: float) -> None:
-        """Forget what is old in the log's time."""
-        elapsed = self._elapsed()
+    def age(self, received: float) -> float:
+        """In the log's time."""
+        return self._elapsed() - received
+
+    def forget_old(self) -> None:
         if self.latest.vehicle is None:
             for message, label in self._lasting.values():
-                self.latest.update(message, label, elapsed)
-        super().forget_old(elapsed)
+                self.latest.update(message, label, self._elapsed())
+        super().forget_old()
 
     def state_boot_time_ms(self, state: imc.EstimatedState) -> int:
         elapsed = self._elapsed()

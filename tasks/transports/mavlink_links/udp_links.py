@@ -68,8 +68,8 @@ class UdpLink(Link):
             self.end_session(self._called)  # its sequence numbers would mix with those of the station's own session
         return found
 
-    def forget_silent(self, since: float) -> None:
-        super().forget_silent(since)
+    def forget_silent(self, timeout: float) -> None:
+        super().forget_silent(timeout)
         if self._called is not None and not self.sessions:
             self.open_session(self._called)
 

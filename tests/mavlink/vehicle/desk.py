@@ -126,6 +126,9 @@ class Desk:
         self.traits = LinkTraits(FLAVORS[flavor])
         self.session = self.endpoint.connect(self.traits, self.frames.append, BOOT)
 
+    def age(self, time):
+        return self.now - time
+
     def profile_limit(self, option):
         return math.inf
 

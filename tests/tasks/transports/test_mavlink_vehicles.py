@@ -17,7 +17,7 @@ from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.missions import parse_plan, prepare
 from tasks.transports.mavlink import MAVLink
-from tests.outside import free_port
+from tests.outside import ALONE, free_port
 
 PATIENCE = 60.0
 FAR = "origin: 41.185°, -8.7062°\nplan: far\nspeed: {speed} m/s\nmaneuvers:\n"
@@ -43,20 +43,20 @@ NEAR = {
 class Commanded:
     """A vehicle that executes its plan until a ground station tells it to hold."""
 
-    def __init__(self, profile, folder, *, autostart=False, current=0.1, **options):
+    def __init__(self, profile, folder, *, autostart=False, current=0.1, clock=None, **options):
         flat = ["Bathymetry:Data=", BLIND] if profile == "lauv-noptilus-1" else []
-        loaded = load_profile(profile, overrides=[UNLOGGED, f"{CURRENT}{current}", *flat])
+        loaded = load_profile(profile, overrides=[*ALONE, UNLOGGED, f"{CURRENT}{current}", *flat])
         loaded.override(f"Plan.Autostart:Enabled={'Simulation' if autostart else 'Never'}")
         made = build(
             loaded,
             loaded.parse_modes(["Simulation"]),
-            clock=parse_clock("virtual", loaded.start_time_ns),
+            clock=clock or parse_clock("virtual", loaded.start_time_ns),
             log_root=folder / "log",
             state_folder=folder / "db",
         )
         self.vehicle = made.vehicle
         kind = {"lauv-noptilus-1": "submarine", "hexa-00": "hexacopter"}.get(profile, "boat")
-        links = ["udpin:127.0.0.1:0:px4"]
+        links = [f"udpin:127.0.0.1:{free_port()}:px4"]
         options = {"hold_radius": float(loaded.value("Transports.MAVLink", "Hold Radius", "0")), **options}
         self.link = self.vehicle.add(MAVLink, "Transports.MAVLink", links=links, vehicle_kind=kind, **options)
         self.truths, self.modes, self.log = [], [], []

@@ -306,12 +306,14 @@ def test_what_nobody_reports_any_more_is_unknown(desk):
     for message in (imc.Voltage(value=24.0), imc.Current(value=2.0), imc.CpuUsage(value=7), imc.FuelLevel(value=60.0)):
         desk.endpoint.update_state(message, "Batteries", desk.now)
     assert desk.endpoint.urgent_state[1]
-    desk.endpoint.model.forget_old(desk.now + 3.5)
+    desk.now += 3.5
+    desk.endpoint.model.forget_old()
     desk.session.build_and_send("HEARTBEAT", desk.now)
     beat = desk.said()[0].values
     assert (beat["system_status"], beat["base_mode"] & 128) == (5, 0)
     assert desk.command(400, 1)[0] == DENIED
-    desk.endpoint.model.forget_old(desk.now + 11.0)
+    desk.now += 7.5
+    desk.endpoint.model.forget_old()
     desk.session.build_and_send("SYS_STATUS", desk.now)
     status = desk.said()[0].values
     assert (status["voltage_battery"], status["current_battery"], status["load"]) == (0xFFFF, -1, 0)

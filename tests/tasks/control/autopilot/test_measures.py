@@ -7,9 +7,10 @@ import pytest
 
 import imc
 from runtime import State
-from runtime.testing import simulate
+from runtime.testing import START, simulate
 from tasks.control.autopilot.mavlink import MAVLink
 from tests.tasks.control.autopilot.test_messages import BEAT, SERIAL, at, frame, heard, sent
+from tests.tasks.mission.stalling_clock import StallingClock
 
 GPS = {"fix_type": 3, "lat": 411850000, "lon": -87062000, "alt": 40000, "eph": 90, "epv": 120}
 DOWN = {"min_distance": 10, "max_distance": 4000, "current_distance": 523, "orientation": 25}
@@ -62,6 +63,15 @@ def test_no_battery_has_no_voltage():
     assert heard(at(0.0), (0.1, frame("SYS_STATUS", voltage_battery=15200))).of(imc.Voltage)[0].value == pytest.approx(
         15.2
     )
+
+
+def test_a_stall_of_the_computer_is_no_silence_of_the_autopilot():
+    clock = StallingClock(round(START * 1e9), [(10.3, 4.0)])
+    times = [0.25 * n for n in range(80) if not 10.0 < 0.25 * n < 14.4]
+    run = heard(*map(at, times), clock=clock, position_timeout=2.0)
+    worse = [(m.state, m.description) for m in run.of(imc.EntityState) if m.state not in (State.BOOT, State.NORMAL)]
+    assert not clock.stalls
+    assert not worse
 
 
 def test_a_position_from_before_a_new_start_is_none():
