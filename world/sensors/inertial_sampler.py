@@ -8,7 +8,7 @@ from support.rotations import Matrix, Vector, cross, integrate_body_rates, rotat
 from world.sensors.imu_noise import specific_force
 
 TIMING = 1e-3  # of a period: a state that is early by less belongs to the sample, since timestamps have 0.24 µs
-LONGEST_GAP = 1.0  # s between states; after a longer one, sampling starts again
+LONGEST_GAP = 1.0  # s between states; a longer one is not sampled, and sampling starts again at its end
 CENTER: Vector = (0.0, 0.0, 0.0)
 CENTERED = Pose()
 
@@ -92,14 +92,11 @@ class InertialSampler:
         """The samples that are due up to `state`."""
         last, self._last = self._last, state
         before, self._moving = self._moving, state.ground_velocity_at(self._place)
-        if last is None or not 0.0 <= state.time - last.time <= LONGEST_GAP + TIMING:
-            self._first = self._sampled = state.time
-            self._count = 0
-            self._turned = self._pushed = (0.0, 0.0, 0.0)
+        if last is not None and state.time == last.time:
             return []
-        if state.time == last.time:
-            return []
-        step = _Step(last, state, before, self._moving)
+        step = _Step(last, state, before, self._moving) if last is not None and last.time < state.time else None
+        if last is None or step is None or state.time - last.time > LONGEST_GAP + TIMING:
+            return self._begin(state.time, step)
         samples: list[InertialSample] = []
         begin, now = last.time, state.time
         for number in range(self._count + 1, math.floor((now - self._first) * self.rate + TIMING) + 1):
@@ -112,6 +109,16 @@ class InertialSampler:
         if now > begin:
             self._integrate(step, begin, now)
         return samples
+
+    def _begin(self, now: float, step: "_Step | None") -> list[InertialSample]:
+        """Begin to sample; after a gap the first sample is that of the period before the state that ends the gap."""
+        self._first, self._count = now, 0
+        self._sampled = now if step is None else max(step.began, now - 1.0 / self.rate)
+        self._turned = self._pushed = (0.0, 0.0, 0.0)
+        if step is None:
+            return []
+        self._integrate(step, self._sampled, now)
+        return [self._sample(step, now)]
 
     def _integrate(self, step: "_Step", begin: float, end: float) -> None:
         length, (angles, (p, q, r)) = end - begin, step.at(0.5 * (begin + end))
@@ -137,10 +144,10 @@ class _Step:
     `before` and `after` are the velocities (m/s) of the place at both.
     """
 
-    __slots__ = ("_began", "_length", "_motion", "acceleration")
+    __slots__ = ("_length", "_motion", "acceleration", "began")
 
     def __init__(self, begin: BodyMotion, end: BodyMotion, before: Vector, after: Vector):
-        self._began, (phi, theta, psi), (p, q, r) = begin.time, begin.angles, begin.rates
+        self.began, (phi, theta, psi), (p, q, r) = begin.time, begin.angles, begin.rates
         self._length = length = end.time - begin.time
         (a, b, c), (x, y, z), per_second = before, after, 1.0 / length
         self.acceleration = per_second * (x - a), per_second * (y - b), per_second * (z - c)
@@ -149,7 +156,7 @@ class _Step:
 
     def at(self, time: float) -> tuple[Vector, Vector]:
         """Angles and rates at a time."""
-        share = (time - self._began) / self._length
+        share = (time - self.began) / self._length
         phi, a, theta, b, psi, c, p, x, q, y, r, z = self._motion
         return (phi + share * a, theta + share * b, psi + share * c), (p + share * x, q + share * y, r + share * z)
 

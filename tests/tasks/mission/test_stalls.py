@@ -82,6 +82,13 @@ def test_on_an_overloaded_computer_no_sensor_is_blamed(profile, tmp_path):
 
 @pytest.mark.heavy
 @pytest.mark.computing
+def test_where_all_moments_are_more_than_a_second_apart_no_sensor_is_blamed(tmp_path):
+    run = Run("lauv-noptilus-1", tmp_path, StallingClock(START, overload=(20.0, 500.0), delay=1.2))
+    assert {label for _, label, _ in run.bad} <= {"Path Control"}  # an AUV cannot be steered at 1 Hz
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize(("profile", "cost"), [("lauv-noptilus-1", 0.002), ("otter", 0.003), ("hexa-00", 0.001)])
 def test_where_every_call_takes_long_no_sensor_is_blamed(profile, cost, tmp_path):
     run = Run(profile, tmp_path, StallingClock(START, overload=(20.0, 1000.0), cost=cost))

@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from runtime import ParameterError, Task
-from runtime.testing import simulate
+from runtime.testing import START, simulate
 from support.rotations import rotation, to_body
 from tasks.simulators.estimated_state import EstimatedState
 from tasks.simulators.imu import IMU
@@ -134,8 +134,8 @@ def test_a_sample_is_the_mean_since_the_one_before():
 def test_after_a_long_silence_it_starts_again():
     feed = [*rest(0.5), *(imc.SimulatedState(timestamp=60 + k / 100) for k in range(51))]
     times = [m.time for m in simulate(IMU, feed=feed).of(imc.Acceleration)]
-    assert len(times) == 100
-    assert max(np.diff(times)) > 59.0
+    assert len(times) == 101
+    assert max(np.diff(times)) == pytest.approx(59.5), "it measures as soon as there is a state"
 
 
 def test_original_gives_true_attitude_and_writes_the_articles_block():
@@ -261,6 +261,15 @@ def test_no_sample_is_lost_when_a_parameter_changes():
 
 def test_after_a_gap_sampling_begins_again():
     feed = [imc.SimulatedState(timestamp=time) for time in (0.0, 0.05, 9.9, 9.95)]
-    assert len(simulate(IMU, feed=feed, seconds=10.0, sampling_rate=1000.0).of(imc.Acceleration)) == 100
+    assert len(simulate(IMU, feed=feed, seconds=10.0, sampling_rate=1000.0).of(imc.Acceleration)) == 101
     slow = [imc.SimulatedState(timestamp=float(k)) for k in range(5)]
     assert len(simulate(IMU, feed=slow, seconds=5.0, sampling_rate=10.0).of(imc.Acceleration)) == 40
+
+
+def test_states_that_come_seconds_apart_give_a_sample_each():
+    """As on a computer that stands still again and again: attitude and rates are those of the state."""
+    feed = [imc.SimulatedState(timestamp=1.5 * k, psi=0.3 * k, r=0.2, u=0.1 * k) for k in range(5)]
+    run = simulate(IMU, feed=feed, sampling_rate=10.0, generate_noise=False)
+    assert [m.time - START for m in run.of(imc.EulerAngles)] == pytest.approx([1.5, 3.0, 4.5, 6.0], abs=1e-6)
+    assert [m.psi for m in run.of(imc.EulerAngles)] == pytest.approx([0.3, 0.6, 0.9, 1.2], abs=1e-6)
+    assert [m.z for m in run.of(imc.AngularVelocity)] == pytest.approx([0.2] * 4, abs=1e-6)
