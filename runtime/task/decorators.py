@@ -155,17 +155,20 @@ def rate_of(task: "Task", rate: float | str) -> float:
 class Ticker:
     """Calls a periodic method of a task, at multiples of its period since the start, so it does not drift.
 
-    On a wall clock late ticks become one, and `missed` counts the others; on a virtual clock none is late.
+    On a wall clock late ticks become one, and `missed` counts the others of all that were `due`; on a virtual clock
+    none is late.
     """
 
     def __init__(self, task: "Task", ticking: PeriodicMethod):
         self.missed = 0
+        self._due_before: int = 0
+        self._count: int = 0
         self._task = task
         self._kernel = task.vehicle.kernel
         self.handler: Callable[..., object] = getattr(task, ticking.method)
         self._counts = ticking.counts
         self._rate = ticking.rate
-        self._hertz = -1.0
+        self._hertz: float = -1.0
         self._timer: Timer | None = None
         self.update_rate()
 
@@ -175,9 +178,15 @@ class Ticker:
         if hertz == self._hertz:
             return
         self.stop()
+        self._due_before = self.due
         self._hertz, self._count, self._start = hertz, 0, self._kernel.now_ns
         if hertz > 0.0:
             self._schedule()
+
+    @property
+    def due(self) -> int:
+        """The number of ticks so far, also at former rates, the next one included."""
+        return self._due_before + self._count
 
     def state(self) -> tuple[float, int, int, int, Timer | None]:
         """The mutable state: rate (Hz), number of the next tick, start (ns), missed ticks, timer of the next tick."""

@@ -35,9 +35,9 @@ class RealtimeLag:
         self.wanted = vehicle.kernel.clock.speed
         self.speed = self.wanted
         self.merged = 0.0
-        self._all_missed, self._all_ticks = 0, 0.0
+        self._all_missed = self._all_due = 0
         self._at: tuple[float, int] | None = None
-        self._missed: dict[str, int] = {}
+        self._ticks: dict[str, tuple[int, int]] = {}  # missed and due, by task
         self._told: dict[str, float] = {}
         self._named: set[str] = set()
         self._offset = self._system_time()
@@ -51,6 +51,7 @@ class RealtimeLag:
         real, now = time.monotonic(), self._vehicle.kernel.now_ns
         if self._at is None:
             self._at = real, now
+            self._look_at_ticks(0.0)
         passed = real - self._at[0]
         if passed < WINDOW:
             return
@@ -70,7 +71,7 @@ class RealtimeLag:
 
     def describe_run(self, passed: float, real: float) -> str:
         """The same for the whole run, in which `passed` s of the vehicle took `real` s."""
-        return self._shortage(passed / real if real else self.wanted, self._all_missed / max(1.0, self._all_ticks))
+        return self._shortage(passed / real if real else self.wanted, self._all_missed / max(1, self._all_due))
 
     def _shortage(self, speed: float, merged: float) -> str:
         if speed < ENOUGH * self.wanted:
@@ -78,18 +79,21 @@ class RealtimeLag:
         return f"{100.0 * merged:.0f} % of the periodic calls too late" if merged > MERGED else ""
 
     def _look_at_ticks(self, passed: float) -> None:
-        worst, most, missed, ticks = "", 0, 0, 0.0
+        worst, most, missed, due = "", 0, 0, 0
+        before, self._ticks = self._ticks, {}
         for task in self._vehicle.tasks:
-            total = sum(ticker.missed for ticker in task.tickers)
-            recent = max(0, total - self._missed.get(task.name, 0))
-            self._missed[task.name] = total
+            ticks = sum(ticker.missed for ticker in task.tickers), sum(ticker.due for ticker in task.tickers)
+            self._ticks[task.name] = ticks
+            recent, passed_by = (now - then for now, then in zip(ticks, before.get(task.name, ticks), strict=True))
+            if passed_by <= 0:
+                continue  # it is new, or was started again
             missed += recent
-            ticks += passed * self.speed * sum(ticker.state()[0] for ticker in task.tickers)
+            due += passed_by
             if recent > most:
                 worst, most = task.name, recent
-        self.merged = missed / ticks if ticks else 0.0
+        self.merged = missed / due if due else 0.0
         self._all_missed += missed
-        self._all_ticks += ticks
+        self._all_due += due
         if self.merged > MERGED:
             self._warn(
                 "merged",

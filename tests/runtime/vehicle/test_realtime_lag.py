@@ -5,9 +5,10 @@ import time
 import pytest
 
 from runtime import Task, periodic
-from runtime.kernel import ScaledClock, WallClock
+from runtime.kernel import SECOND, ScaledClock, WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build, realtime_lag
+from tests.tasks.mission.stalling_clock import StallingClock
 
 
 class Busy(Task):
@@ -54,3 +55,18 @@ def test_a_system_time_that_is_set_is_told_and_does_not_reach_the_vehicle(monkey
     assert "keeps its own time until the run is started again: 3600." in told[0]
     assert "behind the system time" in told[0]
     assert vehicle.kernel.now_ns / 1e9 - vehicle.start_time < 100.0
+
+
+@pytest.mark.heavy
+def test_no_more_calls_are_merged_than_were_due(monkeypatch, tmp_path):
+    monkeypatch.setattr(realtime_lag, "WINDOW", 1e-9)
+    shares, poll = [], realtime_lag.RealtimeLag.poll
+
+    def note_share(lag):
+        poll(lag)
+        shares.append(lag.merged)
+
+    monkeypatch.setattr(realtime_lag.RealtimeLag, "poll", note_share)
+    slow = StallingClock(1_750_000_000 * SECOND, overload=(0.0, 300.0), cost=0.02)
+    run(slow, 300.0, tmp_path)
+    assert 0.5 < max(shares) <= 1.0
