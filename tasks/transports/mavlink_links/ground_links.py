@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import get_args
 
 import imc
@@ -32,6 +33,7 @@ class GroundLinksTask(Task):
     requires = "mavlink"
     optional = True
     hears_others = False  # whether other systems are shown
+    recorder: TelemetryLogs | None = None
 
     links: list[str] = param(
         LINKS,
@@ -121,18 +123,23 @@ class GroundLinksTask(Task):
         }
 
     def start(self) -> None:
+        self._resources = ExitStack()
         self.clock_speed = network_time_scale(self)
         self.keys = SigningKeys(self)
-        self.link_set = LinkSet(self.links, self)
+        self._resources.callback(self.keys.close)
         self.poll_timer: Timer | None = None
         self.polls_soon = False
         self.endpoint = self.make_endpoint()
+        self._resources.callback(self.endpoint.close)
         for kind in {value.kind for value in self.parse_named_values()} - set(get_args(ShownMessages)):
             self.vehicle.bus.subscribe(Subscription(kind, self.show_state, self, others=self.hears_others))
         root, warn = self.vehicle.log_root / self.system_name, self.log.warning
         self.recorder = TelemetryLogs(self.endpoint.dialect, root, warn) if self.tlog else None
         if self.recorder is not None:
+            self._resources.callback(self.recorder.close)
             self.recorder.set_folder(self.vehicle.log_folder)
+        self.link_set = LinkSet(self.links, self)
+        self._resources.callback(self.link_set.close)
         told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.endpoint.model.system}")
         self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
 
@@ -144,11 +151,7 @@ class GroundLinksTask(Task):
         raise NotImplementedError
 
     def stop(self) -> None:
-        self.link_set.close()
-        self.endpoint.close()
-        self.keys.close()
-        if self.recorder is not None:
-            self.recorder.close()
+        self._resources.close()
 
     @periodic(1.0)
     def maintain_links(self) -> None:

@@ -12,6 +12,8 @@ from runtime import State
 from runtime.kernel import ScaledClock, WallClock
 from runtime.testing import simulate
 from tasks.transports.mavlink import MAVLink
+from tasks.transports.mavlink_links import ground_links
+from tasks.transports.mavlink_replay import MAVLinkReplay
 from tests.outside import IN_USE, free_port, free_ports
 from tests.tasks.transports.mavlink_station import HOST, STATE, Station, Winch, mavlink, sail
 
@@ -290,3 +292,34 @@ def test_system_id(system, given, expected):
 def test_module_needs_no_pymavlink_until_the_task_starts():
     program = "import sys; sys.modules['pymavlink'] = None; import tasks.transports.mavlink"
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+@pytest.mark.parametrize("part", ["SigningKeys", "LinkSet", "TelemetryLogs"])
+def test_a_start_that_fails_is_told_once_and_leaves_nothing_behind(part, monkeypatch, tmp_path, caplog):
+    """It is tried again; what was not made yet is not missed when the task stops."""
+    made, failures = getattr(ground_links, part), [OSError("no space left"), OSError("no space left")]
+
+    def make(*arguments):
+        if failures:
+            raise failures.pop()
+        return made(*arguments)
+
+    monkeypatch.setattr(ground_links, part, make)
+    run = simulate(
+        MAVLink,
+        links=[f"udpin:{HOST}:{free_port()}:px4"],
+        tlog=True,
+        feed=[imc.LoggingControl(op=imc.LoggingControl.Op.STARTED, name="a", timestamp=0.5)],
+        seconds=6.0,
+        keep_going=True,
+        log_root=tmp_path,
+    )
+    assert sum("no space left" in text and "restarting in" in text for text in run.log) == 2, run.log
+    assert "AttributeError" not in "\n".join([*run.log, caplog.text])
+    assert [m.state for m in run.of(imc.EntityState)][-1] == State.NORMAL
+
+
+def test_a_replay_that_shows_nothing_yet_ignores_that_the_vehicle_logs():
+    logs = imc.LoggingControl(op=imc.LoggingControl.Op.STARTED, name="a", timestamp=0.5)
+    run = simulate(MAVLinkReplay, feed=[logs], seconds=2.0)
+    assert [m.description for m in run.of(imc.EntityState)][-1] == "there is no task Transports.Replay"
