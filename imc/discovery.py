@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from ipaddress import IPv4Address
 from typing import NamedTuple, Self
 
+from support.terminal_text import quoted
+
 MULTICAST = "224.0.75.69"
 BROADCAST = "255.255.255.255"
 LOOPBACK = "127.0.0.1"
@@ -153,6 +155,14 @@ class Services:
 
     def _about(self, scheme: str, path: str) -> str:
         return next((s.path[len(path) :] for s in self.each if s.scheme == scheme and s.path.startswith(path)), "")
+
+
+def check_address(text: str) -> None:
+    """Raises ValueError if a text is not an IPv4 address."""
+    try:
+        IPv4Address(text)
+    except ValueError:
+        raise ValueError(f"{quoted(text)} is not an IPv4 address") from None
 
 
 def announce_targets(addresses: Iterable[str], ports: Iterable[int] = PORTS) -> tuple[Endpoint, ...]:

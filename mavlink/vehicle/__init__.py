@@ -1,6 +1,6 @@
 """The vehicle's side of MAVLink without I/O: what ground stations see, and what they ask for."""
 
-from mavlink.vehicle.endpoint import CHANGES, VehicleEndpoint, VehicleEquipment
+from mavlink.vehicle.endpoint import CHANGES, UNLISTED, VehicleEndpoint, VehicleEquipment
 from mavlink.vehicle.interfaces import (
     CameraView,
     EntityView,
@@ -32,6 +32,7 @@ __all__ = [
     "DATAGRAM_BURST",
     "GUIDED_PLANS",
     "SOON",
+    "UNLISTED",
     "CameraView",
     "EntityView",
     "FileEntry",

@@ -29,6 +29,7 @@ from mavlink.vehicle.command import (
     SetpointService,
     VehicleControl,
     is_guided_item,
+    is_order,
     make_banner_handler,
     message_requests,
     refuse_if_read_only,
@@ -44,6 +45,7 @@ from mavlink.vehicle.session import HEARTBEAT_PERIOD, LinkTraits, Session
 from mavlink.vehicle.telemetry import AutopilotTelemetry, NamedValue, StreamService, TelemetryContext
 
 TICK_PERIOD = 1.0  # s
+UNLISTED = "unlisted"
 NO_RELAYS = RelayNames()
 CHANGES = (imc.VehicleState, imc.PlanControlState, imc.ArmingState, imc.AutopilotMode)
 """What can change the mode or arming."""
@@ -116,7 +118,7 @@ class VehicleEndpoint:
         commands = {number: partial(command, targets) for number, command in COMMANDS.items()}
         self.commands = CommandService(
             model,
-            {**message_requests.COMMANDS, 42428: make_banner_handler(model.kind), **commands},
+            {**message_requests.COMMANDS, message_requests.SEND_BANNER: make_banner_handler(model.kind), **commands},
             COMMANDS.keys(),
             refusal,
         )
@@ -166,8 +168,15 @@ class VehicleEndpoint:
         if session in self.sessions:
             self.sessions.remove(session)
 
-    def receive(self, session: Session, data: bytes | ReceivedMessage, now: float) -> Mapping[str, int]:
-        """Answer a datagram or a message; returns how many messages were ignored, by reason."""
+    def receive(
+        self, session: Session, data: bytes | ReceivedMessage, now: float, refusal: str = ""
+    ) -> Mapping[str, int]:
+        """Answer a datagram or a message; returns how many messages were ignored, by reason.
+
+        With a `refusal` orders are answered with this reason, and count as UNLISTED.
+        """
+        for part in (session, *session.cameras):
+            part.refusal = refusal
         if isinstance(data, ReceivedMessage):
             fault = self._receive(session, data, now)
             return {fault: 1} if fault else {}
@@ -186,7 +195,8 @@ class VehicleEndpoint:
             return "foreign"
         if session.received.is_duplicate_order(message, now):
             return "doubled"
-        self.failsafe.receive(message, now)
+        if not session.refusal:
+            self.failsafe.receive(message, now)
         session.note_contact(now)
         if message.name == "DATA_TRANSMISSION_HANDSHAKE":
             self._images.receive(session, message, now)
@@ -196,13 +206,14 @@ class VehicleEndpoint:
             for part in parts:
                 self.dispatch(part, message, now)
             self.send_changes(now)
-        return ""
+        return UNLISTED if session.refusal and is_order(message) else ""
 
     def dispatch(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """Let a component answer a message; most need no answer."""
         component = session.source.component
         handler = self._handlers[component].get(message.name)
-        if component == AUTOPILOT and refuse_if_read_only(session, message, self._refusal, now):
+        refusal = session.refusal or self._refusal
+        if component == AUTOPILOT and refuse_if_read_only(session, message, refusal, now):
             return
         if component == AUTOPILOT and is_guided_item(message):
             self._control_service.execute_guided_item(session, message, now)

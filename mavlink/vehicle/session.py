@@ -90,6 +90,7 @@ class Session:
         speed, line = traits.speed, traits.line
         self.last_heard = now
         self.contact = False
+        self.refusal = ""  # why the orders of whoever has sent the present message are not obeyed
         self.received = SequenceTracker(speed)
         self.bucket = TokenBucket(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
         self.retry_period = (LOW_PATIENCE if self.low else PATIENCE) * speed

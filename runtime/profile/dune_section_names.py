@@ -34,7 +34,11 @@ GENERAL = {
         "",
         "Messages to consoles over UDP and TCP beside those listed there: NAME or NAME:HZ.",
     ),
-    "Consoles": ("", "Systems that may command, NAME or NAME@ADDRESS, over UDP and TCP if these list none themselves."),
+    "Consoles": (
+        "",
+        "Systems that may command: NAME, NAME@ADDRESS, NAME@zenoh, and mavlink:ID for ground stations. UDP and TCP may "
+        "have lists of their own.",
+    ),
     "Start Time": ("", "Start of virtual time, ISO 8601."),
     "Seed": ("1", "Seed of all random numbers; recorded in a log's Config.ini."),
     "Selected": ("", "Modes selected with -p; recorded in a log's Config.ini."),

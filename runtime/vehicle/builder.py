@@ -6,9 +6,20 @@ from functools import partial
 from pathlib import Path
 
 import imc
+from imc.console_acl import ConsoleAcl
 from runtime.bus import Bus, find_equivalent_class
 from runtime.kernel import Clock, Kernel, WallClock, to_ordinary_exception
-from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune_section_names
+from runtime.profile import (
+    ENTITY_IDS,
+    EVERY_TASK,
+    MAIN,
+    Option,
+    Profile,
+    Section,
+    default_label,
+    dune_section_names,
+    split_list,
+)
 from runtime.task import EntityError, ParameterError, Task, assign_ids, consumer_methods, with_location
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.general_lint import parse_zenoh_options
@@ -223,6 +234,7 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
             part=ProcessPart(vehicle.name, vehicle.system, here, vehicle.process or MAIN),
             concerns=partial(_concerns, vehicle),
             speaks_for=partial(_speaks_for, vehicle),
+            consoles=_listed_consoles(vehicle, profile),
             note=None
             if others is None
             else lambda name, runs: vehicle.kernel.post(others.update_process_state, name, runs),
@@ -233,6 +245,15 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
         vehicle.daemon.tells_all = True
     except ValueError as error:
         raise ProfileError([Problem("error", *_zenoh_origin(profile, str(error)), str(error))]) from None
+
+
+def _listed_consoles(vehicle: Vehicle, profile: Profile) -> ConsoleAcl:
+    """The consoles that may command, over zenoh. Raises ProfileError."""
+    try:
+        return ConsoleAcl(split_list(profile.value("General", "Consoles")), vehicle.systems.id)
+    except ValueError as error:
+        problem = Problem("error", *_origin(profile, "General", "Consoles"), f"[General] Consoles: {error}")
+        raise ProfileError([problem]) from None
 
 
 def _zenoh_origin(profile: Profile, error: str) -> Origin:

@@ -12,6 +12,7 @@ from imc.layout import LITTLE_ENDIAN
 from imc.reserved_ids import ANNOUNCED, BROADCAST, OPERATORS, UNKNOWN_SYSTEM
 from runtime.zenoh.key_expressions import ALL_SYSTEMS, HEARD, key_chunk
 from runtime.zenoh.presence import ProcessPart
+from runtime.zenoh.unlisted_consoles import UnlistedConsoles
 
 TO_ALL = UNKNOWN_SYSTEM, ANNOUNCED, BROADCAST
 OBEYED_FROM_ALL = {imc.Abort.ID: "an Abort", imc.MessagePart.ID: "a part of a message, which may be a command,"}
@@ -26,7 +27,8 @@ class PacketAuthorizer:
 
     `vehicles` are the names of other vehicles that access control lets in; `ids` gives the ids of those that run, by
     their names in keys. `system_name` gives the name of an id, `system_id` the id of a name that the profile lists;
-    `is_sibling` says of a session (zenoh id) whether it runs another part of this vehicle.
+    `is_sibling` says of a session (zenoh id) whether it runs another part of this vehicle. `consoles` rejects orders of
+    systems that are not listed.
     """
 
     def __init__(
@@ -37,7 +39,9 @@ class PacketAuthorizer:
         system_name: Callable[[int], str],
         is_sibling: Callable[[str], bool],
         system_id: Callable[[str], int | None] = lambda _: None,
+        consoles: UnlistedConsoles | None = None,
     ) -> None:
+        self._consoles = consoles
         self._system = part.system
         self._name = key_chunk(part.vehicle)
         self._commanded = {self._name, f"0x{part.system:04X}", ALL_SYSTEMS}
@@ -62,6 +66,21 @@ class PacketAuthorizer:
         if destination == self._system:
             return f"a command belongs to imc/{self._name}/@cmd"
         return self._of_another(name, kind, source, destination)
+
+    def is_of_unlisted_console(self, key: str, packet: bytes, session: str) -> bool:
+        """Whether a packet that may come from this key is more than its system may send, which then gets the reason.
+
+        What another vehicle publishes is no order, so that one gets no answer.
+        """
+        consoles = self._consoles
+        if consoles is None or consoles.may_send(packet) or self._is_sibling(session):
+            return False
+        name, way = self._places.get(key) or self._place(key)
+        if way == "@cmd":
+            consoles.reject_and_answer(packet, key.rpartition("/")[2])
+        elif imc.packet_source(packet) in OPERATORS:
+            consoles.reject_and_answer(packet, name)
+        return True
 
     def _of_another(self, name: str, kind: int, source: int, destination: int) -> str:
         """Why another system may not publish this in its name."""

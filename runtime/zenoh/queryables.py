@@ -20,6 +20,7 @@ from runtime.zenoh.last_value_cache import CachedPacket, LastValueCache
 from runtime.zenoh.presence import ProcessPart
 from runtime.zenoh.publishers import ENCODING
 from runtime.zenoh.reliable_queue import ReliableQueue
+from runtime.zenoh.unlisted_consoles import UnlistedConsoles
 
 if TYPE_CHECKING:
     import zenoh
@@ -85,7 +86,8 @@ class Queryables:
 
     `last` has the last packets. `part` is the vehicle of the session, None for a relay. `take` gets the packets of
     requests, as if they had arrived at @cmd; `concerns` says whether the tasks that answer a request run here, or
-    raises LookupError with the reason why nobody answers it.
+    raises LookupError with the reason why nobody answers it. `consoles` rejects requests of systems that are not
+    listed.
 
     A reply to a request that is answered at once comes while its handlers run, so it cannot be mistaken for another
     one's; when they have run without one, the query is refused, with what they have logged.
@@ -99,6 +101,7 @@ class Queryables:
         last: LastValueCache,
         take: Callable[[bytes], object],
         concerns: Callable[[imc.Message], bool],
+        consoles: UnlistedConsoles,
     ) -> None:
         import zenoh
 
@@ -107,6 +110,7 @@ class Queryables:
         self._last = last
         self._take = take
         self._concerns = concerns
+        self._consoles = consoles
         self._open: dict[int, list[_Open]] = {}  # by source
         self._handling: _Open | None = None
         self._lock = threading.Lock()
@@ -164,7 +168,10 @@ class Queryables:
             return
         if not self._is_for_us(query, request):
             return
-        if why := self._wrong(query, request):
+        why = self._wrong(query, request)
+        if not why and not self._consoles.may_send(packet):
+            why = self._consoles.reject(packet, "")
+        if why:
             self._decline(query, why)
             return
         try:

@@ -129,6 +129,8 @@ class Subscribers:
         if gate is not None and (why := gate.reject_reason(place, packet, name)):
             self.rejected.count(f"last at {place}: {why}")
             return
+        if gate is not None and gate.is_of_unlisted_console(place, packet, name):
+            return
         if "*" in place and not self._is_new(packet):
             return  # a key with wildcards reaches several subscribers
         self._receive(packet)

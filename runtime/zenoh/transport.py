@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import imc
+from imc.console_acl import ConsoleAcl
 from imc.reserved_ids import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
 from runtime.zenoh.camera_frames import ZenohFrames
 from runtime.zenoh.config import SESSIONS, SessionConfig, ZenohConfig, error_text
@@ -24,6 +25,7 @@ from runtime.zenoh.queryables import Queryables
 from runtime.zenoh.reliable_queue import ReliableQueue
 from runtime.zenoh.session_factory import SessionFactory
 from runtime.zenoh.subscribers import Subscribers
+from runtime.zenoh.unlisted_consoles import ANYBODY, UnlistedConsoles
 
 if TYPE_CHECKING:
     import zenoh
@@ -42,11 +44,12 @@ class ZenohTransport:
     `part` is what of a vehicle runs here: another process that runs the same is refused, and packets in the name of the
     vehicle are taken only from processes that run its other parts. `concerns` says whether the tasks that answer a
     request run here, or raises LookupError with the reason why nobody does; `speaks_for` says whether the last messages
-    of an entity are this process's to tell. `note` gets the name of another process of the vehicle, and whether it has
-    appeared or gone; `tell` gets warnings; both from any thread. `frames` carries those of the vehicle.
+    of an entity are this process's to tell. `consoles` may command. `note` gets the name of another process of the
+    vehicle, and whether it has appeared or gone; `tell` gets warnings; both from any thread. `frames` carries those of
+    the vehicle.
     Counted: in `subscribers`, `lost` packets of Shoal processes that did not arrive here (full queue, broken link),
     `oversize` payloads larger than any packet, and `rejected` packets that their senders may not send, see
-    PacketAuthorizer; `unsent`, packets that zenoh refused.
+    PacketAuthorizer; `unsent`, packets that zenoh refused; in `consoles`, `rejected` orders of those not listed.
     """
 
     def __init__(
@@ -59,13 +62,19 @@ class ZenohTransport:
         part: ProcessPart | None = None,
         concerns: Callable[[imc.Message], bool] = lambda _: True,
         speaks_for: Callable[[int], bool] = lambda _: True,
+        consoles: ConsoleAcl = ANYBODY,
         note: Callable[[str, bool], None] | None = None,
         tell: Callable[[str], None] = logger.warning,
     ) -> None:
         self.config = config
         self._live_systems = LiveSystems()
         vehicles, ids = config.security.vehicles or (), lambda: self._live_systems.ids
-        gate = None if part is None else PacketAuthorizer(part, vehicles, ids, system_name, self._is_sibling, system_id)
+        self.consoles = UnlistedConsoles(consoles, part, tell, self._send_refusal)
+        gate = None
+        if part is not None:
+            gate = PacketAuthorizer(
+                part, vehicles, ids, system_name, self._is_sibling, system_id, consoles=self.consoles
+            )
         self.subscribers = Subscribers(self._take, gate, tell)
         self.unsent = ErrorCounter("could not be sent", tell)
         self._part = part
@@ -126,7 +135,9 @@ class ZenohTransport:
         self._publishers = Publishers(session, self.config.vehicle)
         last = LastValueCache(str(session.info.zid()), self._publishers.last_packets, self._speaks_for)
         self._live_systems.open(session)
-        self._queryables = Queryables(session, self._part, self._reliable_queue, last, self._take, self._concerns)
+        self._queryables = Queryables(
+            session, self._part, self._reliable_queue, last, self._take, self._concerns, self.consoles
+        )
         self.subscribers.open(session, self.config.vehicle, self.config.hear)
         if self.frames is not None:
             self.frames.open(session, shares_memory=self._session_factory.shares)
@@ -163,6 +174,18 @@ class ZenohTransport:
             self._short.pop(place, None)
             self.unsent.count(f"{type(message).__name__} of {self._system_name(message.src)}: {error}")
 
+    def _send_refusal(self, system: int, packet: bytes) -> None:
+        """Send a console the reason why its order is not obeyed."""
+        if self._part is not None and self._publishers is not None:
+            place = Publication(
+                Delivery.ADDRESSED, "LogBookEntry", self._part.vehicle, destination=self._system_name(system)
+            )
+            self._reliable_queue.put(f"refusal to {place.destination}", partial(self._put, place, packet))
+
+    def _put(self, place: Publication, packet: bytes) -> None:
+        if self._publishers is not None:
+            self._publishers.get(place).put(packet)
+
     def _publisher(self, message: imc.Message, place: tuple[type, int, int, int]) -> Publisher:
         """The publisher of a message by its names; the way to it is remembered if these do not change any more."""
         assert self._publishers is not None
@@ -194,6 +217,8 @@ class ZenohTransport:
             logger.warning("zenoh did not close within %g s; not waiting for it", CLOSING_TIME)
         for tally in (self.subscribers.lost, self.subscribers.oversize, self.subscribers.rejected, self.unsent):
             tally.report_final(self._whose, logger.warning)  # the vehicle's log book has ended
+        if self.consoles.rejected:
+            logger.warning("%s: %d orders rejected, see [General] Consoles", self._whose, self.consoles.rejected)
 
     def _enter(self) -> tuple["zenoh.Session", SessionConfig, list[str]]:
         """A session at the first free of the ports where the sessions of this computer listen, and those that do."""

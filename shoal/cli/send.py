@@ -27,7 +27,7 @@ from shoal.network import AsyncRemoteVehicle, MessageListener
 from support.terminal_text import suggestion
 
 FASTEST = 1000.0  # Hz
-FLIGHT = 0.05  # s until a packet is out
+FLIGHT = 0.2  # s until a packet is out, and the answer here that we are not listed
 
 
 @click.command()
@@ -82,8 +82,8 @@ def send(
     message = build_message(name, assignments, schema)
 
     async def act(there: AsyncRemoteVehicle) -> int:
-        listener = there.network.listen(there.system, () if wait is not None else (type(message),))
-        replies = ReplyDisplay(there, listener, as_json)
+        listener = there.network.listen(there.system, () if wait is not None else (imc.LogBookEntry,))
+        replies = ReplyDisplay(there, listener, as_json, shows=wait is not None)
         began = time.monotonic()
         await there.send(message)
         sent = 1
@@ -99,9 +99,8 @@ def send(
         if not as_json:
             times = f" {sent} times in {time.monotonic() - began:.1f} s" if rate is not None else ""
             click.echo(f"sent {type(message).__name__} to {there.name}{times}")
-        await asyncio.sleep(FLIGHT)
         with suppress(TimeoutError):
-            async with asyncio.timeout(wait or 0.0):
+            async with asyncio.timeout(max(wait or 0.0, FLIGHT)):
                 await replies.show_all()
         return replies.count
 
@@ -131,10 +130,10 @@ async def _repeat(
 
 
 class ReplyDisplay:
-    """Prints what the vehicle says to us, and counts it."""
+    """Prints what the vehicle says to us, and counts it, if it `shows` anything. Raises Unlisted."""
 
-    def __init__(self, vehicle: AsyncRemoteVehicle, listener: MessageListener, as_json: bool) -> None:
-        self.count = 0
+    def __init__(self, vehicle: AsyncRemoteVehicle, listener: MessageListener, as_json: bool, *, shows: bool) -> None:
+        self.count, self._shows = 0, shows
         self._vehicle, self._listener, self._as_json = vehicle, listener, as_json
 
     async def show_all(self) -> None:
@@ -142,6 +141,9 @@ class ReplyDisplay:
         while True:
             _, reply = await self._listener.next()
             if reply.src != self._vehicle.id or reply.dst != self._vehicle.network.console.id:
+                continue
+            self._vehicle.network.raise_if_unlisted(reply)
+            if not self._shows:
                 continue
             self.count += 1
             if self._as_json:

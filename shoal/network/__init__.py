@@ -10,6 +10,8 @@ from shoal.network.link import (
     NetworkLink,
     NoAnswer,
     ReceivedPacket,
+    Refused,
+    Unlisted,
     VehicleLost,
 )
 from shoal.network.logs import AsyncRemoteLogs, RemoteLog
@@ -35,7 +37,7 @@ from shoal.network.parameter_transfer import (
     load_parameters,
 )
 from shoal.network.parameters import AsyncRemoteParameters, PartialAnswer, check_parameter_name
-from shoal.network.plans import AsyncRemotePlans, PlanOutcome, Refused, StoredPlan
+from shoal.network.plans import AsyncRemotePlans, PlanOutcome, StoredPlan
 from shoal.network.recording import NetworkRecorder, RecordingEnd, VehicleRecording
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
 from shoal.network.system_table import CONTACT, NetworkSystem
@@ -82,6 +84,7 @@ __all__ = [
     "TCPLink",
     "UDPLink",
     "UnfitParameters",
+    "Unlisted",
     "VehicleConnection",
     "VehicleLost",
     "VehicleParameters",

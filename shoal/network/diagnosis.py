@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 import imc
-from shoal.network.link import NoAnswer, VehicleLost
+from shoal.network.link import NoAnswer, Unlisted, VehicleLost
 from shoal.network.message_listener import MessageListener
 from shoal.network.network import COMPANY, Network
 from shoal.network.system_table import CONTACT, NetworkSystem
@@ -56,7 +56,7 @@ class LinkProblem:
 class Contact:
     """What was measured with one system: rates in packets/s, the round trip and the clock difference in s.
 
-    `answered` of `asked` probes came back. `says` is what its own transports report.
+    `answered` of `asked` probes came back. `says` is what its own transports report, `refusal` why it does not obey us.
     """
 
     name: str
@@ -70,6 +70,7 @@ class Contact:
     missed: dict[str, int] = field(default_factory=dict[str, int])
     says: dict[str, str] = field(default_factory=dict[str, str])
     is_vehicle: bool = True
+    refusal: str = ""
 
 
 @dataclass
@@ -154,6 +155,9 @@ async def _question(network: Network, system: NetworkSystem, contact: Contact, p
         query = imc.EntityList(op=imc.EntityList.Op.QUERY)
         try:
             await network.request(system, query, (imc.EntityList,), answer, timeout=patience, repeat=patience)
+        except Unlisted as refusal:
+            contact.refusal = str(refusal)
+            break
         except NoAnswer:
             if contact.asked == ENOUGH and not contact.answered:
                 break
@@ -193,6 +197,8 @@ def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Li
             f"{says}: vehicle to here is silent",
             "a firewall closes our port; or its Consoles list does not have us; or its contact timeout has passed",
         )
+    elif contact.refusal:
+        tell(f"is heard, but does not obey us: {contact.refusal}", "list our id in its [General] Consoles")
     elif contact.asked and not contact.answered:
         over_zenoh = contact.rates.get("zenoh", 0.0) == rate
         tell("is heard, but does not answer: here to vehicle is silent", UNLISTED if over_zenoh else UNHEARD)

@@ -28,6 +28,14 @@ class NoAnswer(NetworkError):
     """The vehicle is there, but does not answer."""
 
 
+class Refused(NetworkError):
+    """The vehicle says no; the text is its reason."""
+
+
+class Unlisted(Refused, NoAnswer):
+    """The vehicle takes no orders and no questions of this console; the text is its reason."""
+
+
 class ConsoleIdentity(NamedTuple):
     """Who we are: a system id of operators, and the name in keys and announcements."""
 

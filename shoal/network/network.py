@@ -10,6 +10,7 @@ from contextlib import suppress
 from typing import Self, TypeVar
 
 import imc
+from imc import console_acl
 from imc.reserved_ids import OPERATORS
 from shoal.network.link import (
     EVERYBODY,
@@ -19,6 +20,7 @@ from shoal.network.link import (
     NetworkLink,
     NoAnswer,
     ReceivedPacket,
+    Unlisted,
     VehicleLost,
     size_warning,
 )
@@ -289,10 +291,10 @@ class Network:
 
         Copies are equal to the last byte, so that Shoal knows them. A DUNE would carry out each: it gets an order once,
         and an Abort every 2 s. `number` is the id of the one that is meant, of several with one name. Raises NoAnswer,
-        VehicleLost, and what `answer` raises.
+        Unlisted, VehicleLost, and what `answer` raises.
         """
         timeout = system.answer_timeout if timeout is None else timeout
-        listener = self.listen(system, kinds)
+        listener = self.listen(system, {*kinds, imc.LogBookEntry})
         number = system.id if number is None else number
         packet = imc.encode(self.with_header(system, request, number))
         if not (system.is_shoal or is_query(request)):
@@ -311,7 +313,10 @@ class Network:
                         _, message = await listener.next(wait)
                     except TimeoutError:
                         break
-                    found = answer(message) if message.src == number else None
+                    if message.src == number:
+                        self.raise_if_unlisted(message)
+                    is_wanted = message.src == number and isinstance(message, tuple(kinds))
+                    found = answer(message) if is_wanted else None
                     if found is not None:
                         return found
                 self.check_is_there(system)
@@ -323,6 +328,13 @@ class Network:
         elif math.isinf(repeat):
             what += ", which was sent once, since it is no Shoal vehicle and might obey each copy"
         raise NoAnswer(f"{what}; {self._no_answer_reason(system, len(packet))}")
+
+    def raise_if_unlisted(self, message: imc.Message) -> None:
+        """Raise Unlisted if a vehicle answers with this message that it does not obey this console."""
+        if not isinstance(message, imc.LogBookEntry) or message.dst != self.console.id:
+            return
+        if message.context == console_acl.CONTEXT:
+            raise Unlisted(printable(f"{message.text}; SHOAL_CONSOLE gives this program the id of one that is"))
 
     def _no_answer_reason(self, system: NetworkSystem, size: int) -> str:
         """What the log book of a system says of our packets, or what else may be the reason."""

@@ -6,10 +6,9 @@ from collections.abc import Collection, Mapping
 from contextlib import suppress
 
 import imc
-from shoal.network.link import NoAnswer
+from shoal.network.link import NoAnswer, Refused
 from shoal.network.message_listener import MessageListener
 from shoal.network.network import Network
-from shoal.network.plans import Refused
 from shoal.network.system_table import NetworkSystem
 from support.terminal_text import suggestion
 

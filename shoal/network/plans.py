@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import imc
-from shoal.network.link import NetworkError
+from shoal.network.link import NetworkError, Refused
 from shoal.network.network import GRACE, Network
 from shoal.network.system_table import NetworkSystem
 from support.terminal_text import suggestion
@@ -19,10 +19,6 @@ OVER = (Phase.READY, Phase.BLOCKED)
 UNDEFINED = "undefined plan"  # DUNE says so, too
 MOST_LATE = 4  # reports that come after an answer, since by another network, and are older
 LAST_WORDS = 1.5  # s from the end of a plan to the reason, which is a message of its own
-
-
-class Refused(NetworkError):
-    """The vehicle says no; the text is its reason."""
 
 
 @dataclass(frozen=True)

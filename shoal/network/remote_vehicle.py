@@ -8,13 +8,13 @@ from typing import TypeVar, overload
 import imc
 from imc.discovery import Services
 from imc.reserved_ids import UNKNOWN_SYSTEM
-from shoal.network.link import NetworkError, NoAnswer
+from shoal.network.link import NetworkError, NoAnswer, Refused
 from shoal.network.logs import AsyncRemoteLogs
 from shoal.network.message_filter_expression import parse_message_filter
 from shoal.network.message_listener import check_message_type, require_message_instance
 from shoal.network.network import Network
 from shoal.network.parameters import AsyncRemoteParameters
-from shoal.network.plans import AsyncRemotePlans, Refused
+from shoal.network.plans import AsyncRemotePlans
 from shoal.network.system_table import NetworkSystem
 
 M = TypeVar("M", bound=imc.Message)

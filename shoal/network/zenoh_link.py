@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from urllib.parse import unquote
 
 import imc
+from imc.layout import SMALLEST_PACKET
 from runtime.zenoh import LOCAL_PORT, SessionFactory, ZenohConfig, error_text, key_chunk, message_key, parse_token
 from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
 from shoal.network.zenoh_connection_failure import connection_failure
@@ -60,6 +61,7 @@ class ZenohLink:
         )
         self._opener = SessionFactory()
         self._wanted: dict[str, Callable[[], object] | None] = {}  # key expression: its end
+        self._answers: dict[str, Callable[[], object]] = {}  # by vehicle
         self._asked: dict[str, None] = {}
         self._waiting: deque[_Sample] = deque()
         self._tokens: deque[tuple[str, bool]] = deque()
@@ -202,6 +204,20 @@ class ZenohLink:
         declare: Any = self._session.declare_subscriber
         self._wanted[expression] = declare(expression, callback).undeclare
 
+    def _take_answers_of(self, chunk: str) -> None:
+        """Take what a vehicle says to us at the name that its profile gives our id, which we do not know."""
+        if self._session is not None and chunk not in self._answers and len(self._answers) < MOST_PUBLISHERS:
+            import zenoh
+
+            callback: Any = zenoh.handlers.Callback(self._put_answer_to_us_aside, indirect=False)
+            declare: Any = self._session.declare_subscriber
+            self._answers[chunk] = declare(f"imc/*/@cmd/*/{chunk}", callback).undeclare
+
+    def _put_answer_to_us_aside(self, sample: "zenoh.Sample") -> None:
+        packet = sample.payload.to_bytes()
+        if len(packet) >= SMALLEST_PACKET and imc.header(packet).dst == self._console.id:
+            self._put_aside(sample)
+
     def _ask(self) -> None:
         """Ask for the last messages that vehicles have kept, of what is wanted from now on."""
         while self._session is not None and self._asked:
@@ -227,7 +243,7 @@ class ZenohLink:
         """Subscribers first: a session that closes before them may wait for them."""
         for subscriber in self._liveliness:
             subscriber.undeclare()
-        for undeclare in self._wanted.values():
+        for undeclare in (*self._wanted.values(), *self._answers.values()):
             if undeclare is not None:
                 undeclare()
         cast(Any, session).close()
@@ -278,6 +294,7 @@ class ZenohLink:
         if not part:
             return
         if is_there:
+            self._take_answers_of(chunks[1])
             self._present.add(expression)
             self._ear.on_appeared(self, system, part, place, number)
             return

@@ -5,6 +5,7 @@ from pathlib import Path
 from imc.discovery import Service
 from runtime import State, Task, param, periodic
 from tasks.transports.ftp_server import FTPServer
+from tasks.transports.imc_links.link_task import link_consoles
 from tasks.transports.imc_links.port_search import announce_listening_service
 from tasks.transports.imc_links.sockets import listen_address
 
@@ -17,7 +18,8 @@ class FTP(Task):
     """Serves the vehicle's log folder over FTP, to be read by anybody who reaches the address.
 
     Nothing can be written, and nothing outside the folder be read. With Allow Deletion, logs can be removed, but not
-    the one that is being written. It runs in a thread of its own, so that a slow disk or client delays no task.
+    the one that is being written; if [General] Consoles lists any, only from an address in it. It runs in a thread of
+    its own, so that a slow disk or client delays no task.
     """
 
     external = True
@@ -43,6 +45,7 @@ class FTP(Task):
 
     def configure(self) -> None:
         self.place = listen_address(self, self.address)
+        self.commanders = link_consoles(self)
 
     def start(self) -> None:
         self._server: FTPServer | None = None
@@ -83,6 +86,7 @@ class FTP(Task):
                 deletes=self.allow_deletion,
                 timeout=self.session_timeout,
                 in_use=self._in_use,
+                may_delete=self.commanders.allows_address,
                 tell=lambda text: self.vehicle.kernel.post(self._note, text),
             )
         except OSError as error:
@@ -96,7 +100,7 @@ class FTP(Task):
         self._trouble = ""
         self.run_in_thread(self._server.run)
         service = Service("ftp", self.place, self.port)
-        may = "read and remove" if self.allow_deletion else "read"
+        may = "read and remove" if self.allow_deletion and self.commanders.is_open else "read"
         announce_listening_service(self, service, self.control_port, f"whoever reaches it can {may} the logs")
         self.report()
 

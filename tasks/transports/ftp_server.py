@@ -29,7 +29,8 @@ class FTPServer:
     """Any user reads the files in `folder`, and nothing else; with `deletes` files and folders can be removed.
 
     It opens the first free of a few ports from `port` on. `in_use(path)` is whether a path must not be removed;
-    `tell(text)` is called with refusals and removals, and like `in_use` from the thread of `run`.
+    `may_delete(address)` is whether a client there may remove anything. `tell(text)` is called with refusals and
+    removals; all of them from the thread of `run`.
     Counted: `counts`, by what was done. Raises OSError if no port can be opened.
     """
 
@@ -42,12 +43,13 @@ class FTPServer:
         deletes: bool,
         timeout: float,
         in_use: Callable[[Path], bool],
+        may_delete: Callable[[str], bool] = lambda _: True,
         tell: Callable[[str], object],
     ):
         self.folder = folder.resolve()
         self.rights = DELETE if deletes else READ
         self.counts: Counter[str] = Counter()
-        self.in_use, self.tell = in_use, tell
+        self.in_use, self.may_delete, self.tell = in_use, may_delete, tell
         self._stop, self._stopped = socket.socketpair()
         self._loop: Any = import_module("pyftpdlib.ioloop").IOLoop()
         self._listener = listening_socket(address, port, TRIES)
@@ -235,6 +237,9 @@ def _session(server: FTPServer, timeout: float) -> Any:
         def ftp_DELE(self, path: str) -> None:
             """Remove a file, or a folder with all that is in it, as DUNE does; never what is being written."""
             name = self.fs.fs2ftp(path)
+            if not server.may_delete(self.remote_ip):
+                self.respond("550 Your address is not in [General] Consoles.")
+                return
             real = Path(path).parent.resolve() / Path(path).name
             if real == server.folder or server.in_use(real):
                 self.respond("550 This is being written.")

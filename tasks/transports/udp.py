@@ -4,13 +4,13 @@ from collections.abc import Iterable
 from socket import socket
 
 import imc
+from imc.console_acl import NOT_LISTED, REPORTS
 from imc.discovery import Endpoint, Service, Services
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, consume, periodic
 from runtime.network_interfaces import enable_icmp_errors, refused_destinations
 from support.log_limit import LogLimit
-from tasks.transports.imc_links.console_acl import REPORTS
-from tasks.transports.imc_links.datagram_filter import ANNOUNCE, NOT_LISTED, SPOOFED, sender_text
+from tasks.transports.imc_links.datagram_filter import ANNOUNCE, SPOOFED, sender_text
 from tasks.transports.imc_links.datagram_link import DatagramLinkTask
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
@@ -208,7 +208,17 @@ class UDP(DatagramLinkTask):
                     return peer
                 reason = peer
         self.report_drop(reason, sender_text(packet, address), WHY.get(reason, ""))
+        if reason is NOT_LISTED:
+            self.answer_unlisted(packet)
         return None
+
+    def answer_unlisted(self, packet: bytes) -> None:
+        """Tell a console why its order is not obeyed, where it takes packets."""
+        peer = self.peers.find(imc.packet_source(packet))
+        if self.socket is None or peer is None or peer.endpoint is None or self.vehicles.withholds(peer.system):
+            return
+        if answer := self.refusals.answer(packet, self.now):
+            self.send_to_endpoint(answer, peer.endpoint)
 
     def report_drop(self, reason: str, who: str, why: str) -> None:
         """Count a datagram that is not taken, and name the first of each sender."""

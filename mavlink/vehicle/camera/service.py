@@ -40,7 +40,7 @@ class CameraService(MavlinkService):
         requests = message_requests.COMMANDS
         own: Mapping[int, Callable[[Session, CommandRequest, float], CommandResult]] = {
             **{number: requests[number] for number in (510, 511)},
-            **{number: _legacy_request(name) for number, name in LEGACY_REQUESTS.items()},
+            **{number: _legacy_request(name) for number, name in message_requests.LEGACY_REQUESTS.items()},
             REQUEST_MESSAGE: self._request_message,
             SET_MODE: self._set_mode,
             START_CAPTURE: self._start_capture,
@@ -81,6 +81,8 @@ class CameraService(MavlinkService):
             session.send("PARAM_EXT_ACK", {**fields, "param_result": REFUSED})
             return
         try:
+            if session.refusal:
+                raise ValueError(session.refusal)
             wanted = parameter.decode_param_value(_raw_value(message), values["param_type"])
         except ValueError as error:
             acknowledge_parameter(session, parameter, REFUSED)
@@ -190,13 +192,5 @@ def _legacy_request(name: str) -> Callable[[Session, CommandRequest, float], Com
 
 
 SET_MODE, START_CAPTURE, STOP_CAPTURE = 530, 2000, 2001
-LEGACY_REQUESTS: Mapping[int, str] = {
-    521: "CAMERA_INFORMATION",
-    522: "CAMERA_SETTINGS",
-    525: "STORAGE_INFORMATION",
-    527: "CAMERA_CAPTURE_STATUS",
-    2504: "VIDEO_STREAM_INFORMATION",
-    2505: "VIDEO_STREAM_STATUS",
-}
-CAMERA_COMMANDS = frozenset((*LEGACY_REQUESTS, SET_MODE, START_CAPTURE, STOP_CAPTURE))
+CAMERA_COMMANDS = frozenset((*message_requests.LEGACY_REQUESTS, SET_MODE, START_CAPTURE, STOP_CAPTURE))
 """What a camera does and other components do not."""

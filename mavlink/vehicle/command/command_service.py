@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Mapping
 from weakref import WeakKeyDictionary
 
 from mavlink import ReceivedMessage, statustext
+from mavlink.vehicle.command.message_requests import READING
 from mavlink.vehicle.command.request import (
     REPEATED,
     CommandRequest,
@@ -59,7 +60,7 @@ class CommandService(MavlinkService):
             if last.reply is not None or command not in WITHOUT_PROGRESS:
                 acknowledge(session, message, last.reply or CommandResult(MavResult.IN_PROGRESS), now)
             return
-        self._model.command_count += command in self._moving
+        self._model.command_count += command in self._moving and not session.refusal
         periods = PERIODS if command in WITHOUT_PROGRESS else 1
         begun = PendingCommand(
             message, now + REPEATED * session.speed, now + periods * session.retry_period, self._model.command_count
@@ -100,6 +101,8 @@ class CommandService(MavlinkService):
         self._pending.pop(session, None)
 
     def _carry_out(self, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
+        if session.refusal and order.command not in READING:
+            return CommandResult(MavResult.DENIED, session.refusal)
         if self._refusal and order.command in self._moving:
             return CommandResult(MavResult.DENIED, self._refusal)
         command = self._commands.get(order.command)

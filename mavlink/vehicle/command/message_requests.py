@@ -64,6 +64,20 @@ COMMANDS: Mapping[int, Callable[[Session, CommandRequest, float], CommandResult]
 }
 
 
+LEGACY_REQUESTS: Mapping[int, str] = {
+    521: "CAMERA_INFORMATION",
+    522: "CAMERA_SETTINGS",
+    525: "STORAGE_INFORMATION",
+    527: "CAMERA_CAPTURE_STATUS",
+    2504: "VIDEO_STREAM_INFORMATION",
+    2505: "VIDEO_STREAM_STATUS",
+}
+"""Older requests to cameras, for one message each."""
+SEND_BANNER = 42428
+READING = frozenset((*COMMANDS, *LEGACY_REQUESTS, SEND_BANNER))
+"""Commands that change nothing but what their sender gets."""
+
+
 def make_banner_handler(kind: VehicleKind) -> Callable[[Session, CommandRequest, float], CommandResult]:
     """MAV_CMD_DO_SEND_BANNER of a kind of vehicle: the name and version of the firmware as a text."""
 

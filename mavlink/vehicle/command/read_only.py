@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 
 from mavlink import ReceivedMessage, statustext
 from mavlink.missions import MissionResult
+from mavlink.vehicle.command.message_requests import READING
 from mavlink.vehicle.mission import acknowledge
 from mavlink.vehicle.session import Session
 
@@ -20,6 +21,13 @@ def refuse_if_read_only(session: Session, message: ReceivedMessage, reason: str,
     return True
 
 
+def is_order(message: ReceivedMessage) -> bool:
+    """Whether a message asks for more than to be read to, be it obeyed or not."""
+    if message.name in COMMANDS:
+        return message.values["command"] not in READING
+    return message.name in REFUSED or message.name in STEERING or message.name in SETTINGS
+
+
 def _deny(session: Session, message: ReceivedMessage) -> None:
     acknowledge(session, message, MissionResult.DENIED)
 
@@ -28,9 +36,12 @@ def _only_text(session: Session, message: ReceivedMessage) -> None:
     pass  # these have no answer but a text
 
 
+COMMANDS = frozenset(("COMMAND_LONG", "COMMAND_INT"))
+SETTINGS = frozenset(("PARAM_SET", "PARAM_EXT_SET"))
 STEERING = frozenset(("MANUAL_CONTROL", "RC_CHANNELS_OVERRIDE"))
 REFUSED: Mapping[str, Callable[[Session, ReceivedMessage], object]] = {
     **dict.fromkeys(("MISSION_COUNT", "MISSION_WRITE_PARTIAL_LIST", "MISSION_CLEAR_ALL"), _deny),
+    **dict.fromkeys(("MISSION_ITEM", "MISSION_ITEM_INT"), _deny),
     **dict.fromkeys(("SET_MODE", "MISSION_SET_CURRENT", "SET_ATTITUDE_TARGET"), _only_text),
     **dict.fromkeys(("SET_POSITION_TARGET_GLOBAL_INT", "SET_POSITION_TARGET_LOCAL_NED"), _only_text),
 }

@@ -6,7 +6,13 @@ from functools import partial
 import imc
 from mavlink import ReceivedMessage, statustext
 from mavlink.vehicle.interfaces import VehiclePort
-from mavlink.vehicle.parameters.table import DOES_NOT_EXIST, ParameterEntry, ParameterRefusal, ParameterTable
+from mavlink.vehicle.parameters.table import (
+    DOES_NOT_EXIST,
+    PERMISSION_DENIED,
+    ParameterEntry,
+    ParameterRefusal,
+    ParameterTable,
+)
 from mavlink.vehicle.service import Handler, MavlinkService
 from mavlink.vehicle.session import Session
 
@@ -84,6 +90,8 @@ class ParameterServer(MavlinkService):
             session.reply(message, "PARAM_ERROR", param_id=name, param_index=-1, error=DOES_NOT_EXIST)
             return
         try:
+            if session.refusal:
+                raise ParameterRefusal(PERMISSION_DENIED, session.refusal)
             wanted = entry.decode_param_value(message.payload[:4], message.values["param_type"], session.flavor)
         except ParameterRefusal as refusal:
             session.reply(message, "PARAM_ERROR", param_id=name, param_index=entry.index, error=refusal.code)

@@ -13,7 +13,7 @@ from mavlink.vehicle.interfaces import ParameterDeclaration, ParameterView
 from mavlink.vehicle.parameters.names import parameter_ids
 
 INT32, REAL32 = 6, 9
-DOES_NOT_EXIST, OUT_OF_RANGE, TYPE_MISMATCH = 1, 2, 7
+DOES_NOT_EXIST, OUT_OF_RANGE, PERMISSION_DENIED, TYPE_MISMATCH = 1, 2, 3, 7
 LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
 
 

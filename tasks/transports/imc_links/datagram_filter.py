@@ -3,15 +3,14 @@
 from collections.abc import Collection
 
 import imc
+from imc.console_acl import NOT_LISTED, ConsoleAcl
 from imc.discovery import Endpoint, Service, Services
 from imc.layout import LITTLE_ENDIAN, SMALLEST_PACKET
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from support.token_bucket import TokenBucket
-from tasks.transports.imc_links.console_acl import ConsoleAcl
 from tasks.transports.imc_links.peer_table import ELSEWHERE, MALFORMED, UNKNOWN, Peer, PeerTable
 
 SPOOFED = "sent as this vehicle"
-NOT_LISTED = "command of a console that is not listed"
 STARTS = tuple(imc.Message.SYNC.to_bytes(2, order) for order in ("little", "big"))
 ANNOUNCE, ABORT = imc.Announce.ID, imc.Abort.ID
 STRANGERS = 20.0  # at once: Announces, and per second Aborts, of all systems that are unknown yet
@@ -39,7 +38,7 @@ class DatagramFilter:
         self._peers = peers
         self._by_id = peers.by_id
         self._consoles = consoles
-        self._open = not consoles.listed
+        self._open = consoles.is_open
         self._static = static
         self._ignore_filter = ignore_filter
         self._rate = rate

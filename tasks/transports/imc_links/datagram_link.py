@@ -1,9 +1,9 @@
 """The options of IMC over UDP, and what they make: who may send, who is sent what, and how far it reaches."""
 
+from imc.console_acl import listed_systems
 from imc.schema import message_named
 from runtime import param
 from runtime.profile import split_list
-from tasks.transports.imc_links.console_acl import ConsoleAcl
 from tasks.transports.imc_links.datagram_filter import DatagramFilter
 from tasks.transports.imc_links.datagram_routes import DatagramRoutes, parse_endpoint, parse_peer_rate
 from tasks.transports.imc_links.link_task import ImcLinkTask, reraise_as_parameter_error
@@ -82,7 +82,7 @@ class DatagramLinkTask(ImcLinkTask):
             self.vehicles = VehiclePeers(self.system)
         self.peers.timeout, self.peers.kept = self.contact_timeout, self.commanders.listed
         self.peers.called = self.vehicles.called = reraise_as_parameter_error(
-            "Call Systems", lambda: ConsoleAcl(self.call_systems, id_of).listed
+            "Call Systems", lambda: listed_systems(self.call_systems, id_of)
         )
         self.gate = DatagramFilter(
             self.system,
@@ -109,7 +109,7 @@ class DatagramLinkTask(ImcLinkTask):
             "Peer Rates", lambda: [parse_peer_rate(item) for item in self.peer_rates]
         ):
             (system,) = reraise_as_parameter_error(
-                "Peer Rates", lambda name=name: ConsoleAcl([name], self.vehicle.systems.id).listed
+                "Peer Rates", lambda name=name: listed_systems([name], self.vehicle.systems.id)
             )
             own.setdefault(system, []).append(rate)
         return {

@@ -1,9 +1,10 @@
 """A task that sends the messages of a list to peers: the options that all of them have, and the subscriptions."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TypeVar
 
 import imc
+from imc.console_acl import GENERAL, ConsoleAcl, OrderRefusals
 from imc.schema import message_named
 from runtime import Task, param
 from runtime.bus import Subscription
@@ -11,7 +12,6 @@ from runtime.profile import split_list
 from runtime.task import ParameterError
 from support.diagnostics import ConfigWarning
 from support.terminal_text import corrected_spelling, quoted, suggestion
-from tasks.transports.imc_links.console_acl import ConsoleAcl
 from tasks.transports.imc_links.custom_filters import parse_custom
 from tasks.transports.imc_links.message_list import (
     MessageList,
@@ -36,8 +36,8 @@ def reraise_as_parameter_error(option: str, make: Callable[[], T]) -> T:
         raise ParameterError(option, str(error)) from None
 
 
-def link_consoles(task: Task, own: list[str]) -> ConsoleAcl:
-    """Who may command over the link of a task: its own Consoles, or if these are empty those of [General].
+def link_consoles(task: Task, own: Sequence[str] = ()) -> ConsoleAcl:
+    """Who may command over the links of a task: its own Consoles, or if these are empty those of [General].
 
     Raises ParameterError.
     """
@@ -85,6 +85,8 @@ class ImcLinkTask(Task):
 
     def configure(self) -> None:
         self.commanders = link_consoles(self, self.consoles)
+        place = f"[{self.name}] Consoles" if any(map(str.strip, self.consoles)) else GENERAL
+        self.refusals = OrderRefusals(self.vehicle.name, self.system, place)
         self.messages = self.message_list(self.transports, self.rate_limiters)
         self.configure_peers()
         if getattr(self, "subscriptions", None) is not None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from ipaddress import IPv4Address
 from typing import Any
 
-from imc.discovery import BROADCAST, LOOPBACK, MULTICAST
+from imc.discovery import BROADCAST, LOOPBACK, MULTICAST, check_address
 from runtime import Task
 from runtime.kernel import Timer
 from runtime.network_interfaces import EVERYWHERE, interfaces, is_loopback_address
@@ -45,14 +45,6 @@ def network_time(task: Task) -> float:
 def schedule_network_timer(task: Task, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
     """Call a function after so many seconds of other systems."""
     return task.after(seconds * network_time_scale(task), function, *args)
-
-
-def check_address(text: str) -> None:
-    """Raises ValueError if a text is not an IPv4 address."""
-    try:
-        IPv4Address(text)
-    except ValueError:
-        raise ValueError(f"{quoted(text)} is not an IPv4 address") from None
 
 
 def check_multicast_address(text: str) -> None:

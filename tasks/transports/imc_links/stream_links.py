@@ -7,10 +7,10 @@ from collections import OrderedDict
 from contextlib import suppress
 
 import imc
+from imc.console_acl import NOT_LISTED, REPORTS
 from runtime import param, periodic
 from runtime.kernel import Timer
-from tasks.transports.imc_links.console_acl import REPORTS
-from tasks.transports.imc_links.datagram_filter import NOT_LISTED, SPOOFED
+from tasks.transports.imc_links.datagram_filter import SPOOFED
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.link_task import ImcLinkTask
 from tasks.transports.imc_links.own_announce import is_for_log
@@ -243,6 +243,9 @@ class StreamLinkTask(ImcLinkTask):
         if reason:
             if self.drops.add(reason, who := f"0x{head.src:04X} at {stream.address}"):
                 self.log.warning(f"packet from {who} dropped: {reason}")
+            if reason is NOT_LISTED and (answer := self.refusals.answer(packet, self.now)):
+                stream.waiting += answer
+                self.flush_soon()
             return
         try:
             message = self.relay(packet)

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from imc.console_acl import ConsoleAcl
 from mavlink import UNSIGNED, LinkUrl, ReceivedMessage, Signing, StreamSplitter, split
 from mavlink.vehicle import DATAGRAM_BURST, DATAGRAMS_PER_SECOND, Session, VehicleEndpoint
 from runtime.devices import DeviceOwner
@@ -26,6 +27,7 @@ class LinkHost(DeviceOwner, Protocol):
     maximum_peers: int
     clock_speed: float
     endpoint: VehicleEndpoint
+    commanders: ConsoleAcl
     keys: SigningKeys
 
     @property
@@ -78,7 +80,7 @@ class Link:
         if not (self._warned or url.is_local or url.requires_signing):
             self._warned = True
             unsigned = "unsigned frames are accepted here" if url.key else "MAVLink is not signed here"
-            self._host.log.warning(f"{url.text}: {unsigned}; anyone who reaches this link can command the vehicle")
+            self._host.log.warning(f"{url.text}: {unsigned}; {self._host.commanders.risk}")
 
     def _open(self) -> None:
         """Open what is below. Raises OSError."""

@@ -8,7 +8,7 @@ from typing import get_args
 import imc
 from imc.discovery import Service
 from mavlink import KINDS, SYSTEMS, ReceivedMessage
-from mavlink.vehicle import SOON, LinkTraits, Session, ShownMessages, VehicleEndpoint
+from mavlink.vehicle import SOON, UNLISTED, LinkTraits, Session, ShownMessages, VehicleEndpoint
 from mavlink.vehicle.camera import parse_video
 from mavlink.vehicle.command import ACTIONS, parse_button, parse_light
 from mavlink.vehicle.telemetry import STREAMS, NamedValue, parse_named_value
@@ -16,6 +16,7 @@ from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.kernel import Timer
 from runtime.task import ParameterError
+from tasks.transports.imc_links.link_task import link_consoles
 from tasks.transports.imc_links.sockets import network_time_scale
 from tasks.transports.mavlink_links.base_link import Link, Peer, peer_name
 from tasks.transports.mavlink_links.link_set import LinkSet
@@ -104,6 +105,7 @@ class GroundLinksTask(Task):
     detection_markers: bool = param(False, "", "Show detected objects on maps, as ADSB_VEHICLE, for 60 s.")
 
     def configure(self) -> None:
+        self.commanders = link_consoles(self)
         if not self.links:
             raise ParameterError("Links", "is empty: add a link, or disable the task")
         for option, texts, parse in (
@@ -196,11 +198,20 @@ class GroundLinksTask(Task):
             return
         if self.recorder is not None:
             self.recorder.record_received(session.flavor, message, self.now)
-        ignored = self.endpoint.receive(session, message, self.now)
+        ignored = self.endpoint.receive(session, message, self.now, self.unlisted_reason(message, peer))
         link.counts.update(ignored)
+        if UNLISTED in ignored:
+            who = f"mavlink:{message.system}@{peer[0]}"
+            link.warn_once(who, f"rejects orders of {who}: not in [General] Consoles")
         if not ignored and not self.polls_soon:
             self.polls_soon = True
             self.after(0.0, self.send_due_messages)
+
+    def unlisted_reason(self, message: ReceivedMessage, peer: Peer) -> str:
+        """Why orders of the system that has sent a message are not obeyed, "" if they are."""
+        if self.commanders.allows_station(message.system, str(peer[0])):
+            return ""
+        return f"mavlink:{message.system} is not in [General] Consoles of {self.system_name}"
 
     def send_due_messages(self) -> None:
         """Send what is due on all links, and schedule the next call."""

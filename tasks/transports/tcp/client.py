@@ -5,10 +5,10 @@ import os
 import select
 import socket
 
-from imc.discovery import LOOPBACK
+from imc.discovery import LOOPBACK, check_address
 from runtime import State, param
 from runtime.task import ParameterError
-from tasks.transports.imc_links.sockets import check_address, network_time, schedule_network_timer
+from tasks.transports.imc_links.sockets import network_time, schedule_network_timer
 from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
 
 LOOK = 0.05  # s between two looks whether a connection is made

@@ -4,10 +4,10 @@ import socket
 from collections import Counter
 
 import imc
+from imc.console_acl import listed_systems
 from imc.discovery import PERIOD, Service
 from runtime import State, consume, param
 from support.log_limit import LogLimit
-from tasks.transports.imc_links.console_acl import ConsoleAcl
 from tasks.transports.imc_links.link_task import reraise_as_parameter_error
 from tasks.transports.imc_links.port_search import announce_listening_service, listening_socket
 from tasks.transports.imc_links.sockets import listen_address, network_time, schedule_network_timer
@@ -59,7 +59,7 @@ class Server(StreamLinkTask):
     def configure(self) -> None:
         self.place = listen_address(self, self.address)
         called = reraise_as_parameter_error(
-            "Call Systems", lambda: ConsoleAcl(self.call_systems, self.vehicle.systems.id).listed
+            "Call Systems", lambda: listed_systems(self.call_systems, self.vehicle.systems.id)
         )
         if not hasattr(self, "vehicles"):  # they stay if parameters change, or the task is restarted
             self.vehicles = VehiclePeers(self.system)

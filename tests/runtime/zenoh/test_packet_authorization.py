@@ -8,9 +8,11 @@ from typing import Any
 import pytest
 
 import imc
+from imc.console_acl import ConsoleAcl
 from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
 from runtime.zenoh.packet_authorization import PacketAuthorizer
 from runtime.zenoh.security import Security
+from runtime.zenoh.unlisted_consoles import UnlistedConsoles
 from tests.outside import until
 from tests.runtime.zenoh.processes import Network
 from tests.runtime.zenoh.test_security import certificates
@@ -96,6 +98,64 @@ def test_a_vehicle_that_is_only_listed_speaks_for_no_console_and_no_known_vehicl
         packet = imc.encode(imc.EstimatedState(src=source))
         assert why in caravel.reject_reason("imc/caravel/EstimatedState/X", packet, "")
         assert bool(why) == bool(caravel.reject_reason("imc/caravel/EstimatedState/X", packet, ""))
+
+
+LISTED = 0x4101
+ORDERS = [
+    ("pole/@cmd/PlanControl/ccu", imc.PlanControl(src=GROUND, dst=OWN), True),
+    ("pole/@cmd/PlanDB/otter", imc.PlanDB(src=OTTER, dst=OWN), True),
+    ("ccu/Abort/ccu", imc.Abort(src=GROUND), True),
+    ("otter/Rpm/Motor", imc.Rpm(src=OTTER), False),
+]
+NO_ORDERS = [
+    ("pole/@cmd/PlanControl/ccu", imc.PlanControl(src=LISTED, dst=OWN), "other"),
+    ("ccu/Heartbeat/ccu", imc.Heartbeat(src=GROUND), "other"),
+    ("otter/EstimatedState/Navigation", imc.EstimatedState(src=OTTER), "other"),
+    ("pole/@cmd/Abort/ccu", imc.Abort(src=GROUND, dst=OWN), SIBLING),
+    ("pole/@heard/Abort/ccu", imc.Abort(src=GROUND), SIBLING),
+]
+
+
+def closed_gate(process: str = "main") -> tuple[PacketAuthorizer, UnlistedConsoles, list[str], list[imc.Message]]:
+    """Of the vehicle pole, which only one console may command; what it logs, and what it answers."""
+    part = ProcessPart("pole", OWN, 1, process)
+    told: list[str] = []
+    answers: list[imc.Message] = []
+    acl = ConsoleAcl([f"0x{LISTED:04X}"], lambda _: None)
+    consoles = UnlistedConsoles(acl, part, told.append, lambda _, packet: answers.append(imc.decode(packet)))
+    running = {"otter": frozenset({OTTER}), "pole": frozenset({OWN})}
+    found = PacketAuthorizer(part, (), lambda: running, named, lambda zid: zid == SIBLING, consoles=consoles)
+    return found, consoles, told, answers
+
+
+@pytest.mark.parametrize(("key", "message", "is_answered"), ORDERS)
+def test_an_order_of_a_console_that_is_not_listed_is_named_once_and_answered(
+    key: str, message: imc.Message, is_answered: bool
+) -> None:
+    closed, consoles, told, answers = closed_gate()
+    for _ in range(1000):
+        assert closed.is_of_unlisted_console(f"imc/{key}", imc.encode(message), "other")
+    assert consoles.rejected == 1000 * is_answered
+    assert len(told) == is_answered
+    assert all(f"0x{message.src:04X}" in text and "see [General] Consoles" in text for text in told)
+    assert bool(answers) == is_answered
+    assert len(answers) < 10
+    assert {answer.dst for answer in answers} <= {message.src}
+
+
+@pytest.mark.parametrize(("key", "message", "session"), NO_ORDERS)
+def test_listed_consoles_reports_and_the_processes_of_a_vehicle_pass_a_list(
+    key: str, message: imc.Message, session: str
+) -> None:
+    closed, consoles, told, answers = closed_gate()
+    assert not closed.is_of_unlisted_console(f"imc/{key}", imc.encode(message), session)
+    assert (consoles.rejected, told, answers) == (0, [], [])
+
+
+def test_only_the_main_process_of_a_vehicle_answers() -> None:
+    closed, consoles, told, answers = closed_gate("vision")
+    assert closed.is_of_unlisted_console(f"imc/{ORDERS[0][0]}", imc.encode(ORDERS[0][1]), "other")
+    assert (consoles.rejected, told, answers) == (1, [], [])
 
 
 @pytest.fixture

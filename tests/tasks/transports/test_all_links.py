@@ -1,5 +1,6 @@
 """What [General] sets for all links to consoles, over UDP and TCP."""
 
+import ftplib
 import time
 
 import pytest
@@ -29,6 +30,23 @@ def test_one_list_of_consoles_holds_for_udp_and_tcp(tmp_path):
         time.sleep(0.2)
         assert {(r.src, r.request_id) for r in requests if r.type == r.Type.REQUEST} == {(0x4101, 2), (0x4101, 12)}
         vessel.until(lambda: len([t for t in vessel.log if "command of a console that is not listed" in t]) == 4)
+
+
+@pytest.mark.heavy
+def test_logs_are_removed_over_ftp_only_from_addresses_in_the_list(tmp_path):
+    settings = ["Transports.FTP:Allow Deletion=true", "Transports.FTP:Control Port=0"]
+    for listed, answer in (("0x4101@10.0.0.5", "550"), ("0x4101", "550"), ("mavlink:255@127.0.0.1", "250")):
+        old = tmp_path / "lauv-noptilus-1" / "20260101"
+        old.mkdir(parents=True, exist_ok=True)
+        with afloat(tmp_path, *settings, f"General:Consoles={listed}") as vessel, ftplib.FTP(timeout=10) as client:
+            server = vessel.vehicle.task("Transports.FTP")
+            client.connect("127.0.0.1", vessel.until(lambda server=server: server.port))
+            client.login()
+            assert "20260101" in client.nlst()
+            client.putcmd("DELE /20260101")
+            said = client.getmultiline()
+        assert said.startswith(answer), (listed, said)
+        assert old.exists() == (answer == "550")
 
 
 def test_a_link_may_have_a_list_of_its_own(tmp_path):

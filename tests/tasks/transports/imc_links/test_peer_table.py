@@ -3,8 +3,8 @@
 import pytest
 
 import imc
+from imc.console_acl import REPORTS, ConsoleAcl
 from imc.discovery import Endpoint, Service, Services
-from tasks.transports.imc_links.console_acl import REPORTS, ConsoleAcl
 from tasks.transports.imc_links.datagram_filter import (
     NEW_RATE,
     NOT_LISTED,

@@ -1,0 +1,56 @@
+"""Rejects orders over zenoh of systems that are not in [General] Consoles: each is named once, and gets the reason."""
+
+import time
+from collections.abc import Callable
+
+import imc
+from imc.console_acl import NOT_LISTED, OVER_ZENOH, ConsoleAcl, OrderRefusals
+from runtime.zenoh.presence import ProcessPart
+
+MOST_NAMED = 64
+ANYBODY = ConsoleAcl((), lambda _: None)
+
+
+class UnlistedConsoles:
+    """The rule of one process of a vehicle, `part`; None stands for a relay, which rejects nothing.
+
+    `consoles` may command. `tell` gets a sentence for the log book, `send(system, packet)` an answer to a system; only
+    the main process of a vehicle says anything. `rejected` counts orders. All may be called from any thread.
+    """
+
+    def __init__(
+        self,
+        consoles: ConsoleAcl,
+        part: ProcessPart | None,
+        tell: Callable[[str], None],
+        send: Callable[[int, bytes], object],
+    ) -> None:
+        self.rejected = 0
+        self._consoles = consoles if part is not None else ANYBODY
+        self._says = part is not None and part.process == "main"
+        self._refusals = OrderRefusals(part.vehicle, part.system) if part is not None else OrderRefusals("", 0)
+        self._tell = tell
+        self._send = send
+        self._named: set[int] = set()
+
+    def may_send(self, packet: bytes) -> bool:
+        """Whether the source of a packet (SMALLEST_PACKET or longer) is listed, or only reports."""
+        return self._consoles.is_open or self._consoles.allows(
+            imc.packet_source(packet), OVER_ZENOH, imc.packet_id(packet)
+        )
+
+    def reject(self, packet: bytes, name: str) -> str:
+        """Count an order of a system that calls itself `name`, and name it once; returns the reason."""
+        source = imc.packet_source(packet)
+        self.rejected += 1
+        if self._says and source not in self._named and len(self._named) < MOST_NAMED:
+            self._named.add(source)
+            known = f" ({name})" if name not in ("", f"0x{source:04X}") else ""
+            self._tell(f"packet from 0x{source:04X}{known} over zenoh dropped: {NOT_LISTED} (see [General] Consoles)")
+        return self._refusals.reason(packet, source)
+
+    def reject_and_answer(self, packet: bytes, name: str) -> None:
+        """Reject an order that is no query, and send the reason to its source."""
+        self.reject(packet, name)
+        if self._says and (answer := self._refusals.answer(packet, time.time())):
+            self._send(imc.packet_source(packet), answer)
