@@ -20,7 +20,8 @@ from tests.runtime.zenoh.processes import Network, Process
 from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, wait_until
 
 CAMERA = "MUG Camera"
-VISION = ("--set", "Simulators.MUGDetectionCamera:Process=vision")
+STAYS = ("--set", "Plan.Autostart:Enabled=Never")  # above its glider, which it would see again once in each circle only
+VISION = ("--set", "Simulators.MUGDetectionCamera:Process=vision", *STAYS)
 State = imc.EntityState.State
 
 
