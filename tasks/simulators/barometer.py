@@ -6,17 +6,24 @@ import imc
 from runtime import State, Task, consume, param, periodic
 
 SEA_LEVEL_TEMPERATURE = 288.15  # K
+ICE_POINT = 273.15  # K
 LAPSE_RATE = 0.0065  # K/m
+TROPOPAUSE = 11000.0  # m
 EXPONENT = 5.25588
+
+
+def temperature_at(height: float) -> float:
+    """Temperature (K) at a height (m) above the sea; ISO 2533:1975, below 11 km."""
+    return SEA_LEVEL_TEMPERATURE - LAPSE_RATE * min(height, TROPOPAUSE)
 
 
 def pressure_at(height: float, sea_level: float) -> float:
     """Pressure at a height (m) above the sea, in the unit of `sea_level`; ISO 2533:1975, below 11 km."""
-    return sea_level * (1.0 - LAPSE_RATE * min(height, 11000.0) / SEA_LEVEL_TEMPERATURE) ** EXPONENT
+    return sea_level * (temperature_at(height) / SEA_LEVEL_TEMPERATURE) ** EXPONENT
 
 
 class Barometer(Task):
-    """Measures the pressure of the standard atmosphere, with white noise and a drift like that of the weather."""
+    """Measures the standard atmosphere: temperature, and pressure with white noise and a drift like the weather's."""
 
     execution_frequency: float = param(20.0, "Hz", "Rate of Pressure.", minimum=0.1, maximum=1000)
     sea_level_pressure: float = param(1013.25, "hPa", "Pressure at height 0.", minimum=800, maximum=1100)
@@ -48,3 +55,10 @@ class Barometer(Task):
         value = true + self.standard_deviation * noise + self.drift * self._wander
         self.publish(imc.Pressure(timestamp=truth.timestamp, value=value), keep_time=True)
         self.set_entity_state(State.NORMAL, "active")
+
+    @periodic(1.0)
+    def measure_temperature(self) -> None:
+        truth = self._truth
+        if truth is not None:
+            value = temperature_at(truth.height - truth.z) - ICE_POINT
+            self.publish(imc.Temperature(timestamp=truth.timestamp, value=value), keep_time=True)

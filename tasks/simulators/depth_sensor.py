@@ -5,12 +5,18 @@ import math
 import imc
 from runtime import State, Task, consume, param, periodic
 
+GRAVITY = 9.80665  # m/s²
+PASCAL = 0.01  # hPa
+
 
 class DepthSensor(Task):
-    """Measures depth with white noise; never less than zero."""
+    """Measures the absolute pressure of the water with white noise, and from it depth, never less than zero."""
 
-    execution_frequency: float = param(10.0, "Hz", "Rate of Depth.", minimum=0.1, maximum=1000)
+    execution_frequency: float = param(10.0, "Hz", "Rate of Depth and Pressure.", minimum=0.1, maximum=1000)
     standard_deviation: float = param(0.05, "m", "Standard deviation of the noise.", minimum=0)
+    surface_pressure: float = param(1013.25, "hPa", "Pressure of the air at the surface.", minimum=800, maximum=1100)
+    water_density: float = param(1025.0, "kg/m³", "Density of the water.", minimum=900, maximum=1300)
+    water_temperature: float = param(15.0, "°C", "Temperature of the water.", minimum=-5, maximum=60)
 
     def start(self) -> None:
         self._truth: imc.SimulatedState | None = None
@@ -30,5 +36,12 @@ class DepthSensor(Task):
     def measure(self) -> None:
         noise = self.standard_deviation * self.random.standard_normal()
         if self._truth is not None:
-            depth = max(0.0, self._truth.z + noise)
-            self.publish(imc.Depth(timestamp=self._truth.timestamp, value=depth), keep_time=True)
+            time, z = self._truth.timestamp, self._truth.z + noise
+            pressure = self.surface_pressure + PASCAL * self.water_density * GRAVITY * z
+            self.publish(imc.Depth(timestamp=time, value=max(0.0, z)), keep_time=True)
+            self.publish(imc.Pressure(timestamp=time, value=pressure), keep_time=True)
+
+    @periodic(1.0)
+    def measure_temperature(self) -> None:
+        if self._truth is not None:
+            self.publish(imc.Temperature(timestamp=self._truth.timestamp, value=self.water_temperature), keep_time=True)

@@ -167,6 +167,17 @@ def test_depth_is_never_negative_nor_nan():
     assert max(m.value for m in depths) > 0.0
 
 
+def test_pressure_is_that_of_the_water_above_and_of_the_air_with_the_noise_of_depth():
+    feed = [at(k / 20, 10.0) for k in range(400)]
+    run = simulate(DepthSensor, feed=feed, surface_pressure=1000.0, water_density=1030.0, water_temperature=4.5)
+    per_meter = 1030.0 * 9.80665 / 100.0  # hPa
+    for depth, pressure in zip(run.of(imc.Depth), run.of(imc.Pressure), strict=True):
+        assert pressure.timestamp == depth.timestamp
+        assert pressure.value == pytest.approx(1000.0 + per_meter * depth.value, abs=1e-3)
+    assert len(run.of(imc.Temperature)) == pytest.approx(20, abs=1)
+    assert {m.value for m in run.of(imc.Temperature)} == {4.5}
+
+
 def test_seeds():
     feed = [at(k / 20, 5.0) for k in range(20)]
     assert simulate(DepthSensor, feed=feed, seed=1).packets == simulate(DepthSensor, feed=feed, seed=1).packets

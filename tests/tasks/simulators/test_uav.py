@@ -214,6 +214,7 @@ def test_a_barometer_measures_the_standard_atmosphere():
     assert len(values) == pytest.approx(400, abs=2)
     assert np.mean(values) == pytest.approx(898.74, abs=0.01)
     assert np.std(values) == pytest.approx(0.012, rel=0.15)
+    assert [m.value for m in run.of(imc.Temperature)] == [pytest.approx(8.5, abs=0.01)] * 19
 
 
 def test_a_position_has_the_noise_that_is_asked_for():

@@ -31,7 +31,7 @@ ALWAYS = (
     }
 )
 BESIDES = {
-    "lauv-noptilus-1": {"DISTANCE_SENSOR", "WATER_DEPTH", "RAW_IMU", "HIGHRES_IMU"},
+    "lauv-noptilus-1": {"SCALED_PRESSURE2", "DISTANCE_SENSOR", "WATER_DEPTH", "RAW_IMU", "HIGHRES_IMU"},
     "otter": {"DISTANCE_SENSOR", "WATER_DEPTH", "RAW_IMU", "HIGHRES_IMU"},
     "caravel": {"DISTANCE_SENSOR", "WATER_DEPTH", "RAW_IMU", "HIGHRES_IMU"},
     "hexa-00": {"DISTANCE_SENSOR", "SCALED_PRESSURE", "RAW_IMU", "HIGHRES_IMU"},
@@ -123,6 +123,18 @@ def test_depths_add_up(said):
     assert found["ALTITUDE"][0]["bottom_clearance"] == pytest.approx(state.alt, abs=0.1)
 
 
+def test_pressures_are_those_of_the_water_and_the_air_with_their_temperatures(said):
+    profile, found, truth, _ = said
+    for values in found["SCALED_PRESSURE2"]:
+        assert values["press_abs"] == pytest.approx(1013.25 + 100.5 * truth.z, abs=50.0), "hPa; 1 m is 100.5 hPa"
+        assert values["temperature"] == 1500
+    for values in found["SCALED_PRESSURE"]:
+        assert values["press_abs"] == pytest.approx(1013.25 - 0.12 * (truth.height - truth.z), abs=2.0)
+        assert values["temperature"] == pytest.approx(1500 - 0.65 * (truth.height - truth.z), abs=2.0)
+    assert bool(found["SCALED_PRESSURE2"]) == (profile == "lauv-noptilus-1")
+    assert bool(found["SCALED_PRESSURE"]) == (profile == "hexa-00")
+
+
 def test_silent_sensors_are_not_repeated(said):
     _, _, _, flown = said
     sources = flown.link.endpoint.telemetry.sources
@@ -143,6 +155,8 @@ def test_silent_sensors_are_not_repeated(said):
         "BATTERY_STATUS",
         "RAW_IMU",
         "DISTANCE_SENSOR",
+        "SCALED_PRESSURE",
+        "SCALED_PRESSURE2",
     }
 
 
