@@ -51,8 +51,12 @@ class ParameterServer(MavlinkService):
                 if isinstance(item, imc.EntityParameter)
                 else None
             )
-            if entry is not None and (entry.id in self._pending or entry.value != self._shown[entry.id]):
-                self._show(entry)
+            if entry is None:
+                continue
+            asked = [each for _, each in self._pending.values() if each.view is entry.view]
+            if asked or entry.value != self._shown[entry.id]:
+                for shown in {each.id: each for each in (entry, *asked)}.values():
+                    self._show(shown)
 
     def _show(self, entry: ParameterEntry) -> None:
         self._pending.pop(entry.id, None)

@@ -3,17 +3,18 @@
 import math
 import struct
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mavlink import Flavor
 from mavlink.vehicle.interfaces import ParameterDeclaration, ParameterView
-from mavlink.vehicle.parameters.names import parameter_ids
+from mavlink.vehicle.parameters.names import STANDARD, parameter_ids
 
 INT32, REAL32 = 6, 9
 DOES_NOT_EXIST, OUT_OF_RANGE, PERMISSION_DENIED, TYPE_MISMATCH = 1, 2, 3, 7
+UNLISTED = 0xFFFF  # the index of a name that is not in the list
 LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
 
 
@@ -105,6 +106,11 @@ class ParameterTable:
             self._entries.append(ParameterEntry(name, index, kind, view))
         self._by_id = {entry.id: entry for entry in self._entries}
         self._by_name = {(e.view.label, e.declaration.name): e for e in self._entries}
+        self._by_id |= {
+            name: replace(self._by_name[pair], id=name, index=UNLISTED)
+            for name, pair in STANDARD.items()
+            if pair in self._by_name
+        }
 
     def __len__(self) -> int:
         return len(self._entries)
@@ -116,7 +122,7 @@ class ParameterTable:
         return self._entries[index] if 0 <= index < len(self._entries) else None
 
     def named(self, name: bytes) -> ParameterEntry | None:
-        """The entry with a MAVLink name."""
+        """The entry with a MAVLink name, or with a standard one, which the list does not have."""
         return self._by_id.get(name.decode("ascii", errors="replace"))
 
     def find_entity_parameter(self, label: str, parameter: str) -> ParameterEntry | None:

@@ -85,9 +85,12 @@ class Steps:
         return [(item.command, item.x, item.y) for item in sent] == [(item.command, item.x, item.y) for item in got]
 
     async def take_off(self):
-        await self.action.takeoff()
-        await first(self.telemetry.subscribe_position(), lambda place: place.relative_altitude_m > 5.0)
-        return "done"
+        """Climb to an altitude that MAVSDK sets; it, and that at which the vehicle is when it holds."""
+        await self.action.set_takeoff_altitude(8.0)
+        await self.in_mode(self.action.takeoff(), "TAKEOFF")
+        await first(self.telemetry.subscribe_flight_mode(), lambda mode: mode.name == "HOLD")
+        place = await first(self.telemetry.subscribe_position())
+        return await self.action.get_takeoff_altitude(), place.relative_altitude_m
 
     async def upload(self):
         place = self.home, 40, 0, self.altitude, self.speed

@@ -21,6 +21,8 @@ from mavlink.vehicle.parameters.table import (
 from runtime import Task, param
 from runtime.testing import simulate
 from tasks.transports.mavlink_links.parameters_and_cameras import task_parameters
+from tests.outside import free_port
+from tests.tasks.transports.mavlink_station import HOST, Station, mavlink, sail
 
 PX4, ARDUPILOT = FLAVORS["px4"], FLAVORS["ardupilot"]
 WORDS = st.text(max_size=40)
@@ -140,6 +142,39 @@ def test_refusals(sonar, name, raw, kind, flavor, code):
     with pytest.raises(ParameterRefusal) as caught:
         sonar[name].decode_param_value(raw, kind, flavor)
     assert caught.value.code == code
+
+
+STANDARD_NAME, KEPT_NAME = b"MIS_TAKEOFF_ALT", b"MAVLNK_TAKFF_ALT"
+
+
+def test_the_altitude_of_a_takeoff_has_the_name_of_a_px4_too():
+    port = free_port()
+
+    async def script(control):
+        station = Station(control)
+        await station.meet((HOST, port))
+        wish = {"target_system": 26, "target_component": 1}
+
+        async def named(name):
+            return await station.expect("PARAM_VALUE", lambda values: values["param_id"].rstrip(b"\0") == name)
+
+        station.send("PARAM_REQUEST_READ", **wish, param_id=STANDARD_NAME, param_index=-1)
+        found = await named(STANDARD_NAME)
+        assert (found["param_value"], found["param_type"], found["param_index"]) == (10.0, REAL32, 0xFFFF)
+        station.send("PARAM_SET", **wish, param_id=STANDARD_NAME, param_value=25.0, param_type=REAL32)
+        assert (await named(KEPT_NAME))["param_value"] == 25.0
+        assert (await named(STANDARD_NAME))["param_value"] == 25.0
+        assert mavlink(control).takeoff_altitude == 25.0
+        station.send("PARAM_SET", **wish, param_id=STANDARD_NAME, param_value=500.0, param_type=REAL32)
+        assert (await named(STANDARD_NAME))["param_value"] == 25.0, "at most 120 m"
+        station.send("PARAM_REQUEST_LIST", **wish)
+        names = set()
+        while len(names) < found["param_count"]:
+            names.add((await station.expect("PARAM_VALUE"))["param_id"].rstrip(b"\0"))
+        assert KEPT_NAME in names
+        assert STANDARD_NAME not in names, "one parameter, one entry"
+
+    sail(script, f"udpin:{HOST}:{port}:px4")
 
 
 @given(st.lists(st.tuples(WORDS, WORDS), unique=True, max_size=40))
