@@ -11,6 +11,7 @@ from mavlink.autopilot.leg_speed import LegSpeed
 from mavlink.autopilot.mission_client import MissionClient
 from mavlink.autopilot.position_targets import PositionTargets
 from mavlink.autopilot.setpoints import CommandMessage, command_message, leg_command, offboard_setpoint
+from mavlink.autopilot.takeoff_order import TakeoffOrder
 from mavlink.autopilot.vehicle_modes import SteeredVehicle
 
 SET_MODE, ARM, TAKEOFF, MISSION_START = 176, 400, 22, 300  # MAV_CMD
@@ -42,7 +43,7 @@ class ModeController:
     ) -> None:
         self._send_command, self._send_message = send_command, send
         self._warn, self._reason, self.missions = warn, reason, missions
-        self.targets, self._speed = PositionTargets(), LegSpeed()
+        self.targets, self._speed, self._takeoff = PositionTargets(), LegSpeed(), TakeoffOrder()
         self.vehicle: SteeredVehicle | None = None
         self.mode, self.armed, self.landed_state = -1, False, 0
         self.position: ReportedPosition | None = None
@@ -230,8 +231,10 @@ class ModeController:
         return [mode for mode in (*after, *around) if mode is not None]
 
     def _take_off(self, vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition, now: float) -> None:
-        if self._sent and not self.armed:
-            self.fail(f"it did not take off{self._with_reason()}")
+        flies = is_airborne(vehicle, at, sent=False, landed_state=self.landed_state)
+        refused = self._takeoff.error(now, flies=flies) if self._sent else ""
+        if refused or (self._sent and not self.armed):
+            self.fail(refused or f"it did not take off{self._with_reason()}")
             return
         if vehicle.roams and not vehicle.px4 and vehicle.takeoff is not None:
             if self._enter_mode(now, vehicle.takeoff):
@@ -242,7 +245,8 @@ class ModeController:
             return
         height = at.amsl - at.above_home + leg.height if vehicle.px4 else leg.height
         place = (math.nan, math.nan, math.nan) if vehicle.px4 else (0.0, 0.0, 0.0)
-        self._command(command_message("a takeoff", TAKEOFF, (0.0, 0.0, 0.0, *place, height)))
+        self._takeoff.give(now)
+        self._command(command_message("a takeoff", TAKEOFF, (0.0, 0.0, 0.0, *place, height)), self._takeoff.refuse)
 
     def _land(self, vehicle: SteeredVehicle, now: float) -> None:
         if vehicle.land is None:
@@ -314,10 +318,10 @@ class ModeController:
         final = self._tries == TRIES
         self._send(command_message(what, number, values), lambda reason: self._on_refusal(reason) if final else None)
 
-    def _command(self, command: CommandMessage) -> None:
-        """Give a command once; a leg that the autopilot refuses is given up."""
+    def _command(self, command: CommandMessage, then: Callable[[str], object] | None = None) -> None:
+        """Give a command once; a leg that the autopilot refuses is given up, unless `then` takes the refusal."""
         self._sent = True
-        self._send(command, self._on_refusal)
+        self._send(command, then or self._on_refusal)
 
     def _on_refusal(self, reason: str) -> None:
         if reason and self.is_following_leg:
@@ -333,7 +337,8 @@ class ModeController:
             if number != self._number:
                 return
             self._asked = False
-            if result == WITHDRAWN:  # the autopilot is silent, which is handled as such
+            if result == WITHDRAWN:  # the autopilot is silent; what still counts afterwards is sent again
+                self._sent = False
                 return
             then("" if result == ACCEPTED else f"{command.what} was {result_text(result)}{self._with_reason()}")
 

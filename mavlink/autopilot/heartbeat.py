@@ -12,7 +12,7 @@ class HeartbeatWatch:
     def __init__(self) -> None:
         self.at = -math.inf
         self.lost = False
-        self._late_at = math.inf
+        self._late_at, self._back_at = math.inf, -math.inf
 
     @property
     def heard(self) -> bool:
@@ -22,11 +22,17 @@ class HeartbeatWatch:
     def receive(self, now: float) -> bool:
         """Take one; True if it is the first, or the first after a loss."""
         new, self.at = not self.heard, now
+        if self._late_at < math.inf:
+            self._back_at = now
         self.lost, self._late_at = False, math.inf
         return new
 
     def is_late(self, now: float, late: float) -> bool:
         return self.heard and now - self.at > late
+
+    def resumes(self, now: float, patience: float) -> bool:
+        """Whether it was late until at most `patience` s ago: other messages may still be on their way."""
+        return now - self._back_at <= patience
 
     def becomes_late(self, now: float, late: float) -> bool:
         """Whether it is late since this call."""

@@ -3,6 +3,7 @@
 from runtime import ParameterError, Task, param
 from runtime.vehicle import general_number
 
+LATE = 3.0  # s without HEARTBEAT, which comes each second
 LONGEST_GAP = 120.0  # s
 
 
@@ -68,6 +69,11 @@ class AutopilotTask(Task):
     def longest_silence(self) -> float:
         """After which the autopilot is lost, s."""
         return max(self.input_timeout, self._gap)
+
+    @property
+    def latest_heartbeat(self) -> float:
+        """After which HEARTBEAT is late, s: nothing is sent to an autopilot that may not hear, nor repeated in vain."""
+        return min(self.position_timeout, LATE)
 
     def configure(self) -> None:
         self._gap = general_number(self.vehicle.profile, "Longest Radio Gap", 0.0)

@@ -136,7 +136,7 @@ class MAVLink(AutopilotTask):
             self._telemetry.set_vehicle_type(values["type"], flies=vehicle is not None and vehicle.flies)
             self.log.info(f"the autopilot is {self.connection.system}: {vehicle.name if vehicle else 'unknown'}")
         before = controller.mode, controller.armed
-        if self._heartbeat.is_late(self.now_without_stalls, self.position_timeout):
+        if self._heartbeat.is_late(self.now_without_stalls, self.latest_heartbeat):
             self.log.info(f"the autopilot was silent for {self.now_without_stalls - self._heartbeat.at:.1f} s")
         returns = self._heartbeat.receive(self.now_without_stalls)
         controller.mode, controller.armed = values["custom_mode"], bool(values["base_mode"] & ARMED)
@@ -265,7 +265,7 @@ class MAVLink(AutopilotTask):
     def check_timeouts(self) -> None:
         """Do what is due, and judge how the autopilot is."""
         controller, vehicle = self.controller, self.controller.vehicle
-        if self._heartbeat.becomes_late(self.now_without_stalls, self.position_timeout) and controller.is_following_leg:
+        if self._heartbeat.becomes_late(self.now_without_stalls, self.latest_heartbeat) and controller.is_following_leg:
             self.log.warning(f"the autopilot is silent: the plan waits for it, up to {self.longest_silence:g} s")
         if self._heartbeat.becomes_lost(self.now_without_stalls, self.longest_silence):
             self._on_silence()
@@ -296,7 +296,8 @@ class MAVLink(AutopilotTask):
             self._request_messages()
         if missing:
             self.controller.position = None  # where it was is no place to steer from
-        if missing and (late or self._parts[NAVIGATION].state is State.NORMAL):
+        resumes = self._heartbeat.resumes(self.now_without_stalls, self.position_timeout)
+        if missing and not resumes and (late or self._parts[NAVIGATION].state is State.NORMAL):
             self._sensors.report_missing_messages(missing, self._telemetry.patience)
 
     def _control(self) -> None:
@@ -311,7 +312,7 @@ class MAVLink(AutopilotTask):
     @property
     def _is_late(self) -> bool:
         """Whether the whole link is silent: then nothing is wrong with the position alone."""
-        return self._heartbeat.is_late(self.now_without_stalls, self.position_timeout)
+        return self._heartbeat.is_late(self.now_without_stalls, self.latest_heartbeat)
 
     def _described(self) -> tuple[State, str]:
         controller, counts = self.controller, {**self.connection.counts, "unsound": self._telemetry.invalid}

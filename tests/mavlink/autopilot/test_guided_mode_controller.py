@@ -1,15 +1,19 @@
 """The controller of mode, arming and target, with an autopilot that acknowledges or refuses, and does nothing."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
 import imc
+from mavlink.autopilot.command_client import ACCEPTED, WITHDRAWN
 from mavlink.autopilot.guided_mode_controller import POSITION_TARGET, WARM_UP, ModeController
 from mavlink.autopilot.leg import Leg, ReportedPosition
 from mavlink.autopilot.mission_client import MissionClient, MissionPhase
+from mavlink.autopilot.setpoints import REPOSITION
 from mavlink.autopilot.vehicle_modes import ARDUPILOT, PX4, steered_vehicle
 
+FAILED = 4
 HERE = ReportedPosition(0.7188, -0.1519, amsl=40.0, above_home=10.0)
 
 
@@ -120,6 +124,54 @@ def test_a_mission_that_is_left_at_its_last_item_may_be_over(current, mode, wait
     line.run(2.0)
     assert line.pilot.error.startswith("a pilot or a failsafe has chosen another mode")
     assert line.said == []
+
+
+class Held(Deaf):
+    """Keeps the commands, which the test answers."""
+
+    def __init__(self, body):
+        super().__init__(body)
+        self.waiting = []
+
+    def give(self, _):
+        def give(message, fields, then):
+            self.said.append((self.now, message, fields))
+            self.waiting.append(then)
+
+        return give
+
+
+def test_the_order_of_a_leg_is_given_again_after_it_was_withdrawn():
+    line = Held(steered_vehicle(PX4, 2))
+    line.pilot.follow(Leg(path(), HERE, 10.0), 0.0)
+    line.run(2.0)
+    assert [fields["command"] for _, _, fields in line.said] == [REPOSITION]
+    line.waiting.pop()(WITHDRAWN)
+    line.run(2.0)
+    assert [fields["command"] for _, _, fields in line.said] == [REPOSITION] * 2
+    line.waiting.pop()(ACCEPTED)
+    line.run(2.0)
+    assert len(line.said) == 2
+
+
+@pytest.mark.parametrize(
+    ("refused_at", "climbs", "error_after"),
+    [(0.4, False, 0.2), (1.6, False, 5.2), (1.6, True, None)],
+)
+def test_a_refused_takeoff_counts_unless_it_was_repeated_and_the_vehicle_climbs(refused_at, climbs, error_after):
+    ground = replace(HERE, amsl=30.0, above_home=0.0)
+    line = Held(steered_vehicle(ARDUPILOT, 2))
+    line.pilot.mode, line.pilot.position = line.pilot.vehicle.guided, ground
+    line.pilot.follow(Leg(path(flags=imc.DesiredPath.Flags.TAKEOFF, end_z=10.0), ground, 10.0), 0.0)
+    line.run(refused_at)
+    line.waiting.pop()(FAILED)
+    if climbs:
+        line.pilot.position = replace(ground, above_home=1.5)
+    while not line.pilot.error and line.now < 20.0:
+        line.run(0.2)
+    took = line.now - refused_at
+    assert line.pilot.error == ("" if climbs else "a takeoff was not carried out")
+    assert climbs or took == pytest.approx(error_after, abs=0.3)
 
 
 def test_a_hold_after_a_plan_does_not_fight_a_failsafe_that_the_leg_has_not_noticed():

@@ -60,6 +60,7 @@ class StandIn(Commands, Telemetry):
             signing.allow_unsigned_callback = lambda *_: False
         self.began, self.now, self.shift = time.monotonic(), 0.0, 0.0
         self.gps, self.battery, self.refused, self.deaf, self.mumbles = True, 80.0, {}, set(), False
+        self.unheard = set()
         self.silent_until, self.beat_due, self.input = 0.0, 0.0, None
         self.afterwards, self.ignored = [], {}
         self.diary, self.written = options.diary and Path(options.diary), 0.0

@@ -22,6 +22,9 @@ class Commands:
             return
         result = self.refused.get(m.command)
         result = self.obey(m, whole) if result is None else result
+        if m.command in self.unheard:
+            self.unheard.discard(m.command)
+            return
         to = (0, 0) if self.options.old else (m.get_srcSystem(), m.get_srcComponent())
         if self.mumbles:  # the answer to somebody else's command, and one to our own for another program
             self.link.command_ack_send(m.command + 1, DENIED, 0, 0, *to)

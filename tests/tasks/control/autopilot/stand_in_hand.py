@@ -54,6 +54,10 @@ def handle(a, line):
         a.ignored[rest[0]] = int(rest[1]) if len(rest) > 1 else 0
     elif word == "deaf":
         a.deaf.add(int(rest[0]))
+    elif word == "hear":
+        a.deaf.discard(int(rest[0]))
+    elif word == "unheard":  # its next acknowledgment of a command is lost
+        a.unheard.add(int(rest[0]))
     elif word == "mumble":
         a.mumbles = True
     elif word == "swap":

@@ -160,3 +160,30 @@ def test_a_gap_that_is_too_long_ends_the_plan_and_the_copter_returns(body):
     copter.tell("silent 6")
     fails(copter, "no HEARTBEAT of the autopilot for 3 s")
     copter.wait(lambda: copter.modes[-1] == "RTL")
+
+
+@HEAVY
+@pytest.mark.parametrize("kind", ["copter", "px4"])
+def test_a_takeoff_whose_acknowledgment_is_lost_is_one(body, kind):
+    """The copy of the command comes in the air, where ArduCopter refuses it."""
+    copter = body("autopilot-copter", kind=kind)
+    copter.ready()
+    copter.tell("unheard 22")
+    copter.start("  - takeoff: {altitude: 20, speed: 2 m/s}\n")
+    assert copter.wait(copter.outcome, 40.0) == "SUCCESS", "\n".join(copter.texts())
+
+
+@HEAVY
+@pytest.mark.parametrize("timeout", [2, 10])
+@pytest.mark.parametrize(("kind", "order"), [("px4", 192), ("copter", 22)])
+def test_an_order_that_is_lost_in_a_gap_of_the_radio_is_given_after_it(body, kind, order, timeout):
+    overrides = [GAP, f"Control.Autopilot.MAVLink:Position Timeout={timeout}"]
+    copter = body("autopilot-copter", kind=kind, speed=4.0, overrides=overrides)
+    copter.ready()
+    copter.tell(f"deaf {order}")
+    copter.start(FLIGHT)
+    copter.wait(lambda: any("Goto" in text for text in copter.texts()) if order == 192 else copter.armed)
+    copter.tell(f"silent 9\nhear {order}")
+    copter.wait(lambda: any("the autopilot was silent for" in text for text in copter.texts()))
+    assert copter.wait(copter.outcome, 40.0) == "SUCCESS", "\n".join(copter.texts())
+    assert math.hypot(*track(copter)[-1][:2]) == pytest.approx(60.0, abs=4.0)

@@ -160,6 +160,17 @@ def test_silence_is_an_error_within_three_seconds():
     assert errors[0].timestamp - run.of(imc.EstimatedState)[-1].timestamp == pytest.approx(3.0, abs=0.5)
 
 
+@pytest.mark.parametrize(("position_at", "lacks"), [(11.8, False), (15.0, True)])
+def test_after_a_gap_the_position_may_come_later_than_the_heartbeat(position_at, lacks):
+    beats = [(time, frame("HEARTBEAT", **BEAT)) for time in (10.6, 11.6, 12.6, 13.6, 14.6)]
+    steady = [at(float(time)) for time in range(5)]
+    run = heard(*steady, *sorted([*beats, at(position_at), at(position_at + 0.5)]), input_timeout=12.0)
+    navigation = run.task._parts["Navigation"].id
+    states = [e for e in run.of(imc.EntityState) if e.src_ent == navigation and e.timestamp > START + 4.0]
+    errors = [e.description for e in states if e.state == State.ERROR]
+    assert set(errors) == ({"no ATTITUDE and no GLOBAL_POSITION_INT for 2 s"} if lacks else set())
+
+
 def test_a_new_start_is_noticed_and_asks_again():
     run = heard(at(0.0), at(1.0), at(2.0, boot=3.0), at(3.0, boot=4.0))
     assert "the autopilot has started anew" in run.log

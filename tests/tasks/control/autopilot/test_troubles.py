@@ -55,12 +55,14 @@ def test_a_copter_that_loses_its_position_ends_the_plan_and_lands(body):
 @pytest.mark.heavy
 def test_an_autopilot_that_begins_anew_under_way_ends_the_plan_and_works_again(body):
     boat = under_way(body("autopilot-rover", kind="boat"), FAR)
+    gps, before = boat.vehicle.entities.find("GPS").id, len(boat.said[imc.EntityState])
     boat.tell("reboot")
     fails(boat)
     first = "the autopilot has started anew", "a pilot or a failsafe has chosen another mode"  # as its HEARTBEAT comes
     boat.wait(lambda: any(reason in text for text in boat.texts() for reason in first))
     assert not boat.armed
-    boat.wait(lambda: not boat.state("GPS").startswith("NORMAL"))
+    normal = imc.EntityState.State.NORMAL
+    boat.wait(lambda: any(s.src_ent == gps and s.state != normal for s in boat.said[imc.EntityState][before:]))
     boat.wait(lambda: all(boat.state(label).startswith("NORMAL") for label in ("Autopilot", "Navigation", "GPS")))
     boat.said[imc.VehicleState].clear()
     works_again(boat, "  - goto: {north: 8, speed: 4 m/s, depth: 0}\n")
