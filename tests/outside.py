@@ -3,11 +3,15 @@
 import contextlib
 import errno
 import os
+import resource
 import socket
+import sys
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import NoReturn, TypeVar
+from unittest.mock import patch
 
 import pytest
 
@@ -58,6 +62,28 @@ def children(process: int) -> list[int]:
     with contextlib.suppress(OSError):
         return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
     return []
+
+
+@contextlib.contextmanager
+def largest_file(size: int | None = None) -> Generator[Callable[[int | None], None]]:
+    """Limit files of this process and of those that it starts to `size` bytes, until the end or another limit is set.
+
+    The limit counts for all that a process writes, so that what others share (compiled modules, caches of the user)
+    is not written meanwhile, or elsewhere: Python would keep the part of a `.pyc` that fits.
+    """
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def limit(size: int | None) -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft if size is None else size, hard))
+
+    with tempfile.TemporaryDirectory() as caches:
+        own = {"PYTHONDONTWRITEBYTECODE": "1"} | dict.fromkeys(("XDG_CACHE_HOME", "MPLCONFIGDIR"), caches)
+        with patch.dict(os.environ, own), patch.object(sys, "dont_write_bytecode", True):
+            try:
+                limit(size)
+                yield limit
+            finally:
+                limit(None)
 
 
 def slowness() -> float:

@@ -5,6 +5,8 @@ import builtins
 import importlib
 import pkgutil
 import re
+import subprocess
+import sys
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from types import FunctionType
@@ -14,6 +16,7 @@ import pytest
 
 from runtime.vehicle import all_tasks
 from support.top_level_packages import PACKAGES
+from tests.outside import TOO_LARGE, largest_file
 
 ROOT = Path(__file__).parent.parent
 SOURCES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
@@ -354,3 +357,15 @@ def test_modules_import_each_other_in_a_circle_only_where_there_is_a_reason():
 def test_paths_in_scripts_of_ci_exist(script):
     for path in re.findall(r"\b(?:tests|bench)/[\w./]*\w", script.read_text()):
         assert (ROOT / path).exists(), path
+
+
+def test_files_of_others_stay_whole_while_a_test_limits_their_size(tmp_path):
+    users = [path for path in (ROOT / "tests").rglob("*.py") if "RLIMIT_" + "FSIZE" in path.read_text()]
+    assert users == [ROOT / "tests" / "outside.py"]
+    (tmp_path / "module.py").write_text(f"words = {'x' * 5000!r}\n")
+    command = [sys.executable, "-c", "import module, pathlib; pathlib.Path('file').write_text(module.words)"]
+    with largest_file(1000):
+        limited = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert TOO_LARGE in limited.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "module.py"]
+    assert subprocess.run(command, cwd=tmp_path).returncode == 0

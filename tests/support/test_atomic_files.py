@@ -3,7 +3,6 @@
 import errno
 import os
 import re
-import resource
 import stat
 import subprocess
 import sys
@@ -14,6 +13,7 @@ import pytest
 from runtime.profile import write_sections
 from shoal.campaigns.file_replacement import replace_file
 from support.atomic_files import new_file, new_folder, remove_file, write_file
+from tests.outside import largest_file
 
 
 @pytest.fixture
@@ -106,12 +106,8 @@ def test_the_old_content_survives_a_full_disk_which_names_the_file(tmp_path):
     code = "import sys; from pathlib import Path; from support.atomic_files import write_file\n"
     code += "try: write_file(Path(sys.argv[1]), bytes(100_000))\n"
     code += "except OSError as error: print(error.errno, error.filename)"
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(path)],
-        capture_output=True,
-        text=True,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000)),  # of a process alone
-    )
+    with largest_file(50_000):
+        done = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True)
     assert done.stdout.split() == [str(errno.EFBIG), str(tmp_path / "a.part")], done.stderr
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {"a.imc": b"old"}
 

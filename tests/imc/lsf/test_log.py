@@ -2,11 +2,9 @@
 
 import bz2
 import gzip
-import resource
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -18,6 +16,7 @@ from hypothesis import strategies as st
 import imc
 from imc.lsf import Log, LsfWriter
 from imc.lsf.gzip_members import PACKED_CHUNK
+from tests.outside import largest_file
 
 DEFINITIONS = Path(imc.__file__).parent / "definitions"
 LOGS = Path(__file__).parents[2] / "data" / "logs"
@@ -66,17 +65,6 @@ def counts_by_imcpy(data: bytes) -> Counter[str]:
         found[type(imcpy.Packet.deserialize(data[:size])).__name__] += 1
         data = data[size:]
     return found
-
-
-@contextmanager
-def largest_file(size: int) -> Iterator[None]:
-    """Limits files to `size` bytes."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_log_of_dune_has_what_imcpy_finds() -> None:

@@ -1,18 +1,15 @@
 """`shoal mission` and `shoal.fly` with a whole simulated vehicle."""
 
 import json
-import os
 import re
-import resource
 import subprocess
-from functools import partial
 from pathlib import Path
 
 import pytest
 
 from shoal import fly
 from shoal.missions import load_plan, locate_reason, parse_plan, prepare
-from tests.outside import NO_FILE, TOO_LARGE
+from tests.outside import NO_FILE, TOO_LARGE, largest_file
 from tests.shoal.cli.installed import SHOAL, shoal
 
 RECORDED = Path(__file__).parents[2] / "data" / "plans" / "three_gotos.json"
@@ -35,9 +32,8 @@ def mission(*arguments, cwd):
 def test_a_log_that_does_not_fit_on_the_disk_is_said_and_is_no_success(tmp_path):
     (tmp_path / "plan.yaml").write_text(SHORT)
     command = [*SHOAL, "mission", "lauv-noptilus-1", "plan.yaml", "--json"]
-    full = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (20_000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
-    whole = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}  # a truncated .pyc would break other tests
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, preexec_fn=full, env=whole)
+    with largest_file(20_000):
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert (done.returncode, json.loads(done.stdout)["outcome"]) == (1, "SUCCESS")
     lack = rf"the log is not complete: \d+\.\d MiB of messages are not on the disk: {TOO_LARGE}"
     assert re.search(lack, done.stderr)

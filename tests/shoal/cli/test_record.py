@@ -1,7 +1,6 @@
 """What `shoal record` writes of a shipped vehicle, however it ends."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -15,7 +14,7 @@ from click.testing import CliRunner, Result
 import imc
 from shoal.cli import main
 from support.byte_sizes import parse_byte_size
-from tests.outside import until
+from tests.outside import largest_file, until
 from tests.shoal.network.running import running
 
 NAME = "lauv-noptilus-1"
@@ -40,16 +39,13 @@ def shoal(*words: object) -> Result:
     return CliRunner().invoke(main, [str(word) for word in words])
 
 
-def started(folder: Path, *words: str, largest_file: int = 0) -> "subprocess.Popen[str]":
+def started(folder: Path, *words: str) -> "subprocess.Popen[str]":
     """A recording in a process of its own, which has begun."""
-    limit = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({largest_file}, {largest_file})); "
-    code = (limit if largest_file else "") + "from shoal.cli import main; main()"
     process = subprocess.Popen(
-        [sys.executable, "-c", code, "record", NAME, "-o", str(folder), *words],
+        [sys.executable, "-c", "from shoal.cli import main; main()", "record", NAME, "-o", str(folder), *words],
         stderr=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
-        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},
     )
     assert process.stderr is not None
     assert process.stderr.readline() == f"recording {NAME} to {folder / NAME}\n"
@@ -98,7 +94,9 @@ def test_a_signal_leaves_a_log_that_can_be_read(both: str, tmp_path: Path, numbe
 @pytest.mark.heavy
 def test_a_full_disk_ends_the_recording_with_a_log_up_to_there(both: str, tmp_path: Path) -> None:
     folder = tmp_path / "here"
-    with started(folder, largest_file=60_000) as process:
+    with largest_file(60_000):
+        process = started(folder)
+    with process:
         _, errors = process.communicate(timeout=60.0)
     assert process.returncode == 1
     assert f"{folder / NAME / 'Data.lsf.gz'}: " in errors

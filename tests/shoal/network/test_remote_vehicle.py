@@ -2,7 +2,6 @@
 
 import asyncio
 import os
-import resource
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -15,7 +14,7 @@ import pytest
 import imc
 import shoal
 from shoal.network import AsyncRemoteVehicle, NetworkLink, NoAnswer, Refused, RemoteVehicle, VehicleLost, make_network
-from tests.outside import TOO_LARGE
+from tests.outside import TOO_LARGE, largest_file
 from tests.shoal.network.running import Running, running
 
 NAME = "lauv-noptilus-1"
@@ -226,18 +225,10 @@ def test_a_file_that_differs_from_the_one_there_is_kept_aside_and_copied_again(
         assert aside.read_bytes() == ours
 
 
-def test_a_log_that_does_not_fit_on_our_disk_is_no_fault_of_the_server(
-    vehicle: RemoteVehicle, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_log_that_does_not_fit_on_our_disk_is_no_fault_of_the_server(vehicle: RemoteVehicle, tmp_path: Path) -> None:
     log = vehicle.log.list()[0]
-    monkeypatch.setattr("sys.dont_write_bytecode", True)  # Python would keep the part that fits
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
-    try:
-        with pytest.raises(OSError, match=f"{TOO_LARGE}: '{tmp_path}/"):
-            vehicle.log.fetch(log, tmp_path)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    with largest_file(1000), pytest.raises(OSError, match=f"{TOO_LARGE}: '{tmp_path}/"):
+        vehicle.log.fetch(log, tmp_path)
 
 
 def test_an_abort_is_confirmed(vehicle: RemoteVehicle) -> None:

@@ -1,11 +1,9 @@
 """The logger on the vehicles of Shoal: each log can be read alone, and no trouble of the disk ends a plan."""
 
 import os
-import resource
 import sqlite3
 from collections import Counter
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -21,7 +19,7 @@ from runtime.vehicle import Vehicle
 from shoal.missions import Mission, Report, fly, parse_plan, prepare
 from tasks.plan.db import DB
 from tasks.transports import logging
-from tests.outside import TOO_LARGE
+from tests.outside import TOO_LARGE, largest_file
 
 Op = imc.LoggingControl.Op
 Phase = imc.PlanControlState.State
@@ -57,38 +55,21 @@ def texts(root: Path) -> list[str]:
     return [entry.text for entry in entries if isinstance(entry, imc.LogBookEntry)]
 
 
-@contextmanager
-def disk() -> Generator[tuple[Callable[[], None], Callable[[], None]]]:
-    """Two functions: from the first to the second, the disk takes no byte more."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+def full_meanwhile(limit: Callable[[int | None], None], since: float = FULL) -> Callable[[Vehicle], None]:
+    """Let the disk take no byte more, and later all again."""
 
-    def fill() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
-
-    def make_room() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-    try:
-        yield fill, make_room
-    finally:
-        make_room()
-
-
-def full_meanwhile(
-    fill: Callable[[], None], make_room: Callable[[], None], since: float = FULL
-) -> Callable[[Vehicle], None]:
     def prepared(vehicle: Vehicle) -> None:
         begin = vehicle.kernel.now_ns
-        vehicle.kernel.at(begin + round(since * 1e9), fill)
-        vehicle.kernel.at(begin + round(EMPTY * 1e9), make_room)
+        vehicle.kernel.at(begin + round(since * 1e9), partial(limit, 0))
+        vehicle.kernel.at(begin + round(EMPTY * 1e9), partial(limit, None))
 
     return prepared
 
 
 @pytest.mark.parametrize("profile", ["lauv-noptilus-1", "otter", "caravel"])
 def test_a_full_disk_ends_no_plan_and_loses_nothing(tmp_path: Path, profile: str) -> None:
-    with disk() as (fill, make_room):
-        report = flown(profile, tmp_path, full_meanwhile(fill, make_room))
+    with largest_file() as limit:
+        report = flown(profile, tmp_path, full_meanwhile(limit))
     assert report.completed, report.reason
     assert flown(profile, tmp_path / "undisturbed").completed
     found, expected = counts(tmp_path), counts(tmp_path / "undisturbed")
@@ -102,8 +83,8 @@ def test_a_full_disk_ends_no_plan_and_loses_nothing(tmp_path: Path, profile: str
 @pytest.mark.heavy
 def test_what_could_not_be_held_is_counted_in_the_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(logging, "LONGEST_BACKLOG", 1 << 16)
-    with disk() as (fill, make_room):
-        assert flown("lauv-noptilus-1", tmp_path, full_meanwhile(fill, make_room)).completed
+    with largest_file() as limit:
+        assert flown("lauv-noptilus-1", tmp_path, full_meanwhile(limit)).completed
     assert flown("lauv-noptilus-1", tmp_path / "undisturbed").completed
     said = next(text for text in texts(tmp_path) if "recorded again" in text)
     lost = int(said.partition("again; ")[2].split()[0])
@@ -116,9 +97,9 @@ def test_what_could_not_be_held_is_counted_in_the_log(tmp_path: Path, monkeypatc
 
 def test_a_profile_can_say_that_a_vehicle_that_cannot_record_ends_its_plan(tmp_path: Path) -> None:
     usual = load_profile("lauv-noptilus-1").config.value("Monitors.Entities", "Default Monitoring")
-    with disk() as (fill, make_room):
+    with largest_file() as limit:
         monitored = f"Monitors.Entities:Default Monitoring={usual}, Logger"
-        report = flown("lauv-noptilus-1", tmp_path, full_meanwhile(fill, make_room, 8.0), monitored)
+        report = flown("lauv-noptilus-1", tmp_path, full_meanwhile(limit, 8.0), monitored)
     assert not report.completed
     assert "Logger" in report.reason
 
@@ -251,8 +232,7 @@ def test_a_run_on_a_disk_of_its_own_that_is_full_from_the_start(tmp_path: Path) 
     def prepared(vehicle: Vehicle) -> None:
         vehicle.observe(imc.LogBookEntry, lambda entry: seen.append(entry.text))
 
-    with disk() as (fill, _):
-        fill()
+    with largest_file(0):
         assert flown("otter", tmp_path, prepared).completed
     assert any("MiB of messages are not on the disk" in text for text in seen)
     assert not list(tmp_path.glob("log/*/*/*/Data*"))
@@ -286,10 +266,10 @@ def test_snapshots_are_beside_the_log_whatever_attributes_tasks_have(tmp_path: P
 
 def test_a_full_disk_leaves_out_a_snapshot_and_the_plan_goes_on(tmp_path: Path) -> None:
     vehicle = prepare("otter", log_root=tmp_path, state_folder=tmp_path).vehicle
-    with disk() as (fill, make_room):
+    with largest_file() as limit:
 
         def watch(beat: imc.Heartbeat) -> None:
-            (fill if FULL <= beat.timestamp - vehicle.start_time < EMPTY else make_room)()
+            limit(0 if FULL <= beat.timestamp - vehicle.start_time < EMPTY else None)
 
         vehicle.observe(imc.Heartbeat, watch)
         mission = Mission(vehicle, FLOATING)

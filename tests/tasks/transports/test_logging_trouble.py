@@ -1,7 +1,6 @@
 """Logs where disks, folders and processes fail."""
 
 import os
-import resource
 import shutil
 import signal
 import subprocess
@@ -17,7 +16,7 @@ from runtime import Script, State
 from runtime.testing import simulate
 from tasks.transports.log_series import LogSeries
 from tasks.transports.logging import Logging
-from tests.outside import NO_FILE
+from tests.outside import NO_FILE, largest_file
 from tests.tasks.transports.logs_of_tests import Whistle, only_log, read_by_imcpy, unpacked
 
 
@@ -37,23 +36,13 @@ def disturb(change: Callable[[], object], repair: Callable[[], object]) -> Calla
 
 
 def test_full_disk_is_told_survived_and_forgotten(tmp_path: Path) -> None:
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-
-    def fill() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (only_log(tmp_path).path.stat().st_size + 50, hard))
-
-    def make_room() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-    try:
+    with largest_file() as limit:
         run = simulate(
             [(Logging, {"flush_interval": 1.0}), Whistle],
             seconds=20.0,
             log_root=tmp_path,
-            script=disturb(fill, make_room),
+            script=disturb(lambda: limit(only_log(tmp_path).path.stat().st_size + 50), lambda: limit(None)),
         )
-    finally:
-        make_room()
     assert [state for state, _ in states(run)] == [State.NORMAL, State.FAILURE, State.NORMAL]
     assert "too large" in states(run)[1][1]
     log = only_log(tmp_path)

@@ -1,6 +1,5 @@
 """The recording of MAVLink links in the folder of the log: read by pymavlink, and imported."""
 
-import resource
 from collections import Counter
 
 import pytest
@@ -17,7 +16,7 @@ from shoal.logs.edit.tlog_import import import_tlog
 from tasks.transports.logging import Logging
 from tasks.transports.mavlink import MAVLink
 from tasks.transports.mavlink_links.telemetry_log import MOST_WAITING, TelemetryLogs
-from tests.outside import free_ports
+from tests.outside import free_ports, largest_file
 from tests.tasks.transports.mavlink_station import DIALECT, HOST, STATE, Station
 
 SIGNED, ARDUPILOT = 0x01, FLAVORS["ardupilot"]
@@ -156,15 +155,15 @@ told = []
 def test_a_full_disk_is_told_once_survived_and_costs_no_frame(logs, tmp_path):
     send = logs.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
     logs.set_folder(tmp_path)
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    for number in range(300):
-        if number == 100:
+    with largest_file() as limit:
+        for number in range(300):
+            if number == 100:
+                logs.flush()
+                limit((tmp_path / "Data.tlog").stat().st_size + 50)
+            if number == 200:
+                limit(None)
+            send(frame(number))
             logs.flush()
-            resource.setrlimit(resource.RLIMIT_FSIZE, ((tmp_path / "Data.tlog").stat().st_size + 50, hard))
-        if number == 200:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-        send(frame(number))
-        logs.flush()
     log = Tlog(tmp_path / "Data.tlog", DIALECT)
     assert [m.sequence for _, m in log.read(frozenset({"HEARTBEAT"}))] == [number % 256 for number in range(300)]
     assert log.lost == 0

@@ -1,7 +1,6 @@
 """Runs of several logs on the command line, and log folders that cannot be written."""
 
 import os
-import resource
 import shutil
 import tempfile
 from collections.abc import Generator
@@ -12,7 +11,7 @@ from click.testing import CliRunner, Result
 
 import imc
 from shoal.cli import main
-from tests.outside import TOO_LARGE
+from tests.outside import TOO_LARGE, largest_file
 
 PLAN = "plan: box\norigin: 41.185°, -8.7062°\nspeed: 1.2 m/s\nmaneuvers:\n  - goto: {north: 8, depth: 0}\n"
 
@@ -174,13 +173,10 @@ def test_a_run_without_a_logger_needs_no_log_folder(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def full(monkeypatch: pytest.MonkeyPatch) -> Generator[None]:
+def full() -> Generator[None]:
     """A disk on which no file can have more than 1000 bytes."""
-    monkeypatch.setattr("sys.dont_write_bytecode", True)  # Python would keep the part that fits
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    with largest_file(1000):
+        yield
 
 
 TLOG = Path(__file__).parents[3] / "data" / "logs" / "ardusub.tlog"

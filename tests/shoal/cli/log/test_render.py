@@ -2,7 +2,6 @@
 
 import filecmp
 import json
-import resource
 import shutil
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from runtime.kernel import VirtualClock
 from runtime.profile import load_profile, read_config
 from runtime.vehicle import build
 from shoal.cli import main
-from tests.outside import TOO_LARGE
+from tests.outside import TOO_LARGE, largest_file
 
 BELOW = """
 [Vision.FisheyeCamera/Below{rate}]
@@ -241,11 +240,7 @@ def test_what_cannot_be_rendered_is_told(shoal, run, tmp_path):
 @pytest.mark.parametrize("size", [1000, 12000], ids=["picture", "labels"])
 def test_a_full_disk_leaves_nothing_behind(shoal, run, tmp_path, processes, size):
     ini, _, (_, log) = run
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
+    with largest_file(size):
         done = shoal(log, "out", "--camera", ini, processes=processes)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert (done.exit_code, "out: " in done.output, TOO_LARGE in done.output) == (2, True, True), done.output
     assert not list(tmp_path.iterdir())

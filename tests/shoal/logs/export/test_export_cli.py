@@ -1,6 +1,5 @@
 """`shoal log export` and `import` as users run them."""
 
-import resource
 import sys
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from shoal.logs.export.euroc import export_euroc
 from shoal.logs.export.llf import export_llf
 from shoal.logs.export.tum_rgbd import export_tum_rgbd
 from tests.mavlink.flights import DataFlashWriter, ULogWriter
+from tests.outside import largest_file
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 HEADER = {"src": 0x1A, "src_ent": 7}
@@ -110,12 +110,8 @@ def test_what_exists_is_replaced_only_by_force(shoal, rpms, tmp_path):
 
 @pytest.mark.parametrize("form", ["mcap", "netcdf", "parquet", "csv", "llf"])
 def test_a_full_disk_leaves_nothing_behind(shoal, tmp_path, form):
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (3000, before[1]))
-    try:
+    with largest_file(3000):
         code, said = shoal("export", LOGS / "dune-idle", "-f", form)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert (code, "too large" in said.lower(), "None" in said) == (2, True, False), said
     assert not list(tmp_path.iterdir())
 
