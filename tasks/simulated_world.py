@@ -11,7 +11,7 @@ from runtime import ParameterError, Task
 from support.pose import Pose
 from support.rotations import Vector, wrap
 from support.wgs84 import offset
-from world import ObjectPosition, World, WorldError, read_world
+from world import ObjectPosition, World, WorldError, has_same_words, older_option_text, read_world
 from world.sensors import BodyMotion
 
 FARTHEST = 1e7  # m; m/s, rad, rad/s: beyond it, a number is no place of a vehicle, and no motion
@@ -28,17 +28,26 @@ def world_of(task: Task) -> World:
         raise ParameterError("World", str(error)) from None
 
 
-def validate_legacy_options(task: Task, *options: str) -> None:
-    """Refuse values of older options of a task that its world cannot have. Raises ParameterError.
+def adopt_world_options(task: Task, *options: str) -> None:
+    """Give older options of a task that the profile does not set the values of its world. Raises ParameterError.
 
-    When a value changes while the vehicle runs, the world is read again, so that all tasks see the change.
+    Values that the world cannot have are refused. When a value changes while the vehicle runs, the world is read again,
+    so that all tasks see the change.
     """
-    profile, changed = task.vehicle.profile, dict[str, str]()
+    profile, section, changed = task.vehicle.profile, task.name.partition("/")[0], dict[str, str]()
     for parameter in (task.parameters()[option] for option in options):
-        text, before = task.parameter_set.text(parameter), profile.value(task.name, parameter.name)
-        if (before or text != parameter.format(parameter.default)) and "/" in task.name:
-            raise ParameterError(parameter.name, "there is one world for all cameras: set its gliders in [World]")
-        if text != (before or parameter.format(parameter.default)):
+        default, text = parameter.format(parameter.default), task.parameter_set.text(parameter)
+        own = profile.value(task.name, parameter.name)
+        before = task.vehicle.effective_config.text_before(task, parameter.name)
+        try:
+            world = older_option_text(profile.value, section, parameter.name)
+            if before is None and text == default and not own:
+                task.parameter_set.set(parameter, parameter.parse(world))
+            elif section != task.name and not has_same_words(text, world):
+                raise WorldError("there is one world for all cameras: set its gliders in [World]")
+        except ValueError as error:
+            raise ParameterError(parameter.name, str(error)) from None
+        if not has_same_words(text, before or own or default):
             changed[parameter.name] = text
 
     def value(section: str, option: str) -> str:

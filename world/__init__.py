@@ -1,7 +1,7 @@
 """The simulated world: what surrounds vehicles, their dynamics, sensors and pictures."""
 
 from support.pose import DOWN, Pose
-from world.config import SECTIONS, WorldError, read_world
+from world.config import SECTIONS, WorldError, has_same_words, older_option_text, read_world
 from world.objects import ObjectPosition, Waypoint, WorldObject, make_gliders
 from world.sun import Sun
 from world.world import World
@@ -16,6 +16,8 @@ __all__ = [
     "World",
     "WorldError",
     "WorldObject",
+    "has_same_words",
     "make_gliders",
+    "older_option_text",
     "read_world",
 ]

@@ -175,17 +175,40 @@ def read_world(value: Reader, offset: OffsetFunction | None = None) -> World:
     )
 
 
+def older_option_text(value: Reader, section: str, option: str) -> str:
+    """The text that counts in the world for an option of an older place: its own, that of [World], or the default.
+
+    Raises WorldError for texts that contradict each other; KeyError if [World] has no such option.
+    """
+    name = {place: name for name, known in OPTIONS.items() for place in known.older}[section, option]
+    world = _Section(value, WORLD, OPTIONS)
+    depth = _depth_elsewhere(value, world) if name == "Out Of Bounds Depth" else None
+    return world.text(name) if depth is None else f"{depth}"
+
+
+def has_same_words(text: str, other: str) -> bool:
+    """Whether two texts of an option mean the same: `2 3.0` and `2.0, 3`."""
+    return text == other or _words(text) == _words(other)
+
+
 def _read_seabed(
     value: Reader, section: "_Section", origin: NorthEast | None, offset: OffsetFunction | None
 ) -> Bathymetry | None:
     """The bottom; None if the profile has neither soundings, nor a depth, nor a sonar that needs one."""
-    soundings, own = value("Bathymetry", "Data").strip(", "), section.is_set("Out Of Bounds Depth")
     radius, level = section.number("Sounding Radius"), section.number("Tide Level")
-    elsewhere = section.number("Out Of Bounds Depth")
-    flat = _Section(value, FLAT_BOTTOM, FLAT_OPTIONS).number("Bottom Depth") if not (soundings or own) else -1.0
-    known = soundings or own or flat >= 0.0 or value(ENVIRONMENT, "Enabled")
-    elsewhere = flat if flat >= 0.0 else elsewhere
-    return read_bathymetry(value, radius, elsewhere, level, origin, offset) if known else None
+    elsewhere = _depth_elsewhere(value, section)
+    if elsewhere is None and not value(ENVIRONMENT, "Enabled"):
+        return None
+    default = section.number("Out Of Bounds Depth")
+    return read_bathymetry(value, radius, default if elsewhere is None else elsewhere, level, origin, offset)
+
+
+def _depth_elsewhere(value: Reader, section: "_Section") -> float | None:
+    """The depth (m) where no sounding is near; None if the profile tells nothing of a bottom."""
+    if value("Bathymetry", "Data").strip(", ") or section.is_set("Out Of Bounds Depth"):
+        return section.number("Out Of Bounds Depth")
+    flat = _Section(value, FLAT_BOTTOM, FLAT_OPTIONS).number("Bottom Depth")
+    return flat if flat >= 0.0 else None
 
 
 def _read_walls(section: "_Section") -> tuple[tuple[NorthEast, NorthEast], ...]:

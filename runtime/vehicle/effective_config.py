@@ -71,6 +71,10 @@ class EffectiveConfig:
         """Take the present values as the profile's."""
         self._original[task.name] = {p.name: task.parameter_set.text(p) for p in task.parameters().values()}
 
+    def text_before(self, task: Task, name: str) -> str | None:
+        """The text that a parameter had when the task was configured last; None when it is the first time."""
+        return (self._effective.get(task.name) or self._original.get(task.name, {})).get(name)
+
     def original_values(self) -> dict[str, dict[str, str]]:
         """The profile's values of all parameters that have changed: texts by task and ini name."""
         pairs = {name: (known, self._original[name]) for name, known in self._effective.items()}

@@ -157,8 +157,8 @@ class Vehicle:
             set_parameter_texts(task, options)
             set_parameter_values(task, values)
             entity.activation_time, entity.deactivation_time = task.activation_time, task.deactivation_time
-            self.effective_config.set_baseline(task)
             task.configure()
+            self.effective_config.set_baseline(task)
             for ticking in periodic_methods(cls):
                 rate_of(task, ticking.rate)
         except BaseException:

@@ -6,7 +6,7 @@ import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from support.rotations import Vector
 from support.wgs84 import offset
-from tasks.simulated_world import world_of
+from tasks.simulated_world import adopt_world_options, world_of
 from world import SECTIONS
 from world.sea import Bathymetry
 from world.sensors import SonarBeam
@@ -76,6 +76,7 @@ class Environment(Task):
     )
 
     def configure(self) -> None:
+        adopt_world_options(self, "Tide Level", "Out Of Bounds Depth", "Sounding Radius")
         self._bathymetry = world_of(self).seabed or Bathymetry((), self.sounding_radius, DEEP)
         if len(self.pier_points) not in (0, 4) or (self.simulate_pier and not self.pier_points):
             raise ParameterError(

@@ -14,8 +14,8 @@ from tasks.simulated_world import (
     TrueState,
     WorldFrame,
     WorldPose,
+    adopt_world_options,
     has_valid_pose,
-    validate_legacy_options,
     world_of,
 )
 from world import SECTIONS, ObjectPosition, WorldObject
@@ -143,7 +143,7 @@ class MUGDetectionCamera(Task):
             self._mount(*((roll, pitch, yaw) if self.mount_orientation else UP)),
         )
         self.probability = DetectionProbability(self.detection_probability, self.visibility, self.least_pixels)
-        validate_legacy_options(self, "MUGs", "Target Plane", "Target Depth")
+        adopt_world_options(self, "MUGs", "Target Plane", "Target Depth")
         world_of(self)
 
     def camera_and_accuracy(self) -> tuple[PinholeModel, DetectionAccuracy, float]:

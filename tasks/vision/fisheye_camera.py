@@ -4,7 +4,7 @@ import math
 
 from runtime import ParameterError, param
 from support.pose import DOWN, Pose
-from tasks.simulated_world import validate_legacy_options
+from tasks.simulated_world import adopt_world_options
 from tasks.vision.cameras.rendered_camera import RenderedCameraTask
 from tasks.vision.cameras.viewpoint import VehicleView
 from world import optics
@@ -41,7 +41,7 @@ class FisheyeCamera(RenderedCameraTask):
     mugs: list[str] = param(["1.0 0.3"], "", "Older place of [World] Gliders, which all cameras see.", name="MUGs")
 
     def configure(self) -> None:
-        validate_legacy_options(self, "MUGs")
+        adopt_world_options(self, "MUGs")
         super().configure()
         model = self.camera_model()
         warnings = [uncovered_warning(model.lens.fov, self.faces)]
