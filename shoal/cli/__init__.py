@@ -102,9 +102,13 @@ class LazyGroup(CommandGroup):
         return super().make_context(info_name, args, parent, **extra)
 
     def main(self, *args: Any, **extra: Any) -> Any:
-        """Begin the command; the shell gets the names of vehicles without the imports of a command."""
+        """Begin the command; the shell gets most names without the imports of a command."""
         shell = os.environ.get(COMPLETE, "")
-        if shell.endswith("_complete") and self.table is COMMANDS and _complete_vehicle(self, shell.partition("_")[0]):
+        if shell:
+            from shoal.cli.shells import use_own_scripts  # not needed by commands
+
+            use_own_scripts()
+        if shell.endswith("_complete") and self.table is COMMANDS and _complete(self, shell.partition("_")[0]):
             sys.exit(0)
         return super().main(*args, **extra)
 
@@ -148,22 +152,29 @@ class MainGroup(LazyGroup):
     groups: ClassVar[dict[str, tuple[str, ...]]] = GROUPS
 
 
-def _complete_vehicle(group: click.Group, shell: str) -> bool:
-    """Print the vehicles that were found in the last days, if the word after a remote command is to be completed."""
+def _complete(group: click.Group, shell: str) -> bool:
+    """Print what completes a word, if no import of a command is needed for it."""
     found = get_completion_class(shell)
     if found is None:
         return False
     completion = found(group, {}, "shoal", COMPLETE)
     words, incomplete = completion.get_completion_args()
-    if not words or words[0] not in REMOTE or len(words) > 1 or incomplete.startswith("-"):
+    if not words:
         return False
-    from shoal.cli.recent_vehicles import recent_vehicles
+    items: list[CompletionItem] | None
+    if words[0] in REMOTE and len(words) == 1 and not incomplete.startswith("-"):
+        from shoal.cli.recent_vehicles import recent_vehicles
 
-    before, comma, last = incomplete.rpartition(",")
-    names = [name for name in recent_vehicles() if name.lower().startswith(last.lower())]
-    for name in names:
-        click.echo(completion.format_completion(CompletionItem(f"{before}{comma}{name}")))
-    return bool(names)
+        before, comma, last = incomplete.rpartition(",")
+        names = [name for name in recent_vehicles() if name.lower().startswith(last.lower())]
+        items = [CompletionItem(f"{before}{comma}{name}") for name in names] or None
+    else:
+        from shoal.cli.completion import complete_without_command
+
+        items = complete_without_command(words, incomplete)
+    for item in items or ():
+        click.echo(completion.format_completion(item))
+    return items is not None
 
 
 @click.group(

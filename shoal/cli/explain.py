@@ -12,15 +12,9 @@ from runtime.profile import Profile, Section, default_label, dune_section_names,
 from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import OptionRow, TaskImportError, all_tasks, find_task
 from runtime.vehicle import explain_section as rows_of
+from shoal.cli.completion import complete_profile
 from shoal.cli.console_tables import find_task_class, first_sentence, open_console, plain_table
-from shoal.cli.options import (
-    add_user_task_folders,
-    code_option,
-    complete_profile,
-    config_dir_option,
-    modes_option,
-    overrides_option,
-)
+from shoal.cli.options import add_user_task_folders, code_option, config_dir_option, modes_option, overrides_option
 from support.diagnostics import Origin, Problem, ProfileError
 from support.terminal_text import printable, suggestion
 

@@ -7,14 +7,8 @@ import click
 from runtime.kernel import WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from shoal.cli.options import (
-    add_user_task_folders,
-    code_option,
-    complete_profile,
-    config_dir_option,
-    modes_option,
-    overrides_option,
-)
+from shoal.cli.completion import complete_profile
+from shoal.cli.options import add_user_task_folders, code_option, config_dir_option, modes_option, overrides_option
 from shoal.neptus import parameter_list, unplannable_maneuvers, vehicle_definition
 from support.atomic_files import new_file
 from support.diagnostics import ProfileError

@@ -17,11 +17,11 @@ from rich.table import Table
 import imc
 from runtime.profile import Profile
 from runtime.vehicle import check_profile, find_task
+from shoal.cli.completion import complete_profile
 from shoal.cli.options import (
     add_user_task_folders,
     check_vehicle_log_folder,
     code_option,
-    complete_profile,
     config_dir_option,
     log_dir_option,
     overrides_option,

@@ -6,9 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import click
-from click.shell_completion import CompletionItem
 
-from runtime.profile import available_profiles
 from runtime.vehicle import Vehicle
 from support.durations import parse_duration
 from support.terminal_text import printable
@@ -58,13 +56,6 @@ code_of_log_option = click.option(
 log_dir_option = click.option(
     "--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Folder for logs."
 )
-
-
-def complete_profile(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """The names of the profiles, and files."""
-    names = available_profiles(context.params.get("config_dir") or ())
-    found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
-    return [CompletionItem(incomplete, type="file"), *found]  # bash forgets what comes before it
 
 
 def add_user_task_folders(

@@ -16,12 +16,11 @@ import click
 import imc
 from imc.lsf import find_log
 from runtime.logs import summarize
+from shoal.cli.completion import complete_message, find_message_type
 from shoal.cli.messages_option import messages_option
 from shoal.cli.optional_extra import require_extra
 from shoal.cli.remote_command import (
-    complete_message,
     complete_vehicle,
-    find_message_type,
     format_clock_time,
     json_option,
     network_options,

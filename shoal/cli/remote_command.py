@@ -8,7 +8,6 @@ import json
 import math
 from collections.abc import Callable, Coroutine, Mapping
 from datetime import UTC, datetime
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar, cast
 
@@ -16,6 +15,7 @@ import click
 from click.shell_completion import CompletionItem
 
 import imc
+from shoal.cli.completion import completion_items
 from shoal.cli.recent_vehicles import recent_vehicles, remember_vehicles
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, make_network
 from support.durations import parse_duration
@@ -121,17 +121,6 @@ def _finish(task: Coroutine[Any, Any, T]) -> T:
         raise click.exceptions.Exit(INTERRUPTED) from None
 
 
-def find_message_type(name: str, schema: imc.Schema) -> type[imc.Message]:
-    """The type of a message, whatever the case of its name. Raises UsageError that names the nearest."""
-    names = {known.lower(): known for known in schema.types}
-    if name.lower() not in names:
-        close = [names[word] for word in get_close_matches(name.lower(), names, 3, 0.5)]
-        hint = f"; did you mean {', '.join(close)}?" if close else ""
-        own = "a message of your own needs --messages FILE, the file of [General] Messages"
-        raise click.UsageError(f"there is no message {printable(name)!r}{hint} ({own})")
-    return schema[names[name.lower()]]
-
-
 def format_clock_time(timestamp: float) -> str:
     """A time stamp (s since 1970) as the time of the day in UTC."""
     try:
@@ -164,45 +153,10 @@ def complete_vehicle(context: click.Context, _: click.Parameter, incomplete: str
         return [system.name for system in network.vehicles()]
 
     before, comma, last = incomplete.rpartition(",")
-    found = _completion_items(recent_vehicles(), last)
+    found = completion_items(recent_vehicles(), last)
     if not found:
-        found = _completion_items(_quietly(lambda: run_on_network(_network_options_of(context), look)), last)
+        found = completion_items(_quietly(lambda: run_on_network(_network_options_of(context), look)), last)
     return [CompletionItem(f"{before}{comma}{item.value}") for item in found]
-
-
-def complete_field(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """The fields of the message that was written before, and after the sign = the names of its values."""
-    schema = context.params.get("schema") or imc.builtin()
-    name = context.params.get("name")
-    try:
-        kind = find_message_type(str(name), schema)
-    except click.UsageError:
-        return []
-    field, equals, _value = incomplete.partition("=")
-    infos = {info.name: info for info in imc.fields(kind)}
-    if not equals:
-        return _completion_items([f"{each}=" for each in infos], incomplete)
-    members = infos[field].enum if field in infos else None
-    return _completion_items([f"{field}={member.name}" for member in members or ()], incomplete)
-
-
-def complete_fields(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """The fields of the messages that were written before, with commas; without messages those of all."""
-    schema = context.params.get("schema") or imc.builtin()
-    before, comma, last = incomplete.rpartition(",")
-    given = context.params.get("messages") or context.args[1:]  # click assigns none behind an option without its value
-    names = given or tuple(schema.types)
-    try:
-        kinds = [find_message_type(name, schema) for name in names]
-    except click.UsageError:
-        return []
-    fields = dict.fromkeys(info.name for kind in kinds for info in imc.fields(kind))
-    return [CompletionItem(f"{before}{comma}{item.value}") for item in _completion_items(list(fields), last)]
-
-
-def complete_message(context: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """The names of all messages."""
-    return _completion_items(list((context.params.get("schema") or imc.builtin()).types), incomplete)
 
 
 def complete_plan(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -211,7 +165,7 @@ def complete_plan(context: click.Context, _: click.Parameter, incomplete: str) -
     async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
         return [plan.name for plan in await vehicle.plan.list()]
 
-    items = _completion_items(_complete_from_vehicle(context, look), incomplete)
+    items = completion_items(_complete_from_vehicle(context, look), incomplete)
     return [CompletionItem(incomplete, type="file"), *items]  # bash forgets what comes before it
 
 
@@ -221,7 +175,7 @@ def complete_entity(context: click.Context, _: click.Parameter, incomplete: str)
     async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
         return sorted(await vehicle.param.entity_ids())
 
-    return _completion_items(_complete_from_vehicle(context, look), incomplete)
+    return completion_items(_complete_from_vehicle(context, look), incomplete)
 
 
 def complete_parameter(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -233,7 +187,7 @@ def complete_parameter(context: click.Context, _: click.Parameter, incomplete: s
             return sorted(await vehicle.param.entity_ids())
         return [f"{entity}:{parameter}" for parameter in await vehicle.param.get(entity)]
 
-    return _completion_items(_complete_from_vehicle(context, look), incomplete)
+    return completion_items(_complete_from_vehicle(context, look), incomplete)
 
 
 def _complete_from_vehicle(
@@ -258,10 +212,6 @@ def _quietly(look: Callable[[], list[str]]) -> list[str]:
             return look()
     except (click.ClickException, click.exceptions.Exit):
         return []
-
-
-def _completion_items(words: list[str], incomplete: str) -> list[CompletionItem]:
-    return [CompletionItem(word) for word in words if word.lower().startswith(incomplete.lower())]
 
 
 vehicle_argument = click.argument("vehicle", shell_complete=complete_vehicle)

@@ -13,11 +13,11 @@ from runtime.kernel import parse_clock
 from runtime.profile import Profile, load_profile, split_list
 from runtime.snapshot import InputJournals, SnapshotError, load_file, run_with_snapshots, save_beside_log
 from runtime.vehicle import Build, Vehicle, build, check_profile, find_task, join_zenoh
+from shoal.cli.completion import complete_profile
 from shoal.cli.options import (
     add_user_task_folders,
     check_vehicle_log_folder,
     code_option,
-    complete_profile,
     config_dir_option,
     log_dir_option,
     modes_option,

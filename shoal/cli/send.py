@@ -9,12 +9,10 @@ from typing import Any
 import click
 
 import imc
+from shoal.cli.completion import complete_field, complete_message, find_message_type
 from shoal.cli.field_values import parse_value
 from shoal.cli.messages_option import messages_option
 from shoal.cli.remote_command import (
-    complete_field,
-    complete_message,
-    find_message_type,
     json_option,
     network_options,
     parse_duration_option,

@@ -10,10 +10,10 @@ import click
 
 from runtime.profile import load_profile
 from runtime.vehicle import check_profile, find_task, missing_extra_problem
+from shoal.cli.completion import complete_profile
 from shoal.cli.options import (
     add_user_task_folders,
     code_option,
-    complete_profile,
     config_dir_option,
     modes_option,
     overrides_option,

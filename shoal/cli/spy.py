@@ -14,14 +14,12 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
+from shoal.cli.completion import complete_fields, complete_message, find_message_type
 from shoal.cli.field_values import format_fields
 from shoal.cli.log.selection_options import split_names
 from shoal.cli.messages_option import messages_option
 from shoal.cli.remote_command import (
     complete_entity,
-    complete_fields,
-    complete_message,
-    find_message_type,
     format_clock_time,
     json_option,
     network_options,

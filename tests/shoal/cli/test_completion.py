@@ -1,5 +1,6 @@
 """What the shell completes without a vehicle: names that were found before, fields, profiles."""
 
+import json
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import pytest
 from click.shell_completion import ShellComplete
 
 from shoal.cli import main
+from shoal.cli.completion import complete_without_command
 from shoal.cli.recent_vehicles import recent_vehicles, remember_vehicles
 
 
@@ -80,3 +82,39 @@ def test_a_vehicle_is_completed_without_the_imports_of_a_command(shell: str, sho
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
     assert done.stdout.strip() == shown
     assert not {"imc", "numpy", "zenoh", "shoal.network", "rich"} & set(done.stderr.split())
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    "line",
+    [
+        "send x PlanC",
+        "send x plancontrol pl",
+        "send x PlanControl type=REQUEST op=ST",
+        "send x NoMessage op",
+        "spy alfa EstimatedState Rp",
+        "spy alfa EstimatedState --fields lat,de",
+        "spy alfa --fields la",
+        *(f"{command} lauv" for command in ("run", "check", "explain", "mission", "service")),
+        "check otter lauv",
+    ],
+)
+def test_names_are_those_that_the_command_completes_without_its_imports(line: str) -> None:
+    *words, incomplete = line.split()
+    code = (
+        "import json, sys\nfrom shoal.cli.completion import complete_without_command as complete\n"
+        "print(json.dumps([item.value for item in complete(sys.argv[1:-1], sys.argv[-1])]), *sys.modules)"
+    )
+    command = [sys.executable, "-c", code, *words, incomplete]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    found, end = json.JSONDecoder().raw_decode(done.stdout)
+    assert found == completed(*words, incomplete)
+    assert not {"numpy", "zenoh", "rich", "asyncio", "yaml", "shoal.network", "runtime.vehicle"} & set(
+        done.stdout[end:].split()
+    )
+
+
+@pytest.mark.parametrize("line", ["run --lo", "mission otter pl", "spy alfa --entity G", "send x -", "message Est"])
+def test_only_the_command_knows_the_other_words(line: str) -> None:
+    *words, incomplete = line.split()
+    assert complete_without_command(words, incomplete) is None
