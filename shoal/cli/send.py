@@ -17,19 +17,18 @@ from shoal.cli.remote_command import (
     network_options,
     parse_duration_option,
     print_json_line,
-    run_on_vehicle,
-    vehicle_argument,
 )
 from shoal.cli.spy import format_message
+from shoal.cli.vehicle_selection import VehicleSelection, prefixed, print_error, run_on_selection, vehicles_argument
 from shoal.network import AsyncRemoteVehicle, MessageListener
-from support.terminal_text import suggestion
+from support.terminal_text import printable, suggestion
 
 FASTEST = 1000.0  # Hz
 FLIGHT = 0.2  # s until a packet is out, and the answer here that we are not listed
 
 
 @click.command()
-@vehicle_argument
+@vehicles_argument
 @click.argument("name", metavar="MESSAGE", shell_complete=complete_message)
 @click.argument("assignments", metavar="[FIELD=VALUE]...", nargs=-1, shell_complete=complete_field)
 @click.option(
@@ -49,7 +48,7 @@ FLIGHT = 0.2  # s until a packet is out, and the answer here that we are not lis
 @network_options
 @json_option
 def send(
-    vehicle: str,
+    vehicle: VehicleSelection,
     name: str,
     assignments: tuple[str, ...],
     rate: float | None,
@@ -71,17 +70,17 @@ def send(
     shoal send lauv-noptilus-1 DesiredSpeed value=1.2 --rate 10 --for 5s
 
     With --rate it is a new message each time, and the vehicle carries out each. Without --count and --for, Ctrl-C ends
-    it.
+    it. VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'; rate and count are of each.
     """
     if rate is None and not (count is None and duration is None):
         raise click.UsageError("--count and --for need --rate")
     if count is not None and duration is not None:
         raise click.UsageError("use either --count or --for")
-    message = build_message(name, assignments, schema)
+    message, single = build_message(name, assignments, schema), bool(vehicle.single_name)
 
     async def act(there: AsyncRemoteVehicle) -> int:
         listener = there.network.listen(there.system, () if wait is not None else (imc.LogBookEntry,))
-        replies = ReplyDisplay(there, listener, as_json, shows=wait is not None)
+        replies = ReplyDisplay(there, listener, as_json, "" if single else there.name, shows=wait is not None)
         began = time.monotonic()
         await there.send(message)
         sent = 1
@@ -102,9 +101,11 @@ def send(
                 await replies.show_all()
         return replies.count
 
-    replies = run_on_vehicle(vehicle, {**connection, "messages": schema}, act)
-    if wait is not None and not replies:
-        click.echo(f"{vehicle} sent no reply within {wait:g} s", err=True)
+    results = run_on_selection(vehicle, {**connection, "messages": schema}, act, on_error=print_error)
+    silent = [result.name for result in results if wait is not None and result.value == 0]
+    for each in silent:
+        click.echo(f"{printable(each)} sent no reply within {wait:g} s", err=True)
+    if silent or any(result.error for result in results):
         raise click.exceptions.Exit(1)
 
 
@@ -128,10 +129,16 @@ async def _repeat(
 
 
 class ReplyDisplay:
-    """Prints what the vehicle says to us, and counts it, if it `shows` anything. Raises Unlisted."""
+    """Prints what the vehicle says to us, and counts it, if it `shows` anything. Raises Unlisted.
 
-    def __init__(self, vehicle: AsyncRemoteVehicle, listener: MessageListener, as_json: bool, *, shows: bool) -> None:
+    `name` is that of one of several vehicles.
+    """
+
+    def __init__(
+        self, vehicle: AsyncRemoteVehicle, listener: MessageListener, as_json: bool, name: str, *, shows: bool
+    ) -> None:
         self.count, self._shows = 0, shows
+        self._name, self._say = name, prefixed(name) if name else click.echo
         self._vehicle, self._listener, self._as_json = vehicle, listener, as_json
 
     async def show_all(self) -> None:
@@ -145,9 +152,10 @@ class ReplyDisplay:
                 continue
             self.count += 1
             if self._as_json:
-                print_json_line(json.loads(reply.to_json()))
+                values = json.loads(reply.to_json())
+                print_json_line({"vehicle": self._name, **values} if self._name else values)
             else:
-                click.echo(format_message(self._vehicle, reply))
+                self._say(format_message(self._vehicle, reply))
 
 
 def build_message(name: str, assignments: tuple[str, ...], schema: imc.Schema) -> imc.Message:

@@ -2,8 +2,7 @@
 
 import os
 
-from click.parser import split_arg_string
-from click.shell_completion import BashComplete, FishComplete, add_completion_class
+from click.shell_completion import BashComplete, FishComplete, add_completion_class, split_arg_string
 
 BASH = r"""%(complete_func)s() {
     local line=${COMP_LINE:0:COMP_POINT} breaks=${COMP_WORDBREAKS//[^=:]/} word head="" type value
@@ -54,7 +53,7 @@ class BashCompletion(BashComplete):
         """The words before the cursor, and the last one as far as it is written."""
         line = os.environ["COMP_WORDS"]
         words = split_arg_string(line)
-        is_begun = words and (not line[-1:].isspace() or line.endswith("\\ "))
+        is_begun = bool(words) and (not line[-1:].isspace() or line.endswith("\\ "))
         incomplete = words.pop() if is_begun else ""
         return words[1:], incomplete
 

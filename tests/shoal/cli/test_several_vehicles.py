@@ -110,6 +110,24 @@ def test_a_file_is_loaded_by_all_vehicles_or_by_none(both: object, tmp_path: Pat
 
 
 @pytest.mark.heavy
+def test_a_message_is_sent_to_several_vehicles_at_a_rate(both: object) -> None:
+    asked = ("QueryEntityState", "--wait", "2s")
+    replies = lines_of("send", f"{SECOND},{NAME}", *asked, "--rate", 5, "--count", 3, "--json")
+    states = [line["vehicle"] for line in replies if line["abbrev"] == "EntityState"]
+    assert {name: states.count(name) > 3 for name in (NAME, SECOND)} == {NAME: True, SECOND: True}
+    shown = shoal("send", "*", "DesiredSpeed", "value=1", "--rate", 20, "--count", 4)
+    assert shown.exit_code == 0, shown.output
+    assert {line.rpartition(" in ")[0] for line in shown.stdout.splitlines()} == {
+        f"sent DesiredSpeed to {name} 4 times" for name in (NAME, SECOND)
+    }
+    partly = shoal("send", f"{NAME},nobody", "Heartbeat", "--wait", "1s")
+    assert partly.exit_code == 1
+    assert f"sent Heartbeat to {NAME}" in partly.stdout
+    assert "no vehicle 'nobody' on the network" in partly.stderr
+    assert f"{NAME} sent no reply within 1 s" in partly.stderr
+
+
+@pytest.mark.heavy
 def test_an_abort_reaches_those_that_are_there(both: object) -> None:
     result = shoal("abort", SECOND, "nobody", "l*")
     assert result.exit_code == 1
