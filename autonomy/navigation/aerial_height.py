@@ -8,6 +8,7 @@ from autonomy.navigation.inertial_filter import InertialFilter
 
 FALLS = 20  # samples that agree before a jump of theirs is used
 FALL, SIGMAS, AGREEMENT = 5.0, 5.5, 10.0  # m; a larger change of pressure is a jump
+LARGEST_JUMP = 30.0  # m; a barometer that jumps farther alone has another unit or a defect, and no other ground
 HEIGHT_FACTOR = 4.0  # of the variance of heights by GPS, to that of its positions
 HEIGHT_JUMP, HEIGHTS = 20.0, 10  # m, fixes in a row: GPS against barometer
 UNCORRECTED = 5.0  # s; accelerations alone do not give a height for longer
@@ -20,7 +21,8 @@ class AerialHeight:
     """`filter` has m below the reference; `timeout` (s) is how long the barometer may be silent.
 
     Two sources have to agree before the height follows one that jumps: a barometer that jumps while GPS does not keeps
-    the height, with another pressure of the ground. `now` in all methods is a time without stalls of the process.
+    the height, with another pressure of the ground. After a very large jump it is not used until it agrees again.
+    `now` in all methods is a time without stalls of the process.
     """
 
     def __init__(self, noise: float, timeout: float, acceleration: tuple[float, float]):
@@ -41,7 +43,7 @@ class AerialHeight:
         self._falls = JumpGate(FALLS, AGREEMENT)
         self._offset = self._above = 0.0
         self._apart, self._corrected = 0, now
-        self._is_unknown = False
+        self._is_unknown = self._is_useless = False
 
     def resume(self) -> None:
         """Take the next pressure as it is: nobody knows how far the vehicle has climbed meanwhile."""
@@ -59,23 +61,30 @@ class AerialHeight:
         if not mean.update():
             return ""
         down, state, variance = self.ground - mean.value[0], self.filter, self._noise**2
-        if self._is_unknown:
+        if self._is_unknown and not self._is_useless:
             self._is_unknown = False
             state.reset((down,), variance)
         off = down - state.position[0]
         limit = FALL + SIGMAS * math.sqrt(variance + state.variances[0])
         verdict = self._falls.evaluate(not abs(off) <= limit, off)
-        if verdict is GateDecision.REJECTED:
-            return ""
-        self.pressed = self._corrected = now
         if verdict is GateDecision.RESET:
-            if abs(self._above) < abs(self._above + off):  # GPS agrees with the height, not with the barometer
-                self.ground -= off
-                down = state.position[0]
-            state.reset((down,), variance)
-            return f"pressure has jumped by {off:.0f} m"
-        state.correct((down,), variance)
+            return self._jump(now, off)
+        if verdict is GateDecision.ACCEPTED:
+            self.pressed = self._corrected = now
+            self._is_useless = False
+            state.correct((down,), variance)
         return ""
+
+    def _jump(self, now: float, off: float) -> str:
+        """Use a pressure that has jumped by `off` (m) and stays there, unless it cannot be used; what is wrong."""
+        fault = "" if self._is_useless else f"pressure has jumped by {off:.0f} m"
+        alone = abs(self._above) < abs(self._above + off)  # GPS agrees with the height, not with the barometer
+        self._is_useless = alone and abs(off) > LARGEST_JUMP
+        if not self._is_useless:
+            self.pressed = self._corrected = now
+            self.ground -= off if alone else 0.0
+            self.filter.reset((self.filter.position[0] + (0.0 if alone else off),), self._noise**2)
+        return fault
 
     def correct_by_gps(self, now: float, above_reference: float, variance: float) -> None:
         """Compare with a height by GPS (m above the reference) of a variance (m²), or correct by it alone."""

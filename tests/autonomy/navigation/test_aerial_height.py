@@ -39,6 +39,7 @@ def hovered(*, pressure=lambda t: PRESSURE, gps=lambda t: 0.0, seconds=30.0):
         ({"pressure": lambda t: None, "gps": lambda t: 3000.0 * (-1.0) ** round(5.0 * t)}, "neither barometer nor GPS"),
         ({"pressure": lambda t: None, "gps": lambda t: None}, "neither barometer nor GPS"),
         ({"pressure": lambda t: PRESSURE + 2.0}, "pressure has jumped by 17 m"),
+        ({"pressure": lambda t: 0.75 * PRESSURE}, "pressure has jumped by"),
     ],
 )
 def test_the_height_stays_and_what_contradicts_it_is_named(sensors, fault):
@@ -52,3 +53,13 @@ def test_a_jump_of_the_pressure_that_gps_confirms_is_one_of_the_height():
     height, faults = hovered(pressure=lambda t: PRESSURE + 2.0, gps=lambda t: -16.9)
     assert faults.startswith("pressure has jumped by 17 m")
     assert height.filter.position[0] == pytest.approx(16.9, abs=0.5)
+
+
+def test_a_pressure_in_mmhg_is_not_used_until_it_is_right_again():
+    height, faults = hovered(pressure=lambda t: 0.75 * PRESSURE)
+    assert faults.count("pressure has jumped") == 1
+    assert 30.0 - height.pressed > 15.0
+    height, faults = hovered(pressure=lambda t: 0.75 * PRESSURE if t < 20.0 else PRESSURE)
+    assert faults.count("pressure has jumped") == 1
+    assert 30.0 - height.pressed < 0.1
+    assert height.filter.position[0] == pytest.approx(0.0, abs=0.3)
