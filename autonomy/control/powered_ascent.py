@@ -8,12 +8,15 @@ from support.rotations import Vector
 
 RISEN = 0.3  # m above the deepest depth; a vehicle that has risen by this much with its motor rises
 RISES = 0.5  # m in the time that buoyancy has; one that rises more slowly needs its motor
+SETTLED = 2.0  # s without a greater depth, after which a vehicle no longer dives
 ABOVE = 0.15  # m; help ends this far above the depth at which it begins
 GENTLE, FULL_DEPTH = 0.25, 0.4  # share of the thrust at the surface, and m below it at which it is all
 NEAR_SURFACE = 1.0  # m; there is no use in going astern
 HELP_SINKS = 3.0  # m deeper than at its start, at which help only makes it worse
 HELP_PATIENCE = 25.0  # s that help may take for RISEN
 PAUSE = 60.0  # s between two attempts ahead
+UNFIXED, IN_THE_AIR = 10.0, -0.5  # s without a fix at the surface, and m, from which the depth may be wrong
+CLIMB, CLIMB_TIME = 3.0, 15.0  # m, s: a vehicle under water climbs as far with its motor, even if the depth drifts
 AT_SURFACE = 120.0  # s at the surface without help, after which a vehicle counts as light again
 SLOWEST = 5.0  # s/m, of a vehicle that rises with its motor
 PITCH, PITCH_RATE = 1.5, 0.5  # N m/rad, N m s/rad, of a vehicle of 24 kg, as in Control.AUV.Attitude
@@ -29,7 +32,8 @@ class AscentMonitor:
 
     `surface` is the depth (m) of a vehicle at the surface, `delay` the time (s) that buoyancy has. `helping` says that
     the motor is needed, `heavy` that it was needed before, `failed` that the latest attempt ahead brought nothing:
-    the next one is `astern`, since fins that are stuck may point the vehicle down.
+    the next one is `astern`, since fins that are stuck may point the vehicle down. A heavy vehicle whose depth is that
+    of the surface, but whose GPS has no fix there, gets help in spells: the depth may be wrong.
     """
 
     surface: float
@@ -41,23 +45,35 @@ class AscentMonitor:
 
     def __post_init__(self) -> None:
         self._depth = self._extreme = self._begun = -math.inf
-        self._since = self._paused = -math.inf
+        self._since = self._paused = self._deepest = -math.inf
         self._afloat: float | None = None
+        self._doubted: float | None = None
+        self._climbs, self._floats = False, False
 
     @property
     def share(self) -> float:
         """The share of the thrust that is needed: less where it only keeps the vehicle at the surface."""
         ahead = GENTLE + (1.0 - GENTLE) * (self._depth - self.surface) / FULL_DEPTH
+        ahead = 1.0 if self._climbs else ahead
         return (-1.0 if self.astern else 1.0) * max(GENTLE, min(1.0, ahead))
 
     def reset(self, now: float) -> None:
         """The vehicle is controlled by others at the time `now` (s)."""
         self.helping, self._extreme, self._since, self._afloat = False, -math.inf, now, None
+        self._doubted, self._climbs, self._floats = None, False, False
 
-    def update(self, now: float, depth: float, surfaced: bool) -> None:
-        """Take a depth (m) of a vehicle that should rise; one that has `surfaced` is at the surface at any depth."""
+    def update(self, now: float, depth: float, surfaced: bool, unfixed: bool = False) -> None:
+        """Take a depth (m) of a vehicle that should rise; one that has `surfaced` is at the surface at any depth.
+
+        `unfixed` says that GPS, which has had fixes, has none now.
+        """
         self._depth = depth
-        if surfaced or depth <= self.surface - (ABOVE if self.helping else 0.0):
+        shallow = depth <= self.surface - (ABOVE if self.helping else 0.0)
+        if shallow and unfixed and not surfaced and (self.heavy or depth < IN_THE_AIR):
+            self._climb(now, depth)
+            return
+        self._doubted, self._climbs = None, False
+        if surfaced or shallow:
             self._float(now)
         elif self.helping:
             self._extreme = max(self._extreme, depth)
@@ -81,13 +97,33 @@ class AscentMonitor:
         if now - self._afloat > AT_SURFACE:
             self.heavy = self.failed = self.astern = False
 
+    def _climb(self, now: float, depth: float) -> None:
+        """Climb where the depth may be wrong, until the motor changes nothing more; try again later if it was heavy."""
+        self._since = now
+        if self._doubted is None:
+            self._doubted = now
+        if depth > IN_THE_AIR and now - self._doubted < UNFIXED:
+            return
+        if not self._climbs:
+            if now >= self._paused and not self._floats:
+                self.helping = self._climbs = True
+                self._begun, self._doubted = depth, now
+        elif now - self._doubted > CLIMB_TIME:
+            self._climbs = self._begun - depth > CLIMB
+            self.heavy |= self._climbs
+            self._begun, self._doubted = depth, now
+            if not self._climbs:
+                self.helping, self._paused, self._floats = False, now + PAUSE, not self.heavy
+
     def _wait(self, now: float, depth: float) -> None:
-        """Wait for buoyancy; a vehicle that was too heavy gets help as soon as it sinks."""
-        self._extreme = max(self._extreme, depth)
+        """Wait for buoyancy, longer where a dive had to end first; one that was too heavy gets help as it sinks."""
+        if depth > self._extreme:
+            self._extreme, self._deepest = depth, now
         if depth < self._extreme - RISES:
-            self._extreme, self._since = depth, now
+            self._extreme, self._since, self._deepest = depth, now, now
         sinks = self.heavy and self._afloat is not None and depth > self.surface
-        if (sinks or now - self._since > self.delay) and now >= self._paused:
+        begins = SETTLED < now - self._deepest <= self.delay
+        if (sinks or (now - self._since > self.delay and not begins)) and now >= self._paused:
             self.helping = self.heavy = True
             self._begun = self._extreme = depth
             self._since = now

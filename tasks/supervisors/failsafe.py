@@ -11,6 +11,7 @@ from autonomy.limits import OperatingLimits
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.vehicle import general_number
+from support.number_parsing import clamp_magnitude
 from support.rotations import Vector
 from support.terminal_text import suggestion, with_suggestion
 
@@ -21,7 +22,8 @@ TOO_DEEP = 1.0  # s of samples without a gap; a single one may be wrong
 CROSS = 4  # fins: below, port, starboard, above
 DEPTH_TIMEOUT = ATTITUDE_TIMEOUT = 2.0  # s
 FIX_TIMEOUT, DEEPEST_FIX = 2.5, 5.0  # s; m that a depth sensor may be wrong at the surface
-SMOOTHING = 0.05  # weight of a new rate of depth
+SMOOTHING, FASTEST = 0.05, 3.0  # weight of a new rate of depth; m/s that it can be
+COASTS, GENTLY = 4.0, 0.4  # s, m/s: without its motor, a vehicle that sinks faster goes on for the time at the excess
 ASCENT_PERIOD = 0.1  # s
 LARGEST_DEFLECTION = math.radians(25.0)
 SINKS = 0.5  # m; a vehicle that has not risen by this much does not rise
@@ -124,14 +126,15 @@ class Failsafe(Task):
 
     @consume
     def check_depth(self, depth: imc.Depth) -> None:
-        """Compare the measured depth itself with the limit: navigation may be wrong or silent."""
+        """Compare the measured depth itself, and where it leads, with the limit: navigation may be wrong or silent."""
         if not math.isfinite(depth.value):
             return  # no measurement
         if self.now > self._measured > -math.inf:
             rate = (self._depth - depth.value) / (self.now - self._measured)
-            self._rising += SMOOTHING * (rate - self._rising)
+            self._rising += SMOOTHING * (clamp_magnitude(rate, FASTEST) - self._rising)
         self._depth, self._measured = depth.value, self.now
-        deep = depth.value > self._limit + self.depth_margin
+        coasts = COASTS * max(0.0, -self._rising - GENTLY)
+        deep = depth.value + coasts > self._limit + self.depth_margin
         self._deep_since = min(self._deep_since, self.now) if deep else math.inf
         self._too_deep = self.age(self._deep_since) >= TOO_DEEP
         self._sensor = self.vehicle.entities.label(depth.src, depth.src_ent)
@@ -187,8 +190,9 @@ class Failsafe(Task):
                 if self._missed[name] > most:
                     found.append(f"no {name} for {longest:g} s")
         if self._too_deep:
-            sensor = f" ({self._sensor})" if self._sensor else ""
-            found.append(f"depth {self._depth:.1f} m{sensor} is deeper than the limit of {self._limit:g} m")
+            depth = f"depth {self._depth:.1f} m" + (f" ({self._sensor})" if self._sensor else "")
+            far = "is deeper than" if self._depth > self._limit else f"sinks at {-self._rising:.1f} m/s, too fast for"
+            found.append(f"{depth} {far} the limit of {self._limit:g} m")
         return ", ".join(found)
 
     def _take_over(self, reason: str) -> None:
@@ -244,7 +248,7 @@ class Failsafe(Task):
             depth = self._depth if self.age(self._measured) < DEPTH_TIMEOUT else self._estimated_depth
             fixed = self.age(self._fixed) < FIX_TIMEOUT
             # Deep, with fixes, and the motor changes nothing: the depth drifts, and the vehicle is at the surface.
-            ascent.update(now, depth, fixed and (depth < DEEPEST_FIX or ascent.failed))
+            ascent.update(now, depth, fixed and (depth < DEEPEST_FIX or ascent.failed), self._fixed < now - FIX_TIMEOUT)
         else:
             ascent.update_without_depth(now, self._depth, self.age(self._measured))
         if ascent.failed and not before:
@@ -260,7 +264,8 @@ class Failsafe(Task):
         self._ascending = on
         if on:
             if not self._reported:
-                self.log.error(f"the vehicle does not rise at {self._depth:.1f} m: ascending with motor and fins")
+                why = "does not rise" if self._depth > self._surface else "has no fix"
+                self.log.error(f"the vehicle {why} at {self._depth:.1f} m: ascending with motor and fins")
             self._reported, self._felt = True, -math.inf
             for kind in (imc.EulerAngles, imc.AngularVelocity):
                 self._bus.subscribe(Subscription(kind, self._feel, self))

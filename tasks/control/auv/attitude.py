@@ -37,7 +37,7 @@ class Attitude(Task):
     A cascade of PIDs: depth or altitude to pitch, heading to heading rate. Runs while one of the loops YAW, YAW_RATE,
     DEPTH, ALTITUDE, PITCH is enabled. DesiredZ is kept within the limits of depth and altitude; so is the vehicle,
     whatever is desired: near a limit it pitches down no more than holds it there. Without altitude, the bottom seen
-    last counts.
+    last counts. A pitch that stays far from its reference, as with fins that are jammed, is an error.
     """
 
     heading_gains: list[float] = param([1.5, 0.0, 0.15], "1/s", "P, I, D.", name="Heading PID Gains", size=3)
@@ -67,6 +67,10 @@ class Attitude(Task):
     pitch_angle_at_surface: float = param(0.0, "°", "Pitch held at the surface.", minimum=-45, maximum=45)
     pitch_gains: list[float] = param([1.5, 0.09, 0.5], "N m/rad", "P, I, D.", name="Pitch PID Gains", size=3)
     pitch_integral_limit: float = param(1.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
+    maximum_pitch_error: float = param(
+        20.0, "°", "Pitch may differ from its reference by more only for Pitch Error Timeout; 0 for ever.", minimum=0
+    )
+    pitch_error_timeout: float = param(2.0, "s", "Longest time with a larger error of pitch.", minimum=0)
     maximum_pitch_actuation: float = param(25.0, "°", "Limit of the torque about pitch, in N m/rad.", minimum=0)
     roll_enabled: bool = param(True, "", "Keep the vehicle level.", name="Enable roll controller")
     roll_gains: list[float] = param([1.0, 0.02, 0.2], "N m/rad", "P, I, D.", name="Roll PID Gains", size=3)
@@ -177,6 +181,8 @@ class Attitude(Task):
             self.publish(imc.DesiredPitch(value=pitch))
         heading = self._heading_reference if mask & YAW and not mask & YAW_RATE else None
         rate = self._rate_reference if mask & YAW_RATE else None
+        astray = mask & VERTICAL and abs(pitch - state.theta) > math.radians(self.maximum_pitch_error or 180.0)
+        self._astray = self._astray + dt if astray else 0.0
         k, m, n = self._attitude.step(state, AttitudeReference(pitch, heading, rate), dt)
         if heading is not None:
             self.publish(imc.DesiredHeadingRate(value=self._attitude.rate))
@@ -202,7 +208,9 @@ class Attitude(Task):
             self._missed = self.now
         missing = "" if vertical else "vertical"
         missing = missing if horizontal else "yaw"
-        if missing and self.age(self._began) > self.reference_timeout:
+        if self._astray > self.pitch_error_timeout:
+            self.set_entity_state(State.ERROR, "pitch does not follow its reference")
+        elif missing and self.age(self._began) > self.reference_timeout:
             self.set_entity_state(State.ERROR, f"timed out while waiting for {missing} control mode")
         elif self._missed is not None and self.age(self._missed) > self.altitude_timeout:
             self.set_entity_state(State.ERROR, "altitude has been unknown for too long")
@@ -213,6 +221,7 @@ class Attitude(Task):
         self._z: imc.DesiredZ | None = None
         self._pitch_reference: float | None = None
         self._missed: float | None = None
+        self._astray = 0.0
         self._began = self.now
         self._depth.reset()
         self._attitude.reset_pitch()

@@ -23,6 +23,7 @@ def watch(depth, seconds, monitor=None, surfaced=False, begin=0.0):
 def test_a_vehicle_that_rises_or_floats_gets_no_help():
     assert not watch(lambda t: 10.0 - 0.03 * t, 300.0).heavy
     assert not watch(lambda t: 10.0 + min(t, 4.0) * 0.4 - 0.05 * t, 100.0).heavy, "it was diving"
+    assert not watch(lambda t: 10.0 + 3.0 * (1.0 - math.exp(-t / 5.0)) - 0.06 * t, 100.0).heavy, "it was diving fast"
     assert not watch(lambda t: 0.2 + 0.3 * math.sin(t), 300.0).heavy, "waves"
     assert not watch(lambda t: 4.0, 100.0, surfaced=True).heavy, "the depth is wrong"
 
@@ -55,6 +56,43 @@ def test_help_that_brings_nothing_goes_astern_and_then_pauses():
     monitor = watch(lambda t: 10.0 + 0.1 * t, 30.0, monitor, begin=49.0)
     assert not monitor.helping
     assert not monitor.astern
+
+
+def climb(monitor, bottom, drift, seconds, *, unfixed=True, sinks=0.1):
+    """Shares of the thrust of a vehicle that starts at a depth (m) and climbs with its motor, else `sinks` (m/s).
+
+    Its depth sensor is at the surface, and drifts (m/s). Also the least true depth (m).
+    """
+    true, least, shares = bottom, bottom, []
+    for tick in range(round(4 * seconds)):
+        monitor.update(100.0 + 0.25 * tick, true - bottom + drift * 0.25 * tick, False, unfixed)
+        shares.append(monitor.share if monitor.helping else 0.0)
+        true = max(0.0, true + 0.25 * (sinks - 0.5 * shares[-1]))
+        least = min(least, true)
+    return shares, least
+
+
+def test_a_heavy_vehicle_without_a_fix_at_its_surface_climbs_on():
+    def heavy():
+        monitor = watch(lambda t: 10.0, 21.0)
+        assert monitor.helping
+        return monitor
+
+    _, least = climb(heavy(), 10.0, -0.06, 60.0)
+    assert least == 0.0
+    shares, least = climb(heavy(), 10.0, -0.06, 60.0, unfixed=False)
+    assert least > 9.0
+    assert max(shares) < 0.5
+    shares, _ = climb(heavy(), 0.3, 0.0, 60.0)
+    assert shares.count(1.0) <= 4 * 16, "it is at the surface indeed"
+
+
+def test_a_vehicle_above_the_surface_without_a_fix_climbs_on_until_that_changes_nothing():
+    shares, least = climb(AscentMonitor(0.3, 20.0), 10.0, -0.15, 60.0)
+    assert least == 0.0
+    shares, _ = climb(AscentMonitor(0.3, 20.0), 0.0, -0.15, 300.0, sinks=-0.1)
+    assert shares.count(1.0) <= 4 * 16
+    assert not climb(AscentMonitor(0.3, 20.0), 10.0, -0.15, 60.0, unfixed=False)[0].count(1.0)
 
 
 def test_without_a_depth_it_helps_for_the_time_that_the_last_one_takes():

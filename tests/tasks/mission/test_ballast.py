@@ -8,7 +8,8 @@ import pytest
 from flying import goto, plan_of
 from lean import BLIND
 
-from tests.tasks.mission.lies import DEEP, FAULT, Flight, Mode
+import imc
+from tests.tasks.mission.lies import DEEP, DEPTH, FAULT, Flight, Mode, all_of, lies
 from tests.tasks.mission.underway import underway
 
 pytestmark = [pytest.mark.heavy, pytest.mark.computing]
@@ -57,6 +58,15 @@ def test_a_vehicle_that_is_too_heavy_comes_up_with_its_motor_whoever_is_silent(s
     assert max(flight.depths) < 16.0
     assert max(flight.depths[-1000:]) < 1.6
     assert flight.modes[-1] is Mode.ERROR or silent == ("Supervisors.Vehicle",)
+
+
+@pytest.mark.parametrize(("drift", "seconds"), [(-0.06, 200.0), (-0.15, 300.0)])
+def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_is_that_of_the_surface(drift, seconds, fly, tmp_path):
+    drifts = lies(DEPTH, imc.Depth, ("value", lambda depth, t: depth + drift * t))
+    flight = fly(tmp_path, all_of(ballast(0.6), drifts), seconds)
+    assert max(flight.depths) < 25.0
+    assert max(flight.depths[-3000:]) < 1.6
+    assert min(flight.depths[-3000:]) < 0.3
 
 
 def test_fins_that_are_jammed_downward_bring_it_up_astern(fly, tmp_path):

@@ -111,11 +111,22 @@ def test_it_lets_go_when_all_is_heard_and_the_vehicle_is_at_the_surface():
 @pytest.mark.parametrize(("limit", "at"), [(50.0, 5.0), (20.0, 2.0)])
 def test_the_measured_depth_counts_not_that_of_navigation(limit, at):
     limits = imc.OperationalLimits(timestamp=0.1, mask=imc.OpLimitsMask.MAX_DEPTH, max_depth=limit)
-    depths = [imc.Depth(timestamp=0.1 * k, value=1.0 * k) for k in range(80)]
+    depths = [imc.Depth(timestamp=0.1 * k, value=limit + 2.0 if k >= 10 * at else 5.0) for k in range(80)]
     run = guarded(limits, *depths, *every(imc.EstimatedState, 0.05, 10.0, depth=3.0))
     when, text = errors(run)[0]
     assert at + 1.0 < when < at + 1.6
-    assert text == f"depth {10.0 * when // 1:.1f} m is deeper than the limit of {limit:g} m"
+    assert text == f"depth {limit + 2.0:.1f} m is deeper than the limit of {limit:g} m"
+
+
+def test_a_steep_dive_ends_above_the_limit_and_a_usual_one_at_it():
+    def dive(speed, start):
+        depths = [imc.Depth(timestamp=0.1 * k, value=min(50.0, start + 0.1 * speed * k)) for k in range(200)]
+        return errors(guarded(*depths, *every(imc.EstimatedState, 0.05, 20.0), seconds=20.0))
+
+    assert not dive(0.45, 45.0)
+    when, text = dive(1.3, 30.0)[0]
+    assert 30.0 + 1.3 * when < 49.0
+    assert text.endswith("m sinks at 1.3 m/s, too fast for the limit of 50 m")
 
 
 def test_a_single_depth_that_is_wrong_changes_nothing():
