@@ -1,5 +1,7 @@
 """The mode of the vehicle: boot, service, calibration, maneuver, external, error."""
 
+import math
+
 import imc
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
@@ -8,11 +10,13 @@ from tasks.supervisors.maneuver_launcher import ManeuverLauncher
 Mode = imc.VehicleState.OpMode
 Command = imc.VehicleCommand.Command
 Phase = imc.ManeuverControlState.State
+PlanPhase = imc.PlanControlState.State
 NOBODY = 0xFFFF
 ALL_LOOPS = 0xFFFFFFFF
 EXTERNAL_AFTER = 2.0  # s with loops enabled without a maneuver
 NEXT_MANEUVER = 1.0  # s, longest time between two maneuvers
 SHORTEST_CALIBRATION = 15.0  # s
+PLANLESS = 3.0  # s that a maneuver of the own plan engine goes on without a plan
 BROKEN = (imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
 ROBUST = (Mode.BOOT, Mode.CALIBRATION, Mode.ERROR)  # entity errors do not change these modes
 
@@ -21,7 +25,7 @@ class Vehicle(Task):
     """Decides the mode of the vehicle, and starts and stops maneuvers on command.
 
     VehicleState is published at its rate and on every change. A maneuver fails if no task answers it, if its task
-    fails, or if it reports nothing for too long.
+    fails, or if it reports nothing for too long; so does one of the own plan engine when no plan runs any more.
     """
 
     execution_frequency: float = param(2.0, "Hz", "Rate of VehicleState.", minimum=0.1, maximum=100)
@@ -47,6 +51,7 @@ class Vehicle(Task):
         self._ignore_errors = False
         self._complaints: dict[int, str] = {}
         self._missed_beats = -1
+        self._planned, self._planless_since = False, math.inf
         self._last_error, self._last_error_time = "", -1.0
         self._waiting: Timer | None = None
         self._executor, self._reported = NOBODY, self.now
@@ -64,6 +69,8 @@ class Vehicle(Task):
         silence = self.maneuver_report_timeout
         if self._is_executing() and silence and self.age(self._reported) > silence:
             self._fail(f"no report for {silence:g} s")
+        if self._planned and self.age(max(self._planless_since, self._since)) > PLANLESS:
+            self._fail("its plan does not run")
         if self._missed_beats >= 0:
             self._watch_failsafe()
         self._publish_state()
@@ -72,6 +79,12 @@ class Vehicle(Task):
     def on_failsafe_heartbeat(self, beat: imc.Heartbeat) -> None:
         if self.vehicle.entities.label(self.system, beat.src_ent) == self.failsafe_label:
             self._missed_beats = 0
+
+    @consume
+    def on_plan_control_state(self, plan: imc.PlanControlState) -> None:
+        """Note since when no plan runs: a command that comes late may start a maneuver that nobody will end."""
+        runs = plan.state in (PlanPhase.INITIALIZING, PlanPhase.EXECUTING)
+        self._planless_since = math.inf if runs else min(self._planless_since, self.now)
 
     @consume
     def on_monitoring_state(self, entities: imc.EntityMonitoringState) -> None:
@@ -182,6 +195,7 @@ class Vehicle(Task):
             self._answer(request, "no maneuver given", failed=True)
         else:
             self._begin(request.maneuver)
+            self._planned = request.src == self.system
             self._enter(Mode.MANEUVER)
             self._answer(request, f"{type(request.maneuver).__name__} maneuver started")
 
@@ -208,7 +222,7 @@ class Vehicle(Task):
         if self._waiting is not None:
             self._waiting.cancel()
         self._type, self._since, self._eta, self._done, self._waiting = NOBODY, -1.0, NOBODY, False, None
-        self._executor = NOBODY
+        self._executor, self._planned = NOBODY, False
 
     def _is_executing(self) -> bool:
         """Whether a maneuver has started and is not done."""

@@ -33,6 +33,22 @@ def test_an_abort_stops_the_motors(boat):
     assert speeds[-1] < 0.6 * speeds[0]
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize("boat", BOATS)
+def test_a_maneuver_that_is_commanded_after_the_end_of_its_plan_does_not_run_on(boat):
+    async def command_late(vehicle, script):
+        await script.sleep(30.0)
+        script.publish(imc.PlanControl(op=imc.PlanControl.Op.STOP, dst=vehicle.system))
+        await script.sleep(4.0)
+        start = imc.VehicleCommand(command=imc.VehicleCommand.Command.EXEC_MANEUVER, maneuver=goto(400, 0))
+        vehicle.task("Plan.Engine").publish(start)
+
+    voyage = sail(boat, plan_of(goto(200, 0)), happen=command_late, until=60.0)
+    assert any(m.value > 0.1 for m in voyage.of(imc.SetThrusterActuation, 35.0, 37.0))
+    assert {m.value for m in voyage.of(imc.SetThrusterActuation, 39.0)} <= {0.0}
+    assert voyage.modes == [Mode.BOOT, *[Mode.SERVICE, Mode.MANEUVER] * 2, Mode.SERVICE]
+
+
 def silenced(task):
     """What happens to a voyage whose task falls silent after 25 s."""
 

@@ -129,6 +129,20 @@ def test_a_maneuver_that_nobody_executes():
     assert run.of(imc.VehicleState)[-1].last_error == "Goto maneuver error: no task executes it"
 
 
+@pytest.mark.parametrize(
+    ("src", "plan", "ends"),
+    [(OWN, "READY", True), (OWN, "BLOCKED", True), (OWN, "EXECUTING", False), (CCU, "READY", False)],
+)
+def test_a_maneuver_of_the_plan_engine_ends_without_a_plan(src, plan, ends):
+    state = imc.PlanControlState(state=imc.PlanControlState.State[plan])
+    reports = [state.replace(timestamp=0.5 * k) for k in range(30)]
+    run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto(), src=src), *reports, seconds=15)
+    assert modes(run) == ["BOOT", "SERVICE", "MANEUVER", *["SERVICE"] * ends]
+    if ends:
+        assert run.of(imc.VehicleState)[-1].last_error == "Goto maneuver error: its plan does not run"
+        assert run.of(imc.IdleManeuver)[-1].timestamp - run.vehicle.start_time == pytest.approx(5.5, abs=0.6)
+
+
 def test_stop_idles():
     run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto()), order(Command.STOP_MANEUVER, 4.0))
     assert answers(run)[-1] == ("SUCCESS", "OK")
