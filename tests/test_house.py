@@ -30,6 +30,7 @@ ROOMS = set(PACKAGES) | {
 FACES = {room for room in ROOMS if hasattr(importlib.import_module(room), "__all__")}
 OPEN = {  # modules that are imported as they are
     *(
+        "imc.console_acl",
         "imc.reserved_ids",
         "imc.discovery",
         "imc.fragments",
