@@ -3,8 +3,6 @@
 import math
 from collections import Counter
 
-import numpy as np
-
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from support.pose import DOWN, Pose
@@ -26,10 +24,10 @@ from world.sensors import (
     ACCURACY,
     UNIFORM_ERROR,
     AttitudeAndHeight,
+    DetectionErrorModel,
     NorthEastOffset,
     detect_target,
     detection_at_pixel,
-    ground_position_sigma,
     locate_like_original_camera,
     locate_target_on_plane,
     original_mug_camera,
@@ -135,6 +133,7 @@ class MUGDetectionCamera(Task):
         self.blindness = f"a field of view of {blind[0]:g}° sees nothing" if blind else ""
         fields = [math.radians(min(max(angle, SMALLEST_FIELD), 180.0 - SMALLEST_FIELD)) for angle in angles]
         self.camera = FieldOfViewCamera(self.horizontal_resolution, self.vertical_resolution, fields[0], fields[1])
+        self._error = DetectionErrorModel(self.errors, self.camera, is_physical=self.fidelity == "Physical")
         if len(self.mount_orientation) not in (0, 3):
             raise ParameterError("Mount Orientation", "must be roll, pitch and yaw, or nothing")
         roll, pitch, yaw = map(math.radians, self.mount_orientation or (0.0, 0.0, 0.0))
@@ -196,7 +195,7 @@ class MUGDetectionCamera(Task):
         angles = state.phi, state.theta, state.psi
         world = world_of(self)
         for thing in world.gliders:
-            draws = self._draw()
+            draws = self._error.draw(self.random)
             spot = world.object_position(thing, self.now - self.vehicle.start_time)
             believed = AttitudeAndHeight(*angles, self._height(state, thing))
             if not math.isfinite(believed.height):
@@ -207,7 +206,7 @@ class MUGDetectionCamera(Task):
                 view, mug = self._true_view(truth, spot, believed.height), truth.offset_to(spot)
             seen = self._detect(view, mug, believed)
             if seen is not None and self._is_noticed(thing, view, mug):
-                x, y = self._with_error(seen, draws, abs(view.height), mug)
+                x, y = self._error.apply(seen, draws, abs(view.height), mug)
                 if math.isfinite(x) and math.isfinite(y):
                     self._tell(thing.id, x, y, place)
         if self.false_alarm_rate > 0.0 and self.fidelity == "Physical":
@@ -244,20 +243,6 @@ class MUGDetectionCamera(Task):
         across, down = self.camera.focal_lengths
         pixels = thing.length * thing.diameter * across * down / (z * z)
         return float(self._chance.random()) < self.probability.probability(math.hypot(x, y, z), pixels)
-
-    def _with_error(
-        self, seen: PlaneDetection | NorthEastOffset, draws: NorthEastOffset, height: float, mug: NorthEastOffset
-    ) -> NorthEastOffset:
-        if not isinstance(seen, PlaneDetection):
-            scale = self._error_scale(height, mug)
-            return seen[0] + scale[0] * draws[0], seen[1] + scale[1] * draws[1]
-        if self.errors == "Covariance":
-            (a, b, _, c) = (
-                np.linalg.cholesky(seen.covariance(ACCURACY.pose_error_variances(height))).T.reshape(-1).tolist()
-            )
-            return seen.north + a * draws[0], seen.east + b * draws[0] + c * draws[1]
-        scale = self._error_scale(height, mug)
-        return seen.north + scale[0] * draws[0], seen.east + scale[1] * draws[1]
 
     def _alarm_falsely(self, state: imc.EstimatedState, place: NorthEastOffset, seconds: float) -> None:
         """False alarms of an image, as if on the plane of the first object, or on the seabed."""
@@ -338,25 +323,3 @@ class MUGDetectionCamera(Task):
         if self.fidelity == "Original" or thing.depth is None:
             return state.alt if 0.0 < state.alt <= self.maximum_altitude else math.nan
         return thing.depth - state.z
-
-    def _draw(self) -> NorthEastOffset:
-        """Two random numbers, drawn also for a glider that is out of sight, so that the others' stay the same."""
-        if self.errors in ("GSD", "Covariance"):
-            north, east = self.random.standard_normal(2).tolist()
-        elif self.errors == "Uniform":
-            north, east = self.random.random(2).tolist()
-            north, east = 2.0 * north - 1.0, 2.0 * east - 1.0
-        else:
-            north, east = original_mug_camera.FROZEN
-        return north, east
-
-    def _error_scale(self, height: float, mug: NorthEastOffset) -> NorthEastOffset:
-        """Scale (m) of the numbers of `_draw`."""
-        if self.errors == "None":
-            return 0.0, 0.0
-        if self.errors == "GSD":
-            sigma = ground_position_sigma(self.camera, height, mug)
-            return sigma, sigma
-        if self.fidelity == "Physical":
-            return UNIFORM_ERROR * height, UNIFORM_ERROR * height
-        return original_mug_camera.error_bound(self.camera, height)

@@ -12,6 +12,7 @@ from world.sensors.imu_noise import (
     vins_parameters,
 )
 from world.sensors.inertial_sampler import BodyMotion, InertialSample, InertialSampler
+from world.sensors.mug_detection_error_model import DetectionErrorModel
 from world.sensors.mug_detection_geometry import (
     ACCURACY,
     UNIFORM_ERROR,
@@ -42,6 +43,7 @@ __all__ = [
     "AttitudeAndHeight",
     "BeamEcho",
     "BodyMotion",
+    "DetectionErrorModel",
     "Drift",
     "ImuPart",
     "InertialSample",
