@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from world.optics.camera_model import Bools, CameraModel, Floats, normalize
-from world.optics.plane_inversion import Slope, invert_distortion
+from world.optics.camera_model import Bools, CameraModel, Floats
+from world.optics.plane_inversion import Slope, distortion_jacobian, invert_distortion
 
 FIT_POINTS = 40  # across a picture
 WIDEST = 100.0  # of the focal length: 89.4° off the axis
@@ -46,18 +46,10 @@ class PinholeModel(CameraModel):
     def unproject_from_unit_plane(self, places: Floats) -> tuple[Floats, Bools]:
         """By Newton's method, from the place itself, drawn in to where the lens does not fold."""
         within = 0.95 * np.sqrt(self._edge) / np.maximum(np.linalg.norm(places, axis=-1, keepdims=True), 1e-300)
-        bare, found = invert_distortion(self._bent, self._slope, places, places * np.minimum(1.0, within))
-        x, y = bare[..., 0], bare[..., 1]
-        with np.errstate(invalid="ignore", over="ignore"):
-            valid = found & (x * x + y * y < self._edge)
-        return normalize(np.stack((x, y, np.ones_like(x)), axis=-1)), valid
+        return invert_distortion(self._bent, self._slope, places, places * np.minimum(1.0, within), self._edge)
 
     def unit_plane_jacobian(self, points: Floats) -> Floats:
-        z = points[..., 2]
-        x, y = points[..., 0] / z, points[..., 1] / z
-        a, b, c, d = self._slope(x, y)
-        rows = [[a / z, b / z, -(a * x + b * y) / z], [c / z, d / z, -(c * x + d * y) / z]]
-        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+        return distortion_jacobian(self._slope, points)
 
     def to_opencv(self) -> dict[str, Any]:
         return {

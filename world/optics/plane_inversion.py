@@ -1,10 +1,10 @@
-"""Newton's method for lenses that move places in the plane of focal length 1."""
+"""Lenses that move places in the plane of focal length 1: their derivatives, and the way back by Newton's method."""
 
 from collections.abc import Callable
 
 import numpy as np
 
-from world.optics.camera_model import Bools, Floats
+from world.optics.camera_model import Bools, Floats, normalize
 
 NEWTON_STEPS = 20
 EXACT = 1e-12  # of the focal length
@@ -13,12 +13,26 @@ Slope = tuple[Floats, Floats, Floats, Floats]
 """Derivatives (...): of x by x, of x by y, of y by x, of y by y."""
 
 
-def invert_distortion(
-    bend: Callable[[Floats, Floats], Floats], slope: Callable[[Floats, Floats], Slope], places: Floats, start: Floats
-) -> tuple[Floats, Bools]:
-    """The places (..., 2) that `bend` moves to `places` (..., 2), and which of them were found, from `start` (..., 2).
+def distortion_jacobian(slope: Callable[[Floats, Floats], Slope], points: Floats) -> Floats:
+    """Derivatives (..., 2, 3) of places after a lens by the points (..., 3) before the camera."""
+    z = points[..., 2]
+    x, y = points[..., 0] / z, points[..., 1] / z
+    a, b, c, d = slope(x, y)
+    rows = [[a / z, b / z, -(a * x + b * y) / z], [c / z, d / z, -(c * x + d * y) / z]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
-    A step is at most half of 1 plus the distance from the axis, so that a flat slope leads nowhere far.
+
+def invert_distortion(
+    bend: Callable[[Floats, Floats], Floats],
+    slope: Callable[[Floats, Floats], Slope],
+    places: Floats,
+    start: Floats,
+    edge: float,
+) -> tuple[Floats, Bools]:
+    """The rays (..., 3) to the places that `bend` moves to `places` (..., 2), and which were found, from `start`.
+
+    One beyond the squared radius `edge`, where the lens folds, is not found. A step is at most half of 1 plus the
+    distance from the axis, so that a flat slope leads nowhere far.
     """
     bare = start
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
@@ -35,5 +49,6 @@ def invert_distortion(
             bare = np.where(size > 0.0, bare, np.stack((x, y), axis=-1))
             if not (size > EXACT).any():
                 break
-        left = np.linalg.norm(bend(bare[..., 0], bare[..., 1]) - places, axis=-1)
-        return bare, left < EXACT * (1.0 + np.linalg.norm(places, axis=-1))
+        x, y = bare[..., 0], bare[..., 1]
+        found = np.linalg.norm(bend(x, y) - places, axis=-1) < EXACT * (1.0 + np.linalg.norm(places, axis=-1))
+        return normalize(np.stack((x, y, np.ones_like(x)), axis=-1)), found & (x * x + y * y < edge)

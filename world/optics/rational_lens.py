@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from world.optics.brown_conrady import WIDEST, fit_radtan
-from world.optics.camera_model import Bools, CalibrationError, CameraModel, Floats, normalize
-from world.optics.plane_inversion import Slope, invert_distortion
+from world.optics.camera_model import Bools, CalibrationError, CameraModel, Floats
+from world.optics.plane_inversion import Slope, distortion_jacobian, invert_distortion
 
 TABLE = 4096
 LARGEST_MISFIT = 0.5  # px rms, of a lens that stands for this one in programs without it
@@ -69,20 +69,13 @@ class RationalModel(CameraModel):
             radius = np.linalg.norm(flat, axis=-1, keepdims=True)
             bare_radius = np.asarray(np.interp(radius, radii, bare_radii), np.float64)
             start = flat * (bare_radius / np.maximum(radius, 1e-300))
-            bare, found = invert_distortion(self._bent, self._slope, flat, start)
-            x, y = bare[..., 0], bare[..., 1]
-            valid = found & (ahead > 0.0) & (x * x + y * y < self._edge)
-            return normalize(np.stack((x, y, np.ones_like(x)), axis=-1)), valid
+            rays, found = invert_distortion(self._bent, self._slope, flat, start, self._edge)
+            return rays, found & (ahead > 0.0)
 
     def unit_plane_jacobian(self, points: Floats) -> Floats:
-        z = points[..., 2]
-        x, y = points[..., 0] / z, points[..., 1] / z
-        a, b, c, d = self._slope(x, y)
-        rows = [[a / z, b / z, -(a * x + b * y) / z], [c / z, d / z, -(c * x + d * y) / z]]
-        lens = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-        places, ahead = _map(self._tilt, self._bent(x, y))
+        places, ahead = _map(self._tilt, self._bent(*np.moveaxis(points[..., :2] / points[..., 2:], -1, 0)))
         tilt = (self._tilt[:2, :2] - places[..., :, None] * self._tilt[2, :2]) / ahead[..., None, None]
-        return tilt @ lens
+        return tilt @ distortion_jacobian(self._slope, points)
 
     def to_opencv(self) -> dict[str, Any]:
         return {"model": "pinhole", "K": self.intrinsic_matrix, "D": np.array(self.coefficients)}
