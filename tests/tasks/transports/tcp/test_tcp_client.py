@@ -3,7 +3,6 @@
 import contextlib
 import itertools
 import socket
-import threading
 import time
 
 import pytest
@@ -14,6 +13,7 @@ from runtime.kernel import ScaledClock
 from tasks.transports.tcp import client
 from tasks.transports.tcp.client import Client
 from tests.outside import REFUSED
+from tests.runtime.devices.slow_servers import served
 from tests.tasks.transports.tcp.peers import HOST, VEHICLE, Peer, packet, run, until
 
 
@@ -93,34 +93,6 @@ def promise(peer):
         yield peer.sendall(ENDLESS * 600)
 
 
-@contextlib.contextmanager
-def served(speak):
-    """A server whose connections `speak`, until their client ends them; its port, and how many there were."""
-    listener, count, over = socket.create_server((HOST, 0)), [], threading.Event()
-
-    def serve():
-        with contextlib.suppress(OSError):
-            while not over.is_set():
-                opened, _ = listener.accept()
-                count.append(opened)
-                with opened, contextlib.suppress(OSError):
-                    opened.settimeout(1.0)
-                    for _ in speak(opened):
-                        if over.is_set():
-                            break
-
-    thread = threading.Thread(target=serve, daemon=True)
-    thread.start()
-    try:
-        yield listener.getsockname()[1], count
-    finally:
-        over.set()
-        with contextlib.suppress(OSError):
-            listener.shutdown(socket.SHUT_RDWR)
-        listener.close()
-        thread.join(5.0)
-
-
 @pytest.mark.heavy
 @pytest.mark.parametrize("silent", [trickle, lambda peer: iter(lambda: over_soon(peer), None)])
 def test_a_server_that_answers_nothing_whole_is_reported_and_delays_nobody(silent, monkeypatch):
@@ -138,7 +110,7 @@ def test_a_server_that_answers_nothing_whole_is_reported_and_delays_nobody(silen
         assert depths.count > before, "other tasks go on"
         assert times < len(depths.times)
 
-    with served(silent) as (port, _):
+    with served(silent) as port:
         log = run(test, Client, server_port=port).log
     assert sum(f"{HOST}:{port} has sent no packet for 0.5 s" in line for line in log) == 1
 
@@ -161,8 +133,14 @@ def test_a_server_that_sends_rubbish_without_end_is_left_counted_and_tried_again
         assert not task.streams or len(task.streams[0].parser._waiting) < 1 << 16
         assert depths.count > 50
 
-    with served(endless) as (port, count):
+    connections = []
+
+    def speak(peer):
+        connections.append(peer)
+        yield from endless(peer)
+
+    with served(speak) as port:
         log = run(test, Client, server_port=port, maximum_rate=100_000.0).log
-        assert 2 <= len(count) <= 4
+        assert 2 <= len(connections) <= 4
     assert sum(f"{HOST}:{port}" in line and "it sends no IMC" in line for line in log) >= 1
     assert sum("have sent" in line or "has sent bytes" in line for line in log) == 1
