@@ -29,7 +29,7 @@ GENERAL = {
     "Vehicle Type": ("", "Name of the simulated model."),
     "Messages": ("", "Files with messages of your own, YAML or IMC.xml."),
     "Bus": ("", "Transport between processes: inprocess or zenoh."),
-    "Network Address": ("", "Where the vehicle listens: 127.0.0.1 for this computer only, 0.0.0.0 for all networks."),
+    "Network Address": ("", "Address to listen at: 127.0.0.1 for this computer only, 0.0.0.0 for all networks."),
     "Console Messages": (
         "",
         "Messages to consoles over UDP and TCP beside those listed there: NAME or NAME:HZ.",

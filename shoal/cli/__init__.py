@@ -36,7 +36,7 @@ COMMANDS = {
     "explain": ("shoal.cli.explain", "Show the values of a profile and where they are set."),
     "tasks": ("shoal.cli.tasks", "List tasks, or the parameters of one."),
     "message": ("shoal.cli.message", "Show the fields of a message."),
-    "export": ("shoal.cli.export", "Write what other programs need to know of a vehicle."),
+    "export": ("shoal.cli.export", "Write the files that other programs need for a vehicle."),
     "service": ("shoal.cli.service", "Write a systemd unit that runs a vehicle from boot on."),
     "new": ("shoal.cli.new", "Create a task, a driver, a vehicle or a scenario, with a test."),
 }

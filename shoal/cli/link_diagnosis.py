@@ -1,4 +1,4 @@
-"""`shoal link`: finds out why a vehicle is not heard, or does not hear us."""
+"""`shoal link`: finds out why packets of a vehicle, or ours, do not arrive."""
 
 import math
 from dataclasses import asdict
@@ -33,7 +33,7 @@ LISTEN = 2.5  # s
 def link(
     vehicle: str | None, duration: float | None, schema: imc.Schema, connection: dict[str, Any], as_json: bool
 ) -> None:
-    """Show who is heard, who hears us, what was dropped and why, and what to do; of all systems, or of VEHICLE.
+    """Show traffic both ways, what was dropped and why, and what to do; of all systems, or of VEHICLE.
 
     Exit status 0 if nothing is wrong, else 1.
     """
@@ -62,7 +62,7 @@ def link(
 def _line(contact: Contact) -> str:
     words = [contact.name, "" if contact.id is None else f"0x{contact.id:04X}"]
     words += [f"{rate:.1f} packets/s by {name}" for name, rate in contact.rates.items()]
-    words += ["hears us" if contact.answered else "does not hear us"] if contact.asked else []
+    words += ["receives from us" if contact.answered else "receives nothing from us"] if contact.asked else []
     words += [f"{1e3 * contact.round_trip:.1f} ms there and back"] if math.isfinite(contact.round_trip) else []
     words += [f"clock {contact.clock:+.3f} s"] if math.isfinite(contact.clock) else []
     return "  ".join(word for word in words if word)

@@ -63,7 +63,7 @@ def plan(
     A file is YAML or JSON of Shoal, .plan or .waypoints of QGroundControl, KML, GPX or GeoJSON; `get -o` writes them.
 
     start shows the progress and ends with the plan: exit status 0 if it was completed, 1 if the vehicle refused it or
-    it failed. Ctrl-C ends only this command; the plan goes on.
+    it failed. Ctrl-C ends only this command; the plan continues.
     """
     if (plan is None) != (action in ALONE):
         raise click.UsageError(f"{action} takes no plan" if plan else f"name the plan to {action}")
@@ -113,7 +113,7 @@ def plan(
         results = run_on_selection(vehicle, connection, act)
     except click.exceptions.Exit as ending:
         if ending.exit_code == INTERRUPTED and action == "start":
-            click.echo(f"\na plan that has started goes on; `shoal plan {vehicle} stop` stops it", err=True)
+            click.echo(f"\na plan that has started continues; `shoal plan {vehicle} stop` stops it", err=True)
         raise
     name = chosen.stem if isinstance(chosen, Path) else chosen if isinstance(chosen, str) else chosen.plan_id
     print_results(

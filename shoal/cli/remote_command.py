@@ -38,7 +38,7 @@ def network_options(function: F) -> F:
         "endpoints",
         multiple=True,
         metavar="ENDPOINT",
-        help="Where to look, such as tcp/10.0.0.7:7447 [default: SHOAL_CONNECT, else this computer].",
+        help="Endpoint to look at, such as tcp/10.0.0.7:7447 [default: SHOAL_CONNECT, else this computer].",
     )
     @click.option(
         "--zenoh-config",

@@ -27,9 +27,9 @@ NAME = "replay"
 @click.argument("log", type=click.Path(exists=True, path_type=Path), required=False)
 @run_selection_options("log")
 @click.option(
-    "--from", "begin", default="", metavar="PLACE", help="Where to begin: 90, 1h30min or 2026-01-01T00:05:00."
+    "--from", "begin", default="", metavar="PLACE", help="Time to begin at: 90, 1h30min or 2026-01-01T00:05:00."
 )
-@click.option("--to", "end", default="", metavar="PLACE", help="Where to end, like --from.")
+@click.option("--to", "end", default="", metavar="PLACE", help="Time to end at, like --from.")
 @click.option("-m", "--messages", multiple=True, help="Messages to play, by name; all by default.")
 @click.option("-s", "--systems", multiple=True, help="Systems to play, by name or id.")
 @click.option("-e", "--entities", multiple=True, help="Entities to play, by label.")

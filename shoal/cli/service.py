@@ -47,7 +47,7 @@ WorkingDirectory={working}
 {wait}ExecStart={start}
 Restart=always
 RestartSec=2
-# The run tells that it lives from the thread that runs all tasks; if that hangs, it is killed and started again.
+# The thread that runs all tasks notifies the watchdog; if it hangs, the run is killed and started again.
 WatchdogSec={watchdog}
 TimeoutStartSec=120
 TimeoutStopSec=15

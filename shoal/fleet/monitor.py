@@ -63,7 +63,7 @@ class FleetMonitor:
             self._opener.stop_link_timeout()
             self._meeting.close()
             words = f"no zenoh at port {client.local_port} of this computer: {error_text(error)}"
-            hint = "another program has it, or it wants a password: see Local Port and User under zenoh: in the file"
+            hint = "another program has it, or it needs a password: see Local Port and User under zenoh: in the file"
             raise ConnectionError(f"{words} ({hint})") from None
         self._entries: deque[tuple[str, bytes]] = deque(maxlen=MOST_ENTRIES)
         self._told: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""Finds out why two systems do not hear each other: who is heard, who hears us, what was dropped and why."""
+"""Finds out why packets of two systems do not arrive: received, answered, dropped, and why."""
 
 import asyncio
 import math
@@ -23,13 +23,13 @@ LOSSY = 0.02  # part of the packets
 CARRIERS = ("in contact", "dropped", "within range", "packets taken")
 """What entities that talk to a network say of it; nothing else that a vehicle sends tells whom it does not hear."""
 
-UNHEARD = "a firewall closes its port; or its Consoles do not list us; or it has not heard our Announce"
+UNHEARD = "a firewall closes its port; or its Consoles do not list us; or it has not received our Announce"
 UNLISTED = "the name of our certificate or user is not in its Commanders, see [Zenoh]; or it is too busy"
 TAKEN = "another program"
 ADVICE = {
     "not announced": "its Announce does not get here: multicast 224.0.75.69, broadcast and the ports of discovery "
-    "30100-30104 must be open; or it announces another address; or only every 10 s, and --for 11s hears it",
-    "wrong CRC": "something on the way changes packets, or another protocol speaks to this port",
+    "30100-30104 must be open; or it announces another address; or only every 10 s, and --for 11s receives it",
+    "wrong CRC": "something on the way changes packets, or another protocol uses this port",
     "truncated": "a packet was cut on the way: datagrams above the MTU need a path that carries fragments",
     "synchronization": "this is not IMC: another program speaks to this port",
     "unknown message": "its messages are not ours: compare the versions of IMC, or name their file with --messages",
@@ -194,14 +194,14 @@ def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Li
     if not rate:
         says = "announces itself, but sends nothing to us" if system.parts else "has fallen silent"
         tell(
-            f"{says}: vehicle to here is silent",
+            f"{says}: nothing arrives from the vehicle",
             "a firewall closes our port; or its Consoles list does not have us; or its contact timeout has passed",
         )
     elif contact.refusal:
-        tell(f"is heard, but does not obey us: {contact.refusal}", "list our id in its [General] Consoles")
+        tell(f"is received, but does not obey us: {contact.refusal}", "list our id in its [General] Consoles")
     elif contact.asked and not contact.answered:
         over_zenoh = contact.rates.get("zenoh", 0.0) == rate
-        tell("is heard, but does not answer: here to vehicle is silent", UNLISTED if over_zenoh else UNHEARD)
+        tell("is received, but does not answer: nothing arrives from here", UNLISTED if over_zenoh else UNHEARD)
     elif contact.answered < contact.asked:
         lost = 100.0 * (1.0 - contact.answered / contact.asked)
         tell(f"answers only {contact.answered} of {contact.asked} questions ({lost:.0f} % lost)", "the link is bad")
@@ -209,7 +209,7 @@ def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Li
         ahead = "ahead of" if contact.clock > 0 else "behind"
         tell(
             f"its clock is {abs(contact.clock):.1f} s {ahead} ours",
-            "set the clocks by NTP or GPS; a simulation on a scaled clock runs away on purpose",
+            "set the clocks by NTP or GPS; a simulation on a scaled clock deviates by design",
         )
     total = sum(system.heard.values())  # integers
     for reason, number in sorted(contact.missed.items()):
@@ -235,13 +235,13 @@ def _of_here(network: Network, name: str, found: Diagnosis) -> list[LinkProblem]
     vehicles = [contact for contact in found.contacts if contact.is_vehicle]
     if not vehicles:
         whom = f"{name} is not" if name else "no vehicle is"
-        findings.append(LinkProblem("", f"{whom} heard", "start it; `shoal ls` lists who is there"))
+        findings.append(LinkProblem("", f"{whom} received", "start it; `shoal ls` lists who is there"))
     for link, trouble in found.links.items():
         if trouble and (not working or not vehicles or network.expects_all):
             findings.append(LinkProblem("", f"{link}: {trouble}", _advice_for_link(link, trouble)))
     for link in network.links:
         if getattr(link, "deaf", False):
-            text = "all ports of discovery are taken by other programs of this computer: no announcement is heard"
+            text = "all ports of discovery are taken by other programs of this computer: no announcement is received"
             findings.append(
                 LinkProblem("", text, "end one of them; vehicles at ports 6002-6006 of this computer are asked")
             )
@@ -253,7 +253,7 @@ def _of_here(network: Network, name: str, found: Diagnosis) -> list[LinkProblem]
 def _advice_for_link(link: str, trouble: str) -> str:
     if trouble.startswith(TAKEN):
         return advice_for(trouble)
-    if "did not let us in" in trouble:
+    if "did not accept us" in trouble:
         return "name ours in --zenoh-config"
     if link.startswith("zenoh"):
         return "start a vehicle with --bus zenoh, or see --connect"

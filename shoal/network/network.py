@@ -255,7 +255,7 @@ class Network:
     def check_is_there(self, system: NetworkSystem) -> None:
         """Raise VehicleLost if a system is not there any more."""
         if not system.is_there:
-            how = "gone; it has ended" if system.has_ended else f"not heard any more, since {system.age:.0f} s"
+            how = "gone; it has ended" if system.has_ended else f"not received any more, for {system.age:.0f} s"
             troubles = "; ".join(link.trouble for link in self.links if link.trouble and link.name in system.heard)
             raise VehicleLost(f"{system.name} is {how}{f' ({troubles})' if troubles else ''}")
 
@@ -340,7 +340,7 @@ class Network:
         """What the log book of a system says of our packets, or what else may be the reason."""
         ours = f"packet from 0x{self.console.id:04X} "
         texts = [entry.text for entry in system.latest_entity_messages(imc.LogBookEntry) if ours in entry.text]
-        guess = size_warning(self._ways(system), size) or f"`shoal link {system.name}` tells why"
+        guess = size_warning(self._ways(system), size) or f"`shoal link {system.name}` shows why"
         return printable(f"its log book: {texts[-1]}" if texts else guess)
 
     def _send(self, system: NetworkSystem, message: imc.Message, packet: bytes, attempt: int = 0) -> bool:

@@ -142,9 +142,9 @@ class AsyncRemoteVehicle:
                 raise found[0]
             troubles += [f"0x{n:04X}: {error}" for (_, n, _), error in zip(new, found, strict=True) if error]
         if self.system.has_duplicate_identity:
-            troubles.append("they cannot be told apart: perhaps only one has confirmed it")
+            troubles.append("they cannot be distinguished: perhaps only one has confirmed it")
         if troubles:
-            raise NoAnswer(f"{self.system.conflict_text}; all were told to abort, but {'; '.join(troubles)}")
+            raise NoAnswer(f"{self.system.conflict_text}; Abort was sent to all, but {'; '.join(troubles)}")
 
     def _namesakes(self) -> list[tuple[NetworkSystem, int, set[object]]]:
         """The systems of this name or id, by id, and what tells all that take their packets."""

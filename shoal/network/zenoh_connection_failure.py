@@ -7,13 +7,13 @@ from contextlib import suppress
 OVER_TCP = ("tcp", "tls", "ws")
 ACCEPTING = 0.5  # s for an endpoint to accept a connection
 REFUSED = (
-    "it wants a certificate of its own authority, or a user and password; or its certificate is of another authority; "
+    "it needs a certificate of its own authority, or a user and password; or its certificate is of another authority; "
     "or it is stopped, or not zenoh"
 )
 
 
 def connection_failure(endpoints: Collection[str]) -> str:
-    """Nobody listens at the endpoints, or who is there did not let us in."""
+    """Nobody listens at the endpoints, or the program there did not accept us."""
     accepting: list[str] = []
     for endpoint in endpoints:
         protocol, _, place = endpoint.partition("/")
@@ -23,6 +23,6 @@ def connection_failure(endpoints: Collection[str]) -> str:
                 socket.create_connection((host.strip("[]"), int(port)), ACCEPTING).close()
                 accepting.append(endpoint)
     if accepting:
-        return f"{', '.join(accepting)} did not let us in: {REFUSED}"
+        return f"{', '.join(accepting)} did not accept us: {REFUSED}"
     unsure = any(endpoint.startswith("quic/") for endpoint in endpoints)
-    return f"nobody listens at {', '.join(endpoints)}" + (f", or did not let us in: {REFUSED}" if unsure else "")
+    return f"nobody listens at {', '.join(endpoints)}" + (f", or did not accept us: {REFUSED}" if unsure else "")

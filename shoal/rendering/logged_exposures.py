@@ -155,7 +155,7 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
                     if frames is not None and recorder.task.frame_rate in rates.get(label, ()):
                         recorder.expose_at(frames)
                     else:
-                        notes.append(f"cut, or made on a wall clock: the log does not tell when {label} was exposed")
+                        notes.append(f"cut, or made on a wall clock: the log does not say when {label} was exposed")
             vehicle.start()
             # A run ends before the events of its last instant, but a log that another one follows after some of them.
             end = instants.resolve(about.end)

@@ -25,7 +25,7 @@ class StationKeeping(Maneuver):
     under_water: str = param(
         "surface",
         "",
-        "What a vehicle does at a station under water: come up and drift (surface), or stay on the circle at its depth "
+        "Behavior at a station under water: come up and drift (surface), or stay on the circle at its depth "
         "or altitude (circle).",
         choices=("surface", "circle"),
         editable=False,

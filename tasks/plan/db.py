@@ -37,7 +37,7 @@ class DB(Task):
     storage: str = param(
         "Automatic",
         "",
-        "Where plans are kept: in the file, in memory, or in memory only on a virtual clock.",
+        "Storage of plans: in the file, in memory, or in memory only on a virtual clock.",
         choices=("Automatic", "File", "Memory"),
         editable=False,
     )

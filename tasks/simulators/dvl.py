@@ -43,14 +43,14 @@ class DVL(Task):
     )
     invalid_reading_probability: float = param(10.0, "%", "Share of invalid samples.", minimum=0, maximum=100)
     bottom_range: float = param(
-        0.0, "m", "Distance beyond which the bottom is not heard; 0 for any.", minimum=0, maximum=11000
+        0.0, "m", "Range to the bottom beyond which no echo returns; 0 for no limit.", minimum=0, maximum=11000
     )
 
-    blanking_distance: float = param(0.0, "m", "Distance below which a beam hears nothing.", minimum=0, maximum=100)
+    blanking_distance: float = param(0.0, "m", "Distance below which a beam receives no echo.", minimum=0, maximum=100)
     beams: int = param(
         0,
         "",
-        "Number of beams that hear what is around; 0 for an ideal device that looks for the bottom only.",
+        "Number of beams that also receive echoes of objects; 0 for an ideal device that measures the bottom only.",
         choices=(0, BEAMS),
         editable=False,
     )

@@ -46,7 +46,7 @@ class EstimatedState(Task):
     )
     speed: float = param(1.5, "m/s", "Speed through the water.", minimum=0, maximum=5)
     turn_rate: float = param(15.0, "°/s", "Largest rate of turn.", minimum=1, maximum=90)
-    vertical_mode: str = param("Depth", "", "What the vehicle keeps: depth or altitude.", choices=("Depth", "Altitude"))
+    vertical_mode: str = param("Depth", "", "Quantity to hold: depth or altitude.", choices=("Depth", "Altitude"))
     depth: float = param(3.0, "m", "Depth below the surface.", minimum=0, maximum=11000)
     altitude: float = param(10.0, "m", "Height above the bottom.", minimum=0, maximum=11000)
     bottom_depth: float = param(

@@ -90,7 +90,7 @@ class MUGDetectionCamera(Task):
     mount_position: list[float] = param(
         [0.0, 0.0, 0.0],
         "m",
-        "Where the camera is in the vehicle: forward, right, down.",
+        "Position of the camera in the vehicle: forward, right, down.",
         size=3,
         minimum=-FARTHEST_MOUNT,
         maximum=FARTHEST_MOUNT,

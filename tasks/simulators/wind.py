@@ -11,7 +11,7 @@ class Wind(Task):
 
     execution_frequency: float = param(1.0, "Hz", "Rate of AbsoluteWind.", minimum=0.1, maximum=100)
     speed: float = param(0.0, "m/s", "Mean speed.", minimum=0, maximum=50)
-    direction: float = param(0.0, "°", "Where it comes from, true north.", minimum=-360, maximum=360)
+    direction: float = param(0.0, "°", "Direction that the wind comes from, true north.", minimum=-360, maximum=360)
     gusts: float = param(0.0, "m/s", "Standard deviation of the speed.", minimum=0, maximum=20)
     time_constant: float = param(10.0, "s", "Time constant of the gusts.", minimum=0.1)
 

@@ -46,7 +46,7 @@ class Failsafe(Task):
     required_messages: list[str] = param(
         ["EstimatedState", "VehicleState"],
         "",
-        "What must not fall silent, once heard; `Name: LOOP LOOP` only while one of these control loops is enabled.",
+        "Messages that must not stop once begun; `Name: LOOP LOOP` only while one of these control loops is enabled.",
         editable=False,
     )
     silence_timeout: float = param(

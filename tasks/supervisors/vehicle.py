@@ -35,7 +35,7 @@ class Vehicle(Task):
         3.0, "s", "A maneuver without a report for this time has failed; 0 means never.", minimum=0
     )
     failsafe_label: str = param(
-        "Failsafe", "", "Entity whose Heartbeat must not fall silent, once heard.", name="Entity Label - Failsafe"
+        "Failsafe", "", "Entity whose Heartbeat must not stop after the first.", name="Entity Label - Failsafe"
     )
     failsafe_timeout: float = param(5.0, "s", "Longest time without this Heartbeat.", minimum=1.5, maximum=60)
     vital_entities: list[str] = param([], "", "Entities whose errors count even if a plan ignores errors.")

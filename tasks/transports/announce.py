@@ -57,7 +57,7 @@ class Announce(Task):
     address: str = param(
         "",
         "",
-        "Who gets announcements; empty means [General] Network Address: 127.0.0.1 is this computer only.",
+        "Destination of announcements; empty means [General] Network Address: 127.0.0.1 is this computer only.",
         editable=False,
     )
     announcement_periodicity: float = param(

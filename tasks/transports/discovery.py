@@ -64,7 +64,7 @@ class Discovery(Task):
     address: str = param(
         "",
         "",
-        "Where to listen; empty means [General] Network Address: 127.0.0.1 is this computer only.",
+        "Address to listen at; empty means [General] Network Address: 127.0.0.1 is this computer only.",
         editable=False,
     )
     multicast_address: str = param(MULTICAST, "", "The multicast group.", editable=False)
@@ -142,7 +142,7 @@ class Discovery(Task):
         reason = f"{why}; {reason}" if why else reason
         if reason != self.trouble:
             self.log.warning(
-                f"hears no announcements, so systems have to announce themselves at its UDP port: {reason}"
+                f"receives no announcements, so systems have to announce themselves at its UDP port: {reason}"
             )
         self.trouble = reason
         return False
@@ -160,7 +160,7 @@ class Discovery(Task):
     def listen_after_refusals(self) -> None:
         self.refusals += 1
         if self.refusals >= MOST_REFUSALS:
-            self.listen("the program that should listen for all takes nobody")
+            self.listen("the program that listens for all accepts no more")
 
     def pulse_or_check_leader(self) -> None:
         """Show the followers that we live, or listen if nobody does it for us."""

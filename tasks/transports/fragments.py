@@ -35,7 +35,7 @@ class Fragments(Task):
             if part.src not in self._complained and len(self._complained) < MOST_NAMED:
                 self._complained.add(part.src)
                 name = self.vehicle.systems.name(part.src)
-                self.log.warning(f"pieces of a message from {name} dropped: {error.reason}; further ones are not told")
+                self.log.warning(f"pieces of a message from {name} dropped: {error.reason}; no more are reported")
 
     @periodic(1.0)
     def ask_again(self) -> None:

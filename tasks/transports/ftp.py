@@ -29,7 +29,7 @@ class FTP(Task):
     address: str = param(
         "",
         "",
-        "Where to listen; empty means [General] Network Address: 127.0.0.1 is this computer only.",
+        "Address to listen at; empty means [General] Network Address: 127.0.0.1 is this computer only.",
         editable=False,
     )
     control_port: int = param(

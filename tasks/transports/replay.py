@@ -44,9 +44,9 @@ class Replay(Task):
         0.0, "s", "Time to skip at the start.", name="Seconds to skip", aliases=("Seconds To Skip",), minimum=0
     )
     begin: str = param(
-        "", "", "Where to begin, instead of Seconds to skip: 90, 1h30min or 2026-01-01T00:05:00 (UTC).", name="From"
+        "", "", "Time to begin at, instead of Seconds to skip: 90, 1h30min or 2026-01-01T00:05:00 (UTC).", name="From"
     )
-    end: str = param("", "", "Where to end, like From; empty plays to the end.", name="To")
+    end: str = param("", "", "Time to end at, like From; empty plays to the end.", name="To")
     position: float = param(STAY, "s", "Set it to jump to this time of the log.", minimum=STAY)
     loop: bool = param(False, "", "Start again at the end.")
     keep_time: bool = param(True, "", "Keep the times of the log in the messages, instead of the times of the replay.")

@@ -74,14 +74,14 @@ class AirSim(ImageSaverTask):
     settings_file: str = param(
         "",
         "",
-        "File settings.json, for what AirSim does not say of its cameras; empty to ask AirSim for it.",
+        "File settings.json, for camera values that AirSim does not provide; empty to request it from AirSim.",
         editable=False,
     )
     compress: bool = param(False, "", "Let AirSim send PNGs, which are smaller and slower.", editable=False)
-    pose_from: str = param(SHOAL, "", "Who moves the vehicle.", choices=(SHOAL, AIRSIM), editable=False)
+    pose_from: str = param(SHOAL, "", "Source of the vehicle's motion.", choices=(SHOAL, AIRSIM), editable=False)
     publish_truth: bool = param(False, "", "Publish AirSim's motion as SimulatedState.", editable=False)
     origin: list[float] = param(
-        [0.0, 0.0, 0.0], "m", "Where the origin of [World] is in AirSim: north, east and down.", size=3
+        [0.0, 0.0, 0.0], "m", "Position of the origin of [World] in AirSim: north, east and down.", size=3
     )
     frame_rate: float = param(5.0, "Hz", "Images per second.", minimum=0.01, maximum=1000, visibility="user")
     size: int = param(1024, "px", "Width and height of a fisheye image.", minimum=1, maximum=4096)

@@ -29,7 +29,7 @@ class Camera(MountedCameraTask, RenderedCameraTask):
         80.0, "°", "Angle between the left and the right border of an image without distortion.", minimum=1, maximum=170
     )
     principal_point: list[float] = param(
-        [], "px", "Where the axis meets the image, from its left upper corner; by default its middle.", size=(0, 2)
+        [], "px", "Principal point of the image, from its left upper corner; by default its middle.", size=(0, 2)
     )
     distortion: list[float] = param([], "1", "k1, k2, p1, p2 and k3, as OpenCV counts them.", size=(0, 5))
     face_size: int = param(
@@ -51,7 +51,7 @@ class Camera(MountedCameraTask, RenderedCameraTask):
         0.0, "m", "How far the camera's center is before that of a dome.", minimum=-10, maximum=10
     )
     subject_distance: float = param(
-        3.0, "m", "Where pictures through a port are exact; nearer and farther, a pixel or some off.", minimum=0.01
+        3.0, "m", "Distance of exact pictures through a port; nearer and farther, a pixel or some off.", minimum=0.01
     )
 
     def configure(self) -> None:

@@ -75,12 +75,12 @@ class MUGDetector(Task):
     detector: str = param(
         "Color",
         "",
-        "What it looks for: a color, or markers on the gliders (OpenCV), or what a function of yours finds.",
+        "Target of the search: a color, or markers on the gliders (OpenCV), or the findings of a function of yours.",
         choices=("Color", "Marker", "Function"),
     )
     color: list[float] = param(list(YELLOW), "1", "Red, green and blue of the gliders, 0 to 255.", size=(3, 3))
     contrast: float = param(
-        3.5, "σ", "How far a pixel stands out from those around it, in their deviations.", minimum=2, maximum=100
+        3.5, "σ", "Least contrast of a pixel with those around it, in their deviations.", minimum=2, maximum=100
     )
     least_pixels: int = param(6, "px", "Pixels of the smallest glider.", minimum=1, maximum=1000000)
     marker_family: str = param("4X4_50", "", "Family of markers.", choices=MARKER_FAMILIES)
@@ -97,7 +97,7 @@ class MUGDetector(Task):
     target_plane: str = param(
         "Seabed",
         "",
-        "Where gliders are: on the seabed, below by the altitude or where [World] has it (Map), or at a depth.",
+        "Location of gliders: on the seabed, below by the altitude or where [World] has it (Map), or at a depth.",
         choices=("Seabed", "Map", "Surface", "Depth"),
     )
     target_depth: float = param(0.0, "m", "Depth of the gliders, for Depth.", minimum=0, maximum=11000)
@@ -274,7 +274,7 @@ class MUGDetector(Task):
         if self.detector == "Color":
             red, green, blue = self.color
             if max(self.color) - min(self.color) < LEAST_HUE:
-                raise ParameterError("Color", "is gray, which only its hue can tell from others")
+                raise ParameterError("Color", "is gray, and only a hue distinguishes a color from others")
             return BlobDetector((red, green, blue), self.contrast, least_pixels=self.least_pixels).detect
         if self.detector == "Marker":
             if importlib.util.find_spec("cv2") is None:

@@ -26,7 +26,7 @@ class Recording(ExternalCameraTask):
         "", "", "The folder or video; a relative path counts from the profile, or the working folder.", editable=False
     )
     camera: str = param(
-        "", "", "Whose pictures, if a folder has those of several: a label, cam1 of EuRoC, rgb1 of TUM.", editable=False
+        "", "", "Camera, if a folder has pictures of several: a label, cam1 of EuRoC, rgb1 of TUM.", editable=False
     )
     times: str = param(
         FROM_START,
@@ -55,7 +55,7 @@ class Recording(ExternalCameraTask):
             if importlib.util.find_spec("cv2") is None:
                 raise ParameterError("Source", "a video needs pip install opencv-python-headless")
             if self.times == AS_RECORDED:
-                raise ParameterError("Times", f"a video does not tell when it was recorded: use {FROM_START}")
+                raise ParameterError("Times", f"a video has no time of recording: use {FROM_START}")
 
     def start(self) -> None:
         super().start()

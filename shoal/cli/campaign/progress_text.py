@@ -58,7 +58,7 @@ def print_findings(data: CampaignResults, shown: SearchFindings) -> None:
         nothing = "no run fails" if goal.seeks_failure else "no run is better than the scenario as it is"
         click.echo(printable(f"  {nothing}" if shown.best is not None else f"  no run has {_wanted(shown)}"))
     if not any(math.isfinite(value) for value in shown.best_so_far) and shown.trials:
-        click.echo(f"warning: no run has {_wanted(shown)} that is finite: the search had nothing to go by", err=True)
+        click.echo(f"warning: no run has {_wanted(shown)} that is finite: nothing to compare", err=True)
     files = [*sorted(data.folder.glob("*.scenario.yaml")), *sorted(data.folder.glob("tuned*.ini"))]
     for file in files:
         click.echo(printable(str(file)))

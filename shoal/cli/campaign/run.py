@@ -84,7 +84,7 @@ def run(
 ) -> None:
     """Do the runs of a study that its data set does not have yet, until there are enough.
 
-    Ended at any moment, the same command goes on where it was, and does those runs again that did not end. With --set
+    After an end at any moment, the same command continues, and does those runs again that did not end. With --set
     all runs have this value; the draws of the others stay what they are, so that `shoal campaign compare` has pairs.
     """
     check_wall_limit(workers, wall_limit)
@@ -112,7 +112,7 @@ def run(
                 )
         except KeyboardInterrupt:
             done = progress_line(open_results(folder)) if has_results(folder) else "no run yet"
-            click.echo(f"stopped: {done}; the same command goes on", err=True)
+            click.echo(f"stopped: {done}; the same command continues", err=True)
             sys.exit(STOPPED)
     if data.damaged_lines:
         lines = format_noun_count(data.damaged_lines, "damaged line")

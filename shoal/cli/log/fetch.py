@@ -26,7 +26,7 @@ STEP = 1 << 20  # bytes between two lines of progress on a terminal
 @click.option("--list", "only_list", is_flag=True, help="Only list the logs of the vehicle.")
 @click.option("--all", "everything", is_flag=True, help="Copy all logs.")
 @click.option(
-    "--log-dir", default="log", show_default=True, type=click.Path(file_okay=False, path_type=Path), help="Where to."
+    "--log-dir", default="log", show_default=True, type=click.Path(file_okay=False, path_type=Path), help="Destination."
 )
 @network_options
 @json_option

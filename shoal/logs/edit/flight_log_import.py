@@ -85,7 +85,7 @@ def _import(
         vehicle.write_log_end(last)
     finally:
         writer.close()
-    notes = [f"{log.path}: no GPS has told the time: times count from the start of the autopilot"]
+    notes = [f"{log.path}: no GPS has given the time: times count from the start of the autopilot"]
     notes = notes if flight.start is None else []
     notes += skipped.texts(log.path)
     return ImportReport(log.records, log.lost, log.first_lost, {vehicle.name: vehicle.count}, notes, skipped.total)

@@ -48,7 +48,7 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportProg
     tlog = Tlog(path, dialect)
     if lacks_times(path, dialect):
         raise NothingToImport(
-            f"{path}: MAVLink frames without times, as in a .tlog.raw of MAVProxy: nobody knows when they came; "
+            f"{path}: MAVLink frames without times, as in a .tlog.raw of MAVProxy: their times of arrival are unknown; "
             "import the .tlog beside it"
         )
     if not kinds:

@@ -223,7 +223,7 @@ def _entities(summary: LogSummary) -> list[LogProblem]:
     if nameless:
         places = _few([f"entity {entity} of {names.system_name(src)}" for src, entity in sorted(nameless)])
         text = f"{format_noun_count(len(nameless), 'entity', 'entities')} without a label"
-        meaning = "No EntityInfo or EntityList names them; they can only be told apart by number."
+        meaning = "No EntityInfo or EntityList names them; only their numbers distinguish them."
         found.append(LogProblem("note", text, places, meaning))
     if (tally := summary.by_entity.get((summary.owner, UNKNOWN_ENTITY))) is not None:
         text = f"{format_noun_count(tally.count, 'message')} of entity 255, which means none"
@@ -233,7 +233,7 @@ def _entities(summary: LogSummary) -> list[LogProblem]:
         ids.discard(UNKNOWN_ENTITY)
         if len(ids) >= NEARLY_ALL:
             text = f"{names.system_name(src)} has {format_noun_count(len(ids), 'entity', 'entities')}"
-            meaning = "There are only 255 ids; all further entities share 255, and cannot be told apart."
+            meaning = "There are only 255 ids; all further entities share 255, and cannot be distinguished."
             found.append(LogProblem("warning", text, (), meaning, "Disable tasks that the vehicle does not need."))
     if names.earlier:
         several: list[str] = []

@@ -16,11 +16,11 @@ class AutopilotTask(Task):
     address: str = param(
         "udpin://127.0.0.1:14560",
         "",
-        "Where it is: udpin://, udpout://, tcpout://HOST:PORT or serial:///DEVICE?baud=.",
+        "Address of the autopilot: udpin://, udpout://, tcpout://HOST:PORT or serial:///DEVICE?baud=.",
         editable=False,
     )
     autopilot_id: int = param(
-        0, "1", "MAVLink system id of the autopilot; 0 is the first that is heard.", minimum=0, maximum=255,
+        0, "1", "MAVLink system id of the autopilot; 0 is the first that is received.", minimum=0, maximum=255,
         editable=False,
     )  # fmt: skip
     input_timeout: float = param(
@@ -41,20 +41,20 @@ class AutopilotTask(Task):
         2.0, "m", "A path is done within this distance of its end.", name="Radius To Endpoint", minimum=0.1
     )
     height_tolerance: float = param(0.4, "m", "A path is done within this distance of its height.", minimum=0.1)
-    ending: str = param("hold", "", "What it does after an Abort.", choices=("hold", "return", "land", "disarm"))
+    ending: str = param("hold", "", "Action after an Abort.", choices=("hold", "return", "land", "disarm"))
     idle_timeout: float = param(
         60.0, "s", "An aircraft ends its flight after this time without a maneuver; 0 for never.", minimum=0
     )
 
     px4_guidance: str = param(
-        "hold", "", "How PX4 is led: by commands in its mode hold, or by a stream of setpoints in offboard.",
+        "hold", "", "Guidance of PX4: by commands in its mode hold, or by a stream of setpoints in offboard.",
         name="PX4 Guidance", choices=("hold", "offboard"), editable=False,
     )  # fmt: skip
     uploads: bool = param(
-        False, "", "Whether each plan is put into the autopilot's memory, and goes on if this computer fails.",
+        False, "", "Store each plan in the autopilot, which then continues it if this computer fails.",
         name="Plans In Memory", editable=False,
     )  # fmt: skip
-    approach_length: float = param(400.0, "m", "Length of a plane's straight way down.", minimum=50, maximum=5000)
+    approach_length: float = param(400.0, "m", "Length of a plane's straight final approach.", minimum=50, maximum=5000)
     approach_height: float = param(30.0, "m", "Height at its beginning, above home.", minimum=5, maximum=500)
     landing_course: float = param(
         -1.0, "°", "Course of a plane that lands, such as that of a runway; -1 is against the wind.", minimum=-1,

@@ -14,7 +14,7 @@ class Brakes(Task):
     """Publishes Brake if an echo sounder sees an obstacle close ahead while the vehicle follows a path.
 
     The surface is not an obstacle, nor is a bottom that the vehicle can climb. Near the surface, surface and obstacles
-    cannot be told apart, so the vehicle does not brake there. The brake is released when nothing is near or path
+    cannot be distinguished, so the vehicle does not brake there. The brake is released when nothing is near or path
     control is disabled; braking for too long is an error.
     """
 

@@ -24,7 +24,7 @@ class DatagramLinkTask(ImcLinkTask):
     address: str = param(
         "",
         "",
-        "Where to listen; empty means [General] Network Address: 127.0.0.1 is this computer only.",
+        "Address to listen at; empty means [General] Network Address: 127.0.0.1 is this computer only.",
         editable=False,
     )
     local_port: int = param(
@@ -45,7 +45,7 @@ class DatagramLinkTask(ImcLinkTask):
         editable=False,
     )
     static_destinations: list[str] = param(
-        [], "", "Where to send in any case, ADDRESS:PORT.", usable=parse_endpoint, editable=False
+        [], "", "Destinations that always receive, ADDRESS:PORT.", usable=parse_endpoint, editable=False
     )
     ignore_filter: bool = param(
         False, "", "Take packets of systems that have not announced themselves.", editable=False

@@ -72,7 +72,7 @@ class ImcLinkTask(Task):
         usable=parse_custom,
     )
     local_messages_only: bool = param(
-        True, "", "Send only what this vehicle says, not what it has heard of other systems."
+        True, "", "Send only messages of this vehicle, not those received from other systems."
     )
     loopback_internal_messages: bool = param(True, "", "Send the messages of this task itself.", editable=False)
     consoles: list[str] = param(

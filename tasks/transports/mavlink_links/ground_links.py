@@ -56,7 +56,7 @@ class GroundLinksTask(Task):
     attitude_rate: float = param(10.0, "Hz", "Rate of ATTITUDE.", minimum=0, maximum=200)
     position_rate: float = param(4.0, "Hz", "Rate of positions and VFR_HUD.", minimum=0, maximum=200)
     status_rate: float = param(2.0, "Hz", "Rate of SYS_STATUS.", minimum=0, maximum=200)
-    hold_speed: float = param(1.2, "m/s", "Speed back to the place where it was told to hold.", minimum=0.1, maximum=20)
+    hold_speed: float = param(1.2, "m/s", "Speed back to the position that it holds.", minimum=0.1, maximum=20)
     hold_radius: float = param(
         0.0,
         "m",
@@ -74,7 +74,7 @@ class GroundLinksTask(Task):
         minimum=0,
     )
     gcs_action: str = param(
-        "Hold", "", "What a vehicle does that its ground stations have lost.", name="GCS Action", choices=tuple(ACTIONS)
+        "Hold", "", "Action of a vehicle that has lost its ground stations.", name="GCS Action", choices=tuple(ACTIONS)
     )
     named_values: list[str] = param(
         [],
@@ -100,7 +100,7 @@ class GroundLinksTask(Task):
         [], "", "Lights as servo outputs of 1100 to 1900 µs: SERVO=LED.", editable=False, usable=parse_light
     )
     buttons: list[str] = param(
-        [], "", "What the buttons of a joystick do: NUMBER=ACTION.", editable=False, usable=parse_button
+        [], "", "Actions of the buttons of a joystick: NUMBER=ACTION.", editable=False, usable=parse_button
     )
     detection_markers: bool = param(False, "", "Show detected objects on maps, as ADSB_VEHICLE, for 60 s.")
 

@@ -37,7 +37,7 @@ class Server(StreamLinkTask):
     address: str = param(
         "",
         "",
-        "Where to listen; empty means [General] Network Address: 127.0.0.1 is this computer only.",
+        "Address to listen at; empty means [General] Network Address: 127.0.0.1 is this computer only.",
         editable=False,
     )
     port: int = param(

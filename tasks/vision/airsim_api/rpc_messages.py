@@ -256,7 +256,7 @@ def _decompressed(camera: str, data: bytes, width: int, height: int) -> Image:
     try:
         with Pillow.open(io.BytesIO(data), formats=["PNG"]) as picture:
             if picture.size != (width, height):
-                raise AirSimError(f"{camera}: a PNG of {picture.size}, told as {width} x {height} px")
+                raise AirSimError(f"{camera}: a PNG of {picture.size}, announced as {width} x {height} px")
             return np.asarray(picture.convert("RGB"))
     except (OSError, ValueError, SyntaxError, EOFError, Pillow.DecompressionBombError) as error:
         raise AirSimError(f"{camera}: a damaged PNG: {error}") from None

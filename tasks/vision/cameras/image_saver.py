@@ -185,7 +185,7 @@ class ImageSaverTask(Task):
             return
         if before is not None and not _same(own, before):
             self.log.warning(
-                f"{CAMERAS_FILE} tells of the camera from picture {self._kept} on; CameraFrame tells of each"
+                f"{CAMERAS_FILE} describes the camera from picture {self._kept} on; CameraFrame describes each"
             )
         self._described = own
         cameras = [task for task in self.vehicle.tasks if isinstance(task, ImageSaverTask)]

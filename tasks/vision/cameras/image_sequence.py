@@ -142,7 +142,7 @@ class ImageSequence:
         time = self._video.get(cv2.CAP_PROP_POS_MSEC) / 1e3
         if number and not time > 0.0:  # not all containers tell times
             if not 0.0 < rate < math.inf:
-                raise ValueError("the video tells neither times nor a rate")
+                raise ValueError("the video has neither times nor a rate")
             time = number / rate
         return TimedImage(number, time, bgr_to_rgba(picture), "")
 

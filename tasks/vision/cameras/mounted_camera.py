@@ -22,12 +22,12 @@ class MountedCameraTask(ImageSaverTask):
         editable=False,
     )
     calibration_camera: str = param(
-        "", "", "Which camera of that file, if it tells of several: cam1, or an entity label.", editable=False
+        "", "", "Camera of that file, if it has several: cam1, or an entity label.", editable=False
     )
     mount_position: list[float] = param(
         [0.0, 0.0, 0.0],
         "m",
-        "Where the camera is in the vehicle: forward, right, down.",
+        "Position of the camera in the vehicle: forward, right, down.",
         size=3,
         minimum=-FARTHEST_MOUNT,
         maximum=FARTHEST_MOUNT,

@@ -46,7 +46,7 @@ class RenderedCameraTask(ImageSaverTask):
         "Interpolation between the pixels of a view; opencv is bilinear, too, and differs by 1 here and there.",
         choices=INTERPOLATIONS,
     )
-    scene: str = param("Seabed", "", "What is below the vehicle.", choices=SCENES)
+    scene: str = param("Seabed", "", "Scene below the vehicle.", choices=SCENES)
     visibility: float = param(
         0.0,
         "m",

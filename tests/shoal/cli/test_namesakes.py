@@ -73,23 +73,23 @@ def test_an_abort_is_for_all_vehicles_of_the_name(monkeypatch: pytest.MonkeyPatc
 def test_one_of_two_that_does_not_confirm_the_abort_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     result, heard = command(monkeypatch, "abort", "station", system=OWN + 1, mute=True)
     assert (result.exit_code, heard) == (1, [True, True])
-    assert "all were told to abort, but 0x0B02: station does not answer Abort" in result.stderr
+    assert "Abort was sent to all, but 0x0B02: station does not answer Abort" in result.stderr
     assert "0x0B01: station" not in result.stderr
 
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("name", ["station", "other"])
 def test_an_abort_is_for_all_vehicles_of_the_id(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Over UDP they cannot be told apart: one of them may not have confirmed it."""
+    """Over UDP they cannot be distinguished: one of them may not have confirmed it."""
     result, heard = command(monkeypatch, "abort", "station", name=name)
     assert (result.exit_code, heard) == (1, [True, True]), result.output
-    assert "all were told to abort, but" in result.stderr
+    assert "Abort was sent to all, but" in result.stderr
 
 
 def test_an_abort_is_for_one_that_appears_before_it_is_confirmed(monkeypatch: pytest.MonkeyPatch) -> None:
     result, heard = command(monkeypatch, "abort", "station", is_late=True)
     assert (result.exit_code, heard) == (1, [True, True]), result.output
-    assert "all were told to abort, but" in result.stderr
+    assert "Abort was sent to all, but" in result.stderr
 
 
 def test_spy_shows_all_vehicles_of_the_name(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,7 +42,7 @@ def texts(diagnosis):
 @pytest.mark.heavy
 def test_a_system_that_is_heard_but_does_not_hear_us():
     found = examine()
-    assert texts(found) == ["station: is heard, but does not answer: here to vehicle is silent"]
+    assert texts(found) == ["station: is received, but does not answer: nothing arrives from here"]
     (contact,) = found.contacts
     assert (contact.name, contact.id, contact.answered) == ("station", OWN, 0)
     assert contact.rates["udp"] > 2.0
@@ -58,7 +58,7 @@ def test_the_log_book_of_a_vehicle_says_why_it_does_not_hear_us():
             return await diagnose(network, seconds=LISTEN, patience=0.2)
 
     silent, why = texts(asyncio.run(act()))
-    assert "here to vehicle is silent" in silent
+    assert "nothing arrives from here" in silent
     assert why.startswith("station: log book there says of us: packet from 0x")
     assert why.endswith("dropped: command of a console that is not listed")
 
@@ -66,13 +66,13 @@ def test_the_log_book_of_a_vehicle_says_why_it_does_not_hear_us():
 @pytest.mark.heavy
 def test_a_vehicle_that_writes_its_log_book_all_the_time_is_not_listened_to_for_ever():
     silent = examine(also=lambda station: [station.packet(imc.LogBookEntry(text="GPS fix"))])
-    assert texts(silent) == ["station: is heard, but does not answer: here to vehicle is silent"]
+    assert texts(silent) == ["station: is received, but does not answer: nothing arrives from here"]
 
 
 @pytest.mark.heavy
 def test_a_system_that_only_announces_itself():
     found = examine(beats=False)
-    assert texts(found) == ["station: announces itself, but sends nothing to us: vehicle to here is silent"]
+    assert texts(found) == ["station: announces itself, but sends nothing to us: nothing arrives from the vehicle"]
     assert found.contacts[0].rates == {"udp": 0.0}
 
 
@@ -81,7 +81,7 @@ def test_another_console_that_greets_us_before_its_announce_is_nothing_wrong():
     def greeting(station):
         return [imc.encode_with_header(imc.Heartbeat(), time.time(), 0x4001, 0, 0xFFFF, 0xFF)]
 
-    assert texts(examine(announces=False, beats=False, also=greeting)) == [": no vehicle is heard"]
+    assert texts(examine(announces=False, beats=False, also=greeting)) == [": no vehicle is received"]
 
 
 @pytest.mark.heavy
@@ -290,7 +290,7 @@ def test_a_system_that_falls_silent_is_not_said_to_have_ended(monkeypatch):
             async with asyncio.timeout(20.0):
                 while system.is_there:
                     await asyncio.sleep(0.02)
-            with pytest.raises(VehicleLost, match=r"station is not heard any more, since \d+ s"):
+            with pytest.raises(VehicleLost, match=r"station is not received any more, for \d+ s"):
                 network.check_is_there(system)
             assert system.age == pytest.approx(time.monotonic() - silent, abs=0.3 * slowness())
         station.close()

@@ -186,7 +186,7 @@ def test_the_doctor_waits_for_the_first_data_before_it_blames_a_firewall() -> No
                 sending.cancel()
             return [finding.text for finding in found.findings]
 
-    assert "vehicle to here is silent" not in " ".join(asyncio.run(examine(1.0)))
+    assert "nothing arrives from the vehicle" not in " ".join(asyncio.run(examine(1.0)))
     assert "announces itself, but sends nothing to us" in " ".join(asyncio.run(examine(None)))
 
 

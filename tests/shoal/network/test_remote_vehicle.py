@@ -181,7 +181,7 @@ def test_requests_of_any_kind(vehicle: RemoteVehicle) -> None:
     assert "Daemon=0" in vehicle.request(query, imc.EntityList).list
     with pytest.raises(NoAnswer, match="does not answer Sms"):
         vehicle.request(imc.Sms(number="1"), imc.SmsStatus, timeout=0.5)
-    with pytest.raises(NoAnswer, match=r"its 30\d\d bytes go in 3 pieces|tells why"):
+    with pytest.raises(NoAnswer, match=r"its 30\d\d bytes go in 3 pieces|shows why"):
         vehicle.request(imc.Sms(number="1", contents="x" * 3000), imc.SmsStatus, timeout=0.5)
     with pytest.raises(ValueError, match="has no field 'deth'"):
         next(vehicle.messages(imc.EstimatedState, where="deth > 2"))

@@ -72,7 +72,7 @@ def test_who_is_turned_away_is_told_so_and_not_that_nobody_listens(whose: str, o
 
     with zenoh.open(listening):
         trouble = asyncio.run(look())
-    assert trouble.startswith(f"{endpoint} did not let us in: it wants a certificate of its own authority")
+    assert trouble.startswith(f"{endpoint} did not accept us: it needs a certificate of its own authority")
     assert asyncio.run(look()) == f"nobody listens at {endpoint}"
 
 

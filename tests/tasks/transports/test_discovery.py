@@ -136,7 +136,7 @@ def test_without_a_free_port_a_vehicle_says_so_and_takes_one_that_gets_free(tmp_
     taken = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     taken.bind(("127.0.0.1", port))
     with taken, afloat(tmp_path, f"Transports.Discovery:Ports={port}", wait=False) as vessel:
-        vessel.logged("hears no announcements, so systems have to announce themselves at its UDP port: 127.0.0.1: ")
+        vessel.logged("receives no announcements, so systems have to announce themselves at its UDP port: 127.0.0.1: ")
         vessel.until(lambda: vessel.discovery.entity.state == imc.EntityState.State.FAULT)
         taken.close()
         vessel.until(lambda: vessel.discovery.port == port)
@@ -192,7 +192,7 @@ def test_who_follows_a_vehicle_that_hangs_listens_itself(tmp_path, quick):
             assert hangs.wait(10.0)
             second.logged("the vehicle that listens for all is silent: listens itself, at port ")
             hears(second, 0x4350)
-            third.logged("hears no announcements, so systems have to announce themselves at its UDP port: the vehicle")
+            third.logged("receives no announcements, so systems have to announce themselves at its UDP port: the")
             goes_on.set()
             third.until(lambda: third.discovery.follower.welcome and not third.discovery.trouble)
             Station(first, 0x4351, "ccu-later").announce()
@@ -204,11 +204,11 @@ def test_who_is_refused_by_the_one_that_should_listen_does_it_itself(tmp_path, q
         name = quick.partition("=")[2].replace(" ", "")
         idle.bind(shared_discovery._place(f"127.0.0.1-{MULTICAST}-{name}"))
         with afloat(tmp_path / "alone", quick, wait=False) as vessel:
-            vessel.logged("the program that should listen for all takes nobody: listens itself, at port ")
+            vessel.logged("the program that listens for all accepts no more: listens itself, at port ")
             hears(vessel, 0x4352)
     monkeypatch.setattr(shared_discovery, "MOST_FOLLOWERS", 0)
     with afloat(tmp_path / "first", quick) as first, afloat(tmp_path / "second", quick, wait=False) as surplus:
-        surplus.logged("the program that should listen for all takes nobody: listens itself, at port ")
+        surplus.logged("the program that listens for all accepts no more: listens itself, at port ")
         assert surplus.discovery.refusals == 2
         hears(surplus, 0x4353)
         hears(first, 0x4354)

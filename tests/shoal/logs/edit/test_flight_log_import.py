@@ -87,7 +87,7 @@ def test_a_dataflash_log_has_sensors_texts_modes_and_parameters(tmp_path):
 def test_without_a_gps_times_count_from_the_start_and_it_says_so(tmp_path):
     log, done = imported(tmp_path, DataFlashWriter().add(12.5, "ATT", Roll=1.0).data)
     assert next(log.messages("EulerAngles")).timestamp == 12.5
-    assert "no GPS has told the time" in done.notes[0]
+    assert "no GPS has given the time" in done.notes[0]
 
 
 def px4():

@@ -164,7 +164,7 @@ def test_the_logs_of_autopilots_are_imported_and_what_is_damaged_is_told(shoal, 
     (tmp_path / name).write_bytes(FLIGHTS[name] + bytes(100) + FLIGHTS[name][-100:])
     code, said = shoal("import", name, "flight")
     assert (code, f"bytes of {name} skipped: in no whole record" in said) == (0, True), said
-    assert f"{name}: no GPS has told the time" in said
+    assert f"{name}: no GPS has given the time" in said
     assert imc.Log(tmp_path / "flight").counts()["Announce"] == 1
 
 
