@@ -1,4 +1,4 @@
-"""Where a vehicle believes that it was when a picture was taken."""
+"""Estimated poses of a vehicle at the times of its pictures."""
 
 import math
 from collections import deque
@@ -58,7 +58,7 @@ class PoseHistory:
         return self._states[-1][0] if self._states else None
 
     def pose_at(self, time: float, oldest: float) -> Pose | None:
-        """Where the vehicle believed to be at a time, like `estimate_at`; None where that tells why it is not known."""
+        """The estimated pose at a time, like `estimate_at`; None where that gives the reason why it is not known."""
         belief = self.estimate_at(time, oldest)
         return None if isinstance(belief, str) else belief.pose
 

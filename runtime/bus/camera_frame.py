@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 class Optics(Protocol):
     """Maps points of the optical frame of a camera (x right, y down, z ahead; m) to pixels, and back to unit rays.
 
-    Both also tell which of them are valid.
+    Both also mark which of them are valid.
     """
 
     @property

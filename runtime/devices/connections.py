@@ -223,7 +223,7 @@ class Datagram(bytes):
 
 
 class UdpSocket:
-    """A UDP socket that receives at a port and, if `to` is set, sends to a host and port, and hears only this host."""
+    """A UDP socket that receives at a port; if `to` is set, it sends to and receives from this host and port only."""
 
     starts_midway = False
     datagrams = True
@@ -251,7 +251,7 @@ class UdpSocket:
 
 
 class UdpConnection:
-    """An open UDP socket. Without a destination it answers whom it heard last, or whom `set_destination` has chosen."""
+    """An open UDP socket. Without a destination it answers the last sender, or that of `set_destination`."""
 
     def __init__(self, opened: socket.socket, to: tuple[str, int] | None):
         self._socket = opened
@@ -284,7 +284,7 @@ class UdpConnection:
         return found
 
     def set_destination(self, sender: tuple[str, int]) -> None:
-        """Send to this one from now on, whoever else is heard."""
+        """Send to this one from now on, whoever else sends here."""
         if not self._fixed:
             self._to, self._chosen = sender, True
 

@@ -113,9 +113,9 @@ class LineSplitter:
 class FrameSplitter:
     """Frames that begin with certain bytes.
 
-    `kinds` has, for the first bytes of each kind of frame, a function that tells its size. `valid` says whether a frame
-    is undamaged; else its first byte is skipped, and the search goes on with the second, so that no good frame is lost
-    in a damaged one. Frames have at most `longest` bytes.
+    `kinds` has, for the first bytes of each kind of frame, a function that returns its size. `valid` says whether a
+    frame is undamaged; else its first byte is skipped, and the search goes on with the second, so that no good frame is
+    lost in a damaged one. Frames have at most `longest` bytes.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Begins and ends the faults of a vehicle's tasks, and tells the log book of each."""
+"""Begins and ends the faults of a vehicle's tasks, and reports each to the log book."""
 
 import math
 from collections import Counter

@@ -56,7 +56,7 @@ class Fault:
 
 @dataclass(frozen=True)
 class Silent(Fault):
-    """Nothing is heard of the task; with `of`, nothing of the messages of these names.
+    """The task publishes nothing; with `of`, nothing of the messages of these names.
 
     Without `of`, the state, the parameters and the log book of the task still arrive: its device is broken, its program
     is not.
@@ -80,7 +80,8 @@ class Stuck(Fault):
     """The task repeats its last values with fresh time stamps; with `of`, only in the messages of these names.
 
     Those of each message, entity and number (`id`, as of a servo) are its own; what the task has not published before
-    stays as it is the first time. A camera repeats its picture. What a task tells of itself goes on, as with Silent.
+    stays as it is the first time. A camera repeats its picture. What a task reports of itself continues, as with
+    Silent.
     """
 
     of: tuple[str, ...] = ()

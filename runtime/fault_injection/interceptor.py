@@ -38,7 +38,7 @@ class PublishInterceptor:
             own.pop("publish_frame", None)
 
     def sensor_key(self, item: Item) -> object:
-        """What tells the values of one sensor from those of another: type, entity, and the number that some have."""
+        """The key of the values of one sensor: type, entity, and the number that some have."""
         if isinstance(item, Frame):
             return Frame, item.camera
         return type(item), item.src_ent, getattr(item, "id", None)

@@ -260,7 +260,7 @@ class Kernel:
         return call and self._owner(*call)
 
     def _look_for_livelock(self) -> None:
-        """Tell a livelock from a busy machine.
+        """Distinguish a livelock from a busy machine.
 
         A queue that stays full for seconds may be either. Timers and sockets are held back for a while: on a busy
         machine the queue then empties, because only they filled it; in a livelock the calls cause each other.

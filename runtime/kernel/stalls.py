@@ -66,7 +66,7 @@ class StallRecord:
 
 
 def postpone_timeouts(later: list[tuple[int, int, Timer]], total: int, now: int) -> None:
-    """Give the timers that wait for a span of time, and ran out in a stall, the time in which nothing was heard.
+    """Give the timers that wait for a span of time, and ran out in a stall, the time in which nothing was received.
 
     `total` is that of all stalls (ns). They are due after the rest of their span, at most `LISTENING` from `now`: what
     they wait for may have arrived long ago, and is only read now. Timers that are due at a time of day stay as they

@@ -124,7 +124,7 @@ class Watchdog:
     def _expect_myself(self) -> None:
         """Have all threads' places written if this thread does not run: a library may hold the interpreter's lock.
 
-        A process that was halted for so long cannot be told from that, so this takes long.
+        A process that was halted for so long cannot be distinguished from that, so this takes long.
         """
         with contextlib.suppress(ValueError, OSError, RuntimeError):  # stderr is no file
             faulthandler.dump_traceback_later(HOPELESS_AFTER, file=sys.__stderr__ or sys.stderr)

@@ -26,7 +26,7 @@ def encode_log_run_position(first: str, number: int) -> bytes:
 def resolve_log_folder(told: Path, current: Path | None) -> Path:
     """The folder of the log that a virtual run calls `told`: that of the `current` log may end in _2, _3 ...
 
-    The run does not tell this end, since it must not depend on which folders exist.
+    The run does not publish this end, since it must not depend on which folders exist.
     """
     if current is not None and current.parent == told.parent:
         name, _, number = current.name.rpartition("_")

@@ -105,7 +105,7 @@ class DeviceTask:
         """Receive datagrams at a port of `address`, 0.0.0.0 for all interfaces; else like `serial`.
 
         `to` is the host and port that `write` sends to, and the only host that is listened to. Without it everybody is,
-        and `write` answers whom it heard last. Without `split`, a frame is a datagram.
+        and `write` answers the last sender. Without `split`, a frame is a datagram.
         """
         return self._attach(UdpSocket(port, address, to), lines, frames, split, opened)
 

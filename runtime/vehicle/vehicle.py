@@ -316,7 +316,7 @@ class Vehicle:
     def _note(self, owner: object, error: Exception) -> None:
         """Log an error of a task that stops, and keep the first one for `close`.
 
-        One for which a snapshot is blamed is only raised by `close`: whoever continues the snapshot tells it.
+        One for which a snapshot is blamed is only raised by `close`: whoever continues the snapshot reports it.
         """
         blamed = self.attribute_error(owner, error)
         if blamed is error or self.keep_going:

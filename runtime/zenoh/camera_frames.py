@@ -139,7 +139,7 @@ class ZenohFrames:
     def _in_shared_memory(self, pixels: bytes) -> Any:
         """The pixels in a buffer that another process can read, or as they are if there is no room.
 
-        What does not fit into the memory that may be locked is told once, and not tried again with each frame.
+        What does not fit into the memory that may be locked is reported once, and not tried again with each frame.
         """
         import zenoh
         import zenoh.shm

@@ -41,7 +41,7 @@ class SessionConfig:
     role: "peer", "router" or "client".
     session: the endpoint where this session listens for others of the computer, "" for none.
     fixed: endpoints that the processes of the computer share, for a FailoverListener; they are not in `config`.
-    group: multicast group and port of the programs of this computer to be told of the session, "" for none.
+    group: multicast group and port that announces the session to the programs of this computer, "" for none.
     exposed: what others can reach without a certificate and access control.
     listen, connect: all endpoints, those of the computer included.
     """

@@ -11,7 +11,7 @@ LONGEST_CHUNK = 255
 ALL_SYSTEMS = f"0x{BROADCAST:04X}"
 """The name of the system that a message for all is addressed to, if it is not simply published."""
 HEARD = "@heard"
-"""Below the name of a vehicle: what it has heard, over UDP for example, that is for all. Each hears that for itself."""
+"""Below the name of a vehicle: what it has received that is for all, over UDP for example. Each receives it itself."""
 
 
 def key_chunk(name: str) -> str:
@@ -53,7 +53,7 @@ def message_key(message: str, source: str, entity: str, destination: str = "", w
     """The key of a message (its abbreviation) from an entity (label or number) of a system.
 
     A message for all systems is at imc/<source>/<message>/<entity>, one for the system `destination` at
-    imc/<destination>/@cmd/<message>/<source>, one for all that `destination` has heard elsewhere at @heard instead.
+    imc/<destination>/@cmd/<message>/<source>, one for all that `destination` has received elsewhere at @heard instead.
     """
     if destination:
         return f"{PREFIX}/{key_chunk(destination)}/{way}/{key_chunk(message)}/{key_chunk(source)}"
@@ -69,7 +69,7 @@ def subscription_keys(vehicle: str, messages: tuple[str, ...] | None) -> tuple[l
 
 
 def relayed_messages_expression(vehicle: str) -> str:
-    """The expression of what other processes of a vehicle have heard of systems that are not on the bus."""
+    """The expression of what other processes of a vehicle have received from systems that are not on the bus."""
     return f"{PREFIX}/{key_chunk(vehicle)}/{HEARD}/**"
 
 

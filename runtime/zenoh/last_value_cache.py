@@ -25,7 +25,7 @@ class LastValueCache:
     """What a session (zenoh id) has published last, by the keys at which it is asked for.
 
     `packets` are the last ones by message, source and entity; `speaks_for` says of an entity whether its messages are
-    this process's to tell.
+    this process's to publish.
     """
 
     def __init__(

@@ -1,8 +1,8 @@
-"""Tells the other zenoh programs of this computer where a session listens, without a socket that others can reach.
+"""Announces the endpoint of a session to the other zenoh programs of this computer, without a socket open to others.
 
 zenoh's own scouting listens at 0.0.0.0 whatever interface it is given, and connects to whoever answers. This one has
 one socket, bound to the loopback address, connects to nobody, and answers only programs of this computer: it sends a
-SCOUT to zenoh's multicast group on the loopback interface; a program that hears it answers with a HELLO, and gets a
+SCOUT to zenoh's multicast group on the loopback interface; a program that receives it answers with a HELLO, and gets a
 HELLO with the address of the session, to which it then connects. Format: zenoh-protocol 1.x, scouting.
 """
 

@@ -39,7 +39,7 @@ REPLIES: Mapping[str, str] = {
 }
 """The reply to a request, if it is not of the same type."""
 AT_ONCE = frozenset({*REPLIES, "EntityList", "QueryTypedEntityParameters"})
-"""What is answered by those who hear it, or never: other requests may take time."""
+"""Requests that are answered by those who receive them, or never: other requests may take time."""
 WITHOUT_REPLY = frozenset({"Abort", "PopEntityParameters", "PushEntityParameters", "SaveEntityParameters"})
 """Commands that IMC has no reply for: who asks gets the command back when it has been obeyed."""
 OF_REQUESTS = ("op", "type", "command", "request_id")
@@ -75,7 +75,7 @@ class _Open:
         return kinds is None or getattr(message, "type", None) != getattr(kinds, "IN_PROGRESS", object())
 
     def is_like(self, other: imc.Message) -> bool:
-        """Whether the reply to another request could not be told from the one to this."""
+        """Whether the reply to another request could not be distinguished from the one to this."""
         if type(other) is not type(self.request):
             return False
         return all(getattr(other, name, "") == getattr(self.request, name, "") for name in (*IDENTITY, "op"))

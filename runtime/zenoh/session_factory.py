@@ -25,7 +25,7 @@ def describe_lockable_memory() -> str:
 
 
 class SessionFactory:
-    """Opens zenoh sessions; without shared memory if this process may not have any, which it tells once.
+    """Opens zenoh sessions; without shared memory if this process may not have any, which it reports once.
 
     Their links to other computers end when those are silent.
     """

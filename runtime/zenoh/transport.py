@@ -44,7 +44,7 @@ class ZenohTransport:
     `part` is what of a vehicle runs here: another process that runs the same is refused, and packets in the name of the
     vehicle are taken only from processes that run its other parts. `concerns` says whether the tasks that answer a
     request run here, or raises LookupError with the reason why nobody does; `speaks_for` says whether the last messages
-    of an entity are this process's to tell. `consoles` may command. `note` gets the name of another process of the
+    of an entity are this process's to publish. `consoles` may command. `note` gets the name of another process of the
     vehicle, and whether it has appeared or gone; `tell` gets warnings; both from any thread. `frames` carries those of
     the vehicle.
     Counted: in `subscribers`, `lost` packets of Shoal processes that did not arrive here (full queue, broken link),
@@ -151,7 +151,8 @@ class ZenohTransport:
         """Publish a packet, which decodes to `message`. Drops it if a queue is full; never blocks, never raises.
 
         What another vehicle on this bus has sent here by another way is not published again. What another system has
-        sent here that is for all goes to the other processes of this vehicle only: other vehicles hear it themselves.
+        sent here that is for all goes to the other processes of this vehicle only: other vehicles receive it
+        themselves.
         """
         if self._session is None or self._queryables is None:
             return

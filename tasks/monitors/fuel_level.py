@@ -46,7 +46,7 @@ class FuelLevel(Task):
 
     @consume
     def cap_level_by_battery(self, battery: imc.EntityState) -> None:
-        """Believe a battery that says that it is low: it may know better than the sum of what it gave."""
+        """Accept that a battery reports itself low: it may be more accurate than the sum of its discharge."""
         if not self._is_battery(battery):
             return
         before, low = self._most, battery.state == imc.EntityState.State.ERROR  # FAILURE is a task that failed

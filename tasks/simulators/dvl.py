@@ -22,10 +22,11 @@ class DVL(Task):
     Some samples are invalid; their velocities are zero. Without the bottom of [World] in range, straight below the
     device, there is no velocity over ground.
 
-    With four `Beams`, each hears the nearest of bottom, surface, walls and objects of [World] within its range, and
-    publishes its Distance (invalid without an echo). The velocity over ground is then what three or four beams tell: it
-    is relative to the surface if they hear that, and wrong by what an object moves that they hear. The device measures
-    at its place, along its own axes; its beams are around its z axis, which looks down unless it is turned.
+    With four `Beams`, each receives the echo of the nearest of bottom, surface, walls and objects of [World] within its
+    range, and publishes its Distance (invalid without an echo). The velocity over ground is then that of three or four
+    beams: it is relative to the surface if they measure that, and wrong by the motion of an object that they measure.
+    The device measures at its place, along its own axes; its beams are around its z axis, which looks down unless it is
+    turned.
     """
 
     reads = SECTIONS
@@ -141,7 +142,7 @@ class DVL(Task):
         return [nearest_echo(world, beam, elapsed, stream, self.blanking_distance, reach) for beam in beams]
 
     def _relative(self, truth: imc.SimulatedState, over: Vector, heard: list[BeamEcho | None]) -> Vector | None:
-        """The velocity that beams tell, each from the shift of the echo that it hears."""
+        """The velocity by the beams, each from the Doppler shift of its echo."""
         axes, found = self._pose(truth).rotation, list[tuple[Vector, float]]()
         for direction, echo in zip(self._directions, heard, strict=True):
             if echo is not None:

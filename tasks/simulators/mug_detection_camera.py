@@ -219,7 +219,7 @@ class MUGDetectionCamera(Task):
             self.set_entity_state(State.FAULT, "no recent EstimatedState")
 
     def _true_view(self, truth: WorldPose, spot: ObjectPosition, believed_height: float) -> AttitudeAndHeight:
-        """The pose of the vehicle, with its height above a glider; on an unknown bottom that is the believed one."""
+        """The pose of the vehicle, with its height above a glider; on an unknown bottom that is the estimated one."""
         return AttitudeAndHeight(*truth.angles, believed_height if spot.down is None else spot.down - truth.down)
 
     def _mount(self, roll: float, pitch: float, yaw: float) -> Floats:
@@ -260,7 +260,7 @@ class MUGDetectionCamera(Task):
                 self._tell(number, seen.north, seen.east, place)
 
     def _tell(self, number: int, north: float, east: float, place: NorthEastOffset) -> None:
-        """Publish a detection, m from a vehicle that believes to be at a place of the world."""
+        """Publish a detection, m from a vehicle whose estimate is a place of the world."""
         if self.latency == 0.0 or self.fidelity != "Physical":
             self.publish(imc.EstimatedMugState(id=number, x=north, y=east))
         else:
@@ -317,7 +317,7 @@ class MUGDetectionCamera(Task):
         return due
 
     def _height(self, state: imc.EstimatedState, thing: WorldObject) -> float:
-        """How far above an object the vehicle believes to be (m)."""
+        """The estimated height above an object (m)."""
         if self.fidelity == "Original Code":
             return original_mug_camera.ALTITUDE
         if self.fidelity == "Original" or thing.depth is None:

@@ -34,8 +34,8 @@ class Failsafe(Task):
 
     It stops the maneuver, disables all control loops, publishes Abort for those who land, and answers each command for
     a thruster or servo with a neutral one: an AUV rises by its buoyancy, a boat drifts, a multirotor lands. This lasts
-    until all links are heard and the vehicle is at the surface; until then its entity is in ERROR. It needs no other
-    task, and its Heartbeat shows that it works. Silence is counted in ticks, so a late kernel is not silence.
+    until messages of all links arrive and the vehicle is at the surface; until then its entity is in ERROR. It needs no
+    other task, and its Heartbeat shows that it works. Silence is counted in ticks, so a late kernel is not silence.
 
     With an `Ascent Thrust`, a vehicle under water that nobody controls and that does not rise by itself comes up with
     motor and fins, and is kept at the surface; if that brings nothing, as with fins that are stuck, it

@@ -1,4 +1,4 @@
-"""Tells other systems that this vehicle is there, where it is, and where its services are."""
+"""Announces this vehicle, its position and its services to other systems."""
 
 from collections.abc import Iterable, Sequence
 

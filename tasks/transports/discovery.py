@@ -54,7 +54,7 @@ class SystemSighting:
 class Discovery(Task):
     """Takes the Announces of other systems at the first free port.
 
-    Of the vehicles of one user on a computer only one has a port: it hands on what it hears to the others, and if it
+    Of the vehicles of one user on a computer only one has a port: it forwards what it receives to the others, and if it
     ends, another takes its place. If it falls silent, the others listen themselves. Each Announce is put on the bus
     once. Two systems that use one id are reported, and another one with the name of this vehicle.
     """

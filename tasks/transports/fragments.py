@@ -39,7 +39,7 @@ class Fragments(Task):
 
     @periodic(1.0)
     def ask_again(self) -> None:
-        """Ask for the pieces that are late, forget what does not come, and tell of it."""
+        """Ask for the pieces that are late, drop what does not come, and report it."""
         kind = imc.MessagePartControl
         for system, uid, message in self._assembler.overdue_messages(self.now - self.reception_timeout):
             message.asked = True

@@ -33,7 +33,7 @@ Told = (
     | imc.PlanControl
     | imc.PlanDB
 )
-"""What is told by a log beside the figures that ground stations see."""
+"""The content of a log beside the figures that ground stations see."""
 
 
 class LoggedPort:

@@ -180,7 +180,7 @@ class UDP(DatagramLinkTask):
         self.contact_lines.write(self.log.info, text, network_time(self))
 
     def send_last_states(self, peer: Peer) -> None:
-        """Tell a system that has come the last states, which it would have to wait for."""
+        """Send a new system the last states, which it would have to wait for."""
         if self.dynamic_nodes and peer.endpoint is not None:
             for packet in self.last_states(self.routes.messages(peer.system)):
                 kind = imc.packet_id(packet)

@@ -281,7 +281,7 @@ class MAVLink(AutopilotTask):
 
     @periodic(1.0)
     def maintain_connection(self) -> None:
-        """Tell that Shoal is there, compare the clocks, and ask again for what does not come."""
+        """Send HEARTBEAT, compare the clocks, and ask again for what does not come."""
         self.connection.send_heartbeat()
         if self._is_late:
             self.controller.position = None  # where it was is no place to steer from

@@ -25,7 +25,7 @@ from tasks.transports.imc_links.own_announce import is_for_log
 T = TypeVar("T")
 
 STATES = (imc.Announce, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState, imc.VehicleState)
-"""What somebody who has just come is told at once, if it is listed; some come only every 10 s."""
+"""Messages that a new system receives at once, if they are listed; some come only every 10 s."""
 
 
 def reraise_as_parameter_error(option: str, make: Callable[[], T]) -> T:

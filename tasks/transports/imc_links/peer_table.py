@@ -30,7 +30,7 @@ ON_THE_BUS = "came over zenoh, too"
 class Peer:
     """A system that has announced itself: `addresses` are its ports by address, and when they were announced (s).
 
-    `source` is where its datagrams come from, None before the first; `heard` is when the last one came,
+    `source` is where its datagrams come from, None before the first; `heard` is when the last one arrived,
     `last_from_source` when the last one came from `source` (s). `sources` are the addresses that it was seen at,
     `answered_at` is when it was greeted (s).
     `taken` is whether a packet of it has reached the bus, `commands` whether it has sent more than reports.

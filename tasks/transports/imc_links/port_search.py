@@ -1,4 +1,4 @@
-"""What tasks that listen on the network have in common: the first port that is free, and what they tell of it."""
+"""Ports of tasks that listen on the network: the first that is free, and the report of it."""
 
 import socket
 
@@ -32,7 +32,7 @@ def listening_socket(address: str, first: int, tries: int) -> socket.socket:
 
 
 def announce_listening_service(task: Task, service: Service, wanted: int, risk: str, *, announced: bool = True) -> None:
-    """Tell where a task listens: a port other than the wanted one, and the risk if others reach it. Announce it."""
+    """Report where a task listens: a port other than the wanted one, and the risk if others reach it. Announce it."""
     local = is_loopback_address(service.address)
     if not local:
         task.log.warning(f"listens at {service.address}:{service.port} without passwords: {risk}")

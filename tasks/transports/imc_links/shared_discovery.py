@@ -1,4 +1,4 @@
-"""One discovery port for all vehicles of a computer: one of them listens, and hands on what it hears to the others.
+"""One discovery port for all vehicles of a computer: one of them listens, and forwards what it receives to the others.
 
 There are five such ports, and consoles need some of them. Vehicles of one user that would listen at the same place meet
 at an abstract Unix socket, which the system removes with the process that leads. Other systems have no such sockets.
@@ -22,7 +22,7 @@ CREDENTIALS = struct.Struct("3i")  # process, user, group
 
 
 class DiscoveryLeader:
-    """Hands on what it hears; one who calls `pulse` once a second shows the followers that it lives.
+    """Forwards what it receives; one that calls `pulse` once a second shows the followers that it is running.
 
     Raises FileExistsError if another one leads, OSError where it is not possible.
     """

@@ -152,7 +152,7 @@ class Link:
         return len(self.sessions) < self._host.maximum_peers
 
     def make_room(self) -> bool:
-        """Let the peer go that has been silent longest; False if all have been heard lately."""
+        """Drop the peer that has been silent longest; False if all have sent lately."""
         peer, session = min(self.sessions.items(), key=lambda item: item[1].last_heard)
         if self._host.age(session.last_heard) < SILENCE * self._host.clock_speed:
             return False

@@ -1,4 +1,4 @@
-"""The links of a vehicle to ground stations: who is there, what they hear, and what they ask for."""
+"""The links of a vehicle to ground stations: their peers, telemetry and requests."""
 
 import math
 from collections.abc import Callable
@@ -233,7 +233,7 @@ class GroundLinksTask(Task):
 
     @consume
     def show_event(self, message: imc.LogBookEntry | imc.Event | imc.EstimatedMugState | imc.EntityParameters) -> None:
-        """Tell ground stations of texts, pictures, detections and settings."""
+        """Send ground stations texts, pictures, detections and settings."""
         self.forward_to_endpoint(message)
 
     def forward_to_endpoint(self, message: imc.Message) -> None:

@@ -106,7 +106,7 @@ def _number(text: str) -> float:
 
 
 class LoggedPlans(PlanClient):
-    """Refuses all requests, and finds plans among those that the log has told until now."""
+    """Refuses all requests, and finds plans among those of the log until now."""
 
     def __init__(self, port: VehiclePort) -> None:
         super().__init__(port)
@@ -176,7 +176,7 @@ class LoggedVehicle(VehicleModel):
         return self._parts[entity].label if entity in self._parts else f"entity {entity}"
 
     def learn_entities(self, message: imc.Message, date: float = math.nan) -> None:
-        """Take the entities that a message tells; `date` is its time in the log, in s since 1970."""
+        """Take the entities that a message names; `date` is its time in the log, in s since 1970."""
         self._date = date if FIRST_TIME < date < LAST_TIME else self._date
         match message:
             case imc.EntityInfo(label=label) if label:
@@ -195,7 +195,7 @@ class LoggedVehicle(VehicleModel):
                 pass
 
     def update(self, message: imc.Message, label: str, now: float) -> None:
-        """Take a message; imported logs tell modes only when they change."""
+        """Take a message; imported logs have modes only when they change."""
         super().update(message, label, now)
         if isinstance(message, imc.AutopilotMode | imc.ArmingState):
             self._lasting[type(message)] = message, label
@@ -221,7 +221,7 @@ class LoggedVehicle(VehicleModel):
 
     @property
     def mode(self) -> Mode:
-        """By its name, if an autopilot told nothing else."""
+        """By its name, if an autopilot sent nothing else."""
         name = self._mode_name
         return MODES.get(name, Mode.TELEOPERATION) if name else super().mode
 
@@ -239,7 +239,7 @@ class LoggedVehicle(VehicleModel):
 
 
 class LoggedEndpoint(VehicleEndpoint):
-    """The logged vehicle as stations see it: it refuses all orders, and its plans are those that the log has told."""
+    """The logged vehicle as stations see it: it refuses all orders, and its plans are those of the log."""
 
     model: LoggedVehicle
     plans: LoggedPlans
@@ -262,7 +262,7 @@ class LoggedEndpoint(VehicleEndpoint):
         self.mission.use_plan("", 0.0)
 
     def learn_entities_and_plans(self, message: imc.Message, date: float = math.nan) -> None:
-        """Take the entities and plans that a message tells; `date` is its time in the log, in s since 1970."""
+        """Take the entities and plans that a message names; `date` is its time in the log, in s since 1970."""
         self.model.learn_entities(message, date)
         match message:
             case imc.PlanDB(arg=imc.PlanSpecification() as plan) | imc.PlanControl(arg=imc.PlanSpecification() as plan):

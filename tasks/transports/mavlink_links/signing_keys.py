@@ -32,7 +32,7 @@ def _reason(path: str, error: Exception) -> str:
 
 
 class SigningKeys:
-    """Reads the keys of a task's links; links with the same key share what they have heard.
+    """Reads the keys of a task's links; links with the same key share what they have received.
 
     The time is kept in the vehicle's state folder: a clock that was never set does not repeat times that were used.
     That of an accepted frame is written before the frame has an effect: the process may be killed at any moment.

@@ -18,7 +18,7 @@ PAUSE = 0.02  # s after so many
 
 
 class NullLog:
-    """The log book of a connection that a stranger has made: its link tells what is worth telling."""
+    """The log book of a connection that an unknown peer has made: its link reports what matters."""
 
     def info(self, text: str) -> None: ...
     def warning(self, text: str) -> None: ...

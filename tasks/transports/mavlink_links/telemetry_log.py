@@ -18,7 +18,7 @@ class TelemetryLogs:
     """One file for each flavor, since a station that reads both would see one vehicle change its kind all the time.
 
     Frames that come before there is a log, or while the disk is full, wait in memory. Each is written without its
-    signature. `report` tells people what is wrong, once.
+    signature. `report` receives what is wrong, once.
     """
 
     def __init__(self, dialect: Dialect, root: Path, report: Callable[[str], object]) -> None:

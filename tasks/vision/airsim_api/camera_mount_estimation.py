@@ -14,7 +14,7 @@ CLOSE = 1e-3  # m, rad, by which AirSim's numbers may be off
 class MountEstimator:
     """Measures where a camera is in a vehicle that moves.
 
-    AirSim tells no time with the motion of a vehicle, so that is asked for before and after the pictures. The camera
+    AirSim gives no time with the motion of a vehicle, so that is asked for before and after the pictures. The camera
     is measured against the middle of both when the vehicle moves least, best at rest. That counts as long as it is
     possible: a camera that has been turned in the vehicle is measured anew.
     """

@@ -114,7 +114,7 @@ class AirSimClient(RpcClient):
 
     @property
     def _outside(self) -> tuple[bool, ...]:
-        """AirSim's last parameter tells whether a camera belongs to no vehicle."""
+        """AirSim's last parameter says whether a camera belongs to no vehicle."""
         return () if self._cosys else (False,)
 
     def _begin(self) -> None:

@@ -1,4 +1,4 @@
-"""Pictures that cameras write to the log: when, where to, and what is told of them."""
+"""Pictures that cameras write to the log: times, folder and description."""
 
 import importlib
 import math
@@ -34,7 +34,7 @@ MOVED = 1e-3  # m or rad by which a mount that is measured may waver
 
 
 class PictureLocation(NamedTuple):
-    """Where the vehicle believes to be: latitude, longitude (rad), height (m); depth (m); roll, pitch, yaw (rad)."""
+    """Estimated pose of the vehicle: latitude, longitude (rad), height (m); depth (m); roll, pitch, yaw (rad)."""
 
     place: tuple[float, float, float]
     depth: float
@@ -143,7 +143,7 @@ class ImageSaverTask(Task):
         return True
 
     def picture_location_from_state(self, state: imc.EstimatedState | None) -> PictureLocation:
-        """What an Event "Picture" says of where the vehicle believes to be; NaN without a state."""
+        """The estimated pose in an Event "Picture"; NaN without a state."""
         nowhere = math.nan, math.nan, math.nan
         if state is None:
             return PictureLocation(nowhere, math.nan, nowhere)
@@ -171,12 +171,12 @@ class ImageSaverTask(Task):
         return file
 
     def _keep_in(self, folder: Path, called: Path) -> None:
-        """Write images to this folder, and tell of it as `called`; in a new folder, their numbers start at 0."""
+        """Write images to this folder, and publish it as `called`; in a new folder, their numbers start at 0."""
         if folder != self._folder:
             self._folder, self._called, self._kept, self._described = folder, called, 0, None
 
     def _describe_cameras(self, folder: Path) -> None:
-        """Tell of the cameras with the first picture, and when this one has changed.
+        """Describe the cameras with the first picture, and when this one has changed.
 
         All cameras of the vehicle write the same file, so that it does not matter which of them is first.
         """

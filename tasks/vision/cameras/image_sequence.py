@@ -97,7 +97,7 @@ class ImageSequence:
                 yield parse_timestamp_seconds(words[0]), folder / words[1]
 
     def _named(self, folder: Path) -> Iterator[tuple[float, Path]]:
-        """Pictures whose names tell their times, and perhaps their camera."""
+        """Pictures whose names contain their times, and perhaps their camera."""
         wanted = safe_file_name(self._camera)
         cameras: set[str] = set()
         for path in sorted(folder.iterdir()):

@@ -1,4 +1,4 @@
-"""Pictures on disk, and the events that ask for them and tell of them."""
+"""Pictures on disk, and the events that request and describe them."""
 
 import contextlib
 import io

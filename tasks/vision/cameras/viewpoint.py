@@ -16,7 +16,7 @@ TIMING = 1e-6  # s, by which a timestamp may be rounded
 
 
 class VehicleView(NamedTuple):
-    """Where the vehicle is, the gliders in the scene, whether that is true, and where the vehicle believes it is."""
+    """The pose of the vehicle, the gliders in the scene, whether that is true, and the estimated pose."""
 
     vehicle: ScenePose
     gliders: tuple[Glider, ...] = ()
@@ -45,7 +45,7 @@ class ViewpointTracker:
         self._truth.update(truth)
 
     def is_settled(self, time: float, now: float) -> bool:
-        """Whether no true state will tell more of a time (s since 1970): one after it is here, or none comes."""
+        """Whether no true state will add to a time (s since 1970): one after it is here, or none comes."""
         latest = self._truth.latest_time
         return latest >= time - TIMING or not -PATIENCE < now - latest < PATIENCE
 
@@ -84,11 +84,11 @@ class ViewpointTracker:
         return VehicleView(pose, self._gliders(world, time, bottom), boards=self._boards(world, time, bottom))
 
     def _sounded(self, world: World) -> bool:
-        """Whether soundings say where the seabed below is, whatever the vehicle believes."""
+        """Whether soundings say where the seabed below is, whatever the estimate is."""
         return not self.sea and world.seabed is not None and world.seabed.has_soundings
 
     def _believed(self, world: World, state: imc.EstimatedState, now: float, time: float) -> ScenePose | None:
-        """Where the vehicle believes it is; None without a recent place and attitude."""
+        """The estimated pose; None without a recent place and attitude."""
         belief = self._beliefs.estimate_at(now, OLDEST)
         if isinstance(belief, str) or self._beliefs.latest_state is not state or not math.isfinite(state.depth):
             return None
@@ -98,7 +98,7 @@ class ViewpointTracker:
         return ScenePose(belief.north, belief.east, height, depth, *belief.angles, time)
 
     def _ground(self, state: imc.EstimatedState) -> float:
-        """Where the vehicle believes what is below it (m, down like its z)."""
+        """The estimated bottom below the vehicle (m, down like its z)."""
         bottom = _bottom(state)
         return 0.0 if self.sea and not bottom > state.z else bottom
 
