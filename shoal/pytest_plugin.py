@@ -166,7 +166,7 @@ def _outcome(
 
 
 def _note(node: pytest.Item, outcome: "ScenarioOutcome") -> None:
-    """Tell the reports of pytest of metrics and warnings."""
+    """Add metrics and warnings to the reports of pytest."""
     from shoal.campaigns import warning_lines
 
     node.user_properties += list(outcome.result.metrics.items())

@@ -62,7 +62,7 @@ def _is_left_out(folder: Path) -> bool:
 def variants_of(path: Path, values: Mapping[str, object]) -> list[dict[str, object]]:
     """The values of each run of a file: one for each of its variants, unless a value or the file chooses one.
 
-    What is wrong with the file is told by its run.
+    Mistakes of the file are reported by its run.
     """
     if "variant" not in values:
         with suppress(OSError, ScenarioFileError):

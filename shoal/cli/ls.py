@@ -102,7 +102,7 @@ async def _gather(network: Network, duration: float | None) -> None:
 
 
 class StateQueries:
-    """Asks systems for what they would tell too late or not at all; each once a second at most."""
+    """Requests from systems what they would send too late or not at all; each once a second at most."""
 
     def __init__(self, network: Network) -> None:
         self._network = network

@@ -274,7 +274,7 @@ async def _measure(
 
 
 class MessageRates:
-    """How often messages of a type come from an entity, since the first message came: before, nobody was heard."""
+    """The rate of messages of a type from an entity, since the first message: before, nothing was received."""
 
     def __init__(self, system: NetworkSystem):
         self._system = system

@@ -1,4 +1,4 @@
-"""The computer around a run: its service manager, which wants to hear that the run is alive, and its clock."""
+"""The computer around a run: its service manager, which expects notifications of the run, and its clock."""
 
 import contextlib
 import faulthandler
@@ -18,9 +18,9 @@ LONGEST_STATUS = 200  # characters
 
 
 class SystemdNotifier:
-    """Tells systemd that a run is ready, runs, and stops, and the operators if the computer's clock cannot be right.
+    """Notifies systemd that a run is ready, runs, and stops, and the operators if the computer's clock is wrong.
 
-    What it tells comes from the kernel's thread, as any handler: WATCHDOG=1 means that the vehicle really runs. The
+    Notifications come from the kernel's thread, as any handler: WATCHDOG=1 means that the vehicle really runs. The
     protocol is that of sd_notify(3): datagrams to the socket named in NOTIFY_SOCKET. Without it nothing is sent.
     """
 

@@ -21,7 +21,7 @@ WELL = ("in contact", "within range", "new system")
 APART = 2.0  # s between two clocks
 LOSSY = 0.02  # part of the packets
 CARRIERS = ("in contact", "dropped", "within range", "packets taken")
-"""What entities that talk to a network say of it; nothing else that a vehicle sends tells whom it does not hear."""
+"""Words of entities about their network; no other message names the systems that a vehicle does not receive."""
 
 UNHEARD = "a firewall closes its port; or its Consoles do not list us; or it has not received our Announce"
 UNLISTED = "the name of our certificate or user is not in its Commanders, see [Zenoh]; or it is too busy"

@@ -57,7 +57,7 @@ class ReceivedPacket(NamedTuple):
 
 
 class LinkListener(Protocol):
-    """What a link tells."""
+    """Events of a link."""
 
     def on_packet(self, link: "NetworkLink", arrival: ReceivedPacket) -> None:
         """A packet, as it came; it may be damaged."""

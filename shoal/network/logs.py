@@ -221,7 +221,7 @@ def _date(text: str) -> float:
 
 
 def _agrees(session: "FTP", source: str, path: Path, size: int) -> bool:
-    """Whether so much of a file is as on the server, as far as its first and last piece tell."""
+    """Whether so much of a file is as on the server, as far as its first and last piece show."""
     if not size:
         return True
     with path.open("rb") as ours:

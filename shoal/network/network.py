@@ -44,10 +44,10 @@ BASIC = ("Heartbeat",)
 
 
 class Network:
-    """Hears all links; `systems` by name. An asynchronous context manager.
+    """Receives from all links; `systems` by name. An asynchronous context manager.
 
     Systems with one name and several ids are two vehicles: neither is commanded, see
-    `NetworkSystem.systems_with_same_id`. `expects_all`: that a link does not work is worth to be told also if others
+    `NetworkSystem.systems_with_same_id`. `expects_all`: that a link does not work is reported also if others
     do. `report` gets a sentence when a search takes long.
     """
 
@@ -344,7 +344,7 @@ class Network:
         return printable(f"its log book: {texts[-1]}" if texts else guess)
 
     def _send(self, system: NetworkSystem, message: imc.Message, packet: bytes, attempt: int = 0) -> bool:
-        """By the way that was heard last; further attempts take the others, too. Whether there is a way."""
+        """By the link that was last received from; further attempts take the others, too. Whether there is a way."""
         links = self._ways(system)
         if links:
             links[attempt % len(links)].send(system.name, message, packet)

@@ -76,7 +76,7 @@ class VehicleRecording:
 
 
 class RecordingEnd(Exception):
-    """Why a recording has ended before it was told to."""
+    """The reason why a recording has ended too early."""
 
 
 class NetworkRecorder:

@@ -24,7 +24,7 @@ ANNOUNCED = 0.3  # s for the Announce that a vehicle keeps for those who come
 class AsyncRemoteVehicle:
     """A vehicle on the network, for programs with asyncio; `shoal.connect` makes it.
 
-    plan: its plans. param: its parameters. log: its logs. network: all else that is heard.
+    plan: its plans. param: its parameters. log: its logs. network: all else that is received.
     """
 
     def __init__(self, network: Network, system: NetworkSystem) -> None:
@@ -104,7 +104,7 @@ class AsyncRemoteVehicle:
         raise Refused(f"{self.name} defines {what} in another way: use the same file here and in [General] Messages")
 
     def _announced(self) -> Mapping[int, str] | None:
-        """The messages of its own that the vehicle announces; the Announce that begins its log does not tell them."""
+        """The messages of its own that the vehicle announces; the Announce that begins its log lacks them."""
         told = (
             Services.parse(found.services).message_checksums
             for found in self.system.latest_entity_messages(imc.Announce)
@@ -147,7 +147,7 @@ class AsyncRemoteVehicle:
             raise NoAnswer(f"{self.system.conflict_text}; Abort was sent to all, but {'; '.join(troubles)}")
 
     def _namesakes(self) -> list[tuple[NetworkSystem, int, set[object]]]:
-        """The systems of this name or id, by id, and what tells all that take their packets."""
+        """The systems of this name or id, by id, and the keys of all that receive their packets."""
         systems = [self.system, *self.system.systems_with_same_id]
         return [(each, id, {(each.name, id), *each.parts}) for each in systems for id in each.ids]
 

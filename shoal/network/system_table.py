@@ -32,9 +32,9 @@ class NetworkSystem:
 
     parts: where its processes are, by link and process. heard: packets by link. missed: what did not arrive, or could
     not be read, by reason. others: further ids that use its name. rivals: further systems that use its id. clock: its
-    time stamps less our time (s), the smallest difference of the last packets. has_ended: whether its end was told.
-    seen: when each of its ids was heard last. appeared_at: when its newest process appeared. data_at: when it sent
-    another message than Announce last.
+    time stamps less our time (s), the smallest difference of the last packets. has_ended: whether its end was
+    announced. seen: when each of its ids was received last. appeared_at: when its newest process appeared. data_at:
+    when it sent another message than Announce last.
     """
 
     name: str
@@ -62,7 +62,7 @@ class NetworkSystem:
 
     @property
     def is_there(self) -> bool:
-        """Whether one of its processes is known to run, or it was heard a short time ago."""
+        """Whether one of its processes is known to run, or it was received a short time ago."""
         return bool(self.parts) or (bool(self.last) and self.age < SILENCE)
 
     @property
@@ -132,7 +132,7 @@ class NetworkSystem:
         return sorted({place for place in self.parts.values() if place})
 
     def accepts_link(self, link: NetworkLink) -> bool:
-        """Whether packets that come by this link count: one link is heard until it is silent.
+        """Whether packets that come by this link count: one link is used until it is silent.
 
         It is one that brings all messages, if there is one, else the first.
         """
@@ -190,7 +190,7 @@ class NetworkSystem:
     def errors(self) -> dict[str, str]:
         """The entities that report an error, a fault or a failure, by label, and what they say of it.
 
-        VehicleState names only those that it was told to watch.
+        VehicleState names only those that it is configured to watch.
         """
         states = sorted(self.latest_entity_messages(imc.EntityState), key=lambda state: state.src_ent)
         found = {self.label(state.src_ent): state.description for state in states if state.state in WRONG}
@@ -272,7 +272,7 @@ class NetworkSystemTable(dict[str, NetworkSystem]):
         return system
 
     def assign_id(self, system: NetworkSystem, number: int, place: str) -> None:
-        """Note the id of a system; another one than before is that of a second vehicle, if the first is still heard."""
+        """Note the id of a system; another one than before is that of a second vehicle, if the first still sends."""
         now = time.monotonic()
         for silent in [each for each, at in system.seen.items() if now - at > FORGOTTEN and each != number]:
             del system.seen[silent]

@@ -89,7 +89,7 @@ class UDPLink:
 
     @property
     def _somebody_is_silent(self) -> bool:
-        """Whether a program hears our announcements but has not answered: DUNE announces itself only now and then."""
+        """Whether a program receives our announcements but has not answered: DUNE announces itself seldom."""
         here = {Endpoint(LOOPBACK, port) for port in self._ports} - {self._own_place}
         asked = here | {place for place in self._places if place.port}
         return len(asked - self._refused) > len(self._everybody())
@@ -310,7 +310,7 @@ class UDPLink:
                 self._ear.on_packet(self, ReceivedPacket(packet, peer.name, "", f"at {sender}"))
 
     def _found_again(self, source: int, sender: Endpoint) -> _Peer | None:
-        """A system that fell silent and is heard again, before it has announced itself again."""
+        """A system that fell silent and is received again, before it has announced itself again."""
         peer = self._missed.get(source)
         if peer is None or peer.endpoint.address != sender.address:
             return None
@@ -321,7 +321,7 @@ class UDPLink:
         return peer
 
     def _is_asked(self, sender: Endpoint) -> bool:
-        """Whether a system without a name answers where we asked, since no announcement can be heard."""
+        """Whether a system without a name answers where we asked, since no announcement can be received."""
         if len(self._peers) >= MOST_PEERS:
             return False
         return sender in self._places or (self.deaf and sender.address == LOOPBACK and sender.port in USUAL_PORTS)

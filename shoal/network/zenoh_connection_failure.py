@@ -1,4 +1,4 @@
-"""Why zenoh did not connect, which it does not tell."""
+"""The reason why zenoh did not connect, which it does not report."""
 
 import socket
 from collections.abc import Collection

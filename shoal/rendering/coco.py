@@ -89,8 +89,8 @@ def export_coco(source: LogSource, folder: Path, progress: Callable[[float], obj
     """Write the pictures in Photos beside a log to images/, and annotations.json; returns how many there are.
 
     Their labels are those of the cameras of the run, from SimulatedState. A picture that none of them took, or with a
-    lens that the log does not tell, counts as skipped in `source`. Raises ValueError without any picture, OSError, and
-    what find_exposures raises.
+    lens that the log does not contain, counts as skipped in `source`. Raises ValueError without any picture, OSError,
+    and what find_exposures raises.
     """
     files = sorted(path for path in (source.log.path.parent / PHOTOS_FOLDER).glob("*_*_*.*") if path.is_file())
     if not files:

@@ -40,7 +40,7 @@ def class_name(kind: PixelClass) -> str:
 
 
 def boxes_to_dicts(boxes: Iterable[ObjectBox]) -> list[dict[str, Any]]:
-    """What is told of the objects in a picture; boxes are left, top, right, bottom in px, and null without a pixel."""
+    """The record of the objects in a picture; boxes are left, top, right, bottom in px, and null without a pixel."""
     return [
         {
             "instance": box.instance,

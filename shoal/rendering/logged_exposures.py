@@ -51,7 +51,7 @@ class ExposedPicture(NamedTuple):
     """A picture: the label of its camera, when it was exposed (s since 1970 UTC), its file, and how it is rendered.
 
     The shutter's `take_picture(*shutter_arguments)` makes it, with the camera as it was then, that of `camera_number`
-    with this label, and its `labels` tell what is in it: from `standpoints`, one for each band of rows, with gliders
+    with this label, and its `labels` say what is in it: from `standpoints`, one for each band of rows, with gliders
     and boards. With `optics_changed` the run took it with another lens or size.
     """
 
@@ -178,7 +178,7 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
 def _compare(
     seen: LoggedExposures, entities: Mapping[str, int], told: Mapping[tuple[int, float], tuple[float, ...]]
 ) -> None:
-    """Mark the pictures whose CameraFrame in the log tells of another lens or size than theirs."""
+    """Mark the pictures whose CameraFrame in the log has another lens or size than theirs."""
     for number, shot in enumerate(seen.pictures):
         optics = told.get((entities.get(shot.camera, -1), shot.time))
         if optics is not None and not matches_optics(seen.camera_of(shot).camera.optics, optics):
@@ -287,7 +287,7 @@ def _has_next_log(log: imc.Log) -> bool:
 
 
 def _name(schema: imc.Schema, told: Iterable[tuple[int, bytes]]) -> str:
-    """The name of the last log that LoggingControl tells of, by which its pictures are kept; empty if none does."""
+    """The name of the last log that LoggingControl names, by which its pictures are kept; empty if none does."""
     name = ""
     for _, packet in told:
         said = schema.decode(packet)

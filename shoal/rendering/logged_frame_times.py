@@ -1,4 +1,4 @@
-"""When the cameras of a run took their frames, as its log tells."""
+"""The times at which the cameras of a run took their frames, by its log."""
 
 import math
 from collections import deque
@@ -42,7 +42,7 @@ def logged_frames(schema: imc.Schema, packets: Iterable[tuple[int, bytes]]) -> d
 def logged_optics(
     schema: imc.Schema, packets: Iterable[tuple[int, bytes]]
 ) -> dict[tuple[int, float], tuple[float, ...]]:
-    """The numbers of OPTICS of the frames that CameraFrame tells of.
+    """The numbers of OPTICS of the frames that CameraFrame describes.
 
     They are by entity and time of exposure (s since 1970 UTC). Frames of which a number is not known are left out.
     """

@@ -21,7 +21,7 @@ from tasks.vision.cameras.picture_files import write_picture
 MOST_NOTES = 20
 
 PictureRecord = tuple[dict[str, Any], list[dict[str, Any]]]
-"""What is told of a picture in the file of all labels, and its annotations in that of COCO."""
+"""The record of a picture in the file of all labels, and its annotations in that of COCO."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class LogRenderer:
     flow: bool
 
     def render_picture(self, number: int) -> PictureRecord:
-        """Render a picture, and tell what is in it. Raises OSError."""
+        """Render a picture, and describe its content. Raises OSError."""
         shot, after = self.pictures[number]
         camera, shutter = self.cameras[shot.camera][shot.camera_number]
         error = write_picture(

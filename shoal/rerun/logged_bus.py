@@ -35,7 +35,7 @@ class LoggedBus(Bus):
         self._names = dict[int, type | None]()
 
     def deliver_log(self, history: LogReplay, schema: imc.Schema, speakers: Callable[[imc.Header], bool]) -> None:
-        """Start to deliver the log; `speakers` tells which packets are the tasks' own."""
+        """Start to deliver the log; `speakers` says which packets are the tasks' own."""
         self.history, self.schema, self._is_own = history, schema, speakers
         self.kernel.soon(self._feed)
 
@@ -91,7 +91,7 @@ class LoggedBus(Bus):
         self._deliver(message, entry.packet, self.daemon if of_daemon else None)
 
     def _kind(self, number: int) -> type | None:
-        """The class of a message id; None if only decoding can tell."""
+        """The class of a message id; None if only decoding shows it."""
         if number not in self._names:
             try:
                 self._names[number] = self.schema.by_id(number)

@@ -1,4 +1,4 @@
-"""What events do to a vehicle; the log of the vehicle tells each of them."""
+"""Actions of events on a vehicle; the log of the vehicle has each of them."""
 
 import math
 from abc import ABC, abstractmethod

@@ -19,7 +19,7 @@ COUNTS = ("sent", "received", "lost", "out of range", "cut", "dropped")
 
 @dataclass(frozen=True)
 class LinkModel:
-    """A link between the vehicles `ends`; all of them hear what one sends.
+    """A link between the vehicles `ends`; all of them receive what one sends.
 
     `range` is the true distance in m beyond which nothing arrives. A message arrives after it was sent at `rate` (B/s),
     after `latency` (s), and after its way at `propagation` (m/s, of sound or light). `loss` is the probability that a

@@ -26,7 +26,7 @@ MessageSlots = list[Any]
 
 
 class _Listener:
-    """Whom to tell of messages of a kind, and where to keep them: (entity, list, place)."""
+    """The places where messages of a kind are kept: (entity, list, place)."""
 
     def __init__(self, on_message: OnMessage):
         self.on_message = on_message
@@ -34,7 +34,7 @@ class _Listener:
 
 
 class _Tap:
-    """Hears the messages of a kind that `system` publishes, at a vehicle."""
+    """Receives the messages of a kind that `system` publishes, at a vehicle."""
 
     transient = True
 
@@ -68,7 +68,7 @@ class _Tap:
 
 
 class MessageMonitor:
-    """Keeps the latest messages that are watched, and tells when one has arrived."""
+    """Keeps the latest messages that are watched, and reports when one has arrived."""
 
     def __init__(self, vehicles: Mapping[str, Vehicle]):
         self._vehicles = vehicles

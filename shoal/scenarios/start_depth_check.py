@@ -16,7 +16,7 @@ START_OPTIONS = ("Initial Depth", "Initial Position", "Tide Level", "Sounding Ra
 def check_start_depth(vehicle: Vehicle, settings: Sequence[ScenarioSetting]) -> None:
     """Refuse settings of a scenario that start a vehicle, built and not started, deeper than the water there allows.
 
-    Raises ScenarioFileError. What is wrong in the profile alone, the vehicle tells its log book.
+    Raises ScenarioFileError. The vehicle reports to its log book what is wrong in the profile alone.
     """
     receivers = [task for task in vehicle.tasks if isinstance(task, GPS) and task.initial_position]
     for task in vehicle.tasks:

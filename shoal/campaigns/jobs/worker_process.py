@@ -106,7 +106,7 @@ class WorkerProcess:
 
 @contextlib.contextmanager
 def _without_interrupts() -> Generator[None]:
-    """What starts meanwhile does not hear of Ctrl-C in the terminal, nor while it imports."""
+    """Processes that start meanwhile do not receive Ctrl-C of the terminal, nor while it imports."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

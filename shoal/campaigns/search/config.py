@@ -102,7 +102,7 @@ def _default(draft: Any, fixed: Mapping[str, object], place: str, found: Distrib
 
 
 def _is_in(unit: str, place: str) -> bool:
-    """Whether a plain number at a place may be in a unit; what the settings of the vehicle are made of tells it."""
+    """Whether a plain number at a place may be in a unit; this follows from the settings of the vehicle."""
     return "/parameters/" in place or (unit in _SI and "/set/" not in place)
 
 

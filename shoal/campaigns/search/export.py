@@ -22,7 +22,7 @@ _MAP, _SEQ, _STR = (f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "str"
 def write_scenario(path: Path, values: Mapping[str, object], folder: Path, words: list[str]) -> Path:
     """Write the scenario in a file, or in that of a study, with other values, by place; and return the new file.
 
-    `words` are told in comments at its top. It is called as the other, since plans within it are, too. Raises OSError.
+    `words` are comments at its top. It is called as the other, since plans within it are, too. Raises OSError.
     """
     draft = load_template(path, ScenarioDocument).draft
     name = path.name.removesuffix(".yaml").removesuffix(".scenario").removesuffix(".study")

@@ -59,7 +59,7 @@ class SearchObjective:
 
 
 def objective_from_dict(about: Mapping[str, Any]) -> SearchObjective:
-    """The goal that `about` tells of."""
+    """The goal that `about` describes."""
     return SearchObjective(about["goal"], about["column"], about["largest"], about["only passed"])
 
 

@@ -75,7 +75,7 @@ def make_axis(place: str, found: Distribution, default: Scalar | None) -> Search
 
 
 def _discretize(found: Distribution) -> tuple[Scalar, ...]:
-    """Values of equal shares, from end to end or without tails, with no more digits than tell them apart."""
+    """Values of equal shares, from end to end or without tails, with no more digits than distinguish them."""
     first, last = (float(value) for value in found.quantiles([0.0, 1.0]))
     low, high = 0.0 if math.isfinite(first) else TAIL, 1.0 if math.isfinite(last) else 1.0 - TAIL
     values = [
@@ -88,14 +88,14 @@ def _discretize(found: Distribution) -> tuple[Scalar, ...]:
 
 
 def _rounded(value: float, step: float) -> float:
-    """A value with no more digits than tell it from one that is a step away."""
+    """A value with no more digits than distinguish it from one that is a step away."""
     return round(value, min(15, max(0, math.ceil(-math.log10(step)))))
 
 
 def change_size(values: Mapping[str, Scalar], axes: Mapping[str, Mapping[str, Any]]) -> tuple[int, float]:
     """How large a change of the scenario is: how many values are others, and how far they have gone along their axes.
 
-    `axes` is as `SearchAxis.to_dict` tells, by place.
+    `axes` is as `SearchAxis.to_dict` returns, by place.
     """
     return len(values), math.fsum(_departure(value, axes[place]) for place, value in values.items())
 

@@ -47,7 +47,7 @@ class DryRun:
     def check_extreme_values(self, first: Mapping[str, object], most: int, search: SearchConfig | None) -> None:
         """Refuse words, and the smallest and largest numbers, with which no run can begin.
 
-        Where values do not go together in a later run, its row tells it.
+        Where values exclude each other in a later run, its row says so.
         """
         self._check_words(first)
         if search is not None:

@@ -1,4 +1,4 @@
-"""What a campaign tells while it runs, and what a search has found."""
+"""The progress of a campaign while it runs, and the result of a search."""
 
 import math
 import shlex
@@ -38,7 +38,7 @@ def uncounted_runs_text(data: CampaignResults) -> str:
 
 
 def print_findings(data: CampaignResults, shown: SearchFindings) -> None:
-    """Tell what a search has found, and the commands for what it has written."""
+    """Print what a search has found, and the commands for what it has written."""
     goal = shown.objective
     smaller = len(data.rows) - len(shown.trials) - 1
     more = f", {smaller} made the change smaller" if smaller else ""

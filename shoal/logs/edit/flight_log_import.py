@@ -41,7 +41,7 @@ def import_dataflash(
 ) -> ImportReport:
     """Write Data.lsf.gz and IMC.xml.gz to `folder`; `progress` gets the share that is read.
 
-    The vehicle is `system`, or "mavlink-<id>". Times are UTC if a GPS has told it, else they count from the start of
+    The vehicle is `system`, or "mavlink-<id>". Times are UTC if a GPS has given it, else they count from the start of
     the autopilot, and a note says so. Raises NothingToImport, OSError.
     """
     log = dataflash.DataFlash(path)

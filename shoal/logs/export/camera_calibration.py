@@ -67,7 +67,7 @@ def load_camera_models(photos: Path, cameras: Mapping[str, LoggedCamera]) -> dic
 
 
 def matches_optics(optics: CameraModel, told: Sequence[float]) -> bool:
-    """Whether a camera has the numbers of OPTICS that a CameraFrame tells."""
+    """Whether a camera has the numbers of OPTICS that a CameraFrame contains."""
     own = [getattr(optics, name) for name in OPTICS]
     return all(math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-3) for a, b in zip(told, own, strict=True))
 
@@ -75,7 +75,7 @@ def matches_optics(optics: CameraModel, told: Sequence[float]) -> bool:
 def photos_of_other_lenses(source: LogSource, models: Mapping[str, CameraModel]) -> frozenset[str]:
     """The files of pictures that, by their CameraFrame, another lens took than these cameras have.
 
-    The parameters of a camera may change while a log is written; cameras.yaml tells of the last ones.
+    The parameters of a camera may change while a log is written; cameras.yaml has the last ones.
     """
     found = set[str]()
     frames = source.log.messages("CameraFrame") if "CameraFrame" in source.summary.by_type else ()

@@ -46,7 +46,7 @@ class DetectionCollector:
             self._found.setdefault(src, {}).setdefault(name, []).append(kept)
 
     def by_system(self, origin: MapOrigin | None) -> dict[int, "SystemDetections"]:
-        """The detections of each system that has told where it believes to be."""
+        """The detections of each system that has published its estimated position."""
         if origin is None:
             return {}
         return {
@@ -57,7 +57,7 @@ class DetectionCollector:
 
 
 class SystemDetections:
-    """The detections of one system, which are relative to where it believes to be.
+    """The detections of one system, which are relative to its estimated position.
 
     Their height is not in the log: they are on the bottom below the vehicle by its altitude, or without one at the
     surface below it.

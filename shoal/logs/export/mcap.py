@@ -121,7 +121,7 @@ class _Export:
         self._file.add_chunk(chunk)
 
     def write_detections(self) -> None:
-        """Write what was detected, where the vehicles believe it to be."""
+        """Write what was detected, at the positions that the vehicles estimate."""
         self._detections, names = self._pieces.by_system(self._origin), self._source.names
         for src, found in self._detections.items():
             chunk = McapChunk()

@@ -48,7 +48,7 @@ def export_suffix(path: Path) -> str:
 
 
 def photo_export_bytes(source: LogSource, path: Path) -> bytes | None:
-    """A picture as it is exported: as it is, or PNG of a QOI; None of one that cannot be read, told to `source`.
+    """A picture as it is exported: as it is, or PNG of a QOI; None of one that cannot be read, which `source` notes.
 
     What is not decoded is checked for its header and its end, PNG also for the checksums of its parts.
     """

@@ -45,9 +45,9 @@ class DetectionScore(NamedTuple):
 class _Camera(NamedTuple):
     """A camera: its model, where it is (4, 4) for what is below and above it, and what its errors are.
 
-    `blur` is a further error per height; the accuracy is None where it is not told. What is seen on fewer pixels than
-    `least` is not expected to be found. What is detected before `shared`, s since 1970, is of a picture before the log.
-    `sea`: gliders without a depth lie on the surface.
+    `blur` is a further error per height; the accuracy is None where it is not published. What is seen on fewer pixels
+    than `least` is not expected to be found. What is detected before `shared`, s since 1970, is of a picture before the
+    log. `sea`: gliders without a depth lie on the surface.
     """
 
     optics: Any
@@ -63,7 +63,7 @@ class _Camera(NamedTuple):
 class _Truth(NamedTuple):
     """Arrays of a vehicle's true motion: time (s since 1970), places (n, 3) in the world, angles (n, 3), unwrapped.
 
-    `ground` (n,) is where the vehicle believes the ground below it (m, down); NaN if it does not know.
+    `ground` (n,) is the vehicle's estimate of the ground below it (m, down); NaN if unknown.
     """
 
     time: Array
@@ -81,7 +81,7 @@ class _Truth(NamedTuple):
 def score_detections(log: imc.Log, summary: LogSummary, labels: Callable[[int], str]) -> list[DetectionScore]:
     """Judge all entities that detect gliders; none of a log without truth or configuration.
 
-    `labels` tells the label of an entity. Of the configuration, which may come from a stranger, only Shoal's own
+    `labels` returns the label of an entity. Of the configuration, which may come from others, only Shoal's own
     cameras are made, and nothing runs.
     """
     path = log.path.parent / "Config.ini"
@@ -193,7 +193,7 @@ def _truth(log: imc.Log, summary: LogSummary, world: World) -> _Truth | None:
 
 
 def _ground(log: imc.Log, summary: LogSummary, times: Array) -> Array:
-    """(n,) where the vehicle believes the ground below it (m, down); NaN without altitudes."""
+    """(n,) the vehicle's estimate of the ground below it (m, down); NaN without altitudes."""
     rows = log.array("EstimatedState", src=summary.owner)
     down = rows["z"].astype(np.float64) + rows["alt"]
     good = np.isfinite(down) & (rows["alt"] > 0.0)

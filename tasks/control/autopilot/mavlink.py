@@ -49,7 +49,7 @@ PATH_CONTROL = "Path Control"  # the entity that shows whether a path can be fol
 
 
 class MAVLink(AutopilotTask):
-    """Makes an autopilot the body of the vehicle: its measurements become messages, and it follows DesiredPath.
+    """Connects an autopilot that steers the vehicle: its measurements become messages, and it follows DesiredPath.
 
     While the loop PATH is enabled, each path becomes targets for ArduPilot's GUIDED mode or PX4's OFFBOARD, or a
     DO_REPOSITION for PX4 and planes, or an item of a mission in the autopilot's memory; it also takes off and lands. A
