@@ -153,7 +153,10 @@ class TrueState:
         return self._states[-1][0].time if self._states else -math.inf
 
     def pose_at(self, time: float, oldest: float) -> WorldPose | None:
-        """Where the vehicle is at a time (s since 1970); None without a state of `oldest` s around it."""
+        """Where the vehicle is at a time (s since 1970); None without a state of `oldest` s around it.
+
+        A state before that is older, as after a stall of the process, does not count beside the one after.
+        """
         if not self._states:
             return None
         following: tuple[BodyMotion, WorldPose] | None = None
@@ -163,6 +166,8 @@ class TrueState:
             following = motion, place
         else:
             (motion, place), following = self._states[0], None
+        if following is not None and time - motion.time > oldest:
+            (motion, place), following = following, None
         if abs(time - motion.time) > oldest:  # also of a clock that was set back
             return None
         carried = _carried(motion, place, time - motion.time)

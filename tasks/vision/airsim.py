@@ -189,9 +189,9 @@ class AirSim(ImageSaverTask):
                 return
             pose = believed if truth is None else Pose(truth.north, truth.east, truth.down, *truth.angles)
             if pose is None:
-                if self.now - self._began > OLDEST:
+                if self.age(max(self._stated, self._began)) > OLDEST:
                     self.set_entity_state(State.FAULT, f"no SimulatedState or EstimatedState of the last {OLDEST:g} s")
-                else:
+                elif self._stated == -math.inf:
                     self.set_entity_state(State.BOOT, "waiting for SimulatedState")
                 return
             x, y, z = self.origin
@@ -199,6 +199,12 @@ class AirSim(ImageSaverTask):
         self._busy = True
         deliver = partial(self._deliver, self.now, believed, pose is None or truth is not None)
         self.offload(_shoot, self._client, self._panorama, pose, then=deliver, latency=self.latency)
+
+    @property
+    def _stated(self) -> float:
+        """When the newest state was true (s since 1970); -infinity without any."""
+        latest = self.pose_history.latest_state
+        return max(self._truth.latest_time, -math.inf if latest is None else latest.timestamp)
 
     def _deliver(self, time: float, believed: Pose | None, is_true: bool, made: AirSimPicture | str) -> None:
         self._busy = False

@@ -178,6 +178,9 @@ class MUGDetector(Task):
         marks, error = found
         belief, here = (self.pose_history.estimate_at(time, self.maximum_age) for time in (shot.time, self.now))
         if error or isinstance(belief, str) or isinstance(here, str):
+            if self.recent_stall and not error:  # states of before are gone, or that of now is about to come
+                self.dropped += 1
+                return
             self._skip(shot.camera, error or next(text for text in (belief, here) if isinstance(text, str)))
             return
         standing = self._standing(belief)

@@ -157,7 +157,10 @@ class RenderedCameraTask(ImageSaverTask):
             self.after(self._last_row + PATIENCE, self._take_until, self.now)
 
     def _take_settled(self) -> None:
-        while self._open and self.viewpoint.is_settled(self._open[0][0] + self._last_row, self.now):
+        """After a stall, wait for states that nobody could publish in it, as long as for any other."""
+        while self._open and self.viewpoint.is_settled(
+            self._open[0][0] + self._last_row, self.now, may_be_late=self.recent_stall > 0.0
+        ):
             self.take(*self._open.popleft())
 
     def _take_until(self, time: float) -> None:

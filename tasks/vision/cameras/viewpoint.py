@@ -44,10 +44,13 @@ class ViewpointTracker:
     def update_truth(self, truth: imc.SimulatedState) -> None:
         self._truth.update(truth)
 
-    def is_settled(self, time: float, now: float) -> bool:
-        """Whether no true state will add to a time (s since 1970): one after it is here, or none comes."""
+    def is_settled(self, time: float, now: float, *, may_be_late: bool = False) -> bool:
+        """Whether no true state will add to a time (s since 1970): one after it is here, or none comes.
+
+        may_be_late: that none has come for a while does not mean that none comes.
+        """
         latest = self._truth.latest_time
-        return latest >= time - TIMING or not -PATIENCE < now - latest < PATIENCE
+        return latest >= time - TIMING or not (may_be_late or -PATIENCE < now - latest < PATIENCE)
 
     def view(self, world: World, now: float, began: float) -> VehicleView | str:
         """The view of a world at `now` (s since 1970) of a run that began at `began`, or why there is none.
