@@ -43,11 +43,15 @@ class AerialHeight:
         self._falls = JumpGate(FALLS, AGREEMENT)
         self._offset = self._above = 0.0
         self._apart, self._corrected = 0, now
-        self._is_unknown = self._is_useless = False
+        self._is_useless = False
+        self._unknown_velocity: float | None = None
 
-    def resume(self) -> None:
-        """Take the next pressure as it is: nobody knows how far the vehicle has climbed meanwhile."""
-        self._is_unknown = True
+    def resume(self, velocity_variance: float) -> None:
+        """Take the next pressure as it is: nobody knows how far the vehicle has climbed meanwhile, and how it climbs.
+
+        The latter has a variance (m²/s²).
+        """
+        self._unknown_velocity = velocity_variance
 
     @property
     def rejects_pressure(self) -> bool:
@@ -61,9 +65,9 @@ class AerialHeight:
         if not mean.update():
             return ""
         down, state, variance = self.ground - mean.value[0], self.filter, self._noise**2
-        if self._is_unknown and not self._is_useless:
-            self._is_unknown = False
-            state.reset((down,), variance)
+        if self._unknown_velocity is not None and not self._is_useless:
+            state.reset((down,), variance, self._unknown_velocity)
+            self._unknown_velocity = None
         off = down - state.position[0]
         limit = FALL + SIGMAS * math.sqrt(variance + state.variances[0])
         verdict = self._falls.evaluate(not abs(off) <= limit, off)

@@ -64,7 +64,11 @@ class InertialFilter:
             self.bias[axis] += kb * innovation
         self._p = [pp - kp * pp, pv - kp * pv, pb - kp * pb, vv - kv * pv, vb - kv * pb, bb - kb * pb]
 
-    def reset(self, positions: Sequence[float], variance: float) -> None:
-        """Reset to positions (m) of a variance (m²), with velocities and biases as uncertain as at the start."""
+    def reset(self, positions: Sequence[float], variance: float, velocity_variance: float | None = None) -> None:
+        """Reset to positions (m) of a variance (m²), with biases as uncertain as at the start.
+
+        So are velocities without a variance (m²/s²) of their own.
+        """
         self.position = list(positions)
-        self._p = [variance, 0.0, 0.0, self._initial[1], 0.0, self._initial[2]]
+        speed = self._initial[1] if velocity_variance is None else velocity_variance
+        self._p = [variance, 0.0, 0.0, speed, 0.0, self._initial[2]]

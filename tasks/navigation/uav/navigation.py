@@ -209,7 +209,7 @@ class Navigation(Task):
     def _move(self, reference: imc.GpsFix, dt: float, fix: imc.GpsFix | None) -> None:
         if self.recent_stall > UNKNOWN_MOTION:
             self._moved_on = True
-            self._height.resume()
+            self._height.resume(FLYING_VELOCITY)
         if not self._acceleration.update() or dt > UNKNOWN_MOTION:
             self._acceleration.value = 0.0, 0.0, 0.0
         north, east, down = self._acceleration.value
@@ -255,7 +255,7 @@ class Navigation(Task):
         self._height.correct_by_gps(self.now_without_stalls, fix.height - reference.height, variance)
         if self._moved_on:
             self._moved_on = False
-            horizontal.reset((north, east), variance)
+            horizontal.reset((north, east), variance, FLYING_VELOCITY)
         off = north - horizontal.position[0], east - horizontal.position[1]
         verdict = self._jumps.evaluate(horizontal.mahalanobis_squared((north, east), variance) > CONTRADICTION, *off)
         if verdict is GateDecision.REJECTED:

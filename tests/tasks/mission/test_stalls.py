@@ -1,11 +1,16 @@
 """A computer that stands still, or is too slow, is no failed sensor: no plan is lost, and one entity reports it."""
 
+import math
+
 import pytest
 from lean import BLIND, UNLOGGED
 
 import imc
 from runtime.kernel import SECOND
+from runtime.profile import load_profile
+from runtime.vehicle import build
 from shoal.missions import Mission, parse_plan, prepare
+from tests.outside import ALONE
 from tests.tasks.mission.stalling_clock import StallingClock
 
 OFFLINE = ("Transports.MAVLink:Enabled=Never", "Transports.UDP:Enabled=Never", "Transports.Discovery:Enabled=Never")
@@ -57,6 +62,25 @@ def test_a_stall_of_seconds_loses_no_plan_and_blames_no_sensor(profile, tmp_path
     assert not run.bad
     assert {context for context, _ in run.complaints} == {"Daemon"}
     assert any("the process stood still for " in text for _, text in run.complaints)
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+@pytest.mark.parametrize("stalls", [[(50.0, 6.0)], [(31.0, 8.0), (60.0, 4.0), (75.0, 9.0)]])
+def test_a_multirotor_on_a_circle_finds_its_velocity_again_after_a_stall(stalls, tmp_path):
+    loaded = load_profile("hexa-00", overrides=[*ALONE, UNLOGGED])
+    clock = StallingClock(START, stalls)
+    vehicle = build(loaded, loaded.parse_modes("Simulation"), clock=clock, log_root=tmp_path).vehicle
+    bad, truths, estimates = [], [], []
+    vehicle.observe(imc.EntityState, lambda s: bad.append(s) if s.state in BAD else None)
+    vehicle.observe(imc.SimulatedState, truths.append)
+    vehicle.observe(imc.EstimatedState, estimates.append)
+    vehicle.start()
+    vehicle.run(110.0)
+    vehicle.close()
+    labels = {vehicle.entities.label(state.src, state.src_ent) for state in bad}
+    assert labels <= {"Host Resources"}  # which is busy with this test
+    assert math.dist((truths[-1].x, truths[-1].y), (estimates[-1].x, estimates[-1].y)) < 2.0
 
 
 @pytest.mark.heavy
