@@ -240,7 +240,7 @@ class Failsafe(Task):
 
     def _watch_ascent(self) -> None:
         """Begin and end the powered ascent of a vehicle that nobody controls."""
-        ascent, now, before = self._ascent, self.now, self._ascent.failed
+        ascent, now, before = self._ascent, self.now_without_stalls, self._ascent.failed
         if self._loops:
             ascent.reset(now)
             ascent.heavy = self._reported = False
@@ -294,7 +294,7 @@ class Failsafe(Task):
 
     def _rise(self) -> None:
         """Drop the weight if the vehicle does not rise."""
-        if self._dropped or not self.drop_weight_channel or self.now - self._began < self.drop_weight_delay:
+        if self._dropped or not self.drop_weight_channel or self.age(self._began) < self.drop_weight_delay:
             return
         if self._depth > self._from - SINKS:
             self._drop_weight()

@@ -8,9 +8,10 @@ from flying import BROADCAST, CCU, OWN
 
 import imc
 from runtime import ParameterError, State
-from runtime.testing import simulate
+from runtime.testing import START, simulate
 from shoal.cli import main
 from tasks.supervisors.failsafe import Failsafe
+from tests.tasks.mission.stalling_clock import StallingClock
 
 Loops = imc.CLoopsMask
 LIMITS = {"General": {"Absolute Maximum Depth": "50", "Underwater Depth Threshold": "0.3"}}
@@ -162,6 +163,24 @@ def test_the_weight_is_dropped_if_the_vehicle_does_not_rise(rate, dropped):
     run = guarded(*every(imc.EstimatedState, 0.05, 1.0), *depths, seconds=100.0, **weight)
     switched = run.of(imc.PowerChannelControl)
     assert [(m.name, m.op) for m in switched] == [("Drop Weight", imc.PowerChannelControl.Op.TURN_ON)] * dropped
+
+
+@pytest.mark.parametrize(("rate", "dropped"), [(0.05, False), (-0.01, True)])
+def test_the_time_in_which_the_process_stood_still_does_not_drop_the_weight(rate, dropped):
+    """It has risen meanwhile, which the first depth after the stall tells."""
+    depths = [imc.Depth(timestamp=float(k), value=30.0 - rate * k) for k in range(200) if not 10 < k < 71]
+    weight = {"drop_weight_channel": "Drop Weight", "drop_weight_delay": 60.0}
+    clock = StallingClock(round(START * 1e9), [(10.5, 60.0)])
+    run = guarded(*every(imc.EstimatedState, 0.05, 1.0), *depths, seconds=200.0, clock=clock, **weight)
+    assert len(run.of(imc.PowerChannelControl)) == dropped
+
+
+@pytest.mark.parametrize(("rate", "worked"), [(0.02, True), (0.0, False)])
+def test_an_ascent_by_motor_has_not_failed_because_the_process_stood_still(rate, worked):
+    depths = [imc.Depth(timestamp=0.5 * k, value=30.0 - rate * 0.5 * k) for k in range(600) if not 60 < k < 145]
+    options = {"servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "ascent_delay": 20.0, "required_messages": []}
+    run = guarded(*depths, seconds=280.0, clock=StallingClock(round(START * 1e9), [(30.2, 42.0)]), **options)
+    assert any("do not bring the vehicle up" in text for text in run.log) is not worked
 
 
 def test_the_motor_stops_at_the_surface_where_a_depth_drifts_on_that_it_does_not_change():
