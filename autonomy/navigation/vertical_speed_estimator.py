@@ -15,6 +15,7 @@ PRESSURE_NOISE, GPS_NOISE = 0.15, 3.0  # m
 ACCELERATION_NOISE, BIAS_WALK = 0.5, 0.1  # m/s²/√Hz, m/s³/√Hz
 THRUST_NOISE = 1.5  # m/s²/√Hz, of accelerations that the thrust should make
 INITIAL_VARIANCES = 0.02, 0.01, 0.01  # m², (m/s)², (m/s²)²
+UNKNOWN_SPEED, KNOWN_SPEED = 25.0, 0.25  # (m/s)², of a speed that may be any, and of one by which others are judged
 LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
 PLAUSIBLE_FORCES = 0.4, 2.2  # of what the commanded thrust and the known weight make
 IMPACT = 2  # steps; the ground makes a larger force for a moment, an accelerometer that lies for longer
@@ -66,11 +67,14 @@ class VerticalSpeedEstimator:
         self._usual_bias = 0.0  # m/s², the mean of the filter's, which is noisy
         self._apart = 0.0
         self._odd = 0
-        self._is_unknown = self._known = False
+        self._is_unknown = self._is_vague = self._known = False
 
     def resume(self) -> None:
-        """Take the next pressure as it is: it is unknown how far the vehicle has climbed since."""
-        self._is_unknown = True
+        """Take the next pressure as it is: it is unknown how far the vehicle has climbed since, and how it climbs.
+
+        Until pressures have told the speed, nothing is judged by it.
+        """
+        self._is_unknown = self._is_vague = True
 
     def receive_force(self, now: float, x: float, y: float, z: float) -> None:
         """A specific force (m/s²) in the body frame at a time (s)."""
@@ -199,8 +203,10 @@ class VerticalSpeedEstimator:
         down = self._ground - level
         if self._is_unknown:
             self._is_unknown = False
-            state.reset((down,), variance)
-            self._lag.resume(down, state.velocity[0], self._usual_bias)
+            state.reset((down,), variance, UNKNOWN_SPEED)
+        if self._is_vague:
+            self._lag.resume(state.position[0], state.velocity[0], self._usual_bias)
+            self._is_vague = state.variances[1] > KNOWN_SPEED
         off = down - state.position[0]
         limit = JUMP + SIGMAS * math.sqrt(variance + state.variances[0])
         verdict = self._gate.evaluate(not abs(off) <= limit, off)
@@ -260,7 +266,7 @@ class VerticalSpeedEstimator:
         """
         apart = self.knows_speed(now) and abs(speed - self.speed) > SPEED_APART
         apart = apart or (self.knows_height(now) and abs(height - self.height) > HEIGHT_APART)
-        self._apart = self._apart + dt if apart else 0.0
+        self._apart = self._apart + dt if apart and not self._is_vague else 0.0
         return self._apart >= APART
 
     @property

@@ -141,3 +141,22 @@ def test_an_accelerometer_that_repeats_itself_is_not_used():
         stuck = step >= 100
         estimator.receive_force(0.02 * step, 0.0, 0.0, -1.3 * GRAVITY if stuck else -GRAVITY + noise.standard_normal())
     assert estimator.measured_force(3.98, GRAVITY) is None
+
+
+@pytest.mark.parametrize("carried", [3.0, -3.0])
+def test_after_a_stall_the_speed_is_unknown_until_pressures_have_told_it(carried):
+    """The last force before a stall, carried on through it, gives the estimator a speed that the vehicle has not."""
+    estimator, now, height, _ = flown(climb=0.0)
+    noise = np.random.default_rng(2)
+    for step in range(60):
+        passed = 1.0 if step == 0 else STEP
+        now += passed
+        if step < 20:
+            estimator.resume()  # as long as the stall is recent
+        estimator.receive_force(now, 0.0, 0.0, -(GRAVITY + (carried if step == 0 else 0.0)))
+        estimator.receive_pressure(now, pressure(30.0 + height + 0.1 * noise.standard_normal()))
+        estimator.advance(now, passed, GRAVITY, UPRIGHT)
+        assert not estimator.contradicts(now, passed, height, 0.0)
+    assert not estimator.fault
+    assert estimator.speed == pytest.approx(0.0, abs=0.7)
+    assert any([estimator.contradicts(now, 0.25, height, 5.0) for _ in range(3)]), "it judges again"
