@@ -14,11 +14,13 @@ from PIL import Image
 import imc
 from runtime import ParameterError, State
 from runtime.kernel import WallClock
-from runtime.testing import simulate
+from runtime.testing import START, simulate
+from runtime.vehicle.thread_pool import WorkerThreads
 from support.pose import Pose
 from tasks.vision.airsim import AirSim
 from tasks.vision.airsim_api.rpc_messages import MessageEnd
 from tests.outside import REFUSED
+from tests.tasks.mission.stalling_clock import StallingClock
 from tests.tasks.vision.airsim_standin import SETTINGS, StandIn, colors
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
@@ -75,6 +77,15 @@ def test_the_vehicle_is_where_it_truly_is_at_the_exposure():
 
 
 FORWARD = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+def test_a_stall_of_the_computer_is_no_missing_state(monkeypatch):
+    monkeypatch.setattr(WorkerThreads, "submit", lambda _, title, work: work())  # however slow this computer is
+    feed = [truth(t / 10) for t in range(120) if not 30 < t < 75]
+    with StandIn() as server:
+        run = shot(server, 12.0, feed, cameras=["front_center"], clock=StallingClock(round(START * 1e9), [(3.1, 4.35)]))
+    assert len(run.frames) > 30
+    assert [m.description for m in run.of(imc.EntityState) if m.state >= State.FAULT] == []
 
 
 def test_one_camera_is_a_pinhole_as_airsim_has_it():
