@@ -74,6 +74,20 @@ def test_a_stall_of_the_computer_is_no_silence_of_the_autopilot():
     assert not worse
 
 
+@pytest.mark.parametrize(("stalls", "warned"), [([(10.2, 22.4)], False), ([], True)])
+def test_a_stall_of_the_computer_is_no_time_in_which_a_leg_was_too_slow(stalls, warned):
+    beat = frame("HEARTBEAT", **{**BEAT, "type": 11, "base_mode": 129, "custom_mode": 15})
+    acks = b"".join(frame("COMMAND_ACK", command=number) for number in (178, 511, 512))
+    times = [0.5 * n for n in range(70) if not (stalls and 10.0 < 0.5 * n < 32.6)]
+    stream = [(time, beat + at(time, vx=100 if time < 34.0 else 400)[1][len(beat) :] + acks) for time in times]
+    loops = imc.ControlLoops(timestamp=2.0, enable=imc.ControlLoops.Enable.ENABLE, mask=imc.CLoopsMask.PATH)
+    meters = imc.SpeedUnits.METERS_PS
+    path = imc.DesiredPath(timestamp=2.5, end_lat=0.7190, end_lon=math.radians(-8.7062), speed=4.0, speed_units=meters)
+    clock = StallingClock(round(START * 1e9), stalls)
+    run = simulate(MAVLink, [loops, path], stream=stream, address=SERIAL, position_timeout=2.0, clock=clock)
+    assert any("it moves at 1.0 m/s only" in text for text in run.log) is warned, run.log
+
+
 def test_a_position_from_before_a_new_start_is_none():
     run = heard(at(0.0), (1.0, frame("ATTITUDE", time_boot_ms=500)))
     assert len(run.of(imc.EstimatedState)) == 1
