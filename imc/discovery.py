@@ -77,6 +77,8 @@ class Service(NamedTuple):
 
 
 MESSAGES = Service("shoal+info", "0.0.0.0", 0, "/messages/")
+CONSOLE = "/console/"
+"""With the name of a network, the path of the only service of a console that takes packets where they come from."""
 
 
 def message_services(signatures: Mapping[int, str]) -> tuple[Service, ...]:
@@ -146,6 +148,11 @@ class Services:
             return None
         items = (item.partition("-") for item in self._about(MESSAGES.scheme, MESSAGES.path).split(","))
         return {int(number): text for number, _, text in items if number.isdecimal()}
+
+    @property
+    def console_network(self) -> str:
+        """The network of a console that announces only its name, such as "zenoh"; empty for other systems."""
+        return "" if self.endpoints("imc+udp") else self._about(MESSAGES.scheme, CONSOLE)
 
     @property
     def mavlink_id(self) -> int:

@@ -6,6 +6,7 @@ speak for a third system.
 
 import struct
 from collections.abc import Callable, Collection, Mapping
+from urllib.parse import unquote
 
 import imc
 from imc.layout import LITTLE_ENDIAN
@@ -77,9 +78,9 @@ class PacketAuthorizer:
             return False
         name, way = self._places.get(key) or self._place(key)
         if way == "@cmd":
-            consoles.reject_and_answer(packet, key.rpartition("/")[2])
+            consoles.reject_and_answer(packet, unquote(key.rpartition("/")[2]))
         elif imc.packet_source(packet) in OPERATORS:
-            consoles.reject_and_answer(packet, name)
+            consoles.reject_and_answer(packet, unquote(name))
         return True
 
     def _of_another(self, name: str, kind: int, source: int, destination: int) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import imc
 from imc.console_acl import NOT_LISTED, OVER_ZENOH, ConsoleAcl, OrderRefusals
+from imc.discovery import displayable_name
 from runtime.zenoh.presence import ProcessPart
 
 MOST_NAMED = 64
@@ -45,6 +46,7 @@ class UnlistedConsoles:
         self.rejected += 1
         if self._says and source not in self._named and len(self._named) < MOST_NAMED:
             self._named.add(source)
+            name = displayable_name(name)
             known = f" ({name})" if name not in ("", f"0x{source:04X}") else ""
             self._tell(f"packet from 0x{source:04X}{known} over zenoh dropped: {NOT_LISTED} (see [General] Consoles)")
         return self._refusals.reason(packet, source)

@@ -5,14 +5,20 @@ A link finds the systems of one network, brings their packets, and carries packe
 the thread of the event loop.
 """
 
-from collections.abc import Collection, Sequence
-from typing import NamedTuple, Protocol
+import getpass
+import os
+import socket
+import time
+from collections.abc import Collection, Iterable, Sequence
+from typing import NamedTuple, Protocol, Self
 
 import imc
+from imc.discovery import CONSOLE, MESSAGES, Service, Services
 
 EVERYBODY = "*"
 EVERYTHING: frozenset[str] = frozenset()
 NEAR = 1.5  # s for a system of this computer to appear
+LONGEST_NAME = 48
 FAR = 3.0  # s over a radio
 
 
@@ -37,10 +43,31 @@ class Unlisted(Refused, NoAnswer):
 
 
 class ConsoleIdentity(NamedTuple):
-    """Who we are: a system id of operators, and the name in keys and announcements."""
+    """Who we are: a system id of operators, the name in keys and announcements, and what tells this run from others."""
 
     id: int
     name: str
+    uid: str = ""
+
+    @classmethod
+    def of_this_program(cls, number: int) -> Self:
+        """One whose name says who uses it and where: shoal-USER@HOST-ID."""
+        try:
+            user = getpass.getuser()
+        except (KeyError, OSError):  # a container without a table of users
+            user = str(os.getuid())
+        who = "_".join(f"shoal-{user}@{socket.gethostname()}".split())[:LONGEST_NAME]
+        return cls(number, f"{who}-{number:04X}", str(time.time_ns()))
+
+    def announcement(self, services: Iterable[Service]) -> imc.Announce:
+        """What makes us known to other systems."""
+        told = Services.from_system_info(services, uid=self.uid, imc=imc.builtin().version)
+        return imc.Announce(sys_name=self.name, sys_type=imc.SystemType.CCU, owner=0xFFFF, services=str(told))
+
+    def naming_packet(self, network: str) -> bytes:
+        """An Announce to systems of a network on which we take packets where they come from."""
+        kind = self.announcement([Service(MESSAGES.scheme, MESSAGES.address, 0, CONSOLE + network)])
+        return imc.encode_with_header(kind, time.time(), self.id, 0, 0, 0xFF)
 
 
 class ReceivedPacket(NamedTuple):

@@ -61,7 +61,7 @@ class Network:
         report: Callable[[str], object] = lambda _: None,
     ) -> None:
         number = random.SystemRandom().choice(range(OPERATORS.start + 0x1000, OPERATORS.stop - 1))
-        self.console = console or ConsoleIdentity(number, f"0x{number:04X}")
+        self.console = console or ConsoleIdentity.of_this_program(number)
         self.links = tuple(links)
         self.expects_all = expects_all
         self.messages = messages or imc.builtin()

@@ -132,7 +132,7 @@ def _console() -> ConsoleIdentity | None:
         raise ValueError(
             f"{CONSOLE}: {text!r} is not the id of a console: 0x{OPERATORS[0]:04X} to 0x{OPERATORS[-1]:04X}"
         )
-    return ConsoleIdentity(number, f"0x{number:04X}")
+    return ConsoleIdentity.of_this_program(number)
 
 
 def _ports() -> Sequence[int]:

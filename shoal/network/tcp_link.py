@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 import imc
-from imc.discovery import Endpoint, displayable_name
+from imc.discovery import PERIOD, Endpoint, displayable_name
 from imc.layout import LARGEST_PACKET
 from runtime.network_interfaces import is_loopback_address
 from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
@@ -114,7 +114,11 @@ class TCPLink:
         self.trouble = "; ".join(each.trouble for each in self._lines if each.trouble)
 
     async def _beat(self, line: _Connection) -> None:
+        next_announce = 0.0
         while True:
+            if time.monotonic() >= next_announce:
+                self._write(line, self._console.naming_packet(self.name))
+                next_announce = time.monotonic() + PERIOD
             self._write(line, imc.encode_with_header(imc.Heartbeat(), time.time(), self._console.id, 0, 0xFFFF, 0xFF))
             await asyncio.sleep(BEAT)
 

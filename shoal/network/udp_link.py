@@ -73,7 +73,6 @@ class UDPLink:
         self._missed: dict[int, _Peer] = {}  # fell silent: its network may come back
         self._sockets: list[socket.socket] = []
         self._beating: asyncio.Task[None] | None = None
-        self._uid = str(time.time_ns())
         self._refused: set[Endpoint] = set()
         self._own_place: Endpoint | None = None
         self._has_heard = False
@@ -190,11 +189,7 @@ class UDPLink:
         """Our Announce as the program at a place has to read it: with the address that it can reach."""
         own = own or own_address(place)
         port = self._data.getsockname()[1]
-        services = Services.from_system_info([Service("imc+udp", own, port)], uid=self._uid, imc=imc.builtin().version)
-        kind = imc.Announce(
-            sys_name=self._console.name, sys_type=imc.SystemType.CCU, owner=0xFFFF, services=str(services)
-        )
-        return self._packet(kind, 0)
+        return self._packet(self._console.announcement([Service("imc+udp", own, port)]), 0)
 
     def _packet(self, message: imc.Message, destination: int) -> bytes:
         return imc.encode_with_header(message, time.time(), self._console.id, 0, destination, 0xFF)
@@ -243,7 +238,7 @@ class UDPLink:
         if message.src != self._console.id:
             self._has_heard = True
             self._meet(message, sender)
-        elif Services.parse(message.services).uid != self._uid:  # a vehicle sends to the newer of us only
+        elif Services.parse(message.services).uid != self._console.uid:  # a vehicle sends to the newer of us only
             self._rival_heard = time.monotonic()
             shared = f"another program at {sender.address} uses the id 0x{self._console.id:04X}"
             self.trouble = f"{shared}: give each program its own (SHOAL_CONSOLE), and list all in Consoles"

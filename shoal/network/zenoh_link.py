@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from urllib.parse import unquote
 
 import imc
+from imc.discovery import PERIOD
 from imc.layout import SMALLEST_PACKET
+from imc.reserved_ids import OPERATORS
 from runtime.zenoh import LOCAL_PORT, SessionFactory, ZenohConfig, error_text, key_chunk, message_key, parse_token
 from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
 from shoal.network.zenoh_connection_failure import connection_failure
@@ -28,6 +30,7 @@ MOST_WAITING = 1 << 16  # packets between zenoh's threads and ours
 AT_ONCE = 512
 MOST_PUBLISHERS = 4096
 CLOSING = 1.0  # s
+SETTLING = 0.02  # s until all who are there have been told to us
 LAST_TRY = 0.3  # s to wait for a connection that is being tried: most are made or refused at once
 
 
@@ -61,6 +64,7 @@ class ZenohLink:
         )
         self._opener = SessionFactory()
         self._wanted: dict[str, Callable[[], object] | None] = {}  # key expression: its end
+        self._announcing: asyncio.TimerHandle | None = None
         self._answers: dict[str, Callable[[], object]] = {}  # by vehicle
         self._asked: dict[str, None] = {}
         self._waiting: deque[_Sample] = deque()
@@ -81,7 +85,8 @@ class ZenohLink:
     async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
         self._ear, self._console = ear, console
         self._loop = asyncio.get_running_loop()
-        self._wanted.setdefault(f"imc/{key_chunk(console.name)}/@cmd/**", None)
+        for name in (console.name, f"0x{console.id:04X}"):
+            self._wanted.setdefault(f"imc/{key_chunk(name)}/@cmd/**", None)
         try:
             self._config.build()
         except ModuleNotFoundError:
@@ -109,6 +114,17 @@ class ZenohLink:
             self._asked[f"imc/{system}/@q/{key_chunk(message)}/*"] = None
         self._ask()
 
+    def _announce_soon(self) -> None:
+        """Tell our name to those who have appeared, and from then on all again and again."""
+        if self._announcing is not None:
+            self._announcing.cancel()
+        self._announcing = self._loop.call_later(SETTLING, self._announce)
+
+    def _announce(self) -> None:
+        packet = self._console.naming_packet("zenoh")
+        self.send(EVERYBODY, imc.Announce(), packet)
+        self._announcing = self._loop.call_later(PERIOD, self._announce)
+
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         if self._session is None:
             return
@@ -128,6 +144,8 @@ class ZenohLink:
             self._ear.on_dropped(self, system, f"zenoh did not send it: {error_text(error)}")
 
     async def close(self) -> None:
+        if self._announcing is not None:
+            self._announcing.cancel()
         if self._retrying is not None:
             self._retrying.cancel()
             with suppress(asyncio.CancelledError):
@@ -295,6 +313,7 @@ class ZenohLink:
             return
         if is_there:
             self._take_answers_of(chunks[1])
+            self._announce_soon()
             self._present.add(expression)
             self._ear.on_appeared(self, system, part, place, number)
             return
@@ -318,7 +337,7 @@ class ZenohLink:
             system, entity = unquote(chunks[4]), ""
         else:
             system, entity = unquote(chunks[1]), unquote(chunks[3])
-        if system == self._console.name or not self._is_new(sample, system):
+        if system == self._console.name or not self._is_new(sample, system) or _is_of_console(sample.packet):
             return
         self._ear.on_packet(self, ReceivedPacket(sample.packet, system, entity, "", sample.is_old))
 
@@ -337,6 +356,12 @@ class ZenohLink:
             self._numbers.clear()
         self._numbers[publisher] = number
         return True
+
+
+def _is_of_console(packet: bytes) -> bool:
+    """Whether a packet is the Announce of another console, which only vehicles need."""
+    is_whole = len(packet) >= SMALLEST_PACKET
+    return is_whole and imc.packet_id(packet) == imc.Announce.ID and imc.packet_source(packet) in OPERATORS
 
 
 def _covers(wide: str, narrow: str) -> bool:

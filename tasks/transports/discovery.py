@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import imc
 from imc.discovery import MULTICAST, PERIOD, PORTS, Services, displayable_name
-from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
-from runtime import State, Task, param, periodic
+from imc.reserved_ids import BROADCAST, OPERATORS, UNKNOWN_SYSTEM
+from runtime import State, Task, consume, param, periodic
 from runtime.network_interfaces import is_loopback_address
 from support.log_limit import LogLimit
 from support.token_bucket import TokenBucket
@@ -42,11 +42,14 @@ ANYBODY = "anybody"
 
 @dataclass(slots=True)
 class SystemSighting:
-    """A system as it announced itself: its name, its run (`uid`), where from, and when first and last (s)."""
+    """A system as it announced itself: its name, its run (`uid`), its `place` such as "at 10.0.0.7".
+
+    It was heard first and last at these times (s).
+    """
 
     name: str
     uid: str
-    address: str
+    place: str
     first: float
     last: float
 
@@ -214,9 +217,21 @@ class Discovery(Task):
             return
         if name == self.vehicle.name:
             self.report_conflict(f"the name {name} of this vehicle", f"0x{message.src:04X} at {address}")
-        self.record_sighting(message.src, name, services.uid, address)
+        self.record_sighting(message.src, name, services.uid, f"at {address}")
         if not self.vehicle.bus.is_system_on_transport(message.src):
             self.relay(packet)
+
+    @consume(others=True)
+    def on_console(self, other: imc.Announce) -> None:
+        """Note a console that has come over zenoh or TCP, where Announces only name it."""
+        services = Services.parse(other.services)
+        if services.console_network and other.src in OPERATORS and self.try_acquire_console(other.src):
+            place = f"over {displayable_name(services.console_network)}"
+            self.record_sighting(other.src, displayable_name(other.sys_name), services.uid, place)
+
+    def try_acquire_console(self, system: int) -> bool:
+        """Whether a console that came by another network may be noted: known ones always, few new ones at a time."""
+        return system in self.seen or self.try_acquire_new(ANYBODY)
 
     def try_acquire(self, address: str) -> bool:
         """Whether an address may send one more."""
@@ -235,7 +250,7 @@ class Discovery(Task):
             self.new_systems[address] = TokenBucket(NEW_RATE, NEW_SYSTEMS, network_time(self))
         return self.new_systems[address].try_acquire(network_time(self))
 
-    def record_sighting(self, system: int, name: str, uid: str, address: str) -> None:
+    def record_sighting(self, system: int, name: str, uid: str, place: str) -> None:
         """Remember who uses an id; two that use it by turns are two systems, one after the other a restart."""
         if system not in self.seen and len(self.seen) >= MOST_SYSTEMS:
             del self.seen[min(self.seen, key=lambda each: max(s.last for s in self.seen[each]))]
@@ -243,15 +258,15 @@ class Discovery(Task):
         found = next((run for run in runs if (run.name, run.uid) == (name, uid)), None)
         if found is None:
             if not runs:
-                text = f"new system within range: {name} (0x{system:04X}) at {address}"
+                text = f"new system within range: {name} (0x{system:04X}) {place}"
                 self.new_lines.write(self.log.info, text, network_time(self))
-            found = SystemSighting(name, uid, address, network_time(self), network_time(self))
+            found = SystemSighting(name, uid, place, network_time(self), network_time(self))
             runs.append(found)
             del runs[:-MOST_RUNS]
-        found.last, found.address = network_time(self), address
+        found.last, found.place = network_time(self), place
         for other in runs:
             if other is not found and other.last > found.first and network_time(self) > other.first:
-                both = f"{other.name} at {other.address} and {name} at {address}"
+                both = f"{other.name} {other.place} and {name} {place}"
                 self.report_conflict(f"the id 0x{system:04X}", both)
 
     def report_conflict(self, what: str, who: str) -> None:

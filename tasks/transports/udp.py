@@ -111,11 +111,11 @@ class UDP(DatagramLinkTask):
         changed = self.vehicles.on_announce(other)
         if changed and other.src == self.system:
             self.refresh_subscriptions()
-        if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM) or self.vehicle.bus.is_system_on_transport(
-            other.src
-        ):
+        services = Services.parse(other.services)
+        is_elsewhere = services.console_network or self.vehicle.bus.is_system_on_transport(other.src)
+        if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM) or is_elsewhere:
             return
-        peer = self.peers.on_announce(other.src, other.sys_name, Services.parse(other.services), network_time(self))
+        peer = self.peers.on_announce(other.src, other.sys_name, services, network_time(self))
         self.positions.on_announce(other)
         if peer is None:
             if self.drops.add("announced beyond the systems in contact", f"0x{other.src:04X}"):

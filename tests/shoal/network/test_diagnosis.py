@@ -217,9 +217,9 @@ def test_a_network_whose_address_has_gone_does_not_end_our_announcements(monkeyp
 def test_two_programs_with_one_id_are_told_of():
     async def act() -> None:
         ports = discovery_ports()
-        console = ConsoleIdentity(0x4101, "0x4101")
+        one, other = (ConsoleIdentity.of_this_program(0x4101) for _ in range(2))
         older, newer = UDPLink(ports=ports), UDPLink(ports=ports)
-        async with Network([older], console) as network, Network([newer], console), asyncio.timeout(20.0):
+        async with Network([older], one) as network, Network([newer], other), asyncio.timeout(20.0):
             async with living(Station(ports)):
                 system = await network.find_system("station")
                 while not older.trouble:
