@@ -50,6 +50,10 @@ class ConsoleAcl:
         """Whether to take a message, given the id of its type, from a system at an address, or OVER_ZENOH."""
         return self.is_open or kind in REPORTS or _is_at(self.listed.get(system, ()), address)
 
+    def may_command(self, system: int) -> bool:
+        """Whether a system may command from somewhere."""
+        return self.is_open or system in self.listed
+
     def allows_station(self, system: int, address: str) -> bool:
         """Whether to obey a ground station, given its MAVLink system id and its address or serial device."""
         return self.is_open or _is_at(self.stations.get(system, ()), address)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 LEAST_SAMPLES = 20
+LARGEST_FIELD = 10.0  # G, sixteen times the Earth's: beyond what a magnetometer in a vehicle measures
 LEAST_QUADRANT = 0.1  # part of the samples that each quarter of the circle needs
 ROUND = 0.2  # of the radius: root mean square that the samples may be off the circle
 
@@ -43,8 +44,11 @@ class HardIronFit:
         self._quadrants = [0, 0, 0, 0]
 
     def add(self, field: tuple[float, float, float], roll: float, pitch: float, heading: float) -> None:
-        """Use a sample (G, body frame) at an attitude (rad); `heading` only tells the quarter of the circle."""
-        if not all(map(math.isfinite, (*field, roll, pitch, heading))):
+        """Use a sample (G, body frame) at an attitude (rad); `heading` only tells the quarter of the circle.
+
+        What is not finite or no field at all does not count.
+        """
+        if not all(map(math.isfinite, (*field, roll, pitch, heading))) or math.hypot(*field) > LARGEST_FIELD:
             return
         x, y, z = field
         cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)

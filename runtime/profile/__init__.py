@@ -2,6 +2,7 @@
 
 from runtime.profile import dune_section_names
 from runtime.profile.config import Config, Option, Section, format_option, format_sections, split_list
+from runtime.profile.consoles import listed_consoles
 from runtime.profile.dune_section_names import EVERY_TASK
 from runtime.profile.ini import read_config, read_sections, write_sections
 from runtime.profile.profile import (
@@ -41,6 +42,7 @@ __all__ = [
     "find_profile",
     "format_option",
     "format_sections",
+    "listed_consoles",
     "load_profile",
     "own_etc",
     "parse_imc_id",

@@ -109,7 +109,7 @@ class CompassCalibration(Maneuver):
             raise ManeuverError(f"{name} {height:.1f} m instead of {order.z:g} m, give or take {order.amplitude:g} m")
 
     def _turn(self, state: imc.EstimatedState) -> None:
-        if self._turns is not None:
+        if self._turns is not None and math.isfinite(state.psi):
             self._turns = self._turns.add(state.psi)
         if self._motion is None:
             return
@@ -127,7 +127,7 @@ class CompassCalibration(Maneuver):
             self._attitude = event
         elif self._turns is not None and self._attitude is not None:
             at = self._attitude
-            if event.timestamp - at.timestamp <= OLD:
+            if abs(event.timestamp - at.timestamp) <= OLD:
                 self._fit.add((event.x, event.y, event.z), at.phi, at.theta, self._turns.heading)
 
     def _tell(self) -> None:

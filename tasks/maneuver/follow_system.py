@@ -9,6 +9,7 @@ from runtime import param
 from support.wgs84 import displace, displacement
 from tasks.maneuver.maneuver_task import Loops, Maneuver, ManeuverError, PathEnd, PathFlags
 
+JUMP = 50.0  # m between two positions of a system that rests
 NOWHERE = (0.0, 0.0)  # what a system announces that does not know its position
 
 
@@ -46,13 +47,19 @@ class FollowSystem(Maneuver):
         2000.0, "m", "A position farther away is rejected: anybody may announce one.", minimum=1
     )
 
+    maximum_speed: float = param(
+        20.0, "m/s", "A position that the system could only reach faster is rejected: two may use its id.", minimum=0.1
+    )
+
     async def execute(self, order: imc.FollowSystem) -> None:
         if not (self.using_announce or self.using_remote_state):
             raise ManeuverError("neither Using Announce nor Using RemoteState is set")
+        if order.system == self.system:
+            raise ManeuverError("a vehicle cannot follow itself")
         self._order, self._heading = order, -math.inf
         self._seen: _Sighting | None = None
         self._mark: tuple[float, float] | None = None  # where the course over ground begins
-        self._rejected = False
+        self._told: set[str] = set()
         began = heard = self.now
         end = began + order.duration if order.duration else math.inf
         await self.wait_for_state()
@@ -79,18 +86,27 @@ class FollowSystem(Maneuver):
         place = (report.lat, report.lon)
         if not used or report.src != self._order.system or place == NOWHERE:
             return None
-        finite = all(map(math.isfinite, place)) and abs(report.lat) <= math.pi / 2 and abs(report.lon) <= math.pi
-        if not finite or math.hypot(*self.north_east_from_vehicle(*place)) > self.maximum_distance:
-            if not self._rejected:
-                self.log.warning(f"rejecting a position of {self._name()}: it is beyond {self.maximum_distance:g} m")
-            self._rejected = True
+        if why := self._reject_reason(*place):
+            if why not in self._told:
+                self.log.warning(f"rejecting a position of {self._name()}: {why}")
+            self._told.add(why)
             return None
-        self._rejected = False
         if isinstance(report, imc.RemoteState):
             self._heading = self.now
             course = report.psi if math.isfinite(report.psi) else 0.0
             return _Sighting(*place, float(report.depth), course, self.now)
         return _Sighting(*place, 0.0, self._course(*place), self.now)
+
+    def _reject_reason(self, lat: float, lon: float) -> str:
+        """Why the system is not at a position, "" if it may be there."""
+        on_earth = abs(lat) <= math.pi / 2 and abs(lon) <= math.pi  # neither is NaN
+        if not on_earth or math.hypot(*self.north_east_from_vehicle(lat, lon)) > self.maximum_distance:
+            return f"it is beyond {self.maximum_distance:g} m"
+        if self._seen is None:
+            return ""
+        north, east, _ = displacement(self._seen.lat, self._seen.lon, 0.0, lat, lon, 0.0)
+        reach = JUMP + self.maximum_speed * self.age(self._seen.time)
+        return "" if math.hypot(north, east) <= reach else f"it would have moved faster than {self.maximum_speed:g} m/s"
 
     def _course(self, lat: float, lon: float) -> float:
         """The course (rad) of a system that announces a position."""

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 import imc
 from imc.reserved_ids import OPERATORS
 from runtime import State, Task, consume, param, periodic
+from runtime.profile import listed_consoles
 from support.diagnostics import ConfigWarning
 
 Mode = imc.VehicleState.OpMode
@@ -26,17 +27,18 @@ PAUSE = 2.0  # s between two reports that were requested
 ANSWER_PAUSE = 30.0  # s between two answers to text messages: each costs money
 MOST_REPORTS = 16
 LONGEST_NUMBER = 32
+LARGEST = 99_999.0  # of a percentage, or ten times a voltage (V)
 
 
 class Emergency(Task):
     """Sends Sms and IridiumMsgTx, in the words of DUNE's task of this name, for the modems on board.
 
-    It sends "(A)" after an Abort; "(T)" when no console was in reach for the timeout, while it is active and not under
-    water, or at the surface without a plan; "(R)" when a report is requested over GSM, under water when it has come up;
-    and "(T)" as the answer to the text "pos". The texts "gsm true" and "gsm false" make it active and inactive. Time
-    under water does not count. A message has the time and the position (degrees and minutes) of the last valid fix, the
-    fuel level f and its confidence c (%), ten times the voltage v, the mode s, and the progress p of a plan (%); -1 is
-    unknown.
+    It sends "(A)" after an Abort; "(T)" when no console that may command was in reach for the timeout, while it is
+    active and not under water, or at the surface without a plan; "(R)" when a report is requested over GSM, under water
+    when it has come up; and "(T)" as the answer to the text "pos". The texts "gsm true" and "gsm false" make it active
+    and inactive. Time under water does not count. A message has the time and the position (degrees and minutes) of the
+    last valid fix, the fuel level f and its confidence c (%), ten times the voltage v, the mode s, and the progress p
+    of a plan (%); -1 is unknown.
     """
 
     activation = "idle"
@@ -56,6 +58,9 @@ class Emergency(Task):
     )  # fmt: skip
     batteries: str = param("Batteries", "", "Entity of the battery.", name="Entity Label - Batteries")
     execution_frequency: float = param(1.0, "Hz", "Rate of its checks.", minimum=0.1, maximum=100)
+
+    def configure(self) -> None:
+        self._consoles = listed_consoles(self)
 
     def configuration_warnings(self) -> Iterator[ConfigWarning]:
         if not self.sms_recipient_number:
@@ -80,7 +85,8 @@ class Emergency(Task):
 
     @consume
     def on_gps_fix(self, fix: imc.GpsFix) -> None:
-        if fix.validity & imc.GpsFix.Validity.VALID_POS and math.isfinite(fix.lat) and math.isfinite(fix.lon):
+        is_on_earth = abs(fix.lat) <= math.pi / 2 and abs(fix.lon) <= math.pi  # neither is NaN
+        if fix.validity & imc.GpsFix.Validity.VALID_POS and is_on_earth:
             self._place = f"{self._clock()} / {_degrees_minutes(fix.lat)}, {_degrees_minutes(fix.lon)}"
 
     @consume
@@ -109,7 +115,7 @@ class Emergency(Task):
     @consume(others=True)
     def on_heartbeat(self, beat: imc.Heartbeat) -> None:
         """Begin the time again while a console is in reach."""
-        if beat.src in OPERATORS:
+        if beat.src in OPERATORS and self._consoles.may_command(beat.src):
             self._heard = self.now
 
     @consume(others=True)
@@ -160,9 +166,9 @@ class Emergency(Task):
         return self._plan is not None and self._plan.state == imc.PlanControlState.State.EXECUTING
 
     def _text(self, prefix: str) -> str:
-        progress = f" / p:{_whole(self._plan.plan_progress)}" if self._plan is not None and self._in_plan() else ""
+        progress = f" / p:{_figure(self._plan.plan_progress)}" if self._plan is not None and self._in_plan() else ""
         place = self._place or f"{self._clock()} / Unknown Location"
-        energy = f"f:{_whole(self._fuel)} v:{_whole(self._voltage)} c:{_whole(self._confidence)}"
+        energy = f"f:{_figure(self._fuel)} v:{_figure(self._voltage)} c:{_figure(self._confidence)}"
         return f"({prefix}) ({self.vehicle.name}) {place} / {energy} / s: {LETTERS.get(self._mode, '?')}{progress}"
 
     def _send(self, prefix: str, expires: int, number: str) -> bool:
@@ -190,9 +196,9 @@ class Emergency(Task):
             self.set_entity_state(State.FAULT, "no SMS Recipient Number is set")
 
 
-def _whole(value: float) -> int:
-    """A number without its decimals; -1 for what is no number."""
-    return int(value) if math.isfinite(value) else -1
+def _figure(value: float) -> int:
+    """A value as an integer; -1 if it is none that a vehicle can have."""
+    return int(value) if -LARGEST <= value <= LARGEST else -1
 
 
 def _degrees_minutes(angle: float) -> str:

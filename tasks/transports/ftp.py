@@ -4,8 +4,8 @@ from pathlib import Path
 
 from imc.discovery import Service
 from runtime import State, Task, param, periodic
+from runtime.profile import listed_consoles
 from tasks.transports.ftp_server import FTPServer
-from tasks.transports.imc_links.link_task import link_consoles
 from tasks.transports.imc_links.port_search import announce_listening_service
 from tasks.transports.imc_links.sockets import listen_address
 
@@ -45,7 +45,7 @@ class FTP(Task):
 
     def configure(self) -> None:
         self.place = listen_address(self, self.address)
-        self.commanders = link_consoles(self)
+        self.commanders = listed_consoles(self)
 
     def start(self) -> None:
         self._server: FTPServer | None = None

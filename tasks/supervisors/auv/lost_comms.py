@@ -3,6 +3,7 @@
 import imc
 from imc.reserved_ids import OPERATORS
 from runtime import State, Task, consume, param, periodic
+from runtime.profile import listed_consoles
 
 Op = imc.PlanDB.Op
 Control = imc.PlanControl
@@ -17,12 +18,16 @@ class LostComms(Task):
 
     It waits for the plan: one that an operator stores, or that the database has at the start. An Abort disarms it until
     the plan is stored again: whoever aborts decides what comes next. The time begins when the vehicle floats,
-    in mode SERVICE or ERROR, after a plan that has failed, and again with each Heartbeat of a console.
+    in mode SERVICE or ERROR, after a plan that has failed, and again with each Heartbeat of a console that
+    may command.
     """
 
     plan_name: str = param("lostcomms", "", "Plan that is started.")
     lost_comms_timeout: float = param(300.0, "s", "Time without a console.", minimum=1)
     execution_frequency: float = param(1.0, "Hz", "Rate of its checks.", minimum=0.1, maximum=100)
+
+    def configure(self) -> None:
+        self._consoles = listed_consoles(self)
 
     def start(self) -> None:
         self._armed, self._aborted, self._known = False, False, False
@@ -43,7 +48,7 @@ class LostComms(Task):
     @consume(others=True)
     def on_heartbeat(self, beat: imc.Heartbeat) -> None:
         """Begin again while a console is in reach."""
-        if beat.src in OPERATORS and self._since is not None:
+        if beat.src in OPERATORS and self._since is not None and self._consoles.may_command(beat.src):
             self._since = self.now
 
     @consume

@@ -1,14 +1,14 @@
 """A task that sends the messages of a list to peers: the options that all of them have, and the subscriptions."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
 import imc
-from imc.console_acl import GENERAL, ConsoleAcl, OrderRefusals
+from imc.console_acl import GENERAL, OrderRefusals
 from imc.schema import message_named
 from runtime import Task, param
 from runtime.bus import Subscription
-from runtime.profile import split_list
+from runtime.profile import listed_consoles, split_list
 from runtime.task import ParameterError
 from support.diagnostics import ConfigWarning
 from support.terminal_text import corrected_spelling, quoted, suggestion
@@ -34,15 +34,6 @@ def reraise_as_parameter_error(option: str, make: Callable[[], T]) -> T:
         return make()
     except ValueError as error:
         raise ParameterError(option, str(error)) from None
-
-
-def link_consoles(task: Task, own: Sequence[str] = ()) -> ConsoleAcl:
-    """Who may command over the links of a task: its own Consoles, or if these are empty those of [General].
-
-    Raises ParameterError.
-    """
-    listed = own if any(map(str.strip, own)) else split_list(task.vehicle.profile.value("General", "Consoles", ""))
-    return reraise_as_parameter_error("Consoles", lambda: ConsoleAcl(listed, task.vehicle.systems.id))
 
 
 class ImcLinkTask(Task):
@@ -84,7 +75,7 @@ class ImcLinkTask(Task):
     )
 
     def configure(self) -> None:
-        self.commanders = link_consoles(self, self.consoles)
+        self.commanders = listed_consoles(self, self.consoles)
         place = f"[{self.name}] Consoles" if any(map(str.strip, self.consoles)) else GENERAL
         self.refusals = OrderRefusals(self.vehicle.name, self.system, place)
         self.messages = self.message_list(self.transports, self.rate_limiters)

@@ -15,8 +15,8 @@ from mavlink.vehicle.telemetry import STREAMS, NamedValue, parse_named_value
 from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.kernel import Timer
+from runtime.profile import listed_consoles
 from runtime.task import ParameterError
-from tasks.transports.imc_links.link_task import link_consoles
 from tasks.transports.imc_links.sockets import network_time_scale
 from tasks.transports.mavlink_links.base_link import Link, Peer, peer_name
 from tasks.transports.mavlink_links.link_set import LinkSet
@@ -105,7 +105,7 @@ class GroundLinksTask(Task):
     detection_markers: bool = param(False, "", "Show detected objects on maps, as ADSB_VEHICLE, for 60 s.")
 
     def configure(self) -> None:
-        self.commanders = link_consoles(self)
+        self.commanders = listed_consoles(self)
         if not self.links:
             raise ParameterError("Links", "is empty: add a link, or disable the task")
         for option, texts, parse in (

@@ -37,6 +37,14 @@ def test_level_turns_give_the_horizontal_part():
     assert found.misfit < 1e-3
 
 
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e30, 1e300, -50.0])
+def test_a_sample_that_is_no_field_does_not_spoil_the_others(bad):
+    fit = turned()
+    for place in range(3):
+        fit.add(tuple(bad if k == place else 0.2 for k in range(3)), 0.0, 0.0, 1.0)
+    assert fit.solve() == turned().solve()
+
+
 def test_noise_and_a_zigzag_of_15_degrees_cost_little():
     found = turned(noise=0.005, pitch=math.radians(15.0)).solve()
     assert math.hypot(found.x - OWN[0], found.y - OWN[1]) < 0.01

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from flying import DEPTH, LAT, LON, fly, place, plan_of, replies, start, track
+from flying import DEPTH, LAT, LON, OWN, fly, place, plan_of, replies, start, track
 
 import imc
 from runtime import Task, consume, periodic
@@ -150,6 +150,24 @@ def test_positions_that_are_unknown_or_absurd_are_not_followed(fields):
     run = followed(*reports, timeout=20.0)
     assert not run.of(imc.DesiredPath)
     assert replies(run)[-1][0] == "FAILURE"
+
+
+def test_a_leader_that_teleports_is_not_followed_there():
+    reports = list(leader(imc.RemoteState, range(3, 110, 2), psi=math.pi / 2))
+    far, away, _ = displace(LAT, LON, 0.0, 60.0, 1500.0)
+    reports += [imc.RemoteState(timestamp=t + 0.5, src=LEADER, lat=far, lon=away) for t in range(11, 110, 2)]
+    run = followed(*sorted(reports, key=lambda m: m.timestamp))
+    assert replies(run)[-1] == DONE
+    assert max(east for _, east, _, _ in track(run)) < 60.0
+    told = [text for text in run.log if "it would have moved faster than 20 m/s" in text]
+    assert len(told) == 1  # of fifty
+
+
+def test_a_vehicle_does_not_follow_itself():
+    order = imc.FollowSystem(system=OWN, duration=0, speed=1.5, z=2.0, z_units=DEPTH)
+    task = (FollowSystem, {"using_announce": True})
+    run = fly(start(plan_of(order)), seconds=10, without=(FollowSystem,), more=(task,))
+    assert replies(run)[-1][1].endswith("a vehicle cannot follow itself")
 
 
 def test_a_stranger_is_not_followed():

@@ -64,6 +64,31 @@ def test_who_is_out_of_reach_sends(feed, active, count):
     assert len(texts(sent(*feed, active=active))) == count
 
 
+STRANGE = [math.nan, math.inf, -math.inf, 1e30]
+
+
+@pytest.mark.parametrize("value", STRANGE)
+def test_figures_that_are_none_do_not_keep_the_message_back(value):
+    fuel = imc.FuelLevel(timestamp=3.0, value=value, confidence=value)
+    voltage = imc.Voltage(timestamp=3.0, value=value)
+    plan = EXECUTING.replace(plan_progress=value)
+    run = sent(FIX, fuel, voltage, plan, *abort(5.0), batteries="")
+    assert texts(run)[0] == (NUMBER, f"(A) (lauv-noptilus-1) {PLACE} / f:-1 v:-1 c:-1 / s: ? / p:-1")
+
+
+@pytest.mark.parametrize("value", [*STRANGE, 1e308, 1.6])
+def test_a_fix_that_is_nowhere_on_earth_does_not_replace_the_last_place(value):
+    run = sent(FIX, FIX.replace(timestamp=4.0, lat=value), *abort(5.0))
+    assert f" {PLACE} /" in texts(run)[0][1]
+
+
+def test_a_stranger_that_may_not_command_does_not_keep_the_vehicle_in_reach():
+    beats = [imc.Heartbeat(timestamp=float(t), src=0x4999) for t in range(0, 70, 10)]
+    for listed, count in (("", 0), ("0x4101", 1), ("0x4999", 0)):
+        settings = {"General": {"Consoles": listed}}
+        assert len(texts(sent(*medium(WATER), *beats, settings=settings))) == count
+
+
 def test_an_abort_that_is_repeated_is_one_message():
     run = sent(*abort(*(5.0 + 0.1 * k for k in range(50))), *abort(1.0, dst=0x0801), seconds=20.0)
     assert [text.split()[0] for _, text in texts(run)] == ["(A)"]

@@ -22,10 +22,10 @@ def store(at=0.5, name="lostcomms"):
     return imc.PlanDB(timestamp=at, src=CCU, dst=OWN, op=imc.PlanDB.Op.SET, plan_id=name, arg=plan)
 
 
-def starts(*feed, seconds=60.0, **parameters):
+def starts(*feed, seconds=60.0, settings=None, **parameters):
     """Times (s) of its STARTs."""
     tasks = [(LostComms, {"lost_comms_timeout": 20.0, **parameters}), DB]
-    run = simulate(tasks, sorted(feed, key=lambda m: m.timestamp), seconds=seconds)
+    run = simulate(tasks, sorted(feed, key=lambda m: m.timestamp), seconds=seconds, settings=settings)
     requests = [m for m in run.of(Control) if m.op == Control.Op.START and m.type == Control.Type.REQUEST]
     assert {(m.plan_id, m.dst, m.flags) for m in requests} <= {("lostcomms", OWN, Control.Flags.IGNORE_ERRORS)}
     return [round(m.timestamp - run.vehicle.start_time) for m in requests]
@@ -67,6 +67,12 @@ def test_a_plan_that_another_run_has_stored_counts():
 )
 def test_it_does_nothing(feed):
     assert starts(*feed) == []
+
+
+@pytest.mark.parametrize(("listed", "times"), [("", []), ("0x4101", [22]), ("0x4999, 0x4101", [])])
+def test_a_stranger_that_may_not_command_is_no_console_in_reach(listed, times):
+    beats = [imc.Heartbeat(timestamp=float(t), src=0x4999) for t in range(0, 60, 10)]
+    assert starts(store(), *WAITING, *beats, seconds=40.0, settings={"General": {"Consoles": listed}}) == times
 
 
 def test_a_heartbeat_of_another_vehicle_is_no_console():
