@@ -16,6 +16,7 @@ from world.sensors import (
     ImuPart,
     InertialSample,
     InertialSampler,
+    Magnetometer,
     NoiseDensity,
     NoisyTriad,
     StandardNormals,
@@ -25,6 +26,7 @@ from world.sensors import (
 )
 
 ARTICLE_INTERVAL = 0.025  # s
+HALF_SAMPLE = 0.0005  # s, of the highest rate: by which a sample may come early
 OWN_VALUES = "Own Values"
 GRADE = ("Range", "Resolution", "Scale Error", "Misalignment", "Offset")
 OF_PARTS = re.compile(".* Random Walk|(Gyro|Accel) (Bias Stability.*|" + "|".join(GRADE) + ")")
@@ -36,7 +38,9 @@ class IMU(Task):
 
     Specific force is f = dv/dt + omega x v + R^T (ds/dt - g), with v the velocity through the water, s that of
     the water: at rest it is -g, as an accelerometer measures; the Acceleration of DUNE's simulator is dv/dt alone.
-    It feels the motion of its place in the vehicle, along its own axes; the attitude is the vehicle's.
+    It feels the motion of its place in the vehicle, along its own axes; attitude and MagneticField are the vehicle's.
+    With a `Magnetic Field Strength` it also measures the magnetic field; a MagneticField sent to its entity, the result
+    of a calibration, is subtracted from then on. The magnetic heading is that of an ideal compass.
     `Fidelity = Original` publishes the true attitude, as AirSim does, and writes the VINS parameters of the articles on
     AirSim to the log book.
     """
@@ -119,6 +123,27 @@ class IMU(Task):
     gyro_offset: float = param(0.0, "°/s", "Standard deviation of the bias at the start.", minimum=0, editable=False)
     accel_offset: float = param(0.0, "mg", "Standard deviation of the bias at the start.", minimum=0, editable=False)
 
+    magnetic_field_strength: float = param(0.0, "G", "Field of the Earth; 0 for no magnetometer.", minimum=0, maximum=1)
+    magnetic_declination: float = param(
+        0.0, "°", "Of the Earth's field, east of true north.", minimum=-180, maximum=180
+    )
+    magnetic_inclination: float = param(0.0, "°", "Of the Earth's field, below the horizon.", minimum=-90, maximum=90)
+    magnetic_field_noise: float = param(0.5, "mG", "Standard deviation of each axis of the magnetometer.", minimum=0)
+    magnetic_field_rate: float = param(
+        10.0, "Hz", "Most samples of the magnetometer per second.", minimum=0.1, maximum=1000
+    )
+    hard_iron: list[float] = param(
+        [], "G", "Field of the vehicle: forward, right, down; empty for none.", size=(0, 3), minimum=-5, maximum=5
+    )
+    soft_iron: list[float] = param(
+        [],
+        "1",
+        "Rows of the matrix by which the vehicle bends the Earth's field; empty for none.",
+        size=(0, 9),
+        minimum=-5,
+        maximum=5,
+    )
+
     dropped = 0
 
     def configure(self) -> None:
@@ -130,6 +155,16 @@ class IMU(Task):
             self.gyro_errors = self.accel_errors = TriadErrors()
             self._geometry = None
         self.gyroscope.density, self.accelerometer.density = gyro, accel
+        for option, values, size in (("Hard Iron", self.hard_iron, 3), ("Soft Iron", self.soft_iron, 9)):
+            if len(values) not in (0, size):
+                raise ParameterError(option, f"has {len(values)} numbers instead of {size}")
+        self._magnetometer = Magnetometer(
+            self.magnetic_field_strength,
+            math.radians(self.magnetic_declination),
+            math.radians(self.magnetic_inclination),
+            self.hard_iron,
+            self.soft_iron,
+        )
         if geometry != self._geometry:
             self._geometry, self._sampler = geometry, InertialSampler(*geometry)
 
@@ -145,6 +180,9 @@ class IMU(Task):
     def start(self) -> None:
         self._normals = StandardNormals(self.random, 15)
         self._rate_normals = StandardNormals(self.random, 3)
+        self._magnetic_normals = StandardNormals(self.random.spawn(1)[0], 3)  # leaves the other noise alone
+        self._magnetic_due = -math.inf
+        self._calibration = (0.0, 0.0, 0.0)  # G
         self._offset = math.radians(self.heading_offset) * self.random.standard_normal() if self.heading_offset else 0.0
         self._began = self.now
         grade = self.grade
@@ -167,6 +205,7 @@ class IMU(Task):
             self.set_entity_state(State.NORMAL, "active")
         for sample in self._sampler.sample_until_state(BodyMotion.from_state(truth)):
             self._report(*self._disturbed(sample))
+            self._report_field(sample)
 
     def _disturbed(self, sample: InertialSample) -> tuple[float, Vector, Vector, Vector]:
         """A sample's time, angles, rates and force, with noise."""
@@ -204,6 +243,28 @@ class IMU(Task):
             imc.Acceleration(timestamp=time, time=time, x=x, y=y, z=z),
         ):
             self.publish(message, keep_time=True)
+
+    def _report_field(self, sample: InertialSample) -> None:
+        """Publish the magnetic field at the true attitude of a sample, with the next one due."""
+        if not self.magnetic_field_strength or sample.time < self._magnetic_due:
+            return
+        self._magnetic_due = max(self._magnetic_due, sample.time - HALF_SAMPLE) + 1.0 / self.magnetic_field_rate
+        field = self._magnetometer.measure(*sample.angles)
+        if self.generate_noise and self.magnetic_field_noise:
+            sigma, draws = self.magnetic_field_noise / 1000.0, next(self._magnetic_normals)
+            field = tuple(part + sigma * draw for part, draw in zip(field, draws, strict=True))
+        x, y, z = (part - own for part, own in zip(field, self._calibration, strict=True))
+        self.publish(imc.MagneticField(timestamp=sample.time, time=sample.time, x=x, y=y, z=z), keep_time=True)
+
+    @consume
+    def calibrate(self, found: imc.MagneticField) -> None:
+        """Subtract the vehicle's own field that a calibration has found in what was measured."""
+        field = found.x, found.y, found.z
+        if found.dst_ent != self.entity.id or found.src_ent == self.entity.id or not all(map(math.isfinite, field)):
+            return
+        x, y, z = (before + now for before, now in zip(self._calibration, field, strict=True))
+        self._calibration = x, y, z
+        self.log.info(f"subtracts {x:.4f} G ahead, {y:.4f} G to starboard, {z:.4f} G down from the magnetic field")
 
 
 def part_from_options(options: Mapping[str, str]) -> ImuPart:

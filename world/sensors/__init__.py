@@ -12,6 +12,7 @@ from world.sensors.imu_noise import (
     vins_parameters,
 )
 from world.sensors.inertial_sampler import BodyMotion, InertialSample, InertialSampler
+from world.sensors.magnetometer import Magnetometer
 from world.sensors.mug_detection_error_model import DetectionErrorModel
 from world.sensors.mug_detection_geometry import (
     ACCURACY,
@@ -48,6 +49,7 @@ __all__ = [
     "ImuPart",
     "InertialSample",
     "InertialSampler",
+    "Magnetometer",
     "NoiseDensity",
     "NoisyTriad",
     "NorthEastOffset",

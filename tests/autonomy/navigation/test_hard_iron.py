@@ -41,7 +41,8 @@ def test_level_turns_give_the_horizontal_part():
 def test_a_sample_that_is_no_field_does_not_spoil_the_others(bad):
     fit = turned()
     for place in range(3):
-        fit.add(tuple(bad if k == place else 0.2 for k in range(3)), 0.0, 0.0, 1.0)
+        x, y, z = (bad if k == place else 0.2 for k in range(3))
+        fit.add((x, y, z), 0.0, 0.0, 1.0)
     assert fit.solve() == turned().solve()
 
 

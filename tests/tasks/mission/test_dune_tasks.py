@@ -51,9 +51,15 @@ class Witness:
     ("profile", "depth"), [("lauv-noptilus-1", "depth: 3, amplitude: 1"), ("otter", "depth: 0, amplitude: 0")]
 )
 def test_shipped_vehicles_circle_to_calibrate(tmp_path, profile, depth):
-    vehicle = prepared(profile, tmp_path, "Maneuver.CompassCalibration:Calibrate Compass=false")
+    vehicle = prepared(profile, tmp_path)
+    seen = Witness(vehicle, imc.MagneticField)
     report = Mission(vehicle, parse_plan(CALIBRATION.replace("DEPTH", depth))).fly(400)
     assert (report.outcome, report.reason) == ("SUCCESS", "plan completed")
+    compass = vehicle.entities.find("AHRS").id
+    (found,) = [field for field in seen.of(imc.MagneticField) if field.dst_ent == compass]
+    own = [float(part) for part in vehicle.profile.value("Simulators.IMU/AHRS", "Hard Iron").split(",")]
+    assert (found.x, found.y) == (pytest.approx(own[0], abs=2e-3), pytest.approx(own[1], abs=2e-3))
+    assert len([field for field in seen.of(imc.MagneticField) if field.src_ent == compass]) > 600
 
 
 @pytest.mark.heavy

@@ -273,3 +273,53 @@ def test_states_that_come_seconds_apart_give_a_sample_each():
     assert [m.time - START for m in run.of(imc.EulerAngles)] == pytest.approx([1.5, 3.0, 4.5, 6.0], abs=1e-6)
     assert [m.psi for m in run.of(imc.EulerAngles)] == pytest.approx([0.3, 0.6, 0.9, 1.2], abs=1e-6)
     assert [m.z for m in run.of(imc.AngularVelocity)] == pytest.approx([0.2] * 4, abs=1e-6)
+
+
+FIELD = {"magnetic_field_strength": 0.45, "magnetic_inclination": 60.0, "hard_iron": [0.03, -0.02, 0.01]}
+
+
+def test_it_measures_the_magnetic_field_at_its_own_rate():
+    run = simulate(IMU, feed=rest(1.0), magnetic_field_noise=0.0, **FIELD)
+    fields = run.of(imc.MagneticField)
+    assert len(fields) == 10
+    assert len(run.of(imc.Acceleration)) == 100
+    for m in fields:
+        vertical = 0.45 * math.sin(math.radians(60.0))
+        assert (m.x, m.y, m.z) == pytest.approx((0.225 + 0.03, -0.02, vertical + 0.01), abs=1e-6)
+        assert m.time == m.timestamp
+    assert not simulate(IMU, feed=rest(0.5)).of(imc.MagneticField)
+
+
+def test_a_magnetometer_leaves_the_noise_of_the_other_sensors_alone():
+    without, with_field = (
+        simulate(IMU, feed=rest(2.0)),
+        simulate(IMU, feed=rest(2.0), magnetic_field_noise=2.0, **FIELD),
+    )
+    for kind in (imc.Acceleration, imc.AngularVelocity, imc.EulerAngles):
+        assert with_field.of(kind) == without.of(kind)
+    spread = np.std([m.x for m in with_field.of(imc.MagneticField)])
+    assert 0.0005 < spread < 0.004
+
+
+def test_it_subtracts_what_a_calibration_has_found_and_nothing_else():
+    class Calibration(Task):
+        """Sends a result to the compass, and others that are none of it."""
+
+        def start(self):
+            own = self.vehicle.entities.find("IMU")
+            found = {"x": 0.03, "y": -0.02, "dst": self.system}
+            self.after(0.5, self.publish, imc.MagneticField(**found, dst_ent=own.id))
+            self.after(0.6, self.publish, imc.MagneticField(**found, dst_ent=self.entity.id))
+            self.after(0.6, self.publish, imc.MagneticField(x=math.nan, dst=self.system, dst_ent=own.id))
+
+    run = simulate([(IMU, {"magnetic_field_noise": 0.0, **FIELD}), Calibration], feed=rest(1.0))
+    own = run.vehicle.entities.find("IMU").id
+    measured = [(m.x, m.y) for m in run.of(imc.MagneticField) if m.src_ent == own]
+    assert measured[0] == pytest.approx((0.255, -0.02), abs=1e-6)
+    assert measured[-1] == pytest.approx((0.225, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(("option", "size"), [("hard_iron", 2), ("soft_iron", 4)])
+def test_iron_has_a_number_for_each_axis(option, size):
+    with pytest.raises(ParameterError, match=f"has {size} numbers instead of"):
+        simulate(IMU, feed=rest(0.1), **{option: [0.1] * size})
