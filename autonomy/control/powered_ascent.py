@@ -13,6 +13,7 @@ ABOVE = 0.15  # m; help ends this far above the depth at which it begins
 GENTLE, FULL_DEPTH = 0.25, 0.4  # share of the thrust at the surface, and m below it at which it is all
 NEAR_SURFACE = 1.0  # m; there is no use in going astern
 HELP_SINKS = 3.0  # m deeper than at its start, at which help only makes it worse
+BOW_DOWN, BOW_TIME = math.radians(-10.0), 1.5  # s; help that turns the bow farther down for so long is none
 HELP_PATIENCE = 25.0  # s that help may take for RISEN
 PAUSE = 60.0  # s between two attempts ahead
 UNFIXED, IN_THE_AIR = 10.0, -0.5  # s without a fix at the surface, and m, from which the depth may be wrong
@@ -48,7 +49,7 @@ class AscentMonitor:
         self._since = self._paused = self._deepest = -math.inf
         self._afloat: float | None = None
         self._doubted: float | None = None
-        self._climbs, self._floats = False, False
+        self._climbs, self._floats, self._bowed = False, False, math.inf
 
     @property
     def share(self) -> float:
@@ -89,6 +90,18 @@ class AscentMonitor:
         if elapsed > self.delay:
             self.helping = depth > self.surface and elapsed < self.delay + SLOWEST * depth
             self._depth, self._since, self.astern = depth, now, False
+
+    def record_pitch(self, now: float, pitch: float, pitching: float) -> None:
+        """End help that turns the bow (rad, rad/s) farther down, as fins do that are jammed."""
+        dives = self.helping and not self.astern and pitch < BOW_DOWN and pitching < 0.0
+        self._bowed = min(self._bowed, now) if dives else math.inf
+        if now - self._bowed <= BOW_TIME:
+            return
+        self._bowed = math.inf
+        if self.heavy:
+            self._fail(now)
+        else:
+            self.helping, self._climbs, self._floats = False, False, True
 
     def _float(self, now: float) -> None:
         if self.helping or self._afloat is None:

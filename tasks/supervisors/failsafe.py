@@ -286,6 +286,7 @@ class Failsafe(Task):
             return
         ascent, fins = self._ascent, [0.0] * CROSS
         if self.now - self._felt < ATTITUDE_TIMEOUT and all(map(math.isfinite, (*self._angles, *self._rates))):
+            ascent.record_pitch(self.now, self._angles[1], self._rates[1])
             fins = ascent_fins(self._angles, self._rates, math.radians(self.ascent_pitch), LARGEST_DEFLECTION)
         elif self.now - self._measured < DEPTH_TIMEOUT:
             fins = blind_ascent_fins(self._rising, LARGEST_DEFLECTION)

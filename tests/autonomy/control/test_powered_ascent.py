@@ -58,6 +58,18 @@ def test_help_that_brings_nothing_goes_astern_and_then_pauses():
     assert not monitor.astern
 
 
+def test_help_that_turns_the_bow_down_ends_at_once():
+    def turned(pitch, pitching):
+        monitor = watch(lambda t: 10.0, 21.0)
+        for tick in range(20):
+            monitor.record_pitch(21.0 + 0.1 * tick, pitch, pitching)
+        return monitor
+
+    assert turned(-0.4, -0.1).astern
+    for pitch, pitching in ((-0.4, 0.1), (-0.1, -0.1), (0.3, 0.0)):
+        assert not turned(pitch, pitching).astern
+
+
 def climb(monitor, bottom, drift, seconds, *, unfixed=True, sinks=0.1):
     """Shares of the thrust of a vehicle that starts at a depth (m) and climbs with its motor, else `sinks` (m/s).
 

@@ -75,6 +75,13 @@ def test_fins_that_are_jammed_downward_bring_it_up_astern(fly, tmp_path):
     assert max(flight.depths[-1000:]) < 3.0, flight.depths[::1000]
 
 
+def test_fins_that_are_jammed_downward_do_not_make_a_light_vehicle_dive_whose_depth_drifts(fly, tmp_path):
+    drifts = lies(DEPTH, imc.Depth, ("value", lambda depth, t: depth - 0.06 * t))
+    flight = fly(tmp_path, all_of(ballast(0.0, jammed=math.radians(20.0)), drifts), 260.0)
+    assert max(flight.depths) < 12.0
+    assert flight.depths[-1] < 1.0
+
+
 def test_a_vehicle_that_rises_by_itself_needs_no_motor(fly, tmp_path):
     driven = []
 
