@@ -1,19 +1,22 @@
 """Depth of the water: a smooth bottom through scattered soundings."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sized
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
+T = TypeVar("T")
 
 PARTS = 4  # of each side of a cell; only soundings near a part are searched for its points
 REMEMBERED = 20000  # parts whose soundings are kept, of a survey of some hours
 CHUNK = 1 << 13  # pairs of soundings and points per step: their arrays fit into the L2 cache
 SCATTERED = 24  # points in a part: if they are fewer, it is quicker to look at all soundings around a cell
+FARTHEST_CELL = 2.0**31 - 2
+NINE_CELLS = np.array([(i, j) for i in (-1.0, 0.0, 1.0) for j in (-1.0, 0.0, 1.0)]).T
 Sounding = tuple[float, float, float]
 OffsetFunction = Callable[[float, float, float, float], tuple[float, float]]
 
@@ -33,33 +36,29 @@ class Bathymetry:
 
     def __init__(
         self,
-        soundings: Iterable[Sounding],
+        soundings: Iterable[Sounding] | NDArray[np.float64],
         radius: float,
         elsewhere: float,
         reference: tuple[float, float] = (0.0, 0.0),
         level: float = 0.0,
     ):
         self.reference = reference
-        self.has_soundings = False
         self._radius, self._elsewhere = radius, elsewhere + level
-        self.shallowest = self.deepest = self._elsewhere
         self.sampling_step = radius / 4.0
+        rows: Any = soundings if isinstance(soundings, Sized) else list(soundings)
+        self._rows: NDArray[np.float64] = np.array(rows, dtype=np.float64, order="C").reshape(-1, 3)
+        self._rows[:, 2] += level
+        self.has_soundings = len(self._rows) > 0
+        self.shallowest = float(self._rows[:, 2].min(initial=self._elsewhere))
+        self.deepest = float(self._rows[:, 2].max(initial=self._elsewhere))
+        keys = _cell_keys(*np.floor(self._rows[:, :2].T / radius))
+        self._order = np.argsort(keys, kind="stable")
+        self._keys = keys[self._order]
         self._cells: dict[tuple[int, int], list[Sounding]] = {}
-        for north, east, depth in soundings:
-            sounding = north, east, depth + level
-            self.has_soundings = True
-            self.shallowest = min(self.shallowest, sounding[2])
-            self.deepest = max(self.deepest, sounding[2])
-            home = self._cell(north, east)
-            for i in (-1, 0, 1):
-                for j in (-1, 0, 1):
-                    self._cells.setdefault((home[0] + i, home[1] + j), []).append(sounding)
+        self._shallowest: dict[tuple[int, int], float] = {}
         self._near: dict[tuple[int, int], list[Sounding]] = {}
         self._nearby: dict[tuple[int, int], Floats] = {}
         self._around: dict[tuple[int, int], Floats] = {}
-        self._shallowest = {
-            cell: min(self._elsewhere, *(depth for *_, depth in found)) for cell, found in self._cells.items()
-        }
 
     def depth(self, north: float, east: float) -> float:
         """Depth (m) at an offset (m) from the reference."""
@@ -112,7 +111,7 @@ class Bathymetry:
         kept = self._around if cells else self._nearby
         found = kept.get(place)
         if found is None:
-            rows = self._cells.get(place, ()) if cells else self._within_reach(place)
+            rows = self._in_cells_around(place) if cells else self._within_reach(place)
             found = np.array(rows, dtype=np.float64).reshape(-1, 3).T
             if found.size:
                 if len(kept) >= REMEMBERED:
@@ -162,7 +161,7 @@ class Bathymetry:
         north, east = (index * side for index in part)
         return [
             (n, e, depth)
-            for n, e, depth in self._cells.get((part[0] // PARTS, part[1] // PARTS), ())
+            for n, e, depth in self._in_cells_around((part[0] // PARTS, part[1] // PARTS))
             if math.hypot(n - min(max(n, north), north + side), e - min(max(e, east), east + side)) < reach
         ]
 
@@ -172,11 +171,41 @@ class Bathymetry:
 
     def shallowest_near(self, north: float, east: float) -> float:
         """A depth (m) that is nowhere less around an offset (m) from the reference position."""
-        radius = self._radius
-        return self._shallowest.get((math.floor(north / radius), math.floor(east / radius)), self._elsewhere)
+        cell = math.floor(north / self._radius), math.floor(east / self._radius)
+        found = self._shallowest.get(cell)
+        if found is None:
+            found = min((depth for *_, depth in self._in_cells_around(cell)), default=self._elsewhere)
+            found = _remember(self._shallowest, cell, min(self._elsewhere, found))
+        return found
 
-    def _cell(self, north: float, east: float) -> tuple[int, int]:
-        return math.floor(north / self._radius), math.floor(east / self._radius)
+    def is_known(self, north: float, east: float) -> bool:
+        """Whether a sounding is within the radius of an offset (m) from the reference."""
+        side = self._radius / PARTS
+        near = self._within_reach((math.floor(north / side), math.floor(east / side)))
+        return any(math.hypot(n - north, e - east) < self._radius for n, e, _ in near)
+
+    def _in_cells_around(self, cell: tuple[int, int]) -> list[Sounding]:
+        """The soundings in a cell, whose sides are as long as the radius, and in those around it, in their order."""
+        found = self._cells.get(cell) if self.has_soundings else []
+        if found is None:
+            keys = _cell_keys(*(np.array(cell, dtype=np.float64)[:, np.newaxis] + NINE_CELLS))
+            first, last = (np.searchsorted(self._keys, keys, side).tolist() for side in ("left", "right"))
+            places = np.sort(np.concatenate([self._order[i:j] for i, j in zip(first, last, strict=True)]))
+            found = _remember(self._cells, cell, [(n, e, depth) for n, e, depth in self._rows[places].tolist()])
+        return found
+
+
+def _cell_keys(north: NDArray[Any], east: NDArray[Any]) -> NDArray[np.int64]:
+    """One number for each cell (n,); those beyond 2³¹ cells, where no vehicle comes, share theirs."""
+    rows, columns = (np.clip(places, -FARTHEST_CELL, FARTHEST_CELL).astype(np.int64) for places in (north, east))
+    return (rows << 32) + columns
+
+
+def _remember(kept: dict[tuple[int, int], T], place: tuple[int, int], found: T) -> T:
+    if len(kept) >= REMEMBERED:
+        kept.clear()
+    kept[place] = found
+    return found
 
 
 def _grouped(places: Floats) -> tuple[NDArray[np.intp], list[int]]:
