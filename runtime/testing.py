@@ -56,6 +56,9 @@ class NoProfile:
     def base_folder(self) -> Path:
         return Path()
 
+    def find_file(self, section: str, option: str) -> Path:
+        return Path(self.value(section, option))
+
     def set(self, section: str, parameters: Mapping[str, Parameter], values: Mapping[str, Any]) -> None:
         """Let a section also have the options that are given by attribute."""
         for parameter in parameters.values():

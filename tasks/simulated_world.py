@@ -2,12 +2,13 @@
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import imc
 from imc.coordinates import NOWHERE, LocalOrigin
-from runtime import ParameterError, Task
+from runtime import ConfigWarning, ParameterError, Task
+from runtime.vehicle import ProfileValues
 from support.pose import Pose
 from support.rotations import Vector, wrap
 from support.wgs84 import offset
@@ -56,13 +57,42 @@ def adopt_world_options(task: Task, *options: str) -> None:
 
     try:
         if changed:
-            _read(value)
+            read_world(value, offset, profile.find_file)
     except WorldError as error:
         raise ParameterError(next(iter(changed)), str(error)) from None
 
 
-def _read(value: Callable[[str, str], str]) -> World:
-    return read_world(value, offset)
+def _read(profile: ProfileValues) -> World:
+    return read_world(profile.value, offset, profile.find_file)
+
+
+def chart_warnings(task: Task) -> Iterator[ConfigWarning]:
+    """The part of the window of a chart in which no depth is known."""
+    world = world_of(task)
+    if world.chart is not None and world.seabed is not None and (gaps := world.chart.describe_gaps(world.seabed)):
+        yield ConfigWarning("Data", gaps, "", "Bathymetry")
+
+
+def log_chart(task: Task) -> None:
+    """Log from which chart the bottom is."""
+    if (chart := world_of(task).chart) is not None:
+        task.log.info(chart.describe())
+        for warning in chart_warnings(task):
+            task.log.warning(warning.text)
+
+
+def log_unknown_depth(task: Task, north: float, east: float, before: bool) -> bool:
+    """Whether the chart has no depth at a place (m); logs it when that differs from `before`."""
+    world = world_of(task)
+    if world.chart is None or world.seabed is None:
+        return False
+    unknown = not world.seabed.is_known(north, east)
+    if unknown and not before:
+        depth = world.seabed.default_depth
+        task.log.warning(f"{world.chart.name} has no depth here: the bottom is at Out Of Bounds Depth, {depth:g} m")
+    elif before and not unknown:
+        task.log.info(f"{world.chart.name} has depths here")
+    return unknown
 
 
 def mount_pose(position: Sequence[float], orientation: Sequence[float] = ()) -> Pose:

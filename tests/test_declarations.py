@@ -76,7 +76,8 @@ def test_tasks_never_import_tasks():
 def test_the_core_install_imports_without_the_extras():
     code = (
         "import sys\n"
-        "for name in ('zenoh', 'pymavlink', 'PIL', 'cv2', 'serial', 'pyftpdlib', 'pynmeagps', 'pyubx2'):\n"
+        "drivers, charts = ('serial', 'pynmeagps', 'pyubx2'), ('rasterio', 'netCDF4')\n"
+        "for name in ('zenoh', 'pymavlink', 'PIL', 'cv2', 'pyftpdlib', *drivers, *charts):\n"
         "    sys.modules[name] = None\n"
         "from runtime.vehicle.task_registry import all_tasks\n"
         "import shoal.cli.run, shoal.cli.replay, shoal.cli.check, shoal.cli.tasks, runtime.zenoh\n"

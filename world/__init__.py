@@ -3,6 +3,7 @@
 from support.pose import DOWN, Pose
 from world.config import SECTIONS, WorldError, has_same_words, older_option_text, read_world
 from world.objects import ObjectPosition, Waypoint, WorldObject, make_gliders
+from world.options import SECTIONS
 from world.sun import Sun
 from world.world import World
 

@@ -2,22 +2,20 @@
 
 import math
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
-from typing import NamedTuple
+from pathlib import Path
 
-from world.objects import (
-    CLASSES,
-    DIAMETER,
-    GLIDER,
-    LENGTH,
-    NorthEast,
-    Waypoint,
-    WorldObject,
-    make_gliders,
-    parse_positions,
+from world.charts import POSITIVE, Chart, ChartWindow, find_chart_suffix, parse_coordinates, read_chart
+from world.objects import CLASSES, NorthEast, Waypoint, WorldObject, make_gliders, parse_positions
+from world.options import (
+    BATHYMETRY_OPTIONS,
+    ENVIRONMENT,
+    FLAT_OPTIONS,
+    OBJECT_OPTIONS,
+    OPTIONS,
+    WORLD,
+    WorldOption,
 )
 from world.sea import (
-    USUAL_WAVE_HEIGHT,
     WATER_TYPES,
     Bathymetry,
     BathymetryError,
@@ -31,120 +29,22 @@ from world.sun import Sun
 from world.world import World
 
 Reader = Callable[[str, str], str]
+FindFile = Callable[[str, str], Path]
 
-WORLD, ENVIRONMENT, MUG_CAMERA = "World", "Simulators.Environment", "Simulators.MUGDetectionCamera"
 FLAT_BOTTOM = "Simulators.EstimatedState"  # whose option counts where nothing else tells of a bottom
 PLANES = ("Seabed", "Surface", "Depth")
-DEEPEST = 11000.0  # m
 
 
 class WorldError(ValueError):
     """The section [World], or another one that describes the world, is invalid; the text names section and option."""
 
 
-class WorldOption(NamedTuple):
-    """An option: its unit, what it means, its default, its limits if it is a number, older places that set it.
-
-    `section_prefix` is what the sections begin with that its items name.
-    """
-
-    unit: str
-    meaning: str
-    default: str = ""
-    least: float = -math.inf
-    most: float = math.inf
-    older: tuple[tuple[str, str], ...] = ()
-    section_prefix: str = ""
-
-
-OPTIONS: Mapping[str, WorldOption] = MappingProxyType(
-    {
-        "Origin": WorldOption("°", "Latitude and longitude from which places count; by default those of [Bathymetry]."),
-        "Sounding Radius": WorldOption(
-            "m", "Distance within which a sounding is used.", "10", 0.1, older=((ENVIRONMENT, "Sounding Radius"),)
-        ),
-        "Out Of Bounds Depth": WorldOption(
-            "m",
-            "Depth where no sounding is near.",
-            "120",
-            -DEEPEST,
-            DEEPEST,
-            ((ENVIRONMENT, "Out Of Bounds Depth"),),
-        ),
-        "Tide Level": WorldOption(
-            "m", "Height of the tide above the soundings' datum.", "0", -20.0, 20.0, ((ENVIRONMENT, "Tide Level"),)
-        ),
-        "Wave Height": WorldOption(
-            "m",
-            "Significant height of the waves in pictures; if it is set, boats feel them.",
-            f"{USUAL_WAVE_HEIGHT}",
-            0.0,
-            30.0,
-        ),
-        "Wave Direction": WorldOption(
-            "°", "Where the waves that boats feel come from, from north.", "0", -360.0, 360.0
-        ),
-        "Water Visibility": WorldOption("m", "Distance at which 2 % of the contrast is left in water.", "60", 0.1, 1e6),
-        "Water Type": WorldOption("", f"Instead of a visibility: Jerlov's type of water, {', '.join(WATER_TYPES)}."),
-        "Air Visibility": WorldOption("m", "The same in air.", "20000", 0.1, 1e6),
-        "Marine Snow": WorldOption("1/m³", "Flakes in the water that cameras see.", "0", 0.0, 1e5),
-        "Caustics": WorldOption("1", "Share of sun without clouds that waves gather on the bottom.", "0", 0.0, 1.0),
-        "Sun Azimuth": WorldOption("°", "Where the sun stands, from north.", "0", -360.0, 360.0),
-        "Sun Elevation": WorldOption("°", "How high it stands; negative at night.", "90", -90.0, 90.0),
-        "Gliders": WorldOption(
-            "m",
-            'North and east of each glider (MUG), from the origin: "1.0 0.3, 25 5"; "none" for none; ids from 1.',
-            "1.0 0.3",
-            older=((MUG_CAMERA, "MUGs"), ("Vision.FisheyeCamera", "MUGs")),
-        ),
-        "Gliders Lie On": WorldOption(
-            "", "Seabed, Surface, or Depth for that of Gliders Depth.", "Seabed", older=((MUG_CAMERA, "Target Plane"),)
-        ),
-        "Gliders Depth": WorldOption(
-            "m", "Depth of the gliders, if they lie on none of both.", "0", 0, DEEPEST, ((MUG_CAMERA, "Target Depth"),)
-        ),
-        "Walls": WorldOption(
-            "m",
-            'Walls from bottom to surface: north and east of both ends of each, "0 0 20 0, 20 0 20 30".',
-        ),
-        "Objects": WorldOption(
-            "", "Names of further objects, each of which has a section [World/NAME].", section_prefix=f"{WORLD}/"
-        ),
-    }
-)
-OBJECT_OPTIONS: Mapping[str, WorldOption] = MappingProxyType(
-    {
-        "Class": WorldOption("", f"What it is: {', '.join(CLASSES)}.", GLIDER),
-        "Id": WorldOption("1", "Its number; by default the next one.", "", 0.0, 255.0),
-        "Position": WorldOption("m", "North and east of the origin."),
-        "Track": WorldOption("s, m", 'Instead of a position: time, north and east of waypoints: "0 1 0.3, 60 20 5".'),
-        "Heading": WorldOption("°", "Where it looks; by default where it goes.", "", -360.0, 360.0),
-        "Lies On": WorldOption("", "Seabed, Surface, or Depth for that of its option Depth.", "Seabed"),
-        "Depth": WorldOption("m", "Its depth, if it lies on none of both.", "0", 0.0, DEEPEST),
-        "Length": WorldOption("m", "Its length.", f"{LENGTH}", 0.01, 1000.0),
-        "Diameter": WorldOption("m", "Its diameter.", f"{DIAMETER}", 0.01, 1000.0),
-        "Squares": WorldOption("1", "Rows and columns of squares, or of tags, of a board.", "6, 9", 1.0, 100.0),
-        "Square Size": WorldOption("m", "Width of a square of a chessboard, or of a tag.", "0.05", 0.001, 10.0),
-    }
-)
-BATHYMETRY_OPTIONS: Mapping[str, WorldOption] = MappingProxyType(
-    {
-        "Latitude (degrees)": WorldOption("°", "Latitude from which the soundings count."),
-        "Longitude (degrees)": WorldOption("°", "Longitude from which they count."),
-        "Data": WorldOption("m", "Soundings: north, east and depth, one after the other: 1 0 4.5, 4 1 4.4."),
-    }
-)
-FLAT_OPTIONS: Mapping[str, WorldOption] = MappingProxyType({"Bottom Depth": WorldOption("m", "", "-1", -1.0, DEEPEST)})
-SECTIONS: Mapping[str, Mapping[str, WorldOption]] = MappingProxyType(
-    {WORLD: OPTIONS, f"{WORLD}/": OBJECT_OPTIONS, "Bathymetry": BATHYMETRY_OPTIONS}
-)
-
-
-def read_world(value: Reader, offset: OffsetFunction | None = None) -> World:
+def read_world(value: Reader, offset: OffsetFunction | None = None, find_file: FindFile | None = None) -> World:
     """The world of a profile; `value(section, option)` returns its texts. Raises WorldError.
 
     `offset` tells north and east (m) from one latitude and longitude (rad) to another; it is needed only if the origin
-    is not that of [Bathymetry].
+    is not that of [Bathymetry]. `find_file(section, option)` returns the file that an option names; without it,
+    relative paths begin in the working folder.
     """
     section = _Section(value, WORLD, OPTIONS)
     given = section.numbers("Origin", 2)
@@ -152,7 +52,8 @@ def read_world(value: Reader, offset: OffsetFunction | None = None) -> World:
         raise section.error("Origin", "is not a latitude and a longitude")
     try:
         origin = (math.radians(given[0]), math.radians(given[1])) if given else read_bathymetry_reference(value)
-        seabed = _read_seabed(value, section, origin, offset)
+        chart = _read_chart(_Section(value, "Bathymetry", BATHYMETRY_OPTIONS), origin, find_file)
+        seabed = _read_seabed(value, section, origin, offset, chart)
     except BathymetryError as error:
         raise WorldError(f"[Bathymetry] {error}") from None
     kind = section.choice("Water Type", ("", *WATER_TYPES))
@@ -172,6 +73,7 @@ def read_world(value: Reader, offset: OffsetFunction | None = None) -> World:
         marine_snow=section.number("Marine Snow"),
         waves_move_boats=section.is_set("Wave Height"),
         wave_bearing=math.radians(section.number("Wave Direction")),
+        chart=chart,
     )
 
 
@@ -191,8 +93,33 @@ def has_same_words(text: str, other: str) -> bool:
     return text == other or _words(text) == _words(other)
 
 
+def _read_chart(section: "_Section", origin: tuple[float, float] | None, find_file: FindFile | None) -> Chart | None:
+    """The chart that Data names; None if it has soundings, or nothing. Raises BathymetryError."""
+    name = section.text("Data").strip()
+    if not find_chart_suffix(name):
+        return None
+    if origin is None:
+        raise BathymetryError(
+            f"Data = {name} needs Latitude (degrees) and Longitude (degrees), around which it is read"
+        )
+    path = Path(name) if find_file is None else find_file("Bathymetry", "Data")
+    window = ChartWindow(*origin, section.number("Chart Radius"))
+    positive, text = section.choice("Chart Positive", POSITIVE), section.text("Chart Coordinates")
+    option = "Chart Coordinates ="
+    try:
+        coordinates = parse_coordinates(text) if text else None
+        option = f"Data = {name}"
+        return read_chart(path, window, coordinates, positive)
+    except BathymetryError as error:
+        raise BathymetryError(f"{option} {error}") from None
+
+
 def _read_seabed(
-    value: Reader, section: "_Section", origin: NorthEast | None, offset: OffsetFunction | None
+    value: Reader,
+    section: "_Section",
+    origin: tuple[float, float] | None,
+    offset: OffsetFunction | None,
+    chart: Chart | None,
 ) -> Bathymetry | None:
     """The bottom; None if the profile has neither soundings, nor a depth, nor a sonar that needs one."""
     radius, level = section.number("Sounding Radius"), section.number("Tide Level")
@@ -200,6 +127,9 @@ def _read_seabed(
     if elsewhere is None and not value(ENVIRONMENT, "Enabled"):
         return None
     default = section.number("Out Of Bounds Depth")
+    if chart is not None and origin is not None:
+        radius = chart.sounding_radius(radius if section.is_set("Sounding Radius") else None)
+        return Bathymetry(chart.soundings.T, radius, default, origin, level)
     return read_bathymetry(value, radius, default if elsewhere is None else elsewhere, level, origin, offset)
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from world.charts import Chart
 from world.objects import GLIDER, NorthEast, ObjectPosition, WorldObject
 from world.sea import Bathymetry, SeaState, WindSea
 from world.sun import Sun
@@ -16,7 +17,7 @@ class World:
     the contrast is left; `water_type` is one of Jerlov's types, if the water is of one. `walls` are vertical, from one
     place (m north, east) to another, as high as the water is deep. `marine_snow` is how many flakes are in a cubic
     meter of water, `caustics` the share of a clear sun that waves gather on the bottom. `waves_move_boats`: boats ride
-    on the waves, which come from `wave_bearing` (rad from north).
+    on the waves, which come from `wave_bearing` (rad from north). `chart` is the file that the seabed is from, if any.
     """
 
     origin: tuple[float, float] | None = None
@@ -32,6 +33,7 @@ class World:
     caustics: float = 0.0
     waves_move_boats: bool = False
     wave_bearing: float = 0.0
+    chart: Chart | None = None
 
     @property
     def gliders(self) -> tuple[WorldObject, ...]:

@@ -19,6 +19,7 @@ from runtime.profile.profile import (
 from runtime.profile.profile_search import (
     available_profiles,
     find_profile,
+    is_file,
     own_etc,
     resolve_root_copy,
     search_path,
@@ -42,6 +43,7 @@ __all__ = [
     "find_profile",
     "format_option",
     "format_sections",
+    "is_file",
     "listed_consoles",
     "load_profile",
     "own_etc",

@@ -12,9 +12,9 @@ from fastcrc import crc16
 import imc
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.profile import dune_section_names
-from runtime.profile.config import BLANKS, Config, format_header, format_option, split_list
+from runtime.profile.config import BLANKS, Config, Option, format_header, format_option, split_list
 from runtime.profile.ini import read_config
-from runtime.profile.profile_search import find_profile, own_etc, resolve_root_copy
+from runtime.profile.profile_search import find_profile, is_file, own_etc, resolve_root_copy
 from runtime.task import Parameter
 from support.diagnostics import COMMAND_LINE, Origin, Problem, ProfileError
 from support.file_errors import describe_os_error
@@ -53,7 +53,7 @@ def load_profile(
     """
     config_dirs = [Path(folder) for folder in config_dirs]
     path = find_profile(name, config_dirs)
-    profile = Profile(path, read_config(path, shared=[*config_dirs, own_etc()]))
+    profile = Profile(path, read_config(path, shared=[*config_dirs, own_etc()]), config_dirs)
     if vehicle:
         profile.override(f"General:Vehicle={vehicle}")
     folders = [path.parent, *([saved] if saved else [])]
@@ -71,9 +71,10 @@ def load_profile(
 class Profile:
     """The merged configuration of one vehicle. Each value knows where it was set; see `Config`."""
 
-    def __init__(self, path: Path, config: Config):
+    def __init__(self, path: Path, config: Config, config_dirs: Iterable[Path] = ()):
         self.path = path
         self.config = config
+        self._config_dirs = tuple(config_dirs)
 
     @property
     def name(self) -> str:
@@ -83,6 +84,22 @@ class Profile:
     def base_folder(self) -> Path:
         """Where relative paths of its values begin."""
         return self.path.parent
+
+    def file_folders(self, option: Option) -> tuple[Path, ...]:
+        """The folders in which a file is searched for that an option names.
+
+        They are that of the profile, that of the ini file that sets the option, those of --config-dir, and the working
+        folder.
+        """
+        return self.base_folder, Path(option.origin.file).parent, *self._config_dirs, Path()
+
+    def find_file(self, section: str, option: str) -> Path:
+        """The file that an option names; the path as it is written if there is none."""
+        found = self.config.option(section, option)
+        name = found.value if found is not None else ""
+        folders = self.file_folders(found) if found is not None else ()
+        places = (resolve_root_copy(folder / name) for folder in folders)
+        return next((place for place in places if is_file(place)), Path(name))
 
     @property
     def file_problems(self) -> list[Problem]:
@@ -135,7 +152,7 @@ class Profile:
             places = [source.parent / name, Path(name)]
             if source.name == "Config.ini":  # of a log
                 places.insert(0, source.with_name("IMC.xml.gz"))
-            path = resolve_root_copy(next((place for place in places if place.is_file()), Path(name)))
+            path = resolve_root_copy(next((place for place in places if is_file(place)), Path(name)))
             try:
                 schema = imc.load(path, over=schema)
             except FileNotFoundError:

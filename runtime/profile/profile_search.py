@@ -79,3 +79,11 @@ def find_profile(name: str | Path, config_dirs: Iterable[str | Path] = ()) -> Pa
 
 def _refusal(name: str, text: str, hint: str = "") -> ProfileError:
     return ProfileError([Problem("error", name or "profile", 0, text, hint)])
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is such a file; False for a text that cannot be a path."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False

@@ -20,6 +20,10 @@ class ProfileValues(Protocol):
         """Where relative paths of its values begin."""
         ...
 
+    def find_file(self, section: str, option: str) -> Path:
+        """The file that an option names; the path as it is written if there is none."""
+        ...
+
     def value(self, section: str, option: str, default: str = "") -> str:
         """The text of an option of any section, `default` if it is missing or empty."""
         ...
@@ -58,13 +62,10 @@ class EffectiveConfig:
         self._effective: dict[str, dict[str, str]] = {}
         self._shared: dict[object, Any] = {}
 
-    def shared_object(self, make: Callable[[Callable[[str, str], str]], T]) -> T:
-        """What several tasks make of the effective configuration, such as a world; made again after a change.
-
-        `make(value)` is called with a function that gives the text of an option of any section.
-        """
+    def shared_object(self, make: Callable[[ProfileValues], T]) -> T:
+        """What several tasks make of the effective configuration, such as a world; made again after a change."""
         if make not in self._shared:
-            self._shared[make] = make(self._settings.value)
+            self._shared[make] = make(self._settings)
         return self._shared[make]
 
     def set_baseline(self, task: Task) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from runtime.profile import Profile, resolve_root_copy, split_list
+from runtime.profile import Profile, is_file, resolve_root_copy, split_list
 from runtime.vehicle import TaskImportError, find_task
 
 
@@ -40,9 +40,9 @@ def profile_dependencies(profile: Profile, modes: Iterable[str]) -> ScenarioDepe
         if found is not None and not profile.is_task_enabled(section.name, modes):
             continue
         for option in section.options.values():
-            places = [profile.base_folder, Path(option.origin.file).parent, Path()]
+            folders = profile.file_folders(option)
             for text in split_list(option.value):
-                place = next((path for folder in places if _is_file(path := resolve_root_copy(folder / text))), None)
+                place = next((path for folder in folders if is_file(path := resolve_root_copy(folder / text))), None)
                 if place is not None:
                     data[f"{section.name}: {option.name} = {text}"] = normalized_absolute_path(place)
     return ScenarioDependencies(files, data, frozenset(modules))
@@ -51,10 +51,3 @@ def profile_dependencies(profile: Profile, modes: Iterable[str]) -> ScenarioDepe
 def normalized_absolute_path(path: Path) -> Path:
     """The path from the root, without links followed and without a/../."""
     return Path(os.path.abspath(path))
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # a value that cannot be a path
-        return False

@@ -33,6 +33,9 @@ START: Mapping[str, tuple[tuple[str, str, str], ...]] = MappingProxyType(
         "level": (("Simulators.Battery", "Initial Level", "%"), ("Monitors.FuelLevel", "Initial Level", "%")),
     }
 )
+CHART: Mapping[str, str] = MappingProxyType(
+    {"radius": "Chart Radius", "coordinates": "Chart Coordinates", "positive": "Chart Positive"}
+)
 COMPASS = ("North", "East", "Down")
 WORLD_KEYS = ("current", "wind", "objects", "bathymetry", *(name.lower() for name in SECTIONS["World"]))
 
@@ -155,11 +158,18 @@ def _objects(node: Node) -> Iterator[ScenarioSetting]:
 
 
 def _bathymetry(node: Node) -> Iterator[ScenarioSetting]:
-    parts = read_mapping(node, "at", "soundings")
+    parts = read_mapping(node, "at", "soundings", "chart", *CHART)
     if "at" in parts:
         lat, lon = map(math.degrees, convert_node_value(parts["at"], parse_position))
         yield ScenarioSetting(BOTTOM, "Latitude (degrees)", repr(lat), parts["at"].where)
         yield ScenarioSetting(BOTTOM, "Longitude (degrees)", repr(lon), parts["at"].where)
+    if "chart" in parts:
+        if "soundings" in parts:
+            parts["soundings"].fail("the bottom has either soundings or a chart")
+        yield ScenarioSetting(BOTTOM, "Data", read_nonempty_text(parts["chart"]), parts["chart"].where)
+    for key, option in CHART.items():
+        if key in parts:
+            yield setting_with_unit(BOTTOM, option, SECTIONS[BOTTOM][option].unit, parts[key])
     if "soundings" in parts:
         if parts["soundings"].content == []:
             parts["soundings"].fail("there is no sounding")

@@ -109,7 +109,7 @@ class ScenarioProfiles:
                 _fail(node, settings, problem)
         try:
             if world:
-                read_world(changed.value, offset)
+                read_world(changed.value, offset, changed.find_file)
         except WorldError as error:
             _fail(node, sorted(world, key=_order), Problem("error", *COMMAND_LINE, str(error)))
         if len(self._fine) >= MOST_FINE:

@@ -1,11 +1,12 @@
 """Simulates the motion of the vehicle, without forces."""
 
 import math
+from collections.abc import Iterator
 
 import imc
-from runtime import ParameterError, State, Task, param, periodic
+from runtime import ConfigWarning, ParameterError, State, Task, param, periodic
 from support.wgs84 import offset
-from tasks.simulated_world import world_of
+from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, world_of
 from world import SECTIONS
 from world.bodies import (
     CirclePattern,
@@ -99,13 +100,20 @@ class EstimatedState(Task):
         self.motion.turn_rate = math.radians(self.turn_rate)
         self.motion.maximum_pitch = math.radians(self.maximum_pitch)
 
+    def configuration_warnings(self) -> Iterator[ConfigWarning]:
+        yield from chart_warnings(self)
+
     def start(self) -> None:
         self._last = self.now_ns
+        self._is_off_chart = False
+        log_chart(self)
         self.set_entity_state(State.NORMAL, "active")
 
     @periodic("simulated_state_rate")
     def publish_simulated_state(self) -> None:
         m = self._advance()
+        place = self._offset[0] + m.north, self._offset[1] + m.east
+        self._is_off_chart = log_unknown_depth(self, *place, self._is_off_chart)
         self.publish(
             imc.SimulatedState(
                 lat=self.origin[0],

@@ -9,7 +9,7 @@ from support.diagnostics import ConfigWarning
 from support.rotations import Vector
 from support.terminal_text import corrected_spelling, printable, quoted
 from support.wgs84 import offset
-from tasks.simulated_world import world_of
+from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, world_of
 from tasks.simulators.fixed_steps import FixedSteps
 from tasks.simulators.powered_device import PoweredDeviceTask
 from world import SECTIONS
@@ -75,6 +75,7 @@ class VSIM(PoweredDeviceTask):
         self._sea = world.wind_sea(self.vehicle.seed) if isinstance(self._model, BoatModel) else None
 
     def configuration_warnings(self) -> Iterator[ConfigWarning]:
+        yield from chart_warnings(self)
         read = {"Integration Method"}
 
         def value(section: str, option: str) -> str:
@@ -103,6 +104,8 @@ class VSIM(PoweredDeviceTask):
         self._start = (0.0, 0.0)
         self._grounding = SeabedContact()
         self._touched: float | None = None
+        self._is_off_chart = False
+        log_chart(self)
         self._unknown: set[tuple[str, int]] = set()
         self._steps = FixedSteps(self.execution_frequency, PATIENCE)
         self.set_entity_state(State.BOOT, "waiting for the start position")
@@ -192,6 +195,7 @@ class VSIM(PoweredDeviceTask):
         if stall := self._steps.run(self.now_ns, periods, self._step, self._release):
             self.log.warning(stall)
         (x, y, z), (u, v, w), (phi, theta, psi), (p, q, r) = self._motion()
+        self._is_off_chart = log_unknown_depth(self, self._start[0] + x, self._start[1] + y, self._is_off_chart)
         svx, svy, svz = craft.stream
         self.publish(
             imc.SimulatedState(

@@ -90,7 +90,7 @@ def score_detections(log: imc.Log, summary: LogSummary, labels: Callable[[int], 
         return []
     try:
         profile = load_profile(path)
-        world = read_world(profile.value, offset)
+        world = read_world(profile.value, offset, profile.find_file)
         truth = _truth(log, summary, world)
         eyes = _eyes(log, profile, summary, labels)
     except (ProfileError, WorldError, ParameterError, ValueError, OSError, KeyError):

@@ -203,8 +203,8 @@ def test_tasks_share_what_they_make_of_the_profile_until_a_parameter_changes():
     run = simulate(Pump, settings={"Pool": {"Depth": "3"}}, flow=1.5)
     changes, made = run.vehicle.effective_config, []
 
-    def pool(value):
-        made.append((value("Pool", "Depth"), value(section_name(Pump), "Flow")))
+    def pool(profile):
+        made.append((profile.value("Pool", "Depth"), profile.value(section_name(Pump), "Flow")))
         return made[-1]
 
     assert [changes.shared_object(pool), changes.shared_object(pool)] == [("3", "1.5")] * 2

@@ -1,0 +1,92 @@
+"""Charts in the commands of a user: check, run and test, with a shipped vehicle."""
+
+import sys
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from shoal.cli import main
+from tests.world.charts.sea_floor import floor_of_grid, write_geotiff
+
+SCENARIO = """
+vehicle: {profile: lauv-noptilus-1}
+world:
+  bathymetry: {chart: chart.tif, radius: 0.3 km, positive: up}
+limit: 2 s
+metrics: {above: {first: altitude(SimulatedState)}, deep: {first: SimulatedState.z}}
+expect: [{always: altitude(SimulatedState) > 30 m}]
+"""
+
+
+@pytest.fixture
+def shoal():
+    return lambda *words: CliRunner().invoke(main, words)
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    """A profile of the shipped AUV with a chart beside it, in the working folder."""
+    write_geotiff(tmp_path / "chart.tif", -floor_of_grid().astype("f4"))
+    (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n[Bathymetry]\nData = chart.tif\n")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.heavy
+def test_check_finds_nothing_wrong_or_the_part_without_depths(shoal, mine):
+    result = shoal("check", "mine", "--set", "Bathymetry:Chart Radius=500")
+    assert (result.exit_code, result.output) == (0, "mine: nothing wrong\n")
+    depths = floor_of_grid()
+    depths[60:] = np.nan
+    write_geotiff(mine / "chart.tif", -depths.astype("f4"))
+    result = shoal("check", "mine", "--set", "Bathymetry:Chart Radius=500")
+    assert result.exit_code == 0
+    assert "mine.ini:3: warning: [Bathymetry] chart.tif has no depths for 4" in result.output
+    assert "there the bottom is at Out Of Bounds Depth, 120 m" in result.output
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        (
+            "chart.bag",
+            "is in no known format; the known ones: .tif (GeoTIFF), .tiff (GeoTIFF), .nc (NetCDF), .nc4 (NetCDF)",
+        ),
+        ("lost.tif", "is not there: neither beside the profile, nor in the working folder"),
+    ],
+)
+def test_check_names_the_line_of_a_chart_that_cannot_be_used(shoal, mine, name, words):
+    (mine / "mine.ini").write_text(f"[Require lauv-noptilus-1.ini]\n[Bathymetry]\nData = {name}\n")
+    result = shoal("check", "mine")
+    assert result.exit_code == 1
+    assert f"mine.ini:3: error: [Bathymetry] Data = {name} {words}" in result.output
+    assert result.output.endswith("\n1 error\n")
+
+
+def test_a_missing_extra_is_named_and_nothing_runs_over_a_flat_bottom(shoal, mine, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rasterio", None)
+    words = (
+        "mine.ini:3: error: [Bathymetry] Data = chart.tif reading GeoTIFF needs rasterio: pip install 'shoal[charts]'"
+    )
+    result = shoal("check", "mine")
+    assert (result.exit_code, words in result.output) == (1, True)
+    result = shoal("run", "mine", "-p", "Simulation", "--clock", "virtual", "--for", "1")
+    assert (result.exit_code, words in result.output) == (2, True)
+
+
+@pytest.mark.heavy
+def test_a_scenario_names_a_chart_beside_it(shoal, mine):
+    folder = mine / "scenarios"
+    folder.mkdir()
+    (mine / "chart.tif").rename(folder / "chart.tif")
+    (folder / "deep.scenario.yaml").write_text(SCENARIO)
+    result = shoal("test", str(folder))
+    assert result.exit_code == 0, result.output
+    (folder / "deep.scenario.yaml").write_text(SCENARIO.replace("chart.tif", "lost.tif"))
+    result = shoal("test", str(folder))
+    assert result.exit_code == 2
+    assert "deep.scenario.yaml:4: [Bathymetry] Data = lost.tif is not there" in result.output
+    both = SCENARIO.replace("radius:", "soundings: [[0, 0, 9]], radius:")
+    (folder / "deep.scenario.yaml").write_text(both)
+    assert "the bottom has either soundings or a chart" in shoal("test", str(folder)).output
