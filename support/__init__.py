@@ -1,1 +1,1 @@
-"""What every layer needs of geometry, files, words and errors, without messages; each module is imported as it is."""
+"""Basics for every layer, of geometry, files, words and errors, without messages; each module is imported as it is."""

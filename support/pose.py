@@ -1,4 +1,4 @@
-"""Where a frame is in another one: a sensor in its vehicle, or a vehicle in the world."""
+"""Pose of a frame in another one: a sensor in its vehicle, or a vehicle in the world."""
 
 import math
 from typing import Any, NamedTuple

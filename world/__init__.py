@@ -1,7 +1,7 @@
 """The simulated world: what surrounds vehicles, their dynamics, sensors and pictures."""
 
 from support.pose import DOWN, Pose
-from world.config import SECTIONS, WorldError, has_same_words, older_option_text, read_world
+from world.config import WorldError, has_same_words, older_option_text, read_world
 from world.objects import ObjectPosition, Waypoint, WorldObject, make_gliders
 from world.options import SECTIONS
 from world.sun import Sun

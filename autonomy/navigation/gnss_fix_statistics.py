@@ -1,4 +1,4 @@
-"""Where GPS fixes are, and how well that is known."""
+"""Position of GPS fixes, and its accuracy."""
 
 import math
 

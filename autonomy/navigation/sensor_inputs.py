@@ -1,4 +1,4 @@
-"""What the sensors of an underwater vehicle measure between two steps of navigation."""
+"""Measurements of an underwater vehicle's sensors between two steps of navigation."""
 
 import math
 

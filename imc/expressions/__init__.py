@@ -1,4 +1,4 @@
-"""What expressions of messages mean: fields with their units, functions, comparisons and by how much they are met."""
+"""Meaning of expressions of messages: fields with their units, functions, comparisons and by how much they are met."""
 
 from imc.expressions.compiler import HEADER, ExpressionCompiler, FieldPlace, NameScope
 from imc.expressions.functions import tells_position

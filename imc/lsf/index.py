@@ -1,4 +1,4 @@
-"""Where the packets of a log are, by type; small enough to keep in memory and beside the log."""
+"""Positions of the packets of a log, by type; small enough to keep in memory and beside the log."""
 
 from collections.abc import Iterable, Iterator
 from itertools import chain, pairwise

@@ -1,4 +1,4 @@
-"""What the controller of an autopilot has to do."""
+"""Goal of the controller of an autopilot."""
 
 from enum import Enum, auto
 

@@ -1,4 +1,4 @@
-"""Where an autopilot is sent, as messages: setpoints in a stream, or one command for a leg."""
+"""Guidance of an autopilot, as messages: setpoints in a stream, or one command for a leg."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What an autopilot measures, as messages of IMC at the times of its measurements."""
+"""Measurements of an autopilot, as messages of IMC at the times of its measurements."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping

@@ -1,4 +1,4 @@
-"""What ArduPilot and PX4 call the modes that Shoal needs, for each kind of vehicle."""
+"""Names of ArduPilot and PX4 for the modes that Shoal needs, for each kind of vehicle."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""What each command of a mission becomes in a plan."""
+"""Conversion of each command of a mission to a plan."""
 
 import math
 from collections.abc import Callable, Mapping

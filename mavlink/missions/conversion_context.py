@@ -1,4 +1,4 @@
-"""What a mission is converted for: the vehicle, its home and its limits; and altitudes in MAVLink's frames."""
+"""Context of the conversion of a mission: the vehicle, its home and its limits; and altitudes in MAVLink's frames."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What items of a mission do not say of the plan that they were made of."""
+"""Content of a plan that is lost in the items of a mission."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""What cameras say, as MAVLink fields: themselves, their pictures, and what they have detected."""
+"""Cameras as MAVLink fields: themselves, their pictures and detections."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What autopilots measure, in IMC: one place for the telemetry and for both kinds of logs, all in SI units."""
+"""Measurements of autopilots, in IMC: one place for the telemetry and for both kinds of logs, all in SI units."""
 
 import math
 import struct

@@ -1,4 +1,4 @@
-"""What an autopilot and ground stations have told each other, in IMC: missions, commands, parameters, progress."""
+"""Traffic between an autopilot and ground stations, in IMC: missions, commands, parameters, progress."""
 
 import math
 import struct

@@ -1,4 +1,4 @@
-"""What the vehicle's side of MAVLink needs of the program around it: a vehicle, its entities, parameters and files."""
+"""Interfaces that the vehicle's side of MAVLink needs of its program: a vehicle, its entities, parameters and files."""
 
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What subscribers, transports and observers of a bus are."""
+"""Interfaces of subscribers, transports and observers of a bus."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass

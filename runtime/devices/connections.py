@@ -1,4 +1,4 @@
-"""What a driver can open: a serial port, a TCP server, a UDP socket. Opening never waits."""
+"""Connections that a driver can open: a serial port, a TCP server, a UDP socket. Opening never waits."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""What a device sends in a test, in virtual time."""
+"""Input of a device in a test, in virtual time."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What observes a kernel."""
+"""Observers of a kernel."""
 
 from collections.abc import Callable
 from typing import Any, Protocol

@@ -1,4 +1,4 @@
-"""What a snapshot may contain: classes, attributes, methods, arrays, paths. Writer and reader keep the same rules.
+"""Permitted content of a snapshot: classes, attributes, methods, arrays, paths. Writer and reader keep the same rules.
 
 A snapshot is a file, and may come from others. What the reader would refuse, the writer refuses already.
 """

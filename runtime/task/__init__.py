@@ -1,4 +1,4 @@
-"""What a task is made of: handlers, parameters, scripts, entities."""
+"""Parts of a task: handlers, parameters, scripts, entities."""
 
 from runtime.task.activation import Activation, ActivationError
 from runtime.task.decorators import (

@@ -1,4 +1,4 @@
-"""What the main process of a vehicle knows of the others: which run, and their entities."""
+"""The other processes of a vehicle, in its main one: which run, and their entities."""
 
 from typing import TYPE_CHECKING
 

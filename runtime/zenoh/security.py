@@ -1,4 +1,4 @@
-"""Who may join a bus, and what they may do there: certificates, passwords and access control of zenoh.
+"""Security of a zenoh bus, who may join and do what: certificates, passwords and access control of zenoh.
 
 Whoever can prove its name, by a certificate (its common name) or a password, may do what its list allows; all others
 nothing. The lists are for those beyond the computer: its own programs, if they can log in, may do everything.

@@ -1,4 +1,4 @@
-"""Where the runs of a study are done: in processes of this computer, or on a cluster."""
+"""Executors of the runs of a study: processes of this computer, or on a cluster."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""What came of scenarios, as the XML that programs for continuous integration read (JUnit's)."""
+"""Results of scenarios, as the XML that programs for continuous integration read (JUnit's)."""
 
 import platform
 from collections.abc import Iterable, Iterator

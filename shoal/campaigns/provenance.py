@@ -1,4 +1,4 @@
-"""What a run was computed with: versions, and the digest of Shoal's own files."""
+"""Provenance of a run: versions, and the digest of Shoal's own files."""
 
 import hashlib
 import platform

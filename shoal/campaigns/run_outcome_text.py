@@ -1,4 +1,4 @@
-"""What came of a run, in words."""
+"""Outcome of a run, in words."""
 
 import os
 from dataclasses import asdict

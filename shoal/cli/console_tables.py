@@ -1,4 +1,4 @@
-"""What commands print: tables, sentences, ranges; and the look-up of names."""
+"""Output of commands: tables, sentences, ranges; and the look-up of names."""
 
 from difflib import get_close_matches
 

@@ -1,4 +1,4 @@
-"""What `--json` prints: plain values under names that stay; see docs/logs.md and docs/command-line.md."""
+"""Output of `--json`: plain values under names that stay; see docs/logs.md and docs/command-line.md."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What `shoal param` does with all parameters at once: `describe`, `dump` and `load`."""
+"""Commands of `shoal param` for all parameters at once: `describe`, `dump` and `load`."""
 
 from collections import Counter
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""What a vehicle says of its parameters: types, units, ranges; and whether a text fits them."""
+"""Descriptions of a vehicle's parameters: types, units, ranges; and whether a text fits them."""
 
 import asyncio
 import math

@@ -1,4 +1,4 @@
-"""What is known of the systems on the networks: names, ids, where they are, what they said last, what went wrong."""
+"""Table of the systems on the networks: names, ids, positions, latest messages, and errors."""
 
 import asyncio
 import time

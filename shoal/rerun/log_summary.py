@@ -1,4 +1,4 @@
-"""What a re-simulation needs to know of a log first: its owner, its begin and end, its senders."""
+"""Facts of a log that a re-simulation needs first: its owner, its begin and end, its senders."""
 
 import math
 from collections import Counter

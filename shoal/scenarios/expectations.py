@@ -1,4 +1,4 @@
-"""What is expected of a run: how expectations are judged, each with its margin."""
+"""Expectations of a run: how they are judged, each with its margin."""
 
 import math
 import operator

@@ -1,4 +1,4 @@
-"""What a scenario is made of besides its own file."""
+"""Files of a scenario besides its own."""
 
 import os
 from collections.abc import Iterable, Mapping

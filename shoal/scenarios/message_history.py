@@ -1,4 +1,4 @@
-"""What a run remembers of messages: when they arrived, for how long something has held, values from before."""
+"""History of messages in a run: when they arrived, for how long something has held, values from before."""
 
 import math
 from collections import deque

@@ -1,4 +1,4 @@
-"""What names and functions mean in a scenario: messages of vehicles, their arrivals, what has held, captured values."""
+"""Names and functions in a scenario: messages of vehicles, their arrivals, what has held, captured values."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What is measured in a run: numbers that follow from all values of an expression."""
+"""Metrics of a run: numbers that follow from all values of an expression."""
 
 import math
 from array import array

@@ -1,4 +1,4 @@
-"""What a run of a scenario has shown."""
+"""Result of a run of a scenario."""
 
 import math
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Where a scenario runs: its vehicles, their common time, and what watches them."""
+"""Context of a scenario's run: its vehicles, their common time, and what watches them."""
 
 from collections.abc import Callable, Hashable, Mapping
 from typing import TYPE_CHECKING, Protocol

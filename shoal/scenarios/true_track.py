@@ -1,4 +1,4 @@
-"""Where vehicles truly were in a run, coarsely."""
+"""True tracks of vehicles in a run, coarsely."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What remote operation on and under water shares: the operator's axes and buttons, thrust and heading rate."""
+"""Common parts of remote operation on and under water: the operator's axes and buttons, thrust and heading rate."""
 
 import math
 from typing import ClassVar

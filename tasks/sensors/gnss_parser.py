@@ -1,4 +1,4 @@
-"""What GNSS receivers send, NMEA 0183 and UBX, as GpsFix messages; without input or output."""
+"""Output of GNSS receivers, NMEA 0183 and UBX, as GpsFix messages; without input or output."""
 
 import math
 from collections.abc import Mapping

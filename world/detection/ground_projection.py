@@ -1,4 +1,4 @@
-"""Where the ray of a pixel meets a level plane, seen from a vehicle, and how far off errors of its pose take it."""
+"""Intersection of the ray of a pixel with a level plane, seen from a vehicle, and its error by errors of the pose."""
 
 import math
 from dataclasses import dataclass

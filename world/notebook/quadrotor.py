@@ -1,4 +1,4 @@
-"""What quadsim's sensors know of a quadrotor: its state, and rotations from the world to its body."""
+"""State of a quadrotor for quadsim's sensors: its state, and rotations from the world to its body."""
 
 import math
 from dataclasses import dataclass, field

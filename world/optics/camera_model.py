@@ -1,4 +1,4 @@
-"""What all camera models have in common: rays, pixels, derivatives, and the conventions of other programs."""
+"""Common parts of all camera models: rays, pixels, derivatives, and the conventions of other programs."""
 
 import math
 from abc import ABC, abstractmethod

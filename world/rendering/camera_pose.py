@@ -1,4 +1,4 @@
-"""Where a camera is in a scene, by its mount in the vehicle, and where it sees bodies."""
+"""Pose of a camera in a scene, by its mount in the vehicle, and of bodies relative to it."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What tells three real gyroscopes or accelerometers from ideal ones, and the data sheets of some parts."""
+"""Errors of three real gyroscopes or accelerometers, and the data sheets of some parts."""
 
 import math
 from collections.abc import Mapping, Sequence

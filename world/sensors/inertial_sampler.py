@@ -1,4 +1,4 @@
-"""What inertial sensors fixed to a moving body measure: means over their sampling intervals."""
+"""Measurements of inertial sensors fixed to a moving body: means over their sampling intervals."""
 
 import math
 from typing import Any, NamedTuple

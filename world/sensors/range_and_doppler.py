@@ -1,4 +1,4 @@
-"""What the beams of sonars hear in a world: the nearest thing, and how fast it moves."""
+"""Echoes of sonar beams in a world: the nearest object, and its speed."""
 
 import math
 from collections.abc import Callable, Sequence

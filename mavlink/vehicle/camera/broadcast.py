@@ -1,4 +1,4 @@
-"""What all ground stations learn of the cameras: pictures, detections, settings."""
+"""Camera messages to all ground stations: pictures, detections, settings."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""What the settings of a camera mean, as a camera definition file, from which QGroundControl makes its menus.
+"""Meaning of the settings of a camera, as a camera definition file, from which QGroundControl makes its menus.
 
 Source of the format: mavlink.io/en/services/camera_def.html.
 """

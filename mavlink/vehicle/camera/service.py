@@ -1,4 +1,4 @@
-"""What ground stations ask of a camera: pictures, messages, extended parameters."""
+"""Requests of ground stations to a camera: pictures, messages, extended parameters."""
 
 import math
 from collections.abc import Callable, Collection, Mapping

@@ -1,4 +1,4 @@
-"""What a vehicle does that its ground stations have lost."""
+"""Action of a vehicle that has lost its ground stations."""
 
 from collections.abc import Callable, Mapping
 

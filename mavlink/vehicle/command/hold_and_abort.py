@@ -1,4 +1,4 @@
-"""What commands of ground stations do to the vehicle: plans that are started and stopped, a hold, an Abort."""
+"""Effect of commands of ground stations: plans that are started and stopped, a hold, an Abort."""
 
 from collections.abc import Callable
 

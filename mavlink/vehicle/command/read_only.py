@@ -1,4 +1,4 @@
-"""What a vehicle that takes no orders answers to them, with the reason."""
+"""Answers of a vehicle that takes no orders, with the reason."""
 
 from collections.abc import Callable, Mapping
 

@@ -1,4 +1,4 @@
-"""What ground stations can read: files in memory, and folders of the vehicle below the same root."""
+"""Files that ground stations can read: files in memory, and folders of the vehicle below the same root."""
 
 import errno
 import os

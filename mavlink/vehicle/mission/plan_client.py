@@ -1,4 +1,4 @@
-"""What MAVLink asks of the plan engine and the plan database; each request gets one answer."""
+"""Requests of MAVLink to the plan engine and the plan database; each gets one answer."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

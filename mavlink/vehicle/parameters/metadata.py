@@ -1,4 +1,4 @@
-"""What the parameters mean, as files that stations download (mavlink.io/en/services/component_metadata.html)."""
+"""Meaning of the parameters, as files that stations download (mavlink.io/en/services/component_metadata.html)."""
 
 import json
 import lzma

@@ -1,4 +1,4 @@
-"""Where the vehicle is, how it moves, and which way it wants."""
+"""Position, motion and desired direction of the vehicle."""
 
 import math
 

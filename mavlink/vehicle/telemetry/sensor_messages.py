@@ -1,4 +1,4 @@
-"""What sensors measure: batteries, pressures, distances, inertia."""
+"""Measurements of sensors: batteries, pressures, distances, inertia."""
 
 import math
 from collections.abc import Sequence

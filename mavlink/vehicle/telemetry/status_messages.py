@@ -1,4 +1,4 @@
-"""What the vehicle is and does: its mode, mission, health and abilities."""
+"""Status of the vehicle: its mode, mission, health and abilities."""
 
 from collections.abc import Sequence
 from zlib import crc32

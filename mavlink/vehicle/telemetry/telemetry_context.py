@@ -1,4 +1,4 @@
-"""What the autopilot's messages are made of."""
+"""Sources of the autopilot's messages."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What runs within a worker of Dask: keeps the files of a study there, and processes that do its jobs."""
+"""The part within a worker of Dask: the files of a study, and processes that do its jobs."""
 
 import contextlib
 import json

@@ -1,4 +1,4 @@
-"""What an engine promises: processes of this computer, or a cluster."""
+"""Interface of an executor: processes of this computer, or a cluster."""
 
 from collections.abc import Generator, Iterable
 from typing import Protocol

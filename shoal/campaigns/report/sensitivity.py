@@ -1,4 +1,4 @@
-"""What the inputs of a campaign have to do with its outputs: rank correlations and Sobol indices."""
+"""Sensitivity of a campaign's outputs to its inputs: rank correlations and Sobol indices."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What varies: distributions, and the value that each run draws."""
+"""Sampled values: distributions, and the value that each run draws."""
 
 from shoal.campaigns.sampling.design import FIXED_SIZE_SAMPLINGS, SAMPLINGS, SamplingDesign, hashed_uniform, run_seed
 from shoal.campaigns.sampling.distributions import (

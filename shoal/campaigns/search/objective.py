@@ -1,4 +1,4 @@
-"""What a search looks for: the largest or smallest value of a margin or a metric."""
+"""Objective of a search: the largest or smallest value of a margin or a metric."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What a search has found."""
+"""Findings of a search."""
 
 import math
 from collections.abc import Mapping, Sequence

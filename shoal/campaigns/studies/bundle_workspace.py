@@ -1,4 +1,4 @@
-"""Where a process finds the files of a study that it has by content."""
+"""Folder where a process finds the files of a study that it has by content."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""What selects a part of a log on the command line: times and names."""
+"""Selection of a part of a log on the command line: times and names."""
 
 from datetime import UTC, datetime
 

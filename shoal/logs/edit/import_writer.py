@@ -1,4 +1,4 @@
-"""What the imports of autopilots' logs share: the log that is written, and what is said of it."""
+"""Common parts of the imports of autopilots' logs: the log that is written, and its report."""
 
 import struct
 from collections import Counter

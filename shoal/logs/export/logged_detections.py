@@ -1,4 +1,4 @@
-"""Where the detections of a log are: on the map, and in its pictures."""
+"""Positions of the detections of a log: on the map, and in its pictures."""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What data sets for visual-inertial navigation are made of: inertial samples, tracks, pictures."""
+"""Content of data sets for visual-inertial navigation: inertial samples, tracks, pictures."""
 
 import math
 from collections.abc import Iterator

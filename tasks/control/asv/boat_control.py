@@ -1,4 +1,4 @@
-"""What boat controllers share: loops, references, supervision, and the parameters of both axes."""
+"""Common parts of boat controllers: loops, references, supervision, and the parameters of both axes."""
 
 import math
 from typing import ClassVar

@@ -1,4 +1,4 @@
-"""Where an autopilot is: `udpin://127.0.0.1:14550`, `serial:///dev/ttyAMA0?baud=57600`."""
+"""Addresses of autopilots: `udpin://127.0.0.1:14550`, `serial:///dev/ttyAMA0?baud=57600`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What both path controllers share: paths in, headings out, progress and its supervision."""
+"""Common parts of both path controllers: paths in, headings out, progress and its supervision."""
 
 import math
 from collections.abc import Mapping

@@ -1,1 +1,1 @@
-"""What tasks that carry IMC packets over a network share: message lists, peers, sockets."""
+"""Common parts of tasks that carry IMC packets over a network: message lists, peers, sockets."""

@@ -1,4 +1,4 @@
-"""Where a vehicle's datagrams go, and by which list of messages."""
+"""Destinations of a vehicle's datagrams, each with its list of messages."""
 
 from collections.abc import Iterable, Iterator, Mapping
 

@@ -1,4 +1,4 @@
-"""Whom a simulated radio reaches: DUNE's `Communication Range`."""
+"""Range of a simulated radio: DUNE's `Communication Range`."""
 
 import math
 from collections.abc import Collection

@@ -1,1 +1,1 @@
-"""What the camera tasks share: frames, calibration, pictures on disk and in the log."""
+"""Common parts of the camera tasks: frames, calibration, pictures on disk and in the log."""

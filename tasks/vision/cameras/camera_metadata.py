@@ -1,4 +1,4 @@
-"""What a log says of pictures: a message for each frame, and a file that describes the cameras."""
+"""Descriptions of pictures in a log: a message for each frame, and a file that describes the cameras."""
 
 import contextlib
 from collections.abc import Mapping

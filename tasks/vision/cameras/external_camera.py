@@ -1,4 +1,4 @@
-"""What cameras have in common whose pictures come from elsewhere: frames, and what is known of them."""
+"""Common parts of cameras whose pictures come from elsewhere: frames and their metadata."""
 
 import math
 

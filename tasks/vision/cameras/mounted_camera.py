@@ -1,4 +1,4 @@
-"""What cameras have in common that may be anywhere on the vehicle, with a calibration file."""
+"""Common parts of cameras with a position on the vehicle and a calibration file."""
 
 from runtime import ParameterError, param
 from support.pose import Pose

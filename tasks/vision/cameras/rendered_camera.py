@@ -1,4 +1,4 @@
-"""What all simulated cameras have in common: exposures and frames."""
+"""Common parts of all simulated cameras: exposures and frames."""
 
 import importlib.util
 from collections import deque

@@ -1,4 +1,4 @@
-"""Where a camera is when it takes a picture: on the true vehicle of a simulation, else on the estimated one."""
+"""Pose of a camera when it takes a picture: on the true vehicle of a simulation, else on the estimated one."""
 
 import math
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What of the world stays where it is and hides what is behind it: the relief of the seabed, and walls."""
+"""Opaque parts of the world that do not move: the relief of the seabed, and walls."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Where rays may touch a grid of depths around a place: a profile of the depths in each direction."""
+"""Bounds of the hits of rays on a grid of depths around a place: a profile of the depths in each direction."""
 
 import math
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""Where rays meet the bottom of the sea: marched over grids of its depths, which are finer the nearer they are."""
+"""Intersection of rays with the bottom of the sea: marched over grids of depths, finer the nearer they are."""
 
 import math
 from typing import Any, NamedTuple
