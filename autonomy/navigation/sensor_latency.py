@@ -36,6 +36,17 @@ class ThrustResponseCheck:
     def reset(self) -> None:
         """Start over: the vehicle rests."""
         self.lags = False
+        self._begin(0.0)
+
+    def resume(self) -> None:
+        """Compare nothing of before, since it is unknown which thrust the vehicle had meanwhile.
+
+        Nothing is judged until there is a thrust of each latency.
+        """
+        self._begin(LONGEST)
+
+    def _begin(self, wait: float) -> None:
+        self._wait = wait
         self._made: float | None = None
         self._usual = self._usual_force = 0.0
         self._history: deque[tuple[float, float, float]] = deque()  # time, thrust, change of the thrust
@@ -55,7 +66,8 @@ class ThrustResponseCheck:
         history.append((now, self._made, change))
         while now - history[0][0] > LONGEST + COARSENESS:
             history.popleft()
-        if force is None or dt >= LONGEST_JUDGED:
+        self._wait -= dt
+        if force is None or dt >= LONGEST_JUDGED or self._wait > 0.0:
             self._usual_force += share * (self._made - self._usual_force)
             return
         self._usual_force += share * (force - self._usual_force)

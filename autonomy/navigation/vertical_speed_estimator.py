@@ -75,6 +75,7 @@ class VerticalSpeedEstimator:
         Until pressures have told the speed, nothing is judged by it.
         """
         self._is_unknown = self._is_vague = True
+        self._response.resume()
 
     def receive_force(self, now: float, x: float, y: float, z: float) -> None:
         """A specific force (m/s²) in the body frame at a time (s)."""
