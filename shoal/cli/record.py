@@ -30,7 +30,7 @@ from shoal.cli.remote_command import (
 )
 from shoal.cli.vehicle_selection import VehicleSelection, no_match_text, parse_selection
 from shoal.logs.inspect import format_noun_count, format_size
-from shoal.network import Network, NetworkError, NetworkRecorder, NetworkSystem, RecordingEnd
+from shoal.network import SILENCE, Network, NetworkError, NetworkRecorder, NetworkSystem, RecordingEnd
 from support.byte_sizes import parse_byte_size
 from support.file_errors import describe_os_error
 from support.terminal_text import printable
@@ -79,7 +79,8 @@ def record(
     with its definitions, as from the vehicle itself; `shoal log info FOLDER/VEHICLE` shows it. With -f mcap, each log
     becomes a file for Foxglove at the end; if the command is killed before, the log stays.
 
-    Exit status 1 if a log is not complete: a vehicle was not found, the disk is full, or the limit was reached.
+    Exit status 1 if a log is not complete: a vehicle was not found or is silent at the end, the disk is full, or the
+    limit was reached.
     """
     selection = parse_selection(vehicles or ("*",))
     kinds = [find_message_type(name, schema) for word in names for name in word.split(",")]
@@ -107,6 +108,7 @@ def record(
         finding = asyncio.create_task(_find(network, selection, troubles, recorder.stop))
         try:
             await recorder.run(duration)
+            troubles.extend(_silences(network, recorder, hears_all=not kinds))
         except RecordingEnd:
             troubles.append(f"the limit of {format_size(int(limit))} is reached: nothing was recorded after that")
         except OSError as error:
@@ -131,6 +133,16 @@ def record(
         click.echo(f"Error: {printable(text)}", err=True)
     if troubles:
         raise click.exceptions.Exit(1)
+
+
+def _silences(network: Network, recorder: NetworkRecorder, *, hears_all: bool) -> list[str]:
+    """Which vehicles are gone at the end, or silent though everything is recorded, and since when."""
+    recorded = [(name, network.systems.get(name)) for name in sorted(recorder.recordings)]
+    return [
+        f"{name} is silent since {format_clock_time(time.time() - system.age)} UTC: its log ends there"
+        for name, system in recorded
+        if system is not None and (not system.is_there or (hears_all and system.age > SILENCE))
+    ]
 
 
 def _wants(selection: VehicleSelection, name: str) -> bool:

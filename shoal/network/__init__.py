@@ -40,7 +40,7 @@ from shoal.network.parameters import AsyncRemoteParameters, PartialAnswer, check
 from shoal.network.plans import AsyncRemotePlans, PlanOutcome, StoredPlan
 from shoal.network.recording import NetworkRecorder, RecordingEnd, VehicleRecording
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
-from shoal.network.system_table import CONTACT, NetworkSystem
+from shoal.network.system_table import CONTACT, SILENCE, NetworkSystem
 from shoal.network.tcp_link import TCPLink
 from shoal.network.udp_link import UDPLink
 from shoal.network.zenoh_link import ZenohLink
@@ -48,6 +48,7 @@ from shoal.network.zenoh_link import ZenohLink
 __all__ = [
     "CONTACT",
     "NEAR",
+    "SILENCE",
     "AsyncRemoteLogs",
     "AsyncRemoteParameters",
     "AsyncRemotePlans",

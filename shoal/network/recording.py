@@ -25,6 +25,7 @@ OVERHEAD = 64  # bytes of a compressed block beside its contents
 LOOK = 0.2  # s between looks for new vehicles
 AGAIN = 1.5  # s between questions for the labels of entities
 QUESTIONS = 8
+LATEST = 253402300800.0  # s since 1970: the year 10000
 
 
 class VehicleRecording:
@@ -62,8 +63,9 @@ class VehicleRecording:
         self.has_name |= isinstance(message, imc.Announce)
         self._writer.write(packet)
         self.count += 1
-        self.first = message.timestamp if math.isnan(self.first) else min(self.first, message.timestamp)
-        self.last = message.timestamp if math.isnan(self.last) else max(self.last, message.timestamp)
+        if 0.0 < message.timestamp < LATEST:  # one that is no time does not hide the others
+            self.first = message.timestamp if math.isnan(self.first) else min(self.first, message.timestamp)
+            self.last = message.timestamp if math.isnan(self.last) else max(self.last, message.timestamp)
 
     def flush(self) -> None:
         """Hand all packets to the operating system."""

@@ -1,9 +1,12 @@
 """What `shoal record` writes of a shipped vehicle, however it ends."""
 
 import json
+import math
+import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +16,7 @@ from click.testing import CliRunner, Result
 
 import imc
 from shoal.cli import main
+from shoal.network import VehicleRecording
 from support.byte_sizes import parse_byte_size
 from tests.outside import largest_file, until
 from tests.shoal.network.running import running
@@ -104,6 +108,45 @@ def test_a_full_disk_ends_the_recording_with_a_log_up_to_there(both: str, tmp_pa
     assert "Traceback" not in errors
     assert info(folder / NAME)["messages"] > 20
     assert (folder / NAME / "Data.lsf.gz").stat().st_size <= 60_000
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("network", ["zenoh", "udp"])
+def test_a_vehicle_that_halts_is_recorded_on_and_one_that_ends_is_named(network: str, tmp_path: Path) -> None:
+    with running(tmp_path, "--set", "General:Consoles=0x4101", network=network) as vehicle:  # we may only listen
+        folder = tmp_path / "here"
+        with started(folder) as process:
+            data = folder / NAME / "Data.lsf.gz"
+            until(lambda: data.exists() and data.stat().st_size > 20_000, 30.0)
+            os.kill(vehicle.popen.pid, signal.SIGSTOP)
+            time.sleep(5.0)
+            os.kill(vehicle.popen.pid, signal.SIGCONT)
+            size = data.stat().st_size
+            until(lambda: data.stat().st_size > size + 60_000, 60.0)
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=60.0)
+        assert (process.returncode, errors) == (0, "")
+        assert info(folder / NAME)["messages"] > 100
+        folder = tmp_path / "there"
+        with started(folder) as process:
+            until(lambda: (folder / NAME / "Data.lsf.gz").stat().st_size > 20_000, 30.0)
+            vehicle.kill()
+            time.sleep(6.0)
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=60.0)
+        assert process.returncode == 1
+        assert f"Error: {NAME} is silent since " in errors
+        assert "Traceback" not in errors
+        assert info(folder / NAME)["messages"] > 20
+
+
+def test_a_time_stamp_that_is_none_does_not_hide_the_others(tmp_path: Path) -> None:
+    recording = VehicleRecording(tmp_path / "log", imc.builtin())
+    for time_stamp in (100.0, math.nan, math.inf, 1e300, -5.0, 0.0, 102.0):
+        message = imc.Heartbeat(timestamp=time_stamp, src=0x001A)
+        recording.write(message, imc.encode(message))
+    recording.close()
+    assert (recording.count, recording.first, recording.last) == (7, 100.0, 102.0)
 
 
 @pytest.mark.heavy
