@@ -52,6 +52,7 @@ def test_the_wheel_has_our_packages(tmp_path):
     assert {name.partition("/")[0] for name in names} == {*PACKAGES, f"shoal-{PROJECT['version']}.dist-info"}
     sources = {str(path.relative_to(ROOT)) for package in PACKAGES for path in (ROOT / package).rglob("*.py")}
     assert {name for name in names if name.endswith(".py")} == sources
+    assert {name for name in names if name.endswith("/py.typed")} == {f"{package}/py.typed" for package in PACKAGES}
 
 
 def test_each_package_that_the_tests_need_has_one_version():
