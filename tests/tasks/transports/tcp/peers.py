@@ -10,6 +10,7 @@ from runtime.testing import simulate
 from tasks.transports.tcp.server import Server
 
 HOST, VEHICLE, CONSOLE = "127.0.0.1", 0x001A, 0x4000
+SILENT_FOR = 0.4  # s, in place of 2.5 s
 
 
 def packet(message, source=CONSOLE, order="little", target=VEHICLE):

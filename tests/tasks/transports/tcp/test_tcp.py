@@ -16,13 +16,6 @@ from tasks.transports.imc_links.stream_links import LONGEST_WAIT
 from tasks.transports.tcp.server import Server
 from tests.tasks.transports.tcp.peers import CONSOLE, HOST, VEHICLE, Peer, packet, run, until
 
-SILENT_FOR = 0.4  # s, in place of 2.5 s
-
-
-@pytest.fixture(autouse=True)
-def impatient(monkeypatch):
-    monkeypatch.setattr("tasks.transports.tcp.server.SILENT_FOR", SILENT_FOR)
-
 
 def test_each_client_gets_what_the_vehicle_says_and_is_heard_without_an_announce():
     async def test(script, server, depths):
@@ -347,50 +340,3 @@ def test_neptus_commands_the_otter_by_tcp(tmp_path):
     vehicle.close()
     assert [type(m).__name__ for m in answers] == ["PlanDB", "PlanControl", "EntityParameters", "EntityList"]
     assert answers[1].type == imc.PlanControl.Type.SUCCESS
-
-
-def announce(system, kind=imc.SystemType.UUV):
-    return packet(imc.Announce(sys_name="lauv-xplore-2", sys_type=kind), system, target=0)
-
-
-def test_another_vehicle_that_connects_gets_nothing():
-    """The last states would stop a plan of DUNE: it is known by its first packet, or by its Announce before."""
-
-    async def test(script, server, depths):
-        peer = Peer.of(server.open_port)
-        peer.send(announce(0x001B))
-        console = Peer.of(server.open_port)
-        console.send(packet(imc.Heartbeat()))
-        await until(script, lambda: len(console.of_type(imc.Depth)) > 5)
-        assert peer.take() == []
-        again = Peer.of(server.open_port)
-        again.send(packet(imc.EstimatedState(), 0x001B))
-        await script.sleep(SILENT_FOR + 0.2)
-        assert again.take() == []
-        peer.send(announce(0x001B, imc.SystemType.CCU))
-        await until(script, lambda: peer.of_type(imc.Depth))
-
-    assert any("is another vehicle and gets nothing" in line for line in run(test, transports=["Depth"]).log)
-
-
-def test_another_vehicle_whose_announce_comes_after_its_first_data_gets_nothing():
-    """As after a restart of this vehicle: a DUNE that is connected announces itself every 10 s only."""
-
-    async def test(script, server, depths):
-        peer = Peer.of(server.open_port)
-        peer.send(packet(imc.EstimatedState(), 0x001B))
-        await script.sleep(SILENT_FOR + 0.2)
-        peer.send(announce(0x001B))
-        await script.sleep(0.5)
-        assert peer.take() == []
-
-    run(test, transports=["Depth"])
-
-
-def test_another_vehicle_that_call_systems_names_gets_messages_when_it_connects():
-    async def test(script, server, depths):
-        peer = Peer.of(server.open_port)
-        peer.send(announce(0x001B))
-        await until(script, lambda: peer.of_type(imc.Depth))
-
-    run(test, transports=["Depth"], call_systems=["0x001B"])
