@@ -35,6 +35,7 @@ from world.detection import (
     fits_size,
     project_to_plane,
 )
+from world.optics import row_time
 
 ERRORS = (
     *("pixel_error", "shape_error", "attitude_error", "heading_error", "height_error", "height_error_share"),
@@ -56,6 +57,7 @@ class FrameModel(NamedTuple):
     camera: str
     optics: Any
     mount: Floats
+    readout: float
 
 
 class MUGDetector(Task):
@@ -170,7 +172,8 @@ class MUGDetector(Task):
                 self._skip(frame.camera, f"the detector has not answered for {self.patience:g} s")
             return
         self._busy, self._asked = True, self.now
-        shot = FrameModel(frame.time, frame.camera, frame.optics, np.asarray(frame.mount, np.float64))
+        mount, readout = np.asarray(frame.mount, np.float64), frame.info.get("readout_time", 0.0)
+        shot = FrameModel(frame.time, frame.camera, frame.optics, mount, readout)
         self.offload(_found, self._find, frame.image, then=partial(self._locate, shot), latency=self.latency)
 
     def _locate(self, shot: FrameModel, found: tuple[list[ImageDetection], str]) -> None:
@@ -187,7 +190,7 @@ class MUGDetector(Task):
         if not math.isfinite(standing.height):
             self._skip(shot.camera, "[World] has no bottom here" if self.target_plane == "Map" else "no altitude")
             return
-        seen = self._sightings(shot, belief, standing, marks)
+        seen = self._sightings(shot, belief, marks)
         sightings, markers = [sighting for sighting, _ in seen], [marker for _, marker in seen]
         for track in self.tracker.update(shot.time, standing, sightings, markers, shot.camera):
             x, y, _ = self._offset(track, here)
@@ -214,22 +217,30 @@ class MUGDetector(Task):
         )
 
     def _sightings(
-        self, shot: FrameModel, belief: PoseEstimate, standing: PoseOverPlane, marks: list[ImageDetection]
+        self, shot: FrameModel, belief: PoseEstimate, marks: list[ImageDetection]
     ) -> list[tuple[PlaneDetection, int | None]]:
         """What may be a glider, with the number of its marker."""
-        pixels = np.array([(mark.u, mark.v) for mark in marks]).reshape(-1, 2)
         found: list[tuple[PlaneDetection, int | None]] = []
-        for mark, seen in zip(
-            marks, project_to_plane(shot.optics, shot.mount, standing, pixels, self.accuracy), strict=True
-        ):
-            if self.target_plane == "Map":
-                seen = self._on_map(shot, belief, mark, seen)
+        for mark in marks:
+            seen = self._in_row(shot, belief, mark)
             if seen is None or seen.distance > self.maximum_range:
                 continue
             sized = self.detector == "Color" and self.target_length > 0.0
             if not sized or fits_size(seen, mark.pixels, self.target_length, self.target_diameter):
                 found.append((seen, mark.marker))
         return found
+
+    def _in_row(self, shot: FrameModel, belief: PoseEstimate, mark: ImageDetection) -> PlaneDetection | None:
+        """A sighting from where the vehicle was when the shutter exposed its row, as an offset from `belief`."""
+        time = shot.time + float(row_time(shot.readout, mark.v, shot.optics.height))
+        there = self.pose_history.estimate_at(time, self.maximum_age) if shot.readout else belief
+        here = belief if isinstance(there, str) else there
+        (seen,) = project_to_plane(shot.optics, shot.mount, self._standing(here), (mark.u, mark.v), self.accuracy)
+        if self.target_plane == "Map":
+            seen = self._on_map(shot, here, mark, seen)
+        return seen and seen._replace(
+            north=seen.north + here.north - belief.north, east=seen.east + here.east - belief.east
+        )
 
     def _on_map(
         self, shot: FrameModel, belief: PoseEstimate, mark: ImageDetection, seen: PlaneDetection | None

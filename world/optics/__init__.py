@@ -10,6 +10,7 @@ from world.optics.fisheye import FisheyeModel, kannala_brandt_lens
 from world.optics.fov_pinhole_camera import FieldOfViewCamera
 from world.optics.polynomial_lens import LENS_PRESETS, Lens, preset_lens
 from world.optics.rational_lens import RationalModel
+from world.optics.rolling_shutter import project_by_row, row_time
 from world.optics.underwater_housing import DomePort, FlatPort, HousedModel, put_behind_port
 from world.optics.unit_sphere import ExtendedUnifiedModel, OmnidirectionalModel
 
@@ -38,6 +39,8 @@ __all__ = [
     "parse_airsim_settings",
     "parse_calibration",
     "preset_lens",
+    "project_by_row",
     "put_behind_port",
     "read_calibration",
+    "row_time",
 ]

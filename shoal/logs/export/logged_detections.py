@@ -1,6 +1,5 @@
 """Positions of the detections of a log: on the map, and in its pictures."""
 
-import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -12,7 +11,7 @@ from shoal.logs.export.camera_calibration import LoggedCamera
 from shoal.logs.export.ros_standard_conversion import MapOrigin
 from support.rotations import rotation
 from support.wgs84_arrays import displacement
-from world.optics import CameraModel
+from world.optics import CameraModel, Floats, project_by_row
 
 STATE, MUG = "EstimatedState", "EstimatedMugState"
 FIELDS = {
@@ -102,10 +101,22 @@ class SystemDetections:
         seen: dict[tuple[int, int], DetectionPoint] = {}
         for spot in self.spots[first:last]:
             seen.setdefault((spot.entity, spot.id), spot)
-        turn, pose = np.array(rotation(state[3], state[4], state[5])), camera.pose
+        pose, readout = camera.pose, _readout(camera)
+
         for spot in seen.values():
-            point = ((np.array(spot.place) - state[:3]) @ turn - pose[:3, 3]) @ pose[:3, :3]
-            pixel, valid = model.project(point)
-            distance = math.sqrt(math.fsum(value * value for value in point.tolist()))
+
+            def points_at(offset: Floats, place: tuple[float, float, float] = spot.place) -> Floats:
+                now = self._at(time + float(offset)) or state
+                turn = np.array(rotation(now[3], now[4], now[5]))
+                return ((np.array(place) - now[:3]) @ turn - pose[:3, 3]) @ pose[:3, :3]
+
+            pixel, valid = project_by_row(model, readout, points_at, ())
+            distance = float(np.linalg.norm(points_at(np.zeros(()))))
             if valid and distance > 0.0:
                 yield spot, pixel, max(LEAST, model.fx * DIAMETER / distance)
+
+
+def _readout(camera: LoggedCamera) -> float:
+    """s that pass over all rows of a rolling shutter; 0 if it does not roll."""
+    told = camera.model.get("readout_time", 0.0)
+    return float(told) if isinstance(told, (int, float)) and 0.0 < told < OLDEST else 0.0

@@ -17,7 +17,7 @@ from runtime.task import ParameterError, Task
 from support.diagnostics import ProfileError
 from support.rotations import rotation
 from support.wgs84 import offset
-from world import World, WorldError, read_world
+from world import World, WorldError, WorldObject, read_world
 from world.detection import (
     DetectionAccuracy,
     DetectionStatistics,
@@ -26,6 +26,7 @@ from world.detection import (
     match_objects,
     project_to_plane,
 )
+from world.optics import project_by_row
 
 SIMULATED, DETECTOR = "Simulators.MUGDetectionCamera", "Vision.MUGDetector"
 CAMERAS = (SIMULATED, "Vision.FisheyeCamera", "Vision.Camera")
@@ -45,9 +46,9 @@ class DetectionScore(NamedTuple):
 class _Camera(NamedTuple):
     """A camera: its model, where it is (4, 4) for what is below and above it, and what its errors are.
 
-    `blur` is a further error per height; the accuracy is None where it is not published. What is seen on fewer pixels
-    than `least` is not expected to be found. What is detected before `shared`, s since 1970, is of a picture before the
-    log. `sea`: gliders without a depth lie on the surface.
+    `blur` is a further error per height; the accuracy is None where it is not published. What is seen on fewer pixels than
+    `least` is not expected to be found. What is detected before `shared`, s since 1970, is of a picture before the log.
+    `sea`: gliders without a depth lie on the surface. `readout` (s) passes over all rows of a rolling shutter.
     """
 
     optics: Any
@@ -58,6 +59,7 @@ class _Camera(NamedTuple):
     least: float = 0.0
     shared: float = -math.inf
     sea: bool = False
+    readout: float = 0.0
 
 
 class _Truth(NamedTuple):
@@ -116,7 +118,7 @@ def _judged(
     rows = rows[rows["timestamp"] >= min((eye.shared for eye in looking), default=-math.inf)]
     offsets = np.stack([rows["x"], rows["y"]], axis=-1).astype(np.float64)
     _, angles = truth.at(rows["timestamp"])
-    to = _gliders(world, truth, rows["timestamp"], began, sea=any(eye.sea for eye in looking[:1]))
+    to = _gliders(world, world.objects, truth, rows["timestamp"], began, sea=any(eye.sea for eye in looking[:1]))
     spreads = np.full((len(rows), 2, 2), np.nan)
     of = match_objects(offsets, to[..., :2])
     for eye in looking[:1]:
@@ -129,14 +131,16 @@ def _judged(
     return DetectionScore(label, tuple(thing.id for thing in world.objects), found)
 
 
-def _gliders(world: World, truth: _Truth, times: Array, began: float, *, sea: bool) -> Array:
-    """(n, k, 3) from the vehicle to all objects, in m; down is NaN on a bottom that nobody knows."""
-    spots = [[world.object_position(thing, time) for thing in world.objects] for time in (times - began).tolist()]
-    on_bottom = np.array([thing.depth is None for thing in world.objects])
+def _gliders(
+    world: World, things: Sequence[WorldObject], truth: _Truth, times: Array, began: float, *, sea: bool
+) -> Array:
+    """(n, k, 3) from the vehicle to objects, in m; down is NaN on a bottom that nobody knows."""
+    spots = [[world.object_position(thing, time) for thing in things] for time in (times - began).tolist()]
+    on_bottom = np.array([thing.depth is None for thing in things])
     places = np.array(
         [[(s.north, s.east, math.nan if s.down is None else s.down) for s in row] for row in spots], float
     )
-    places = places.reshape(len(times), len(world.objects), 3)
+    places = places.reshape(len(times), len(things), 3)
     if sea:
         places[:, on_bottom, 2] = 0.0
     elif world.seabed is None:
@@ -147,17 +151,26 @@ def _gliders(world: World, truth: _Truth, times: Array, began: float, *, sea: bo
 def _shown(eye: _Camera, truth: _Truth, world: World, began: float) -> Array:
     """(m, k): which look showed which object."""
     times = eye.looks[(eye.looks >= truth.time[0]) & (eye.looks <= truth.time[-1])]
-    _, angles = truth.at(times)
-    to = _gliders(world, truth, times, began, sea=eye.sea)
-    turns = np.array([rotation(*row) for row in angles.tolist()], float).reshape(-1, 3, 3)
-    body = np.einsum("nji,nkj->nki", turns, to)
-    below, above = ((body - mount[:3, 3]) @ mount[:3, :3] for mount in eye.mounts)
-    points = below.copy()
-    points[to[..., 2] <= 0.0] = above[to[..., 2] <= 0.0]
-    inside = eye.optics.project(points)[1]
-    sizes = np.array([thing.length * thing.diameter for thing in world.objects])
-    pixels = sizes * eye.optics.fx * eye.optics.fy / np.sum(points**2, axis=-1)
-    return inside & (pixels >= eye.least)
+    shown = [_shown_thing(eye, truth, world, thing, times, began) for thing in world.objects]
+    return np.stack(shown, axis=-1)
+
+
+def _shown_thing(eye: _Camera, truth: _Truth, world: World, thing: WorldObject, times: Array, began: float) -> Array:
+    """(m,): which look showed an object."""
+
+    def points_at(offsets: Array) -> Array:
+        _, angles = truth.at(times + offsets)
+        to = _gliders(world, (thing,), truth, times + offsets, began, sea=eye.sea)[:, 0]
+        turns = np.array([rotation(*row) for row in angles.tolist()], float).reshape(-1, 3, 3)
+        body = np.einsum("nji,nj->ni", turns, to)
+        below, above = ((body - mount[:3, 3]) @ mount[:3, :3] for mount in eye.mounts)
+        points = below.copy()
+        points[to[:, 2] <= 0.0] = above[to[:, 2] <= 0.0]
+        return points
+
+    _, inside = project_by_row(eye.optics, eye.readout, points_at, times.shape)
+    distances = np.sum(points_at(np.zeros(times.shape)) ** 2, axis=-1)
+    return inside & (thing.length * thing.diameter * eye.optics.fx * eye.optics.fy / distances >= eye.least)
 
 
 def _spread(eye: _Camera, to: Array, angles: Array) -> Array:
@@ -241,7 +254,12 @@ def _eyes(
                 mount = optical_to_body_transform(task.mount)
                 least = 2.0 * values["least_pixels"]
                 accuracy, sea = accuracy_from_parameters(values), task.scene == "Sea Surface"
-                eyes.append(_Camera(task.camera.optics, (mount, mount), looks, accuracy, 0.0, least, shared, sea))
+                eyes.append(
+                    _Camera(
+                        *(task.camera.optics, (mount, mount), looks, accuracy, 0.0, least, shared, sea),
+                        task.row_readout_time,
+                    )
+                )
         found[options.get("Entity Label", "") or default_label(section)] = eyes
     return found
 

@@ -259,10 +259,11 @@ class RenderedCameraTask(ImageSaverTask):
         self.publish(camera_frame_message(time, index, optics, pose, estimate, file, is_true=view.is_true))
 
     def pose_and_lens_metadata(self, view: VehicleView, camera: CameraModel) -> dict[str, float]:
-        """Angles in rad, lengths in m, the focal length in px."""
+        """Angles in rad, lengths in m, the focal length in px, times in s."""
         vehicle = view.vehicle
         return {
             "focal_length": camera.fx,
+            "readout_time": self.readout_time,
             "north": vehicle.north,
             "east": vehicle.east,
             "height": vehicle.height,

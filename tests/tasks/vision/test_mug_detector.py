@@ -60,6 +60,16 @@ def test_offsets_are_from_where_the_vehicle_is_when_they_are_published():
         assert (mug.x + 2.0 * (mug.timestamp - START / 1e9), mug.y) == pytest.approx((3.0, 0.3), abs=0.05)
 
 
+def test_a_rolling_shutter_shows_each_row_from_where_the_vehicle_was_then():
+    """2 m/s, and 0.3 s from the first to the last row."""
+    feed = [state(n / 20, x=n / 10, vx=2.0) for n in range(60)]
+    camera = (Camera, {**CAMERA[1], "readout_time": 0.3, "latency": 0.2})
+    seen = watched(feed, camera=camera, settings={"World": {"Gliders": "3 0.3"}}).of(imc.EstimatedMugState)
+    assert len(seen) >= 3
+    for mug in seen:
+        assert (mug.x + 2.0 * (mug.timestamp - START / 1e9), mug.y) == pytest.approx((3.0, 0.3), abs=0.05)
+
+
 def sailed(profile, seconds, folder, *overrides):
     """What the detector of a shipped vehicle publishes, with its errors, and what is true meanwhile."""
     loaded = load_profile(profile, overrides=[GLIDERS, "Vision.FisheyeCamera:Save Images=false", *overrides])

@@ -19,11 +19,9 @@ SECONDS = 25.0
 NAME = "/lauv_noptilus_1"
 
 
-@pytest.fixture(scope="module")
-def source(tmp_path_factory):
+def run(folder, *settings, overrides=()):
     """The longest log of a LAUV that finds two gliders in its pictures."""
-    folder = tmp_path_factory.mktemp("run")
-    options = [*(f"Vision.FisheyeCamera:{option}" for option in CAMERA), GLIDERS, *ALONE]
+    options = [*(f"Vision.FisheyeCamera:{option}" for option in (*CAMERA, *settings)), GLIDERS, *overrides, *ALONE]
     modes = ["Simulation", "Camera", "Detector"]
     made = prepare("lauv-noptilus-1", modes=modes, overrides=options, log_root=folder, state_folder=folder / "db")
     made.vehicle.start()
@@ -34,15 +32,19 @@ def source(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
+def source(tmp_path_factory):
+    return run(tmp_path_factory.mktemp("run"))
+
+
+@pytest.fixture(scope="module")
 def reader(source, tmp_path_factory):
     path = tmp_path_factory.mktemp("mcap") / "a.mcap"
     export_mcap(source, path, raw=False)
     return Reader(path)
 
 
-@pytest.mark.heavy
-@pytest.mark.computing
-def test_pictures_have_circles_around_the_gliders_that_they_show(source, reader):
+def distances_of_circles(source, reader):
+    """px from each circle in the pictures to the nearest glider that its labels show, by the entity that found it."""
     pictures = [message.log_time for message, _ in reader.on(f"{NAME}/Fisheye_Camera/image")]
     found = reader.on(f"{NAME}/Fisheye_Camera/annotations")
     assert [message.log_time for message, _ in found] == pictures
@@ -61,8 +63,27 @@ def test_pictures_have_circles_around_the_gliders_that_they_show(source, reader)
             place = circle.position.x, circle.position.y
             if len(middles):
                 misses.setdefault(words.text.rpartition(" ")[0], []).append(np.min(np.hypot(*(middles - place).T)))
+    return misses
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+def test_pictures_have_circles_around_the_gliders_that_they_show(source, reader):
+    misses = distances_of_circles(source, reader)
     assert len(misses["MUG Detector"]) > 20
     assert np.median(misses["MUG Detector"]) < 3.0  # px
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+def test_circles_lie_in_the_rows_of_a_rolling_shutter(tmp_path):
+    exact = ("Simulators.MUGDetectionCamera:Error Model=None",)
+    source = run(tmp_path, "Readout Time=0.8", "Frame Rate=1", "Face Size=400", overrides=exact)
+    export_mcap(source, tmp_path / "a.mcap", raw=False)
+    misses = distances_of_circles(source, Reader(tmp_path / "a.mcap"))
+    assert min(len(misses["MUG Camera"]), len(misses["MUG Detector"])) > 10
+    assert np.median(misses["MUG Camera"]) < 1.5  # px
+    assert np.median(misses["MUG Detector"]) < 1.5
 
 
 @pytest.mark.heavy
