@@ -21,6 +21,7 @@ PLAUSIBLE_FORCES = 0.4, 2.2  # of what the commanded thrust and the known weight
 IMPACT = 2  # steps; the ground makes a larger force for a moment, an accelerometer that lies for longer
 FRESH, FORCE_FRESH = 1.0, 0.3  # s; older measurements, and forces, are not used
 BIAS_MEMORY = 10.0  # s
+UNDERGROUND = -5.0  # m; a height below it shows that the speed by force is wrong
 BY_FORCE_ALONE = 60.0  # s, how long the accelerometer alone gives the speed
 JUMP, SIGMAS = 3.0, 5.5  # m; a larger change of pressure is a jump
 JUMPS, AGREEMENT = 20, 3.0  # steps in a row that agree to within m make a jump one of the ground pressure
@@ -67,7 +68,7 @@ class VerticalSpeedEstimator:
         self._usual_bias = 0.0  # m/s², the mean of the filter's, which is noisy
         self._apart = 0.0
         self._odd = 0
-        self._is_unknown = self._is_vague = self._known = False
+        self._is_unknown = self._is_vague = self._known = self._buried = False
 
     def resume(self) -> None:
         """Take the next pressure as it is: it is unknown how far the vehicle has climbed since, and how it climbs.
@@ -147,8 +148,9 @@ class VerticalSpeedEstimator:
             self._usual_bias += min(1.0, dt / BIAS_MEMORY) * (self._filter.bias[0] - self._usual_bias)
         elif force is not None:
             self._filter.bias[0] = self._usual_bias
+        self._buried = not self._known and (self._buried or self.height < UNDERGROUND)
         if fix is not None:
-            self._correct_by_gps(now, fix, needed=force is None or self._since > BY_FORCE_ALONE)
+            self._correct_by_gps(now, fix, needed=force is None or self._since > BY_FORCE_ALONE or self._buried)
 
     def measured_force(self, now: float, expected: float) -> float | None:
         """The specific force (m/s²) along the mast, without the bias by which speed and barometer contradict it.

@@ -107,6 +107,21 @@ def test_a_speed_by_force_alone_that_gps_contradicts_is_replaced():
     assert estimator.speed < -4.0
 
 
+def test_a_height_below_the_ground_is_corrected_by_gps():
+    estimator, noise, fallen = VerticalSpeedEstimator(), np.random.default_rng(4), 0.0
+    estimator.rest()
+    for step in range(700):
+        now = STEP * step
+        force = GRAVITY if step >= 60 else 0.4 * GRAVITY  # 2.4 s that it does not fall in, and then it hovers
+        estimator.receive_force(now, 0.0, 0.0, -force + 0.01 * noise.standard_normal())
+        if step % 4 == 0:
+            estimator.receive_gps_height(94.0 + noise.standard_normal())
+        estimator.advance(now, STEP, force, UPRIGHT)
+        fallen = max(fallen, estimator.speed)
+    assert fallen > 5.0
+    assert estimator.speed == pytest.approx(0.0, abs=1.0)
+
+
 def test_on_the_ground_the_thrust_makes_no_speed():
     estimator, noise = VerticalSpeedEstimator(), np.random.default_rng(5)
     estimator.rest()

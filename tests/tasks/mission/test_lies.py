@@ -216,16 +216,6 @@ def test_a_multirotor_uses_no_attitude_in_degrees(angle, fly, tmp_path):
     assert flight.touchdown < 2.5
 
 
-@pytest.mark.heavy
-@pytest.mark.parametrize("factor", [0.01, 0.0295, 0.75])
-def test_a_multirotor_whose_pressure_comes_in_another_unit_lands_softly(factor, fly, tmp_path):
-    flight = fly(tmp_path, lies(BAROMETER, imc.Pressure, ("value", lambda p, t: factor * p)), "hexa-00", 90.0)
-    assert flight.errors[0].startswith("Navigation: pressure has jumped by -")
-    assert flight.wrong_depth < 2.0
-    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
-    assert flight.touchdown < 1.5
-
-
 FEET = lies(GPS, imc.GpsFix, ("height", lambda h, t: 3.2808 * h))
 METERS = lies(GPS, imc.GpsFix, ("height", lambda h, t: 0.3048 * h))
 # how much higher than 10 m it may be

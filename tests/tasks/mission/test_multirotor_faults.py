@@ -1,0 +1,57 @@
+"""Faults of the profile hexa-00 in the air that leave it without a barometer, or without power for a moment."""
+
+from functools import cache
+
+import pytest
+
+import imc
+from runtime.fault_injection import Crash, FaultInjector
+from tests.tasks.mission.lies import AHRS, BAROMETER, GPS, Flight, before, lies
+
+pytestmark = pytest.mark.heavy
+
+
+@pytest.fixture(scope="module")
+def fly():
+    """Flies hexa-00 on from FAULT, with the same flight before."""
+    state = cache(before)
+    return lambda folder, inject, profile, seconds: Flight(state(profile), folder, inject, seconds)
+
+
+@pytest.mark.parametrize("factor", [0.01, 0.0295, 0.75])
+def test_a_multirotor_whose_pressure_comes_in_another_unit_lands_softly(factor, fly, tmp_path):
+    flight = fly(tmp_path, lies(BAROMETER, imc.Pressure, ("value", lambda p, t: factor * p)), "hexa-00", 90.0)
+    assert flight.errors[0].startswith("Navigation: pressure has jumped by -")
+    assert flight.wrong_depth < 2.0
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+    assert flight.touchdown < 1.5
+
+
+def test_a_multirotor_whose_power_fails_for_a_second_again_and_again_does_not_fly_away(fly, tmp_path):
+    def inject(vehicle):
+        battery, injector, dips = vehicle.task("Simulators.Battery"), FaultInjector(vehicle), []
+        honest = battery.publish
+
+        def publish(message, **options):
+            return honest(
+                message.replace(value=0.0) if dips and isinstance(message, imc.Voltage) else message, **options
+            )
+
+        def begin():
+            dips.append(True)
+            battery.measure()
+            for task in (GPS, AHRS, BAROMETER):
+                injector.begin(task, Crash())
+            vehicle.kernel.after(1.5, end)
+
+        def end():
+            dips.clear()
+            battery.measure()
+
+        battery.publish = publish
+        for seconds in (5.0, 15.0):
+            vehicle.kernel.after(seconds, begin)
+
+    flight = fly(tmp_path, inject, "hexa-00", 200.0)
+    assert -min(flight.depths) < 40.0
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
