@@ -20,6 +20,7 @@ LONG = (
     "autopilot",
     "cameras",
     "campaigns",
+    "charts",
     "detection",
     "driver",
     "dynamics",

@@ -47,8 +47,8 @@ class _Camera(NamedTuple):
     """A camera: its model, where it is (4, 4) for what is below and above it, and what its errors are.
 
     `blur` is a further error per height; the accuracy is None where it is not published. What is seen on fewer pixels
-    than `least` is not expected to be found. What is detected before `shared`, s since 1970, is of a picture before the log.
-    `sea`: gliders without a depth lie on the surface. `readout` (s) passes over all rows of a rolling shutter.
+    than `least` is not expected to be found. What is detected before `shared`, s since 1970, is of a picture before
+    the log. `sea`: gliders without a depth lie on the surface. `readout` (s) passes over all rows of a rolling shutter.
     """
 
     optics: Any
