@@ -7,7 +7,7 @@ from support.located_yaml import Node
 
 
 def relocate_tree(root: Node, old: Path, new: Path) -> Node:
-    """The tree of a scenario in the folder `old` as one in the folder `new`: it names the same plans and profiles."""
+    """The tree of a scenario in the folder `old` as one in the folder `new`: the files that it names stay the same."""
     if not isinstance(root.content, dict):
         return root
     found = dict(root.content)
@@ -17,11 +17,31 @@ def relocate_tree(root: Node, old: Path, new: Path) -> Node:
         many = found["vehicles"]
         content = {name: _vehicle(item, old, new) for name, item in many.mapping().items()}
         found["vehicles"] = Node(content, many.file, many.line, many.error)
+    if "world" in found:
+        found["world"] = _world(found["world"], old, new)
     if isinstance(found.get("variants"), Node) and isinstance(found["variants"].content, dict):
         many = found["variants"]
         content = {name: relocate_tree(item, old, new) for name, item in many.mapping().items()}
         found["variants"] = Node(content, many.file, many.line, many.error)
     return Node(found, root.file, root.line, root.error)
+
+
+def _world(node: Node, old: Path, new: Path) -> Node:
+    bathymetry = node.content.get("bathymetry") if isinstance(node.content, dict) else None
+    if not isinstance(node.content, dict) or bathymetry is None or not isinstance(bathymetry.content, dict):
+        return node
+    chart = bathymetry.content.get("chart")
+    if chart is None or not isinstance(chart.content, str) or not (path := old / chart.content.strip()).exists():
+        return node
+    content = {**bathymetry.content, "chart": _relative(path, new, chart)}
+    moved = Node(content, bathymetry.file, bathymetry.line, bathymetry.error)
+    return Node({**node.content, "bathymetry": moved}, node.file, node.line, node.error)
+
+
+def _relative(path: Path, new: Path, item: Node) -> Node:
+    """The path from the new folder, in the place of a node."""
+    text = Path(os.path.relpath(path.resolve(), new.resolve())).as_posix()
+    return Node(text, item.file, item.line, item.error)
 
 
 def _vehicle(node: Node, old: Path, new: Path) -> Node:
@@ -35,6 +55,5 @@ def _vehicle(node: Node, old: Path, new: Path) -> Node:
         text = item.content.strip()
         path = old / (text if key == "plan" or text.endswith(".ini") else f"{text}.ini")
         if key == "plan" or path.exists():
-            text = Path(os.path.relpath(path.resolve(), new.resolve())).as_posix()
-            found[key] = Node(text, item.file, item.line, item.error)
+            found[key] = _relative(path, new, item)
     return Node(found, node.file, node.line, node.error)

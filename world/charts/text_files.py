@@ -22,7 +22,7 @@ X = ("x", "lon", "long", "longitude", "easting", "east", "e")
 Y = ("y", "lat", "latitude", "northing", "north", "n")
 DOWN, UP, EITHER = ("depth",), ("elevation", "height", "altitude"), ("z", "value")
 IN_DEGREES = ("lon", "long", "longitude", "lat", "latitude")
-SEPARATORS = ",;\t"  # else blanks
+SEPARATORS = ";\t,"  # else blanks
 LONGEST_LINE = 1000  # characters
 LINES_AT_ONCE = 1 << 16
 
@@ -45,13 +45,11 @@ def read_text(path: Path, window: ChartWindow, given: Coordinates | None) -> Cha
     commas or semicolons. A first line with the names of the columns may order them differently, and add others.
     """
     try:
-        with path.open(encoding="utf-8-sig") as lines:
+        with path.open(encoding="utf-8-sig", errors="replace") as lines:
             if lines.readline(LONGEST_LINE).lower().startswith("ncols"):
                 return read_esri_grid(path, window, given)
             lines.seek(0)
             return _read_lines(path.name, lines, window, given)
-    except UnicodeDecodeError:
-        raise BathymetryError("is not text") from None
     except OSError as error:
         raise BathymetryError(f"cannot be read: {error.strerror}") from None
 
@@ -139,7 +137,8 @@ def _raise_if_no_sounding(name: str, number: int, words: list[str], columns: _Co
     except ValueError:
         x = y = math.nan
     if not math.isfinite(x + y):
-        _fail(name, number, f"{' '.join(words)[:80]!r} is not two coordinates and a depth")
+        hint = " (decimals need a point)" if any("," in word for word in words) else ""
+        _fail(name, number, f"{' '.join(words)[:80]!r} is not two coordinates and a depth{hint}")
 
 
 def _header(name: str, number: int, words: list[str]) -> _Columns | None:

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from runtime.profile import load_profile
 from shoal.cli import main
+from shoal.scenarios import load_document
+from shoal.scenarios.file_dependencies import profile_dependencies
 from tests.world.charts.sea_floor import floor_of_grid, write_geotiff
 
 SCENARIO = """
@@ -73,6 +76,18 @@ def test_a_missing_extra_is_named_and_nothing_runs_over_a_flat_bottom(shoal, min
     assert (result.exit_code, words in result.output) == (1, True)
     result = shoal("run", "mine", "-p", "Simulation", "--clock", "virtual", "--for", "1")
     assert (result.exit_code, words in result.output) == (2, True)
+
+
+def test_a_chart_travels_with_a_campaign_and_is_beside_the_scenario_that_is_included(mine):
+    name = "Bathymetry: Data = chart.tif"
+    assert profile_dependencies(load_profile("mine"), ()).data[name] == mine / "chart.tif"
+    (mine / "lib").mkdir()
+    (mine / "chart.tif").rename(mine / "lib" / "chart.tif")
+    (mine / "lib" / "base.yaml").write_text(SCENARIO)
+    (mine / "deep.scenario.yaml").write_text("include: lib/base.yaml\n")
+    document = load_document(mine / "deep.scenario.yaml")
+    assert document.dependencies().data == {"Bathymetry: Data = lib/chart.tif": mine / "lib" / "chart.tif"}
+    assert document.scenario().vehicles
 
 
 @pytest.mark.heavy

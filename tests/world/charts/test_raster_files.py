@@ -47,6 +47,32 @@ def test_the_soundings_of_a_geotiff_are_where_their_depths_say(tmp_path, options
     assert chart.radius == pytest.approx(2 * STEP * 111e3, rel=0.02)
 
 
+@pytest.mark.parametrize(
+    "layout",
+    [
+        {"driver": "GTiff", "compress": "lzw", "predictor": 3},
+        {"driver": "GTiff", "compress": "zstd", "tiled": True, "blockxsize": 64, "blockysize": 64},
+        {"driver": "COG", "compress": "deflate", "overviews": "auto"},
+    ],
+    ids=["LZW", "Zstandard", "COG"],
+)
+def test_the_layouts_of_gdal_are_read(tmp_path, layout):
+    place = from_origin(LONGITUDE - STEP * COUNT / 2, LATITUDE + STEP * COUNT / 2, STEP, STEP)
+    form = {"dtype": "float32", "count": 1, "width": COUNT, "height": COUNT, "crs": "EPSG:4326", "transform": place}
+    with rasterio.open(tmp_path / "chart.tif", "w", **form, **layout) as file:
+        file.write(-floor_of_grid().astype("f4"), 1)
+    assert_soundings_are_floor(read_chart(tmp_path / "chart.tif", WINDOW))
+
+
+def test_packed_values_are_unpacked(tmp_path):
+    place = from_origin(LONGITUDE - STEP * COUNT / 2, LATITUDE + STEP * COUNT / 2, STEP, STEP)
+    form = {"dtype": "int16", "count": 1, "width": COUNT, "height": COUNT, "crs": "EPSG:4326", "transform": place}
+    with rasterio.open(tmp_path / "chart.tif", "w", driver="GTiff", **form) as file:
+        file.write(np.round(-(floor_of_grid() - 40.0) / 0.002).astype("i2"), 1)
+        file.scales, file.offsets = (0.002,), (-40.0,)
+    assert_soundings_are_floor(read_chart(tmp_path / "chart.tif", WINDOW))
+
+
 def test_cells_that_are_points_are_half_a_cell_from_those_that_are_areas(tmp_path):
     found = []
     for raster in (AREA, POINT):

@@ -113,9 +113,18 @@ def test_a_file_without_soundings_says_what_it_has(tmp_path, text, words):
         read_chart(tmp_path / "chart.xyz", WINDOW)
 
 
+def test_names_and_comments_of_a_windows_program_do_no_harm(tmp_path):
+    path = write(tmp_path / "chart.csv", ROWS, ";", "# Levantamento: Ângulo\nLongitude (°);Latitude (°);Depth (m)\n")
+    path.write_bytes(path.read_text().replace("\n", "\r\n").encode("cp1252"))
+    assert_soundings_are_floor(read_chart(path, WINDOW))
+    path.write_text("lon;lat;depth\n-8,7062;41,185;5,1\n")
+    with pytest.raises(BathymetryError, match=r"chart.csv:2: '.*' is not two coordinates and a depth \(decimals need"):
+        read_chart(path, WINDOW)
+
+
 def test_a_file_that_is_not_text_is_refused(tmp_path):
     (tmp_path / "chart.xyz").write_bytes(bytes(range(256)) * 20)
-    with pytest.raises(BathymetryError, match="is not text"):
+    with pytest.raises(BathymetryError, match=r"^chart\.xyz:\d: "):
         read_chart(tmp_path / "chart.xyz", WINDOW)
 
 
