@@ -31,6 +31,15 @@ def require_float_range(number: int) -> int:
     return number
 
 
+def is_number(text: str) -> bool:
+    """Whether a text is a number as Python reads it, also NaN or infinity."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def leading_number(text: str) -> float:
     """The number at the start of a text, as DUNE reads it: 50.0 of "50.0 m". Raises ValueError if there is none."""
     match = NUMBER.match(text.strip())

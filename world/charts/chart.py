@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from support.number_parsing import is_number
 from world.charts.chart_cells import ChartCells, Positive
 from world.charts.chart_window import ChartWindow
 from world.charts.coordinates import Coordinates
@@ -81,13 +82,14 @@ class Chart:
 def find_chart_suffix(text: str) -> str:
     """The suffix of the name of a file, such as .tif; empty for a row of numbers."""
     suffix = Path(text).suffix.lower()
-    return suffix if suffix[1:2].isalpha() and not all(map(_is_number, text.replace(",", " ").split())) else ""
+    return suffix if suffix[1:2].isalpha() and not all(map(is_number, text.replace(",", " ").split())) else ""
 
 
 def read_chart(path: Path, window: ChartWindow, coordinates: Coordinates | None = None, positive: str = "") -> Chart:
     """Read a chart, of which only what is in the window gets into memory. Raises BathymetryError.
 
-    `coordinates` are those of a file that does not name its own, `positive` the direction in which its values increase.
+    `coordinates` are those of a file that does not name its own, `positive` is the direction in which its values
+    increase, "up" or "down", where that must be said.
     """
     if (found := FORMATS.get(path.suffix.lower())) is None:
         known = ", ".join(f"{suffix} ({name})" for suffix, (_, name) in FORMATS.items())
@@ -102,11 +104,10 @@ def read_chart(path: Path, window: ChartWindow, coordinates: Coordinates | None 
         raise BathymetryError(f"has no depth within {window.radius:g} m of the origin {window}: all cells are empty")
     _raise_undeclared_fill(cells.values[has_depth])
     values = cells.values[has_depth]
-    given: Positive = "up" if positive == "up" else "down" if positive == "down" else ""
-    depths = values if _direction(cells, values, given) == "down" else -values
+    depths = values if _direction(cells, values, positive) == "down" else -values
     if (depths <= 0.0).all():
         raise BathymetryError(
-            f"has no water within {window.radius:g} m of the origin {window}: is Chart Positive the other way?"
+            f"has no water within {window.radius:g} m of the origin {window}: should Chart Positive be the other way?"
         )
     places = window.offsets(cells.longitude[has_depth], cells.latitude[has_depth])
     radius = REACH * cells.spacing if cells.spacing else _scattered_radius(places)
@@ -114,13 +115,20 @@ def read_chart(path: Path, window: ChartWindow, coordinates: Coordinates | None 
     return Chart(path.name, soundings, radius, window.radius, scattered=not cells.spacing)
 
 
-def _direction(cells: ChartCells, values: Floats, given: Positive) -> Positive:
-    """The direction in which values increase: as the file says, or the option, or as all values have one sign."""
-    if cells.positive and given and cells.positive != given:
-        raise BathymetryError(f"says that its values are positive {cells.positive}: remove Chart Positive = {given}")
-    one_sign: Positive = "up" if (values <= 0.0).all() else "down" if (values >= 0.0).all() else ""
-    if found := cells.positive or given or one_sign:
-        return found
+def _direction(cells: ChartCells, values: Floats, given: str) -> Positive:
+    """The direction in which values increase: that of the option, or as the file says, or as the values show.
+
+    Negative values are elevations of water. Positive ones are depths in a text, whose third column is a depth; in a
+    grid they may be land.
+    """
+    if given in ("up", "down"):
+        return "up" if given == "up" else "down"
+    if cells.positive:
+        return cells.positive
+    if (values <= 0.0).all():
+        return "up"
+    if (values >= 0.0).all() and not cells.spacing:
+        return "down"
     raise BathymetryError(
         f"has values from {values.min():g} to {values.max():g} m and does not say which are below the water: set "
         "Chart Positive to up (elevations, as those of GEBCO and EMODnet) or down (depths)"
@@ -141,11 +149,3 @@ def _scattered_radius(places: Floats) -> float:
     north, east = np.ptp(places, axis=1)
     density = places.shape[1] / max(1.0, float(north)) / max(1.0, float(east))
     return REACH / math.sqrt(density)
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True

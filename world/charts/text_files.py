@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, NoReturn, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
+from support.number_parsing import is_number
 from world.charts.chart_cells import ChartCells, Positive
 from world.charts.chart_window import Box, ChartWindow
 from world.charts.coordinates import Coordinates
@@ -143,7 +144,7 @@ def _raise_if_no_sounding(name: str, number: int, words: list[str], columns: _Co
 
 def _header(name: str, number: int, words: list[str]) -> _Columns | None:
     """The columns by their names in the first line; None if it has numbers."""
-    if not words or any(map(_is_number, words)):
+    if not words or any(map(is_number, words)):
         return None
     names = [re.sub(r"[\s_]*[\[(].*", "", word.strip("\"'")).lower() for word in words]
 
@@ -164,14 +165,6 @@ def _header(name: str, number: int, words: list[str]) -> _Columns | None:
 def _are_in(boxes: Sequence[Box], x: Floats, y: Floats) -> NDArray[np.bool_]:
     inside = [(box.west <= x) & (x <= box.east) & (box.south <= y) & (y <= box.north) for box in boxes]
     return np.any(inside, axis=0)
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _fail(name: str, number: int, reason: str) -> NoReturn:

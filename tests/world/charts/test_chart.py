@@ -11,24 +11,29 @@ from world.charts import FORMATS, find_chart_suffix, read_chart
 from world.sea import Bathymetry, BathymetryError
 
 
-def test_values_of_one_sign_are_below_the_water_and_others_need_the_option(tmp_path):
+def test_which_way_is_up_is_said_by_the_option_or_the_file_or_by_negative_values(tmp_path):
     path, depths = tmp_path / "chart.tif", floor_of_grid()
-    for values in (depths, -depths):
+    write_geotiff(path, -depths.astype("f4"))
+    assert read_chart(path, WINDOW).soundings[2].min() > 20.0
+    for values in (depths, 40.0 - depths):
         write_geotiff(path, values.astype("f4"))
-        assert read_chart(path, WINDOW).soundings[2].min() > 20.0
-    write_geotiff(path, (40.0 - depths).astype("f4"))
-    with pytest.raises(
-        BathymetryError, match=r"values from -1.* to 1.* m and does not say which are below the water: set"
-    ):
-        read_chart(path, WINDOW)
+        with pytest.raises(
+            BathymetryError, match=r"has values from .* m and does not say which are below the water: set"
+        ):
+            read_chart(path, WINDOW)
     up, down = (read_chart(path, WINDOW, None, positive).soundings[2] for positive in ("up", "down"))
     np.testing.assert_array_equal(up, -down)
     write_geotiff(path, depths.astype("f4"))
-    with pytest.raises(BathymetryError, match=r"has no water within 500 m .*: is Chart Positive the other way"):
+    assert read_chart(path, WINDOW, None, "down").soundings[2].min() > 20.0
+    with pytest.raises(BathymetryError, match=r"has no water within 500 m .*: should Chart Positive be the other way"):
         read_chart(path, WINDOW, None, "up")
-    write_netcdf(tmp_path / "chart.nc", -depths)
-    with pytest.raises(BathymetryError, match="says that its values are positive up: remove Chart Positive = down"):
-        read_chart(tmp_path / "chart.nc", WINDOW, None, "down")
+
+
+def test_the_option_wins_over_a_name(tmp_path):
+    write_netcdf(tmp_path / "chart.nc", -floor_of_grid(), name="depth")
+    with pytest.raises(BathymetryError, match=r"has no water within 500 m .*: should Chart Positive be the other way"):
+        read_chart(tmp_path / "chart.nc", WINDOW)
+    assert read_chart(tmp_path / "chart.nc", WINDOW, None, "up").soundings[2].min() > 20.0
 
 
 def test_gaps_take_the_nearest_depths_and_are_told_beyond_their_radius(tmp_path):

@@ -108,7 +108,7 @@ def test_a_geotiff_in_utm_is_where_snyder_says(tmp_path, code, shift):
     corner = middle[0] - 5.0 * COUNT, middle[1] + 5.0 * COUNT + shift
     values = floor(longitude, latitude).astype("f4")
     write_geotiff(tmp_path / "chart.tif", values, code=code, corner=corner, step=(10.0, 10.0))
-    chart = read_chart(tmp_path / "chart.tif", WINDOW)
+    chart = read_chart(tmp_path / "chart.tif", WINDOW, None, "down")
     assert_soundings_are_floor(chart)
     assert chart.radius == pytest.approx(20.0, rel=0.01)
 
