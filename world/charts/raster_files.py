@@ -117,9 +117,11 @@ def _block(
 
 
 def _positive(dataset: Any) -> Positive:
-    """The direction that the name of the band says."""
-    words = (dataset.descriptions[0] or "").lower()
-    return "down" if "depth" in words else "up" if "elevation" in words or "height" in words else ""
+    """The direction that the band's name says, or that of the NetCDF variable from which GDAL or EMODnet made it."""
+    band, variables = dataset.tags(1), {key.partition("#")[0] for key in dataset.tags() if "#" in key}
+    names = " ".join([dataset.descriptions[0] or "", band.get("NETCDF_VARNAME", ""), *sorted(variables)]).lower()
+    down, up = "depth" in names, "elevation" in names or "height" in names
+    return "" if down == up else "down" if down else "up"
 
 
 def _innermost(error: BaseException, path: Path) -> str:

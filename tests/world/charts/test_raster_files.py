@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import rasterio
 import tifffile
-from rasterio.transform import from_origin
+from affine import Affine
 
 from tests.world.charts.sea_floor import (
     AREA,
@@ -26,6 +26,12 @@ from tests.world.charts.sea_floor import (
 )
 from world.charts import ChartWindow, read_chart
 from world.sea import BathymetryError
+
+
+def gdal_form(count=COUNT, dtype="float32"):
+    """What GDAL needs to write the grid around the origin."""
+    place = Affine(STEP, 0.0, LONGITUDE - STEP * count / 2, 0.0, -STEP, LATITUDE + STEP * count / 2)
+    return {"dtype": dtype, "count": 1, "width": count, "height": count, "crs": "EPSG:4326", "transform": place}
 
 
 @pytest.mark.parametrize(
@@ -57,17 +63,34 @@ def test_the_soundings_of_a_geotiff_are_where_their_depths_say(tmp_path, options
     ids=["LZW", "Zstandard", "COG"],
 )
 def test_the_layouts_of_gdal_are_read(tmp_path, layout):
-    place = from_origin(LONGITUDE - STEP * COUNT / 2, LATITUDE + STEP * COUNT / 2, STEP, STEP)
-    form = {"dtype": "float32", "count": 1, "width": COUNT, "height": COUNT, "crs": "EPSG:4326", "transform": place}
-    with rasterio.open(tmp_path / "chart.tif", "w", **form, **layout) as file:
+    with rasterio.open(tmp_path / "chart.tif", "w", **gdal_form(), **layout) as file:
         file.write(-floor_of_grid().astype("f4"), 1)
     assert_soundings_are_floor(read_chart(tmp_path / "chart.tif", WINDOW))
 
 
+@pytest.mark.parametrize(
+    ("sign", "name", "band", "tags"),
+    [
+        (-1, "Elevation", {}, {}),
+        (1, "depth", {}, {}),
+        (-1, "", {"NETCDF_VARNAME": "elevation"}, {}),
+        (-1, "", {}, {"elevation#units": "m", "lat#units": "degrees_north"}),
+    ],
+)
+def test_the_name_of_a_band_says_which_way_is_up(tmp_path, sign, name, band, tags):
+    shore = floor_of_grid() - 30.0
+    with rasterio.open(tmp_path / "chart.tif", "w", driver="GTiff", **gdal_form()) as file:
+        file.write((sign * shore).astype("f4"), 1)
+        file.descriptions = (name,)
+        file.update_tags(1, **band)
+        file.update_tags(**tags)
+    depths = read_chart(tmp_path / "chart.tif", WINDOW).soundings[2]
+    assert -7.0 < depths.min() < -3.0
+    assert 23.0 < depths.max() < 27.0
+
+
 def test_packed_values_are_unpacked(tmp_path):
-    place = from_origin(LONGITUDE - STEP * COUNT / 2, LATITUDE + STEP * COUNT / 2, STEP, STEP)
-    form = {"dtype": "int16", "count": 1, "width": COUNT, "height": COUNT, "crs": "EPSG:4326", "transform": place}
-    with rasterio.open(tmp_path / "chart.tif", "w", driver="GTiff", **form) as file:
+    with rasterio.open(tmp_path / "chart.tif", "w", driver="GTiff", **gdal_form(dtype="int16")) as file:
         file.write(np.round(-(floor_of_grid() - 40.0) / 0.002).astype("i2"), 1)
         file.scales, file.offsets = (0.002,), (-40.0,)
     assert_soundings_are_floor(read_chart(tmp_path / "chart.tif", WINDOW))
@@ -137,10 +160,8 @@ def test_a_value_for_no_data_that_is_not_declared_is_no_depth(tmp_path):
 def test_only_the_window_of_a_large_chart_is_read(tmp_path):
     """The 1.6 billion cells of this file would need 6.4 GB; only the tiles around the origin are on the disk."""
     count, size, path = 40000, 256, tmp_path / "large.tif"
-    place = from_origin(LONGITUDE - STEP * count / 2, LATITUDE + STEP * count / 2, STEP, STEP)
     layout = {"tiled": True, "blockxsize": size, "blockysize": size, "SPARSE_OK": True, "nodata": -99999.0}
-    form = {"driver": "GTiff", "dtype": "float32", "count": 1, "width": count, "height": count, "crs": "EPSG:4326"}
-    with rasterio.open(path, "w", transform=place, **form, **layout) as file:
+    with rasterio.open(path, "w", driver="GTiff", **gdal_form(count), **layout) as file:
         start = (count - COUNT) // 2
         file.write(-floor_of_grid().astype("f4"), 1, window=((start, start + COUNT), (start, start + COUNT)))
     assert path.stat().st_size < 2e6
