@@ -18,8 +18,10 @@ def require_library(name: str, purpose: str) -> Any:
     """A library of the extra `charts`, or a module of it. Raises BathymetryError."""
     try:
         return importlib.import_module(name)
-    except ImportError as error:
+    except ModuleNotFoundError as error:
         raise BathymetryError(f"{purpose} needs {error.name or name}: {EXTRA}") from None
+    except ImportError as error:  # of a library of the system, which a small container lacks
+        raise BathymetryError(f"{purpose} needs {name}, which cannot be loaded: {error}") from None
 
 
 class Coordinates:

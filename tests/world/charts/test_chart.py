@@ -8,6 +8,7 @@ import pytest
 
 from tests.world.charts.sea_floor import ORIGIN, WINDOW, floor_of_grid, write_geotiff, write_netcdf
 from world.charts import FORMATS, find_chart_suffix, read_chart
+from world.charts.coordinates import require_library
 from world.sea import Bathymetry, BathymetryError
 
 
@@ -83,6 +84,13 @@ def test_a_missing_library_is_named_with_its_extra(tmp_path, monkeypatch, name, 
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(BathymetryError, match=rf"needs {library}: pip install 'shoal\[charts\]'"):
         read_chart(tmp_path / name, WINDOW)
+
+
+def test_a_library_that_cannot_be_loaded_is_told_with_the_reason(tmp_path, monkeypatch):
+    (tmp_path / "broken_charts.py").write_text("raise ImportError('libexpat.so.1: cannot open shared object file')")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(BathymetryError, match=r"^a test needs broken_charts, which cannot be loaded: libexpat"):
+        require_library("broken_charts", "a test")
 
 
 @pytest.mark.parametrize(
