@@ -36,9 +36,9 @@ class Magnetometer:
     def measure(self, phi: float, theta: float, psi: float) -> Vector:
         """The field (G) at an attitude (rad)."""
         turn = rotation(phi, theta, psi)
-        body = [sum(turn[k][i] * self._earth[k] for k in range(3)) for i in range(3)]
+        body = [math.fsum(turn[k][i] * self._earth[k] for k in range(3)) for i in range(3)]
         x, y, z = (
-            sum(factor * part for factor, part in zip(row, body, strict=True)) + added
+            math.fsum(factor * part for factor, part in zip(row, body, strict=True)) + added
             for row, added in zip(self._soft_iron, self._hard_iron, strict=True)
         )
         return x, y, z
