@@ -58,6 +58,10 @@ class AscentMonitor:
         ahead = 1.0 if self._climbs else ahead
         return (-1.0 if self.astern else 1.0) * max(GENTLE, min(1.0, ahead))
 
+    def has_stalled(self, now: float, seconds: float) -> bool:
+        """Whether help has brought nothing for a time (s)."""
+        return self.helping and now - self._since > seconds
+
     def reset(self, now: float) -> None:
         """The vehicle is controlled by others at the time `now` (s)."""
         self.helping, self._extreme, self._since, self._afloat = False, -math.inf, now, None

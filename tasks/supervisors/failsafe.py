@@ -22,6 +22,7 @@ TOO_DEEP = 1.0  # s of samples without a gap; a single one may be wrong
 CROSS = 4  # fins: below, port, starboard, above
 DEPTH_TIMEOUT = ATTITUDE_TIMEOUT = 2.0  # s
 FIX_TIMEOUT, DEEPEST_FIX = 2.5, 5.0  # s; m that a depth sensor may be wrong at the surface
+STEADY = 8.0  # s of fixes in which the motor changes nothing: the depth is wrong by more
 SMOOTHING, FASTEST = 0.05, 3.0  # weight of a new rate of depth; m/s that it can be
 COASTS, GENTLY = 4.0, 0.4  # s, m/s: without its motor, a vehicle that sinks faster goes on for the time at the excess
 ASCENT_PERIOD = 0.1  # s
@@ -103,7 +104,8 @@ class Failsafe(Task):
         self._ascent = AscentMonitor(self._surface, self.ascent_delay)
         self._angles: Vector = (0.0, 0.0, 0.0)
         self._rates: Vector = (0.0, 0.0, 0.0)
-        self._felt = self._measured = self._fixed = self._estimated = -math.inf
+        self._felt = self._measured = self._fixed = self._estimated = self._surfaced = -math.inf
+        self._floats = False
         self._estimated_depth = -math.inf
         self._rising, self._ascending, self._reported = 0.0, False, False
         self._missed: dict[str, int] = {}
@@ -149,6 +151,8 @@ class Failsafe(Task):
     def record_fix(self, fix: imc.GpsFix) -> None:
         """A receiver with a fix is above the water, unless the depth is far from it."""
         if fix.validity & imc.GpsFix.Validity.VALID_POS and fix.type != imc.GpsFix.Type.MANUAL_INPUT:
+            if self.age(self._fixed) > FIX_TIMEOUT:
+                self._surfaced, self._floats = self.now, False
             self._fixed = self.now
 
     @consume(others=True)
@@ -248,7 +252,9 @@ class Failsafe(Task):
             depth = self._depth if self.age(self._measured) < DEPTH_TIMEOUT else self._estimated_depth
             fixed = self.age(self._fixed) < FIX_TIMEOUT
             # Deep, with fixes, and the motor changes nothing: the depth drifts, and the vehicle is at the surface.
-            ascent.update(now, depth, fixed and (depth < DEEPEST_FIX or ascent.failed), self._fixed < now - FIX_TIMEOUT)
+            self._floats |= self.age(self._surfaced) > STEADY and ascent.has_stalled(now, STEADY)
+            surfaced = fixed and (depth < DEEPEST_FIX or ascent.failed or self._floats)
+            ascent.update(now, depth, surfaced, self._fixed < now - FIX_TIMEOUT)
         else:
             ascent.update_without_depth(now, self._depth, self.age(self._measured))
         if ascent.failed and not before:
