@@ -119,7 +119,8 @@ class AscentMonitor:
         self._since = now
         if self._doubted is None:
             self._doubted = now
-        if depth > IN_THE_AIR and now - self._doubted < UNFIXED:
+        patience = 0.0 if self.heavy and depth < IN_THE_AIR else UNFIXED if self.heavy else PAUSE
+        if not self._climbs and now - self._doubted < patience:
             return
         if not self._climbs:
             if now >= self._paused and not self._floats:

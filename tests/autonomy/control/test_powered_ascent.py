@@ -100,8 +100,9 @@ def test_a_heavy_vehicle_without_a_fix_at_its_surface_climbs_on():
 
 
 def test_a_vehicle_above_the_surface_without_a_fix_climbs_on_until_that_changes_nothing():
-    shares, least = climb(AscentMonitor(0.3, 20.0), 10.0, -0.15, 60.0)
+    shares, least = climb(AscentMonitor(0.3, 20.0), 10.0, -0.15, 150.0)
     assert least == 0.0
+    assert not any(shares[: 4 * 60]), "it may be on its way up by itself"
     shares, _ = climb(AscentMonitor(0.3, 20.0), 0.0, -0.15, 300.0, sinks=-0.1)
     assert shares.count(1.0) <= 4 * 16
     assert not climb(AscentMonitor(0.3, 20.0), 10.0, -0.15, 60.0, unfixed=False)[0].count(1.0)
