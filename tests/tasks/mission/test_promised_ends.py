@@ -65,3 +65,31 @@ def test_a_maneuver_that_cannot_do_what_it_is_for_fails(maneuver, seconds):
     at, state = last_state(plan_of(maneuver), seconds, *BASIN)
     assert state.last_outcome == imc.PlanControlState.LastOutcome.FAILURE, at
     assert at < seconds - 5.0
+
+
+@pytest.mark.parametrize(
+    ("maneuver", "override", "seconds", "reason"),
+    [
+        pytest.param(
+            imc.PopUp(**place(10, 0), z=2.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=20),
+            "Monitors.Medium:Enabled=Never",
+            250.0,
+            "has not surfaced",
+            id="pop-up that nobody sees surface",
+        ),
+        pytest.param(
+            imc.StationKeeping(**place(0, 0), z=0.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=150),
+            "Simulators.StreamVelocity:Default Speed East=1.9",
+            250.0,
+            "along-track divergence error",
+            id="station in a current that carries the vehicle off",
+        ),
+    ],
+)
+def test_a_maneuver_fails_that_what_surrounds_the_vehicle_prevents(maneuver, override, seconds, reason):
+    at, state = last_state(plan_of(maneuver), seconds, *DEEP, override)
+    assert state.last_outcome == imc.PlanControlState.LastOutcome.FAILURE, (at, state)
+    kinds = [imc.LogBookEntry]
+    told = underway("lauv-noptilus-1", plan_of(maneuver), START + seconds, BLIND, *DEEP, override, kinds=kinds).heard
+    texts = [entry.text for _, entry in told[imc.LogBookEntry] if isinstance(entry, imc.LogBookEntry)]
+    assert any(reason in text for text in texts), "\n".join(texts[6:])
