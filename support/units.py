@@ -50,6 +50,10 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
         "A": Unit("A"),
         "°C": Unit("°C"),
         "hPa": Unit("hPa"),
+        "B/s": Unit("B/s"),
+        "kB/s": Unit("B/s", 1000.0),
+        "bit/s": Unit("B/s", 0.125),
+        "kbit/s": Unit("B/s", 125.0),
     }
 )
 """Symbols of units. The nautical mile and the knot are those of the SI brochure, table 8."""

@@ -1,6 +1,5 @@
 """Reads the links of a scenario file."""
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from types import MappingProxyType
@@ -8,18 +7,16 @@ from types import MappingProxyType
 import imc
 from shoal.scenarios.links import LinkModel
 from shoal.scenarios.value_reader import (
-    convert_node_value,
     read_choice,
     read_mapping,
     read_nonempty_text,
     read_number,
+    read_option_number,
     read_seconds,
     read_whole_number,
 )
 from support.located_yaml import Node
 
-RATES = {"B/s": 1.0, "kB/s": 1000.0, "bit/s": 0.125, "kbit/s": 125.0}
-_RATE = re.compile(rf"((?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*({'|'.join(RATES)})?")
 _MAY_BE_ZERO = ("range", "latency", "loss")
 
 
@@ -64,22 +61,12 @@ def _share(node: Node) -> float:
     return value
 
 
-def _rate(node: Node) -> float:
-    def read(value: object) -> float:
-        match = _RATE.fullmatch(str(value).strip())
-        if match is None:
-            raise ValueError(f"{value!r} is not a rate, such as {', '.join(f'80 {unit}' for unit in RATES)}")
-        return float(match[1]) * RATES[match[2] or "B/s"]
-
-    return convert_node_value(node, read)
-
-
 _NUMBERS: Mapping[str, Callable[[Node], float]] = MappingProxyType(
     {
         "range": lambda node: read_number(node, "m"),
         "latency": read_seconds,
         "propagation": lambda node: read_number(node, "m/s"),
         "loss": _share,
-        "rate": _rate,
+        "rate": lambda node: read_option_number(node, "B/s"),
     }
 )

@@ -201,3 +201,4 @@ def test_units_are_those_of_the_si_brochure():
     assert UNITS["km/h"].to_si(36.0) == pytest.approx(10.0)
     assert UNITS["°"].to_si(180.0) == math.pi
     assert symbols_of("s") == ("s", "ms", "min", "h")
+    assert [UNITS[unit].to_si(8.0) for unit in symbols_of("B/s")] == [8.0, 8000.0, 1.0, 1000.0]
