@@ -9,7 +9,7 @@ from autonomy.plans.duration_energy_forecast import (
 )
 from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver
 from autonomy.plans.graph import Actions, PlanError, PlanGraph, PlanNode, parse_graph
-from autonomy.plans.limit_violations import PlanBounds, area_violations, flight_violations
+from autonomy.plans.limit_violations import PlanBounds, area_violations, flight_violations, is_airborne
 from autonomy.plans.preflight import Preflight, PreflightOptionError
 from autonomy.plans.sequence import FINISH, main_sequence, remaining_plan, sequential_plan
 from autonomy.plans.templates import TEMPLATES, TemplateDefaults, TemplateError, plan_from_template
@@ -38,6 +38,7 @@ __all__ = [
     "flight_violations",
     "forecast_plan",
     "format_tuple_list",
+    "is_airborne",
     "main_sequence",
     "parse_condition",
     "parse_graph",

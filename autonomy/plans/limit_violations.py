@@ -16,6 +16,11 @@ MEASURED = 0.5  # m by which the height of the ground may be off
 ANYWHERE = imc.Takeoff | imc.IdleManeuver | imc.Land  # allowed on the ground as well
 
 
+def is_airborne(medium: imc.VehicleMedium | None) -> bool:
+    """Whether an aircraft counts as in the air, so that a plan may begin without a Takeoff; not if that is unknown."""
+    return medium is not None and medium.medium == imc.VehicleMedium.Medium.AIR
+
+
 @dataclass(frozen=True)
 class PlanBounds:
     """Current limits; `ground` is the height (m above the ellipsoid) of the ground, None if unknown."""

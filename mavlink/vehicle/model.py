@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import imc
+from autonomy.plans import is_airborne
 from mavlink import Flavor, Mode, VehicleKind, is_maneuvering, mode_of, positions
 from mavlink.missions import ConversionContext
 from mavlink.translate import from_imc, sensors_from_imc
@@ -160,7 +161,7 @@ class VehicleModel:
             area=self.limits.message,
             camera=self.camera,
             switch=SAVE_IMAGES,
-            aloft=self.airborne,
+            aloft=self.needs_no_takeoff,
             name=name,
         )
 
@@ -220,6 +221,11 @@ class VehicleModel:
     def airborne(self) -> bool:
         """Whether it is an aircraft in the air, that is, with running motors."""
         return not self.kind.afloat and bool(self.latest.motors_running)
+
+    @property
+    def needs_no_takeoff(self) -> bool:
+        """Whether it is an aircraft whose plans may begin without a Takeoff, as the plan engine sees it."""
+        return not self.kind.afloat and is_airborne(self.latest.get(imc.VehicleMedium))
 
     @property
     def prearm_failure(self) -> str:

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import imc
-from autonomy.plans import FINISH, PlanError, PlanForecast, PlanNode, Preflight, PreflightOptionError
+from autonomy.plans import FINISH, PlanError, PlanForecast, PlanNode, Preflight, PreflightOptionError, is_airborne
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import Script, State, Task, consume, param, periodic
 from runtime.task import Inbox, ParameterError
@@ -292,8 +292,7 @@ class Engine(Task):
         if fuel is not None and fuel.value < self.fuel_reserve:
             raise PlanError(f"the battery is below its reserve of {self.fuel_reserve:g} %")
         level = fuel.value - self.fuel_reserve if fuel is not None and self.fuel_prediction else None
-        airborne = medium is not None and medium.medium == imc.VehicleMedium.Medium.AIR
-        forecast = self._preflight.check(plan, self._supported, state, level, self.now, limits, airborne)
+        forecast = self._preflight.check(plan, self._supported, state, level, self.now, limits, is_airborne(medium))
         for reason in unsupported_setting_reasons(forecast.graph, self.vehicle):
             if self.abort_on_failed_activation:
                 raise PlanError(reason)

@@ -89,7 +89,7 @@ def return_home(control: VehicleControl, finish: Finish, now: float) -> CommandR
 
 def take_off(control: VehicleControl, frame: int | None, z: float, finish: Finish, now: float) -> CommandResult | None:
     """Climb to an altitude above home, or to one in the frame of COMMAND_INT; without one to the usual altitude."""
-    if control.model.airborne:
+    if control.model.needs_no_takeoff:
         return CommandResult(MavResult.DENIED, "Takeoff denied: the vehicle is in the air")
     if not math.isfinite(z):
         frame, z = RELATIVE, control.model.options.takeoff_altitude

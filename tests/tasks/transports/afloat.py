@@ -1,4 +1,4 @@
-"""A shipped AUV in virtual time, with links for ground stations that have sockets."""
+"""A shipped vehicle in virtual time, with links for ground stations that have sockets."""
 
 import random
 
@@ -14,19 +14,33 @@ STEP = 0.01  # s
 LOG = random.Random(1).randbytes(20_000)
 
 
-def earlier(folder):
+def earlier(folder, profile="lauv-noptilus-1"):
     """Make an earlier log of the vehicle."""
-    log = folder / "log/lauv-noptilus-1/20230102/030405"
+    log = folder / "log" / profile / "20230102/030405"
     log.mkdir(parents=True)
     (log / "Data.lsf").write_bytes(LOG)
 
 
-class Afloat:
-    """An AUV in virtual time, with a link for stations at `port`."""
+def shipped_options(loaded):
+    """What a profile sets for ground stations; in virtual time it has no links of its own."""
 
-    def __init__(self, folder, link="udpin://127.0.0.1:{port}?flavour=px4", **options):
-        earlier(folder)
-        loaded = load_profile("lauv-noptilus-1", overrides=["Plan.Autostart:Enabled=Never"])
+    def value(name, usual):
+        return loaded.value("Transports.MAVLink", name) or usual
+
+    return {
+        "vehicle_kind": value("Vehicle Kind", "submarine"),
+        "hold_radius": float(value("Hold Radius", "0")),
+        "geoid_undulation": float(value("Geoid Undulation", "0")),
+    }
+
+
+class Afloat:
+    """A shipped vehicle, by default the AUV, in virtual time, with a link for stations at `port`."""
+
+    def __init__(self, folder, link="udpin://127.0.0.1:{port}?flavour=px4", profile="lauv-noptilus-1", **options):
+        earlier(folder, profile)
+        loaded = load_profile(profile, overrides=["Plan.Autostart:Enabled=Never"])
+        options = {**shipped_options(loaded), **options}
         made = build(
             loaded,
             loaded.parse_modes(["Simulation"]),

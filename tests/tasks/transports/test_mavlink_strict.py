@@ -1,4 +1,4 @@
-"""Shipped vehicles and a strict ground station at 20 % loss, with 5 % of all doubled and others overtaken."""
+"""Each shipped vehicle and a strict ground station, also at 20 % loss, with 5 % of all doubled and others overtaken."""
 
 import contextlib
 import math
@@ -19,6 +19,7 @@ from tests.tasks.transports.strict_peer import PATIENCE, PIECE, Line, NoAnswer, 
 BAD = {"loss": 0.2, "twice": 0.05, "overtaken": 0.2, "late": 0.1}
 TRIES = 4
 ACCEPTED, DENIED, CANCELLED = 0, 14, 15
+ORDER_DENIED, ORDER_UNSUPPORTED, BAD_Z = 2, 3, 12
 MISSION, FENCE = 0, 1
 REAL32 = 9
 LAT, LON = 411_850_000, -87_062_000
@@ -66,13 +67,30 @@ def patient(transfer, *args):
     return transfer(*args)
 
 
-def converse(peer, speed):
-    """All that a strict station does; the number of parameters. `speed` is the name of one."""
-    items = [waypoint(number) for number in range(1, 13)]
+TAKEOFF = {"frame": 6, "command": MissionCommand.NAV_TAKEOFF, "autocontinue": 1, "param4": math.nan, "x": 0, "y": 0}
+HEIGHTS = {"lauv-noptilus-1": -2.0, "otter": 0.0, "caravel": 0.0, "hexa-00": 20.0}
+
+
+def mission(profile, flavor, count=12):
+    """Items for a vehicle; those of an ArduPilot begin with its home."""
+    z = HEIGHTS[profile]
+    items = [waypoint(number, z=z) for number in range(1, count + 1)]
+    if profile == "hexa-00":
+        items.insert(0, {**TAKEOFF, "z": z})
+    return [waypoint(0, frame=0, z=0.0), *items] if flavor == "ardupilot" else items
+
+
+def converse(peer, speed, items, flavor="px4", under_way=0.0):
+    """All that a strict station does; the number of parameters.
+
+    `speed` is the name of one, and `under_way` s are from the start of the mission to its pause.
+    """
+    own = flavor == "ardupilot"  # the first item is the home of the vehicle, whatever was sent
     ack = patient(peer.upload, items)
     assert ack["type"] == ACCEPTED
     back, id = patient(peer.download)
-    assert same(items, back)
+    assert same(items[own:], back[own:])
+    assert len(back) == len(items)
     assert id == ack["opaque_id"] != 0
     assert patient(peer.upload, FENCED, FENCE)["type"] == ACCEPTED
     assert len(patient(peer.download, FENCE)[0]) == 4
@@ -81,6 +99,7 @@ def converse(peer, speed):
     assert peer.set_parameter(speed, 1.25, REAL32) == 1.25
     assert peer.order(400, 1, 21196) == ACCEPTED
     assert peer.order(300) == ACCEPTED
+    peer.wait(under_way)
     assert peer.order(193, 0) == ACCEPTED
     data = b""
     size = int.from_bytes(peer.ask_for_file(FtpOpcode.OPEN, b"/general.json"), "little")
@@ -90,8 +109,9 @@ def converse(peer, speed):
     assert peer.ask_for_file(FtpOpcode.TERMINATE) == b""
     assert int.from_bytes(peer.ask_for_file(FtpOpcode.CHECKSUM, b"/general.json"), "little") == checksum(data)
     assert peer.ask_for_file(FtpOpcode.OPEN, b"/nothing") == FtpErrorCode.NOT_FOUND
-    assert peer.logs()[0]["size"] == len(LOG)
-    assert peer.log(0, len(LOG)) == LOG
+    first = min(logs := peer.logs())
+    assert (first, logs[first]["size"]) == (int(own), len(LOG))
+    assert peer.log(first, len(LOG)) == LOG
     return len(parameters)
 
 
@@ -100,11 +120,54 @@ def converse(peer, speed):
 def test_everything_gets_through_a_bad_line(afloat, seed):
     peer = afloat.peer(**BAD, seed=seed)
     table = afloat.task.endpoint.parameters
-    assert converse(peer, table.find_entity_parameter("MAVLink", "Hold Speed").id.encode()) == len(table)
+    speed = table.find_entity_parameter("MAVLink", "Hold Speed").id.encode()
+    assert converse(peer, speed, mission("lauv-noptilus-1", "px4")) == len(table)
     assert afloat.task.hold_speed == 1.25
     assert afloat.plans.count("mavlink") == 1, "an order is carried out once"
     assert afloat.plans.count("hold") == 1
     assert peer.line.out.lost > 20
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("trouble", [{}, BAD], ids=["good", "bad"])
+@pytest.mark.parametrize("flavor", ["px4", "ardupilot"])
+@pytest.mark.parametrize("profile", HEIGHTS)
+def test_each_shipped_vehicle_satisfies_a_strict_station(profile, flavor, trouble, tmp_path):
+    found = Afloat(tmp_path, f"udpin://127.0.0.1:{{port}}?flavour={flavor}", profile)
+    try:
+        peer, items = found.peer(**trouble), mission(profile, flavor)
+        table = found.task.endpoint.parameters
+        speed = table.find_entity_parameter("MAVLink", "Hold Speed").id.encode()
+        climb = 10.0 if profile == "hexa-00" else 0.0
+        assert converse(peer, speed, items, flavor, climb) == len(table)
+        assert found.plans == ["mavlink", "hold"], "an order is carried out once"
+        assert peer.order(193, 1) == ACCEPTED
+        assert peer.order(176, 1, 99) == ORDER_DENIED
+        assert peer.order(9999) == ORDER_UNSUPPORTED
+        ack = patient(peer.upload, [*items[:-1], waypoint(12, z=math.nan)])
+        assert ack["type"] == BAD_Z
+        assert same(items[flavor == "ardupilot" :], patient(peer.download)[0][flavor == "ardupilot" :])
+        assert peer.order(20) == ACCEPTED
+        assert found.plans[3:] == ["return"]
+    finally:
+        found.vehicle.close()
+
+
+@pytest.mark.heavy
+def test_a_multirotor_that_was_paused_before_it_had_left_the_ground_takes_off_when_it_continues(tmp_path):
+    found = Afloat(tmp_path, profile="hexa-00")
+    try:
+        peer = found.peer()
+        assert peer.upload(mission("hexa-00", "px4"))["type"] == ACCEPTED
+        assert (peer.order(400, 1), peer.order(300)) == (ACCEPTED, ACCEPTED)
+        while not found.task.endpoint.model.latest.motors_running:
+            peer.wait(0.1)
+        assert peer.order(193, 0) == ACCEPTED
+        peer.wait(3.0)
+        assert peer.order(193, 1) == ACCEPTED
+        assert peer.wait(20.0, "GLOBAL_POSITION_INT", where=lambda values: values["relative_alt"] > 10_000)
+    finally:
+        found.vehicle.close()
 
 
 @pytest.mark.heavy
@@ -122,7 +185,8 @@ def test_everything_gets_through_in_real_time(tmp_path):
         peer = Peer(line, mavlink_system_id(vehicle.system))
         peer.ask(1.0, ("HOME_POSITION",), "HEARTBEAT", retries=60, type=6)
         table = vehicle.task_by_label("MAVLink").endpoint.parameters
-        assert converse(peer, table.find_entity_parameter("MAVLink", "Hold Speed").id.encode()) == len(table)
+        speed = table.find_entity_parameter("MAVLink", "Hold Speed").id.encode()
+        assert converse(peer, speed, mission("lauv-noptilus-1", "px4")) == len(table)
     finally:
         vehicle.kernel.post(vehicle.stop)
         thread.join()

@@ -77,12 +77,13 @@ def test_another_plan_that_the_vehicle_executes_becomes_the_mission(afloat):
 def test_whether_an_aircraft_takes_off_first_is_decided_when_the_mission_starts(open_desk, uploaded, started):
     desk = open_desk("px4", "copter")
     desk.locate(lat=math.radians(40.1), lon=math.radians(-8.6), height=55.0, depth=-1.0)
-    console, ground, air = Console(desk), imc.ArmingState.State.DISARMED, imc.ArmingState.State.ARMED
+    console, medium = Console(desk), imc.VehicleMedium.Medium
+    desk.endpoint.update_state(imc.ArmingState(state=imc.ArmingState.State.ARMED), "Autopilot", desk.now)
 
     def show(where):
-        state = air if where == "in the air" else ground
-        desk.endpoint.update_state(imc.ArmingState(state=state), "Autopilot", desk.now)
-        assert desk.endpoint.model.airborne is (where == "in the air")
+        """Motors run on the ground as well, before a takeoff."""
+        there = medium.AIR if where == "in the air" else medium.GROUND
+        desk.endpoint.update_state(imc.VehicleMedium(medium=there), "Medium", desk.now)
 
     show(uploaded)
     assert console.upload([waypoint(0, z=20.0), waypoint(1, z=20.0)])[0]["type"] == ACCEPTED
