@@ -1,20 +1,30 @@
-"""What the 1,000th request of a console costs: each handler is asked at 45 Hz with large payloads.
+"""What the 1,000th request of a console or ground station costs: each handler is asked at 45 Hz with large payloads.
 
 A shipped vehicle runs in virtual time; measured is the processor time of each 1/45 s with a request in it. A console
-must not delay EstimatedState by more than 0.1 s. Usage: python bench/console_requests.py [PROFILE [HANDLER]]
+must not delay EstimatedState by more than 0.1 s. A station asks over TCP, and reads the answers or, "blocked", none.
+Usage: python bench/console_requests.py [PROFILE [HANDLER]]
 """
 
+import itertools
+import socket
 import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
 import imc
+from mavlink import Fields, encode, load_dialect, mavlink_system_id
+from mavlink.vehicle.files.ftp_messages import LAYOUT, FtpOpcode
 from runtime.kernel import SECOND, VirtualClock
 from runtime.profile import load_profile
-from runtime.vehicle import build
+from runtime.vehicle import Vehicle, build
+from tasks.transports.mavlink import MAVLink
+from tests.outside import free_port
 
 CONSOLE, RATE, REQUESTS = 0x4000, 45.0, 1000
 LONG = "x" * 30_000
@@ -84,7 +94,100 @@ HANDLERS: dict[str, Callable[[int], imc.Message]] = {
 }
 
 
-def measure(profile: str, make: Callable[[int], imc.Message], folder: Path) -> tuple[list[float], int]:
+ITEMS = 9  # with them a station stays below the 500 messages per second of which more are dropped
+DIALECT = load_dialect()
+TAKEOFF_ALTITUDE = b"MIS_TAKEOFF_ALT"
+
+
+def upload(number: int) -> Iterable[tuple[str, Fields]]:
+    """A whole mission, without waiting for the vehicle to ask for each item."""
+    yield "MISSION_COUNT", {"count": ITEMS}
+    for seq in range(ITEMS):
+        place = {"x": 411_850_000 + 100 * seq + number, "y": -87_062_000, "z": -2.0, "param4": float("nan")}
+        yield "MISSION_ITEM_INT", {"seq": seq, "frame": 6, "command": 16, "autocontinue": 1, **place}
+
+
+def file_request(number: int, opcode: int, data: bytes = b"", offset: int = 0, size: int = 239) -> tuple[str, Fields]:
+    payload = LAYOUT.pack(2 * number % 65536, 0, opcode, len(data) or size, 0, 0, offset) + data
+    return "FILE_TRANSFER_PROTOCOL", {"payload": payload}
+
+
+PARAMETERS = b"@PARAM/param.pck"
+STATIONS: dict[str, Callable[[int], Iterable[tuple[str, Fields]]]] = {
+    "HEARTBEAT": lambda i: [("HEARTBEAT", {"type": 6})],
+    "MISSION_COUNT and items": upload,
+    "MISSION_COUNT alone": lambda i: [("MISSION_COUNT", {"count": 65_535})],
+    "MISSION_REQUEST_LIST": lambda i: [
+        ("MISSION_REQUEST_LIST", {}),
+        *(("MISSION_REQUEST_INT", {"seq": seq}) for seq in range(ITEMS)),
+    ],
+    "MISSION_CLEAR_ALL": lambda i: [("MISSION_CLEAR_ALL", {})],
+    "MISSION_SET_CURRENT": lambda i: [("MISSION_SET_CURRENT", {"seq": i % ITEMS})],
+    "PARAM_REQUEST_LIST": lambda i: [("PARAM_REQUEST_LIST", {})],
+    "PARAM_REQUEST_READ": lambda i: [("PARAM_REQUEST_READ", {"param_index": i % 300})],
+    "PARAM_REQUEST_READ unknown": lambda i: [("PARAM_REQUEST_READ", {"param_index": -1, "param_id": b"P%d" % i})],
+    "PARAM_SET": lambda i: [
+        ("PARAM_SET", {"param_id": TAKEOFF_ALTITUDE, "param_value": 10.0 + i % 9, "param_type": 9})
+    ],
+    "PARAM_SET bad": lambda i: [
+        ("PARAM_SET", {"param_id": TAKEOFF_ALTITUDE, "param_value": -1.0 - i, "param_type": 9})
+    ],
+    "FTP list": lambda i: [file_request(i, FtpOpcode.LIST, b"/")],
+    "FTP open": lambda i: [file_request(i, FtpOpcode.OPEN, PARAMETERS)],
+    "FTP open unknown": lambda i: [file_request(i, FtpOpcode.OPEN, b"/nothing/%d" % i + b"x" * 200)],
+    "FTP open and burst": lambda i: [
+        file_request(2 * i, FtpOpcode.OPEN, b"/parameters.json.xz"),
+        file_request(2 * i + 1, FtpOpcode.BURST),
+    ],
+    "FTP checksum": lambda i: [file_request(i, FtpOpcode.CHECKSUM, PARAMETERS)],
+    "LOG_REQUEST_LIST": lambda i: [("LOG_REQUEST_LIST", {"end": 0xFFFF})],
+    "LOG_REQUEST_DATA": lambda i: [("LOG_REQUEST_DATA", {"id": 0, "ofs": 90 * i, "count": 0xFFFFFFFF})],
+    "COMMAND_LONG reposition": lambda i: [("COMMAND_LONG", {"command": 192, "param5": 41.185, "param6": -8.706})],
+    "COMMAND_LONG unknown": lambda i: [("COMMAND_LONG", {"command": 30_000 + i})],
+}
+
+Ask = Callable[[int], object]
+
+
+def console(vehicle: Vehicle, make: Callable[[int], imc.Message]) -> Ask:
+    """A console of IMC that asks."""
+
+    def ask(number: int) -> None:
+        request = make(number)
+        now = vehicle.kernel.now_ns / SECOND
+        packet = imc.encode_with_header(request, now, CONSOLE, 0, vehicle.system, request.dst_ent)
+        vehicle.bus.deliver(vehicle.bus.decode(packet), packet)
+
+    return ask
+
+
+def station(vehicle: Vehicle, make: Callable[[int], Iterable[tuple[str, Fields]]], *, reads: bool) -> Ask:
+    """A ground station that asks over TCP, as far as its line takes it."""
+    port, sequence = free_port(), itertools.count()
+    vehicle.add(MAVLink, "Transports.MAVLink", links=[f"tcpin://127.0.0.1:{port}?flavour=px4"])
+    target = {"target_system": mavlink_system_id(vehicle.system), "target_component": 1}
+    lines: list[socket.socket] = []
+
+    def ask(number: int) -> None:
+        if not lines:
+            lines.append(socket.create_connection(("127.0.0.1", port)))
+            lines[0].setblocking(False)
+        frames: list[bytes] = []
+        for name, fields in make(number):
+            definition = DIALECT.by_name[name]
+            addressed = {key: value for key, value in target.items() if key in {f.name for f in definition.fields}}
+            payload = definition.pack({**addressed, **fields})
+            frames.append(encode(definition, payload, next(sequence) % 256, 255, 190))
+        with suppress(BlockingIOError):
+            lines[0].sendall(b"".join(frames))
+        with suppress(BlockingIOError):
+            while reads and lines[0].recv(1 << 16):
+                pass
+
+    return ask
+
+
+def measure(profile: str, open_console: Callable[[Vehicle], Ask], folder: Path) -> tuple[list[float], int]:
     """The processor seconds of each step with a request, and how many lines of the log book came with them."""
     loaded = load_profile(profile)
     made = build(
@@ -95,6 +198,7 @@ def measure(profile: str, make: Callable[[int], imc.Message], folder: Path) -> t
         state_folder=folder / "db",
     )
     vehicle, lines, spent = made.vehicle, [0], []
+    ask = open_console(vehicle)
     vehicle.start()
     vehicle.run(20.0)
 
@@ -103,33 +207,39 @@ def measure(profile: str, make: Callable[[int], imc.Message], folder: Path) -> t
 
     vehicle.observe(imc.LogBookEntry, count)
     for number in range(REQUESTS):
-        request = make(number)
-        now = vehicle.kernel.now_ns / SECOND
-        packet = imc.encode_with_header(request, now, CONSOLE, 0, vehicle.system, request.dst_ent)
         began = time.process_time()
-        vehicle.bus.deliver(vehicle.bus.decode(packet), packet)
+        ask(number)
         vehicle.run(1.0 / RATE)
         spent.append(time.process_time() - began)
     vehicle.close()
     return spent, lines[0]
 
 
+def consoles() -> Iterable[tuple[str, Callable[[Vehicle], Ask]]]:
+    """All that are measured, with their names."""
+    for name, make in HANDLERS.items():
+        yield name, lambda vehicle, make=make: console(vehicle, make)
+    for name, frames in STATIONS.items():
+        yield name, lambda vehicle, frames=frames: station(vehicle, frames, reads=True)
+        yield f"{name}, blocked", lambda vehicle, frames=frames: station(vehicle, frames, reads=False)
+
+
 def main() -> int:
     profile = sys.argv[1] if len(sys.argv) > 1 else "lauv-noptilus-1"
     worst = 0.0
-    print(f"{'handler':28} first 100  last 100   longest   log book lines  ({profile}, ms per 1/45 s)")
-    for name, make in HANDLERS.items():
+    print(f"{'handler':34} first 100  last 100   longest   log book lines  ({profile}, ms per 1/45 s)")
+    for name, open_console in consoles():
         if len(sys.argv) > 2 and sys.argv[2] not in name:
             continue
         with tempfile.TemporaryDirectory() as folder:
             try:
-                spent, lines = measure(profile, make, Path(folder))
+                spent, lines = measure(profile, open_console, Path(folder))
             except Exception as error:
-                print(f"{name:28} {type(error).__name__}: {str(error)[:90]}")
+                print(f"{name:34} {type(error).__name__}: {str(error)[:90]}")
                 worst = 9.0
                 continue
         first, last = (1000.0 * statistics.median(part) for part in (spent[:100], spent[-100:]))
-        print(f"{name:28} {first:9.2f} {last:9.2f} {1000.0 * max(spent):9.1f} {lines:9d}", flush=True)
+        print(f"{name:34} {first:9.2f} {last:9.2f} {1000.0 * max(spent):9.1f} {lines:9d}", flush=True)
         worst = max(worst, *spent)
     return int(worst > 0.1)
 
