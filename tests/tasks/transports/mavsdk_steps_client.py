@@ -22,7 +22,8 @@ from mavsdk.plugins.mission_raw import MissionItem as RawItem
 
 NORTH, EAST = 1 / 111_100.0, 1 / 83_800.0  # degrees per m at 41.2 degrees
 NAN = math.nan
-PATIENCE = 30.0  # s for one step
+PATIENCE = 120.0  # s for one step, also on a computer that is busy
+SLOW = 1.2  # m/s: a mission is not over while such a computer still orders its pause
 
 
 async def first(stream, wanted=lambda value: True):
@@ -34,12 +35,11 @@ async def first(stream, wanted=lambda value: True):
 
 async def armed(action):
     """Arm; on a busy computer a task may be late for a moment, and then arming is denied."""
-    for _ in range(40):
+    while True:
         try:
             return await action.arm()
         except ActionError:
             await asyncio.sleep(0.5)
-    return await action.arm()
 
 
 def corner(number, lat, lon):
@@ -59,7 +59,7 @@ class Steps:
         self.kind, self.results = kind, {}
         self.telemetry, self.action, self.camera = TelemetryAsync(system), ActionAsync(system), CameraAsync(system)
         self.mission, self.raw = MissionAsync(system), MissionRawAsync(system)
-        self.altitude, self.speed = {"submarine": (-2.0, 1.2), "boat": (0.0, 1.2)}.get(kind, (12.0, 5.0))
+        self.altitude = {"submarine": -2.0, "boat": 0.0}.get(kind, 12.0)
 
     async def take(self, name, step):
         """Take a step; its result is what it returns, or why it fails."""
@@ -87,14 +87,15 @@ class Steps:
     async def take_off(self):
         """Climb to an altitude that MAVSDK sets; it, and that at which the vehicle is when it holds."""
         await self.action.set_takeoff_altitude(8.0)
-        await self.in_mode(self.action.takeoff(), "TAKEOFF")
+        await self.action.takeoff()
+        await first(self.telemetry.subscribe_position(), lambda place: place.relative_altitude_m > 5.0)
         await first(self.telemetry.subscribe_flight_mode(), lambda mode: mode.name == "HOLD")
         place = await first(self.telemetry.subscribe_position())
         return await self.action.get_takeoff_altitude(), place.relative_altitude_m
 
     async def upload(self):
-        place = self.home, 40, 0, self.altitude, self.speed
-        last = self.home, 40, 30, self.altitude, self.speed
+        place = self.home, 40, 0, self.altitude, SLOW
+        last = self.home, 40, 30, self.altitude, SLOW
         await self.mission.upload_mission(MissionPlan(mission_items=[waypoint(*place), waypoint(*last)]))
         return "done"
 

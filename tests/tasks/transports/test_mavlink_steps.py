@@ -14,7 +14,7 @@ import pytest
 from shoal.missions import prepare
 from tests.outside import free_port
 
-PATIENCE = 150.0
+PATIENCE = 600.0  # s; of a program that hangs
 CLOCK = 3.0  # times real time
 DO_SET_MODE, ARM, TAKEOFF = 176, 400, 22
 ACCEPTED, DENIED = 0, 2
