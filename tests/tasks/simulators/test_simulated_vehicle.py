@@ -89,7 +89,7 @@ def test_rates(swim):
         imc.GroundVelocity: 5,
         imc.WaterVelocity: 5,
         imc.GpsFix: 1,
-        imc.Temperature: 1,
+        imc.Temperature: 2,  # of the CTD and of the depth sensor
         imc.SoundSpeed: 1,
         imc.Voltage: 1,
         imc.Current: 1,
