@@ -14,7 +14,7 @@ LONGEST, COARSENESS = 4.5, 0.3  # s: latencies that are tried, and their steps
 STIRRED = 0.25  # m²/s³, squared changes of the force in MEMORY from which it can be judged
 EXPLAINED = 0.5  # share of the squared differences that the best latency leaves of those without latency
 FOLLOWS = 0.35  # share of the squared changes of the thrust that a force which follows leaves
-LONGEST_JUDGED = 0.1  # s; over a longer step, of a computer that is late, the mean force is that of an earlier command
+LONGEST_JUDGED = 0.06  # s; over a longer step, of a computer that is late, the mean force is that of an earlier command
 EXPLAINED_FOR, WITHIN = 2.0, 0.15  # s, and the share by which a force may differ from a thrust in this time
 
 ACCELERATION_NOISE, BIAS_WALK = 0.002, 5e-4  # m/s²/√Hz, m/s³/√Hz: corrects by the barometer within some seconds

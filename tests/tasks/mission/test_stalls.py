@@ -91,6 +91,22 @@ def test_a_multirotor_on_a_circle_finds_its_velocity_again_after_a_stall(stalls,
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize("late", [{"delay": 0.06}, {"delay": 0.1}, {"cost": 0.0015}])
+def test_a_multirotor_takes_off_on_a_computer_that_is_late(late, tmp_path):
+    loaded = load_profile("hexa-00", overrides=[*ALONE, UNLOGGED])
+    clock = StallingClock(START, overload=(0.0, 10.0), **late)
+    vehicle = build(loaded, loaded.parse_modes("Simulation"), clock=clock, log_root=tmp_path).vehicle
+    truths, log = [], []
+    vehicle.observe(imc.SimulatedState, truths.append)
+    vehicle.observe(imc.LogBookEntry, lambda entry: log.append(entry.text))
+    vehicle.start()
+    vehicle.run(8.0)
+    vehicle.close()
+    assert not [text for text in log if "descending level" in text]
+    assert truths[-1].z < -3.0
+
+
+@pytest.mark.heavy
 @pytest.mark.computing
 def test_after_a_stall_of_half_a_minute_the_plan_ends_in_error(tmp_path):
     run = Run("lauv-noptilus-1", tmp_path, StallingClock(START, [(30.0, 30.0)]))
