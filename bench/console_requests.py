@@ -178,9 +178,9 @@ def station(vehicle: Vehicle, make: Callable[[int], Iterable[tuple[str, Fields]]
             addressed = {key: value for key, value in target.items() if key in {f.name for f in definition.fields}}
             payload = definition.pack({**addressed, **fields})
             frames.append(encode(definition, payload, next(sequence) % 256, 255, 190))
-        with suppress(BlockingIOError):
+        with suppress(OSError):  # its line is full, or the vehicle has cut it off
             lines[0].sendall(b"".join(frames))
-        with suppress(BlockingIOError):
+        with suppress(OSError):  # its line is full, or the vehicle has cut it off
             while reads and lines[0].recv(1 << 16):
                 pass
 
